@@ -1,0 +1,64 @@
+"""What a scenario file says, as a tree of dataclasses.
+
+The keys of the file are the names of the fields; what is left out has the
+default written here.
+"""
+
+from dataclasses import field
+from typing import Annotated
+
+from pydantic import Field, StrictFloat, StrictInt, StrictStr
+from pydantic.dataclasses import dataclass
+
+from hunav_drake.systems.crowd.crowd_config import CrowdConfig
+from hunav_drake.systems.crowd.human_config import HumanConfig
+from hunav_drake.systems.evaluation.evaluator_config import EvaluatorConfig
+from hunav_drake.systems.planning.planner_config import PlannerConfig
+from hunav_drake.systems.robot.robot_config import RobotConfig
+from hunav_drake.systems.schema import CONFIG, within
+from hunav_drake.systems.world import World
+
+
+@dataclass(kw_only=True, config=CONFIG)
+class SimulationConfig:
+    """How long and how finely the trial runs."""
+
+    # The one step of everything, in seconds.
+    time_step: Annotated[StrictFloat, within(0, 0.5, "s", low_open=True)] = 0.05
+
+    # The trial ends after this time at the latest, in seconds.
+    duration: Annotated[StrictFloat, within(0, 86400, "s", low_open=True)] = (
+        60.0
+    )
+
+    # All that is drawn at random follows from this number.
+    seed: Annotated[StrictInt, Field(ge=0, le=2**63 - 1)] = 0
+
+    # Each person starts up to this far from the given place, along x and
+    # along y, in meters.
+    start_jitter: Annotated[StrictFloat, within(0, 1, "m")] = 0.0
+
+    # The trial ends as stuck once the robot has had a goal but has not moved
+    # `stuck_distance` in `stuck_time`, in meters and seconds.
+    stuck_time: Annotated[StrictFloat, within(0, 86400, "s", low_open=True)] = (
+        15.0
+    )
+    stuck_distance: Annotated[
+        StrictFloat, within(0, 100, "m", low_open=True)
+    ] = 0.5
+
+
+@dataclass(kw_only=True, config=CONFIG)
+class Scenario:
+    """A trial: a world, people, a robot with its planner, and an evaluator."""
+
+    # One line on what happens here.
+    description: StrictStr = ""
+
+    world: World = field(default_factory=World)
+    crowd: CrowdConfig = field(default_factory=CrowdConfig)
+    humans: list[HumanConfig] = field(default_factory=list)
+    robot: RobotConfig = field(default_factory=RobotConfig)
+    planner: PlannerConfig = field(default_factory=PlannerConfig)
+    evaluator: EvaluatorConfig = field(default_factory=EvaluatorConfig)
+    simulation: SimulationConfig = field(default_factory=SimulationConfig)

@@ -1,0 +1,65 @@
+"""What a simulated person is."""
+
+from dataclasses import field
+from typing import Annotated
+
+from pydantic import Field, StrictBool, StrictInt, StrictStr
+from pydantic.dataclasses import dataclass
+
+from hunav_drake.systems.crowd.parameters import SocialForceParameters
+from hunav_drake.systems.schema import (
+    CONFIG,
+    BodyRadius,
+    Points,
+    Pose,
+    PositiveLength,
+    PositiveSpeed,
+    Speed,
+)
+
+
+@dataclass(kw_only=True, config=CONFIG)
+class HumanConfig:
+    """One simulated person."""
+
+    # Empty names and missing numbers are given out in order: "human_1", 1.
+    name: Annotated[StrictStr, Field(max_length=64)] = ""
+    id: Annotated[StrictInt, Field(ge=0, le=2**31 - 1)] | None = None
+
+    # The first pose (x, y, yaw) in W, in meters and radians.
+    pose: Pose
+
+    # The name of the behavior: see `hunav_drake.systems.behavior.BEHAVIORS`.
+    behavior: StrictStr = "regular"
+
+    # The speed that the person prefers, in m/s; 0 is a standing person.
+    desired_speed: Speed = 1.2
+
+    # The speed never exceeded, in m/s; by default the desired speed, as in
+    # HuNavSim, and at least that.
+    max_speed: PositiveSpeed | None = None
+
+    # The radius of the body's disc, in meters.
+    radius: BodyRadius = 0.35
+
+    # People with the same number (>= 0) walk together; -1 walks alone.
+    group_id: Annotated[StrictInt, Field(ge=-1, le=2**31 - 1)] = -1
+
+    # The points to walk to, one after the other, in meters.
+    goals: Points = field(default_factory=list)
+
+    # Whether the first goal follows the last.
+    cyclic: StrictBool = False
+
+    # The distance at which a goal counts as reached, in meters.
+    goal_radius: PositiveLength = 0.3
+
+    # The weights of the forces.
+    forces: SocialForceParameters = field(default_factory=SocialForceParameters)
+
+    @property
+    def speed_limit(self) -> float:
+        """The speed that the person never exceeds, in m/s."""
+        if self.max_speed is None:
+            return self.desired_speed
+        return self.max_speed

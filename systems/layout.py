@@ -1,0 +1,56 @@
+"""The layout of the vectors that the systems exchange.
+
+Everything is in SI units and radians, in the world frame W. `n` people come
+in the order of the scenario; the vectors of several people are their rows,
+one after the other.
+"""
+
+from enum import IntEnum
+
+# A row of `human_states`, and of `robot_state`: the pose, the velocity of the
+# center expressed in W, the turn rate, and the radius of the body's disc.
+X, Y, YAW, VX, VY, OMEGA, RADIUS = range(7)
+STATE_FIELDS = ("x", "y", "yaw", "vx", "vy", "omega", "radius")
+STATE_SIZE = len(STATE_FIELDS)
+
+
+class RobotRole(IntEnum):
+    """How the robots enter the forces on a person."""
+
+    UNSEEN = 0
+    PEDESTRIAN = 1
+    OBSTACLE = 2
+
+
+class Command(IntEnum):
+    """The elements of a `command`: what a person wants to do.
+
+    The behavior tree decides them; the crowd obeys.
+    """
+
+    # The point to walk to, in meters.
+    GOAL_X = 0
+    GOAL_Y = 1
+    # The distance at which it counts as reached, in meters.
+    GOAL_RADIUS = 2
+    # 1 if there is a goal; 0 lets the person come to rest.
+    HAS_GOAL = 3
+    # The speed that the person prefers, and the one never exceeded, in m/s.
+    DESIRED_SPEED = 4
+    MAX_SPEED = 5
+    # A RobotRole.
+    ROBOT_ROLE = 6
+    # The gain k of an extra push away from the nearest robot, in m^2/s^2:
+    # k / max(d - R, 0.05 m) at center distance d, for a person of radius R.
+    ROBOT_REPULSION = 7
+    # 1 to stand still: the velocity becomes zero at once.
+    HOLD = 8
+    # The largest turn rate towards YAW_TARGET, in rad/s; 0 leaves the yaw to
+    # follow the velocity.
+    TURN_RATE = 9
+    YAW_TARGET = 10
+    # The group that the person belongs to now, or -1.
+    GROUP_ID = 11
+
+
+COMMAND_SIZE = len(Command)
