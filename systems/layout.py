@@ -54,3 +54,18 @@ class Command(IntEnum):
 
 
 COMMAND_SIZE = len(Command)
+
+# A row of `forces`: the accelerations of a person, each a pair (x, y) in W, in
+# m/s^2. `social` is that of other people and of robots taken for people,
+# `obstacle` that of walls and of robots taken for obstacles.
+FORCES = (
+    "goal",
+    "obstacle",
+    "social",
+    "group_gaze",
+    "group_coherence",
+    "group_repulsion",
+    "robot_repulsion",
+    "total",
+)
+FORCES_SIZE = 2 * len(FORCES)

@@ -51,9 +51,9 @@ class SocialForceParameters:
     n: Factor = 2.0
     n_prime: Factor = 3.0
 
-    # The turn that breaks the tie of an exact head-on encounter (epsilon);
-    # 0 is HuNavSim's form.
-    epsilon: Annotated[StrictFloat, within(0, 1)] = 0.005
+    # The turn that breaks the tie of an exact head-on encounter (epsilon): to
+    # the right; a negative one, to the left; 0 is HuNavSim's form.
+    epsilon: Annotated[StrictFloat, within(-1, 1)] = 0.005
 
     # Turning to keep the others of the group in view.
     group_gaze_factor: Factor = 3.0

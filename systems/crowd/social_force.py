@@ -44,10 +44,10 @@ def pair_force(
     """
     d = np.asarray(p_to, dtype=float) - np.asarray(p_from, dtype=float)
     dv = np.asarray(v_from, dtype=float) - np.asarray(v_to, dtype=float)
-    r = np.hypot(d[..., 0], d[..., 1])
+    r = _norm(d)
     n = d / np.where(r > 0, r, 1.0)[..., None]
     interaction = parameters.lambda_importance * dv + n
-    length = np.hypot(interaction[..., 0], interaction[..., 1])
+    length = _norm(interaction)
     defined = (r > 0) & (length > 0)
     length = np.where(defined, length, 1.0)
     t = interaction / length[..., None]
@@ -55,7 +55,7 @@ def pair_force(
     cross = t[..., 0] * n[..., 1] - t[..., 1] * n[..., 0]
     dot = t[..., 0] * n[..., 0] + t[..., 1] * n[..., 1]
     theta = np.arctan2(cross, dot) + parameters.epsilon * b
-    theta = np.where(theta > np.pi, theta - 2 * np.pi, theta)
+    theta = theta - 2 * np.pi * np.ceil(theta / (2 * np.pi) - 0.5)
     theta = np.where(np.abs(theta) < THETA_ZERO, 0.0, theta)
     slow = -np.exp(-r / b - (parameters.n_prime * b * theta) ** 2)
     turn = -np.sign(theta) * np.exp(-r / b - (parameters.n * b * theta) ** 2)
@@ -87,10 +87,17 @@ def obstacle_force(
         The force; zero for a pedestrian on that very point.
     """
     d = np.asarray(p, dtype=float) - np.asarray(p_wall, dtype=float)
-    distance = np.hypot(d[..., 0], d[..., 1])
+    distance = _norm(d)
     away = d / np.where(distance > 0, distance, 1.0)[..., None]
     strength: Any = parameters.obstacle_factor * np.exp(
         -(distance - radius) / parameters.obstacle_sigma
     )
     force: Array = strength[..., None] * away
     return force
+
+
+def _norm(vector: Array) -> Array:
+    # Not hypot: like the kernel's, this is zero for coincident points only to
+    # within 1e-160 m.
+    length: Array = np.sqrt(vector[..., 0] ** 2 + vector[..., 1] ** 2)
+    return length

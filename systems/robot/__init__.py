@@ -1,1 +1,6 @@
-"""TODO."""
+"""Robots that people meet."""
+
+from hunav_drake.systems.robot.differential_drive import DifferentialDrive
+from hunav_drake.systems.robot.robot_config import RobotConfig, RobotLimits
+
+__all__ = ["DifferentialDrive", "RobotConfig", "RobotLimits"]

@@ -1,0 +1,70 @@
+# Everything happens in .venv, which any target makes when it is missing.
+
+VENV := .venv
+BIN := $(VENV)/bin
+READY := $(VENV)/.ready
+
+# The first of these that is at least 3.12. `make PYTHON=/path/to/python` sets
+# another.
+CANDIDATES := python3 python3.12 python3.13 python3.14 python
+CHECK := import sys; sys.exit(sys.version_info < (3, 12))
+
+.DEFAULT_GOAL := help
+.PHONY: help demo test test-all lint types bench notebooks wheel clean
+
+help:
+	@echo "make demo      run the Passing scenario, print the metrics, write a replay"
+	@echo "make test      run the fast tests"
+	@echo "make test-all  lint, types, all tests, notebooks, the built wheel"
+	@echo "make lint      check and format-check the code"
+	@echo "make bench     measure speed"
+	@echo "make clean     remove the environment and everything built"
+
+# Only a changed pyproject.toml, or another Python, installs again.
+$(READY): pyproject.toml .python-version
+	@python="$(PYTHON)"; found=""; \
+	if [ -z "$$python" ]; then for c in $(CANDIDATES); do \
+	    version=$$($$c -c 'import platform; print(platform.python_version())' 2>/dev/null) || continue; \
+	    if $$c -c '$(CHECK)' 2>/dev/null; then python=$$c; break; fi; \
+	    found="$$found $$c is $$version;"; \
+	done; fi; \
+	if [ -z "$$python" ]; then \
+	    echo "hunav_drake needs Python 3.12 or newer, found:$${found:- none}"; \
+	    echo "Install one (python.org, uv, pyenv), or run: make PYTHON=/path/to/python3.12 ..."; \
+	    exit 1; \
+	fi; \
+	if ! $$python -c '$(CHECK)' 2>/dev/null; then \
+	    echo "hunav_drake needs Python 3.12 or newer, but PYTHON=$$python is not."; exit 1; \
+	fi; \
+	if ! $(BIN)/python -c '$(CHECK)' 2>/dev/null; then \
+	    echo "Creating $(VENV) with $$($$python --version)"; \
+	    rm -rf $(VENV) && $$python -m venv $(VENV) || { \
+	    echo "Could not create $(VENV): on Debian and Ubuntu, install python3-venv."; exit 1; }; \
+	fi
+	@echo "Installing hunav_drake and what it needs (about 1.5 GB, a minute or two)"
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
+	@touch $@
+
+demo: $(READY)
+	@$(BIN)/hunav run passing --out out/demo
+
+test: $(READY)
+	@$(BIN)/python -m pytest -m "not slow" -n 2
+
+test-all: $(READY) lint types
+	@$(BIN)/python -m pytest -n 2 -m slow
+	@$(BIN)/python tests/check_wheel.py
+
+lint: $(READY)
+	@$(BIN)/ruff check .
+	@$(BIN)/ruff format --check .
+
+types: $(READY)
+	@$(BIN)/mypy
+
+bench: $(READY)
+	@$(BIN)/python -m tests.benchmarks
+
+clean:
+	rm -rf $(VENV) build dist out *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -1,0 +1,152 @@
+"""The LeafSystem that drives the robot."""
+
+import numpy as np
+from pydrake.systems.framework import (
+    BasicVector,
+    Context,
+    DiscreteValues,
+    InputPort,
+    LeafSystem,
+    OutputPort,
+)
+
+from hunav_drake.systems.layout import STATE_SIZE
+from hunav_drake.systems.planning.planner import (
+    Planner,
+    PlannerStatus,
+    PlanningTask,
+)
+
+
+class LocalPlanner(LeafSystem):
+    """Drives a robot to a goal with one of the planners.
+
+    .. pydrake_system::
+
+        name: LocalPlanner
+        input_ports:
+        - robot_state
+        - human_states
+        - goal
+        output_ports:
+        - velocity_command
+        - status
+
+    Every ``task.period`` the planner decides a command from what it sees at
+    that instant; the robot gets it one ``time_step`` later, and until the
+    next one. Before the first command, the ports give zeros.
+
+    Port ``robot_state`` takes the row (x, y, yaw, vx, vy, omega, radius) of
+    the robot, ``human_states`` n such rows of the people, in W, in SI units.
+    Port ``goal`` takes (x, y, yaw), in meters and radians; while it is not
+    connected, the robot stays where it is. Port ``velocity_command`` gives
+    (v, omega) in m/s and rad/s, and ``status`` a `PlannerStatus`.
+
+    The discrete state holds (v, omega, status) and the planner's memory.
+    """
+
+    def __init__(
+        self,
+        planner: Planner,
+        task: PlanningTask,
+        *,
+        num_humans: int,
+        time_step: float = 0.05,
+    ) -> None:
+        """Constructs a LocalPlanner.
+
+        Args:
+            planner: What decides.
+            task: What it is to know of the robot and the world.
+            num_humans: How many people port ``human_states`` has.
+            time_step: The time between two updates, in seconds. The system
+                is updated that often, whatever the period, so that all of a
+                trial moves at the same instants.
+
+        Raises:
+            ValueError: If the period is not a multiple of ``time_step``.
+        """
+        super().__init__()
+        ratio = task.period / time_step
+        self._ticks_per_cycle = round(ratio)
+        if abs(ratio - self._ticks_per_cycle) > 1e-6 or ratio < 0.5:
+            raise ValueError(
+                f"the planner's period must be a multiple of time_step"
+                f" {time_step} s, got {task.period} s"
+            )
+        self._planner = planner
+        self._task = task
+        self._time_step = time_step
+
+        self._robot_state = self.DeclareVectorInputPort(
+            "robot_state", STATE_SIZE
+        )
+        self._human_states = self.DeclareVectorInputPort(
+            "human_states", num_humans * STATE_SIZE
+        )
+        self._goal = self.DeclareVectorInputPort("goal", 3)
+        self._state = self.DeclareDiscreteState(3 + planner.memory_size)
+        ticket = self.discrete_state_ticket(self._state)
+        self._velocity_command = self.DeclareVectorOutputPort(
+            "velocity_command",
+            2,
+            self._CalcVelocityCommand,
+            prerequisites_of_calc={ticket},
+        )
+        self._status = self.DeclareVectorOutputPort(
+            "status", 1, self._CalcStatus, prerequisites_of_calc={ticket}
+        )
+        self.DeclarePeriodicDiscreteUpdateEvent(
+            period_sec=time_step, offset_sec=0.0, update=self._Update
+        )
+
+    def get_robot_state_input_port(self) -> InputPort:
+        """Returns the port with the state of the robot."""
+        return self._robot_state
+
+    def get_human_states_input_port(self) -> InputPort:
+        """Returns the port with the states of the people."""
+        return self._human_states
+
+    def get_goal_input_port(self) -> InputPort:
+        """Returns the port with the pose to reach."""
+        return self._goal
+
+    def get_velocity_command_output_port(self) -> OutputPort:
+        """Returns the port with the wanted speed and turn rate."""
+        return self._velocity_command
+
+    def get_status_output_port(self) -> OutputPort:
+        """Returns the port that tells what the planner is doing."""
+        return self._status
+
+    def _CalcVelocityCommand(
+        self, context: Context, output: BasicVector
+    ) -> None:
+        state = context.get_discrete_state(self._state).value()
+        output.SetFromVector(state[:2])
+
+    def _CalcStatus(self, context: Context, output: BasicVector) -> None:
+        state = context.get_discrete_state(self._state).value()
+        output.SetFromVector(state[2:3])
+
+    def _Update(self, context: Context, discrete_state: DiscreteValues) -> None:
+        tick = round(context.get_time() / self._time_step)
+        if tick % self._ticks_per_cycle:
+            return
+        if not self._goal.HasValue(context):
+            state = np.zeros(3 + self._planner.memory_size)
+            state[2] = PlannerStatus.IDLE
+            discrete_state.set_value(self._state, state)
+            return
+        memory = context.get_discrete_state(self._state).value()[3:].copy()
+        plan = self._planner.plan(
+            self._task,
+            self._robot_state.Eval(context),
+            self._human_states.Eval(context).reshape(-1, STATE_SIZE),
+            self._goal.Eval(context),
+            memory,
+        )
+        discrete_state.set_value(
+            self._state, [plan.v, plan.omega, plan.status, *plan.memory]
+        )

@@ -1,0 +1,142 @@
+"""Regulated pursuit: straight to the goal, slower for what is in the way."""
+
+import math
+from typing import Annotated, ClassVar
+
+import numpy as np
+from pydantic import StrictFloat
+from pydantic.dataclasses import dataclass
+
+from hunav_drake.systems.angles import wrap_angle
+from hunav_drake.systems.layout import RADIUS, YAW, X, Y
+from hunav_drake.systems.planning.clearance import clearance_ahead
+from hunav_drake.systems.planning.planner import (
+    Array,
+    Plan,
+    PlannerStatus,
+    PlanningTask,
+    register_planner,
+)
+from hunav_drake.systems.schema import (
+    CONFIG,
+    Length,
+    PositiveLength,
+    PositiveSpeed,
+    within,
+)
+
+
+@register_planner("pursuit")
+@dataclass(kw_only=True, config=CONFIG)
+class PursuitPlanner:
+    """Drives at the goal; slows and stops for what stands before it.
+
+    The robot turns on the spot towards a goal that lies off to the side, and
+    else steers at it while it drives. Its speed is regulated: down in turns,
+    near the goal, and before people and walls in its lane, so that it can
+    always stop `stop_distance` short of them. It does not drive around
+    anything.
+    """
+
+    memory_size: ClassVar[int] = 0
+
+    # The speed on a free way, in m/s; the robot's own limit holds too.
+    cruise_speed: PositiveSpeed = 0.6
+
+    # The turn rate per angle to the goal, in 1/s.
+    heading_gain: Annotated[
+        StrictFloat, within(0, 100, "1/s", low_open=True)
+    ] = 2.0
+
+    # A goal farther off the heading than this is first turned to, in radians.
+    turn_in_place_angle: Annotated[
+        StrictFloat, within(0, math.pi, "rad", low_open=True)
+    ] = 0.8
+
+    # The distance kept to what stands in the way, in meters.
+    stop_distance: Length = 0.3
+
+    # The room on each side of the robot that must be free of people, in
+    # meters.
+    side_margin: Length = 0.1
+
+    # How far ahead it looks, in meters.
+    lookahead: PositiveLength = 3.0
+
+    # How hard it brakes for what it sees, in m/s^2; the robot's own limit
+    # holds too.
+    deceleration: Annotated[
+        StrictFloat, within(0, 100, "m/s^2", low_open=True)
+    ] = 0.5
+
+    def plan(
+        self,
+        task: PlanningTask,
+        robot: Array,
+        humans: Array,
+        goal: Array,
+        memory: Array,
+    ) -> Plan:
+        """Decides the command of one cycle: see `Planner.plan`."""
+        x, y, yaw = robot[:3].tolist()
+        goal_x, goal_y, goal_yaw = goal.tolist()
+        distance = math.hypot(goal_x - x, goal_y - y)
+        # Well inside, so that the trial sees the goal as reached.
+        if distance <= 0.5 * task.goal_tolerance:
+            return self._turn_at_goal(task, wrap_angle(goal_yaw - yaw))
+
+        bearing = wrap_angle(math.atan2(goal_y - y, goal_x - x) - yaw)
+        omega = _clip(self.heading_gain * bearing, task.limits.max_turn_rate)
+        if abs(bearing) > self.turn_in_place_angle:
+            return Plan(0.0, omega, PlannerStatus.DRIVING)
+
+        braking = min(self.deceleration, task.limits.max_acceleration)
+        wanted = min(self.cruise_speed, task.limits.max_speed)
+        wanted *= math.cos(bearing)
+        wanted = min(wanted, math.sqrt(2 * braking * distance))
+        free = self._free_way(task, robot, humans) - self.stop_distance
+        # What it drives on before the next command counts as used up.
+        free = max(free - wanted * task.period, 0.0)
+        v = min(wanted, math.sqrt(2 * braking * free))
+        if v < 0.01:
+            return Plan(0.0, omega, PlannerStatus.BLOCKED)
+        slowed = v < wanted
+        return Plan(
+            v, omega, PlannerStatus.SLOWED if slowed else PlannerStatus.DRIVING
+        )
+
+    def _turn_at_goal(self, task: PlanningTask, error: float) -> Plan:
+        """Turns to the heading of the goal, if that matters."""
+        if abs(error) <= 0.5 * task.goal_yaw_tolerance:
+            return Plan(0.0, 0.0, PlannerStatus.ARRIVED)
+        omega = _clip(self.heading_gain * error, task.limits.max_turn_rate)
+        return Plan(0.0, omega, PlannerStatus.DRIVING)
+
+    def _free_way(
+        self, task: PlanningTask, robot: Array, humans: Array
+    ) -> float:
+        """Returns how far the robot can drive straight on, in meters."""
+        free = clearance_ahead(
+            robot[X],
+            robot[Y],
+            robot[YAW],
+            task.robot_radius,
+            self.lookahead,
+            task.obstacles.segments,
+        )
+        if not len(humans):
+            return free
+        dx = humans[:, X] - robot[X]
+        dy = humans[:, Y] - robot[Y]
+        c, s = math.cos(robot[YAW]), math.sin(robot[YAW])
+        ahead = c * dx + s * dy
+        aside = np.abs(c * dy - s * dx)
+        reach = task.robot_radius + humans[:, RADIUS]
+        in_way = (ahead > 0) & (aside < reach + self.side_margin)
+        if not in_way.any():
+            return free
+        return min(free, float((ahead - reach)[in_way].min()))
+
+
+def _clip(value: float, most: float) -> float:
+    return min(max(value, -most), most)
