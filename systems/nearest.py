@@ -8,6 +8,19 @@ import numba
 # IEEE results for divisions by zero.
 jit = numba.njit(cache=True, error_model="numpy")
 
+# Types of arguments, for functions that Python calls: with fixed types they
+# are compiled once, whether or not Drake hands out read-only arrays.
+VECTOR = numba.types.Array(numba.float64, 1, "C", readonly=True)
+MATRIX = numba.types.Array(numba.float64, 2, "C", readonly=True)
+INDICES = numba.types.Array(numba.int64, 1, "C", readonly=True)
+REAL = numba.float64
+INTEGER = numba.int64
+
+
+def jit_as(result, *arguments):
+    """Returns the decorator `jit` for fixed types."""
+    return numba.njit(result(*arguments), cache=True, error_model="numpy")
+
 
 @jit
 def nearest_on_segments(x, y, segments, lo, hi):

@@ -7,6 +7,7 @@ that `social_force.py` states.
 
 import math
 
+from numba import float64
 import numpy as np
 
 from hunav_drake.systems.layout import (
@@ -19,7 +20,16 @@ from hunav_drake.systems.layout import (
     X,
     Y,
 )
-from hunav_drake.systems.nearest import jit, nearest_on_segments
+from hunav_drake.systems.nearest import (
+    INDICES,
+    INTEGER,
+    MATRIX,
+    REAL,
+    VECTOR,
+    jit,
+    jit_as,
+    nearest_on_segments,
+)
 
 # Numba reads plain integers of the module as constants.
 _GOAL_X, _GOAL_Y = int(Command.GOAL_X), int(Command.GOAL_Y)
@@ -197,7 +207,11 @@ def _group_force(i, ex, ey, states, radii, command, k, out):
     out[5] *= k[_K_REPULSION]
 
 
-@jit
+@jit_as(
+    float64[:, ::1],
+    *(MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, MATRIX, INDICES),
+    *(REAL, INTEGER),
+)
 def social_forces(
     states, radii, command, parameters, robots, segments, first, reach, most
 ):
@@ -294,7 +308,7 @@ def social_forces(
     return forces
 
 
-@jit
+@jit_as(float64[:, ::1], MATRIX, MATRIX, MATRIX, REAL)
 def advance(states, forces, command, time_step):
     """Returns where n people are one step later (semi-implicit Euler).
 
@@ -308,7 +322,7 @@ def advance(states, forces, command, time_step):
         Shape (n, 6). The yaw follows the velocity, unless the command turns
         it; a person who hardly moves keeps it.
     """
-    result = np.empty_like(states)
+    result = np.empty((len(states), 6))
     for i in range(len(states)):
         vx = states[i, VX] + forces[i, 14] * time_step
         vy = states[i, VY] + forces[i, 15] * time_step

@@ -2,10 +2,15 @@
 
 import math
 
-from hunav_drake.systems.nearest import jit, nearest_on_segments
+from hunav_drake.systems.nearest import (
+    MATRIX,
+    REAL,
+    jit_as,
+    nearest_on_segments,
+)
 
 
-@jit
+@jit_as(REAL, REAL, REAL, REAL, REAL, REAL, MATRIX)
 def clearance_ahead(x, y, heading, radius, reach, segments):
     """Returns how far a disc can move straight ahead before it touches.
 

@@ -116,7 +116,7 @@ class PursuitPlanner:
         self, task: PlanningTask, robot: Array, humans: Array
     ) -> float:
         """Returns how far the robot can drive straight on, in meters."""
-        free = clearance_ahead(
+        free: float = clearance_ahead(
             robot[X],
             robot[Y],
             robot[YAW],

@@ -1,0 +1,290 @@
+"""A whole trial: its diagram, and its run."""
+
+from collections.abc import Callable
+import dataclasses
+from typing import TYPE_CHECKING
+
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import (
+    Context,
+    Diagram,
+    DiagramBuilder,
+    EventStatus,
+)
+from pydrake.systems.primitives import ConstantVectorSource
+
+from hunav_drake.humans import AddHumans
+from hunav_drake.results import MakeProvenance, MakeTrialResult, TrialResult
+from hunav_drake.scenario import CheckScenario, SaveScenario
+from hunav_drake.scenario_schema import Scenario
+from hunav_drake.systems.crowd import HumanConfig
+from hunav_drake.systems.draws import Purpose, draw_uniform
+from hunav_drake.systems.evaluation import Evaluator
+from hunav_drake.systems.evaluation.trial_monitor import (
+    TrialMonitor,
+    TrialStatus,
+)
+from hunav_drake.systems.planning import (
+    LocalPlanner,
+    PlanningTask,
+    make_planner,
+)
+from hunav_drake.systems.robot import DifferentialDrive
+from hunav_drake.systems.scene import AddScene
+
+if TYPE_CHECKING:
+    from pydrake.geometry import Meshcat
+
+
+def MakeTrialDiagram(
+    scenario: Scenario, meshcat: "Meshcat | None" = None
+) -> Diagram:
+    """Makes the diagram of a trial: its whole state is one Context.
+
+    Args:
+        scenario: What happens; it must have passed `CheckScenario`, as one
+            from `LoadScenario` has. Its seed decides where people start.
+        meshcat: Where to show the trial; without one nothing is published.
+
+    Returns:
+        A diagram of the systems "humans" (`AddHumans`), "robot"
+        (`DifferentialDrive`), "planner" (`LocalPlanner`), "goal" (if there is
+        one), "evaluator" (`Evaluator`), "monitor" (`TrialMonitor`) and "scene"
+        (`AddScene`). It has no inputs; its outputs are "robot_state",
+        "human_states", "behavior_status", "forces", "velocity_command",
+        "planner_status", "metrics", "recording", "status" and "query".
+    """
+    robot_config = scenario.robot
+    time_step = scenario.simulation.time_step
+    obstacles = scenario.world.obstacles()
+    starters = _start(scenario)
+
+    builder = DiagramBuilder()
+    humans = AddHumans(
+        builder,
+        starters,
+        obstacles=obstacles,
+        config=scenario.crowd,
+        time_step=time_step,
+    )
+    robot = builder.AddNamedSystem(
+        "robot", DifferentialDrive(robot_config, time_step=time_step)
+    )
+    planner = builder.AddNamedSystem(
+        "planner",
+        LocalPlanner(
+            make_planner(scenario.planner.name, scenario.planner.parameters),
+            PlanningTask(
+                limits=robot_config.limits,
+                robot_radius=robot_config.radius,
+                goal_tolerance=robot_config.goal_tolerance,
+                goal_yaw_tolerance=robot_config.goal_yaw_tolerance,
+                obstacles=obstacles,
+                period=scenario.planner.period,
+            ),
+            num_humans=len(starters),
+            time_step=time_step,
+        ),
+    )
+    evaluator = builder.AddNamedSystem(
+        "evaluator",
+        Evaluator(
+            starters,
+            time_step=time_step,
+            period=scenario.evaluator.period,
+            goal_tolerance=robot_config.goal_tolerance,
+            goal_yaw_tolerance=robot_config.goal_yaw_tolerance,
+            obstacles=obstacles,
+        ),
+    )
+    monitor = builder.AddNamedSystem(
+        "monitor",
+        TrialMonitor(
+            goal_tolerance=robot_config.goal_tolerance,
+            goal_yaw_tolerance=robot_config.goal_yaw_tolerance,
+            stuck_time=scenario.simulation.stuck_time,
+            stuck_distance=scenario.simulation.stuck_distance,
+            time_step=time_step,
+        ),
+    )
+    scene = AddScene(
+        builder,
+        scenario.world,
+        starters,
+        robot_config,
+        time_step=time_step,
+        meshcat=meshcat,
+    )
+
+    robot_state = robot.get_robot_state_output_port()
+    builder.Connect(
+        planner.get_velocity_command_output_port(),
+        robot.get_velocity_command_input_port(),
+    )
+    for port in (
+        humans.robot_state,
+        planner.get_robot_state_input_port(),
+        evaluator.GetInputPort("robot_state"),
+        monitor.get_robot_state_input_port(),
+        scene.robot_state,
+    ):
+        builder.Connect(robot_state, port)
+    for port in (
+        planner.get_human_states_input_port(),
+        evaluator.GetInputPort("human_states"),
+        scene.human_states,
+    ):
+        builder.Connect(humans.human_states, port)
+    builder.Connect(
+        humans.behavior_status, evaluator.GetInputPort("behavior_status")
+    )
+    if robot_config.goal is not None:
+        goal = builder.AddNamedSystem(
+            "goal", ConstantVectorSource(robot_config.goal)
+        )
+        for system in (planner, evaluator, monitor):
+            builder.Connect(goal.get_output_port(), system.GetInputPort("goal"))
+    for name, port in (
+        ("robot_state", robot_state),
+        ("human_states", humans.human_states),
+        ("behavior_status", humans.behavior_status),
+        ("forces", humans.forces),
+        ("velocity_command", planner.get_velocity_command_output_port()),
+        ("planner_status", planner.get_status_output_port()),
+        ("metrics", evaluator.GetOutputPort("metrics")),
+        ("recording", evaluator.GetOutputPort("recording")),
+        ("status", monitor.get_status_output_port()),
+        ("query", scene.query_object),
+    ):
+        builder.ExportOutput(port, name)
+    diagram = builder.Build()
+    diagram.set_name("trial")
+    return diagram
+
+
+def MakeTrialSimulator(
+    diagram: Diagram,
+    context: Context | None = None,
+    *,
+    progress: Callable[[float], None] | None = None,
+) -> Simulator:
+    """Makes a simulator that ends a trial at the goal, or when it is stuck.
+
+    Args:
+        diagram: From `MakeTrialDiagram`.
+        context: Where to go on from: a clone of a Context of this diagram; by
+            default, the start.
+        progress: Called after each step with the time, in seconds.
+    """
+    simulator = (
+        Simulator(diagram) if context is None else Simulator(diagram, context)
+    )
+    status = diagram.GetOutputPort("status")
+
+    def monitor(root_context: Context) -> EventStatus:
+        if progress is not None:
+            progress(root_context.get_time())
+        value = TrialStatus(int(status.Eval(root_context)[0]))
+        if value == TrialStatus.RUNNING:
+            return EventStatus.DidNothing()
+        return EventStatus.ReachedTermination(diagram, _MESSAGES[value])
+
+    simulator.set_monitor(monitor)
+    return simulator
+
+
+def RunTrial(
+    scenario: Scenario,
+    seed: int | None = None,
+    *,
+    meshcat: "Meshcat | None" = None,
+    realtime_rate: float = 0.0,
+    progress: Callable[[float], None] | None = None,
+) -> TrialResult:
+    """Runs a trial to its end.
+
+    Args:
+        scenario: What happens.
+        seed: Stands in for the scenario's own seed.
+        meshcat: Where to show the trial, and to record it for a replay.
+        realtime_rate: How many times as fast as real time it runs at most; 0
+            for as fast as it can.
+        progress: Called after each step with the time, in seconds.
+
+    Returns:
+        The metrics, the recording, and why the trial ended.
+
+    Raises:
+        ScenarioError: If the scenario cannot be simulated.
+    """
+    if seed is not None:
+        scenario = dataclasses.replace(
+            scenario,
+            simulation=dataclasses.replace(scenario.simulation, seed=seed),
+        )
+    CheckScenario(scenario)
+    diagram = MakeTrialDiagram(scenario, meshcat)
+    simulator = MakeTrialSimulator(diagram, progress=progress)
+    simulator.set_target_realtime_rate(realtime_rate)
+    if meshcat is not None:
+        meshcat.StartRecording(set_visualizations_while_recording=True)
+    simulator.AdvanceTo(scenario.simulation.duration)
+    if meshcat is not None:
+        # The last instant is not yet shown: frames come at their own times.
+        diagram.ForcedPublish(simulator.get_context())
+        meshcat.StopRecording()
+        meshcat.PublishRecording()
+    return GetTrialResult(scenario, diagram, simulator.get_context())
+
+
+def GetTrialResult(
+    scenario: Scenario, diagram: Diagram, context: Context
+) -> TrialResult:
+    """Returns what a trial has given up to the present of its Context.
+
+    Args:
+        scenario: What happens; its metrics are computed.
+        diagram: From `MakeTrialDiagram(scenario)`.
+        context: A Context of that diagram.
+    """
+    status = TrialStatus(int(diagram.GetOutputPort("status").Eval(context)[0]))
+    evaluator = diagram.GetSubsystemByName("evaluator")
+    recording = evaluator.GetRecording(evaluator.GetMyContextFromRoot(context))
+    return MakeTrialResult(
+        recording,
+        metric_names=scenario.evaluator.metrics,
+        provenance=MakeProvenance(
+            SaveScenario(scenario), seed=scenario.simulation.seed
+        ),
+        end_reason=_REASONS[status],
+        end_message=_MESSAGES[status],
+    )
+
+
+_REASONS = {
+    TrialStatus.RUNNING: "timeout",
+    TrialStatus.GOAL: "goal",
+    TrialStatus.STUCK: "stuck",
+}
+
+_MESSAGES = {
+    TrialStatus.RUNNING: "the time is over",
+    TrialStatus.GOAL: "the robot has reached its goal",
+    TrialStatus.STUCK: "the robot no longer gets anywhere",
+}
+
+
+def _start(scenario: Scenario) -> list[HumanConfig]:
+    """Returns the people where the seed of the trial puts them."""
+    simulation = scenario.simulation
+    if not simulation.start_jitter:
+        return scenario.humans
+    starters = []
+    for human in scenario.humans:
+        offset = draw_uniform(
+            simulation.seed, human.id or 0, Purpose.START_JITTER, 2
+        )
+        dx, dy = (simulation.start_jitter * (2 * offset - 1)).tolist()
+        x, y, yaw = human.pose
+        starters.append(dataclasses.replace(human, pose=(x + dx, y + dy, yaw)))
+    return starters

@@ -1,0 +1,138 @@
+"""The LeafSystem that knows when a trial is over."""
+
+from enum import IntEnum
+import math
+
+from pydrake.systems.framework import (
+    BasicVector,
+    Context,
+    DiscreteValues,
+    InputPort,
+    LeafSystem,
+    OutputPort,
+)
+
+from hunav_drake.systems.angles import wrap_angle
+from hunav_drake.systems.layout import STATE_SIZE, YAW, X, Y
+
+
+class TrialStatus(IntEnum):
+    """How a trial stands."""
+
+    RUNNING = 0
+    GOAL = 1
+    STUCK = 2
+
+
+class TrialMonitor(LeafSystem):
+    """Tells when the robot has reached its goal, or gets nowhere.
+
+    .. pydrake_system::
+
+        name: TrialMonitor
+        input_ports:
+        - robot_state
+        - goal
+        output_ports:
+        - status
+
+    The goal is reached while the robot is within both tolerances of it. The
+    robot is stuck when it has stayed within ``stuck_distance`` of one place
+    for ``stuck_time``.
+
+    Port ``robot_state`` takes the row (x, y, yaw, vx, vy, omega, radius) of
+    the robot, in W, in SI units, and ``goal`` takes (x, y, yaw), in meters and
+    radians; while it is not connected, the trial is always running. Port
+    ``status`` gives a `TrialStatus`, at the very instant.
+
+    The discrete state holds the place (x, y), the time since when the robot
+    is near it, and 1 once there is such a place.
+    """
+
+    def __init__(
+        self,
+        *,
+        goal_tolerance: float,
+        goal_yaw_tolerance: float,
+        stuck_time: float = 15.0,
+        stuck_distance: float = 0.5,
+        time_step: float = 0.05,
+    ) -> None:
+        """Constructs a TrialMonitor.
+
+        Args:
+            goal_tolerance: In meters.
+            goal_yaw_tolerance: In radians.
+            stuck_time: In seconds.
+            stuck_distance: In meters.
+            time_step: The time between two updates, in seconds.
+        """
+        super().__init__()
+        self._goal_tolerance = goal_tolerance
+        self._goal_yaw_tolerance = goal_yaw_tolerance
+        self._stuck_time = stuck_time
+        self._stuck_distance = stuck_distance
+        self._robot_state = self.DeclareVectorInputPort(
+            "robot_state", STATE_SIZE
+        )
+        self._goal = self.DeclareVectorInputPort("goal", 3)
+        self._state = self.DeclareDiscreteState(4)
+        self._status = self.DeclareVectorOutputPort(
+            "status",
+            1,
+            self._CalcStatus,
+            prerequisites_of_calc={
+                self.time_ticket(),
+                self.discrete_state_ticket(self._state),
+                self.all_input_ports_ticket(),
+            },
+        )
+        self.DeclarePeriodicDiscreteUpdateEvent(
+            period_sec=time_step, offset_sec=0.0, update=self._Update
+        )
+
+    def get_robot_state_input_port(self) -> InputPort:
+        """Returns the port with the state of the robot."""
+        return self._robot_state
+
+    def get_goal_input_port(self) -> InputPort:
+        """Returns the port with the pose to reach."""
+        return self._goal
+
+    def get_status_output_port(self) -> OutputPort:
+        """Returns the port that tells how the trial stands."""
+        return self._status
+
+    def _CalcStatus(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector([self._EvalStatus(context)])
+
+    def _EvalStatus(self, context: Context) -> TrialStatus:
+        if not self._goal.HasValue(context):
+            return TrialStatus.RUNNING
+        robot = self._robot_state.Eval(context).tolist()
+        x, y, yaw = self._goal.Eval(context).tolist()
+        if (
+            math.hypot(x - robot[X], y - robot[Y]) <= self._goal_tolerance
+            and abs(wrap_angle(yaw - robot[YAW])) <= self._goal_yaw_tolerance
+        ):
+            return TrialStatus.GOAL
+        state = context.get_discrete_state(self._state).value().tolist()
+        near_x, near_y, since, known = state
+        if (
+            known
+            and math.hypot(near_x - robot[X], near_y - robot[Y])
+            <= self._stuck_distance
+            and context.get_time() - since >= self._stuck_time
+        ):
+            return TrialStatus.STUCK
+        return TrialStatus.RUNNING
+
+    def _Update(self, context: Context, discrete_state: DiscreteValues) -> None:
+        robot = self._robot_state.Eval(context).tolist()
+        state = context.get_discrete_state(self._state).value().tolist()
+        near_x, near_y, _, known = state
+        moved = math.hypot(near_x - robot[X], near_y - robot[Y])
+        if not known or moved > self._stuck_distance:
+            discrete_state.set_value(
+                self._state, [robot[X], robot[Y], context.get_time(), 1.0]
+            )
