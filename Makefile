@@ -53,7 +53,6 @@ test: $(READY)
 
 test-all: $(READY) lint types
 	@$(BIN)/python -m pytest -n 2 -m slow
-	@$(BIN)/python tests/check_wheel.py
 
 lint: $(READY)
 	@$(BIN)/ruff check .

@@ -1,1 +1,65 @@
-"""TODO."""
+"""Simulated people for Drake: a trial of social navigation as one Diagram."""
+
+from typing import TYPE_CHECKING
+
+from hunav_drake.systems.lazy import lazy_exports
+
+if TYPE_CHECKING:
+    from hunav_drake.humans import AddHumans, HumanPorts, MakeHumans
+    from hunav_drake.results import TrialResult, WriteResult
+    from hunav_drake.scenario import (
+        CheckScenario,
+        ListScenarios,
+        LoadScenario,
+        SaveScenario,
+        Scenario,
+        ScenarioError,
+    )
+    from hunav_drake.simulation import (
+        GetTrialResult,
+        MakeTrialDiagram,
+        MakeTrialSimulator,
+        RunTrial,
+    )
+    from hunav_drake.systems.crowd import HumanConfig
+
+__all__ = [
+    "AddHumans",
+    "CheckScenario",
+    "GetTrialResult",
+    "HumanConfig",
+    "HumanPorts",
+    "ListScenarios",
+    "LoadScenario",
+    "MakeHumans",
+    "MakeTrialDiagram",
+    "MakeTrialSimulator",
+    "RunTrial",
+    "SaveScenario",
+    "Scenario",
+    "ScenarioError",
+    "TrialResult",
+    "WriteResult",
+]
+
+__getattr__ = lazy_exports(
+    __name__,
+    {
+        "AddHumans": "hunav_drake.humans",
+        "CheckScenario": "hunav_drake.scenario",
+        "GetTrialResult": "hunav_drake.simulation",
+        "HumanConfig": "hunav_drake.systems.crowd",
+        "HumanPorts": "hunav_drake.humans",
+        "ListScenarios": "hunav_drake.scenario",
+        "LoadScenario": "hunav_drake.scenario",
+        "MakeHumans": "hunav_drake.humans",
+        "MakeTrialDiagram": "hunav_drake.simulation",
+        "MakeTrialSimulator": "hunav_drake.simulation",
+        "RunTrial": "hunav_drake.simulation",
+        "SaveScenario": "hunav_drake.scenario",
+        "Scenario": "hunav_drake.scenario",
+        "ScenarioError": "hunav_drake.scenario",
+        "TrialResult": "hunav_drake.results",
+        "WriteResult": "hunav_drake.results",
+    },
+)

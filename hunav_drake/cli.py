@@ -1,0 +1,328 @@
+"""The command `hunav`.
+
+Everything heavy is imported where it is used, so that the command answers at
+once.
+"""
+
+import argparse
+from collections.abc import Sequence
+import contextlib
+from pathlib import Path
+import sys
+import time
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from hunav_drake.results import TrialResult
+    from hunav_drake.scenario import Scenario
+
+# The exit codes.
+DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+
+
+class _InputError(Exception):
+    """Something that the caller gave cannot be used; the text says what."""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Runs the command, and returns its exit code.
+
+    0 when done, 1 when a trial did not end at its goal, 2 for bad input.
+    """
+    options = _make_parser().parse_args(arguments)
+    try:
+        code: int = options.function(options)
+    except KeyboardInterrupt:
+        print("hunav: interrupted", file=sys.stderr)
+        return INTERRUPTED
+    except _InputError as error:
+        print(f"hunav: {error}", file=sys.stderr)
+        return BAD_INPUT
+    except BrokenPipeError:
+        # Whoever read the output, as in `hunav list | head`, has had enough.
+        sys.stderr.close()
+        return DONE
+    return code
+
+
+def _make_parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="hunav",
+        description="Simulates people around robots, and measures how socially"
+        " the robots navigate.",
+    )
+    commands = parser.add_subparsers(title="commands", required=True)
+
+    run = commands.add_parser("run", help="run a trial and print its metrics")
+    run.set_defaults(function=_run)
+    run.add_argument(
+        "scenario", help="a shipped scenario (see `hunav list`), or a file"
+    )
+    _add_scenario_options(run)
+    run.add_argument("--seed", type=_seed, help="instead of the scenario's")
+    run.add_argument("--planner", metavar="NAME", help="what drives the robot")
+    run.add_argument(
+        "--out",
+        metavar="DIR",
+        type=Path,
+        help="write tables, the recording and replay.html there",
+    )
+    run.add_argument(
+        "--no-replay", action="store_true", help="leave out replay.html"
+    )
+    run.add_argument(
+        "--meshcat",
+        action="store_true",
+        help="show the trial in a browser, in real time",
+    )
+    run.add_argument(
+        "--quiet", action="store_true", help="no progress bar, no table"
+    )
+
+    listing = commands.add_parser("list", help="list the shipped scenarios")
+    listing.set_defaults(function=_list)
+
+    check = commands.add_parser("check", help="check scenario files")
+    check.set_defaults(function=_check)
+    check.add_argument("scenario", nargs="+")
+    _add_scenario_options(check)
+
+    importing = commands.add_parser(
+        "import", help="make a scenario of HuNavSim's agents.yaml"
+    )
+    importing.set_defaults(function=_import)
+    importing.add_argument("agents", type=Path)
+    importing.add_argument(
+        "--metrics", type=Path, help="HuNavSim's metrics.yaml"
+    )
+    importing.add_argument(
+        "-o", "--output", type=Path, help="the file to write, else it is shown"
+    )
+    importing.add_argument(
+        "--force", action="store_true", help="write over an existing file"
+    )
+
+    doctor = commands.add_parser(
+        "doctor", help="show the versions in use, and do a short run"
+    )
+    doctor.set_defaults(function=_doctor)
+    return parser
+
+
+def _add_scenario_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--name", help="the scenario in a file that holds several"
+    )
+    parser.add_argument(
+        "--set",
+        dest="overrides",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="change the scenario: robot.radius=0.3, humans[0].behavior=...",
+    )
+
+
+def _seed(text: str) -> int:
+    if not text.isdecimal() or int(text) >= 2**63:
+        raise argparse.ArgumentTypeError(
+            f"must be a whole number in [0, 2^63), got {text!r}"
+        )
+    return int(text)
+
+
+def _load(scenario: str, options: Any, more: Sequence[str] = ()) -> "Scenario":
+    from hunav_drake.scenario import LoadScenario, ScenarioError
+
+    try:
+        return LoadScenario(
+            filename=scenario,
+            scenario_name=options.name,
+            overrides=[*options.overrides, *more],
+        )
+    except ScenarioError as error:
+        raise _InputError(str(error)) from error
+
+
+def _run(options: argparse.Namespace) -> int:
+    more = [f"planner.name={options.planner}"] if options.planner else []
+    scenario = _load(options.scenario, options, more)
+    if options.out is not None:
+        _check_writable(options.out)
+    from hunav_drake.results import FormatMetricsTable, WriteResult
+    from hunav_drake.scenario import ScenarioError
+    from hunav_drake.simulation import RunTrial
+
+    replay = options.out is not None and not options.no_replay
+    meshcat = None
+    if options.meshcat or replay:
+        from hunav_drake.replay import SetCamera, StartMeshcatLocal
+
+        meshcat = StartMeshcatLocal()
+        SetCamera(meshcat, scenario)
+    if options.meshcat and meshcat is not None:
+        print(f"Watch the trial at {meshcat.web_url()}", flush=True)
+
+    started = time.perf_counter()
+    with contextlib.ExitStack() as stack:
+        progress = None
+        if not options.quiet:
+            progress = stack.enter_context(
+                _ProgressBar(scenario.simulation.duration)
+            ).show
+        try:
+            result = RunTrial(
+                scenario,
+                options.seed,
+                meshcat=meshcat,
+                realtime_rate=1.0 if options.meshcat else 0.0,
+                progress=progress,
+            )
+        except ScenarioError as error:
+            raise _InputError(str(error)) from error
+    elapsed = time.perf_counter() - started
+
+    print(_summary(result, elapsed))
+    if not options.quiet:
+        print()
+        print(FormatMetricsTable(result))
+    if options.out is not None:
+        try:
+            written = WriteResult(
+                result, options.out, tag=Path(options.scenario).stem
+            )
+            if replay and meshcat is not None:
+                from hunav_drake.replay import SaveReplay
+
+                SaveReplay(meshcat, options.out / "replay.html")
+        except OSError as error:
+            raise _InputError(f"--out {options.out}: {error}") from error
+        print()
+        print(f"Wrote {len(written)} files to {options.out}")
+        if replay:
+            print(f"Replay, for a browser: {options.out / 'replay.html'}")
+    if options.meshcat and sys.stdin.isatty():
+        input("Press Enter to close the view. ")
+    completed = result.end_reason == "goal" or scenario.robot.goal is None
+    return DONE if completed else FAILED
+
+
+def _summary(result: "TrialResult", elapsed: float) -> str:
+    return (
+        f"Ended at t = {result.end_time:.2f} s: {result.end_message}"
+        f" (took {elapsed:.2f} s, {result.end_time / elapsed:.0f} times real"
+        " time)"
+    )
+
+
+class _ProgressBar:
+    """Shows simulated seconds while a trial runs, if someone looks."""
+
+    def __init__(self, duration: float) -> None:
+        from tqdm import tqdm
+
+        self._bar = tqdm(
+            total=duration,
+            bar_format="{l_bar}{bar}| {n:.1f}/{total:.1f} s",
+            disable=None,
+            leave=False,
+        )
+
+    def __enter__(self) -> "_ProgressBar":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._bar.close()
+
+    def show(self, seconds: float) -> None:
+        self._bar.update(seconds - self._bar.n)
+
+
+def _check_writable(directory: Path) -> None:
+    """Finds out before the trial whether its results can be kept."""
+    import tempfile
+
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=directory):
+            pass
+    except OSError as error:
+        raise _InputError(
+            f"--out {directory}: cannot write there: {error.strerror}. Name a"
+            " folder that you may write to."
+        ) from error
+
+
+def _list(options: argparse.Namespace) -> int:
+    from hunav_drake.scenario import ListScenarios
+
+    scenarios = ListScenarios()
+    width = max(map(len, scenarios))
+    for name, description in scenarios.items():
+        print(f"{name:{width}}  {description}")
+    return DONE
+
+
+def _check(options: argparse.Namespace) -> int:
+    code = DONE
+    for name in options.scenario:
+        try:
+            scenario = _load(name, options)
+        except _InputError as error:
+            print(error, file=sys.stderr)
+            code = BAD_INPUT
+        else:
+            people = len(scenario.humans)
+            print(
+                f"{name}: ok ({people} {'person' if people == 1 else 'people'},"
+                f" {len(scenario.world.walls)} walls,"
+                f" planner {scenario.planner.name})"
+            )
+    return code
+
+
+def _import(options: argparse.Namespace) -> int:
+    from hunav_drake.hunav_yaml import ImportAgents
+    from hunav_drake.scenario import SaveScenario, ScenarioError
+
+    output: Path | None = options.output
+    if output is not None and output.exists() and not options.force:
+        raise _InputError(f"{output} exists already; --force writes over it")
+    try:
+        scenario = ImportAgents(
+            options.agents, metrics_filename=options.metrics
+        )
+        text = SaveScenario(scenario, output)
+    except ScenarioError as error:
+        raise _InputError(str(error)) from error
+    except OSError as error:
+        raise _InputError(f"{output}: {error.strerror}") from error
+    if output is None:
+        print(text, end="")
+    else:
+        print(f"Wrote {len(scenario.humans)} people to {output}")
+    return DONE
+
+
+def _doctor(options: argparse.Namespace) -> int:
+    from hunav_drake.results import MakeProvenance
+    from hunav_drake.scenario import LoadScenario, SaveScenario
+    from hunav_drake.simulation import RunTrial
+
+    scenario = LoadScenario(
+        filename="passing", overrides=["simulation.duration=2.0"]
+    )
+    provenance = MakeProvenance(SaveScenario(scenario), seed=0)
+    for key, value in provenance.items():
+        print(f"{key:18} {value}")
+    started = time.perf_counter()
+    first = RunTrial(scenario)
+    elapsed = time.perf_counter() - started
+    repeats = first.recording == RunTrial(scenario).recording
+    print(f"{'short run':18} ok, {elapsed:.2f} s for {first.end_time:g} s")
+    print(f"{'repeats':18} {'ok, bit for bit' if repeats else 'NO'}")
+    return DONE if repeats else FAILED
+
+
+if __name__ == "__main__":
+    sys.exit(main())

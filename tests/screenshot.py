@@ -1,0 +1,86 @@
+"""Turns a page, such as a recorded replay, into a picture."""
+
+from pathlib import Path
+import shutil
+import subprocess
+import tempfile
+
+import pytest
+
+CHROMIUM = next(
+    filter(None, map(shutil.which, ("chromium", "chromium-browser"))), None
+)
+
+# Without the menu in the corner.
+_PLAIN = "<style>.dg { display: none !important; }</style></body>"
+
+_SEEK = """<script>
+  // The recording arrives after the page; hold it at one time once it is here.
+  function hold() {
+    const animator = viewer.animator;
+    if (animator.duration > 0) {
+      animator.pause();
+      animator.seek(%r);
+      viewer.set_dirty();
+      viewer.render();
+    }
+  }
+  for (let k = 1; k < 30; k++) setTimeout(hold, 200 * k);
+</script></body>"""
+
+
+def render(
+    html: Path,
+    png: Path,
+    time: float | None = None,
+    size: tuple[int, int] = (1200, 800),
+) -> Path:
+    """Renders a page with headless Chromium; skips the test without one.
+
+    Args:
+        html: The page.
+        png: The picture to write.
+        time: For a recording, the time in it to show, in seconds. By default
+            it plays.
+        size: The width and height of the picture, in pixels.
+
+    Returns:
+        The path of the picture.
+    """
+    if CHROMIUM is None:
+        pytest.skip("no chromium on the path to look at the page with")
+    png = Path(png).resolve()
+    png.unlink(missing_ok=True)
+    with tempfile.TemporaryDirectory() as folder:
+        page = Path(folder) / "page.html"
+        text = Path(html).read_text().replace("</body>", _PLAIN)
+        if time is not None:
+            text = text.replace("</body>", _SEEK % float(time))
+        page.write_text(text)
+        result = subprocess.run(
+            [
+                CHROMIUM,
+                "--headless=new",
+                "--no-sandbox",
+                "--no-first-run",
+                "--disable-background-networking",
+                "--disable-component-update",
+                "--disable-sync",
+                f"--user-data-dir={folder}/profile",
+                "--use-angle=swiftshader",
+                "--enable-unsafe-swiftshader",
+                "--ignore-gpu-blocklist",
+                "--hide-scrollbars",
+                f"--window-size={size[0]},{size[1]}",
+                "--virtual-time-budget=8000",
+                f"--screenshot={png}",
+                page.as_uri(),
+            ],
+            capture_output=True,
+            text=True,
+            timeout=180,
+            check=False,
+        )
+    if not png.exists():
+        raise RuntimeError(f"chromium gave no picture:\n{result.stderr}")
+    return png
