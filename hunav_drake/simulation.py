@@ -15,7 +15,7 @@ from pydrake.systems.primitives import ConstantVectorSource
 
 from hunav_drake.humans import AddHumans
 from hunav_drake.results import MakeProvenance, MakeTrialResult, TrialResult
-from hunav_drake.scenario import CheckScenario, SaveScenario
+from hunav_drake.scenario import CheckScenario, SaveScenario, name_humans
 from hunav_drake.scenario_schema import Scenario
 from hunav_drake.systems.crowd import HumanConfig
 from hunav_drake.systems.draws import Purpose, draw_uniform
@@ -42,8 +42,7 @@ def MakeTrialDiagram(
     """Makes the diagram of a trial: its whole state is one Context.
 
     Args:
-        scenario: What happens; it must have passed `CheckScenario`, as one
-            from `LoadScenario` has. Its seed decides where people start.
+        scenario: What happens. Its seed decides where people start.
         meshcat: Where to show the trial; without one nothing is published.
 
     Returns:
@@ -53,7 +52,12 @@ def MakeTrialDiagram(
         (`AddScene`). It has no inputs; its outputs are "robot_state",
         "human_states", "behavior_status", "forces", "velocity_command",
         "planner_status", "metrics", "recording", "status" and "query".
+
+    Raises:
+        ScenarioError: If the scenario cannot be simulated.
     """
+    CheckScenario(scenario)
+    scenario = name_humans(scenario)
     robot_config = scenario.robot
     time_step = scenario.simulation.time_step
     obstacles = scenario.world.obstacles()
@@ -222,7 +226,6 @@ def RunTrial(
             scenario,
             simulation=dataclasses.replace(scenario.simulation, seed=seed),
         )
-    CheckScenario(scenario)
     diagram = MakeTrialDiagram(scenario, meshcat)
     simulator = MakeTrialSimulator(diagram, progress=progress)
     simulator.set_target_realtime_rate(realtime_rate)
