@@ -1,0 +1,72 @@
+"""What a faulty tree raises."""
+
+from collections.abc import Iterable
+import difflib
+from typing import NamedTuple
+
+
+class Place(NamedTuple):
+    """A line of a file.
+
+    Attributes:
+        file: The path of the file, or what stands for it.
+        line: The line, from 1; 0 for the file as a whole.
+    """
+
+    file: str
+    line: int = 0
+
+    def __str__(self) -> str:
+        return f"{self.file}:{self.line}" if self.line else self.file
+
+
+class BehaviorTreeError(ValueError):
+    """A fault in a behavior tree.
+
+    Attributes:
+        place: Where it is.
+        node: The name of the XML element or node; empty for a whole file.
+        nearest: The known name that is nearest to an unknown one, or None.
+    """
+
+    def __init__(
+        self,
+        message: str,
+        place: Place,
+        *,
+        node: str = "",
+        nearest: str | None = None,
+    ) -> None:
+        subject = f"<{node}>: " if node else ""
+        super().__init__(f"{place}: {subject}{message}")
+        self.place = place
+        self.node = node
+        self.nearest = nearest
+
+
+def unknown(
+    what: str, name: str, known: Iterable[str], place: Place, node: str
+) -> BehaviorTreeError:
+    """Returns the error that a name is not one of the known ones.
+
+    Args:
+        what: What the name should be, for instance "port".
+        name: The unknown name.
+        known: The known names.
+        place: Where the name is.
+        node: The XML element where it is.
+    """
+    names = sorted(known)
+    close = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
+    if close:
+        remedy = f"did you mean {close[0]!r}?"
+    elif names:
+        remedy = f"there is {', '.join(names)}"
+    else:
+        remedy = "there is none here"
+    return BehaviorTreeError(
+        f"there is no {what} {name!r}; {remedy}",
+        place,
+        node=node,
+        nearest=close[0] if close else None,
+    )

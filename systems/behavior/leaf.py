@@ -1,0 +1,130 @@
+"""Makes nodes of the functions that leaves are."""
+
+from collections.abc import Callable
+from typing import Any
+
+from hunav_drake.systems.behavior.node import (
+    Built,
+    Constant,
+    HaltFunction,
+    Memory,
+    Node,
+)
+from hunav_drake.systems.behavior.person import Moment
+from hunav_drake.systems.behavior.sequences import FAILURE, RUNNING, SUCCESS
+from hunav_drake.systems.behavior.status import Status
+
+# The first slot of an action that remembers: whether it runs.
+RUNNING_SLOT = "(running)"
+
+
+def _is_plain(node: Node) -> bool:
+    """Tells whether a leaf needs the moment only: the usual, fastest case."""
+    return not node.slots and all(
+        isinstance(value, Constant)
+        and value.value == node.type.ports[name].default
+        for name, value in node.ports.items()
+    )
+
+
+def build_leaf(
+    function: Callable[..., Any], node: Node, children: tuple[Built, ...]
+) -> Built:
+    """Makes the functions of a leaf from the function that it is.
+
+    Args:
+        function: Takes the moment, its memory if it has one, and its ports.
+        node: The leaf.
+        children: None.
+    """
+    call = _with_ports(function, node)
+    plain = _is_plain(node)
+    if node.type.category == "Condition":
+
+        def check(memory: Memory, moment: Moment) -> Status:
+            holds = function(moment) if plain else call(memory, moment)
+            return SUCCESS if holds else FAILURE
+
+        return Built(check)
+
+    def act(memory: Memory, moment: Moment) -> Status:
+        status = function(moment) if plain else call(memory, moment)
+        if status is None:
+            return SUCCESS
+        if status is SUCCESS or status is RUNNING or status is FAILURE:
+            result: Status = status
+            return result
+        raise TypeError(
+            f"{node.place}: action {node.type.name} must return"
+            " Status.SUCCESS, FAILURE, RUNNING or None (which is SUCCESS), got"
+            f" {status!r}"
+        )
+
+    if not node.slots:
+        return Built(act)
+    running = node.slot(RUNNING_SLOT)
+
+    def note_running(memory: Memory, moment: Moment) -> Status:
+        status = act(memory, moment)
+        memory[running] = 1.0 if status is RUNNING else 0.0
+        return status
+
+    return Built(note_running, _leaf_halt(node, running))
+
+
+def _leaf_halt(node: Node, running: int) -> HaltFunction:
+    begin, end = node.first, node.first + len(node.slots)
+    initial = list(node.type.slots.values())
+
+    def halt(memory: Memory) -> None:
+        if memory[running]:
+            memory[begin:end] = initial
+
+    return halt
+
+
+def _with_ports(
+    function: Callable[..., Any], node: Node
+) -> Callable[[Memory, Moment], Any]:
+    """Returns the function with its memory and its ports put in."""
+    ports = node.type.ports
+    constants = {
+        name: value.value
+        for name, value in node.ports.items()
+        if isinstance(value, Constant) and value.value != ports[name].default
+    }
+    variables = {
+        name: node.reader(name)
+        for name, value in node.ports.items()
+        if not isinstance(value, Constant)
+    }
+    begin, end = node.first, node.first + len(node.slots)
+    if node.slots[:1] == (RUNNING_SLOT,):
+        begin += 1
+    if begin == end:
+        if not variables:
+            return lambda memory, moment: function(moment, **constants)
+
+        def call(memory: Memory, moment: Moment) -> Any:
+            values = {name: read(memory) for name, read in variables.items()}
+            return function(moment, **constants, **values)
+
+        return call
+
+    def call_with_memory(memory: Memory, moment: Moment) -> Any:
+        values = constants
+        if variables:
+            values = dict(constants)
+            for name, read in variables.items():
+                values[name] = read(memory)
+        own = memory[begin:end]
+        result = function(moment, own, **values)
+        if len(own) != end - begin:
+            raise ValueError(
+                f"{node.place}: {node.type.name} must keep"
+                f" {end - begin} numbers of memory, left {len(own)}"
+            )
+        memory[begin:end] = own
+        return result
+
+    return call_with_memory

@@ -1,0 +1,200 @@
+"""The node types that a tree can use, and how to add one's own.
+
+A leaf is a function. Its first parameter is the `Moment`; its keyword-only
+parameters are the ports, with their types and defaults; a leaf that remembers
+takes its own numbers as a list in a second parameter::
+
+    @register_condition("IsLate", memory={"ticks": 0.0})
+    def is_late(moment, own, *, seconds: float = 10.0) -> bool:
+        own[0] += 1
+        return own[0] * moment.person.time_step >= seconds
+
+A condition returns whether it holds; an action returns a `Status`, or nothing
+for SUCCESS. A leaf must not keep anything elsewhere: then a tick depends on
+nothing but the state and the inputs.
+"""
+
+from collections.abc import Callable, Iterable, Mapping
+import functools
+import inspect
+import re
+from types import MappingProxyType
+from typing import Any, Literal, TypeVar, get_args, get_origin, get_type_hints
+
+from hunav_drake.systems.behavior.controls import CONTROLS
+from hunav_drake.systems.behavior.decorators import DECORATORS
+from hunav_drake.systems.behavior.language_actions import LANGUAGE_ACTIONS
+from hunav_drake.systems.behavior.leaf import RUNNING_SLOT, build_leaf
+from hunav_drake.systems.behavior.node import (
+    Category,
+    NodeType,
+    Port,
+)
+from hunav_drake.systems.behavior.sequences import SEQUENCES
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+_TYPES: dict[str, NodeType] = {
+    node_type.name: node_type
+    for node_type in (*SEQUENCES, *CONTROLS, *DECORATORS, *LANGUAGE_ACTIONS)
+}
+# All that is registered, to look at.
+NODE_TYPES: Mapping[str, NodeType] = MappingProxyType(_TYPES)
+
+# Other spellings that files of BehaviorTree.CPP 3 have.
+ALIASES: Mapping[str, str] = MappingProxyType(
+    {
+        "SequenceStar": "SequenceWithMemory",
+        "RetryUntilSuccesful": "RetryUntilSuccessful",
+    }
+)
+
+# The words of the tree language itself.
+RESERVED = frozenset(
+    {
+        "root",
+        "Root",
+        "BehaviorTree",
+        "SubTree",
+        "SubTreePlus",
+        "TreeNodesModel",
+        "include",
+        "Action",
+        "Condition",
+        "Control",
+        "Decorator",
+    }
+)
+
+
+def register_condition(
+    name: str,
+    *,
+    memory: Mapping[str, float] | None = None,
+    ignored: Iterable[str] = (),
+) -> Callable[[F], F]:
+    """Makes a function the condition of a name.
+
+    Args:
+        name: The name of the XML element.
+        memory: What the condition remembers, with what it is at first. It is
+            kept for as long as the tree lives.
+        ignored: Attributes that are accepted and mean nothing.
+
+    Raises:
+        ValueError: If the name is taken or is no name, or if a parameter is
+            not what a port can be.
+    """
+    return _decorator(name, "Condition", memory, ignored)
+
+
+def register_action(
+    name: str,
+    *,
+    memory: Mapping[str, float] | None = None,
+    ignored: Iterable[str] = (),
+) -> Callable[[F], F]:
+    """Makes a function the action of a name.
+
+    Args:
+        name: The name of the XML element.
+        memory: What the action remembers, with what it is at first. It begins
+            anew when the action is halted while it is RUNNING.
+        ignored: Attributes that are accepted and mean nothing.
+
+    Raises:
+        ValueError: If the name is taken or is no name, or if a parameter is
+            not what a port can be.
+    """
+    return _decorator(name, "Action", memory, ignored)
+
+
+def _decorator(
+    name: str,
+    category: Category,
+    memory: Mapping[str, float] | None,
+    ignored: Iterable[str],
+) -> Callable[[F], F]:
+    def register(function: F) -> F:
+        node_type = _leaf_type(
+            name, category, function, dict(memory or {}), frozenset(ignored)
+        )
+        existing = _TYPES.get(name)
+        # Running a notebook's cell again is not a second registration.
+        same = existing and existing.source == node_type.source
+        if (existing and not same) or name in RESERVED or name in ALIASES:
+            raise ValueError(f"the node name {name!r} is taken; choose another")
+        _TYPES[name] = node_type
+        return function
+
+    return register
+
+
+def _leaf_type(
+    name: str,
+    category: Category,
+    function: Callable[..., Any],
+    memory: dict[str, float],
+    ignored: frozenset[str],
+) -> NodeType:
+    if not re.fullmatch(r"[A-Za-z]\w*", name, re.ASCII):
+        raise ValueError(f"a node name is letters and digits, got {name!r}")
+    hints = get_type_hints(function, include_extras=True)
+    parameters = inspect.signature(function).parameters.values()
+    positional = 0
+    ports = {}
+    for parameter in parameters:
+        if parameter.kind in (
+            parameter.POSITIONAL_ONLY,
+            parameter.POSITIONAL_OR_KEYWORD,
+        ):
+            positional += 1
+        elif parameter.kind == parameter.KEYWORD_ONLY:
+            ports[parameter.name] = _port(name, parameter, hints)
+        else:
+            raise ValueError(
+                f"{name}: *{parameter.name} cannot be a port; name each port"
+            )
+    expected = 2 if memory else 1
+    if positional != expected:
+        raise ValueError(
+            f"{name}: the function must take {expected} positional"
+            f" parameters (the moment{', its memory' if memory else ''}) and"
+            f" its ports after a *, got {positional} positional"
+        )
+    slots = dict(memory)
+    if memory and category == "Action":
+        slots = {RUNNING_SLOT: 0.0, **memory}
+    return NodeType(
+        name,
+        category,
+        functools.partial(build_leaf, function),
+        (inspect.getdoc(function) or "").partition("\n")[0],
+        ports=ports,
+        ignored=ignored,
+        slots=slots,
+        source=f"{function.__module__}.{function.__qualname__}",
+    )
+
+
+def _port(
+    name: str, parameter: inspect.Parameter, hints: Mapping[str, Any]
+) -> Port:
+    annotation = hints.get(parameter.name)
+    base = get_args(annotation)[0] if _is_annotated(annotation) else annotation
+    literal = get_origin(base) is Literal and all(
+        isinstance(choice, str) for choice in get_args(base)
+    )
+    if base not in (float, int, bool, str) and not literal:
+        raise ValueError(
+            f"{name}: port {parameter.name} must be annotated as float, int,"
+            f" bool, str or a Literal of texts, got {annotation}"
+        )
+    if parameter.default is parameter.empty:
+        return Port(parameter.name, annotation)
+    default = Port(parameter.name, annotation).check(parameter.default)
+    return Port(parameter.name, annotation, default)
+
+
+def _is_annotated(annotation: Any) -> bool:
+    return hasattr(annotation, "__metadata__")

@@ -1,0 +1,413 @@
+"""What the tree language reads, and what trees are made of."""
+
+import xml.etree.ElementTree as ET
+
+import numpy as np
+import pytest
+
+from hunav_drake.systems.behavior import (
+    BEHAVIORS,
+    NODE_TYPES,
+    BehaviorTreeError,
+    LoadTree,
+    ParseTree,
+    Person,
+    Status,
+    register_action,
+    register_condition,
+    registry,
+)
+from hunav_drake.systems.behavior.groot import tree_nodes_model
+from hunav_drake.systems.crowd.human_config import HumanConfig
+from hunav_drake.systems.layout import Command, RobotRole
+
+# The constructs of the trees that come with HuNavSim: format 3, a model with
+# an action inside an action, an include, entries copied with SetBlackboard,
+# a subtree whose ports are named without braces.
+FORMAT_3 = """
+<root main_tree_to_execute = "ShyTree">
+    <TreeNodesModel>
+        <Action ID="RegularNav">
+            <input_port name="agent_id" type="int">who walks</input_port>
+            <Action ID="Hum">
+
+            </Action>
+        </Action>
+    </TreeNodesModel>
+    <include path="walk.xml"/>
+    <BehaviorTree ID="ShyTree">
+        <Fallback name="Shy"> <!-- a remark -->
+            <Sequence name="Stay">
+                <IsRobotVisible agent_id="{id}" distance="3.0" />
+                <Inverter>
+                    <TimeExpiredCondition seconds="0.5" ts="{dt}"
+                                          only_once="True" />
+                </Inverter>
+                <RegularNav agent_id="{id}" time_step="{dt}" robot="unseen"/>
+            </Sequence>
+            <Sequence name="Walk">
+                <SetBlackboard output_key="who" value="{id}" />
+                <SetBlackboard output_key="step" value="{dt}" />
+                <SubTree ID="WalkTree" id="who" dt="step" />
+            </Sequence>
+        </Fallback>
+    </BehaviorTree>
+</root>
+"""
+WALK = """
+<root main_tree_to_execute = "WalkTree">
+    <BehaviorTree ID="WalkTree">
+        <Fallback>
+            <Sequence>
+                <Inverter><IsGoalReached agent_id="{id}" /></Inverter>
+                <RegularNav agent_id="{id}" time_step="{dt}" />
+            </Sequence>
+            <UpdateGoal agent_id="{id}" />
+        </Fallback>
+    </BehaviorTree>
+</root>
+"""
+PERSON = Person.from_config(
+    HumanConfig(pose=(0.0, 0.0, 0.0), goals=[(5.0, 0.0), (9.0, 0.0)], id=7),
+    index=0,
+    time_step=0.1,
+)
+ME = np.array([0, 0, 0, 0, 0, 0, 0.35])
+ROBOT = np.array([2.0, 0, 0, 0, 0, 0, 0.35])
+FAR_ROBOT = np.array([20.0, 0, 0, 0, 0, 0, 0.35])
+
+
+@pytest.fixture
+def leaves(monkeypatch):
+    """Lets a test register leaves that are gone after it."""
+    monkeypatch.setattr(registry, "_TYPES", dict(registry._TYPES))
+    monkeypatch.setattr(
+        "hunav_drake.systems.behavior.parser.NODE_TYPES", registry._TYPES
+    )
+
+
+def parse(body, version=4, **trees):
+    others = "".join(
+        f'<BehaviorTree ID="{name}">{text}</BehaviorTree>'
+        for name, text in trees.items()
+    )
+    form = 'BTCPP_format="4"' if version == 4 else ""
+    return ParseTree(
+        f'<root {form} main_tree_to_execute="Main">'
+        f'<BehaviorTree ID="Main">{body}</BehaviorTree>{others}</root>'
+    )
+
+
+def tick(tree, memory=None, robot=ROBOT):
+    memory = tree.initial_memory(PERSON) if memory is None else memory
+    return tree.tick(PERSON, memory, ME, robot)
+
+
+def roles(tree, count, robot=ROBOT):
+    memory, result = None, []
+    for _ in range(count):
+        outcome = tick(tree, memory, robot)
+        memory = outcome.memory
+        result.append(outcome.command[Command.ROBOT_ROLE])
+    return result
+
+
+def test_reads_what_hunavsim_writes(tmp_path):
+    (tmp_path / "shy.xml").write_text(FORMAT_3)
+    (tmp_path / "walk.xml").write_text(WALK)
+    dut = LoadTree(str(tmp_path / "shy.xml"))
+    # The fifth tick makes 0.5 s.
+    unseen, pedestrian = RobotRole.UNSEEN, RobotRole.PEDESTRIAN
+    assert roles(dut, 6) == [unseen] * 4 + [pedestrian] * 2
+    assert roles(dut, 2, FAR_ROBOT) == [pedestrian] * 2
+    memory = tick(dut, robot=FAR_ROBOT).memory
+    entries = dict(zip(dut.slots, memory, strict=True))
+    assert entries["{who}"] == PERSON.id
+    assert entries["{step}"] == PERSON.time_step
+
+
+def test_included_file_may_include_the_first(tmp_path):
+    (tmp_path / "sub").mkdir()
+    (tmp_path / "a.xml").write_text(
+        '<root><include path="sub/b.xml"/><BehaviorTree ID="A">'
+        '<SubTree ID="B"/></BehaviorTree></root>'
+    )
+    (tmp_path / "sub" / "b.xml").write_text(
+        '<root><include path="c.xml"/><include path="c.xml"/>'
+        '<BehaviorTree ID="B"><SubTree ID="C"/></BehaviorTree></root>'
+    )
+    (tmp_path / "sub" / "c.xml").write_text(
+        '<root><include path="b.xml"/>'
+        '<BehaviorTree ID="C"><AlwaysFailure/></BehaviorTree></root>'
+    )
+    assert tick(LoadTree(tmp_path / "a.xml")).status is Status.FAILURE
+
+
+def test_formats_name_leaves_by_tag_or_by_id():
+    by_tag = parse('<RegularNav robot="obstacle"/>')
+    by_id = parse('<Action ID="RegularNav" name="walk" robot="obstacle"/>')
+    assert tick(by_tag).command == tick(by_id).command
+    assert by_id.root.name == "walk"
+
+
+def test_nodes_may_carry_the_notes_of_groot():
+    parse('<RegularNav _description="walks" _fullpath="a" _uid="3"/>')
+
+
+@pytest.mark.parametrize(
+    "subtree",
+    [
+        '<SubTree ID="See" range="3.0"/>',
+        '<SubTree ID="See" range="{r}"/>',
+        '<SubTree ID="See" range="{ r }"/>',
+        '<SubTree ID="See2" _autoremap="true"/>',
+        '<SubTree ID="See3"/>',
+    ],
+)
+def test_subtree_takes_ports(subtree):
+    dut = parse(
+        '<Sequence><SetBlackboard output_key="r" value="3"/>'
+        f"{subtree}</Sequence>",
+        See='<IsRobotVisible distance="{range}"/>',
+        See2='<IsRobotVisible distance="{r}"/>',
+        See3='<IsRobotVisible distance="{@r}"/>',
+    )
+    assert tick(dut).status is Status.SUCCESS
+    assert tick(dut, robot=FAR_ROBOT).status is Status.FAILURE
+
+
+def test_subtree_of_format_3_can_share_the_blackboard():
+    dut = parse(
+        '<Sequence><SetBlackboard output_key="r" value="3"/>'
+        '<SubTree ID="See" __shared_blackboard="true"/></Sequence>',
+        version=3,
+        See='<IsRobotVisible distance="{r}"/>',
+    )
+    assert tick(dut).status is Status.SUCCESS
+
+
+def test_subtree_keeps_its_own_entries():
+    with pytest.raises(BehaviorTreeError, match="no node that sets"):
+        parse(
+            '<Sequence><SetBlackboard output_key="r" value="3"/>'
+            '<SubTree ID="See"/></Sequence>',
+            See='<IsRobotVisible distance="{r}"/>',
+        )
+
+
+def test_literal_of_a_subtree_can_be_changed_in_it():
+    dut = parse(
+        '<SubTree ID="Look" d="3"/>',
+        Look='<Sequence><IsRobotVisible distance="{d}"/>'
+        '<SetBlackboard output_key="d" value="1"/></Sequence>',
+    )
+    first = tick(dut)
+    assert first.status is Status.SUCCESS
+    assert tick(dut, first.memory).status is Status.FAILURE
+
+
+def test_two_uses_of_a_subtree_remember_apart():
+    dut = parse(
+        '<Parallel><SubTree ID="T"/><SubTree ID="T"/></Parallel>',
+        T='<TimeExpiredCondition seconds="1"/>',
+    )
+    timers = [s for s in dut.slots if s.startswith("TimeExpired")]
+    assert len(timers) == 2
+
+
+def test_equals_sign_stands_for_the_name_of_the_port():
+    dut = parse(
+        '<Sequence><SetBlackboard output_key="distance" value="3"/>'
+        '<IsRobotVisible distance="{=}"/></Sequence>'
+    )
+    assert tick(dut).status is Status.SUCCESS
+
+
+def test_port_follows_the_entry_as_it_changes():
+    dut = parse(
+        "<Sequence>"
+        '<ForceSuccess><RunOnce><SetBlackboard output_key="d" value="3"/>'
+        "</RunOnce></ForceSuccess>"
+        '<IsRobotVisible distance="{d}"/>'
+        '<SetBlackboard output_key="{d}" value="1"/></Sequence>'
+    )
+    first = tick(dut)
+    assert first.status is Status.SUCCESS
+    assert tick(dut, first.memory).status is Status.FAILURE
+
+
+@pytest.mark.parametrize(
+    ("text", "value"), [("2", 2.0), ("-1.5e1", -15.0), ("True", 1.0)]
+)
+def test_blackboard_holds_numbers_and_truths(text, value):
+    dut = parse(f'<SetBlackboard output_key="a" value="{text}"/>')
+    assert tick(dut).memory[-1] == value
+
+
+def test_copying_an_entry_that_is_not_set_fails():
+    dut = parse(
+        '<Fallback><SetBlackboard output_key="a" value="{b}"/>'
+        '<SetBlackboard output_key="b" value="1"/></Fallback>'
+    )
+    first = tick(dut)
+    assert first.status is Status.SUCCESS
+    assert dict(zip(dut.slots, first.memory, strict=True))["{b}"] == 1
+
+
+def test_reading_an_entry_that_is_not_set_names_the_node():
+    dut = parse(
+        '<Sequence><IsRobotVisible distance="{d}"/>'
+        '<SetBlackboard output_key="d" value="1"/></Sequence>'
+    )
+    with pytest.raises(BehaviorTreeError, match=r"nothing has set \{d\}"):
+        tick(dut)
+
+
+def test_entry_out_of_a_ports_range_names_the_node():
+    dut = parse(
+        '<Sequence><SetBlackboard output_key="d" value="-1"/>'
+        '<IsRobotVisible distance="{d}"/></Sequence>'
+    )
+    with pytest.raises(BehaviorTreeError, match=r"IsRobotVisible.*got -1"):
+        tick(dut)
+
+
+def test_truth_from_the_blackboard():
+    dut = parse(
+        '<Sequence><SetBlackboard output_key="t" value="false"/>'
+        '<TimeExpiredCondition seconds="0.1" only_once="{t}"/></Sequence>'
+    )
+    assert tick(dut).status is Status.SUCCESS
+
+
+@pytest.mark.parametrize("name", BEHAVIORS)
+def test_shipped_tree_loads(name):
+    dut = LoadTree(name)
+    assert dut.file == str(BEHAVIORS[name])
+    assert tick(dut).status is Status.SUCCESS
+
+
+@pytest.mark.parametrize("name", BEHAVIORS)
+def test_shipped_tree_tells_groot_of_our_nodes(name):
+    """The model in the file is that of the leaves as they are."""
+    ours = [
+        node_type
+        for node_type in NODE_TYPES.values()
+        if node_type.source.startswith("hunav_drake.")
+    ]
+    written = ET.parse(BEHAVIORS[name]).getroot().find("TreeNodesModel")
+    expected = ET.fromstring(tree_nodes_model(ours))
+    assert ET.canonicalize(
+        ET.tostring(written), strip_text=True
+    ) == ET.canonicalize(ET.tostring(expected), strip_text=True)
+
+
+def test_description_shows_nodes_and_memory():
+    dut = parse(
+        '<Sequence name="all"><TimeExpiredCondition seconds="2"/>'
+        '<SetBlackboard output_key="a" value="1"/></Sequence>'
+    )
+    assert dut.Describe().splitlines() == [
+        "Main (<text>)",
+        "  Sequence 'all'",
+        "    TimeExpiredCondition seconds=2.0 only_once=False",
+        "    SetBlackboard value=1.0 output_key={a}",
+        "Memory:",
+        "    0  goal index",
+        "    1  all: child",
+        "    2  all: skipped",
+        "    3  TimeExpiredCondition: ticks",
+        "    4  {a}",
+    ]
+
+
+def test_tick_is_pure():
+    dut = parse('<TimeExpiredCondition seconds="2"/>')
+    memory = tuple(dut.initial_memory(PERSON))
+    humans, robots = ME.copy(), ROBOT.copy()
+    first = dut.tick(PERSON, memory, humans, robots)
+    assert dut.tick(PERSON, memory, humans, robots) == first
+    assert memory == tuple(dut.initial_memory(PERSON))
+    assert list(first.memory) != list(memory)
+    np.testing.assert_array_equal(humans, ME)
+    np.testing.assert_array_equal(robots, ROBOT)
+
+
+@pytest.mark.usefixtures("leaves")
+def test_own_condition_has_ports_and_memory():
+    @register_condition("IsNthTick", memory={"running": 1.0})
+    def is_nth_tick(moment, own, *, n: int, odd: bool = False) -> bool:
+        own[0] += 1
+        return own[0] - 1 == n
+
+    dut = parse('<IsNthTick n="3"/>')
+    memory, results = None, []
+    for _ in range(4):
+        outcome = tick(dut, memory)
+        memory = outcome.memory
+        results.append(outcome.status)
+    assert [status is Status.SUCCESS for status in results] == [
+        False,
+        False,
+        True,
+        False,
+    ]
+
+
+@pytest.mark.usefixtures("leaves")
+def test_own_action_commands_and_reports():
+    @register_action("Stop")
+    def stop(moment):
+        moment.command[Command.HOLD] = 1.0
+        moment.behavior_status = 1
+        return Status.RUNNING
+
+    outcome = tick(parse("<Stop/>"))
+    assert outcome.status is Status.RUNNING
+    assert outcome.command[Command.HOLD] == 1.0
+    assert outcome.behavior_status == 1
+
+
+@pytest.mark.usefixtures("leaves")
+def test_halted_action_begins_anew():
+    @register_action("Count", memory={"ticks": 5.0})
+    def count(moment, own):
+        own[0] += 1
+        return Status.RUNNING
+
+    dut = parse(
+        "<ReactiveSequence><Inverter>"
+        '<TimeExpiredCondition seconds="0.3"/></Inverter>'
+        "<Count/></ReactiveSequence>"
+    )
+    slot = dut.slots.index("Count: ticks")
+    memory, counts = None, []
+    for _ in range(4):
+        memory = tick(dut, memory).memory
+        counts.append(memory[slot])
+    assert counts == [6, 7, 5, 6]
+
+
+@pytest.mark.usefixtures("leaves")
+@pytest.mark.parametrize("result", [True, 2, "SUCCESS", Status.SKIPPED])
+def test_action_must_return_a_status(result):
+    @register_action("Odd")
+    def odd(moment):
+        return result
+
+    with pytest.raises(TypeError, match="action Odd must return"):
+        tick(parse("<Odd/>"))
+
+
+@pytest.mark.usefixtures("leaves")
+def test_same_function_can_be_registered_again():
+    """A notebook's cell runs more than once."""
+
+    def make(result):
+        @register_condition("Maybe")
+        def maybe(moment):
+            return result
+
+    make(True)
+    make(False)
+    assert tick(parse("<Maybe/>")).status is Status.FAILURE
