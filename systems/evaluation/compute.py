@@ -1,0 +1,125 @@
+"""Metrics of a recording as pandas tables."""
+
+from collections.abc import Iterable
+
+import numpy as np
+import pandas as pd
+
+from hunav_drake.systems.evaluation.metrics import Metric, select_metrics
+from hunav_drake.systems.evaluation.names import BEHAVIOR_ACTIVE
+from hunav_drake.systems.evaluation.recording import Recording
+
+
+def compute_metrics(
+    recording: Recording, names: Iterable[str] = ("all",)
+) -> pd.Series:
+    """Returns the values of metrics.
+
+    Args:
+        recording: What happened.
+        names: Names of metrics, their aliases, families, "paper" or "all".
+
+    Returns:
+        The values by name; their units by name are in `attrs["units"]`.
+
+    Raises:
+        ValueError: If a name is unknown.
+    """
+    return evaluate(recording, names)[0]
+
+
+def compute_steps(
+    recording: Recording, names: Iterable[str] = ("all",)
+) -> pd.DataFrame:
+    """Returns the series of those metrics that have one.
+
+    Args:
+        recording: What happened.
+        names: Names of metrics, their aliases, families, "paper" or "all".
+
+    Returns:
+        A row per sample, indexed by the time in seconds, and a column per
+        metric; the units by name are in `attrs["units"]`.
+
+    Raises:
+        ValueError: If a name is unknown.
+    """
+    return evaluate(recording, names)[1]
+
+
+def compute_by_behavior(
+    recording: Recording, names: Iterable[str] = ("all",)
+) -> pd.DataFrame:
+    """Returns the metrics as if only the people of one behavior were there.
+
+    Args:
+        recording: What happened.
+        names: Names of metrics, their aliases, families, "paper" or "all".
+
+    Returns:
+        A row per behavior that anyone has, in the order of its first person,
+        and a column per metric; the units are in `attrs["units"]`.
+
+    Raises:
+        ValueError: If a name is unknown.
+    """
+    return evaluate_by_behavior(recording, names)[0]
+
+
+def evaluate(
+    recording: Recording, names: Iterable[str] = ("all",)
+) -> tuple[pd.Series, pd.DataFrame]:
+    """Returns what `compute_metrics` and `compute_steps` do, at one go."""
+    metrics = select_metrics(names)
+    values = {}
+    series = {}
+    for metric in metrics:
+        value, steps = metric.compute(recording)
+        values[metric.name] = value
+        if steps is not None:
+            series[metric.name] = steps
+    table = pd.Series(values, dtype=float, name="value")
+    table.index.name = "metric"
+    table.attrs["units"] = _units(metrics)
+    data = np.column_stack(list(series.values())) if series else None
+    frame = pd.DataFrame(
+        data,
+        index=pd.Index(recording.times, name="time"),
+        columns=list(series),
+        dtype=float,
+    )
+    frame.attrs["units"] = {m.name: m.unit for m in metrics if m.name in series}
+    return table, frame
+
+
+def evaluate_by_behavior(
+    recording: Recording, names: Iterable[str] = ("all",)
+) -> tuple[pd.DataFrame, dict[str, pd.DataFrame]]:
+    """Returns `compute_by_behavior`, and the series for each behavior.
+
+    The frames of series have one more column: `behavior_active` is 1 while
+    anyone of that behavior reacts to the robot.
+    """
+    metrics = select_metrics(names)
+    rows = {}
+    frames = {}
+    for behavior in dict.fromkeys(recording.behaviors):
+        part = recording.only(behavior)
+        values, steps = evaluate(part, [m.name for m in metrics])
+        rows[behavior] = values.to_numpy()
+        active = np.asarray(part.behavior_status) != 0
+        steps[BEHAVIOR_ACTIVE] = active.any(axis=1).astype(float)
+        steps.attrs["units"] |= {BEHAVIOR_ACTIVE: "-"}
+        frames[behavior] = steps
+    table = pd.DataFrame(
+        list(rows.values()),
+        index=pd.Index(list(rows), name="behavior", dtype=object),
+        columns=[m.name for m in metrics],
+        dtype=float,
+    )
+    table.attrs["units"] = _units(metrics)
+    return table, frames
+
+
+def _units(metrics: list[Metric]) -> dict[str, str]:
+    return {m.name: m.unit for m in metrics}

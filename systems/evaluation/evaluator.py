@@ -1,0 +1,288 @@
+"""The Drake System that records a trial."""
+
+from collections.abc import Sequence
+from enum import IntEnum
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import (
+    BasicVector,
+    Context,
+    InputPort,
+    LeafSystem,
+    OutputPort,
+    State,
+)
+
+from hunav_drake.systems.crowd.human_config import HumanConfig
+from hunav_drake.systems.evaluation.recording import Recording
+from hunav_drake.systems.evaluation.samples import Sample
+from hunav_drake.systems.layout import STATE_SIZE, X, Y
+from hunav_drake.systems.obstacles import Obstacles
+
+# Time that passes by rounding alone, as a part of the time step.
+_SAME_INSTANT = 1e-6
+
+
+class RunningMetric(IntEnum):
+    """The elements of the output port `metrics` of an Evaluator."""
+
+    # The time between the first sample and the last, in seconds.
+    DURATION = 0
+    # The length of the robot's path through the samples, in meters.
+    PATH_LENGTH = 1
+    # The gap to the closest person at the last sample, in meters.
+    CLOSEST_GAP = 2
+    # The smallest gap to anyone until now, in meters.
+    MIN_GAP = 3
+    # The distance to the goal at the last sample, in meters.
+    GOAL_DISTANCE = 4
+    # How many contacts with people have begun.
+    COLLISIONS = 5
+
+
+class Evaluator(LeafSystem):
+    """Records robot and people, for metrics to be computed from.
+
+    .. pydrake_system::
+
+        name: Evaluator
+        input_ports:
+        - robot_state
+        - human_states
+        - behavior_status (optional)
+        - goal (optional)
+        output_ports:
+        - metrics
+        - recording
+
+    Port ``robot_state`` takes the robot's row (x, y, yaw, vx, vy, omega,
+    radius) in W, in SI units and radians, and ``human_states`` the rows of
+    the ``n`` people, one after the other; a row of NaN is a person who is
+    missing. Port ``behavior_status`` takes ``n`` numbers that are 0 where a
+    person's behavior does not react to the robot. Port ``goal`` takes the
+    pose (x, y, yaw) that the robot is to reach; unconnected, or not finite,
+    there is none.
+
+    Port ``metrics`` gives running values as of the last sample, in the order
+    of `RunningMetric`; what has no value is NaN. Port ``recording`` gives
+    what `GetRecording` returns, a `Recording`.
+
+    The abstract state is the list of samples so far. It is updated, before
+    anything else changes at that instant, at the multiples of ``period``.
+    Periods that are multiples of each other do not always fall on the same
+    floating-point instants, but would here and there see one instant before
+    and one after the update of the others. So the update comes with the time
+    step that all systems share, and counts; only if ``period`` is the step
+    times a power of two, which is exact, it comes with ``period``.
+    """
+
+    def __init__(
+        self,
+        humans: Sequence[HumanConfig],
+        *,
+        time_step: float = 0.05,
+        period: float = 0.1,
+        goal_tolerance: float = 0.25,
+        goal_yaw_tolerance: float = 0.25,
+        obstacles: Obstacles | None = None,
+    ) -> None:
+        """Constructs an Evaluator.
+
+        Args:
+            humans: The people, in the order of ``human_states``; may be none.
+            time_step: The time step that all systems share, in seconds.
+            period: The time between two samples, in seconds: a multiple of
+                ``time_step``.
+            goal_tolerance: How near to the goal is at the goal, in meters.
+            goal_yaw_tolerance: The same for the heading, in radians.
+            obstacles: The walls, for the metrics of forces.
+
+        Raises:
+            ValueError: If ``period`` is not a multiple of ``time_step``, or
+                one of the numbers is not positive.
+        """
+        super().__init__()
+        self._every = _check_decimation(time_step, period)
+        self._time_step = time_step
+        self._static: dict[str, Any] = {
+            "human_names": tuple(
+                h.name or f"human_{i}" for i, h in enumerate(humans, 1)
+            ),
+            "human_ids": tuple(
+                i if h.id is None else h.id for i, h in enumerate(humans, 1)
+            ),
+            "behaviors": tuple(h.behavior for h in humans),
+            "group_ids": tuple(h.group_id for h in humans),
+            "goal_tolerance": goal_tolerance,
+            "goal_yaw_tolerance": goal_yaw_tolerance,
+            "obstacles": obstacles or Obstacles.from_points([]),
+        }
+        self._n = n = len(humans)
+        # An impossible setting shows up here, not at the end of a trial.
+        nothing = Recording(
+            times=np.zeros(1),
+            robot=np.zeros((1, STATE_SIZE)),
+            humans=np.zeros((1, n, STATE_SIZE)),
+            **self._static,
+        )
+
+        self._robot_state = self.DeclareVectorInputPort(
+            "robot_state", STATE_SIZE
+        )
+        self._human_states = self.DeclareVectorInputPort(
+            "human_states", STATE_SIZE * n
+        )
+        self._behavior_status = self.DeclareVectorInputPort(
+            "behavior_status", n
+        )
+        self._goal = self.DeclareVectorInputPort("goal", 3)
+        self._samples = self.DeclareAbstractState(
+            AbstractValue.Make(Sample.start(n))
+        )
+        self._metrics = self.DeclareVectorOutputPort(
+            "metrics",
+            len(RunningMetric),
+            self._CalcMetrics,
+            prerequisites_of_calc={
+                self.abstract_state_ticket(self._samples),
+                self.input_port_ticket(self._goal.get_index()),
+            },
+        )
+        self._recording = self.DeclareAbstractOutputPort(
+            "recording",
+            alloc=lambda: AbstractValue.Make(nothing),
+            calc=self._CalcRecording,
+        )
+        exact = self._every & (self._every - 1) == 0
+        self.DeclarePeriodicUnrestrictedUpdateEvent(
+            period_sec=time_step * (self._every if exact else 1),
+            offset_sec=0.0,
+            update=self._TakeSample,
+        )
+
+    def get_robot_state_input_port(self) -> InputPort:
+        """Returns the port that takes the robot's row."""
+        return self._robot_state
+
+    def get_human_states_input_port(self) -> InputPort:
+        """Returns the port that takes the rows of people."""
+        return self._human_states
+
+    def get_behavior_status_input_port(self) -> InputPort:
+        """Returns the port that takes what each behavior is doing."""
+        return self._behavior_status
+
+    def get_goal_input_port(self) -> InputPort:
+        """Returns the port that takes the pose to reach."""
+        return self._goal
+
+    def get_metrics_output_port(self) -> OutputPort:
+        """Returns the port with the running values."""
+        return self._metrics
+
+    def get_recording_output_port(self) -> OutputPort:
+        """Returns the port with the recording until now."""
+        return self._recording
+
+    def GetRecording(self, context: Context) -> Recording:
+        """Returns the recording until now.
+
+        If the context's time is later than that of the last sample, its
+        present instant is the last of the recording: the end of a trial is
+        always in it. The goal is the one of the present instant.
+
+        Args:
+            context: This system's own context.
+
+        Raises:
+            RuntimeError: If ``robot_state`` or ``human_states`` is not
+                connected.
+            ValueError: If a state is not finite.
+        """
+        self.ValidateContext(context)
+        last = context.get_abstract_state(self._samples).get_value()
+        if context.get_time() > last.time + _SAME_INSTANT * self._time_step:
+            last = self._Sample(context, last)
+        nodes = last.nodes()
+        status = None
+        if nodes[-1].status is not None:
+            idle = np.zeros(self._n)
+            status = np.array(
+                [idle if node.status is None else node.status for node in nodes]
+            )
+        humans = np.array([node.humans for node in nodes])
+        return Recording(
+            times=np.array([node.time for node in nodes]),
+            robot=np.array([node.robot for node in nodes]),
+            humans=humans.reshape(len(nodes), self._n, STATE_SIZE),
+            behavior_status=status,
+            goal=self._EvalGoal(context),
+            **self._static,
+        )
+
+    def _Sample(self, context: Context, last: Sample) -> Sample:
+        # Eval() gives arrays of its own: nobody else will write to them.
+        status = self._behavior_status
+        return Sample(
+            last,
+            context.get_time(),
+            self._robot_state.Eval(context),
+            self._human_states.Eval(context),
+            status.Eval(context) if status.HasValue(context) else None,
+        )
+
+    def _TakeSample(self, context: Context, state: State) -> None:
+        if round(context.get_time() / self._time_step) % self._every:
+            return
+        last = context.get_abstract_state(self._samples).get_value()
+        state.get_mutable_abstract_state(self._samples).set_value(
+            self._Sample(context, last)
+        )
+
+    def _EvalGoal(self, context: Context) -> tuple[float, float, float] | None:
+        if not self._goal.HasValue(context):
+            return None
+        x, y, yaw = self._goal.Eval(context).tolist()
+        return (x, y, yaw) if math.isfinite(x + y + yaw) else None
+
+    def _CalcMetrics(self, context: Context, output: BasicVector) -> None:
+        last = context.get_abstract_state(self._samples).get_value()
+        running = last.running
+        values: NDArray[np.float64] = np.zeros(len(RunningMetric))
+        if last.count:
+            values[RunningMetric.DURATION] = last.time - last.first_time
+        values[RunningMetric.PATH_LENGTH] = running.path_length
+        values[RunningMetric.CLOSEST_GAP] = running.closest_gap
+        values[RunningMetric.MIN_GAP] = running.min_gap
+        values[RunningMetric.GOAL_DISTANCE] = np.nan
+        values[RunningMetric.COLLISIONS] = running.collisions
+        goal = self._EvalGoal(context)
+        if goal is not None and last.count:
+            values[RunningMetric.GOAL_DISTANCE] = math.hypot(
+                last.robot[X] - goal[0], last.robot[Y] - goal[1]
+            )
+        output.SetFromVector(values)
+
+    def _CalcRecording(self, context: Context, output: AbstractValue) -> None:
+        output.set_value(self.GetRecording(context))
+
+
+def _check_decimation(time_step: float, period: float) -> int:
+    """Returns how many time steps make one period."""
+    if not (0 < time_step < math.inf and 0 < period < math.inf):
+        raise ValueError(
+            "Evaluator: time_step and period must be positive, got"
+            f" {time_step} s and {period} s"
+        )
+    every = round(period / time_step)
+    if every < 1 or abs(every * time_step - period) > 1e-9 * period:
+        raise ValueError(
+            f"Evaluator: period must be a multiple of the time step"
+            f" {time_step} s, got {period} s; the nearest is"
+            f" {max(every, 1) * time_step:g} s"
+        )
+    return every

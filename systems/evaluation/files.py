@@ -1,0 +1,35 @@
+"""Writing a file so that nobody ever sees half of it."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+import os
+from pathlib import Path
+import secrets
+from typing import BinaryIO
+
+
+@contextmanager
+def atomic_write(path: str | Path) -> Iterator[BinaryIO]:
+    """Opens a file that takes its name only when it is complete.
+
+    What had the name before stays until then, and stays for good if the block
+    raises.
+
+    Args:
+        path: The name to be. Its folder must exist.
+
+    Yields:
+        A binary file to write to.
+
+    Raises:
+        OSError: If the file cannot be written.
+    """
+    path = Path(path)
+    # Beside the target, since only within one file system a rename is atomic.
+    draft = path.with_name(f".{path.name}.{secrets.token_hex(8)}.tmp")
+    try:
+        with draft.open("xb") as file:
+            yield file
+        os.replace(draft, path)
+    finally:
+        draft.unlink(missing_ok=True)

@@ -1,0 +1,18 @@
+"""The metrics, a file per family. Importing this registers them all."""
+
+from hunav_drake.systems.evaluation.metric import (
+    METRICS,
+    Metric,
+    register_metric,
+    select_metrics,
+)
+from hunav_drake.systems.evaluation.metrics import (  # noqa: F401
+    collisions,
+    forces,
+    goal,
+    path,
+    proxemics,
+    speeds,
+)
+
+__all__ = ["METRICS", "Metric", "register_metric", "select_metrics"]

@@ -1,0 +1,89 @@
+"""Contacts of the robot with people, charged to who closed in."""
+
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hunav_drake.systems.evaluation.metric import register_metric
+from hunav_drake.systems.evaluation.metrics.goal import SEAN
+from hunav_drake.systems.evaluation.names import (
+    PERSON_ON_ROBOT_COLLISIONS,
+    ROBOT_ON_PERSON_COLLISIONS,
+)
+from hunav_drake.systems.evaluation.recording import Recording
+from hunav_drake.systems.layout import VX, VY, X, Y
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+# Speeds of approach that differ by less are equal, in m/s.
+SPEED_RESOLUTION = 1e-6
+
+
+def charged(recording: Recording, *, to_robot: bool) -> Mask:
+    """Tells where a contact begins that is charged to one of the two.
+
+    With n the unit vector from robot to person, the robot closes in at
+    a = v_r . n and the person at b = -v_i . n. The faster one is charged;
+    both, if they are equally fast and do close in. Who stand on one another
+    have no n, and neither is charged.
+
+    Args:
+        recording: N + 1 samples of n people.
+        to_robot: Whether to tell the robot's contacts, or people's.
+
+    Returns:
+        Shape (N + 1, n).
+    """
+    begins = recording.derived.contact_begins
+    sample, person = np.nonzero(begins)
+    robot = recording.robot[sample]
+    human = recording.humans[sample, person]
+    d = human[:, X : Y + 1] - robot[:, X : Y + 1]
+    distance = np.hypot(d[:, X], d[:, Y])
+    n = d / np.where(distance > 0, distance, 1.0)[:, None]
+    a = np.sum(robot[:, VX : VY + 1] * n, axis=1)
+    b = -np.sum(human[:, VX : VY + 1] * n, axis=1)
+    lead = a - b if to_robot else b - a
+    together = (np.abs(lead) <= SPEED_RESOLUTION) & (a > 0)
+    result = np.zeros(begins.shape, dtype=np.bool_)
+    result[sample, person] = (lead > SPEED_RESOLUTION) | together
+    return result
+
+
+def _collisions(recording: Recording, *, to_robot: bool) -> tuple[float, Array]:
+    events = charged(recording, to_robot=to_robot)
+    derived = recording.derived
+    # While a contact lasts, it belongs to whom its beginning is charged to.
+    samples = np.arange(len(recording))[:, None]
+    began = np.maximum.accumulate(
+        np.where(derived.contact_begins, samples, 0), axis=0
+    )
+    ongoing = derived.contact & np.take_along_axis(events, began, axis=0)
+    return float(np.count_nonzero(events)), ongoing.any(axis=1).astype(float)
+
+
+for _name, _alias, _who, _to_robot in (
+    (ROBOT_ON_PERSON_COLLISIONS, "robot_on_person_collision", "robot", True),
+    (PERSON_ON_ROBOT_COLLISIONS, "person_on_robot_collision", "person", False),
+):
+    register_metric(
+        name=_name,
+        unit="-",
+        family="collisions",
+        direction="lower",
+        source=SEAN,
+        aliases=[_alias],
+        definition=f"""
+            How many contacts with people began that the {_who} is charged
+            with.
+
+            A contact begins where the gap to a person falls below 0.02 m, or
+            is below at the start. With n the unit vector from robot to
+            person, a = v_r . n and b = -v_i . n at that sample, the robot is
+            charged if a > b, the person if b > a, and both if they are equal
+            within 1e-6 m/s and positive. Series: 1 while such a contact
+            lasts, else 0.
+            """,
+    )(partial(_collisions, to_robot=_to_robot))

@@ -1,0 +1,111 @@
+"""The forces of the social force model between robot, people and walls.
+
+They are measured with the constants that HuNavSim's metrics use, not with
+those of the people simulated: k_s = 2.1, lambda = 2, gamma = 0.35, n = 2,
+n' = 3, no epsilon, k_o = 10, sigma_o = 0.2. A sum over samples grows with
+their number, so each has a companion that does not: its rate.
+"""
+
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hunav_drake.systems.evaluation.derived import mean_of_present
+from hunav_drake.systems.evaluation.metric import register_metric
+from hunav_drake.systems.evaluation.metrics import reduce
+from hunav_drake.systems.evaluation.names import (
+    OBSTACLE_FORCE_ON_AGENTS,
+    OBSTACLE_FORCE_ON_ROBOT,
+    SOCIAL_FORCE_ON_AGENTS,
+    SOCIAL_FORCE_ON_ROBOT,
+    SOCIAL_WORK,
+)
+from hunav_drake.systems.evaluation.recording import Recording
+
+Array = NDArray[np.float64]
+
+SOURCE = (
+    "social force model, Moussaid et al. 2009, Helbing & Molnar 1995; "
+    "HuNavSim, Perez-Higueras et al. 2023"
+)
+
+
+def social_force_on_agents(recording: Recording) -> Array:
+    """The social forces of the robot on people: sum_{k,i} |f_k^{r->i}|.
+
+    0 without people. Series: the sum over people.
+    """
+    return recording.derived.social_force.sum(axis=1)
+
+
+def social_force_on_robot(recording: Recording) -> Array:
+    """The social forces of people on the robot: sum_{k,i} |f_k^{i->r}|.
+
+    It equals the forces on the people, as the law is antisymmetric. 0 without
+    people. Series: the sum over people.
+    """
+    return recording.derived.social_force.sum(axis=1)
+
+
+def obstacle_force_on_agents(recording: Recording) -> Array:
+    """The forces of the walls on people: sum_k mean_i |f_k^{o->i}|.
+
+    The forces of all walls on one person add up as vectors. The mean is over
+    the people present; NaN without people. Series: that mean.
+    """
+    return mean_of_present(recording.derived.obstacle_force_on_humans)
+
+
+def obstacle_force_on_robot(recording: Recording) -> Array:
+    """The force of the walls on the robot: sum_k |f_k^{o->r}|.
+
+    The forces of all walls add up as vectors. Series: the force.
+    """
+    return recording.derived.obstacle_force_on_robot
+
+
+def social_work(recording: Recording) -> Array:
+    """The work that the robot makes for itself and for people.
+
+    The sum of the social force on the robot, the obstacle force on the robot,
+    and the social force on the people. Series: the same sum at each sample.
+    """
+    return (
+        social_force_on_robot(recording)
+        + obstacle_force_on_robot(recording)
+        + social_force_on_agents(recording)
+    )
+
+
+def _rate(recording: Recording, *, series: Callable[..., Array]) -> float:
+    return reduce.mean(series(recording))
+
+
+for _name, _function in (
+    (SOCIAL_FORCE_ON_AGENTS, social_force_on_agents),
+    (SOCIAL_FORCE_ON_ROBOT, social_force_on_robot),
+    (OBSTACLE_FORCE_ON_AGENTS, obstacle_force_on_agents),
+    (OBSTACLE_FORCE_ON_ROBOT, obstacle_force_on_robot),
+    (SOCIAL_WORK, social_work),
+):
+    register_metric(
+        name=_name,
+        unit="m/s^2",
+        family="forces",
+        direction="lower",
+        source=SOURCE,
+        reduce=reduce.total,
+    )(_function)
+    register_metric(
+        name=f"{_name}_rate",
+        unit="m/s^2",
+        family="forces",
+        direction="lower",
+        source="hunav_drake",
+        definition=f"""
+            The mean over the samples of what {_name} sums up, which does not
+            depend on the time between samples.
+            """,
+    )(partial(_rate, series=_function))

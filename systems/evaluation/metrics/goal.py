@@ -1,0 +1,86 @@
+"""Whether, when, and how closely the robot reached its goal."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hunav_drake.systems.evaluation.metric import register_metric
+from hunav_drake.systems.evaluation.metrics import reduce
+from hunav_drake.systems.evaluation.metrics.path import PEREZ_2018
+from hunav_drake.systems.evaluation.names import (
+    COMPLETED,
+    FINAL_DIST_TO_TARGET,
+    MIN_DIST_TO_TARGET,
+    TIME_TO_REACH_GOAL,
+)
+from hunav_drake.systems.evaluation.recording import Recording
+
+Array = NDArray[np.float64]
+
+SEAN = "SEAN 2.0, Tsoi et al. 2022"
+
+
+@register_metric(
+    name=TIME_TO_REACH_GOAL,
+    unit="s",
+    family="goal",
+    direction="lower",
+    source=PEREZ_2018,
+)
+def time_to_reach_goal(recording: Recording) -> float:
+    """The time from the start to the first sample at the goal.
+
+    At the goal is closer than the goal tolerance, and turned from the goal's
+    heading by the yaw tolerance at most. NaN if the robot never is, or has no
+    goal.
+    """
+    at_goal = recording.derived.at_goal
+    if not at_goal.any():
+        return np.nan
+    return float(recording.times[at_goal.argmax()] - recording.times[0])
+
+
+@register_metric(
+    name=COMPLETED, unit="-", family="goal", direction="higher", source=SEAN
+)
+def completed(recording: Recording) -> float:
+    """1 if the robot is at the goal in the last sample, or else 0.
+
+    At the goal is closer than the goal tolerance, |p_N - g| < r_g, and turned
+    from the goal's heading by the yaw tolerance at most. NaN without a goal.
+    """
+    if recording.goal is None:
+        return np.nan
+    return float(recording.derived.at_goal[-1])
+
+
+@register_metric(
+    name=MIN_DIST_TO_TARGET,
+    unit="m",
+    family="goal",
+    direction="lower",
+    source=SEAN,
+    aliases=["minimum_distance_to_target"],
+)
+def min_dist_to_target(recording: Recording) -> float:
+    """How close to the goal the robot came, min_k |p_k - g|.
+
+    NaN without a goal.
+    """
+    return float(recording.derived.goal_distance.min())
+
+
+@register_metric(
+    name=FINAL_DIST_TO_TARGET,
+    unit="m",
+    family="goal",
+    direction="lower",
+    source=SEAN,
+    aliases=["final_distance_to_target"],
+    reduce=reduce.last,
+)
+def final_dist_to_target(recording: Recording) -> Array:
+    """How far from the goal the robot ended, |p_N - g|.
+
+    NaN without a goal. Series: the distance to the goal.
+    """
+    return recording.derived.goal_distance

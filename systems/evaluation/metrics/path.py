@@ -1,0 +1,60 @@
+"""How long the robot was on its way, how far, and how it turned."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hunav_drake.systems.evaluation.metric import register_metric
+from hunav_drake.systems.evaluation.metrics import reduce
+from hunav_drake.systems.evaluation.names import (
+    CUMULATIVE_HEADING_CHANGES,
+    DURATION,
+    PATH_LENGTH,
+)
+from hunav_drake.systems.evaluation.recording import Recording
+
+Array = NDArray[np.float64]
+
+PEREZ_2018 = "Perez-Higueras et al. 2018"
+
+
+def since_previous(changes: Array, first: float = 0.0) -> Array:
+    """Returns what the N intervals add, at the sample that ends each."""
+    return np.concatenate([[first], changes])
+
+
+@register_metric(name=DURATION, unit="s", family="path", source="hunav_drake")
+def duration(recording: Recording) -> float:
+    """The length of the recording, t_N - t_0, whether the goal is reached."""
+    return float(recording.times[-1] - recording.times[0])
+
+
+@register_metric(
+    name=PATH_LENGTH,
+    unit="m",
+    family="path",
+    direction="lower",
+    source=PEREZ_2018,
+    reduce=reduce.total,
+)
+def path_length(recording: Recording) -> Array:
+    """The length of the robot's path, sum |p_{k+1} - p_k|.
+
+    Series: the way since the sample before.
+    """
+    return since_previous(recording.derived.step_lengths)
+
+
+@register_metric(
+    name=CUMULATIVE_HEADING_CHANGES,
+    unit="rad",
+    family="path",
+    direction="lower",
+    source=PEREZ_2018,
+    reduce=reduce.total,
+)
+def cumulative_heading_changes(recording: Recording) -> Array:
+    """All that the robot turned, sum |wrap(yaw_{k+1} - yaw_k)|.
+
+    Series: the turn since the sample before.
+    """
+    return since_previous(recording.derived.heading_changes)

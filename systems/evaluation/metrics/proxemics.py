@@ -1,0 +1,150 @@
+"""How close the robot came to people and groups.
+
+Distances are gaps: between the surfaces of the discs of robot and person, 0
+where they overlap.
+"""
+
+from functools import partial
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hunav_drake.systems.evaluation.metric import register_metric
+from hunav_drake.systems.evaluation.metrics import reduce
+from hunav_drake.systems.evaluation.metrics.path import PEREZ_2018
+from hunav_drake.systems.evaluation.names import (
+    AVG_DIST_TO_CLOSEST_PERSON,
+    GROUP_INTIMATE_SPACE_INTRUSIONS,
+    GROUP_PERSONAL_SPACE_INTRUSIONS,
+    GROUP_SOCIAL_SPACE_INTRUSIONS,
+    INTIMATE_SPACE_INTRUSIONS,
+    MAX_DIST_TO_PEOPLE,
+    MIN_DIST_TO_PEOPLE,
+    PERSONAL_SPACE_INTRUSIONS,
+    PUBLIC_SPACE_INTRUSIONS,
+    SOCIAL_SPACE_INTRUSIONS,
+)
+from hunav_drake.systems.evaluation.recording import Recording
+
+Array = NDArray[np.float64]
+
+# The outer bounds of the intimate, personal and social space around a person,
+# in meters: Hall, "The Hidden Dimension", 1969.
+INTIMATE, PERSONAL, SOCIAL = 0.45, 1.2, 3.6
+
+
+@register_metric(
+    name=AVG_DIST_TO_CLOSEST_PERSON,
+    unit="m",
+    family="proxemics",
+    direction="higher",
+    source=PEREZ_2018,
+    aliases=["avg_distance_to_closest_person"],
+    reduce=reduce.mean,
+)
+def avg_dist_to_closest_person(recording: Recording) -> Array:
+    """The mean over the samples of the gap to the closest person.
+
+    mean_k min_i gap_k^i, over the samples at which anyone is present; NaN
+    without people. Series: the gap to the closest person.
+    """
+    return recording.derived.closest_gap
+
+
+@register_metric(
+    name=MIN_DIST_TO_PEOPLE,
+    unit="m",
+    family="proxemics",
+    direction="higher",
+    source=PEREZ_2018,
+    aliases=["minimum_distance_to_people"],
+)
+def min_dist_to_people(recording: Recording) -> float:
+    """The smallest gap to anyone, min_{k,i} gap_k^i; NaN without people."""
+    return float(np.fmin.reduce(recording.derived.closest_gap))
+
+
+@register_metric(
+    name=MAX_DIST_TO_PEOPLE,
+    unit="m",
+    family="proxemics",
+    source="HuNavSim, Perez-Higueras et al. 2023",
+    aliases=["maximum_distance_to_people"],
+)
+def max_dist_to_people(recording: Recording) -> float:
+    """The largest gap to anyone, max_{k,i} gap_k^i; NaN without people."""
+    gaps = recording.derived.gaps
+    return float(np.fmax.reduce(gaps, axis=None, initial=np.nan))
+
+
+def within_band(gap: Array, low: float, high: float) -> Array:
+    """Returns 1 where low <= gap < high, else 0, and NaN where gap is."""
+    inside = (gap >= low) & (gap < high)
+    return np.where(np.isnan(gap), np.nan, inside.astype(float))
+
+
+def _person_band(recording: Recording, *, low: float, high: float) -> Array:
+    return within_band(recording.derived.closest_gap, low, high)
+
+
+def _group_band(recording: Recording, *, low: float, high: float) -> Array:
+    return within_band(recording.derived.group_gap, low, high)
+
+
+for _name, _alias, _low, _high in (
+    (INTIMATE_SPACE_INTRUSIONS, (), 0.0, INTIMATE),
+    (PERSONAL_SPACE_INTRUSIONS, (), INTIMATE, PERSONAL),
+    (
+        SOCIAL_SPACE_INTRUSIONS,
+        ("social_space_intrusions",),
+        PERSONAL,
+        SOCIAL,
+    ),
+    (PUBLIC_SPACE_INTRUSIONS, (), SOCIAL, math.inf),
+):
+    register_metric(
+        name=_name,
+        unit="%",
+        family="proxemics",
+        direction="none" if math.isinf(_high) else "lower",
+        source=PEREZ_2018 if math.isfinite(_high) else "hunav_drake",
+        aliases=_alias,
+        definition=f"""
+            The share of the samples at which the gap to the closest person,
+            min_i gap_k^i, is at least {_low} m and below {_high} m.
+
+            Samples without people count among all; NaN if nobody ever is
+            present. Series: 1 at such a sample, else 0.
+            """,
+        reduce=reduce.share,
+    )(partial(_person_band, low=_low, high=_high))
+
+for _name, _alias, _low, _high in (
+    (GROUP_INTIMATE_SPACE_INTRUSIONS, (), 0.0, INTIMATE),
+    (GROUP_PERSONAL_SPACE_INTRUSIONS, (), INTIMATE, PERSONAL),
+    (
+        GROUP_SOCIAL_SPACE_INTRUSIONS,
+        ("group_social_space_intrusions",),
+        PERSONAL,
+        SOCIAL,
+    ),
+):
+    register_metric(
+        name=_name,
+        unit="%",
+        family="proxemics",
+        direction="lower",
+        source=PEREZ_2018,
+        aliases=_alias,
+        definition=f"""
+            The share of the samples at which the gap to the closest group's
+            interaction center c, max(|p_k - c_k| - R_r, 0), is at least
+            {_low} m and below {_high} m.
+
+            c is the mean over the members present, two at least, of the point
+            1.5 m ahead of each. NaN without groups. Series: 1 at such a
+            sample, else 0.
+            """,
+        reduce=reduce.share,
+    )(partial(_group_band, low=_low, high=_high))

@@ -1,0 +1,33 @@
+"""From a series over the samples to one number. NaN is skipped."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+def mean(series: Array) -> float:
+    """Returns the mean, every sample counting the same."""
+    values = series[~np.isnan(series)]
+    return float(values.mean()) if values.size else np.nan
+
+
+def total(series: Array) -> float:
+    """Returns the sum; NaN if there is nothing to sum."""
+    values = series[~np.isnan(series)]
+    return float(values.sum()) if values.size else np.nan
+
+
+def last(series: Array) -> float:
+    """Returns the last value, NaN or not."""
+    return float(series[-1])
+
+
+def share(series: Array) -> float:
+    """Returns how many of the samples are 1, in percent of all samples.
+
+    Samples without a value count among all; NaN if there are only such.
+    """
+    if np.isnan(series).all():
+        return np.nan
+    return float(100 * np.count_nonzero(series == 1) / len(series))

@@ -1,0 +1,158 @@
+"""How fast robot and people moved, and how smoothly the robot did."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hunav_drake.systems.evaluation.derived import mean_of_present
+from hunav_drake.systems.evaluation.metric import register_metric
+from hunav_drake.systems.evaluation.metrics import reduce
+from hunav_drake.systems.evaluation.metrics.goal import SEAN
+from hunav_drake.systems.evaluation.metrics.path import since_previous
+from hunav_drake.systems.evaluation.names import (
+    AVG_CLOSEST_PEDESTRIAN_VELOCITY,
+    AVG_PEDESTRIAN_VELOCITY,
+    AVG_ROBOT_ACCELERATION,
+    AVG_ROBOT_ANGULAR_SPEED,
+    AVG_ROBOT_JERK,
+    AVG_ROBOT_LINEAR_SPEED,
+    TIME_NOT_MOVING,
+)
+from hunav_drake.systems.evaluation.recording import Recording
+
+Array = NDArray[np.float64]
+
+SOCNAVBENCH = "SocNavBench, Biswas et al. 2022"
+KATYAL = "Katyal et al. 2022"
+
+# A robot slower than both is not moving, in m/s and rad/s.
+STILL_SPEED = 0.01
+STILL_TURN_RATE = 0.02
+
+
+@register_metric(
+    name=TIME_NOT_MOVING,
+    unit="s",
+    family="speeds",
+    direction="lower",
+    source=SEAN,
+    reduce=reduce.total,
+)
+def time_not_moving(recording: Recording) -> Array:
+    """The total time of the intervals in which the robot did not move.
+
+    Those are intervals with |v| < 0.01 m/s and |omega| < 0.02 rad/s at both
+    ends. Series: the time not moving since the sample before.
+    """
+    derived = recording.derived
+    still = (np.abs(derived.forward_speed) < STILL_SPEED) & (
+        derived.turn_rate < STILL_TURN_RATE
+    )
+    return since_previous(
+        np.where(still[1:] & still[:-1], derived.intervals, 0.0)
+    )
+
+
+@register_metric(
+    name=AVG_ROBOT_LINEAR_SPEED,
+    unit="m/s",
+    family="speeds",
+    direction="higher",
+    source=SOCNAVBENCH,
+    reduce=reduce.mean,
+)
+def avg_robot_linear_speed(recording: Recording) -> Array:
+    """The mean over the samples of the robot's forward speed v.
+
+    Backwards counts as negative. Series: the speed.
+    """
+    return recording.derived.forward_speed
+
+
+@register_metric(
+    name=AVG_ROBOT_ANGULAR_SPEED,
+    unit="rad/s",
+    family="speeds",
+    direction="lower",
+    source=SOCNAVBENCH,
+    reduce=reduce.mean,
+)
+def avg_robot_angular_speed(recording: Recording) -> Array:
+    """The mean over the samples of the robot's turn rate |omega|.
+
+    Series: the turn rate, not signed.
+    """
+    return recording.derived.turn_rate
+
+
+@register_metric(
+    name=AVG_ROBOT_ACCELERATION,
+    unit="m/s^2",
+    family="speeds",
+    direction="lower",
+    source=SOCNAVBENCH,
+    aliases=["avg_acceleration"],
+    reduce=reduce.mean,
+)
+def avg_robot_acceleration(recording: Recording) -> Array:
+    """The mean over the intervals of |v_{k+1} - v_k| / (t_{k+1} - t_k).
+
+    NaN for a single sample. Series: that of the interval before.
+    """
+    return since_previous(np.abs(recording.derived.acceleration), np.nan)
+
+
+@register_metric(
+    name=AVG_ROBOT_JERK,
+    unit="m/s^3",
+    family="speeds",
+    direction="lower",
+    source=SOCNAVBENCH,
+    aliases=["avg_overacceleration", "avg_robot_overacceleration"],
+    reduce=reduce.mean,
+)
+def avg_robot_jerk(recording: Recording) -> Array:
+    """The mean over successive intervals of |a_{k+1} - a_k| / dt.
+
+    a_k = (v_{k+1} - v_k) / (t_{k+1} - t_k) is signed, and dt is the time
+    between the middles of the two intervals. NaN for fewer than three
+    samples. Series: that of the two intervals before.
+    """
+    derived = recording.derived
+    dt = (derived.intervals[1:] + derived.intervals[:-1]) / 2
+    jerk = np.abs(np.diff(derived.acceleration)) / dt
+    empty = np.full(len(recording) - len(jerk), np.nan)
+    return np.concatenate([empty, jerk])
+
+
+@register_metric(
+    name=AVG_PEDESTRIAN_VELOCITY,
+    unit="m/s",
+    family="speeds",
+    direction="higher",
+    source=KATYAL,
+    aliases=["avg_pedestrians_velocity"],
+    reduce=reduce.mean,
+)
+def avg_pedestrian_velocity(recording: Recording) -> Array:
+    """The mean over the samples of the mean speed of the people present.
+
+    NaN without people. Series: the mean speed.
+    """
+    return mean_of_present(recording.derived.human_speed)
+
+
+@register_metric(
+    name=AVG_CLOSEST_PEDESTRIAN_VELOCITY,
+    unit="m/s",
+    family="speeds",
+    direction="higher",
+    source=KATYAL,
+    reduce=reduce.mean,
+)
+def avg_closest_pedestrian_velocity(recording: Recording) -> Array:
+    """The mean over the samples of the closest person's speed.
+
+    The closest is whose center is closest to the robot's; NaN without people.
+    Series: that speed.
+    """
+    return recording.derived.closest_human_speed

@@ -1,0 +1,310 @@
+"""A recorded trial, as arrays: all that a metric is computed from."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, fields
+import difflib
+from functools import cached_property
+import math
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hunav_drake.systems.evaluation import recording_file
+from hunav_drake.systems.evaluation.derived import Derived
+from hunav_drake.systems.layout import RADIUS, STATE_SIZE
+from hunav_drake.systems.obstacles import Obstacles
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Recording:
+    """What happened in a trial, at N + 1 instants, to a robot and n people.
+
+    Everything is in SI units and radians, in the world frame W; the rows of
+    states are those of `hunav_drake.systems.layout.STATE_FIELDS`. A recording
+    does not change: its arrays are read-only, so copies share them.
+
+    Attributes:
+        times: Shape (N + 1,), strictly increasing, in seconds.
+        robot: Shape (N + 1, 7), the robot's states.
+        humans: Shape (N + 1, n, 7), the states of people. A row of NaN is a
+            person who is missing at that instant.
+        behavior_status: Shape (N + 1, n), integers: 0 where a person's
+            behavior does not react to the robot. Zeros by default.
+        human_names: n names, "human_1", ... by default.
+        human_ids: n different integers, 1, ... by default.
+        behaviors: The names of n behaviors, "regular" by default.
+        group_ids: n integers, -1 (the default) for who walks alone.
+        goal: The pose (x, y, yaw) that the robot was to reach, or None.
+        goal_tolerance: How near to it is at the goal, in meters.
+        goal_yaw_tolerance: The same for the heading, in radians. By default
+            any heading will do.
+        obstacles: The walls.
+        nearest_walls: Shape (N + 1, 1 + n, k, 2), for recordings from
+            elsewhere that do not know the walls: up to k nearest points of
+            walls to the robot (row 0) and to each person, NaN where there are
+            fewer. They stand in for `obstacles`.
+
+    Raises:
+        ValueError: If an array has a wrong shape, a number that is not
+            finite, or times that do not increase.
+    """
+
+    times: Array
+    robot: Array
+    humans: Array
+    behavior_status: NDArray[np.int64] | None = None
+    human_names: tuple[str, ...] = ()
+    human_ids: tuple[int, ...] = ()
+    behaviors: tuple[str, ...] = ()
+    group_ids: tuple[int, ...] = ()
+    goal: tuple[float, float, float] | None = None
+    goal_tolerance: float = 0.25
+    goal_yaw_tolerance: float = math.pi
+    obstacles: Obstacles = field(
+        default_factory=lambda: Obstacles.from_points([])
+    )
+    nearest_walls: Array | None = None
+
+    def __post_init__(self) -> None:
+        times = _array("times", self.times, (None,))
+        samples = len(times)
+        if not samples:
+            raise ValueError("recording.times: needs at least one sample")
+        _check_increasing(times)
+        robot = _array("robot", self.robot, (samples, STATE_SIZE))
+        humans = _array("humans", self.humans, (samples, None, STATE_SIZE))
+        n = humans.shape[1]
+        _check_states(robot, humans)
+        status = np.zeros((samples, n), dtype=np.int64)
+        if self.behavior_status is not None:
+            status[:] = _array(
+                "behavior_status", self.behavior_status, (samples, n)
+            )
+        nearest = self.nearest_walls
+        if nearest is not None:
+            nearest = _array(
+                "nearest_walls", nearest, (samples, n + 1, None, 2)
+            )
+            nearest.setflags(write=False)
+        for array in (times, robot, humans, status):
+            array.setflags(write=False)
+        ids = range(1, n + 1)
+        self._set(
+            times=times,
+            robot=robot,
+            humans=humans,
+            behavior_status=status,
+            nearest_walls=nearest,
+            human_names=_per_human(
+                "human_names", self.human_names, [f"human_{i}" for i in ids]
+            ),
+            human_ids=_per_human("human_ids", self.human_ids, list(ids)),
+            behaviors=_per_human("behaviors", self.behaviors, ["regular"] * n),
+            group_ids=_per_human("group_ids", self.group_ids, [-1] * n),
+            goal=_checked_goal(self.goal),
+        )
+        for name in ("goal_tolerance", "goal_yaw_tolerance"):
+            if not getattr(self, name) > 0:
+                raise ValueError(
+                    f"recording.{name}: must be positive, got"
+                    f" {getattr(self, name)}"
+                )
+
+    def _set(self, **values: Any) -> None:
+        # The way of dataclasses themselves to fill in a frozen one.
+        for name, value in values.items():
+            object.__setattr__(self, name, value)
+
+    def __len__(self) -> int:
+        """Returns the number of samples, N + 1."""
+        return len(self.times)
+
+    def __repr__(self) -> str:
+        return (
+            f"<Recording of {len(self)} samples from {self.times[0]:g} s to"
+            f" {self.times[-1]:g} s, with {self.num_humans} people>"
+        )
+
+    @property
+    def num_humans(self) -> int:
+        """The number of people, n."""
+        return int(self.humans.shape[1])
+
+    @cached_property
+    def derived(self) -> Derived:
+        """Quantities that several metrics share, each computed once."""
+        return Derived(self)
+
+    def only(self, behavior: str) -> Self:
+        """Returns the same trial with no one but the people of one behavior.
+
+        Raises:
+            ValueError: If nobody has that behavior.
+        """
+        chosen = [i for i, b in enumerate(self.behaviors) if b == behavior]
+        if not chosen:
+            near = difflib.get_close_matches(behavior, self.behaviors, n=1)
+            raise ValueError(
+                f"nobody in the recording has the behavior {behavior!r}"
+                + (f"; did you mean {near[0]!r}?" if near else "")
+            )
+
+        def pick(values: Sequence[Any]) -> tuple[Any, ...]:
+            return tuple(values[i] for i in chosen)
+
+        values = self._values()
+        values |= {
+            "humans": self.humans[:, chosen],
+            "behavior_status": values["behavior_status"][:, chosen],
+            "human_names": pick(self.human_names),
+            "human_ids": pick(self.human_ids),
+            "behaviors": pick(self.behaviors),
+            "group_ids": pick(self.group_ids),
+        }
+        if self.nearest_walls is not None:
+            rows = [0, *(1 + i for i in chosen)]
+            values["nearest_walls"] = self.nearest_walls[:, rows]
+        return type(self)(**values)
+
+    def save(self, path: str | Path) -> None:
+        """Writes the recording to one .npz file, in one piece or not at all.
+
+        Raises:
+            OSError: If the file cannot be written.
+        """
+        recording_file.write(path, self._values())
+
+    @classmethod
+    def load(cls, path: str | Path) -> Self:
+        """Reads a recording that `save` has written.
+
+        Raises:
+            OSError: If the file cannot be read.
+            ValueError: If the file is not a recording.
+        """
+        values = recording_file.read(path)
+        try:
+            return cls(**values)
+        except ValueError as error:
+            raise ValueError(f"{path}: {error}") from error
+
+    def _values(self) -> dict[str, Any]:
+        return {f.name: getattr(self, f.name) for f in fields(self)}
+
+    def __eq__(self, other: object) -> bool:
+        """Tells whether two recordings have the same content."""
+        if not isinstance(other, Recording):
+            return NotImplemented
+        return all(
+            _same(a, b)
+            for a, b in zip(
+                self._values().values(), other._values().values(), strict=True
+            )
+        )
+
+    # Equal content, yet large: recordings are not meant for dictionaries.
+    __hash__ = None  # type: ignore[assignment]
+
+    def __copy__(self) -> Self:
+        return self
+
+    def __deepcopy__(self, memo: Any) -> Self:
+        # Nothing in it can change, and Drake copies values at every turn.
+        return self
+
+    def __reduce__(self) -> Any:
+        # The derived quantities stay behind: they are larger than the rest.
+        return _restore, (type(self), self._values())
+
+
+def _restore(cls: type[Recording], values: dict[str, Any]) -> Recording:
+    return cls(**values)
+
+
+def _array(name: str, value: ArrayLike, shape: tuple[int | None, ...]) -> Array:
+    """Returns a copy of an array, after a check of its shape."""
+    try:
+        array = np.array(value, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise ValueError(
+            f"recording.{name}: is not an array: {error}"
+        ) from None
+    if len(array.shape) != len(shape) or any(
+        want not in (None, got)
+        for want, got in zip(shape, array.shape, strict=True)
+    ):
+        wanted = ", ".join("any" if s is None else str(s) for s in shape)
+        raise ValueError(
+            f"recording.{name}: must have the shape ({wanted}), got"
+            f" {array.shape}"
+        )
+    return array
+
+
+def _check_increasing(times: Array) -> None:
+    if not np.isfinite(times).all():
+        raise ValueError("recording.times: must be finite")
+    late = np.flatnonzero(np.diff(times) <= 0)
+    if late.size:
+        k = int(late[0])
+        raise ValueError(
+            "recording.times: must increase strictly, but sample"
+            f" {k + 1} at {times[k + 1]} s follows sample {k} at"
+            f" {times[k]} s"
+        )
+
+
+def _check_states(robot: Array, humans: Array) -> None:
+    bad = np.flatnonzero(~np.isfinite(robot).all(axis=1))
+    if bad.size:
+        raise ValueError(
+            f"recording.robot: must be finite, but sample {bad[0]} is"
+            f" {robot[bad[0]].tolist()}"
+        )
+    finite = np.isfinite(humans).all(axis=2) | np.isnan(humans).all(axis=2)
+    if not finite.all():
+        k, i = np.argwhere(~finite)[0].tolist()
+        raise ValueError(
+            "recording.humans: a row must be finite, or all NaN for a"
+            f" missing person, but person {i} at sample {k} is"
+            f" {humans[k, i].tolist()}"
+        )
+    if (robot[:, RADIUS] < 0).any() or (humans[..., RADIUS] < 0).any():
+        raise ValueError("recording: a radius must not be negative")
+
+
+def _per_human(name: str, values: Sequence[Any], default: list[Any]) -> Any:
+    if not len(values):
+        return tuple(default)
+    if len(values) != len(default):
+        raise ValueError(
+            f"recording.{name}: needs one for each of {len(default)} people,"
+            f" got {len(values)}"
+        )
+    if name == "human_ids" and len(set(values)) != len(values):
+        raise ValueError(f"recording.human_ids: must differ, got {values}")
+    return tuple(type(d)(v) for d, v in zip(default, values, strict=True))
+
+
+def _checked_goal(goal: Any) -> tuple[float, float, float] | None:
+    if goal is None:
+        return None
+    x, y, yaw = _array("goal", goal, (3,)).tolist()
+    if not all(map(math.isfinite, (x, y, yaw))):
+        raise ValueError(f"recording.goal: must be finite, got {goal}")
+    return x, y, yaw
+
+
+def _same(a: Any, b: Any) -> bool:
+    if isinstance(a, Obstacles) and isinstance(b, Obstacles):
+        return all(
+            np.array_equal(getattr(a, f.name), getattr(b, f.name))
+            for f in fields(Obstacles)
+        )
+    if isinstance(a, np.ndarray) and isinstance(b, np.ndarray):
+        return np.array_equal(a, b, equal_nan=True)
+    return bool(type(a) is type(b) and a == b)

@@ -1,0 +1,157 @@
+"""The recording while it grows: a list that shares its past.
+
+Drake copies a context's abstract values at every update and for every clone.
+A node that never changes may be shared instead of copied: a sample costs the
+same however many came before, and clones of a context share what happened
+until they part.
+"""
+
+import math
+from typing import Any, NamedTuple, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hunav_drake.systems.evaluation.derived import CONTACT_GAP, surface_gaps
+from hunav_drake.systems.layout import STATE_SIZE, X, Y
+
+Array = NDArray[np.float64]
+
+
+class Running(NamedTuple):
+    """What is known of a trial so far."""
+
+    # The length of the path, in meters.
+    path_length: float
+    # The gap to the closest person at the last sample, and the smallest until
+    # then, in meters; NaN if there was nobody.
+    closest_gap: float
+    min_gap: float
+    # How many contacts with people have begun.
+    collisions: int
+    # Who touched the robot at the last sample, shape (n,).
+    contact: NDArray[np.bool_]
+
+
+class Sample:
+    """One sample, and through it all that came before. It never changes.
+
+    The first node of a list is the start, which is no sample.
+    """
+
+    __slots__ = (
+        "_running",
+        "count",
+        "first_time",
+        "humans",
+        "previous",
+        "robot",
+        "status",
+        "time",
+    )
+
+    # The node before, and how many there are up to this one.
+    previous: Self | None
+    count: int
+    # When the list begins, and the time of this sample, in seconds.
+    first_time: float
+    time: float
+    # The robot's state, shape (7,), those of people, shape (7n,), and the
+    # status of their behaviors, shape (n,), if there is any.
+    robot: Array
+    humans: Array
+    status: Array | None
+    _running: Running | None
+
+    def __init__(
+        self,
+        previous: Self,
+        time: float,
+        robot: Array,
+        humans: Array,
+        status: Array | None,
+    ) -> None:
+        """Constructs the node that follows another.
+
+        Args:
+            previous: The node before.
+            time: The time, in seconds.
+            robot: The robot's state, shape (7,).
+            humans: The states of people, shape (7n,).
+            status: The status of their behaviors, shape (n,), or None.
+        """
+        self.previous = previous
+        self.count = previous.count + 1
+        self.first_time = previous.first_time if previous.count else time
+        self.time = time
+        self.robot = robot
+        self.humans = humans
+        self.status = status
+        self._running = None
+
+    @classmethod
+    def start(cls, n: int) -> Self:
+        """Returns the start of a list for n people."""
+        node = cls.__new__(cls)
+        node.previous = None
+        node.count = 0
+        node.first_time = node.time = -math.inf
+        node.robot = np.zeros(STATE_SIZE)
+        node.humans = np.zeros(STATE_SIZE * n)
+        node.status = None
+        nobody = np.zeros(n, dtype=np.bool_)
+        node._running = Running(0.0, np.nan, np.nan, 0, nobody)
+        return node
+
+    def __copy__(self) -> Self:
+        return self
+
+    def __deepcopy__(self, memo: Any) -> Self:
+        return self
+
+    def nodes(self) -> list[Self]:
+        """Returns the samples up to this one, in the order of time."""
+        nodes = []
+        node = self
+        while node.previous is not None:
+            nodes.append(node)
+            node = node.previous
+        return nodes[::-1]
+
+    @property
+    def running(self) -> Running:
+        """What is known up to this sample.
+
+        Each node works it out when it is first asked for, from the node
+        before, and remembers it.
+        """
+        pending = []
+        node = self
+        while node._running is None:
+            pending.append(node)
+            if node.previous is None:
+                raise RuntimeError("a start always knows its running values")
+            node = node.previous
+        running = node._running
+        for after in reversed(pending):
+            running = after._running = _advance(running, node, after)
+            node = after
+        return running
+
+
+def _advance(running: Running, before: Sample, after: Sample) -> Running:
+    step = 0.0
+    if before.count:
+        way = after.robot[: Y + 1] - before.robot[: Y + 1]
+        step = float(np.hypot(way[X], way[Y]))
+    gaps = surface_gaps(after.robot, after.humans.reshape(-1, STATE_SIZE))
+    closest = float(np.fmin.reduce(gaps, initial=np.nan))
+    contact = gaps < CONTACT_GAP
+    return Running(
+        path_length=running.path_length + step,
+        closest_gap=closest,
+        min_gap=float(np.fmin(running.min_gap, closest)),
+        collisions=running.collisions
+        + int(np.count_nonzero(contact & ~running.contact)),
+        contact=contact,
+    )

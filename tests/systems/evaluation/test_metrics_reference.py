@@ -1,0 +1,341 @@
+"""The recorded results of HuNavSim's evaluator, metric by metric."""
+
+import gzip
+import json
+import math
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+
+from hunav_drake.systems.evaluation.compute import compute_metrics, evaluate
+from hunav_drake.systems.evaluation.metrics import METRICS, select_metrics
+from hunav_drake.systems.evaluation.names import (
+    AVG_DIST_TO_CLOSEST_PERSON,
+    FINAL_DIST_TO_TARGET,
+    MIN_DIST_TO_PEOPLE,
+    MIN_DIST_TO_TARGET,
+    TABLE_I,
+)
+from hunav_drake.systems.evaluation.recording import Recording
+
+RECORDED = [
+    "00_regular_pass",
+    "03_impassive_pass",
+    "06_surprised_pass",
+    "09_scared_pass",
+    "12_curious_pass",
+    "15_threatening_pass",
+    "19_curious_timer30",
+    "27_group3_regular",
+    "30_regular5_obstacles",
+    "32_mix6",
+]
+HAND_MADE = [
+    "h01_straight_to_goal",
+    "h03_person_rams_back_of_standing_robot",
+    "h05_head_on_robot_faster",
+    "h07_contact_left",
+    "h07_contact_left_front",
+    "h07_contact_right_front",
+    "h09_spin_positive",
+    "h11_variable_dt_and_duplicate_stamp",
+    "h13_sine_speed",
+    "h15_one_group",
+    "h17_no_goal",
+    "h19_no_people_at_one_step",
+    "h21_robot_id_equals_agent_id",
+    "h23_behaviors_mixed",
+    "h25_goal_edges",
+]
+CASES = [("metrics", name) for name in RECORDED] + [
+    ("metrics_hand", name) for name in HAND_MADE
+]
+
+# Names of the original of what must agree, of values and of series.
+SAME = (
+    "path_length",
+    "cumulative_heading_changes",
+    "avg_distance_to_closest_person",
+    "minimum_distance_to_people",
+    "intimate_space_intrusions",
+    "personal_space_intrusions",
+    "social_space_intrusions",
+    "minimum_distance_to_target",
+    "final_distance_to_target",
+    "avg_robot_linear_speed",
+    "avg_robot_angular_speed",
+    "avg_pedestrian_velocity",
+    "avg_closest_pedestrian_velocity",
+)
+
+# What differs on purpose, by its name here, and why.
+DIFFERENT = {
+    "time_to_reach_goal": "the original gives the length of the run, reached"
+    " or not; `duration` is that",
+    "group_intimate_space_intrusions": "the original fails with any group, and"
+    " gives 0 without",
+    "group_personal_space_intrusions": "as for the intimate space",
+    "group_social+_space_intrusions": "as for the intimate space",
+    "robot_on_person_collisions": "the original counts samples, not contacts,"
+    " and mixes up the arguments of atan2, which charges the wrong party",
+    "person_on_robot_collisions": "as for the robot",
+    "time_not_moving": "here an interval counts if the robot is still at both"
+    " its ends",
+    "avg_robot_acceleration": "the original divides by the samples, not by the"
+    " intervals, which are one fewer",
+    "avg_robot_jerk": "the original divides the acceleration by dt, not its"
+    " change",
+    "social_force_on_agents": "the original mixes up the arguments of atan2, so"
+    " that its forces depend on the world's orientation",
+    "social_force_on_robot": "as for the agents",
+    "social_work": "it sums the social forces",
+    "obstacle_force_on_agents": "the original divides by the number of points",
+    "obstacle_force_on_robot": "as for the agents",
+}
+
+
+class Case(NamedTuple):
+    """A case of the original program."""
+
+    recording: Recording
+    # Its values, by the original's names, and its series.
+    final: dict[str, Any]
+    per_step: dict[str, Any]
+    # The times of the samples since the first, in seconds.
+    stamps: list[float]
+    # The same for each behavior, by its number; None where nobody has it.
+    by_behavior: dict[str, Any]
+
+
+def load_case(path: Path) -> Case:
+    """Reads a case of the evaluator from the recorded results."""
+    data = json.loads(gzip.decompress(path.read_bytes()))
+    expected = data["expected"]
+    given = data.get("input", expected)
+    steps = data.get("published") or given["steps"]
+    goal = given["robot_goal"]
+    recording = to_recording(steps, goal, given["robot_goal_radius"])
+    return Case(
+        recording,
+        expected["final"],
+        expected["per_step"],
+        expected["time_stamps"],
+        expected["by_behavior"],
+    )
+
+
+def to_recording(
+    steps: list[Any], goal: list[float] | None, goal_radius: float
+) -> Recording:
+    """Returns what the evaluator saw, step by step, as a recording."""
+    people = {a["id"]: a for step in steps for a in step["agents"]}
+    row = {id: i for i, id in enumerate(people)}
+    n, samples = len(row), len(steps)
+    times = np.array([s["sec"] + 1e-9 * s["nanosec"] for s in steps])
+    for k in range(1, samples):
+        # A stamp may be repeated, which a recording refuses.
+        times[k] = max(times[k], times[k - 1] + 1e-9)
+    humans = np.full((samples, n, 7), np.nan)
+    status = np.zeros((samples, n))
+    points = max(
+        len(a["closest_obs"]) for s in steps for a in (s["robot"], *s["agents"])
+    )
+    walls = np.full((samples, 1 + n, points, 2), np.nan)
+    for k, step in enumerate(steps):
+        for agent in step["agents"]:
+            i = row[agent["id"]]
+            humans[k, i] = state_row(agent)
+            status[k, i] = agent["behavior_state"]
+            fill(walls[k, 1 + i], agent["closest_obs"])
+        fill(walls[k, 0], step["robot"]["closest_obs"])
+    return Recording(
+        times=times,
+        robot=np.array([state_row(s["robot"], forward=True) for s in steps]),
+        humans=humans,
+        behavior_status=status,
+        human_ids=tuple(people),
+        behaviors=tuple(str(a["behavior"]) for a in people.values()),
+        group_ids=tuple(a["group_id"] for a in people.values()),
+        goal=None if goal is None else (goal[0], goal[1], 0.0),
+        goal_tolerance=goal_radius,
+        nearest_walls=walls,
+    )
+
+
+def state_row(agent: dict[str, Any], *, forward: bool = False) -> list[float]:
+    """Returns the row of a robot or a person.
+
+    The original takes speeds from their own field, which is rounded to single
+    precision: the velocity gets that length.
+    """
+    along = math.atan2(agent["vy"], agent["vx"])
+    if forward or (agent["vx"] == 0 and agent["vy"] == 0):
+        along = agent["yaw"]
+    speed = agent["linear_vel"]
+    return [
+        agent["x"],
+        agent["y"],
+        agent["yaw"],
+        speed * math.cos(along),
+        speed * math.sin(along),
+        agent["angular_vel"],
+        agent["radius"],
+    ]
+
+
+def fill(rows: Any, points: list[list[float]]) -> None:
+    if points:
+        rows[: len(points)] = points
+
+
+def expected_here(name: str, final: dict[str, Any]) -> float:
+    """Returns the original's value the way it is written here."""
+    value = final[name]
+    # The original has no word for "no value" but this.
+    return math.nan if value == 10000 else float(value)
+
+
+def assert_same(name: str, got: float, expected: float) -> None:
+    assert got == pytest.approx(expected, rel=1e-9, abs=1e-9, nan_ok=True), name
+
+
+@pytest.fixture(params=CASES, ids=lambda case: case[1])
+def case(request, reference):
+    folder, name = request.param
+    return load_case(reference / folder / f"{name}.json.gz")
+
+
+def test_values_agree(case, request):
+    values = compute_metrics(case.recording)
+    for name in SAME:
+        here = select_metrics([name])[0].name
+        if name not in case.final:
+            # The original failed at a step without people.
+            assert "h19" in request.node.name
+        elif "h19" in request.node.name and here == AVG_DIST_TO_CLOSEST_PERSON:
+            # The original counts a step without people as a distance of 0.
+            samples = len(case.recording)
+            expected = case.final[name] * samples / (samples - 1)
+            assert_same(name, values[here], expected)
+        else:
+            assert_same(name, values[here], expected_here(name, case.final))
+
+
+def test_the_largest_distance_agrees_but_for_the_persons_radius(case):
+    radius = case.recording.humans[..., 6]
+    radii = np.unique(radius[~np.isnan(radius)])
+    assert len(radii) == 1
+    got = compute_metrics(case.recording, ["max_dist_to_people"]).iloc[0]
+    expected = case.final["maximum_distance_to_people"]
+    if got == 0:
+        # They overlap all the time, and a gap is not negative.
+        assert expected <= radii[0]
+    else:
+        assert_same("maximum", got + radii[0], expected)
+
+
+def test_acceleration_agrees_but_for_the_divisor(reference):
+    case = load_case(reference / "metrics_hand/h13_sine_speed.json.gz")
+    samples = len(case.recording)
+    got = compute_metrics(case.recording)["avg_robot_acceleration"]
+    assert_same(
+        "acceleration",
+        got * (samples - 1) / samples,
+        case.final["avg_acceleration"],
+    )
+
+
+def test_obstacle_forces_agree_but_for_the_number_of_points(case, request):
+    recording = case.recording
+    points = max(recording.nearest_walls.shape[2], 1)
+    values = compute_metrics(recording, ["forces"])
+    for name in ("obstacle_force_on_agents", "obstacle_force_on_robot"):
+        if name not in case.final:
+            assert "h19" in request.node.name
+            continue
+        expected = case.final[name]
+        assert values[name] / points == pytest.approx(
+            expected, rel=1e-6, abs=1e-6
+        )
+
+
+def test_times_agree(case):
+    times = case.recording.times - case.recording.times[0]
+    assert times == pytest.approx(np.array(case.stamps), abs=2e-9)
+    duration = compute_metrics(case.recording, ["duration"]).iloc[0]
+    assert duration == pytest.approx(case.final["time_to_reach_goal"], abs=2e-9)
+
+
+def test_series_agree(case, request):
+    if "h19" in request.node.name:
+        pytest.skip("the original's series lack the step without people")
+    _, steps = evaluate(case.recording, SAME)
+    for name in SAME:
+        here = select_metrics([name])[0].name
+        if name in case.per_step and here in steps:
+            expected = np.array(case.per_step[name], dtype=float)
+            assert steps[here].to_numpy() == pytest.approx(
+                expected, rel=1e-9, abs=1e-9
+            ), name
+
+
+def test_values_by_behavior_agree(case, request):
+    if "h19" in request.node.name:
+        pytest.skip("the original gives nothing where a person is missing")
+    assert len(case.by_behavior) == 6
+    for behavior, expected in case.by_behavior.items():
+        if expected is None:
+            assert behavior not in case.recording.behaviors
+            continue
+        values = compute_metrics(case.recording.only(behavior), SAME)
+        for name in SAME:
+            here = select_metrics([name])[0].name
+            assert_same(
+                name, values[here], expected_here(name, expected["final"])
+            )
+
+
+def test_every_metric_of_the_paper_is_the_same_or_different_for_a_reason():
+    same = {select_metrics([name])[0].name for name in SAME}
+    unexplained = set(TABLE_I) - same - set(DIFFERENT) - {"completed"}
+    assert not unexplained
+    assert set(DIFFERENT) <= set(METRICS)
+
+
+def test_completed_agrees_where_there_is_a_goal(case):
+    values = compute_metrics(case.recording, ["goal"])
+    if case.recording.goal is None:
+        assert values.isna().all()
+    else:
+        assert values["completed"] == float(case.final["completed"])
+
+
+def test_nothing_is_said_about_a_goal_that_is_not_there(reference):
+    case = load_case(reference / "metrics_hand/h17_no_goal.json.gz")
+    values = compute_metrics(case.recording)
+    assert values[[MIN_DIST_TO_TARGET, FINAL_DIST_TO_TARGET]].isna().all()
+    assert values[MIN_DIST_TO_PEOPLE] > 0
+
+
+@pytest.mark.parametrize(
+    ("name", "robot", "person"),
+    [
+        ("h03_person_rams_back_of_standing_robot", 0, 1),
+        ("h05_head_on_robot_faster", 1, 0),
+        ("h15_one_group", None, None),
+    ],
+)
+def test_collisions_are_charged_to_who_closes_in(
+    reference, name, robot, person
+):
+    case = load_case(reference / f"metrics_hand/{name}.json.gz")
+    values = compute_metrics(case.recording, ["collisions"])
+    if robot is not None:
+        assert values.tolist() == [robot, person]
+    samples = (
+        case.final["robot_on_person_collision"]
+        + case.final["person_on_robot_collision"]
+    )
+    assert 1 <= values.sum() <= samples

@@ -1,0 +1,235 @@
+import copy
+import pickle
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+import numpy as np
+import pytest
+
+from hunav_drake.systems.evaluation import recording_file
+from hunav_drake.systems.evaluation.recording import Recording
+from hunav_drake.systems.obstacles import Obstacles
+
+
+def make_recording(samples=3, n=2, **kwargs) -> Recording:
+    settings = {
+        "times": np.arange(samples) * 0.1,
+        "robot": np.ones((samples, 7)),
+        "humans": np.full((samples, n, 7), 2.0),
+    }
+    return Recording(**(settings | kwargs))
+
+
+def full_recording() -> Recording:
+    humans = np.random.default_rng(0).normal(size=(3, 2, 7)) ** 2
+    humans[1, 0] = np.nan
+    return make_recording(
+        humans=humans,
+        behavior_status=[[0, 1], [2, 0], [1, 1]],
+        human_names=("Ana", "Bo Ø"),
+        human_ids=(7, 3),
+        behaviors=("regular", "scared"),
+        group_ids=(1, 1),
+        goal=(1.0, 2.0, 3.0),
+        goal_tolerance=0.3,
+        goal_yaw_tolerance=0.4,
+        obstacles=Obstacles.from_shapes(
+            [[[0, 0], [1, 0], [1, 1]], [[5, 5]]], solid=[True, False]
+        ),
+        nearest_walls=np.full((3, 3, 1, 2), 0.5),
+    )
+
+
+def test_people_have_defaults():
+    dut = make_recording()
+    assert dut.human_names == ("human_1", "human_2")
+    assert dut.human_ids == (1, 2)
+    assert dut.behaviors == ("regular", "regular")
+    assert dut.group_ids == (-1, -1)
+    assert dut.behavior_status.tolist() == [[0, 0]] * 3
+    assert dut.goal is None
+
+
+def test_it_may_be_of_nobody_and_of_one_instant():
+    dut = make_recording(samples=1, n=0)
+    assert len(dut) == 1
+    assert dut.num_humans == 0
+
+
+@pytest.mark.parametrize(
+    ("kwargs", "message"),
+    [
+        ({"times": [0.0, 0.1]}, r"robot: must have the shape \(2, 7\)"),
+        ({"times": []}, "times: needs at least one sample"),
+        ({"times": [0.0, 0.1, 0.1]}, "sample 2 at 0.1 s follows sample 1"),
+        ({"times": [0.0, 0.2, 0.1]}, "times: must increase strictly"),
+        ({"times": [0.0, np.nan, 1.0]}, "times: must be finite"),
+        ({"times": "now"}, "times: is not an array"),
+        ({"robot": np.ones((3, 6))}, r"robot: must have the shape \(3, 7\)"),
+        ({"robot": np.full((3, 7), np.inf)}, "robot: must be finite"),
+        ({"robot": -np.ones((3, 7))}, "radius must not be negative"),
+        ({"humans": np.ones((3, 14))}, r"must have the shape \(3, any, 7\)"),
+        ({"behavior_status": [[0, 0]]}, "behavior_status: must have"),
+        ({"human_names": ("a",)}, "human_names: needs one for each of 2"),
+        ({"human_ids": (1, 1)}, r"human_ids: must differ, got \(1, 1\)"),
+        ({"behaviors": ("a", "b", "c")}, "behaviors: needs one for each"),
+        ({"goal": (1.0, 2.0)}, r"goal: must have the shape \(3\)"),
+        ({"goal": (1.0, 2.0, np.nan)}, "goal: must be finite"),
+        ({"goal_tolerance": 0.0}, "goal_tolerance: must be positive"),
+        ({"goal_yaw_tolerance": np.nan}, "goal_yaw_tolerance: must be"),
+        ({"nearest_walls": np.ones((3, 2, 1, 2))}, "nearest_walls: must have"),
+    ],
+)
+def test_what_cannot_be_is_an_error(kwargs, message):
+    with pytest.raises(ValueError, match=message):
+        make_recording(**kwargs)
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_a_person_cannot_be_missing_in_part(value):
+    humans = np.ones((3, 2, 7))
+    humans[2, 1, 4] = value
+    with pytest.raises(ValueError, match="person 1 at sample 2"):
+        make_recording(humans=humans)
+
+
+def test_it_does_not_change_with_what_it_was_made_of():
+    times = np.arange(3.0)
+    dut = make_recording(times=times)
+    times[0] = -5
+    assert dut.times[0] == 0
+
+
+def test_nothing_in_it_can_be_written():
+    dut = full_recording()
+    for name in ("times", "robot", "humans", "behavior_status"):
+        with pytest.raises(ValueError, match="read-only"):
+            getattr(dut, name)[0] = 1
+
+
+@pytest.mark.parametrize("make", [make_recording, full_recording])
+def test_it_survives_a_file(tmp_path, make):
+    dut = make()
+    dut.save(tmp_path / "a.npz")
+    assert Recording.load(tmp_path / "a.npz") == dut
+    assert [path.name for path in tmp_path.iterdir()] == ["a.npz"]
+
+
+def test_the_file_of_equal_recordings_is_equal(tmp_path):
+    full_recording().save(tmp_path / "a.npz")
+    full_recording().save(tmp_path / "b.npz")
+    a, b = (tmp_path / name for name in ("a.npz", "b.npz"))
+    assert a.read_bytes() == b.read_bytes()
+
+
+@settings(max_examples=20, deadline=None)
+@given(
+    hnp.arrays(
+        float,
+        st.tuples(st.integers(1, 4), st.integers(0, 3), st.just(7)),
+        elements=st.floats(0, 1e6),
+    )
+)
+def test_any_states_survive_a_file(tmp_path_factory, humans):
+    dut = make_recording(samples=len(humans), humans=humans)
+    path = tmp_path_factory.mktemp("any") / "a.npz"
+    dut.save(path)
+    assert Recording.load(path) == dut
+
+
+def test_a_failed_save_leaves_the_old_file(tmp_path, monkeypatch):
+    path = tmp_path / "a.npz"
+    make_recording().save(path)
+
+    def fail(*args, **kwargs):
+        raise OSError("no space left")
+
+    monkeypatch.setattr(recording_file.np, "savez", fail)
+    with pytest.raises(OSError, match="no space left"):
+        full_recording().save(path)
+    assert Recording.load(path) == make_recording()
+    assert [p.name for p in tmp_path.iterdir()] == ["a.npz"]
+
+
+def test_a_file_of_something_else_is_an_error(tmp_path):
+    path = tmp_path / "a.npz"
+    for content in (b"", b"PK\x03\x04", b"times\n1\n", bytes(999)):
+        path.write_bytes(content)
+        with pytest.raises(ValueError, match=r"a\.npz"):
+            Recording.load(path)
+    np.savez(path, times=[1.0])
+    with pytest.raises(ValueError, match=r"a\.npz.*expected the format"):
+        Recording.load(path)
+    np.savez(path, times=np.array([{}], dtype=object))
+    with pytest.raises(ValueError, match=r"a\.npz"):
+        Recording.load(path)
+    with pytest.raises(FileNotFoundError):
+        Recording.load(tmp_path / "b.npz")
+
+
+def test_a_cut_file_is_an_error(tmp_path):
+    full_recording().save(tmp_path / "a.npz")
+    whole = (tmp_path / "a.npz").read_bytes()
+    for cut in range(1, len(whole), 97):
+        (tmp_path / "b.npz").write_bytes(whole[:cut])
+        with pytest.raises(ValueError, match=r"b\.npz"):
+            Recording.load(tmp_path / "b.npz")
+
+
+def test_a_changed_byte_is_an_error_or_does_not_matter(tmp_path):
+    full_recording().save(tmp_path / "a.npz")
+    whole = (tmp_path / "a.npz").read_bytes()
+    path = tmp_path / "b.npz"
+    errors = 0
+    for place in range(1, len(whole), 61):
+        changed = bytearray(whole)
+        changed[place] ^= 0x55
+        path.write_bytes(changed)
+        try:
+            assert Recording.load(path) == full_recording()
+        except ValueError:
+            errors += 1
+    assert errors > 10
+
+
+def test_recordings_are_equal_by_content():
+    assert full_recording() == full_recording()
+    assert make_recording() != full_recording()
+    assert make_recording(goal=(1, 2, 3)) != make_recording()
+    assert make_recording() != "a recording"
+    assert make_recording(
+        obstacles=Obstacles.from_points([[1, 2]])
+    ) != make_recording(obstacles=Obstacles.from_points([[1, 3]]))
+
+
+def test_copies_share_it_and_pickle_leaves_the_derived_behind():
+    dut = full_recording()
+    assert copy.deepcopy(dut) is dut
+    assert copy.copy(dut) is dut
+    small = len(pickle.dumps(dut))
+    assert dut.derived is dut.derived
+    assert dut.derived.gaps.shape == (3, 2)
+    assert len(pickle.dumps(dut)) == small
+    assert pickle.loads(pickle.dumps(dut)) == dut
+
+
+def test_only_keeps_the_people_of_one_behavior():
+    dut = full_recording().only("scared")
+    assert dut.human_names == ("Bo Ø",)
+    assert dut.human_ids == (3,)
+    assert dut.behavior_status.tolist() == [[1], [0], [1]]
+    assert np.array_equal(dut.humans, full_recording().humans[:, 1:])
+    assert dut.nearest_walls.shape == (3, 2, 1, 2)
+    assert dut.goal == full_recording().goal
+
+
+def test_only_names_the_nearest_behavior():
+    with pytest.raises(ValueError, match="did you mean 'scared'"):
+        full_recording().only("scare")
+
+
+def test_it_is_short_in_messages():
+    assert repr(make_recording()) == (
+        "<Recording of 3 samples from 0 s to 0.2 s, with 2 people>"
+    )
