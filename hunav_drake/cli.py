@@ -7,13 +7,13 @@ once.
 import argparse
 from collections.abc import Sequence
 import contextlib
+import logging
 from pathlib import Path
 import sys
 import time
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from hunav_drake.results import TrialResult
     from hunav_drake.scenario import Scenario
 
 # The exit codes.
@@ -156,10 +156,12 @@ def _run(options: argparse.Namespace) -> int:
     replay = options.out is not None and not options.no_replay
     meshcat = None
     if options.meshcat or replay:
-        from hunav_drake.replay import SetCamera, StartMeshcatLocal
+        from hunav_drake.replay import SetView, StartMeshcatLocal
 
+        # Meshcat tells its address; only who wants to watch cares.
+        logging.getLogger("drake").setLevel(logging.WARNING)
         meshcat = StartMeshcatLocal()
-        SetCamera(meshcat, scenario)
+        SetView(meshcat, scenario.world, scenario.humans, scenario.robot)
     if options.meshcat and meshcat is not None:
         print(f"Watch the trial at {meshcat.web_url()}", flush=True)
 
@@ -182,22 +184,20 @@ def _run(options: argparse.Namespace) -> int:
             raise _InputError(str(error)) from error
     elapsed = time.perf_counter() - started
 
-    print(_summary(result, elapsed))
+    text = FormatMetricsTable(result)
+    print(text.splitlines()[1] if options.quiet else text)
     if not options.quiet:
-        print()
-        print(FormatMetricsTable(result))
+        rate = result.end_time / elapsed
+        print(f"\nTook {elapsed:.2f} s, {rate:.0f} times real time")
     if options.out is not None:
         try:
-            written = WriteResult(
-                result, options.out, tag=Path(options.scenario).stem
-            )
+            written = WriteResult(result, options.out)
             if replay and meshcat is not None:
                 from hunav_drake.replay import SaveReplay
 
                 SaveReplay(meshcat, options.out / "replay.html")
         except OSError as error:
             raise _InputError(f"--out {options.out}: {error}") from error
-        print()
         print(f"Wrote {len(written)} files to {options.out}")
         if replay:
             print(f"Replay, for a browser: {options.out / 'replay.html'}")
@@ -205,14 +205,6 @@ def _run(options: argparse.Namespace) -> int:
         input("Press Enter to close the view. ")
     completed = result.end_reason == "goal" or scenario.robot.goal is None
     return DONE if completed else FAILED
-
-
-def _summary(result: "TrialResult", elapsed: float) -> str:
-    return (
-        f"Ended at t = {result.end_time:.2f} s: {result.end_message}"
-        f" (took {elapsed:.2f} s, {result.end_time / elapsed:.0f} times real"
-        " time)"
-    )
 
 
 class _ProgressBar:

@@ -1,6 +1,7 @@
 """A whole trial: its diagram, and its run."""
 
 from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 import dataclasses
 from typing import TYPE_CHECKING
 
@@ -14,7 +15,12 @@ from pydrake.systems.framework import (
 from pydrake.systems.primitives import ConstantVectorSource
 
 from hunav_drake.humans import AddHumans
-from hunav_drake.results import MakeProvenance, MakeTrialResult, TrialResult
+from hunav_drake.results import (
+    EndReason,
+    MakeProvenance,
+    MakeTrialResult,
+    TrialResult,
+)
 from hunav_drake.scenario import CheckScenario, SaveScenario, name_humans
 from hunav_drake.scenario_schema import Scenario
 from hunav_drake.systems.crowd import HumanConfig
@@ -229,14 +235,11 @@ def RunTrial(
     diagram = MakeTrialDiagram(scenario, meshcat)
     simulator = MakeTrialSimulator(diagram, progress=progress)
     simulator.set_target_realtime_rate(realtime_rate)
-    if meshcat is not None:
-        meshcat.StartRecording(set_visualizations_while_recording=True)
-    simulator.AdvanceTo(scenario.simulation.duration)
-    if meshcat is not None:
-        # The last instant is not yet shown: frames come at their own times.
-        diagram.ForcedPublish(simulator.get_context())
-        meshcat.StopRecording()
-        meshcat.PublishRecording()
+    with _recording(diagram, meshcat):
+        simulator.AdvanceTo(scenario.simulation.duration)
+        if meshcat is not None:
+            # Frames come at their own times; the last instant is one too.
+            diagram.ForcedPublish(simulator.get_context())
     return GetTrialResult(scenario, diagram, simulator.get_context())
 
 
@@ -264,7 +267,19 @@ def GetTrialResult(
     )
 
 
-_REASONS = {
+def _recording(
+    diagram: Diagram, meshcat: "Meshcat | None"
+) -> AbstractContextManager[None]:
+    """Returns what records a trial for a replay, if it is shown at all."""
+    if meshcat is None:
+        return nullcontext()
+    from hunav_drake.replay import Recording
+
+    scene = diagram.GetSubsystemByName("scene")
+    return Recording(scene.GetSubsystemByName("meshcat_visualizer"))
+
+
+_REASONS: dict[TrialStatus, EndReason] = {
     TrialStatus.RUNNING: "timeout",
     TrialStatus.GOAL: "goal",
     TrialStatus.STUCK: "stuck",

@@ -3,6 +3,7 @@
 import math
 
 import numba
+import numpy as np
 
 # How the numeric kernels are compiled: on disk for the next process, and with
 # IEEE results for divisions by zero.
@@ -54,3 +55,27 @@ def nearest_on_segments(x, y, segments, lo, hi):
             best_x = px
             best_y = py
     return best_x, best_y, best
+
+
+@jit_as(numba.float64[:, :, ::1], MATRIX, MATRIX, INDICES)
+def nearest_on_shapes(points, segments, first):
+    """Returns the nearest point of each shape to each point.
+
+    Args:
+        points: Shape (m, 2), in meters.
+        segments: Shape (s, 4): see `Obstacles`.
+        first: Shape (k + 1,): see `Obstacles`.
+
+    Returns:
+        Shape (m, k, 2), in meters.
+    """
+    shapes = len(first) - 1
+    nearest = np.empty((len(points), shapes, 2))
+    for i in range(len(points)):
+        for k in range(shapes):
+            x, y, _ = nearest_on_segments(
+                points[i, 0], points[i, 1], segments, first[k], first[k + 1]
+            )
+            nearest[i, k, 0] = x
+            nearest[i, k, 1] = y
+    return nearest

@@ -2,11 +2,12 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-import itertools
 from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+from hunav_drake.systems.nearest import nearest_on_shapes
 
 
 @dataclass(frozen=True)
@@ -66,25 +67,11 @@ def nearest_points(
     Returns:
         Shape (..., k, 2), in meters. The outline counts, also from inside.
     """
-    p = np.asarray(points, dtype=float)[..., None, :]
-    if not len(obstacles):
-        return np.zeros((*p.shape[:-2], 0, 2))
-    start = obstacles.segments[:, :2]
-    along = obstacles.segments[:, 2:] - start
-    length2 = np.einsum("ij,ij->i", along, along)
-    t = np.einsum("...ij,ij->...i", p - start, along)
-    t = np.clip(t / np.where(length2 > 0, length2, 1.0), 0.0, 1.0)
-    feet = start + t[..., None] * along
-    d2 = np.sum((p - feet) ** 2, axis=-1)
-    first = obstacles.first
-    best = np.stack(
-        [
-            lo + np.argmin(d2[..., lo:hi], axis=-1)
-            for lo, hi in itertools.pairwise(first)
-        ],
-        axis=-1,
+    p = np.ascontiguousarray(points, dtype=float)
+    nearest: NDArray[np.float64] = nearest_on_shapes(
+        p.reshape(-1, 2), obstacles.segments, obstacles.first
     )
-    return np.take_along_axis(feet, best[..., None], axis=-2)
+    return nearest.reshape(*p.shape[:-1], len(obstacles), 2)
 
 
 def inside(obstacles: Obstacles, points: ArrayLike) -> NDArray[np.bool_]:

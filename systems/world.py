@@ -45,8 +45,8 @@ class Box:
         half = np.array(self.size) / 2
         corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * half
         c, s = np.cos(self.yaw), np.sin(self.yaw)
-        vertices: NDArray[np.float64] = corners @ np.array([[c, s], [-s, c]])
-        return vertices + np.array(self.center)
+        vertices = np.array(self.center) + corners @ [[c, s], [-s, c]]
+        return np.asarray(vertices, dtype=float)
 
 
 @dataclass(kw_only=True, config=CONFIG)
@@ -56,8 +56,8 @@ class Polygon:
     shape: Literal["polygon"] = "polygon"
     name: StrictStr = ""
 
-    # The corners, at least three, in meters; the last joins the first.
-    points: Annotated[Points, Field(min_length=3)]
+    # The corners, three to a thousand, in meters; the last joins the first.
+    points: Annotated[Points, Field(min_length=3, max_length=1000)]
     height: PositiveLength = 1.0
 
     def vertices(self) -> NDArray[np.float64]:

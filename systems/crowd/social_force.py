@@ -6,8 +6,6 @@ accelerations, in m/s^2. No finite input gives a NaN: each function says what
 it gives where the formula has no value.
 """
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -89,10 +87,11 @@ def obstacle_force(
     d = np.asarray(p, dtype=float) - np.asarray(p_wall, dtype=float)
     distance = _norm(d)
     away = d / np.where(distance > 0, distance, 1.0)[..., None]
-    strength: Any = parameters.obstacle_factor * np.exp(
-        -(distance - radius) / parameters.obstacle_sigma
+    depth = np.asarray(radius, dtype=float) - distance
+    strength = parameters.obstacle_factor * np.exp(
+        depth / parameters.obstacle_sigma
     )
-    force: Array = strength[..., None] * away
+    force: Array = np.asarray(strength)[..., None] * away
     return force
 
 

@@ -112,7 +112,7 @@ class TrialMonitor(LeafSystem):
         robot = self._robot_state.Eval(context).tolist()
         x, y, yaw = self._goal.Eval(context).tolist()
         if (
-            math.hypot(x - robot[X], y - robot[Y]) <= self._goal_tolerance
+            math.hypot(x - robot[X], y - robot[Y]) < self._goal_tolerance
             and abs(wrap_angle(yaw - robot[YAW])) <= self._goal_yaw_tolerance
         ):
             return TrialStatus.GOAL

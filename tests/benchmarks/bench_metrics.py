@@ -103,6 +103,11 @@ def bench_evaluator(people: int = 20) -> dict[str, float]:
     return results
 
 
-if __name__ == "__main__":
+def main() -> None:
+    """Prints both."""
     bench_metrics()
     bench_evaluator()
+
+
+if __name__ == "__main__":
+    main()

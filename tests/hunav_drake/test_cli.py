@@ -1,0 +1,193 @@
+import os
+from pathlib import Path
+import subprocess
+import sys
+import time
+
+import pandas as pd
+import pytest
+
+from hunav_drake.cli import main
+from hunav_drake.scenario import LoadScenario
+from hunav_drake.systems.evaluation import Recording
+
+
+@pytest.fixture
+def hunav(capsys):
+    """Runs the command in this process: (exit code, output, errors)."""
+
+    def run(*arguments):
+        code = main([str(argument) for argument in arguments])
+        captured = capsys.readouterr()
+        return code, captured.out, captured.err
+
+    return run
+
+
+def test_help_answers_at_once():
+    command = Path(sys.executable).parent / "hunav"
+    times = []
+    for _ in range(3):
+        started = time.perf_counter()
+        done = subprocess.run(
+            [command, "--help"], capture_output=True, text=True, check=True
+        )
+        times.append(time.perf_counter() - started)
+    assert "run a trial" in done.stdout
+    # The bound has room for a slow machine: NumPy alone takes longer.
+    code = "import sys; from hunav_drake import cli; print(*sys.modules)"
+    modules = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    ).stdout.split()
+    assert not {"numpy", "pydrake", "pandas", "yaml"} & set(modules)
+    print(f"hunav --help takes {min(times):.2f} s")
+
+
+def test_run_prints_how_it_ended_and_the_metrics(hunav):
+    code, out, err = hunav("run", "passing")
+    assert code == 0
+    assert not err
+    assert "the robot has reached its goal" in out
+    assert "times real time" in out
+    for line in out.splitlines():
+        assert len(line) <= 80
+    row = next(line for line in out.splitlines() if "path_length" in line)
+    assert row.split()[0] == "path_length"
+    assert 14 < float(row.split()[1]) < 16
+    assert row.split()[2] == "m"
+
+
+def test_run_writes_tables_recording_and_replay(hunav, tmp_path):
+    out = tmp_path / "results" / "new"
+    arguments = ["run", "passing", "--set", "simulation.duration=1.0"]
+    for seed in (0, 1):
+        hunav(*arguments, "--out", out, "--seed", seed, "--quiet")
+    names = {path.name for path in out.iterdir()}
+    assert "replay.html" in names
+    metrics = pd.read_csv(out / "metrics.csv")
+    assert metrics["seed"].tolist() == [0, 1]
+    recordings = sorted(out.glob("recording_*.npz"))
+    assert len(Recording.load(recordings[-1]).times) == 11
+
+
+def test_run_can_leave_the_replay_out(hunav, tmp_path):
+    code, _, _ = hunav("run", "passing", "--out", tmp_path, "--no-replay")
+    assert code == 0
+    assert not (tmp_path / "replay.html").exists()
+
+
+def test_quiet_prints_one_line(hunav):
+    _, out, _ = hunav("run", "passing", "--quiet")
+    assert len(out.splitlines()) == 1
+
+
+def test_settings_seed_and_planner_are_obeyed(hunav, tmp_path):
+    settings = ["--set", "robot.radius=0.3", "--set", "humans[0].radius=0.5"]
+    code, _, _ = hunav(
+        *["run", "passing", "--seed", 7, "--planner", "pursuit"],
+        *["--out", tmp_path, "--no-replay", *settings],
+    )
+    assert code == 0
+    recording = Recording.load(next(tmp_path.glob("*.npz")))
+    assert recording.robot[0, 6] == 0.3
+    assert recording.humans[0, 0, 6] == 0.5
+
+
+def test_a_trial_that_does_not_reach_its_goal_exits_with_1(hunav):
+    code, out, _ = hunav("run", "passing", "--set", "simulation.duration=1")
+    assert code == 1
+    assert "the time is over" in out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["run", "pasing"], "did you mean passing"),
+        (["run", "passing", "--planner", "persuit"], "pursuit"),
+        (["run", "passing", "--set", "robot.radius=-1"], "--set robot.radius"),
+        (["run", "passing", "--set", "robot.raduis=1"], "radius"),
+        (["run", "passing", "--set", "robot"], "--set robot"),
+        (["run", "/"], "/"),
+        (["check", "nowhere.yaml"], "nowhere.yaml"),
+        (["import", "nowhere.yaml"], "nowhere.yaml"),
+        (["run", "passing", "--out", "/dev/null/out"], "cannot write there"),
+    ],
+)
+def test_bad_input_exits_with_2_and_says_why(hunav, arguments, words):
+    code, out, err = hunav(*arguments)
+    assert code == 2
+    assert words in err
+    assert "Traceback" not in out + err
+
+
+@pytest.mark.parametrize("seed", ["-1", "1.5", "x", str(2**64)])
+def test_a_bad_seed_exits_with_2(seed, capsys):
+    with pytest.raises(SystemExit) as info:
+        main(["run", "passing", f"--seed={seed}"])
+    assert info.value.code == 2
+    assert "whole number" in capsys.readouterr().err
+
+
+def test_list_names_the_shipped_scenarios(hunav):
+    code, out, _ = hunav("list")
+    assert code == 0
+    assert [line.split()[0] for line in out.splitlines()] == [
+        "cafe",
+        "crossing",
+        "passing",
+    ]
+
+
+def test_check_tells_good_files_from_bad_ones(hunav, tmp_path):
+    bad = tmp_path / "bad.yaml"
+    bad.write_text("robot: {radius: -1.0}\nhumen: []\n")
+    code, out, err = hunav("check", "passing", bad)
+    assert code == 2
+    assert "passing: ok (2 people, 4 walls, planner pursuit)" in out
+    assert f"{bad}:1" in err or "bad.yaml:1" in err
+    assert "humans" in err
+    assert hunav("check", "passing", "cafe")[0] == 0
+
+
+def test_import_makes_a_scenario_of_agents_yaml(hunav, reference, tmp_path):
+    agents = reference / "hunav" / "agents.yaml"
+    output = tmp_path / "my.yaml"
+    code, out, _ = hunav(
+        *["import", agents, "-o", output],
+        *["--metrics", reference / "hunav" / "metrics.yaml"],
+    )
+    assert code == 0
+    assert "5 people" in out
+    text = output.read_text()
+    assert "threatening" in text
+    # It is not lost by a second call.
+    code, _, err = hunav("import", agents, "-o", output)
+    assert code == 2
+    assert "--force" in err
+    assert output.read_text() == text
+    assert hunav("import", agents, "-o", output, "--force")[0] == 0
+    # With behaviors that there are, it can be run.
+    for name in ("scared", "threatening", "curious"):
+        text = text.replace(f"behavior: {name}", "behavior: regular")
+    output.write_text(text)
+    scenario = LoadScenario(filename=output)
+    assert [human.id for human in scenario.humans] == [1, 2, 3, 4, 5]
+    assert hunav("run", output, "--set", "simulation.duration=2")[0] == 0
+
+
+def test_doctor_finds_that_a_run_repeats(hunav):
+    code, out, _ = hunav("doctor")
+    assert code == 0
+    assert "bit for bit" in out
+    assert "drake" in out
+
+
+def test_a_closed_pipe_is_no_error(tmp_path):
+    command = Path(sys.executable).parent / "hunav"
+    reader, writer = os.pipe()
+    os.close(reader)
+    done = subprocess.run(
+        [command, "list"], stdout=writer, stderr=subprocess.PIPE, check=False
+    )
+    os.close(writer)
+    assert b"Traceback" not in done.stderr

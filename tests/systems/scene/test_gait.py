@@ -1,0 +1,134 @@
+from hypothesis import given
+from hypothesis import strategies as st
+import numpy as np
+import pytest
+
+from hunav_drake.systems.scene import gait as mut
+
+DT = 0.05
+
+
+def walker(speed: float, yaw: float = 0.0, direction: float | None = None):
+    way = yaw if direction is None else direction
+    return np.array(
+        [1.0, 2.0, yaw, speed * np.cos(way), speed * np.sin(way), 0.0, 0.35]
+    )
+
+
+def walk(state: np.ndarray, steps: int, start=(0.0, 0.0)) -> np.ndarray:
+    gait = np.array(start)
+    for _ in range(steps):
+        gait = mut.advance_gait(gait, state, DT)
+    return gait
+
+
+def soles(q: np.ndarray) -> np.ndarray:
+    """Heel and toe of both feet: how far ahead and how high, shape (4, 2)."""
+    points = []
+    for hip, knee in (
+        (q[mut.LEFT_HIP], q[mut.LEFT_KNEE]),
+        (q[mut.RIGHT_HIP], q[mut.RIGHT_KNEE]),
+    ):
+        shin = hip - knee
+        for ahead in (-mut.HEEL, mut.TOE):
+            x = (
+                mut.THIGH * np.sin(hip)
+                + mut.SHIN * np.sin(shin)
+                + ahead * np.cos(shin)
+            )
+            z = (
+                q[mut.HIP_HEIGHT]
+                - mut.THIGH * np.cos(hip)
+                - mut.SHIN * np.cos(shin)
+                + ahead * np.sin(shin)
+            )
+            points.append((x, z))
+    return np.array(points)
+
+
+def test_a_person_who_stands_stays_upright_with_legs_together():
+    still = walker(0.0, yaw=1.0)
+    gait = walk(still, 100, start=(0.7, 0.0))
+    np.testing.assert_array_equal(gait, [0.7, 0.0])
+    (q,) = mut.pose_figures(gait, still)
+    np.testing.assert_array_equal(q[:3], still[:3])
+    assert q[mut.HIP_HEIGHT] == pytest.approx(mut.THIGH + mut.SHIN)
+    np.testing.assert_array_equal(q[mut.LEFT_HIP :], 0.0)
+
+
+def test_a_person_who_stops_at_once_puts_the_feet_together():
+    gait = walk(walker(1.2), 40)
+    stopped = walk(walker(0.0), 40, start=tuple(gait))
+    (q,) = mut.pose_figures(stopped, walker(0.0))
+    assert np.abs(q[mut.LEFT_HIP :]).max() < 0.02
+
+
+@pytest.mark.parametrize("speed", [0.3, 0.7, 1.2, 2.0])
+def test_the_stride_is_that_of_people_of_this_speed(speed):
+    gait = walk(walker(speed), 200)
+    after = mut.advance_gait(gait, walker(speed), DT)
+    turns = ((after[0] - gait[0]) % (2 * np.pi)) / (2 * np.pi)
+    assert speed * DT / turns == pytest.approx(mut.STRIDE * np.sqrt(speed))
+
+
+def test_faster_people_swing_their_legs_wider():
+    swings = []
+    for speed in (0.2, 0.6, 1.0, 1.5):
+        state = walker(speed)
+        gait = walk(state, 200)
+        angles = []
+        for _ in range(60):
+            gait = mut.advance_gait(gait, state, DT)
+            angles.append(mut.pose_figures(gait, state)[0, mut.LEFT_HIP])
+        swings.append(np.ptp(angles))
+    assert np.all(np.diff(swings) > 0)
+
+
+def test_a_person_who_steps_back_turns_the_stride_back():
+    ahead = walk(walker(0.5, yaw=0.4), 10)
+    back = walk(walker(0.5, yaw=0.4, direction=0.4 + np.pi), 10)
+    assert back[1] == pytest.approx(-ahead[1])
+    assert back[0] == pytest.approx((2 * np.pi - ahead[0]) % (2 * np.pi))
+
+
+@given(st.floats(0, 2 * np.pi), st.floats(-3.0, 3.0))
+def test_one_foot_is_on_the_floor_and_none_below(phase, pace):
+    (q,) = mut.pose_figures(np.array([phase, pace]), walker(0.0))
+    assert soles(q)[:, 1].min() == pytest.approx(0.0, abs=1e-12)
+    assert 0.7 < q[mut.HIP_HEIGHT] < 1.0
+
+
+def test_the_foot_that_bears_the_weight_hardly_slips():
+    speed, step = 1.2, 0.001
+    gait = walk(walker(speed), 200)
+    slips = []
+    previous = None
+    for _ in range(2000):
+        gait = mut.advance_gait(gait, walker(speed), step)
+        feet = soles(mut.pose_figures(gait, walker(speed))[0])
+        foot = int(np.argmin(feet[:, 1])) // 2
+        x = feet[2 * foot : 2 * foot + 2, 0].mean()
+        if previous and previous[0] == foot:
+            slips.append((x - previous[1]) / step + speed)
+        previous = (foot, x)
+    assert abs(np.mean(slips)) < 0.25 * speed
+
+
+def test_arms_swing_against_the_legs():
+    (q,) = mut.pose_figures(np.array([np.pi / 2, 1.2]), walker(1.2))
+    assert q[mut.LEFT_HIP] > 0.2 > -0.2 > q[mut.RIGHT_HIP]
+    assert q[mut.LEFT_SHOULDER] < -0.2 < 0.2 < q[mut.RIGHT_SHOULDER]
+
+
+def test_people_do_not_disturb_each_other():
+    states = [walker(0.0), walker(0.8, 2.0), walker(1.5, -1.0)]
+    together = walk(np.concatenate(states), 30, start=(0.0,) * 6)
+    alone = [walk(state, 30) for state in states]
+    np.testing.assert_array_equal(together, np.concatenate(alone))
+
+
+@given(st.floats(-np.pi, np.pi), st.floats(0.0, 2.0))
+def test_steps_do_not_depend_on_the_direction_of_the_walk(yaw, speed):
+    np.testing.assert_allclose(
+        walk(walker(speed, yaw), 20), walk(walker(speed), 20), atol=1e-9
+    )
