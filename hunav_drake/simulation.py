@@ -235,7 +235,7 @@ def RunTrial(
     diagram = MakeTrialDiagram(scenario, meshcat)
     simulator = MakeTrialSimulator(diagram, progress=progress)
     simulator.set_target_realtime_rate(realtime_rate)
-    with _recording(diagram, meshcat):
+    with _recording(diagram, meshcat, live=realtime_rate > 0):
         simulator.AdvanceTo(scenario.simulation.duration)
         if meshcat is not None:
             # Frames come at their own times; the last instant is one too.
@@ -268,15 +268,16 @@ def GetTrialResult(
 
 
 def _recording(
-    diagram: Diagram, meshcat: "Meshcat | None"
+    diagram: Diagram, meshcat: "Meshcat | None", *, live: bool
 ) -> AbstractContextManager[None]:
     """Returns what records a trial for a replay, if it is shown at all."""
     if meshcat is None:
         return nullcontext()
-    from hunav_drake.replay import Recording
+    from hunav_drake.replay import RecordReplay
 
     scene = diagram.GetSubsystemByName("scene")
-    return Recording(scene.GetSubsystemByName("meshcat_visualizer"))
+    visualizer = scene.GetSubsystemByName("meshcat_visualizer")
+    return RecordReplay(visualizer, live=live)
 
 
 _REASONS: dict[TrialStatus, EndReason] = {

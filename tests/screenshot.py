@@ -25,7 +25,7 @@ _SEEK = """<script>
       viewer.render();
     }
   }
-  for (let k = 1; k < 30; k++) setTimeout(hold, 200 * k);
+  for (let k = 1; k <= 4; k++) setTimeout(hold, 1500 * k);
 </script></body>"""
 
 

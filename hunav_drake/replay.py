@@ -1,0 +1,244 @@
+"""How a trial looks in Meshcat: view, light, and the replay file.
+
+A run is recorded by the visualizer of the scene:
+
+    meshcat = StartMeshcatLocal()
+    SetView(meshcat, scenario.world, scenario.humans, scenario.robot)
+    scene = AddScene(builder, ..., meshcat=meshcat)
+    ...
+    with RecordReplay(scene.visualizer):
+        simulator.AdvanceTo(20.0)
+    SaveReplay(meshcat, "replay.html")
+"""
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+import math
+import os
+from pathlib import Path
+import tempfile
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.geometry import Meshcat, MeshcatParams, MeshcatVisualizer
+
+from hunav_drake.systems.crowd.human_config import HumanConfig
+from hunav_drake.systems.robot.robot_config import RobotConfig
+from hunav_drake.systems.scene.bounds import Bounds, scene_bounds
+from hunav_drake.systems.world import World
+
+# The camera: a long lens from high enough that walls of 1 m hide little.
+_FIELD_OF_VIEW = math.radians(32.0)
+_ELEVATION = math.radians(48.0)
+
+# The width of the window by its height, as most are; what does not fit into a
+# narrower one is cut off at the sides.
+_ASPECT = 1.5
+
+# What is seen beside the outermost walls, people and goals, and how high
+# people and the figures' heads reach, in meters.
+_MARGIN = 0.3
+_HEIGHT = 1.8
+
+# Where the light comes from as seen from the camera: left, behind it, above.
+_LIGHT_FROM = (-0.45, -0.55, 1.0)
+
+
+def StartMeshcatLocal(port: int | None = None) -> Meshcat:
+    """Starts a Meshcat that only this computer can reach.
+
+    Args:
+        port: The port to listen on; None for the first free one from 7000.
+    """
+    return Meshcat(MeshcatParams(host="localhost", port=port))
+
+
+def SetView(
+    meshcat: Meshcat,
+    world: World,
+    humans: Sequence[HumanConfig] = (),
+    robot: RobotConfig | None = None,
+    *,
+    aspect: float = _ASPECT,
+) -> None:
+    """Sets camera, light and background so that all of a world is well seen.
+
+    The view is kept in a replay file.
+
+    Args:
+        meshcat: Where the world is shown.
+        world: The walls.
+        humans: The people.
+        robot: The robot, if there is one.
+        aspect: The width of the window by its height.
+    """
+    bounds = scene_bounds(world, humans, robot, margin=_MARGIN)
+    SetCamera(meshcat, bounds, aspect=aspect)
+    SetLight(meshcat, bounds)
+    meshcat.SetProperty("/Background", "top_color", [0.97, 0.975, 0.98])
+    meshcat.SetProperty("/Background", "bottom_color", [0.90, 0.91, 0.925])
+    for clutter in ("/Grid", "/Axes"):
+        meshcat.SetProperty(clutter, "visible", False)
+
+
+def SetCamera(
+    meshcat: Meshcat, bounds: Bounds, *, aspect: float = _ASPECT
+) -> None:
+    """Points the camera at a rectangle of floor, from above at an angle.
+
+    The longer side of the rectangle lies along the width of the screen.
+    """
+    p_WC, p_WT = camera_pose(bounds, aspect)
+    distance = float(np.linalg.norm(p_WC - p_WT))
+    meshcat.SetCamera(
+        Meshcat.PerspectiveCamera(
+            fov=math.degrees(_FIELD_OF_VIEW),
+            aspect=aspect,
+            # Near and far planes close to the scene, because the depth buffer
+            # has to tell marks on the floor from the floor.
+            near=distance / 100,
+            far=distance * 20,
+        )
+    )
+    meshcat.SetCameraPose(p_WC, p_WT)
+
+
+def SetLight(meshcat: Meshcat, bounds: Bounds) -> None:
+    """Lights a rectangle of floor evenly, with shadows.
+
+    Meshcat's own lamps hang near the origin; a world may be elsewhere and
+    larger. They give way to its spot light, set so far off that it is a sun.
+    """
+    center = np.array([*bounds.center, 0.0])
+    reach = math.hypot(*bounds.size) / 2 + 2.0
+    distance = 5.0 * reach
+    right, ahead = _view_axes(bounds)
+    to_light = np.array(_LIGHT_FROM) @ [right, ahead, [0.0, 0.0, 1.0]]
+    position = center + distance * to_light / np.linalg.norm(to_light)
+
+    for lamp in ("PointLightNegativeX", "PointLightPositiveX"):
+        meshcat.SetProperty(f"/Lights/{lamp}", "visible", False)
+    meshcat.SetProperty("/Lights/AmbientLight/<object>", "intensity", 1.1)
+    meshcat.SetProperty("/Lights/FillLight/<object>", "intensity", 0.5)
+    fill = 10.0 * right - 10.0 * ahead + [0.0, 0.0, 6.0]
+    meshcat.SetProperty("/Lights/FillLight", "position", fill.tolist())
+
+    sun = "/Lights/SpotLight/<object>"
+    meshcat.SetProperty(sun, "position", position.tolist())
+    for name, value in {
+        "intensity": 2.7,
+        "decay": 0.0,
+        "angle": math.atan(reach / distance),
+        "penumbra": 0.0,
+        "shadow.mapSize.width": 4096.0,
+        "shadow.mapSize.height": 4096.0,
+        "shadow.camera.near": distance - 2 * reach,
+        "shadow.camera.far": distance + 2 * reach,
+        "shadow.bias": -0.0005,
+        "shadow.normalBias": 0.02,
+        # The lamp's target is no node of the scene that could be moved; its
+        # place is read from this matrix, in three.js' axes (y is up).
+        "target.matrixWorld.elements.12": center[0],
+        "target.matrixWorld.elements.13": center[2],
+        "target.matrixWorld.elements.14": -center[1],
+    }.items():
+        meshcat.SetProperty(sun, name, float(value))
+    meshcat.SetProperty(sun, "castShadow", True)
+    meshcat.SetProperty("/Lights/SpotLight", "visible", True)
+
+
+@contextmanager
+def RecordReplay(
+    visualizer: MeshcatVisualizer, *, live: bool = False
+) -> Iterator[None]:
+    """Records what a visualizer shows while the block runs.
+
+    Afterwards the recording is in the visualizer's Meshcat, for SaveReplay,
+    also if the block ends with an error. A recording of before is replaced.
+
+    Args:
+        visualizer: That of a scene, `ScenePorts.visualizer`.
+        live: Whether browsers show the run while it is recorded.
+    """
+    visualizer.DeleteRecording()
+    visualizer.StartRecording(set_transforms_while_recording=live)
+    try:
+        yield
+    finally:
+        visualizer.StopRecording()
+        visualizer.PublishRecording()
+
+
+def SaveReplay(meshcat: Meshcat, filename: str | os.PathLike[str]) -> Path:
+    """Writes what a Meshcat shows, with its recording, as one web page.
+
+    The page needs neither a server nor a network. It is complete or absent:
+    an interrupted write leaves what was there before.
+
+    Args:
+        meshcat: What to save.
+        filename: The file to write, in a folder that exists.
+
+    Returns:
+        The absolute path of the file.
+    """
+    path = Path(filename).resolve()
+    html = meshcat.StaticHtml()
+    descriptor, part = tempfile.mkstemp(dir=path.parent, prefix=path.name)
+    try:
+        with open(descriptor, "w", encoding="utf-8") as file:
+            file.write(html)
+        os.chmod(part, 0o644)
+        os.replace(part, path)
+    except BaseException:
+        os.unlink(part)
+        raise
+    return path
+
+
+def camera_pose(
+    bounds: Bounds, aspect: float = _ASPECT
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Returns where the camera is and where it looks, p_WC and p_WT, in m.
+
+    The camera is as near as it can be with everything over the rectangle, up
+    to the height of a person, inside the picture.
+    """
+    # Camera axes in W: to the right, up in the picture, and backwards.
+    right, ahead = _view_axes(bounds)
+    s, c = math.sin(_ELEVATION), math.cos(_ELEVATION)
+    up = s * ahead + c * np.array([0.0, 0.0, 1.0])
+    back = -c * ahead + s * np.array([0.0, 0.0, 1.0])
+    corners = np.array(
+        [
+            [x, y, z]
+            for x in (bounds.x_min, bounds.x_max)
+            for y in (bounds.y_min, bounds.y_max)
+            for z in (0.0, _HEIGHT)
+        ]
+    )
+    tan_up = math.tan(_FIELD_OF_VIEW / 2)
+    tan_right = aspect * tan_up
+    p_WT = np.array([*bounds.center, 0.0])
+    # What is nearer looks larger: move the target along the floor until there
+    # is as much room above as below.
+    for _ in range(20):
+        p_TQ = corners - p_WT
+        distance = np.max(
+            p_TQ @ back
+            + np.maximum(
+                np.abs(p_TQ @ right) / tan_right, np.abs(p_TQ @ up) / tan_up
+            )
+        )
+        height = (p_TQ @ up) / (distance - p_TQ @ back)
+        p_WT = p_WT + ahead * distance * (height.max() + height.min()) / 2
+    return p_WT + distance * back, p_WT
+
+
+def _view_axes(
+    bounds: Bounds,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Returns the directions to the right and ahead of the camera, in W."""
+    width, depth = bounds.size
+    right = np.array([1.0, 0.0, 0.0] if width >= depth else [0.0, 1.0, 0.0])
+    return right, np.array([-right[1], right[0], 0.0])

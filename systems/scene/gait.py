@@ -1,0 +1,142 @@
+"""How people step and wheels turn: the arithmetic of the scene's motion.
+
+Only looks depend on it; nothing here feeds back into a trial. Compiled,
+because it runs once per step also when nobody looks.
+"""
+
+import math
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from hunav_drake.systems.layout import STATE_SIZE, VX, VY, YAW, X, Y
+
+Array = NDArray[np.float64]
+
+# The figure that walks, in meters: from hip to knee, from knee to sole, and
+# from below the ankle back to the heel and forward to the ball of the foot.
+THIGH = 0.42
+SHIN = 0.46
+HEEL = 0.06
+TOE = 0.15
+
+# Walking strides, two steps, grow with the square root of the speed (Grieve,
+# "Gait patterns and the speed of walking", Biomed. Eng. 3, 1968): 1.4 m at
+# 1.2 m/s. In m / sqrt(m/s).
+STRIDE = 1.27
+
+# The time constant with which a person starts and stops stepping, in seconds.
+# A person that stops at once still puts the feet together.
+SETTLING_TIME = 0.2
+
+# Per person in the state: the phase of the stride in [0, 2 pi), and the pace,
+# which is the speed smoothed over SETTLING_TIME, negative backwards, in m/s.
+GAIT_SIZE = 2
+
+# The positions of a person's figure.
+(
+    BASE_X,
+    BASE_Y,
+    BASE_YAW,
+    HIP_HEIGHT,
+    LEFT_HIP,
+    LEFT_KNEE,
+    RIGHT_HIP,
+    RIGHT_KNEE,
+    LEFT_SHOULDER,
+    RIGHT_SHOULDER,
+) = range(10)
+FIGURE_SIZE = 10
+
+
+def initial_gait(n: int) -> Array:
+    """Returns phase and pace of `n` people who stand, shape (2n,).
+
+    The phases are spread by the golden angle, so that people who set off
+    together do not march in step.
+    """
+    gait = np.zeros((n, GAIT_SIZE))
+    gait[:, 0] = np.arange(n) * (math.pi * (3 - math.sqrt(5))) % (2 * math.pi)
+    return gait.ravel()
+
+
+@numba.njit(cache=True)
+def advance_gait(gait: Array, human_states: Array, time_step: float) -> Array:
+    """Returns the gait one step later.
+
+    Args:
+        gait: Phase and pace of each person, shape (2n,).
+        human_states: Their states, shape (7n,).
+        time_step: The step, in seconds.
+
+    Returns:
+        Shape (2n,).
+    """
+    result = np.empty_like(gait)
+    blend = 1.0 - math.exp(-time_step / SETTLING_TIME)
+    for i in range(gait.size // GAIT_SIZE):
+        row = i * STATE_SIZE
+        vx, vy = human_states[row + VX], human_states[row + VY]
+        yaw = human_states[row + YAW]
+        speed = math.hypot(vx, vy)
+        if vx * math.cos(yaw) + vy * math.sin(yaw) < 0.0:
+            speed = -speed
+        phase, pace = gait[GAIT_SIZE * i], gait[GAIT_SIZE * i + 1]
+        pace += blend * (speed - pace)
+        # A stride of STRIDE sqrt(|pace|) at |pace| takes sqrt(|pace|) / STRIDE
+        # strides per second.
+        rate = math.copysign(math.sqrt(abs(pace)) / STRIDE, pace)
+        phase = (phase + 2.0 * math.pi * rate * time_step) % (2.0 * math.pi)
+        result[GAIT_SIZE * i] = phase
+        result[GAIT_SIZE * i + 1] = pace
+    return result
+
+
+@numba.njit(cache=True)
+def pose_figures(gait: Array, human_states: Array) -> Array:
+    """Returns the positions of the figures of all people.
+
+    Args:
+        gait: Phase and pace of each person, shape (2n,).
+        human_states: Their states, shape (7n,).
+
+    Returns:
+        Shape (n, 10): see the constants above. Angles are positive forwards,
+        those of knees when bent.
+    """
+    n = gait.size // GAIT_SIZE
+    result = np.empty((n, FIGURE_SIZE))
+    for i in range(n):
+        row = i * STATE_SIZE
+        phase, pace = gait[GAIT_SIZE * i], gait[GAIT_SIZE * i + 1]
+        # The foot on the floor stays where it is if the leg sweeps half a
+        # stride while the body moves as far.
+        stride = STRIDE * math.sqrt(abs(pace))
+        swing = math.asin(min(stride / (4.0 * (THIGH + SHIN)), 0.6))
+        # The leg that swings forward bends, at the knee and a little at the
+        # hip, so that its foot clears the floor.
+        bend = 2.2 * swing * math.cos(phase)
+        left_knee, right_knee = max(bend, 0.0), max(-bend, 0.0)
+        sweep = swing * math.sin(phase)
+        left_hip = sweep + 0.3 * left_knee
+        right_hip = -sweep + 0.3 * right_knee
+        q = result[i]
+        q[BASE_X] = human_states[row + X]
+        q[BASE_Y] = human_states[row + Y]
+        q[BASE_YAW] = human_states[row + YAW]
+        q[HIP_HEIGHT] = max(
+            _reach(left_hip, left_knee), _reach(right_hip, right_knee)
+        )
+        q[LEFT_HIP], q[LEFT_KNEE] = left_hip, left_knee
+        q[RIGHT_HIP], q[RIGHT_KNEE] = right_hip, right_knee
+        q[LEFT_SHOULDER], q[RIGHT_SHOULDER] = -0.8 * sweep, 0.8 * sweep
+    return result
+
+
+@numba.njit(cache=True)
+def _reach(hip: float, knee: float) -> float:
+    """Returns how far below the hip the lower of heel and toe is, in m."""
+    shin = hip - knee
+    foot = max(HEEL * math.sin(shin), -TOE * math.sin(shin))
+    return THIGH * math.cos(hip) + SHIN * math.cos(shin) + foot

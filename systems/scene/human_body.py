@@ -1,0 +1,187 @@
+"""A person's figure: bodies, joints and clothes, built in code."""
+
+from dataclasses import dataclass
+
+from pydrake.geometry import (
+    Cylinder,
+    GeometryInstance,
+    InMemoryMesh,
+    MakePhongIllustrationProperties,
+    Mesh,
+    Rgba,
+)
+from pydrake.math import RigidTransform
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import (
+    FixedOffsetFrame,
+    Joint,
+    ModelInstanceIndex,
+    PlanarJoint,
+    PrismaticJoint,
+    RevoluteJoint,
+    RigidBody,
+)
+
+from hunav_drake.systems.scene import human_parts
+from hunav_drake.systems.scene.gait import THIGH
+from hunav_drake.systems.scene.palette import BODY_DISC, Clothes
+
+# The radius of the disc, in meters, at which the figure has the width of an
+# adult; other radii make it wider or slimmer, within reason.
+_NOMINAL_RADIUS = 0.35
+_WIDTH_LIMITS = (0.6, 1.6)
+
+# Half the distances between the hips and between the shoulders, and the
+# height of the shoulders above the hips, in meters.
+_HIP_Y = 0.09
+_SHOULDER_Y = 0.19
+_SHOULDER_Z = 0.515
+
+# The disc lies so far above the floor that the two surfaces stay apart in the
+# depth buffer of a browser.
+_DISC_Z = 0.012
+
+
+@dataclass(frozen=True)
+class HumanBody:
+    """The figure of one person in a plant.
+
+    Attributes:
+        base: The body at (x, y, yaw) on the floor.
+        trunk: The body at the hips, above the base.
+        joints: In the order of the positions in `gait`: the joint of the
+            base (x, y, yaw), of the trunk (height of the hips), left hip,
+            left knee, right hip, right knee, left shoulder, right shoulder.
+    """
+
+    base: RigidBody
+    trunk: RigidBody
+    joints: tuple[Joint, ...]
+
+
+def AddHumanBody(
+    plant: MultibodyPlant, name: str, *, radius: float, clothes: Clothes
+) -> HumanBody:
+    """Adds the figure of a person to a plant, as its own model instance.
+
+    The figure is 1.7 m tall and faces +x at yaw 0. It has eight bodies
+    ("base", "trunk", and of each side "thigh", "shin" and "arm") on eight
+    joints with ten positions, no mass, and no collision geometry. A disc on
+    the floor shows the radius that the crowd computes with; it has no
+    perception role, so that simulated cameras do not see it.
+
+    Args:
+        plant: A plant that is registered with a SceneGraph and not finalized.
+        name: The name of the model instance, unique in the plant.
+        radius: The radius of the person's disc, in meters.
+        clothes: The colors.
+    """
+    instance = plant.AddModelInstance(name)
+    low, high = _WIDTH_LIMITS
+    width = min(max(radius / _NOMINAL_RADIUS, low), high)
+    builder = _FigureBuilder(plant, instance, width)
+
+    base = builder.AddBody("base")
+    disc = GeometryInstance(
+        RigidTransform([0, 0, _DISC_Z - 0.001]), Cylinder(radius, 0.002), "disc"
+    )
+    disc.set_illustration_properties(
+        MakePhongIllustrationProperties(BODY_DISC.rgba)
+    )
+    plant.RegisterVisualGeometry(base, disc)
+
+    trunk = builder.AddBody("trunk")
+    builder.AddPart(trunk, "hips", human_parts.Hips(), clothes.trousers)
+    builder.AddPart(trunk, "torso", human_parts.Torso(), clothes.top)
+    builder.AddPart(trunk, "head", human_parts.Head(), clothes.skin)
+    builder.AddPart(trunk, "hair", human_parts.Hair(), clothes.hair)
+    builder.AddPart(trunk, "eyes", human_parts.Eyes(), Rgba(0.08, 0.07, 0.07))
+
+    joints = [
+        plant.AddJoint(
+            PlanarJoint("pose", plant.world_frame(), base.body_frame())
+        ),
+        plant.AddJoint(
+            PrismaticJoint(
+                "height", base.body_frame(), trunk.body_frame(), [0, 0, 1]
+            )
+        ),
+    ]
+    for side, sign in (("left", 1.0), ("right", -1.0)):
+        thigh = builder.AddBody(f"{side}_thigh")
+        builder.AddPart(thigh, "thigh", human_parts.Thigh(), clothes.trousers)
+        shin = builder.AddBody(f"{side}_shin")
+        builder.AddPart(shin, "shin", human_parts.Shin(), clothes.trousers)
+        builder.AddPart(shin, "shoe", human_parts.Shoe(), clothes.shoes)
+        # Positive angles swing forward at the hip, and bend the knee.
+        joints.append(
+            builder.AddSwing(
+                f"{side}_hip", trunk, thigh, (0, sign * _HIP_Y, 0), -1
+            )
+        )
+        joints.append(
+            builder.AddSwing(f"{side}_knee", thigh, shin, (0, 0, -THIGH), 1)
+        )
+    for side, sign in (("left", 1.0), ("right", -1.0)):
+        arm = builder.AddBody(f"{side}_arm")
+        builder.AddPart(arm, "sleeve", human_parts.Sleeve(), clothes.top)
+        builder.AddPart(arm, "hand", human_parts.Hand(), clothes.skin)
+        joints.append(
+            builder.AddSwing(
+                f"{side}_shoulder",
+                trunk,
+                arm,
+                (0, sign * _SHOULDER_Y, _SHOULDER_Z),
+                -1,
+            )
+        )
+    return HumanBody(base=base, trunk=trunk, joints=tuple(joints))
+
+
+class _FigureBuilder:
+    """What the parts of one figure share while it is built."""
+
+    def __init__(
+        self,
+        plant: MultibodyPlant,
+        instance: ModelInstanceIndex,
+        width: float,
+    ) -> None:
+        self._plant = plant
+        self._instance = instance
+        self._width = width
+
+    def AddBody(self, name: str) -> RigidBody:
+        return self._plant.AddRigidBody(name, self._instance)
+
+    def AddPart(
+        self, body: RigidBody, name: str, mesh: InMemoryMesh, color: Rgba
+    ) -> None:
+        self._plant.RegisterVisualGeometry(
+            body,
+            RigidTransform(),
+            Mesh(mesh, [self._width, self._width, 1.0]),
+            name,
+            color.rgba,
+        )
+
+    def AddSwing(
+        self,
+        name: str,
+        parent: RigidBody,
+        child: RigidBody,
+        p_PJ: tuple[float, float, float],
+        direction: int,
+    ) -> Joint:
+        x, y, z = p_PJ
+        X_PJ = RigidTransform([x * self._width, y * self._width, z])
+        return self._plant.AddJoint(
+            RevoluteJoint(
+                name,
+                self._plant.AddFrame(
+                    FixedOffsetFrame(name, parent.body_frame(), X_PJ)
+                ),
+                child.body_frame(),
+                [0, direction, 0],
+            )
+        )

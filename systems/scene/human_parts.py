@@ -1,0 +1,169 @@
+"""The parts of a person's figure, of one size for everybody.
+
+Each is in the frame of its body, x forward and z up, in meters, and is made
+once.
+"""
+
+from functools import cache
+
+from pydrake.geometry import InMemoryMesh
+
+from hunav_drake.systems.scene.drake_mesh import MakeInMemoryMesh
+from hunav_drake.systems.scene.gait import SHIN
+from hunav_drake.systems.scene.meshes import TriangleMesh, ellipsoid, join, loft
+
+
+@cache
+def Hips() -> InMemoryMesh:
+    """Returns the hips, in trousers, of the trunk."""
+    sections = [
+        [0.00, 0, -0.10, 0.060, 0.095],
+        [-0.01, 0, -0.05, 0.100, 0.150],
+        [-0.01, 0, 0.03, 0.108, 0.165],
+        [0.00, 0, 0.14, 0.092, 0.140],
+    ]
+    return MakeInMemoryMesh(loft(sections, power=2.3), "hips")
+
+
+@cache
+def Torso() -> InMemoryMesh:
+    """Returns the torso, in a shirt, of the trunk."""
+    sections = [
+        [0.000, 0, 0.050, 0.114, 0.176],
+        [0.000, 0, 0.080, 0.114, 0.174],
+        [0.000, 0, 0.150, 0.106, 0.158],
+        [0.000, 0, 0.240, 0.098, 0.146],
+        [0.006, 0, 0.360, 0.114, 0.172],
+        [0.004, 0, 0.450, 0.112, 0.184],
+        [-0.004, 0, 0.510, 0.096, 0.184],
+        [-0.008, 0, 0.545, 0.080, 0.160],
+        [-0.008, 0, 0.570, 0.066, 0.115],
+        [-0.008, 0, 0.588, 0.056, 0.078],
+        [-0.006, 0, 0.600, 0.050, 0.055],
+    ]
+    return MakeInMemoryMesh(loft(sections, sides=20, power=2.3), "torso")
+
+
+@cache
+def Head() -> InMemoryMesh:
+    """Returns the neck and head with nose and ears, of the trunk."""
+    neck = [
+        [-0.006, 0, 0.56, 0.050, 0.050],
+        [0.000, 0, 0.66, 0.047, 0.047],
+    ]
+    return MakeInMemoryMesh(
+        join(
+            [
+                loft(neck, sides=12),
+                ellipsoid((0.012, 0, 0.712), (0.088, 0.073, 0.108)),
+                ellipsoid((0.102, 0, 0.700), (0.020, 0.013, 0.022), sides=8),
+                ellipsoid((0.005, 0.074, 0.705), (0.018, 0.01, 0.026), sides=8),
+                ellipsoid(
+                    (0.005, -0.074, 0.705), (0.018, 0.01, 0.026), sides=8
+                ),
+            ]
+        ),
+        "head",
+    )
+
+
+@cache
+def Hair() -> InMemoryMesh:
+    """Returns the hair, of the trunk."""
+    crown = ellipsoid((0, 0, 0), (0.098, 0.082, 0.088))
+    return MakeInMemoryMesh(
+        crown.moved((-0.010, 0, 0.744), pitch=-0.35), "hair"
+    )
+
+
+@cache
+def Eyes() -> InMemoryMesh:
+    """Returns the eyes, of the trunk."""
+    eyes = [
+        ellipsoid((0.088, y, 0.728), (0.012, 0.011, 0.011), sides=8)
+        for y in (-0.03, 0.03)
+    ]
+    return MakeInMemoryMesh(join(eyes), "eyes")
+
+
+@cache
+def Thigh() -> InMemoryMesh:
+    """Returns the thigh, in trousers, that hangs from the hip."""
+    sections = [
+        [0.000, 0, -0.455, 0.040, 0.040],
+        [0.000, 0, -0.420, 0.063, 0.061],
+        [0.004, 0, -0.300, 0.071, 0.068],
+        [0.000, 0, -0.120, 0.086, 0.082],
+        [0.000, 0, 0.000, 0.086, 0.080],
+        [0.000, 0, 0.050, 0.060, 0.060],
+    ]
+    return MakeInMemoryMesh(loft(sections, sides=14), "thigh")
+
+
+@cache
+def Shin() -> InMemoryMesh:
+    """Returns the shin, in trousers, that hangs from the knee."""
+    sections = [
+        [0.000, 0, -0.400, 0.058, 0.053],
+        [-0.004, 0, -0.260, 0.059, 0.055],
+        [-0.006, 0, -0.120, 0.065, 0.060],
+        [0.000, 0, 0.000, 0.064, 0.061],
+        [0.000, 0, 0.040, 0.046, 0.046],
+    ]
+    return MakeInMemoryMesh(loft(sections, sides=14), "shin")
+
+
+@cache
+def Shoe() -> InMemoryMesh:
+    """Returns the shoe, of the shin."""
+    # The lowest section reaches from HEEL to TOE, which the gait puts on the
+    # floor.
+    sections = [
+        [0.045, 0, -SHIN, 0.105, 0.040],
+        [0.048, 0, -0.445, 0.125, 0.046],
+        [0.044, 0, -0.425, 0.120, 0.045],
+        [0.020, 0, -0.400, 0.080, 0.044],
+        [0.000, 0, -0.370, 0.050, 0.042],
+    ]
+    return MakeInMemoryMesh(loft(sections, sides=14, power=2.3), "shoe")
+
+
+@cache
+def Sleeve() -> InMemoryMesh:
+    """Returns the arm, in its sleeve, that hangs from the shoulder."""
+    upper = [
+        [0.000, 0, -0.300, 0.034, 0.034],
+        [0.000, 0, -0.270, 0.044, 0.042],
+        [0.000, 0, -0.120, 0.051, 0.048],
+        [0.000, 0, -0.020, 0.057, 0.053],
+        [0.000, 0, 0.010, 0.052, 0.048],
+        [0.000, 0, 0.032, 0.036, 0.033],
+        [0.000, 0, 0.042, 0.014, 0.013],
+    ]
+    lower = [
+        [0.000, 0, -0.200, 0.036, 0.034],
+        [0.000, 0, -0.060, 0.043, 0.041],
+        [0.000, 0, 0.000, 0.043, 0.041],
+        [0.000, 0, 0.020, 0.030, 0.030],
+    ]
+    arm = [loft(upper, sides=12), _bent(loft(lower, sides=12))]
+    return MakeInMemoryMesh(join(arm), "sleeve")
+
+
+@cache
+def Hand() -> InMemoryMesh:
+    """Returns the hand and wrist, of the arm."""
+    wrist = loft(
+        [
+            [0.000, 0, -0.230, 0.025, 0.020],
+            [0.000, 0, -0.190, 0.028, 0.026],
+        ],
+        sides=8,
+    )
+    palm = ellipsoid((0.006, 0, -0.275), (0.034, 0.020, 0.055), sides=10)
+    return MakeInMemoryMesh(_bent(join([wrist, palm])), "hand")
+
+
+def _bent(forearm: TriangleMesh) -> TriangleMesh:
+    """Puts what hangs from the elbow on a slightly bent arm."""
+    return forearm.moved((0.0, 0.0, -0.275), pitch=-0.4)

@@ -1,0 +1,221 @@
+"""Triangle meshes made of numbers: lofts, ellipsoids, prisms, flat tiles.
+
+Primitive shapes alone make stick figures; a handful of lofted sections makes
+a torso, a thigh or a shoe. The meshes are plain arrays, so that they can be
+tested and joined without Drake, and become OBJ text at the end.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hunav_drake.systems.scene.triangulation import triangulate
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class TriangleMesh:
+    """A surface of triangles, counter-clockwise seen from outside.
+
+    Attributes:
+        vertices: Shape (v, 3), in meters.
+        normals: Shape (v, 3): the unit normals that the shading uses.
+        faces: Shape (f, 3): indices into the vertices.
+    """
+
+    vertices: Array
+    normals: Array
+    faces: NDArray[np.int64]
+
+    def moved(self, offset: ArrayLike, pitch: float = 0.0) -> "TriangleMesh":
+        """Returns the mesh turned about +y by `pitch`, then moved.
+
+        Args:
+            offset: The translation (x, y, z), in meters.
+            pitch: The rotation, in radians.
+        """
+        c, s = np.cos(pitch), np.sin(pitch)
+        rotation = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
+        return TriangleMesh(
+            self.vertices @ rotation.T + np.asarray(offset, dtype=float),
+            self.normals @ rotation.T,
+            self.faces,
+        )
+
+    def to_obj(self) -> str:
+        """Returns the mesh in Wavefront OBJ form."""
+        lines = [f"v {_numbers(v, 4)}" for v in self.vertices.tolist()]
+        lines += [f"vn {_numbers(n, 2)}" for n in self.normals.tolist()]
+        lines += [
+            f"f {a}//{a} {b}//{b} {c}//{c}"
+            for a, b, c in (self.faces + 1).tolist()
+        ]
+        return "\n".join(lines) + "\n"
+
+
+def join(meshes: Sequence[TriangleMesh]) -> TriangleMesh:
+    """Returns several meshes as one."""
+    starts = np.cumsum([0] + [len(mesh.vertices) for mesh in meshes])
+    return TriangleMesh(
+        np.vstack([mesh.vertices for mesh in meshes]),
+        np.vstack([mesh.normals for mesh in meshes]),
+        np.vstack(
+            [
+                mesh.faces + start
+                for mesh, start in zip(meshes, starts, strict=False)
+            ]
+        ),
+    )
+
+
+def loft(
+    sections: ArrayLike, *, sides: int = 16, power: float = 2.0
+) -> TriangleMesh:
+    """Returns a smooth closed surface through horizontal sections.
+
+    Args:
+        sections: Shape (k, 5), from the lowest to the highest: the center
+            (x, y, z) and the half widths along x and y of each, in meters.
+        sides: The number of corners of a section.
+        power: 2 makes ellipses, more makes rounded rectangles (Lamé curves,
+            |x/a|^p + |y/b|^p = 1).
+    """
+    rows = np.asarray(sections, dtype=float)
+    angle = np.arange(sides) * (2 * np.pi / sides)
+    c, s = np.cos(angle), np.sin(angle)
+    ring = np.stack(
+        [
+            np.sign(c) * np.abs(c) ** (2 / power),
+            np.sign(s) * np.abs(s) ** (2 / power),
+        ],
+        axis=1,
+    )
+    rings = np.empty((len(rows), sides, 3))
+    rings[:, :, :2] = rows[:, None, :2] + ring * rows[:, None, 3:5]
+    rings[:, :, 2] = rows[:, None, 2]
+    bottom, top = rows[0, :3], rows[-1, :3]
+    vertices = np.vstack([rings.reshape(-1, 3), bottom, top])
+
+    lower = np.arange(sides)
+    after = (lower + 1) % sides
+    faces = [
+        np.stack([np.full(sides, len(vertices) - 2), after, lower], axis=1)
+    ]
+    for k in range(len(rows) - 1):
+        a, b = lower + k * sides, after + k * sides
+        faces.append(np.stack([a, b, b + sides], axis=1))
+        faces.append(np.stack([a, b + sides, a + sides], axis=1))
+    last = (len(rows) - 1) * sides
+    faces.append(
+        np.stack(
+            [np.full(sides, len(vertices) - 1), lower + last, after + last],
+            axis=1,
+        )
+    )
+    triangles = np.vstack(faces)
+    return TriangleMesh(
+        vertices, _smooth_normals(vertices, triangles), triangles
+    )
+
+
+def ellipsoid(
+    center: ArrayLike, radii: ArrayLike, *, sides: int = 16
+) -> TriangleMesh:
+    """Returns an ellipsoid with its axes along x, y and z, in meters."""
+    c = np.asarray(center, dtype=float)
+    r = np.asarray(radii, dtype=float)
+    polar = np.linspace(-np.pi / 2, np.pi / 2, sides // 2 + 1)[1:-1]
+    rows = [
+        [
+            c[0],
+            c[1],
+            c[2] + r[2] * np.sin(a),
+            r[0] * np.cos(a),
+            r[1] * np.cos(a),
+        ]
+        for a in polar
+    ]
+    mesh = loft(rows, sides=sides)
+    vertices = mesh.vertices.copy()
+    pole = np.array([0.0, 0.0, r[2]])
+    vertices[-2:] = c - pole, c + pole
+    normals = (vertices - c) / r**2
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    return TriangleMesh(vertices, normals, mesh.faces)
+
+
+def extrude(outline: ArrayLike, low: float, high: float) -> TriangleMesh:
+    """Returns the upright prism over a simple polygon.
+
+    Args:
+        outline: The corners, shape (k, 2), in either direction, in meters.
+        low: The height of the bottom, in meters.
+        high: The height of the top, in meters.
+    """
+    p = np.asarray(outline, dtype=float)
+    x, y = p.T
+    if np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y) < 0:
+        p = p[::-1]
+    k = len(p)
+    lid = triangulate(p)
+    flat = [np.column_stack([p, np.full(k, z)]) for z in (low, high)]
+    up = np.tile([0.0, 0.0, 1.0], (k, 1))
+
+    # The sides have corners of their own, so that edges stay sharp.
+    q = np.roll(p, -1, axis=0)
+    along = q - p
+    length = np.linalg.norm(along, axis=1, keepdims=True)
+    out = np.column_stack([along[:, 1], -along[:, 0]]) / np.where(
+        length > 0, length, 1.0
+    )
+    corners = [(p, low), (q, low), (q, high), (p, high)]
+    sides = np.vstack([np.column_stack([c, np.full(k, z)]) for c, z in corners])
+    i = np.arange(k) + 2 * k
+    quads = np.vstack(
+        [
+            np.stack([i, i + k, i + 2 * k], axis=1),
+            np.stack([i, i + 2 * k, i + 3 * k], axis=1),
+        ]
+    )
+    return TriangleMesh(
+        np.vstack([*flat, sides]),
+        np.vstack(
+            [-up, up, np.tile(np.column_stack([out, np.zeros(k)]), (4, 1))]
+        ),
+        np.vstack([lid[:, ::-1], lid + k, quads]),
+    )
+
+
+def lay(quads: ArrayLike, height: float) -> TriangleMesh:
+    """Returns flat quadrangles that face upwards.
+
+    Args:
+        quads: The corners, counter-clockwise, shape (m, 4, 2), in meters.
+        height: Their height, in meters.
+    """
+    p = np.asarray(quads, dtype=float).reshape(-1, 2)
+    first = np.arange(0, len(p), 4)[:, None]
+    return TriangleMesh(
+        np.column_stack([p, np.full(len(p), height)]),
+        np.tile([0.0, 0.0, 1.0], (len(p), 1)),
+        np.vstack([first + np.array(half) for half in ((0, 1, 2), (0, 2, 3))]),
+    )
+
+
+def _numbers(values: Sequence[float], digits: int) -> str:
+    """Returns numbers as short text, because replays are made of it."""
+    return " ".join(f"{round(value, digits):.10g}" for value in values)
+
+
+def _smooth_normals(vertices: Array, faces: NDArray[np.int64]) -> Array:
+    """Returns at each vertex the mean of its faces' normals, by area."""
+    a, b, c = (vertices[faces[:, i]] for i in range(3))
+    area = np.cross(b - a, c - a)
+    normals = np.zeros_like(vertices)
+    for i in range(3):
+        np.add.at(normals, faces[:, i], area)
+    length = np.linalg.norm(normals, axis=1, keepdims=True)
+    return normals / np.where(length > 0, length, 1.0)

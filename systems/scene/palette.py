@@ -1,0 +1,82 @@
+"""The colors of people, robot and world."""
+
+from dataclasses import dataclass
+
+from pydrake.geometry import Rgba
+
+
+@dataclass(frozen=True)
+class Clothes:
+    """What one person looks like.
+
+    Attributes:
+        top: The color of the shirt: what tells people apart.
+        trousers: The color of the trousers.
+        shoes: The color of the shoes.
+        skin: The color of face and hands.
+        hair: The color of the hair.
+    """
+
+    top: Rgba
+    trousers: Rgba
+    shoes: Rgba
+    skin: Rgba
+    hair: Rgba
+
+
+# Okabe and Ito's colors, which stay apart for color-blind eyes ("Color
+# universal design", 2008). Vermilion is the robot's.
+TOPS = (
+    Rgba(0.000, 0.447, 0.698),
+    Rgba(0.902, 0.624, 0.000),
+    Rgba(0.000, 0.620, 0.451),
+    Rgba(0.800, 0.475, 0.655),
+    Rgba(0.941, 0.894, 0.259),
+    Rgba(0.337, 0.706, 0.914),
+)
+ROBOT_ACCENT = Rgba(0.835, 0.369, 0.000)
+ROBOT_SHELL = Rgba(0.93, 0.94, 0.95)
+ROBOT_DARK = Rgba(0.13, 0.14, 0.16)
+
+_TROUSERS = (
+    Rgba(0.16, 0.19, 0.27),
+    Rgba(0.42, 0.37, 0.30),
+    Rgba(0.24, 0.25, 0.26),
+    Rgba(0.27, 0.36, 0.47),
+    Rgba(0.33, 0.25, 0.21),
+)
+_SKIN = (
+    Rgba(0.91, 0.73, 0.60),
+    Rgba(0.55, 0.38, 0.28),
+    Rgba(0.80, 0.60, 0.46),
+    Rgba(0.37, 0.25, 0.19),
+)
+_HAIR = (
+    Rgba(0.23, 0.15, 0.10),
+    Rgba(0.09, 0.08, 0.08),
+    Rgba(0.50, 0.36, 0.20),
+    Rgba(0.07, 0.06, 0.06),
+    Rgba(0.55, 0.54, 0.53),
+    Rgba(0.12, 0.09, 0.07),
+    Rgba(0.35, 0.18, 0.09),
+)
+_SHOES = Rgba(0.10, 0.10, 0.11)
+
+FLOOR = (Rgba(0.83, 0.82, 0.79), Rgba(0.77, 0.76, 0.73))
+WALL = Rgba(0.60, 0.65, 0.71)
+BODY_DISC = Rgba(0.1, 0.1, 0.12, 0.18)
+
+
+def clothes(index: int) -> Clothes:
+    """Returns the clothes of the person at an index, from 0.
+
+    The cycles have different lengths, so that people with the same shirt
+    differ in something else.
+    """
+    return Clothes(
+        top=TOPS[index % len(TOPS)],
+        trousers=_TROUSERS[index % len(_TROUSERS)],
+        shoes=_SHOES,
+        skin=_SKIN[index % len(_SKIN)],
+        hair=_HAIR[index % len(_HAIR)],
+    )

@@ -1,0 +1,156 @@
+"""The robot's figure: a round mobile base on two wheels."""
+
+from dataclasses import dataclass
+import math
+
+from pydrake.geometry import Cylinder, Mesh, Rgba, Shape
+from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import (
+    Joint,
+    PlanarJoint,
+    RigidBody,
+)
+
+from hunav_drake.systems.scene.drake_mesh import MakeInMemoryMesh
+from hunav_drake.systems.scene.meshes import (
+    TriangleMesh,
+    ellipsoid,
+    extrude,
+    loft,
+)
+from hunav_drake.systems.scene.palette import (
+    ROBOT_ACCENT,
+    ROBOT_DARK,
+    ROBOT_SHELL,
+)
+
+# Heights, in meters; a robot slimmer than this is lower too.
+_FULL_SIZE_RADIUS = 0.3
+_DECK_LOW, _DECK_HIGH = 0.20, 0.29
+
+# In robot radii: the distance of the wheels from the middle, and their width.
+_WHEEL_Y = 0.80
+_WHEEL_WIDTH = 0.17
+
+
+@dataclass(frozen=True)
+class RobotBody:
+    """The figure of the robot in a plant.
+
+    Attributes:
+        base: The body at (x, y, yaw) on the floor.
+        joint: The joint of the base, with the positions x, y and yaw.
+    """
+
+    base: RigidBody
+    joint: Joint
+
+
+def AddRobotBody(
+    plant: MultibodyPlant, name: str, *, radius: float
+) -> RobotBody:
+    """Adds the figure of a differential-drive robot, as a model instance.
+
+    Its deck is a disc of the robot's radius; a lidar, a lamp and an arrow on
+    the deck show where it is heading (+x at yaw 0). No mass, no collision
+    geometry.
+
+    Args:
+        plant: A plant that is registered with a SceneGraph and not finalized.
+        name: The name of the model instance, unique in the plant.
+        radius: The radius of the robot's disc, in meters.
+    """
+    instance = plant.AddModelInstance(name)
+    scale = min(radius / _FULL_SIZE_RADIUS, 1.0)
+    low, high = _DECK_LOW * scale, _DECK_HIGH * scale
+    wheel_radius, width = 0.09 * scale, _WHEEL_WIDTH * radius
+
+    base = plant.AddRigidBody("base", instance)
+
+    def add(
+        part: str,
+        shape: Shape,
+        color: Rgba,
+        X_BG: RigidTransform | None = None,
+    ) -> None:
+        plant.RegisterVisualGeometry(
+            base, X_BG or RigidTransform(), shape, part, color.rgba
+        )
+
+    chassis = loft(
+        [
+            [0, 0, 0.04 * scale, 0.78 * radius, 0.60 * radius],
+            [0, 0, 0.07 * scale, 0.86 * radius, 0.64 * radius],
+            [0, 0, low, 0.90 * radius, 0.66 * radius],
+        ],
+        sides=32,
+        power=2.6,
+    )
+    add("chassis", Mesh(MakeInMemoryMesh(chassis, "chassis")), ROBOT_DARK)
+    deck = loft(
+        [
+            [0, 0, low - 0.012 * scale, 0.96 * radius, 0.96 * radius],
+            [0, 0, low, radius, radius],
+            [0, 0, high - 0.03 * scale, radius, radius],
+            [0, 0, high - 0.008 * scale, 0.965 * radius, 0.965 * radius],
+            [0, 0, high, 0.90 * radius, 0.90 * radius],
+        ],
+        sides=40,
+    )
+    add("deck", Mesh(MakeInMemoryMesh(deck, "deck")), ROBOT_SHELL)
+    add(
+        "band",
+        Cylinder(1.004 * radius, 0.022 * scale),
+        ROBOT_ACCENT,
+        RigidTransform([0.0, 0.0, low + 0.018 * scale]),
+    )
+    add(
+        "arrow",
+        Mesh(MakeInMemoryMesh(_arrow(radius, high), "arrow")),
+        ROBOT_ACCENT,
+    )
+    add(
+        "lidar",
+        Cylinder(0.17 * radius, 0.07 * scale),
+        ROBOT_DARK,
+        RigidTransform([0.60 * radius, 0.0, high + 0.035 * scale]),
+    )
+    add(
+        "lidar_cap",
+        Cylinder(0.18 * radius, 0.012 * scale),
+        ROBOT_SHELL,
+        RigidTransform([0.60 * radius, 0.0, high + 0.076 * scale]),
+    )
+    lamp = ellipsoid(
+        (0.985 * radius, 0, 0.5 * (low + high) + 0.012 * scale),
+        (0.03 * radius, 0.30 * radius, 0.016 * scale),
+    )
+    add("lamp", Mesh(MakeInMemoryMesh(lamp, "lamp")), ROBOT_DARK)
+
+    for side, sign in (("left", 1.0), ("right", -1.0)):
+        wheel = RigidTransform(
+            RotationMatrix.MakeXRotation(math.pi / 2),
+            [0.0, sign * _WHEEL_Y * radius, wheel_radius],
+        )
+        add(f"{side}_tire", Cylinder(wheel_radius, width), ROBOT_DARK, wheel)
+        hub = Cylinder(0.6 * wheel_radius, 1.04 * width)
+        add(f"{side}_hub", hub, ROBOT_SHELL, wheel)
+    joint = plant.AddJoint(
+        PlanarJoint("pose", plant.world_frame(), base.body_frame())
+    )
+    return RobotBody(base=base, joint=joint)
+
+
+def _arrow(radius: float, height: float) -> TriangleMesh:
+    """Returns a flat chevron on the deck that points along +x."""
+    outline = [
+        [0.34, 0.0],
+        [-0.30, 0.50],
+        [-0.52, 0.50],
+        [0.02, 0.0],
+        [-0.52, -0.50],
+        [-0.30, -0.50],
+    ]
+    scaled = [[x * radius, y * radius] for x, y in outline]
+    return extrude(scaled, height - 0.002, height + 0.006)

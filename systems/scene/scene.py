@@ -1,0 +1,234 @@
+"""Puts world, people and robot into a scene that can be seen."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+import math
+import re
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.geometry import SceneGraph
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import Joint
+from pydrake.systems.framework import DiagramBuilder, InputPort, OutputPort
+from pydrake.systems.rendering import MultibodyPositionToGeometryPose
+
+from hunav_drake.systems.crowd.human_config import HumanConfig
+from hunav_drake.systems.robot.robot_config import RobotConfig
+from hunav_drake.systems.scene.bounds import scene_bounds
+from hunav_drake.systems.scene.human_body import AddHumanBody
+from hunav_drake.systems.scene.palette import clothes
+from hunav_drake.systems.scene.robot_body import AddRobotBody
+from hunav_drake.systems.scene.scene_kinematics import SceneKinematics
+from hunav_drake.systems.scene.surroundings import (
+    AddFloor,
+    AddGoalMarks,
+    AddWalls,
+)
+from hunav_drake.systems.world import World
+
+if TYPE_CHECKING:
+    from pydrake.geometry import Meshcat, MeshcatVisualizer
+
+# How far the floor reaches beyond everything on it, in meters.
+FLOOR_MARGIN = 0.6
+
+
+@dataclass(frozen=True)
+class ScenePorts:
+    """What AddScene leaves to the caller.
+
+    Attributes:
+        human_states: Takes the states of the people, size 7n.
+        robot_state: Takes the state of the robot, size 7; None without one.
+        query_object: Gives the scene's QueryObject, for cameras and sensors.
+        scene_graph: The SceneGraph, to add renderers to.
+        plant: The plant whose bodies are drawn. It is not part of the diagram
+            and has no mass: only a table of frames and geometry.
+        human_names: The model instance of each person in the plant.
+        robot_name: The model instance of the robot; None without one.
+        visualizer: What publishes to Meshcat, and records; None if headless.
+    """
+
+    human_states: InputPort
+    robot_state: InputPort | None
+    query_object: OutputPort
+    scene_graph: SceneGraph
+    plant: MultibodyPlant
+    human_names: tuple[str, ...]
+    robot_name: str | None
+    visualizer: "MeshcatVisualizer | None"
+
+
+def AddScene(
+    builder: DiagramBuilder,
+    world: World,
+    humans: Sequence[HumanConfig] = (),
+    robot: RobotConfig | None = None,
+    *,
+    time_step: float = 0.05,
+    meshcat: "Meshcat | None" = None,
+    frame_rate: float = 10.0,
+) -> ScenePorts:
+    """Adds the scene to a builder, as one diagram named "scene".
+
+    .. pydrake_system::
+
+        name: scene
+        input_ports:
+        - human_states
+        - robot_state
+        output_ports:
+        - query
+
+    Inside are the systems "kinematics" (SceneKinematics), "geometry_poses",
+    "scene_graph", and with Meshcat "meshcat_visualizer". The geometry belongs
+    to the model instances "robot" and one per person: the person's name, with
+    "_" for what is neither letter nor digit, and a number if that is taken.
+    Without Meshcat nothing is published, and a step costs no more than the
+    update of the gait.
+
+    Args:
+        builder: Where the scene goes.
+        world: The walls.
+        humans: The people, in the order of `human_states`.
+        robot: The robot; None for a world without one.
+        time_step: The period of the states, in seconds.
+        meshcat: Where to show the scene.
+        frame_rate: About how many frames per second are shown or recorded:
+            the nearest rate whose period is the time step times a power of
+            two, because other multiples do not meet the steps exactly.
+
+    Raises:
+        ValueError: If the builder has a system named "scene" already, or a
+            rate or step is not positive.
+    """
+    if builder.HasSubsystemNamed("scene"):
+        raise ValueError(
+            'AddScene: the builder has a system named "scene" already; a'
+            " diagram holds one scene."
+        )
+    for name, value in (("time_step", time_step), ("frame_rate", frame_rate)):
+        if not (value > 0 and math.isfinite(value)):
+            raise ValueError(
+                f"AddScene: {name} must be positive and finite, got {value}"
+            )
+    inner = DiagramBuilder()
+    scene_graph = inner.AddNamedSystem("scene_graph", SceneGraph())
+    plant = MultibodyPlant(time_step=0.0)
+    plant.RegisterAsSourceForSceneGraph(scene_graph)
+
+    AddFloor(plant, scene_bounds(world, humans, robot, margin=FLOOR_MARGIN))
+    AddWalls(plant, world.walls)
+    AddGoalMarks(plant, humans, robot)
+    human_names = _instance_names(humans)
+    bodies = [
+        AddHumanBody(plant, name, radius=human.radius, clothes=clothes(i))
+        for i, (name, human) in enumerate(zip(human_names, humans, strict=True))
+    ]
+    robot_body = (
+        AddRobotBody(plant, "robot", radius=robot.radius) if robot else None
+    )
+    plant.Finalize()
+
+    kinematics = inner.AddNamedSystem(
+        "kinematics",
+        SceneKinematics(
+            np.array([_positions(b.joints) for b in bodies]).reshape(-1, 10),
+            _positions([robot_body.joint]) if robot_body else None,
+            num_positions=plant.num_positions(),
+            time_step=time_step,
+        ),
+    )
+    poses = inner.AddNamedSystem(
+        "geometry_poses", MultibodyPositionToGeometryPose(plant)
+    )
+    inner.Connect(
+        kinematics.get_positions_output_port(), poses.get_input_port()
+    )
+    inner.Connect(
+        poses.get_output_port(),
+        scene_graph.get_source_pose_port(plant.get_source_id()),
+    )
+    visualizer = None
+    if meshcat is not None:
+        visualizer = _AddVisualizer(
+            inner, scene_graph, meshcat, frame_period(time_step, frame_rate)
+        )
+    inner.ExportInput(kinematics.get_human_states_input_port(), "human_states")
+    if robot:
+        inner.ExportInput(
+            kinematics.get_robot_state_input_port(), "robot_state"
+        )
+    inner.ExportOutput(scene_graph.get_query_output_port(), "query")
+
+    scene = builder.AddNamedSystem("scene", inner.Build())
+    return ScenePorts(
+        human_states=scene.GetInputPort("human_states"),
+        robot_state=scene.GetInputPort("robot_state") if robot else None,
+        query_object=scene.GetOutputPort("query"),
+        scene_graph=scene_graph,
+        plant=plant,
+        human_names=human_names,
+        robot_name="robot" if robot else None,
+        visualizer=visualizer,
+    )
+
+
+def frame_period(time_step: float, frame_rate: float) -> float:
+    """Returns the time between frames, a power of two of time steps, in s.
+
+    Drake computes the k-th time of an event as k times its period. Only for
+    powers of two these are exactly times of steps as well; an ulp apart, the
+    frame would show the state of the next step.
+
+    Args:
+        time_step: In seconds.
+        frame_rate: The wanted number of frames per second.
+    """
+    doublings = round(math.log2(1.0 / (frame_rate * time_step)))
+    return time_step * 2.0 ** max(doublings, 0)
+
+
+def _AddVisualizer(
+    builder: DiagramBuilder,
+    scene_graph: SceneGraph,
+    meshcat: "Meshcat",
+    period: float,
+) -> "MeshcatVisualizer":
+    from pydrake.geometry import MeshcatVisualizer, MeshcatVisualizerParams
+
+    visualizer = MeshcatVisualizer.AddToBuilder(
+        builder,
+        scene_graph,
+        meshcat,
+        MeshcatVisualizerParams(publish_period=period),
+    )
+    visualizer.set_name("meshcat_visualizer")
+    return visualizer
+
+
+def _positions(joints: Sequence[Joint]) -> NDArray[np.int64]:
+    """Returns where the positions of some joints are in those of a plant."""
+    return np.concatenate(
+        [
+            joint.position_start() + np.arange(joint.num_positions())
+            for joint in joints
+        ]
+    )
+
+
+def _instance_names(humans: Sequence[HumanConfig]) -> tuple[str, ...]:
+    """Returns a valid and unique name for each person."""
+    taken = {"robot", "WorldModelInstance", "DefaultModelInstance"}
+    names = []
+    for i, human in enumerate(humans):
+        plain = re.sub(r"\W+", "_", human.name, flags=re.ASCII).strip("_")
+        stem = plain or f"human_{i + 1}"
+        name, number = stem, 2
+        while name in taken:
+            name, number = f"{stem}_{number}", number + 1
+        taken.add(name)
+        names.append(name)
+    return tuple(names)

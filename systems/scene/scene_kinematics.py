@@ -1,0 +1,122 @@
+"""Turns the states of people and robot into the positions of their figures."""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pydrake.systems.framework import (
+    BasicVector,
+    Context,
+    DiscreteValues,
+    InputPort,
+    LeafSystem,
+    OutputPort,
+)
+
+from hunav_drake.systems.layout import STATE_SIZE, YAW
+from hunav_drake.systems.scene.gait import (
+    advance_gait,
+    initial_gait,
+    pose_figures,
+)
+
+
+class SceneKinematics(LeafSystem):
+    """Lets people walk as their states say.
+
+    .. pydrake_system::
+
+        name: SceneKinematics
+        input_ports:
+        - human_states
+        - robot_state
+        output_ports:
+        - positions
+
+    Port `human_states` takes the states of `n` people (size 7n, see
+    `hunav_drake.systems.layout`), and `robot_state` that of the robot (size
+    7); without a robot there is no such port. Port `positions` gives the
+    generalized positions of the scene's plant.
+
+    The discrete state holds for each person the phase of the stride (rad)
+    and the smoothed speed (m/s). It is updated every `time_step`.
+    """
+
+    def __init__(
+        self,
+        human_positions: ArrayLike,
+        robot_positions: ArrayLike | None,
+        *,
+        num_positions: int,
+        time_step: float = 0.05,
+    ) -> None:
+        """Constructs a SceneKinematics.
+
+        Args:
+            human_positions: Shape (n, 10): where in the positions of the
+                plant each position of each figure is (order of `gait`).
+            robot_positions: Shape (3,): the same for x, y and yaw of the
+                robot; None without one.
+            num_positions: The number of positions of the plant.
+            time_step: The time between two updates, in seconds.
+        """
+        super().__init__()
+        self._human_positions = np.asarray(human_positions, dtype=np.int64)
+        self._has_robot = robot_positions is not None
+        self._robot_positions = np.asarray(
+            robot_positions if self._has_robot else [], dtype=np.int64
+        )
+        self._num_positions = num_positions
+        self._time_step = time_step
+
+        self._human_states = self.DeclareVectorInputPort(
+            "human_states", STATE_SIZE * len(self._human_positions)
+        )
+        self._human_states_index = int(self._human_states.get_index())
+        if self._has_robot:
+            self._robot_state = self.DeclareVectorInputPort(
+                "robot_state", STATE_SIZE
+            )
+        self._positions = self.DeclareVectorOutputPort(
+            "positions", num_positions, self._CalcPositions
+        )
+        self._gait = self.DeclareDiscreteState(
+            initial_gait(len(self._human_positions))
+        )
+        if len(self._human_positions):
+            self.DeclarePeriodicDiscreteUpdateEvent(
+                period_sec=time_step, offset_sec=0.0, update=self._Advance
+            )
+
+    def get_human_states_input_port(self) -> InputPort:
+        """Returns the port for the states of the people."""
+        return self._human_states
+
+    def get_robot_state_input_port(self) -> InputPort | None:
+        """Returns the port for the state of the robot, if there is one."""
+        return self._robot_state if self._has_robot else None
+
+    def get_positions_output_port(self) -> OutputPort:
+        """Returns the port with the positions of the plant."""
+        return self._positions
+
+    def _Advance(self, context: Context, state: DiscreteValues) -> None:
+        # Views, not copies as from Eval: this runs at every step of a trial
+        # that nobody looks at, and advance_gait() only reads.
+        gait = advance_gait(
+            context.get_discrete_state_vector().value(),
+            self.EvalVectorInput(context, self._human_states_index).value(),
+            self._time_step,
+        )
+        state.set_value(self._gait, gait)
+
+    def _CalcPositions(self, context: Context, output: BasicVector) -> None:
+        q: NDArray[np.float64] = np.zeros(self._num_positions)
+        # Without people nothing need be connected to their port.
+        if len(self._human_positions):
+            q[self._human_positions] = pose_figures(
+                context.get_discrete_state(self._gait).value(),
+                self._human_states.Eval(context),
+            )
+        if self._has_robot:
+            robot = self._robot_state.Eval(context)
+            q[self._robot_positions] = robot[: YAW + 1]
+        output.SetFromVector(q)

@@ -1,0 +1,195 @@
+"""What does not move: floor, walls, and the marks of goals."""
+
+from collections.abc import Sequence
+import itertools
+import math
+
+import numpy as np
+from pydrake.geometry import Box as BoxShape
+from pydrake.geometry import (
+    Cylinder,
+    GeometryInstance,
+    MakePhongIllustrationProperties,
+    Mesh,
+    Rgba,
+    Shape,
+)
+from pydrake.math import RigidTransform, RollPitchYaw
+from pydrake.multibody.plant import MultibodyPlant
+
+from hunav_drake.systems.crowd.human_config import HumanConfig
+from hunav_drake.systems.robot.robot_config import RobotConfig
+from hunav_drake.systems.scene.bounds import Bounds
+from hunav_drake.systems.scene.drake_mesh import MakeInMemoryMesh
+from hunav_drake.systems.scene.meshes import TriangleMesh, extrude, join, lay
+from hunav_drake.systems.scene.palette import FLOOR, ROBOT_ACCENT, TOPS, WALL
+from hunav_drake.systems.world import Box, Polyline, Wall
+
+# Below the tiles is a slab, deep enough not to shine through, in meters.
+_SLAB_DEPTH = 0.01
+_SLAB_THICKNESS = 0.05
+
+# A wall without a thickness of its own is drawn so thick, in meters.
+POLYLINE_THICKNESS = 0.05
+
+# Floor tiles are 1 m long, or 10, 100, ... m in worlds where that would be
+# more than this along a side.
+_MAX_TILES = 100
+
+Quad = list[tuple[float, float]]
+
+# Marks on the floor lie between these heights, in meters.
+_MARK_LOW, _MARK_HIGH = 0.001, 0.004
+
+
+def AddFloor(plant: MultibodyPlant, bounds: Bounds) -> None:
+    """Adds a floor of two shades of tiles, with its top at z = 0.
+
+    The tiles are 1 m wide (a power of ten, in large worlds) and lie at whole
+    multiples of that in W, so that the floor is a scale.
+    """
+    tile = 1.0
+    while max(bounds.size) / tile > _MAX_TILES:
+        tile *= 10.0
+    xs = _cuts(bounds.x_min, bounds.x_max, tile)
+    ys = _cuts(bounds.y_min, bounds.y_max, tile)
+    shades: tuple[list[Quad], list[Quad]] = ([], [])
+    for i, (x, x_next) in enumerate(itertools.pairwise(xs)):
+        for k, (y, y_next) in enumerate(itertools.pairwise(ys)):
+            # The first cuts differ from world to world; the pattern does not.
+            odd = (
+                i + k + math.floor(xs[0] / tile) + math.floor(ys[0] / tile)
+            ) % 2
+            shades[odd].append(
+                [(x, y), (x_next, y), (x_next, y_next), (x, y_next)]
+            )
+    for i, (tiles, color) in enumerate(zip(shades, FLOOR, strict=True)):
+        if tiles:
+            _Register(
+                plant,
+                f"tiles_{i}",
+                Mesh(MakeInMemoryMesh(lay(tiles, 0.0), f"tiles_{i}")),
+                color,
+            )
+    slab = BoxShape(*bounds.size, _SLAB_THICKNESS)
+    X_WG = RigidTransform([*bounds.center, -_SLAB_DEPTH - _SLAB_THICKNESS / 2])
+    _Register(plant, "floor", slab, FLOOR[1], X_WG)
+
+
+def AddWalls(plant: MultibodyPlant, walls: Sequence[Wall]) -> None:
+    """Adds the walls, as "wall_0", "wall_1", ... on the world body."""
+    for i, wall in enumerate(walls):
+        if isinstance(wall, Box):
+            X_WG = RigidTransform(
+                RollPitchYaw(0, 0, wall.yaw), [*wall.center, wall.height / 2]
+            )
+            shape = BoxShape(*wall.size, wall.height)
+            _Register(plant, f"wall_{i}", shape, WALL, X_WG)
+        else:
+            outlines = (
+                _strips(wall) if isinstance(wall, Polyline) else [wall.points]
+            )
+            prisms = [extrude(o, 0.0, wall.height) for o in outlines]
+            _Register(
+                plant,
+                f"wall_{i}",
+                Mesh(MakeInMemoryMesh(join(prisms), f"wall_{i}")),
+                WALL,
+            )
+
+
+def AddGoalMarks(
+    plant: MultibodyPlant,
+    humans: Sequence[HumanConfig],
+    robot: RobotConfig | None,
+) -> None:
+    """Adds flat marks where people and robot are going.
+
+    The robot's goal is a ring of its radius with an arrow along the final
+    heading, "robot_goal"; the goals of person i are dots in the color of the
+    shirt, "human_i_goal_k". Marks have no perception role: simulated cameras
+    do not see them.
+    """
+    for i, human in enumerate(humans):
+        level = i % len(TOPS)
+        # Goals that people share show as rings of their colors.
+        thickness = _MARK_HIGH - _MARK_LOW + 0.001 * level
+        dot = Cylinder(0.10 - 0.012 * level, thickness)
+        for k, (x, y) in enumerate(human.goals):
+            X_WG = RigidTransform([x, y, _MARK_LOW + thickness / 2])
+            _Mark(plant, f"human_{i}_goal_{k}", dot, TOPS[level], X_WG)
+    if robot is not None and robot.goal is not None:
+        x, y, yaw = robot.goal
+        X_WG = RigidTransform(RollPitchYaw(0, 0, yaw), [x, y, 0])
+        _Mark(
+            plant,
+            "robot_goal",
+            Mesh(MakeInMemoryMesh(_goal_ring(robot.radius), "robot_goal")),
+            ROBOT_ACCENT,
+            X_WG,
+        )
+
+
+def _cuts(low: float, high: float, tile: float) -> list[float]:
+    """Returns low, high, and the multiples of a tile's width between."""
+    first, last = math.floor(low / tile) + 1, math.ceil(high / tile) - 1
+    return [low, *(k * tile for k in range(first, last + 1)), high]
+
+
+def _strips(wall: Polyline) -> list[np.ndarray]:
+    """Returns a rectangle around each segment, half a thickness longer."""
+    half = POLYLINE_THICKNESS / 2
+    strips = []
+    for p, q in itertools.pairwise(wall.vertices()):
+        length = np.linalg.norm(q - p)
+        along = (q - p) / length if length > 0 else np.array([1.0, 0.0])
+        across = np.array([-along[1], along[0]])
+        corners = ((-1, -1), (1, -1), (1, 1), (-1, 1))
+        ends = {-1: p, 1: q}
+        strips.append(
+            np.array(
+                [ends[a] + half * (a * along + b * across) for a, b in corners]
+            )
+        )
+    return strips
+
+
+def _goal_ring(radius: float) -> TriangleMesh:
+    """Returns a ring around the origin and an arrow head along +x."""
+    inner, outer = 0.86 * radius, radius
+    angles = np.linspace(0, 2 * np.pi, 49)
+    circle = np.column_stack([np.cos(angles), np.sin(angles)])
+    ring = [
+        [inner * a, outer * a, outer * b, inner * b]
+        for a, b in itertools.pairwise(circle)
+    ]
+    head = radius * np.array(
+        [[0.62, 0], [-0.30, 0.42], [-0.10, 0], [-0.30, -0.42]]
+    )
+    return join([lay(ring, _MARK_HIGH), extrude(head, _MARK_LOW, _MARK_HIGH)])
+
+
+def _Register(
+    plant: MultibodyPlant,
+    name: str,
+    shape: Shape,
+    color: Rgba,
+    X_WG: RigidTransform | None = None,
+) -> None:
+    plant.RegisterVisualGeometry(
+        plant.world_body(), X_WG or RigidTransform(), shape, name, color.rgba
+    )
+
+
+def _Mark(
+    plant: MultibodyPlant,
+    name: str,
+    shape: Shape,
+    color: Rgba,
+    X_WG: RigidTransform,
+) -> None:
+    mark = GeometryInstance(X_WG, shape, name)
+    mark.set_illustration_properties(
+        MakePhongIllustrationProperties(color.rgba)
+    )
+    plant.RegisterVisualGeometry(plant.world_body(), mark)
