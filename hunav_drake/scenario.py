@@ -1,0 +1,229 @@
+"""Scenario files: loading, checking and saving trials.
+
+This is the module to import; the others named scenario_... are its parts.
+"""
+
+from collections.abc import Mapping, Sequence
+import dataclasses as dc
+from importlib import resources
+import itertools
+import os
+from pathlib import Path
+from typing import Any
+
+from hunav_drake.hunav_yaml import AGENTS_KEY, HunavImport, convert_agents
+from hunav_drake.scenario_checks import ALL_CHECKS, CheckScenario
+from hunav_drake.scenario_error import (
+    Fault,
+    Loc,
+    ScenarioError,
+    nearest,
+    shown,
+    suggestion,
+)
+from hunav_drake.scenario_overrides import apply_override, override_texts
+from hunav_drake.scenario_schema import Scenario, SimulationConfig
+from hunav_drake.scenario_validation import (
+    Places,
+    build_scenario,
+    document_faults,
+    override_place,
+)
+from hunav_drake.scenario_writer import SaveScenario
+from hunav_drake.systems.crowd.crowd_config import CrowdConfig
+from hunav_drake.systems.crowd.human_config import HumanConfig
+from hunav_drake.systems.crowd.parameters import SocialForceParameters
+from hunav_drake.systems.evaluation.evaluator_config import EvaluatorConfig
+from hunav_drake.systems.planning.planner_config import PlannerConfig
+from hunav_drake.systems.robot.robot_config import RobotConfig, RobotLimits
+from hunav_drake.systems.world import Box, Polygon, Polyline, World
+from hunav_drake.yaml_document import YamlDocument
+from hunav_drake.yaml_source import parse_yaml, read_yaml
+
+__all__ = [
+    "Box",
+    "CheckScenario",
+    "CrowdConfig",
+    "EvaluatorConfig",
+    "Fault",
+    "HumanConfig",
+    "ListScenarios",
+    "LoadScenario",
+    "PlannerConfig",
+    "Polygon",
+    "Polyline",
+    "RobotConfig",
+    "RobotLimits",
+    "SaveScenario",
+    "Scenario",
+    "ScenarioError",
+    "SimulationConfig",
+    "SocialForceParameters",
+    "World",
+    "name_humans",
+]
+
+
+def LoadScenario(
+    *,
+    filename: str | Path | None = None,
+    data: str | None = None,
+    scenario_name: str | None = None,
+    overrides: Mapping[str, str] | Sequence[str] = (),
+) -> Scenario:
+    """Loads a scenario from a file or from text, and checks it.
+
+    Args:
+        filename: A file, or the name of a shipped scenario, such as
+            "passing". It may be one of HuNavSim's agents.yaml: see
+            ImportAgents().
+        data: The text of a file, instead of a file.
+        scenario_name: If given, the file is a mapping from names to
+            scenarios, and the one of this name is loaded.
+        overrides: Settings that replace what the file says, as on the
+            command line: "robot.radius=0.3", "humans[1].goals=[[1, 2]]", or
+            a mapping from such paths to values. The values are YAML.
+
+    Returns:
+        The scenario, in which each person has a name and a number.
+
+    Raises:
+        ScenarioError: If the file cannot be read, does not fit the schema, or
+            describes something that cannot be simulated. It lists all faults
+            with their places.
+        ValueError: If not exactly one of `filename` and `data` is given.
+    """
+    if (filename is None) == (data is None):
+        raise ValueError(
+            "LoadScenario() takes either filename or data, and one of them"
+        )
+    document = (
+        _read(filename)
+        if filename is not None
+        else parse_yaml(str(data), name="data")
+    )
+    if document.root is None:
+        raise ScenarioError(document.name, document_faults(document))
+    content = document.root.value
+    is_agents = isinstance(content, dict) and AGENTS_KEY in content
+    if is_agents and scenario_name is None:
+        return _load_agents(convert_agents(document), overrides)
+    prefix = _prefix(document, scenario_name)
+    plain = document.plain(prefix)
+    faults = document_faults(document, prefix)
+    locs, override_faults = _override(plain, overrides)
+    scenario, findings = build_scenario(
+        plain, ALL_CHECKS, _inside(document.unread, prefix)
+    )
+    places = Places(document, prefix, overrides=locs)
+    faults += [places.fault(found, plain) for found in findings]
+    faults += override_faults
+    if scenario is None or faults:
+        raise ScenarioError(document.name, faults)
+    return name_humans(scenario)
+
+
+def ListScenarios() -> dict[str, str]:
+    """Returns the names of the shipped scenarios with their descriptions."""
+    result = {}
+    for name in _shipped_names():
+        document = _read_shipped(name)
+        result[name] = str(document.plain(("description",)) or "")
+    return result
+
+
+def name_humans(scenario: Scenario) -> Scenario:
+    """Returns a scenario in which each person has a name and a number.
+
+    Those that have none are given "human_1", "human_2", ... and 1, 2, ... in
+    order, without those that are taken. The argument is not changed.
+    """
+    names = {human.name for human in scenario.humans}
+    ids = {human.id for human in scenario.humans}
+    free_names = (
+        name for k in itertools.count(1) if (name := f"human_{k}") not in names
+    )
+    free_ids = (k for k in itertools.count(1) if k not in ids)
+    humans = [
+        dc.replace(
+            human,
+            name=human.name or next(free_names),
+            id=next(free_ids) if human.id is None else human.id,
+        )
+        for human in scenario.humans
+    ]
+    return dc.replace(scenario, humans=humans)
+
+
+def _load_agents(
+    imported: HunavImport, overrides: Mapping[str, str] | Sequence[str]
+) -> Scenario:
+    locs, faults = _override(imported.data, overrides)
+    if faults:
+        raise ScenarioError(imported.name, faults)
+    return name_humans(imported.build(ALL_CHECKS, locs))
+
+
+def _override(
+    data: Any, overrides: Mapping[str, str] | Sequence[str]
+) -> tuple[dict[Loc, str], list[Fault]]:
+    """Applies settings in order; returns what they set, and their faults."""
+    locs = {}
+    faults = []
+    for text in override_texts(overrides):
+        try:
+            locs[apply_override(data, text)] = text
+        except ValueError as error:
+            faults.append(Fault(override_place(text), 0, "", str(error)))
+    return locs, faults
+
+
+def _prefix(document: YamlDocument, scenario_name: str | None) -> Loc:
+    """Returns the way to the scenario of a name; checks that it is there."""
+    if scenario_name is None:
+        return ()
+    content = document.root.value if document.root else None
+    if isinstance(content, dict) and scenario_name in content:
+        return (scenario_name,)
+    names = list(content) if isinstance(content, dict) else []
+    fault = Fault(
+        document.name,
+        0,
+        "",
+        f"there is no scenario {shown(scenario_name)} in it;"
+        f" {suggestion(scenario_name, names[:100])}",
+    )
+    raise ScenarioError(document.name, [*document_faults(document), fault])
+
+
+def _inside(locs: Sequence[Loc], prefix: Loc) -> list[Loc]:
+    """Returns the paths below a prefix, counted from it."""
+    size = len(prefix)
+    return [loc[size:] for loc in locs if loc[:size] == prefix]
+
+
+def _shipped_names() -> list[str]:
+    folder = resources.files("hunav_drake.scenarios")
+    names = (Path(entry.name) for entry in folder.iterdir())
+    return sorted(path.stem for path in names if path.suffix == ".yaml")
+
+
+def _read_shipped(name: str) -> YamlDocument:
+    file = resources.files("hunav_drake.scenarios") / f"{name}.yaml"
+    return parse_yaml(file.read_bytes(), name=file.name)
+
+
+def _read(filename: str | Path) -> YamlDocument:
+    """Reads a file, or else the shipped scenario of that name."""
+    shipped = _shipped_names()
+    is_file = os.path.isfile(filename)
+    if not is_file and str(filename) in shipped:
+        return _read_shipped(str(filename))
+    document = read_yaml(filename)
+    if not is_file:
+        line, finding = document.findings[0]
+        message = f"{finding.message}; shipped scenarios: {', '.join(shipped)}"
+        if near := nearest(Path(filename).stem, shipped):
+            message += f"; did you mean {near}?"
+        document.findings[0] = line, dc.replace(finding, message=message)
+    return document

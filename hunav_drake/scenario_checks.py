@@ -1,0 +1,192 @@
+"""What must hold of a scenario beyond the form of its parts."""
+
+from collections.abc import Iterator
+import dataclasses as dc
+import itertools
+import math
+from typing import Any
+
+from pydantic import TypeAdapter, ValidationError
+
+from hunav_drake.scenario_error import (
+    Finding,
+    Loc,
+    ScenarioError,
+    path_text,
+    shown,
+    suggestion,
+)
+from hunav_drake.scenario_geometry import check_places, check_walls
+from hunav_drake.scenario_schema import Scenario
+from hunav_drake.scenario_validation import (
+    Check,
+    Places,
+    build_scenario,
+    schema_findings,
+)
+
+# What a registry does not know is looked up at most so often: each time, it
+# is compared with every name.
+_MAX_UNKNOWN = 100
+
+
+def CheckScenario(scenario: Scenario) -> None:
+    """Checks a scenario, as LoadScenario() does for a file.
+
+    Args:
+        scenario: A scenario, perhaps one that was made or changed in Python.
+
+    Raises:
+        ScenarioError: If something does not fit the schema, or cannot be
+            simulated. The place of each fault is "scenario".
+    """
+    data = dc.asdict(scenario)
+    _, findings = build_scenario(data, ALL_CHECKS)
+    if findings:
+        places = Places()
+        raise ScenarioError(
+            "scenario", [places.fault(found, data) for found in findings]
+        )
+
+
+def check_people(scenario: Scenario) -> Iterator[Finding]:
+    """Looks for people who are mixed up, or who contradict themselves."""
+    names: dict[str, int] = {}
+    ids: dict[int, int] = {}
+    starts: dict[tuple[float, ...], int] = {}
+    for i, human in enumerate(scenario.humans):
+        loc: Loc = ("humans", i)
+        if human.name:
+            yield from _unique(scenario, names, human.name, loc, "name")
+        if human.id is not None:
+            yield from _unique(scenario, ids, human.id, loc, "id")
+        first = starts.setdefault(human.pose[:2], i)
+        if first != i:
+            other = path_text(scenario, ("humans", first))
+            yield Finding(
+                (*loc, "pose"),
+                f"starts on the same point as {other};"
+                f" move it by {2 * human.radius:g} m",
+                uses=(("humans", first, "pose"),),
+            )
+        if human.speed_limit < human.desired_speed:
+            yield Finding(
+                (*loc, "max_speed"),
+                f"must be at least desired_speed ({human.desired_speed:g}"
+                f" m/s), got {human.speed_limit:g}",
+                uses=((*loc, "desired_speed"),),
+            )
+
+
+def _unique(
+    scenario: Scenario, taken: dict[Any, int], value: Any, loc: Loc, key: str
+) -> Iterator[Finding]:
+    first = taken.setdefault(value, int(loc[1]))
+    if first != loc[1]:
+        other = path_text(scenario, ("humans", first))
+        yield Finding(
+            (*loc, key),
+            f"must be unique, but {shown(value)} is already the {key} of"
+            f" {other}",
+            uses=(("humans", first, key),),
+        )
+
+
+def check_times(scenario: Scenario) -> Iterator[Finding]:
+    """Looks for periods that the simulation's steps cannot keep."""
+    step = scenario.simulation.time_step
+    step_loc: Loc = ("simulation", "time_step")
+    for part, period in (
+        ("planner", scenario.planner.period),
+        ("evaluator", scenario.evaluator.period),
+    ):
+        count = max(1, round(period / step))
+        if abs(period - count * step) > 1e-9 * period:
+            below = max(1, math.floor(period / step)) * step
+            above = math.ceil(period / step) * step
+            hint = " or ".join(dict.fromkeys((f"{below:.9g}", f"{above:.9g}")))
+            yield Finding(
+                (part, "period"),
+                f"must be a multiple of simulation.time_step ({step:g} s),"
+                f" got {period:g}; nearest: {hint}",
+                uses=(step_loc,),
+            )
+    duration = scenario.simulation.duration
+    if duration < step:
+        yield Finding(
+            ("simulation", "duration"),
+            f"must be at least simulation.time_step ({step:g} s),"
+            f" got {duration:g}",
+            uses=(step_loc,),
+        )
+
+
+def check_names(scenario: Scenario) -> Iterator[Finding]:
+    """Looks for behaviors, planners and metrics that do not exist."""
+    yield from _check_behaviors(scenario)
+    yield from _check_planner(scenario)
+    yield from _check_metrics(scenario)
+
+
+def _check_behaviors(scenario: Scenario) -> Iterator[Finding]:
+    # Imported here, as below, for a scenario that is only read or written
+    # does without the systems.
+    from hunav_drake.systems.behavior import BEHAVIORS
+
+    unknown = (
+        (i, human.behavior)
+        for i, human in enumerate(scenario.humans)
+        if human.behavior not in BEHAVIORS
+    )
+    for i, name in itertools.islice(unknown, _MAX_UNKNOWN):
+        yield Finding(
+            ("humans", i, "behavior"),
+            f"there is no behavior {shown(name)};"
+            f" {suggestion(name, list(BEHAVIORS))}",
+        )
+
+
+def _check_planner(scenario: Scenario) -> Iterator[Finding]:
+    from hunav_drake.systems.planning import PLANNERS
+
+    name = scenario.planner.name
+    if name not in PLANNERS:
+        yield Finding(
+            ("planner", "name"),
+            f"there is no planner {shown(name)};"
+            f" {suggestion(name, list(PLANNERS))}",
+        )
+        return
+    schema = PLANNERS[name]
+    try:
+        TypeAdapter(schema).validate_python(scenario.planner.parameters)
+    except ValidationError as error:
+        for found in schema_findings(error, schema, ("planner", "parameters")):
+            yield dc.replace(found, uses=(("planner", "name"),))
+
+
+def _check_metrics(scenario: Scenario) -> Iterator[Finding]:
+    from hunav_drake.systems.evaluation import select_metrics
+
+    first: dict[str, int] = {}
+    for i, name in enumerate(scenario.evaluator.metrics):
+        first.setdefault(name, i)
+    unknown = 0
+    for name, i in first.items():
+        try:
+            select_metrics([name])
+        except ValueError as error:
+            yield Finding(("evaluator", "metrics", i), str(error))
+            unknown += 1
+            if unknown == _MAX_UNKNOWN:
+                return
+
+
+# What does not hang on the rest of the world, or on what is installed.
+OWN_CHECKS: tuple[Check, ...] = (check_people, check_times)
+ALL_CHECKS: tuple[Check, ...] = (
+    *OWN_CHECKS,
+    check_walls,
+    check_places,
+    check_names,
+)

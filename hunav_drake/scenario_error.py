@@ -1,0 +1,154 @@
+"""The one exception of scenario files, and the faults that it lists."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+import difflib
+import functools
+import re
+from typing import Any
+
+# The way to a part of a scenario: field names, and places in lists.
+Loc = tuple[str | int, ...]
+
+# How many faults a message spells out; all are in `ScenarioError.faults`.
+_MAX_SPELLED_OUT = 50
+
+
+@dataclass(frozen=True)
+class Finding:
+    """Something wrong, before it is known which file and line said it.
+
+    Attributes:
+        loc: The part that is at fault.
+        message: The rule that it breaks, what was found, and a remedy.
+        uses: The other parts that the judgement hangs on. If one of them is
+            wrong already, this finding says nothing.
+    """
+
+    loc: Loc
+    message: str
+    uses: tuple[Loc, ...] = ()
+
+
+@dataclass(frozen=True)
+class Fault:
+    """One thing that is wrong with a scenario.
+
+    Attributes:
+        source: Where it was said: the name of a file, "--set robot.radius=x",
+            or "scenario" for one that was made in Python.
+        line: The line of the file, from 1; 0 for the whole.
+        path: Which part, as in "humans[1] ('ana').max_speed"; empty if it is
+            the whole.
+        message: What is wrong, and what would be right.
+    """
+
+    source: str
+    line: int
+    path: str
+    message: str
+
+    @property
+    def place(self) -> str:
+        """Where it was said, as in "passing.yaml:14"."""
+        return f"{self.source}:{self.line}" if self.line else self.source
+
+    def __str__(self) -> str:
+        parts = (self.place, self.path, self.message)
+        return ": ".join(part for part in parts if part)
+
+
+class ScenarioError(ValueError):
+    """A scenario that cannot be read, or that cannot be simulated.
+
+    Attributes:
+        source: The name of the file, "data" for text, or "scenario".
+        faults: All that is wrong with it, at least one, in order of lines;
+            those of other sources come last.
+    """
+
+    def __init__(self, source: str, faults: Iterable[Fault]) -> None:
+        """Constructs the error from the name of the source and the faults."""
+        self.source = source
+        self.faults = tuple(
+            sorted(faults, key=lambda it: (it.source != source, it.line))
+        )
+        # Both are arguments of ValueError, so that the error can be pickled.
+        super().__init__(source, self.faults)
+
+    def __str__(self) -> str:
+        count = len(self.faults)
+        lines = [f"{self.source}: {count} fault{'s' if count != 1 else ''}"]
+        lines += [str(fault) for fault in self.faults[:_MAX_SPELLED_OUT]]
+        if count > _MAX_SPELLED_OUT:
+            lines.append(f"... and {count - _MAX_SPELLED_OUT} more")
+        return "\n".join(lines)
+
+
+def child(data: Any, step: str | int) -> Any:
+    """Returns a part of plain data or of a dataclass; None if it has none."""
+    if isinstance(step, int):
+        is_list = isinstance(data, list | tuple)
+        return data[step] if is_list and 0 <= step < len(data) else None
+    if isinstance(data, dict):
+        return data.get(step)
+    return getattr(data, step, None)
+
+
+def path_text(data: Any, loc: Loc) -> str:
+    """Returns a path as a person reads it: "humans[1] ('ana').max_speed".
+
+    Args:
+        data: The whole that the path runs through: plain data or a Scenario.
+        loc: The steps of the path.
+    """
+    text = ""
+    for step in loc:
+        data = child(data, step)
+        if isinstance(step, int):
+            name = child(data, "name")
+            named = isinstance(name, str) and name
+            text += f"[{step}]" + (f" ({shown(name)})" if named else "")
+        else:
+            plain = re.fullmatch(r"[\w-]{1,60}", step)
+            key = step if plain else shown(step)
+            text += f".{key}" if text else key
+    return text
+
+
+def shown(value: Any) -> str:
+    """Returns a value as a message shows it, in at most 60 characters."""
+    if value is None:
+        return "nothing"
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, dict):
+        return "a mapping"
+    if isinstance(value, list | tuple):
+        return f"a list of {len(value)}"
+    if isinstance(value, str):
+        return repr(value if len(value) <= 40 else value[:37] + "...")
+    if isinstance(value, int) and abs(value) >= 10**40:
+        return "a number of more than 40 digits"
+    text = repr(value)
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+def nearest(word: str, valid: Sequence[str]) -> str | None:
+    """Returns the valid word that is nearest to a word, if one is near."""
+    # No valid word is long; comparing with a long one would take its time.
+    return _nearest(word[:64].lower(), tuple(valid))
+
+
+@functools.lru_cache(maxsize=1024)
+def _nearest(word: str, valid: tuple[str, ...]) -> str | None:
+    by_lower = {name.lower(): name for name in valid}
+    near = difflib.get_close_matches(word, by_lower, n=1, cutoff=0.6)
+    return by_lower[near[0]] if near else None
+
+
+def suggestion(word: str, valid: Sequence[str]) -> str:
+    """Returns the nearest valid word, or all of them, for a message."""
+    if near := nearest(word, valid):
+        return f"did you mean {shown(near)}?"
+    return "valid: " + ", ".join(sorted(valid)) if valid else "there are none"

@@ -1,0 +1,116 @@
+"""Writes a scenario as YAML that a person can read and change."""
+
+import dataclasses as dc
+import os
+from pathlib import Path
+from typing import Any
+import uuid
+
+import yaml
+
+from hunav_drake.scenario_schema import Scenario
+from hunav_drake.yaml_source import resolve
+
+
+def SaveScenario(scenario: Scenario, filename: str | Path | None = None) -> str:
+    """Writes a scenario as YAML.
+
+    LoadScenario() makes an equal scenario of it, if all people have a name
+    and a number, as those of a loaded scenario have. Only what differs from
+    the defaults is written.
+
+    Args:
+        scenario: The scenario; it is not checked.
+        filename: The file to write, if any. It appears as a whole or not at
+            all, in place of the one that was there.
+
+    Returns:
+        The text.
+
+    Raises:
+        OSError: If the file cannot be written.
+        ValueError: If `planner.parameters` holds something other than
+            numbers, texts, flags, lists and mappings.
+    """
+    data = _changed(scenario)
+    try:
+        text: str = yaml.dump(
+            data,
+            Dumper=_Dumper,
+            sort_keys=False,
+            allow_unicode=True,
+            width=80,
+        )
+    except yaml.YAMLError as error:
+        raise ValueError(
+            "planner.parameters must hold numbers, texts, flags, lists and"
+            f" mappings, to be written: {error.args[0]}, got"
+            f" {type(error.args[-1]).__name__}"
+        ) from error
+    if filename is not None:
+        _write(Path(filename), text)
+    return text
+
+
+def _changed(value: Any) -> Any:
+    """Returns a dataclass as plain data, without what is as by default."""
+    if isinstance(value, list | tuple):
+        return [_changed(item) for item in value]
+    if not dc.is_dataclass(value):
+        return value
+    result = {}
+    for field in dc.fields(value):
+        item = getattr(value, field.name)
+        default = field.default
+        if field.default_factory is not dc.MISSING:
+            default = field.default_factory()
+        # A wall's shape tells which of the dataclasses it is.
+        if item != default or field.name == "shape":
+            result[field.name] = _changed(item)
+    return result
+
+
+def _write(path: Path, text: str) -> None:
+    partial = path.with_name(f".{uuid.uuid4().hex}.tmp")
+    try:
+        with open(partial, "x", encoding="utf-8", newline="\n") as file:
+            file.write(text)
+        os.replace(partial, path)
+    except BaseException:
+        partial.unlink(missing_ok=True)
+        raise
+
+
+class _Dumper(yaml.SafeDumper):
+    """Writes points in one line, and quotes text that reads as a number."""
+
+    def ignore_aliases(self, data: Any) -> bool:
+        return True
+
+
+def _represent_list(dumper: Any, items: list[Any]) -> Any:
+    flow = not any(isinstance(item, list | tuple | dict) for item in items)
+    return dumper.represent_sequence(
+        "tag:yaml.org,2002:seq", items, flow_style=flow
+    )
+
+
+def _represent_text(dumper: Any, text: str) -> Any:
+    # PyYAML follows YAML 1.1, in which 1e3, say, is text; and it reads the
+    # rarer line ends back as spaces unless they are escaped.
+    style = None if isinstance(resolve(text), str) else "'"
+    if not text.isprintable():
+        style = '"'
+    return dumper.represent_scalar("tag:yaml.org,2002:str", text, style=style)
+
+
+def _represent_mapping(dumper: Any, items: dict[str, Any]) -> Any:
+    return dumper.represent_mapping(
+        "tag:yaml.org,2002:map", items.items(), flow_style=not items
+    )
+
+
+_Dumper.add_representer(list, _represent_list)
+_Dumper.add_representer(tuple, _represent_list)
+_Dumper.add_representer(str, _represent_text)
+_Dumper.add_representer(dict, _represent_mapping)
