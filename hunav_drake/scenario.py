@@ -85,7 +85,8 @@ def LoadScenario(
             a mapping from such paths to values. The values are YAML.
 
     Returns:
-        The scenario, in which each person has a name and a number.
+        The scenario, in which each person has a name and a number. It is
+        called by `scenario_name` or as the file is, if not by itself.
 
     Raises:
         ScenarioError: If the file cannot be read, does not fit the schema, or
@@ -107,7 +108,8 @@ def LoadScenario(
     content = document.root.value
     is_agents = isinstance(content, dict) and AGENTS_KEY in content
     if is_agents and scenario_name is None:
-        return _load_agents(convert_agents(document), overrides)
+        agents = _load_agents(convert_agents(document), overrides)
+        return _name(agents, filename, None)
     prefix = _prefix(document, scenario_name)
     plain = document.plain(prefix)
     faults = document_faults(document, prefix)
@@ -120,7 +122,7 @@ def LoadScenario(
     faults += override_faults
     if scenario is None or faults:
         raise ScenarioError(document.name, faults)
-    return name_humans(scenario)
+    return _name(scenario, filename, scenario_name)
 
 
 def ListScenarios() -> dict[str, str]:
@@ -161,7 +163,16 @@ def _load_agents(
     locs, faults = _override(imported.data, overrides)
     if faults:
         raise ScenarioError(imported.name, faults)
-    return name_humans(imported.build(ALL_CHECKS, locs))
+    return imported.build(ALL_CHECKS, locs)
+
+
+def _name(
+    scenario: Scenario, filename: str | Path | None, scenario_name: str | None
+) -> Scenario:
+    """Returns the scenario with all names that were left to be given out."""
+    default = scenario_name or (Path(filename).stem if filename else "")
+    name = scenario.name or default[:64]
+    return name_humans(dc.replace(scenario, name=name))
 
 
 def _override(

@@ -52,6 +52,9 @@ class SimulationConfig:
 class Scenario:
     """A trial: a world, people, a robot with its planner, and an evaluator."""
 
+    # What the trial is called in tables; by default as its file is.
+    name: Annotated[StrictStr, Field(max_length=64)] = ""
+
     # One line on what happens here.
     description: StrictStr = ""
 

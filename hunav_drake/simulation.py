@@ -258,9 +258,12 @@ def GetTrialResult(
     recording = evaluator.GetRecording(evaluator.GetMyContextFromRoot(context))
     return MakeTrialResult(
         recording,
+        scenario_name=scenario.name,
         metric_names=scenario.evaluator.metrics,
         provenance=MakeProvenance(
-            SaveScenario(scenario), seed=scenario.simulation.seed
+            SaveScenario(scenario),
+            seed=scenario.simulation.seed,
+            planner=scenario.planner.name,
         ),
         end_reason=_REASONS[status],
         end_message=_MESSAGES[status],

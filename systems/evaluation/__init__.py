@@ -4,8 +4,7 @@ What needs Drake or pandas is loaded when it is first asked for, so that a
 scenario can be read, or metrics be listed, without them.
 """
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from hunav_drake.systems.evaluation.evaluator_config import EvaluatorConfig
 from hunav_drake.systems.evaluation.metrics import (
@@ -15,6 +14,7 @@ from hunav_drake.systems.evaluation.metrics import (
     select_metrics,
 )
 from hunav_drake.systems.evaluation.recording import Recording
+from hunav_drake.systems.lazy import lazy_exports
 
 if TYPE_CHECKING:
     from hunav_drake.systems.evaluation.compute import (
@@ -41,16 +41,13 @@ __all__ = [
     "select_metrics",
 ]
 
-_LATE = {
-    "Evaluator": "evaluator",
-    "RunningMetric": "evaluator",
-    "compute_by_behavior": "compute",
-    "compute_metrics": "compute",
-    "compute_steps": "compute",
-}
-
-
-def __getattr__(name: str) -> Any:
-    if name not in _LATE:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(importlib.import_module(f"{__name__}.{_LATE[name]}"), name)
+__getattr__ = lazy_exports(
+    __name__,
+    {
+        "Evaluator": "hunav_drake.systems.evaluation.evaluator",
+        "RunningMetric": "hunav_drake.systems.evaluation.evaluator",
+        "compute_by_behavior": "hunav_drake.systems.evaluation.compute",
+        "compute_metrics": "hunav_drake.systems.evaluation.compute",
+        "compute_steps": "hunav_drake.systems.evaluation.compute",
+    },
+)

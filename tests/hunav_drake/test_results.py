@@ -22,6 +22,11 @@ from hunav_drake.run_table import append_row
 from hunav_drake.systems.evaluation.metrics import METRICS
 from hunav_drake.systems.evaluation.recording import Recording
 
+# The children only write files; none of the threads' locks matters to them.
+forks = pytest.mark.filterwarnings(
+    "ignore:This process .* is multi-threaded:DeprecationWarning"
+)
+
 
 def make_result(seed: int = 0, metric_names=("all",), **kwargs) -> TrialResult:
     times = np.arange(5) * 0.1
@@ -180,6 +185,7 @@ def _write_many(arguments):
         )
 
 
+@forks
 def test_parallel_writers_lose_no_row(tmp_path):
     with ProcessPoolExecutor(4, mp_context=get_context("fork")) as pool:
         list(pool.map(_write_many, [(tmp_path, w) for w in range(4)]))
@@ -196,6 +202,7 @@ def _write_forever(folder):
         WriteResult(make_result(metric_names=["path"]), folder)
 
 
+@forks
 def test_a_killed_writer_leaves_whole_files_and_no_lock(tmp_path):
     WriteResult(make_result(metric_names=["path"]), tmp_path)
     for i in range(20):

@@ -38,7 +38,7 @@ def test_an_empty_mapping_is_a_scenario_of_defaults():
 
 
 def test_a_file_and_its_text_say_the_same(tmp_path):
-    text = "description: a b\nhumans:\n- pose: [1, 2, 3]\n"
+    text = "name: x\ndescription: a b\nhumans:\n- pose: [1, 2, 3]\n"
     file = tmp_path / "mine.yaml"
     file.write_text(text)
     scenario = LoadScenario(filename=file)
@@ -46,6 +46,17 @@ def test_a_file_and_its_text_say_the_same(tmp_path):
     assert scenario == LoadScenario(data=text)
     assert scenario.description == "a b"
     assert scenario.humans[0].pose == (1.0, 2.0, 3.0)
+
+
+def test_is_called_as_its_file_unless_it_has_a_name(tmp_path):
+    file = tmp_path / "mine.yaml"
+    file.write_text("{}")
+    assert LoadScenario(filename=file).name == "mine"
+    file.write_text("name: yours")
+    assert LoadScenario(filename=file).name == "yours"
+    file.write_text("theirs: {}")
+    scenario = LoadScenario(filename=file, scenario_name="theirs")
+    assert scenario.name == "theirs"
 
 
 @pytest.mark.parametrize("kwargs", [{}, {"filename": "a", "data": "b"}])
