@@ -15,14 +15,17 @@ from pydrake.systems.framework import (
 
 from hunav_drake.systems.crowd.crowd_config import CrowdConfig
 from hunav_drake.systems.crowd.human_config import HumanConfig
-from hunav_drake.systems.crowd.kernel import advance, social_forces
+from hunav_drake.systems.crowd.motion_model import (
+    Snapshot,
+    make_motion_model,
+)
 from hunav_drake.systems.crowd.parameters import SocialForceParameters
 from hunav_drake.systems.layout import COMMAND_SIZE, FORCES_SIZE, STATE_SIZE
 from hunav_drake.systems.obstacles import Obstacles
 
 
 class HumanCrowd(LeafSystem):
-    """People who walk to their goals by the social force model.
+    """People who walk to their goals by a model of human motion.
 
     .. pydrake_system::
 
@@ -64,13 +67,13 @@ class HumanCrowd(LeafSystem):
         Args:
             humans: The people, in the order of the ports. They start at rest.
             obstacles: The walls; none by default.
-            config: How people take in the world.
+            config: How people move, and how they take in the world.
             num_robots: How many robots port ``robot_state`` has.
             time_step: The time between two updates, in seconds.
 
         Raises:
-            ValueError: If ``time_step`` is not positive, or ``num_robots``
-                is negative.
+            ValueError: If ``time_step`` is not positive, ``num_robots`` is
+                negative, or ``config`` names a model that there is not.
         """
         super().__init__()
         if not time_step > 0:
@@ -78,19 +81,16 @@ class HumanCrowd(LeafSystem):
         if num_robots < 0:
             raise ValueError(f"num_robots must be >= 0, got {num_robots}")
         n = len(humans)
-        walls = obstacles or Obstacles.from_shapes([], solid=[])
-        config = config or CrowdConfig()
+        self._obstacles = obstacles or Obstacles.from_shapes([], solid=[])
+        self._config = config or CrowdConfig()
+        self._model = make_motion_model(
+            self._config.model, self._config.parameters
+        )
         self._time_step = time_step
         self._radii = np.array([human.radius for human in humans])
         self._parameters = np.array(
             [dataclasses.astuple(human.forces) for human in humans]
         ).reshape(n, len(dataclasses.fields(SocialForceParameters)))
-        self._walls = (
-            walls.segments,
-            walls.first,
-            config.obstacle_range,
-            config.max_obstacles,
-        )
         self._no_robots = np.zeros((0, STATE_SIZE))
 
         self._robot_state = (
@@ -150,27 +150,25 @@ class HumanCrowd(LeafSystem):
         """Returns the port with the forces on the people."""
         return self._forces
 
-    def _Evaluate(
-        self, context: Context
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Returns the states, the commands and the forces, as rows."""
-        states = context.get_discrete_state(self._state).value().reshape(-1, 6)
+    def _Look(self, context: Context) -> Snapshot:
+        """Returns the snapshot of a Context."""
+        state = context.get_discrete_state(self._state).value()
         command = np.array([port.Eval(context) for port in self._commands])
-        command = command.reshape(-1, COMMAND_SIZE)
-        robots = (
-            self._no_robots
-            if self._robot_state is None
-            else self._robot_state.Eval(context).reshape(-1, STATE_SIZE)
+        return Snapshot(
+            states=state.reshape(-1, 6),
+            radii=self._radii,
+            command=command.reshape(-1, COMMAND_SIZE),
+            parameters=self._parameters,
+            robots=(
+                self._no_robots
+                if self._robot_state is None
+                else self._robot_state.Eval(context).reshape(-1, STATE_SIZE)
+            ),
+            obstacles=self._obstacles,
+            obstacle_range=self._config.obstacle_range,
+            max_obstacles=self._config.max_obstacles,
+            time_step=self._time_step,
         )
-        forces = social_forces(
-            states,
-            self._radii,
-            command,
-            self._parameters,
-            robots,
-            *self._walls,
-        )
-        return states, command, forces
 
     def _CalcHumanStates(self, context: Context, output: BasicVector) -> None:
         rows = np.empty((len(self._radii), STATE_SIZE))
@@ -180,9 +178,11 @@ class HumanCrowd(LeafSystem):
         output.SetFromVector(rows.ravel())
 
     def _CalcForces(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(self._Evaluate(context)[2].ravel())
+        forces = self._model.forces(self._Look(context))
+        output.SetFromVector(forces.ravel())
 
     def _Update(self, context: Context, discrete_state: DiscreteValues) -> None:
-        states, command, forces = self._Evaluate(context)
-        moved = advance(states, forces, command, self._time_step)
+        snapshot = self._Look(context)
+        forces = self._model.forces(snapshot)
+        moved = self._model.advance(snapshot, forces)
         discrete_state.set_value(self._state, moved.ravel())

@@ -1,0 +1,102 @@
+"""What a model of human motion is, and the register of models."""
+
+from collections.abc import Callable, Mapping
+import difflib
+from types import MappingProxyType
+from typing import Any, NamedTuple, Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hunav_drake.systems.obstacles import Obstacles
+
+Array = NDArray[np.float64]
+
+
+class Snapshot(NamedTuple):
+    """All that people may know when they decide how to move on.
+
+    Attributes:
+        states: Shape (n, 6): x, y, yaw, vx, vy, omega, in W, SI units.
+        radii: Shape (n,), in meters.
+        command: Shape (n, COMMAND_SIZE): see `layout.Command`.
+        parameters: Shape (n, 13): the fields of SocialForceParameters.
+        robots: Shape (m, 7): rows of `robot_state`.
+        obstacles: The walls.
+        obstacle_range: Walls farther than this are not felt, in meters.
+        max_obstacles: How many walls are felt at most; 0 for all in range.
+        time_step: In seconds.
+    """
+
+    states: Array
+    radii: Array
+    command: Array
+    parameters: Array
+    robots: Array
+    obstacles: Obstacles
+    obstacle_range: float
+    max_obstacles: int
+    time_step: float
+
+
+@runtime_checkable
+class MotionModel(Protocol):
+    """A model: a pydantic dataclass of parameters, and functions of arrays.
+
+    Both functions must be pure, and must not change their arguments.
+    """
+
+    def forces(self, snapshot: Snapshot) -> Array:
+        """Returns what moves the people, from one snapshot of them all.
+
+        Returns:
+            Shape (n, FORCES_SIZE), in m/s^2: see `layout.FORCES`. The total
+            counts; a model that is not made of forces leaves the others zero.
+        """
+        ...
+
+    def advance(self, snapshot: Snapshot, forces: Array) -> Array:
+        """Returns where these forces bring the people in one step.
+
+        Returns:
+            Shape (n, 6), like `snapshot.states`.
+        """
+        ...
+
+
+_models: dict[str, type[Any]] = {}
+
+# The models by name; each is the dataclass of its parameters.
+MOTION_MODELS: Mapping[str, type[Any]] = MappingProxyType(_models)
+
+
+def register_motion_model[T](name: str) -> Callable[[type[T]], type[T]]:
+    """Returns a decorator that makes a model known by a name.
+
+    Raises:
+        ValueError: If the name is taken.
+    """
+
+    def register(model: type[T]) -> type[T]:
+        if name in _models:
+            raise ValueError(f"a model named {name!r} is registered already")
+        _models[name] = model
+        return model
+
+    return register
+
+
+def make_motion_model(name: str, parameters: Mapping[str, Any]) -> MotionModel:
+    """Returns the model of a name, with some of its parameters set.
+
+    Raises:
+        ValueError: If there is no such model or parameter, or if a value is
+            outside its range.
+    """
+    if name not in _models:
+        near = difflib.get_close_matches(name, _models, 1)
+        hint = f"; did you mean {near[0]!r}?" if near else ""
+        known = ", ".join(sorted(_models))
+        raise ValueError(f"no motion model {name!r}{hint} (there are: {known})")
+    model: MotionModel = _models[name](**parameters)
+    return model
