@@ -152,11 +152,14 @@ class BehaviorTree(LeafSystem):
 
     def _CalcTick(self, context: Context, value: AbstractValue) -> None:
         robots = self._robot_state
+        # Views: Eval() would copy the states of everybody for everybody.
         outcome = self._tree.tick(
             self._person,
             context.get_discrete_state(self._memory).value().tolist(),
-            self._human_states.Eval(context),
-            self._no_robots if robots is None else robots.Eval(context),
+            self._human_states.EvalBasicVector(context).value(),
+            self._no_robots
+            if robots is None
+            else robots.EvalBasicVector(context).value(),
         )
         value.set_value(outcome)
 

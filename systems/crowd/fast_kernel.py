@@ -168,6 +168,47 @@ def _limit(k, n, error):
 
 
 @_scalar
+def _few(states, k, result):
+    """Writes the forces on a few people who are alike: all pairs at a time."""
+    n = len(states)
+    size = n * (n - 1) // 2
+    # (Arrays of their own: that rows of one do not overlap, no compiler sees.)
+    dx = np.empty(size)
+    dy = np.empty(size)
+    ux = np.empty(size)
+    uy = np.empty(size)
+    fx = np.empty(size)
+    fy = np.empty(size)
+    count = 0
+    for i in range(n):
+        for j in range(i + 1, n):
+            dx[count] = states[j, 0] - states[i, 0]
+            dy[count] = states[j, 1] - states[i, 1]
+            ux[count] = states[i, 3] - states[j, 3]
+            uy[count] = states[i, 4] - states[j, 4]
+            count += 1
+    _pair_forces(k, dx, dy, ux, uy, count, fx, fy)
+    count = 0
+    for i in range(n):
+        for j in range(i + 1, n):
+            result[i, 0] += fx[count]
+            result[i, 1] += fy[count]
+            result[j, 0] -= fx[count]
+            result[j, 1] -= fy[count]
+            count += 1
+
+
+@_scalar
+def _alike(parameters):
+    """Tells whether all people have the same weights for each other."""
+    for i in range(1, len(parameters)):
+        for c in range(_K_SOCIAL, _EPSILON + 1):
+            if parameters[i, c] != parameters[0, c]:
+                return False
+    return True
+
+
+@_scalar
 def _columns(x, y):
     """Sorts people into columns of the plane, and each column by y.
 
@@ -212,6 +253,11 @@ def people_forces(states, parameters, error, part, parts):
     result = np.zeros((n, 2))
     if n < 2:
         return result
+    uniform = _alike(parameters)
+    if uniform and n < SKIP_FROM:
+        if part == 0:
+            _few(states, parameters[0], result)
+        return result
     sorted_up = n >= SORT_FROM and error > 0
     if sorted_up:
         order, begin, left, width = _columns(
@@ -227,7 +273,6 @@ def people_forces(states, parameters, error, part, parts):
     vx = np.empty(n)
     vy = np.empty(n)
     fastest = 0.0
-    uniform = True
     for a in range(n):
         i = order[a]
         x[a] = states[i, 0]
@@ -235,8 +280,6 @@ def people_forces(states, parameters, error, part, parts):
         vx[a] = states[i, 3]
         vy[a] = states[i, 4]
         fastest = max(fastest, math.hypot(states[i, 3], states[i, 4]))
-        for c in range(_K_SOCIAL, _EPSILON + 1):
-            uniform = uniform and parameters[i, c] == parameters[0, c]
 
     # A batch of pairs: of several people, one after the other.
     dx = np.empty(_BATCH + n)

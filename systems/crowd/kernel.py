@@ -10,6 +10,7 @@ import math
 from numba import float64
 import numpy as np
 
+from hunav_drake.systems.crowd.fast_kernel import people_forces
 from hunav_drake.systems.crowd.force_terms import (
     K_GOAL,
     TAU,
@@ -39,7 +40,7 @@ _HOLD, _TURN_RATE = int(Command.HOLD), int(Command.TURN_RATE)
 _YAW_TARGET, _GROUP_ID = int(Command.YAW_TARGET), int(Command.GROUP_ID)
 
 # Stands for forces of people that are not known.
-_NOT_GIVEN = np.zeros((0, 2))
+NOT_GIVEN = np.zeros((0, 2))
 
 # A person slower than this keeps the yaw.
 _YAW_SPEED = 1e-6
@@ -151,16 +152,16 @@ def social_forces(
         first,
         reach,
         most,
-        _NOT_GIVEN,
+        NOT_GIVEN,
     )
 
 
 @jit_as(
     float64[:, ::1],
     *(MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, MATRIX, INDICES),
-    *(REAL, INTEGER, MATRIX),
+    *(REAL, INTEGER, REAL, MATRIX),
 )
-def social_forces_given_people(
+def fast_social_forces(
     states,
     radii,
     command,
@@ -170,12 +171,16 @@ def social_forces_given_people(
     first,
     reach,
     most,
+    error,
     people,
 ):
-    """Returns what `social_forces` does, with the forces of people given.
+    """Returns what `social_forces` does, by way of `people_forces`.
 
-    They are the last argument, of shape (n, 2), in m/s^2.
+    The last two arguments are its error, and its result where that is known
+    already; else, of shape (0, 2).
     """
+    if len(people) != len(states):
+        people = people_forces(states, parameters, error, 0, 1)
     return _all_forces(
         states,
         radii,

@@ -58,8 +58,9 @@ class SocialForceModel:
         )
         forces: Array
         if self.kernel == "fast":
-            people = self._people_forces(snapshot.states, snapshot.parameters)
-            forces = kernel.social_forces_given_people(*arguments, people)
+            forces = kernel.fast_social_forces(
+                *arguments, self.error_bound, self._in_threads(snapshot)
+            )
         else:
             forces = kernel.social_forces(*arguments)
         return forces
@@ -71,21 +72,22 @@ class SocialForceModel:
         )
         return states
 
-    def _people_forces(self, states: Array, parameters: Array) -> Array:
-        result: Array
-        if self.threads == 1 or len(states) < _THREADS_FROM:
-            result = people_forces(states, parameters, self.error_bound, 0, 1)
-            return result
+    def _in_threads(self, snapshot: Snapshot) -> Array:
+        """Returns the forces between people if threads are to compute them."""
+        if self.threads == 1 or len(snapshot.states) < _THREADS_FROM:
+            return kernel.NOT_GIVEN
         part = functools.partial(
-            people_forces, states, parameters, self.error_bound
+            people_forces,
+            snapshot.states,
+            snapshot.parameters,
+            self.error_bound,
         )
-        parts = range(self.threads)
         results = _threads(self.threads).map(
-            part, parts, [self.threads] * len(parts)
+            part, range(self.threads), [self.threads] * self.threads
         )
         # In the order of the parts, so that the sum is always the same.
-        result = np.add.reduce(list(results))
-        return result
+        total: Array = np.add.reduce(list(results))
+        return total
 
 
 @functools.cache

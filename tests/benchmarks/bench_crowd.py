@@ -1,0 +1,184 @@
+"""What a step of a crowd costs, by the number of people and by the way.
+
+All figures are of one run on one machine: compare the ratios. The crowd has
+0.3 people per square meter, who walk in all directions at up to 1.4 m/s.
+"""
+
+from collections.abc import Callable
+import math
+import time
+
+import numpy as np
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import ConstantVectorSource
+
+from hunav_drake import AddHumans, HumanConfig
+from hunav_drake.systems.crowd import (
+    CrowdConfig,
+    HumanCrowd,
+    Snapshot,
+    SocialForceModel,
+)
+from hunav_drake.systems.layout import COMMAND_SIZE, Command
+from hunav_drake.systems.obstacles import Obstacles
+
+PEOPLE = (5, 20, 50, 100, 200, 500, 1000, 2000, 10000)
+DENSITY = 0.3
+TIME_STEP = 0.05
+# Slower ways are not tried with more people than this.
+NUMPY_MOST = 2000
+
+# The least ratios of the reference to the fast kernel to aim at.
+TARGETS = {5: 1, 20: 3, 100: 8, 200: 10, 1000: 20}
+
+
+def make_states(n: int) -> np.ndarray:
+    """Returns people at random places, shape (n, 6)."""
+    rng = np.random.default_rng(0)
+    states = np.zeros((n, 6))
+    states[:, :2] = rng.uniform(0, math.sqrt(n / DENSITY), (n, 2))
+    velocity = rng.uniform(0.5, 1.4, n) * np.exp(2j * np.pi * rng.random(n))
+    states[:, 3], states[:, 4] = velocity.real, velocity.imag
+    return states
+
+
+def make_snapshot(n: int) -> Snapshot:
+    """Returns a crowd that wants to go straight on."""
+    states = make_states(n)
+    crowd = HumanCrowd([HumanConfig(pose=(0, 0, 0))], num_robots=0)
+    command = np.zeros((n, COMMAND_SIZE))
+    command[:, [Command.GOAL_X, Command.GOAL_Y]] = (
+        states[:, :2] + 50 * states[:, 3:5]
+    )
+    command[:, Command.HAS_GOAL] = 1
+    command[:, [Command.DESIRED_SPEED, Command.MAX_SPEED]] = 1.4
+    command[:, Command.GROUP_ID] = -1
+    return Snapshot(
+        states=states,
+        radii=np.full(n, 0.35),
+        command=command,
+        parameters=np.repeat(crowd._parameters, n, axis=0),
+        robots=np.zeros((0, 7)),
+        obstacles=Obstacles.from_points([]),
+        obstacle_range=5.0,
+        max_obstacles=0,
+        time_step=TIME_STEP,
+    )
+
+
+def best(function: Callable[[], object], *, least: float = 0.15) -> float:
+    """Returns the seconds of the fastest of a few calls."""
+    function()
+    started = time.perf_counter()
+    function()
+    once = time.perf_counter() - started
+    repeats = max(1, int(least / 5 / max(once, 1e-7)))
+    fastest = once
+    for _ in range(5 if once < 1 else 1):
+        started = time.perf_counter()
+        for _ in range(repeats):
+            function()
+        fastest = min(fastest, (time.perf_counter() - started) / repeats)
+    return fastest
+
+
+def kernel_step(snapshot: Snapshot, kernel: str) -> float:
+    """Returns the seconds of a step of forces and motion."""
+    model = SocialForceModel(kernel=kernel)  # type: ignore[arg-type]
+    return best(lambda: model.advance(snapshot, model.forces(snapshot)))
+
+
+def drake_step(snapshot: Snapshot) -> float:
+    """Returns the seconds of a step of a HumanCrowd with given commands."""
+    n = len(snapshot.states)
+    humans = [HumanConfig(pose=(0, 0, 0))] * n
+    crowd = HumanCrowd(humans, num_robots=0, time_step=TIME_STEP)
+    context = crowd.CreateDefaultContext()
+    context.SetDiscreteState(snapshot.states.ravel())
+    for i, command in enumerate(snapshot.command):
+        crowd.get_command_input_port(i).FixValue(context, command)
+    return simulate(Simulator(crowd, context), n)
+
+
+def simulate(simulator: Simulator, n: int) -> float:
+    """Returns the seconds of a step, of enough of them."""
+    steps = max(3, min(2000, int(20000 / n)))
+    simulator.AdvanceTo(TIME_STEP)
+    fastest = math.inf
+    for _ in range(3):
+        begin = simulator.get_context().get_time()
+        started = time.perf_counter()
+        simulator.AdvanceTo(begin + steps * TIME_STEP)
+        fastest = min(fastest, (time.perf_counter() - started) / steps)
+    return fastest
+
+
+def make_diagram(n: int, config: CrowdConfig | None = None) -> Simulator:
+    """Returns people with their trees, and a robot that stands still."""
+    states = make_states(n)
+    humans = [
+        HumanConfig(pose=(x, y, 0.0), goals=[(x + 50 * vx, y + 50 * vy)])
+        for x, y, vx, vy in states[:, [0, 1, 3, 4]].tolist()
+    ]
+    builder = DiagramBuilder()
+    ports = AddHumans(builder, humans, config=config, time_step=TIME_STEP)
+    robot = builder.AddSystem(ConstantVectorSource([0, 0, 0, 0, 0, 0, 0.3]))
+    builder.Connect(robot.get_output_port(), ports.robot_state)
+    return Simulator(builder.Build())
+
+
+def main() -> None:
+    """Prints the tables."""
+    print("us per person and step; ratio = reference / fast; growth of fast")
+    print(
+        "people      fast reference     NumPy     Drake   ratio (aim)  growth"
+    )
+    last: tuple[int, float] | None = None
+    for n in PEOPLE:
+        snapshot = make_snapshot(n)
+        fast = kernel_step(snapshot, "fast")
+        reference = kernel_step(snapshot, "reference")
+        plain = kernel_step(snapshot, "numpy") if n <= NUMPY_MOST else math.nan
+        drake = drake_step(snapshot)
+        growth = (
+            math.log(fast / last[1]) / math.log(n / last[0])
+            if last
+            else math.nan
+        )
+        last = n, fast
+        us = [1e6 * t / n for t in (fast, reference, plain, drake)]
+        aim = f"({TARGETS[n]})" if n in TARGETS else ""
+        print(
+            f"{n:6} "
+            + " ".join(f"{t:9.3f}" for t in us)
+            + f" {reference / fast:7.1f} {aim:>5} {growth:7.2f}",
+            flush=True,
+        )
+
+    costs = {}
+    for n in (2000, 20000):
+        costs[n] = kernel_step(make_snapshot(n), "fast")
+    growth = math.log10(costs[20000] / costs[2000])
+    print(
+        f"\nFrom 2000 to 20000 people: {1e3 * costs[2000]:.1f} to"
+        f" {1e3 * costs[20000]:.1f} ms per step, as N^{growth:.2f}"
+    )
+    for threads in (1, 2):
+        model = SocialForceModel(threads=threads)
+        snapshot = make_snapshot(2000)
+        cost = best(lambda m=model, s=snapshot: m.forces(s))
+        print(f"2000 people in {threads} threads: {1e3 * cost:.1f} ms per step")
+
+    print("\nThe whole diagram with behavior trees, at steps of 0.05 s")
+    for n in (5, 50, 100, 1000):
+        cost = simulate(make_diagram(n), n)
+        print(
+            f"{n:6} people: {1e3 * cost:8.2f} ms per step,"
+            f" {TIME_STEP / cost:6.1f} times faster than real time",
+            flush=True,
+        )
+
+
+if __name__ == "__main__":
+    main()
