@@ -14,6 +14,7 @@ from pydrake.systems.framework import (
 
 from hunav_drake.systems.behavior.person import Person
 from hunav_drake.systems.behavior.tree import Outcome, Tree
+from hunav_drake.systems.callbacks import weakly
 from hunav_drake.systems.crowd.human_config import HumanConfig
 from hunav_drake.systems.layout import COMMAND_SIZE, STATE_SIZE
 
@@ -98,24 +99,25 @@ class BehaviorTree(LeafSystem):
             self.all_input_ports_ticket(),
         }
         # The one tick of a step, which both ports and the update read.
-        self._tick = self.DeclareCacheEntry(
+        tick = self.DeclareCacheEntry(
             "tick",
             ValueProducer(
-                allocate=lambda: Value(object()), calc=self._CalcTick
+                allocate=lambda: Value(object()), calc=weakly(self._CalcTick)
             ),
             prerequisites_of_calc=prerequisites,
         )
+        self._tick = tick.cache_index()
         self._command = self.DeclareVectorOutputPort(
             "command",
             COMMAND_SIZE,
             self._CalcCommand,
-            prerequisites_of_calc={self._tick.ticket()},
+            prerequisites_of_calc={tick.ticket()},
         )
         self._behavior_status = self.DeclareVectorOutputPort(
             "behavior_status",
             1,
             self._CalcBehaviorStatus,
-            prerequisites_of_calc={self._tick.ticket()},
+            prerequisites_of_calc={tick.ticket()},
         )
         self.DeclarePeriodicDiscreteUpdateEvent(
             period_sec=time_step, offset_sec=0.0, update=self._Update
@@ -164,7 +166,7 @@ class BehaviorTree(LeafSystem):
         value.set_value(outcome)
 
     def _EvalTick(self, context: Context) -> Outcome:
-        outcome: Outcome = self._tick.Eval(context)
+        outcome: Outcome = self.get_cache_entry(self._tick).Eval(context)
         return outcome
 
     def _CalcCommand(self, context: Context, output: BasicVector) -> None:

@@ -17,6 +17,7 @@ from pydrake.systems.framework import (
     State,
 )
 
+from hunav_drake.systems.callbacks import weakly
 from hunav_drake.systems.crowd.human_config import HumanConfig
 from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.systems.evaluation.samples import Sample
@@ -155,7 +156,7 @@ class Evaluator(LeafSystem):
         self._recording = self.DeclareAbstractOutputPort(
             "recording",
             alloc=lambda: AbstractValue.Make(nothing),
-            calc=self._CalcRecording,
+            calc=weakly(self._CalcRecording),
         )
         exact = self._every & (self._every - 1) == 0
         self.DeclarePeriodicUnrestrictedUpdateEvent(
