@@ -62,7 +62,14 @@ _FORCE_FIELDS = {
     "obstacle_force_factor": "obstacle_factor",
     "social_force_factor": "social_factor",
 }
-_CUSTOM = 1
+
+# The modes of these factors by their numbers in HuNavSim 2.0.
+_FORCES_MODES = {
+    0: "default",
+    1: "custom",
+    2: "random_normal",
+    3: "random_uniform",
+}
 
 # A file with more faults than this is not looked through to its end.
 _MAX_FAULTS = 100
@@ -78,8 +85,9 @@ def ImportAgents(
     `max_vel` becomes the desired speed, and the behaviors become those of the
     same names. Whether they are available is not asked here: a scenario is
     checked for that when it is loaded or run. Of HuNavSim 2.0's settings of a
-    behavior, those of the forces are taken if its configuration is custom (1);
-    the others belong to reactions and are left out.
+    behavior, the configuration becomes the `forces_mode`, and the factors of
+    the forces are taken if that is custom (1); the others belong to reactions
+    and are left out.
 
     The file says nothing about walls and the robot. The world of the result is
     empty, and the robot, of the default kind, stands at (0, 0, 0) without a
@@ -234,7 +242,9 @@ class HunavImport:
         number = agent.get("behavior", 1)
         loc = (*loc, "behavior")
         if isinstance(number, dict):
-            if number.get("configuration") == _CUSTOM:
+            mode = self._forces_mode(number.get("configuration", 0), loc)
+            human["forces_mode"] = mode
+            if mode == "custom":
                 forces = human["forces"] = {}
                 for key, field in _FORCE_FIELDS.items():
                     self._origin((*here, "forces", field), (*loc, key))
@@ -248,6 +258,14 @@ class HunavImport:
         else:
             numbers = ", ".join(f"{k} {v}" for k, v in BEHAVIOR_NAMES.items())
             self._report(loc, f"must be one of {numbers}; got {shown(number)}")
+
+    def _forces_mode(self, number: Any, loc: Loc) -> str:
+        if type(number) is int and number in _FORCES_MODES:
+            return _FORCES_MODES[number]
+        modes = ", ".join(f"{k} {v}" for k, v in _FORCES_MODES.items())
+        problem = f"must be one of {modes}; got {shown(number)}"
+        self._report((*loc, "configuration"), problem)
+        return _FORCES_MODES[0]
 
     def _add_pose(
         self, agent: dict[str, Any], human: dict[str, Any], loc: Loc, here: Loc

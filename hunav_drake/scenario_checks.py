@@ -1,8 +1,7 @@
 """What must hold of a scenario beyond the form of its parts."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 import dataclasses as dc
-import itertools
 import math
 from typing import Any
 
@@ -23,6 +22,12 @@ from hunav_drake.scenario_validation import (
     Places,
     build_scenario,
     schema_findings,
+)
+from hunav_drake.systems.crowd.behavior_config import (
+    BehaviorConfig,
+    is_path,
+    is_xml,
+    tree_of,
 )
 
 # What a registry does not know is looked up at most so often: each time, it
@@ -122,8 +127,9 @@ def check_times(scenario: Scenario) -> Iterator[Finding]:
 
 
 def check_names(scenario: Scenario) -> Iterator[Finding]:
-    """Looks for behaviors, planners and metrics that do not exist."""
+    """Looks for names that nothing has, and parameters of what has one."""
     yield from _check_behaviors(scenario)
+    yield from _check_motion_model(scenario)
     yield from _check_planner(scenario)
     yield from _check_metrics(scenario)
 
@@ -133,36 +139,100 @@ def _check_behaviors(scenario: Scenario) -> Iterator[Finding]:
     # does without the systems.
     from hunav_drake.systems.behavior import BEHAVIORS
 
-    unknown = (
-        (i, human.behavior)
-        for i, human in enumerate(scenario.humans)
-        if human.behavior not in BEHAVIORS
+    # People often have the same behavior; each is looked at once.
+    known: dict[str, list[tuple[Loc, str]]] = {}
+    for i, human in enumerate(scenario.humans):
+        if isinstance(human.behavior, str) and human.behavior in BEHAVIORS:
+            continue
+        key = repr(human.behavior)
+        if key not in known:
+            if len(known) == _MAX_UNKNOWN:
+                return
+            known[key] = list(_behavior_faults(human.behavior))
+        whole: Loc = ("humans", i, "behavior")
+        for loc, message in known[key]:
+            yield Finding((*whole, *loc), message, uses=(whole,))
+
+
+def _behavior_faults(
+    behavior: str | BehaviorConfig,
+) -> Iterator[tuple[Loc, str]]:
+    """Looks for what is wrong with a behavior, each with its place in it."""
+    from hunav_drake.systems.behavior import (
+        BEHAVIORS,
+        CheckBehavior,
+        TreePortError,
     )
-    for i, name in itertools.islice(unknown, _MAX_UNKNOWN):
-        yield Finding(
-            ("humans", i, "behavior"),
-            f"there is no behavior {shown(name)};"
-            f" {suggestion(name, list(BEHAVIORS))}",
+
+    tree = tree_of(behavior)
+    loc: Loc = () if isinstance(behavior, str) else ("tree",)
+    if tree not in BEHAVIORS and not is_xml(tree) and not is_path(tree):
+        yield (
+            loc,
+            f"there is no behavior {shown(tree)};"
+            f" {suggestion(tree, list(BEHAVIORS))}",
         )
+        return
+    for error in CheckBehavior(behavior):
+        if isinstance(error, TreePortError):
+            yield (error.port,), error.message
+        else:
+            yield loc, str(error)
 
 
 def _check_planner(scenario: Scenario) -> Iterator[Finding]:
     from hunav_drake.systems.planning import PLANNERS
 
-    name = scenario.planner.name
-    if name not in PLANNERS:
+    yield from _check_choice(
+        ("planner", "name"),
+        "planner",
+        PLANNERS,
+        scenario.planner.name,
+        scenario.planner.parameters,
+    )
+
+
+def _check_motion_model(scenario: Scenario) -> Iterator[Finding]:
+    from hunav_drake.systems.crowd import MOTION_MODELS
+
+    yield from _check_choice(
+        ("crowd", "model"),
+        "motion model",
+        MOTION_MODELS,
+        scenario.crowd.model,
+        scenario.crowd.parameters,
+    )
+
+
+def _check_choice(
+    loc: Loc,
+    kind: str,
+    registry: Mapping[str, type[Any]],
+    name: str,
+    parameters: dict[str, Any],
+) -> Iterator[Finding]:
+    """Looks whether there is a part of that name, with those parameters.
+
+    Args:
+        loc: Where the name is; the parameters are beside it.
+        kind: What the part is called.
+        registry: The dataclasses of parameters by name.
+        name: What is chosen.
+        parameters: What differs from the dataclass's defaults.
+    """
+    if name not in registry:
         yield Finding(
-            ("planner", "name"),
-            f"there is no planner {shown(name)};"
-            f" {suggestion(name, list(PLANNERS))}",
+            loc,
+            f"there is no {kind} {shown(name)};"
+            f" {suggestion(name, list(registry))}",
         )
         return
-    schema = PLANNERS[name]
+    schema = registry[name]
     try:
-        TypeAdapter(schema).validate_python(scenario.planner.parameters)
+        TypeAdapter(schema).validate_python(parameters)
     except ValidationError as error:
-        for found in schema_findings(error, schema, ("planner", "parameters")):
-            yield dc.replace(found, uses=(("planner", "name"),))
+        for found in schema_findings(error, schema, (loc[0], "parameters")):
+            yield dc.replace(found, uses=(loc,))
 
 
 def _check_metrics(scenario: Scenario) -> Iterator[Finding]:

@@ -14,6 +14,8 @@ class Purpose(IntEnum):
     """What a draw is for; each has numbers of its own."""
 
     START_JITTER = 1
+    WEIGHTS_NORMAL = 2
+    WEIGHTS_UNIFORM = 3
 
 
 def draw_uniform(
@@ -28,7 +30,25 @@ def draw_uniform(
         size: How many.
         tick: The step of the trial that they are drawn in.
     """
-    generator = np.random.Philox(
-        key=[seed, human_id], counter=[0, tick, int(purpose), 0]
+    return _generator(seed, human_id, purpose, tick).random(size)
+
+
+def draw_normal(
+    seed: int, human_id: int, purpose: Purpose, size: int, *, tick: int = 0
+) -> NDArray[np.float64]:
+    """Returns normally distributed numbers of mean 0 and deviation 1.
+
+    The arguments are those of `draw_uniform`, and the numbers are the same for
+    the same arguments.
+    """
+    return _generator(seed, human_id, purpose, tick).standard_normal(size)
+
+
+def _generator(
+    seed: int, human_id: int, purpose: Purpose, tick: int
+) -> np.random.Generator:
+    return np.random.Generator(
+        np.random.Philox(
+            key=[seed, human_id], counter=[0, tick, int(purpose), 0]
+        )
     )
-    return np.random.Generator(generator).random(size)

@@ -5,6 +5,11 @@ import math
 import numba
 import numpy as np
 
+from hunav_drake.systems.kernel_cache import drop_stale_kernels
+
+# All compiled code imports this module first.
+drop_stale_kernels()
+
 # How the numeric kernels are compiled: on disk for the next process, and with
 # IEEE results for divisions by zero.
 jit = numba.njit(cache=True, error_model="numpy")

@@ -3,7 +3,7 @@
 from dataclasses import field
 from typing import Annotated, Any
 
-from pydantic import Field, StrictInt, StrictStr
+from pydantic import Field, StrictBool, StrictInt, StrictStr
 from pydantic.dataclasses import dataclass
 
 from hunav_drake.systems.schema import CONFIG, PositiveLength
@@ -25,3 +25,12 @@ class CrowdConfig:
 
     # How many walls are felt at most, the nearest first; 0 for all in range.
     max_obstacles: Annotated[StrictInt, Field(ge=0, le=10**6)] = 0
+
+    # Whether walls stop people who are pushed into them: at the end of a step
+    # nobody's center is inside a wall, or nearer to one than 0.1 m (or the
+    # radius, if that is less). Who meets no wall moves as without.
+    keep_out_of_walls: StrictBool = True
+
+    # Whether people walk around walls to their goals; without, straight at
+    # them, as in HuNavSim.
+    route_planning: StrictBool = True

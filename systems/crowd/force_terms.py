@@ -39,6 +39,10 @@ _OBSTACLE = int(RobotRole.OBSTACLE)
 # Angles smaller than this are rounding noise of an exact head-on encounter.
 _THETA_ZERO = 1e-12
 
+# The largest exponent of the push of a wall: no force is infinite, however hard
+# a wall is.
+_DEEPEST = 300.0
+
 # The least distance to a robot's center that its extra push is computed for.
 _REPULSION_FLOOR = 0.05
 
@@ -97,7 +101,8 @@ def point_force(x, y, ox, oy, radius, k):
     distance = math.sqrt(dx * dx + dy * dy)
     if distance == 0:
         return 0.0, 0.0
-    strength = k[_K_OBSTACLE] * math.exp(-(distance - radius) / k[_SIGMA])
+    depth = min(-(distance - radius) / k[_SIGMA], _DEEPEST)
+    strength = k[_K_OBSTACLE] * math.exp(depth)
     return strength * (dx / distance), strength * (dy / distance)
 
 

@@ -1,11 +1,15 @@
 """What a simulated person is."""
 
 from dataclasses import field
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import Field, StrictBool, StrictInt, StrictStr
 from pydantic.dataclasses import dataclass
 
+from hunav_drake.systems.crowd.behavior_config import (
+    Behavior,
+    behavior_name,
+)
 from hunav_drake.systems.crowd.parameters import SocialForceParameters
 from hunav_drake.systems.schema import (
     CONFIG,
@@ -16,6 +20,8 @@ from hunav_drake.systems.schema import (
     PositiveSpeed,
     Speed,
 )
+
+ForcesMode = Literal["custom", "default", "random_normal", "random_uniform"]
 
 
 @dataclass(kw_only=True, config=CONFIG)
@@ -29,8 +35,10 @@ class HumanConfig:
     # The first pose (x, y, yaw) in W, in meters and radians.
     pose: Pose
 
-    # The name of the behavior: see `hunav_drake.systems.behavior.BEHAVIORS`.
-    behavior: StrictStr = "regular"
+    # The behavior tree: the name of one that comes with the package (see
+    # `hunav_drake.systems.behavior.BEHAVIORS`), the path of an XML file (it
+    # ends in .xml), or XML; with values for ports, a BehaviorConfig.
+    behavior: Behavior = "regular"
 
     # The speed that the person prefers, in m/s; 0 is a standing person.
     desired_speed: Speed = 1.2
@@ -57,9 +65,20 @@ class HumanConfig:
     # The weights of the forces.
     forces: SocialForceParameters = field(default_factory=SocialForceParameters)
 
+    # Where the factors of goal, obstacles and other people come from: they are
+    # as in `forces` ("custom"), HuNavSim's ("default"), or drawn for each
+    # person by the seed. Trials and `AddHumans` draw them: see
+    # `hunav_drake.systems.crowd.weights`. The rest of `forces` always holds.
+    forces_mode: ForcesMode = "custom"
+
     @property
     def speed_limit(self) -> float:
         """The speed that the person never exceeds, in m/s."""
         if self.max_speed is None:
             return self.desired_speed
         return self.max_speed
+
+    @property
+    def behavior_name(self) -> str:
+        """What the behavior is called in tables."""
+        return behavior_name(self.behavior)

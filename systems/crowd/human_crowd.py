@@ -2,187 +2,428 @@
 
 from collections.abc import Sequence
 import dataclasses
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
+from pydrake.autodiffutils import (
+    AutoDiffXd,
+    ExtractGradient,
+    ExtractValue,
+    InitializeAutoDiff,
+)
 from pydrake.systems.framework import (
     BasicVector,
     Context,
     DiscreteValues,
     InputPort,
-    LeafSystem,
+    LeafSystem_,
     OutputPort,
 )
+from pydrake.systems.scalar_conversion import TemplateSystem
 
+from hunav_drake.systems.crowd import numpy_model
 from hunav_drake.systems.crowd.crowd_config import CrowdConfig
 from hunav_drake.systems.crowd.human_config import HumanConfig
 from hunav_drake.systems.crowd.motion_model import (
+    MotionModel,
     Snapshot,
     make_motion_model,
 )
 from hunav_drake.systems.crowd.parameters import SocialForceParameters
+from hunav_drake.systems.crowd.route import RouteMap, route_clearance
+from hunav_drake.systems.crowd.social_force_model import SocialForceModel
+from hunav_drake.systems.crowd.walls import (
+    keep_out_of_walls,
+    wall_derivatives,
+    wall_margins,
+)
 from hunav_drake.systems.layout import COMMAND_SIZE, FORCES_SIZE, STATE_SIZE
 from hunav_drake.systems.obstacles import Obstacles
 
 
-class HumanCrowd(LeafSystem):
-    """People who walk to their goals by a model of human motion.
+class CrowdJacobian(NamedTuple):
+    """The derivatives of the next discrete state of a `HumanCrowd`.
 
-    .. pydrake_system::
+    A row is for an element of that state, (x, y, yaw, vx, vy, omega) of each
+    person. Where the step has a jump or a kink, the derivatives are those of
+    the side that it takes.
 
-        name: HumanCrowd
-        input_ports:
-        - robot_state
-        - command_0
-        - ...
-        - command_{n-1}
-        output_ports:
-        - human_states
-        - forces
-
-    Every ``time_step``, the forces on all people are computed from one
-    snapshot, and everybody moves at once: the order of people does not
-    matter, to rounding.
-
-    Port ``robot_state`` takes m rows (x, y, yaw, vx, vy, omega, radius) of the
-    robots, and ``human_states`` gives n such rows of the people, in W, in SI
-    units: see `hunav_drake.systems.layout`. Without robots there is no port
-    ``robot_state``. Port ``command_i`` takes what person i wants, laid out as
-    `layout.Command`. Port ``forces`` gives n rows of 8 vectors (x, y), in
-    m/s^2: see `layout.FORCES`; it is computed when someone asks.
-
-    The discrete state holds n rows (x, y, yaw, vx, vy, omega).
+    Attributes:
+        states: Shape (6n, 6n): by the present state, in the same order.
+        robots: Shape (6n, 7m): by port ``robot_state``.
     """
 
-    def __init__(
-        self,
-        humans: Sequence[HumanConfig],
-        *,
-        obstacles: Obstacles | None = None,
-        config: CrowdConfig | None = None,
-        num_robots: int = 1,
-        time_step: float = 0.05,
-    ) -> None:
-        """Constructs a HumanCrowd.
+    states: NDArray[np.float64]
+    robots: NDArray[np.float64]
 
-        Args:
-            humans: The people, in the order of the ports. They start at rest.
-            obstacles: The walls; none by default.
-            config: How people move, and how they take in the world.
-            num_robots: How many robots port ``robot_state`` has.
-            time_step: The time between two updates, in seconds.
 
-        Raises:
-            ValueError: If ``time_step`` is not positive, ``num_robots`` is
-                negative, or ``config`` names a model that there is not.
+@TemplateSystem.define("HumanCrowd_", T_list=[float, AutoDiffXd])
+def HumanCrowd_(T: Any) -> type:
+    """Defines HumanCrowd for a scalar type: float or AutoDiffXd."""
+
+    class Impl(LeafSystem_[T]):
+        """People who walk to their goals by a model of human motion.
+
+        .. pydrake_system::
+
+            name: HumanCrowd
+            input_ports:
+            - robot_state
+            - command_0
+            - ...
+            - command_{n-1}
+            - commands
+            output_ports:
+            - human_states
+            - forces
+
+        Every ``time_step``, the forces on all people are computed from one
+        snapshot, and everybody moves at once: the order of people does not
+        matter, to rounding.
+
+        Port ``robot_state`` takes m rows (x, y, yaw, vx, vy, omega, radius) of
+        the robots, and ``human_states`` gives n such rows of the people, in W,
+        in SI units: see `hunav_drake.systems.layout`. Without robots there is
+        no port ``robot_state``. Port ``command_i`` takes what person i wants,
+        laid out as `layout.Command`; with ``one_command_port`` there is port
+        ``commands`` instead, which takes those of all, one after the other.
+        Port ``forces`` gives n rows of 8 vectors (x, y), in m/s^2: see
+        `layout.FORCES`; it is computed when someone asks.
+
+        The discrete state holds n rows (x, y, yaw, vx, vy, omega).
+
+        ``HumanCrowd`` is ``HumanCrowd_[float]``. With the social force model,
+        it converts to ``HumanCrowd_[AutoDiffXd]``, whose steps carry
+        derivatives; `CalcJacobian` gives those of a step in one call.
         """
-        super().__init__()
-        if not time_step > 0:
-            raise ValueError(f"time_step must be positive, got {time_step} s")
-        if num_robots < 0:
-            raise ValueError(f"num_robots must be >= 0, got {num_robots}")
-        n = len(humans)
-        self._obstacles = obstacles or Obstacles.from_shapes([], solid=[])
-        self._config = config or CrowdConfig()
-        self._model = make_motion_model(
-            self._config.model, self._config.parameters
-        )
-        self._time_step = time_step
-        self._radii = np.array([human.radius for human in humans])
-        self._parameters = np.array(
-            [dataclasses.astuple(human.forces) for human in humans]
-        ).reshape(n, len(dataclasses.fields(SocialForceParameters)))
-        self._no_robots = np.zeros((0, STATE_SIZE))
 
-        self._robot_state = (
-            self.DeclareVectorInputPort("robot_state", num_robots * STATE_SIZE)
-            if num_robots
-            else None
-        )
-        self._commands = [
-            self.DeclareVectorInputPort(f"command_{i}", COMMAND_SIZE)
-            for i in range(n)
-        ]
-        start = np.zeros((n, 6))
-        start[:, :3] = np.array([human.pose for human in humans]).reshape(n, 3)
-        self._state = self.DeclareDiscreteState(start.ravel())
-        state_ticket = self.discrete_state_ticket(self._state)
-        self._human_states = self.DeclareVectorOutputPort(
-            "human_states",
-            n * STATE_SIZE,
-            self._CalcHumanStates,
-            prerequisites_of_calc={state_ticket},
-        )
-        self._forces = self.DeclareVectorOutputPort(
-            "forces",
-            n * FORCES_SIZE,
-            self._CalcForces,
-            prerequisites_of_calc={
-                state_ticket,
-                self.all_input_ports_ticket(),
-            },
-        )
-        self.DeclarePeriodicDiscreteUpdateEvent(
-            period_sec=time_step, offset_sec=0.0, update=self._Update
-        )
+        def _construct(
+            self,
+            humans: Sequence[HumanConfig],
+            *,
+            obstacles: Obstacles | None = None,
+            config: CrowdConfig | None = None,
+            num_robots: int = 1,
+            one_command_port: bool = False,
+            time_step: float = 0.05,
+            converter: Any = None,
+        ) -> None:
+            """Constructs a HumanCrowd.
 
-    def get_robot_state_input_port(self) -> InputPort:
-        """Returns the port with the states of the robots.
+            Args:
+                humans: The people, in the order of the ports. They start at
+                    rest.
+                obstacles: The walls; none by default.
+                config: How people move, and how they take in the world.
+                num_robots: How many robots port ``robot_state`` has.
+                one_command_port: Whether the commands come in one port, which
+                    is faster for many people.
+                time_step: The time between two updates, in seconds.
+                converter: Set by Drake, which converts the scalar type.
 
-        Raises:
-            ValueError: If the crowd was made with no robots.
-        """
-        if self._robot_state is None:
-            raise ValueError(
-                f"{self.GetSystemPathname()} has no port robot_state: it was"
-                " made with num_robots=0"
+            Raises:
+                ValueError: If ``time_step`` is not positive, ``num_robots`` is
+                    negative, or ``config`` names a model that there is not, or
+                    one without the derivatives that AutoDiffXd asks for.
+            """
+            LeafSystem_[T].__init__(self, converter=converter)
+            if not time_step > 0:
+                raise ValueError(
+                    f"time_step must be positive, got {time_step} s"
+                )
+            if num_robots < 0:
+                raise ValueError(f"num_robots must be >= 0, got {num_robots}")
+            n = len(humans)
+            self._humans = tuple(humans)
+            self._obstacles = obstacles or Obstacles.from_shapes([], solid=[])
+            self._config = config or CrowdConfig()
+            self._num_robots = num_robots
+            self._one_command_port = one_command_port
+            self._time_step = time_step
+            model = make_motion_model(
+                self._config.model, self._config.parameters
             )
-        return self._robot_state
+            self._model = (
+                model
+                if T is float
+                else _differentiable(model, self._config.model)
+            )
+            self._radii = np.array([human.radius for human in humans])
+            self._parameters = np.array(
+                [dataclasses.astuple(human.forces) for human in humans]
+            ).reshape(n, len(dataclasses.fields(SocialForceParameters)))
+            self._no_robots = np.zeros((0, STATE_SIZE))
+            walls = self._obstacles
+            self._walls = (
+                (
+                    wall_margins(self._radii),
+                    walls.segments,
+                    walls.first,
+                    walls.solid,
+                )
+                if self._config.keep_out_of_walls and len(walls)
+                else None
+            )
+            self._routes = (
+                RouteMap.from_obstacles(
+                    walls, clearance=route_clearance(self._radii)
+                )
+                if self._config.route_planning and n and len(walls)
+                else None
+            )
 
-    def get_command_input_port(self, index: int) -> InputPort:
-        """Returns the port with what person `index` wants."""
-        return self._commands[index]
+            self._robot_state = (
+                self.DeclareVectorInputPort(
+                    "robot_state", num_robots * STATE_SIZE
+                )
+                if num_robots
+                else None
+            )
+            self._commands = (
+                [self.DeclareVectorInputPort("commands", n * COMMAND_SIZE)]
+                if one_command_port
+                else [
+                    self.DeclareVectorInputPort(f"command_{i}", COMMAND_SIZE)
+                    for i in range(n)
+                ]
+            )
+            start = np.zeros((n, 6))
+            start[:, :3] = np.array([human.pose for human in humans]).reshape(
+                n, 3
+            )
+            self._state = self.DeclareDiscreteState(start.ravel())
+            state_ticket = self.discrete_state_ticket(self._state)
+            self._human_states = self.DeclareVectorOutputPort(
+                "human_states",
+                n * STATE_SIZE,
+                self._CalcHumanStates,
+                prerequisites_of_calc={state_ticket},
+            )
+            self._forces = self.DeclareVectorOutputPort(
+                "forces",
+                n * FORCES_SIZE,
+                self._CalcForces,
+                prerequisites_of_calc={
+                    state_ticket,
+                    self.all_input_ports_ticket(),
+                },
+            )
+            self.DeclarePeriodicDiscreteUpdateEvent(
+                period_sec=time_step, offset_sec=0.0, update=self._Update
+            )
 
-    def get_human_states_output_port(self) -> OutputPort:
-        """Returns the port with the states of the people."""
-        return self._human_states
+        def _construct_copy(self, other: Any, converter: Any = None) -> None:
+            """Constructs the same crowd for another scalar type.
 
-    def get_forces_output_port(self) -> OutputPort:
-        """Returns the port with the forces on the people."""
-        return self._forces
+            Raises:
+                ValueError: If the model of motion has no derivatives.
+            """
+            Impl._construct(
+                self,
+                other._humans,
+                obstacles=other._obstacles,
+                config=other._config,
+                num_robots=other._num_robots,
+                one_command_port=other._one_command_port,
+                time_step=other._time_step,
+                converter=converter,
+            )
 
-    def _Look(self, context: Context) -> Snapshot:
-        """Returns the snapshot of a Context."""
-        state = context.get_discrete_state(self._state).value()
-        command = np.array([port.Eval(context) for port in self._commands])
-        return Snapshot(
-            states=state.reshape(-1, 6),
-            radii=self._radii,
-            command=command.reshape(-1, COMMAND_SIZE),
-            parameters=self._parameters,
-            robots=(
-                self._no_robots
-                if self._robot_state is None
-                else self._robot_state.Eval(context).reshape(-1, STATE_SIZE)
-            ),
-            obstacles=self._obstacles,
-            obstacle_range=self._config.obstacle_range,
-            max_obstacles=self._config.max_obstacles,
-            time_step=self._time_step,
+        def get_robot_state_input_port(self) -> InputPort:
+            """Returns the port with the states of the robots.
+
+            Raises:
+                ValueError: If the crowd was made with no robots.
+            """
+            if self._robot_state is None:
+                raise ValueError(
+                    f"{self.GetSystemPathname()} has no port robot_state: it"
+                    " was made with num_robots=0"
+                )
+            return self._robot_state
+
+        def get_command_input_port(self, index: int) -> InputPort:
+            """Returns the port with what person `index` wants.
+
+            Raises:
+                ValueError: If the crowd was made with one port for all.
+            """
+            if self._one_command_port:
+                raise ValueError(
+                    f"{self.GetSystemPathname()} has no port command_{index}:"
+                    " it was made with one_command_port=True"
+                )
+            return self._commands[index]
+
+        def get_human_states_output_port(self) -> OutputPort:
+            """Returns the port with the states of the people."""
+            return self._human_states
+
+        def get_forces_output_port(self) -> OutputPort:
+            """Returns the port with the forces on the people."""
+            return self._forces
+
+        def CalcJacobian(self, context: Context) -> CrowdJacobian:
+            """Computes the derivatives of the next discrete state.
+
+            Those by what people and robots do now, from the formulas, with
+            the commands as they are: in one call of compiled code, what
+            `HumanCrowd_[AutoDiffXd]` would tell.
+
+            Args:
+                context: Its inputs must be connected or fixed.
+
+            Returns:
+                Two matrices: see `CrowdJacobian`.
+
+            Raises:
+                ValueError: If the model of motion has no derivatives.
+            """
+            if T is not float:
+                raise TypeError("CalcJacobian is for HumanCrowd_[float]")
+            # Few ask for it, and it takes a moment to load.
+            from hunav_drake.systems.crowd import jacobian
+
+            _differentiable(self._model, self._config.model)
+            snapshot = self._Look(context)
+            forces = self._forces.Eval(context)
+            derivatives = jacobian.step_jacobian(
+                snapshot.states,
+                snapshot.radii,
+                snapshot.command,
+                snapshot.parameters,
+                snapshot.robots,
+                snapshot.obstacles.segments,
+                snapshot.obstacles.first,
+                snapshot.obstacle_range,
+                snapshot.max_obstacles,
+                forces.reshape(-1, FORCES_SIZE),
+                snapshot.time_step,
+            )
+            size = snapshot.states.size
+            if self._walls is not None:
+                moved = self._model.advance(
+                    snapshot, forces.reshape(-1, FORCES_SIZE)
+                )
+                slopes = wall_derivatives(snapshot.states, moved, *self._walls)
+                for i, slope in enumerate(slopes):
+                    own = slice(6 * i, 6 * i + 6)
+                    derivatives[own] = slope[:, 6:] @ derivatives[own]
+                    derivatives[own, own] += slope[:, :6]
+            return CrowdJacobian(derivatives[:, :size], derivatives[:, size:])
+
+        def _GetState(self, context: Context) -> NDArray[Any]:
+            """Returns the rows of the discrete state, not to be written to."""
+            vector = context.get_discrete_state(self._state)
+            # Only floats can be looked at in place, which is faster.
+            state: NDArray[Any] = (
+                vector.value() if T is float else vector.CopyToVector()
+            )
+            return state.reshape(-1, 6)
+
+        def _Look(self, context: Context) -> Snapshot:
+            """Returns the snapshot of a Context."""
+            states = self._GetState(context)
+            command = np.array([port.Eval(context) for port in self._commands])
+            return Snapshot(
+                states=states,
+                radii=self._radii,
+                command=self._Guide(states, command.reshape(-1, COMMAND_SIZE)),
+                parameters=self._parameters,
+                robots=(
+                    self._no_robots
+                    if self._robot_state is None
+                    else self._robot_state.Eval(context).reshape(-1, STATE_SIZE)
+                ),
+                obstacles=self._obstacles,
+                obstacle_range=self._config.obstacle_range,
+                max_obstacles=self._config.max_obstacles,
+                time_step=self._time_step,
+            )
+
+        def _Guide(
+            self, states: NDArray[Any], command: NDArray[Any]
+        ) -> NDArray[Any]:
+            """Returns the commands with the next waypoints for goals."""
+            if self._routes is None:
+                return command
+            if T is float:
+                return self._routes.guide(states, command)
+            values = _plain(command)
+            guided = self._routes.guide(_plain(states), values)
+            # A waypoint does not move when people or goals do.
+            changed = guided != values
+            command = command.copy()
+            command[changed] = [AutoDiffXd(value) for value in guided[changed]]
+            return command
+
+        def _KeepOut(
+            self, before: NDArray[Any], after: NDArray[Any]
+        ) -> NDArray[Any]:
+            """Returns the states after a step that enters no wall."""
+            if self._walls is None:
+                return after
+            if T is float:
+                kept: NDArray[Any] = keep_out_of_walls(
+                    before, after, *self._walls
+                )
+                return kept
+            p, q = _plain(before), _plain(after)
+            kept = keep_out_of_walls(p, q, *self._walls)
+            slopes = wall_derivatives(p, q, *self._walls)
+            result = after.copy()
+            for i in np.flatnonzero((kept != q).any(axis=1)):
+                both = ExtractGradient(np.hstack([before[i], after[i]]))
+                result[i] = InitializeAutoDiff(
+                    kept[i][:, None], slopes[i] @ both
+                ).ravel()
+            return result
+
+        def _CalcHumanStates(
+            self, context: Context, output: BasicVector
+        ) -> None:
+            state = self._GetState(context)
+            rows = np.empty((len(state), STATE_SIZE), dtype=state.dtype)
+            rows[:, :6] = state
+            rows[:, 6] = self._radii
+            output.SetFromVector(rows.ravel())
+
+        def _CalcForces(self, context: Context, output: BasicVector) -> None:
+            forces = self._model.forces(self._Look(context))
+            output.SetFromVector(forces.ravel())
+
+        def _Update(
+            self, context: Context, discrete_state: DiscreteValues
+        ) -> None:
+            snapshot = self._Look(context)
+            forces = self._model.forces(snapshot)
+            moved = self._model.advance(snapshot, forces)
+            moved = self._KeepOut(snapshot.states, moved)
+            discrete_state.set_value(self._state, moved.ravel())
+
+    return Impl
+
+
+HumanCrowd = HumanCrowd_[float]
+# So are Drake's own systems called, in diagrams and by pickle.
+HumanCrowd.__name__ = HumanCrowd.__qualname__ = "HumanCrowd"
+
+
+def _plain(scalars: NDArray[Any]) -> NDArray[np.float64]:
+    """Returns the values of scalars with derivatives, row by row."""
+    return np.ascontiguousarray(ExtractValue(scalars))
+
+
+def _differentiable(model: MotionModel, name: str) -> MotionModel:
+    """Returns the form of a model that takes scalars with derivatives.
+
+    Raises:
+        ValueError: If it has none.
+    """
+    if not isinstance(model, SocialForceModel):
+        raise ValueError(
+            "derivatives of a crowd need the motion model 'social_force';"
+            f" {name!r} has none"
         )
-
-    def _CalcHumanStates(self, context: Context, output: BasicVector) -> None:
-        rows = np.empty((len(self._radii), STATE_SIZE))
-        state = context.get_discrete_state(self._state).value()
-        rows[:, :6] = state.reshape(-1, 6)
-        rows[:, 6] = self._radii
-        output.SetFromVector(rows.ravel())
-
-    def _CalcForces(self, context: Context, output: BasicVector) -> None:
-        forces = self._model.forces(self._Look(context))
-        output.SetFromVector(forces.ravel())
-
-    def _Update(self, context: Context, discrete_state: DiscreteValues) -> None:
-        snapshot = self._Look(context)
-        forces = self._model.forces(snapshot)
-        moved = self._model.advance(snapshot, forces)
-        discrete_state.set_value(self._state, moved.ravel())
+    return numpy_model.NumpyModel()

@@ -8,7 +8,7 @@ from pydantic.dataclasses import dataclass
 from hunav_drake.systems.schema import CONFIG, within
 
 Factor = Annotated[StrictFloat, within(0, 1e3)]
-Positive = Annotated[StrictFloat, within(0, 1e3, low_open=True)]
+Positive = Annotated[StrictFloat, within(1e-3, 1e3)]
 
 
 @dataclass(kw_only=True, config=CONFIG)
@@ -25,7 +25,7 @@ class SocialForceParameters:
 
     # The time in which it is (tau), in seconds.
     relaxation_time: Annotated[
-        StrictFloat, within(0, 1e3, "s", low_open=True)
+        StrictFloat, within(1e-3, 1e3, "s")
     ] = 0.5
 
     # The push of a wall at the body's surface (k_o), in m/s^2.
@@ -33,7 +33,7 @@ class SocialForceParameters:
 
     # The distance in which it falls to 1/e (sigma_o), in meters.
     obstacle_sigma: Annotated[
-        StrictFloat, within(0, 1e3, "m", low_open=True)
+        StrictFloat, within(1e-3, 1e3, "m")
     ] = 0.2
 
     # The strength of the interaction with other people (k_s), in m/s^2.

@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import Field, StrictFloat, StrictInt
 from pydantic.dataclasses import dataclass
 
-from hunav_drake.systems.crowd import kernel
+from hunav_drake.systems.crowd import kernel, numpy_model
 from hunav_drake.systems.crowd.fast_kernel import people_forces
 from hunav_drake.systems.crowd.motion_model import (
     Array,
@@ -45,6 +45,8 @@ class SocialForceModel:
 
     def forces(self, snapshot: Snapshot) -> Array:
         """Returns the forces: see `MotionModel.forces`."""
+        if self.kernel == "numpy":
+            return numpy_model.social_forces(snapshot)
         arguments = (
             snapshot.states,
             snapshot.radii,
@@ -67,6 +69,8 @@ class SocialForceModel:
 
     def advance(self, snapshot: Snapshot, forces: Array) -> Array:
         """Returns the next states: see `MotionModel.advance`."""
+        if self.kernel == "numpy":
+            return numpy_model.advance(snapshot, forces)
         states: Array = kernel.advance(
             snapshot.states, forces, snapshot.command, snapshot.time_step
         )

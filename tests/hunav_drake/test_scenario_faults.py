@@ -297,6 +297,31 @@ CASES = {
         "robot.start",
         "overlaps humans[0] ('ana') by 0.20 m",
     ),
+    # How people move
+    "motion model": (
+        "crowd:\n  model: orka\n",
+        2,
+        "crowd.model",
+        "there is no motion model 'orka'; did you mean 'orca'?",
+    ),
+    "motion model's parameter": (
+        "crowd:\n  model: orca\n  parameters:\n    time_horizn: 1.0\n",
+        4,
+        "crowd.parameters.time_horizn",
+        "did you mean 'time_horizon'?",
+    ),
+    "motion model's value": (
+        "crowd:\n  model: orca\n  parameters: {time_horizon: 0}\n",
+        3,
+        "crowd.parameters.time_horizon",
+        "must be in (0, 1000] s, got 0",
+    ),
+    "another motion model's parameter": (
+        "crowd:\n  parameters:\n    time_horizon: 1.0\n",
+        3,
+        "crowd.parameters.time_horizon",
+        "unknown key",
+    ),
     # The robot, its planner, the evaluator, the simulation
     "robot's model": (
         "robot:\n  model: tank\n",

@@ -75,7 +75,7 @@ def eval_forces(agents, index, *, epsilon):
     dut = HumanCrowd(
         [make_human(agent, epsilon=epsilon) for agent in agents],
         obstacles=Obstacles.from_points(agents[index].get("obstacles", [])),
-        config=CrowdConfig(obstacle_range=1e5),
+        config=CrowdConfig(obstacle_range=1e5, route_planning=False),
         num_robots=0,
     )
     context = dut.CreateDefaultContext()
@@ -146,7 +146,11 @@ def make_crowd(scenario) -> HumanCrowd:
         humans,
         obstacles=Obstacles.from_points(walls["points"]),
         config=CrowdConfig(
-            obstacle_range=walls["max_dist"], max_obstacles=walls["count"]
+            obstacle_range=walls["max_dist"],
+            max_obstacles=walls["count"],
+            # The original has neither.
+            keep_out_of_walls=False,
+            route_planning=False,
         ),
         time_step=scenario["dt"],
     )

@@ -1,0 +1,164 @@
+"""Plots of what happens in a trial."""
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hunav_drake.systems.layout import (
+    FORCES,
+    FORCES_SIZE,
+    RADIUS,
+    STATE_SIZE,
+    YAW,
+    X,
+    Y,
+)
+from hunav_drake.systems.obstacles import Obstacles
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+# The colors of Okabe & Ito 2008, which people with color blindness can tell
+# apart; the total is black.
+_COLORS: Mapping[str, str] = MappingProxyType(
+    {
+        "goal": "#009e73",
+        "obstacle": "#d55e00",
+        "social": "#0072b2",
+        "group_gaze": "#f0e442",
+        "group_coherence": "#e69f00",
+        "group_repulsion": "#cc79a7",
+        "robot_repulsion": "#56b4e9",
+        "total": "#000000",
+    }
+)
+
+# Forces below this are not drawn, in m/s^2: their arrows would be dots.
+_LEAST_FORCE = 1e-3
+
+
+def plot_forces(
+    forces: ArrayLike,
+    human_states: ArrayLike,
+    *,
+    robot_state: ArrayLike | None = None,
+    obstacles: Obstacles | None = None,
+    scale: float = 0.4,
+    ax: "Axes | None" = None,
+) -> "Axes":
+    """Draws people, and what pushes and pulls them, seen from above.
+
+    Each person is a disc with a nose. Each force is an arrow from the center
+    of the disc; the thin black one is the sum. The legend names the forces
+    that there are.
+
+    Args:
+        forces: What port ``forces`` gives, shape (n, 16) or flat, in m/s^2.
+        human_states: What port ``human_states`` gives, shape (n, 7) or flat.
+        robot_state: What port ``robot_state`` gives, shape (m, 7) or flat.
+        obstacles: The walls.
+        scale: How long the arrow of 1 m/s^2 is, in meters.
+        ax: Where to draw; by default a new figure.
+
+    Raises:
+        ValueError: If the arrays do not belong to the same number of people,
+            or ``scale`` is not positive.
+    """
+    import matplotlib.pyplot as plt
+
+    people = _rows(human_states, STATE_SIZE, "human_states")
+    vectors = _rows(forces, FORCES_SIZE, "forces").reshape(-1, len(FORCES), 2)
+    if len(people) != len(vectors):
+        raise ValueError(
+            f"forces are those of {len(vectors)} people, but human_states has"
+            f" {len(people)}"
+        )
+    if not scale > 0:
+        raise ValueError(f"scale must be positive, got {scale}")
+    if ax is None:
+        _, ax = plt.subplots(figsize=(9, 5), layout="constrained")
+    if obstacles is not None:
+        _draw_walls(ax, obstacles)
+    _draw_discs(ax, people, color="0.75", name="person")
+    if robot_state is not None:
+        robots = _rows(robot_state, STATE_SIZE, "robot_state")
+        _draw_discs(ax, robots, color="0.4", name="robot")
+    for i, name in enumerate(FORCES):
+        arrows = vectors[:, i]
+        drawn = np.hypot(*arrows.T) > _LEAST_FORCE
+        if drawn.any():
+            _draw_arrows(ax, people[drawn], arrows[drawn] * scale, name)
+    ax.set(xlabel="x (m)", ylabel="y (m)", aspect="equal")
+    ax.autoscale_view()
+    if ax.get_legend_handles_labels()[0]:
+        ax.legend(
+            title=f"1 m/s² is {scale:g} m long",
+            loc="upper left",
+            bbox_to_anchor=(1.0, 1.0),
+        )
+    return ax
+
+
+def _rows(values: ArrayLike, width: int, name: str) -> Any:
+    array = np.asarray(values, dtype=float)
+    if array.size % width:
+        raise ValueError(
+            f"{name} must hold rows of {width} numbers, got shape {array.shape}"
+        )
+    return array.reshape(-1, width)
+
+
+def _draw_walls(ax: "Axes", obstacles: Obstacles) -> None:
+    from matplotlib.collections import LineCollection
+
+    lines = obstacles.segments.reshape(-1, 2, 2)
+    ax.add_collection(LineCollection(lines, colors="0.3", linewidths=1.5))
+
+
+def _draw_discs(ax: "Axes", rows: Any, *, color: str, name: str) -> None:
+    from matplotlib.collections import LineCollection, PatchCollection
+    from matplotlib.patches import Circle
+
+    if len(rows) == 0:
+        return
+    discs = [Circle((row[X], row[Y]), row[RADIUS]) for row in rows]
+    ax.add_collection(
+        PatchCollection(
+            discs, facecolor=color, edgecolor="0.2", alpha=0.5, zorder=1
+        )
+    )
+    looks = np.stack([np.cos(rows[:, YAW]), np.sin(rows[:, YAW])], axis=-1)
+    centers = rows[:, : Y + 1]
+    radii = rows[:, RADIUS, None]
+    noses = np.stack(
+        [centers + 0.8 * radii * looks, centers + 1.25 * radii * looks], axis=1
+    )
+    ax.add_collection(
+        LineCollection(noses, colors="0.2", linewidths=4, zorder=1.5)
+    )
+    # An empty line that the legend shows as a disc.
+    ax.plot([], [], "o", ms=9, mfc=color, mec="0.2", alpha=0.5, label=name)
+
+
+def _draw_arrows(ax: "Axes", rows: Any, arrows: Any, name: str) -> None:
+    is_total = name == "total"
+    ax.quiver(
+        rows[:, X],
+        rows[:, Y],
+        arrows[:, 0],
+        arrows[:, 1],
+        angles="xy",
+        scale_units="xy",
+        scale=1.0,
+        units="dots",
+        width=2.0 if is_total else 4.0,
+        headwidth=5.0 if is_total else 3.0,
+        color=_COLORS[name],
+        zorder=3 if is_total else 2,
+        label=name.replace("_", " "),
+    )
+    # Arrows do not count for the limits of the axes by themselves.
+    ax.update_datalim(rows[:, : Y + 1] + arrows)

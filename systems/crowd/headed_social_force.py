@@ -1,0 +1,265 @@
+"""The headed social force model: people walk where they look.
+
+Farina, Fontanelli, Garulli, Giannitrapani & Prattichizzo 2017, "Walking ahead:
+the headed social force model".
+"""
+
+import math
+from typing import Annotated
+
+from numba import float64
+from pydantic import StrictFloat
+from pydantic.dataclasses import dataclass
+
+from hunav_drake.systems.crowd import kernel
+from hunav_drake.systems.crowd.force_terms import K_GOAL, TAU, wrap
+from hunav_drake.systems.crowd.motion_model import (
+    Array,
+    Snapshot,
+    register_motion_model,
+)
+from hunav_drake.systems.crowd.social_force_model import SocialForceModel
+from hunav_drake.systems.layout import OMEGA, VX, VY, YAW, Command, X, Y
+from hunav_drake.systems.nearest import MATRIX, REAL, jit, jit_as
+from hunav_drake.systems.schema import CONFIG, within
+
+# Numba reads plain integers of the module as constants.
+_GOAL_X, _GOAL_Y = int(Command.GOAL_X), int(Command.GOAL_Y)
+_GOAL_RADIUS, _HAS_GOAL = int(Command.GOAL_RADIUS), int(Command.HAS_GOAL)
+_MAX_SPEED = int(Command.MAX_SPEED)
+_HOLD, _TURN_RATE = int(Command.HOLD), int(Command.TURN_RATE)
+
+# What the forces are computed by. (The model here is not one of that kind:
+# people move in another way, with other derivatives.)
+_SOCIAL_FORCE = SocialForceModel()
+
+# A turn that is a half one, to this, goes to the right, in radians.
+_TIE = 1e-9
+
+
+@jit
+def _decay(rate, time):
+    """Returns the integral of exp(-rate t) from 0 to `time`."""
+    if rate * time < 1e-12:
+        return time
+    return -math.expm1(-rate * time) / rate
+
+
+@jit
+def _turn(error, omega, stiffness, damping, time):
+    """Solves e'' = -stiffness e - damping e' with two real rates of decay.
+
+    Args:
+        error: e at the start, in radians.
+        omega: e' at the start, in rad/s.
+        stiffness: In 1/s^2.
+        damping: In 1/s; its square is at least 4 times the stiffness.
+        time: How long, in seconds.
+
+    Returns:
+        How much e changes, in radians, and e' in the end.
+    """
+    root = math.sqrt(max(damping * damping - 4 * stiffness, 0.0))
+    fast = (damping + root) / 2
+    slow = stiffness / fast if fast > 0 else 0.0
+    # e = error exp(-slow t) + (omega + slow error) (exp(-slow t) -
+    # exp(-fast t)) / (fast - slow)
+    left = math.exp(-slow * time)
+    shared = left * _decay(fast - slow, time)
+    along = omega + slow * error
+    change = -slow * error * _decay(slow, time) + along * shared
+    rate = along * math.exp(-fast * time) - slow * (error + change)
+    return change, rate
+
+
+@jit
+def _without_braking(fx, fy, x, y, command):
+    """Returns the part of a force that turns a person at (x, y).
+
+    It is zero without a goal. Of a force that points back from the goal, only
+    the part across counts: who slows down does not turn around.
+    """
+    gx = command[_GOAL_X] - x
+    gy = command[_GOAL_Y] - y
+    distance = math.sqrt(gx * gx + gy * gy)
+    if command[_HAS_GOAL] == 0 or distance <= command[_GOAL_RADIUS]:
+        return 0.0, 0.0
+    ex = gx / distance
+    ey = gy / distance
+    back = min(fx * ex + fy * ey, 0.0)
+    return fx - back * ex, fy - back * ey
+
+
+@jit_as(
+    float64[:, ::1],
+    *(MATRIX, MATRIX, MATRIX, MATRIX, REAL),
+    *(REAL, REAL, REAL, REAL, REAL, REAL),
+)
+def headed_advance(
+    states,
+    forces,
+    command,
+    parameters,
+    time_step,
+    mass,
+    k_orthogonal,
+    k_damping,
+    k_lambda,
+    alpha,
+    heading_share,
+):
+    """Returns where n people are one step later.
+
+    The heading, and the damping of what goes sideways, are linear for the time
+    of a step, in which the forces are constant, and are solved exactly: no
+    step is too long for them. The rest is semi-implicit Euler.
+
+    Args:
+        states: Shape (n, 6): x, y, yaw, vx, vy, omega.
+        forces: Shape (n, FORCES_SIZE); that of the goal and the total count.
+        command: Shape (n, COMMAND_SIZE).
+        parameters: Shape (n, 13): the fields of SocialForceParameters.
+        time_step: In seconds.
+        mass: In kg, like the rest a field of HeadedSocialForceModel.
+        k_orthogonal: See there.
+        k_damping: See there, in kg/s.
+        k_lambda: See there, in 1/(kg m).
+        alpha: See there.
+        heading_share: See there.
+
+    Returns:
+        Shape (n, 6).
+    """
+    result = kernel.advance(states, forces, command, time_step)
+    for i in range(len(states)):
+        if command[i, _HOLD] != 0 or command[i, _TURN_RATE] > 0:
+            continue
+        yaw = states[i, YAW]
+        c = math.cos(yaw)
+        s = math.sin(yaw)
+        goal_x = forces[i, 0]
+        goal_y = forces[i, 1]
+        other_x = forces[i, 14] - goal_x
+        other_y = forces[i, 15] - goal_y
+
+        forward = c * states[i, VX] + s * states[i, VY]
+        forward += (c * forces[i, 14] + s * forces[i, 15]) * time_step
+        side = c * states[i, VY] - s * states[i, VX]
+        rate = k_damping / mass
+        push = k_orthogonal * (c * other_y - s * other_x)
+        side = side * math.exp(-rate * time_step)
+        side += push * _decay(rate, time_step)
+
+        pull_x, pull_y = _without_braking(
+            goal_x + heading_share * other_x,
+            goal_y + heading_share * other_y,
+            *(states[i, X], states[i, Y], command[i]),
+        )
+        pull = math.sqrt(pull_x * pull_x + pull_y * pull_y)
+        error = 0.0
+        if pull > 0:
+            error = wrap(yaw - math.atan2(pull_y, pull_x))
+            if error < _TIE - math.pi:
+                error += 2 * math.pi
+        tau = parameters[i, TAU]
+        speed = math.hypot(states[i, VX], states[i, VY])
+        damped = max(pull, parameters[i, K_GOAL] / tau * speed)
+        damping = (1 + alpha) * math.sqrt(k_lambda * mass * damped / alpha)
+        damping = max(damping, 1 / tau)
+        stiffness = k_lambda * mass * pull
+        change, omega = _turn(
+            error, states[i, OMEGA], stiffness, damping, time_step
+        )
+
+        speed = math.sqrt(forward * forward + side * side)
+        cap = command[i, _MAX_SPEED]
+        if speed > cap:
+            forward = forward / speed * cap
+            side = side / speed * cap
+        yaw = wrap(yaw + change)
+        c = math.cos(yaw)
+        s = math.sin(yaw)
+        vx = c * forward - s * side
+        vy = s * forward + c * side
+        result[i, X] = states[i, X] + vx * time_step
+        result[i, Y] = states[i, Y] + vy * time_step
+        result[i, YAW] = yaw
+        result[i, VX] = vx
+        result[i, VY] = vy
+        result[i, OMEGA] = omega
+    return result
+
+
+@register_motion_model("headed_social_force")
+@dataclass(kw_only=True, config=CONFIG)
+class HeadedSocialForceModel:
+    """The forces of the social force model, on bodies that have a front.
+
+    With f0 the force of the goal and fe the sum of the others, u and w the
+    velocities ahead and to the left, and theta the heading, the paper has
+
+        m u' = (f0 + fe) . ahead
+        m w' = k_o fe . left - k_d w
+        I theta'' = -k_theta (theta - angle of f0) - k_omega theta'
+        k_theta = I k_lambda |f0|
+        k_omega = I (1 + alpha) sqrt(k_lambda |f0| / alpha)
+
+    with forces in N. Here they are accelerations a = f / m. Divided by m and by
+    I, the equations keep k_d / m, k_lambda m |a0| and
+    (1 + alpha) sqrt(k_lambda m |a0| / alpha): the inertia drops out. The mass,
+    which stays, is the same for all people.
+
+    What differs from the paper is how the heading is turned:
+
+    - by f0 + heading_share fe: the forces between people here are softer than
+      the paper's, which keep bodies apart by contact. With f0 alone, the
+      heading turns against them, and people who meet walk into each other;
+    - by the part of that force without braking: people who slow down do not
+      turn around, and without a goal the heading is free;
+    - with at least the damping of |a0| = goal_factor |v| / relaxation_time, and
+      at least 1 / relaxation_time: the paper's vanishes with f0, so that the
+      heading of someone at the desired speed would swing.
+
+    People whose body the command turns, and those who hold still, move as in
+    the social force model.
+    """
+
+    # The mass of a person (m), in kg; the paper draws it from 60 to 90.
+    mass: Annotated[StrictFloat, within(1, 1000, "kg")] = 75.0
+
+    # The share of the forces of others that acts sideways (k_o).
+    k_orthogonal: Annotated[StrictFloat, within(0, 1e3)] = 1.0
+
+    # The damping of what goes sideways (k_d), in kg/s.
+    k_damping: Annotated[StrictFloat, within(0, 1e6, "kg/s")] = 500.0
+
+    # How fast the heading follows the force of the goal, in 1/(kg m).
+    k_lambda: Annotated[StrictFloat, within(0, 1e3, "1/(kg m)")] = 0.3
+
+    # The ratio of the two rates at which it does.
+    alpha: Annotated[StrictFloat, within(1e-3, 1e3)] = 3.0
+
+    # The share of the forces of others in what turns the heading; 0 is the
+    # paper's.
+    heading_share: Annotated[StrictFloat, within(0, 1)] = 1.0
+
+    def forces(self, snapshot: Snapshot) -> Array:
+        """Returns the social forces: see `MotionModel.forces`."""
+        return _SOCIAL_FORCE.forces(snapshot)
+
+    def advance(self, snapshot: Snapshot, forces: Array) -> Array:
+        """Returns the next states: see `MotionModel.advance`."""
+        states: Array = headed_advance(
+            snapshot.states,
+            forces,
+            snapshot.command,
+            snapshot.parameters,
+            snapshot.time_step,
+            self.mass,
+            self.k_orthogonal,
+            self.k_damping,
+            self.k_lambda,
+            self.alpha,
+            self.heading_share,
+        )
+        return states

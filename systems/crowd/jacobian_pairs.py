@@ -1,0 +1,225 @@
+"""The derivatives of the forces between people, as vector instructions.
+
+They are written out by hand, for the force of Moussaid et al. 2009, eqs. 4-6,
+and computed like the forces of the fast kernel: many pairs at a time, and once
+for both people of a pair if all have the same weights.
+"""
+
+import math
+
+import numba
+import numpy as np
+
+from hunav_drake.systems.crowd.elementary import arctan2, exp_negative
+from hunav_drake.systems.layout import VX, VY, Command, RobotRole, X, Y
+from hunav_drake.systems.nearest import jit
+
+# The rows of the people's states, and of the robots'.
+STATE, ROBOT = 6, 7
+
+# As in `social_force.py`: shorter vectors have no derivative, and forces of
+# smaller exponents are zero.
+SHORT = 1e-100
+_LEAST = 800.0
+
+# As in `force_terms.py`.
+_THETA_ZERO = 1e-12
+
+# The columns of the parameters: fields of SocialForceParameters.
+_K_SOCIAL, _LAMBDA, _GAMMA, _N, _N_PRIME, _EPSILON = range(4, 10)
+
+# Numba reads plain integers of the module as constants.
+_ROBOT_ROLE, _PEDESTRIAN = int(Command.ROBOT_ROLE), int(RobotRole.PEDESTRIAN)
+
+# Like those of the fast kernel: the loop over pairs is made of vectors.
+_vector = numba.njit(
+    cache=True,
+    error_model="numpy",
+    fastmath={"contract", "nsz", "arcp", "reassoc"},
+)
+
+# How many pairs are computed in one go, and the vectors that they fill.
+_PAIRS = 64
+_LANES = 8
+
+
+@_vector
+def _pair_derivatives(k, pairs, count):
+    """Computes the derivatives of the social forces of others, of some pairs.
+
+    Args:
+        k: The parameters of those who feel the forces.
+        pairs: Of 12 _PAIRS elements, written to. The first four _PAIRS hold,
+            one after the other, where the others are (x, y), and the own
+            velocity minus the other's (x, y). The next four get the 2 x 2
+            derivatives by the place, row by row, and the last four those by
+            the velocity.
+        count: How many pairs there are, at most _PAIRS.
+    """
+    weight = k[_LAMBDA]
+    gamma = k[_GAMMA]
+    per_gamma = 1 / gamma
+    tilt = k[_EPSILON] * gamma
+    # A loop over what is left of the last vector would cost more.
+    for c in range((count + _LANES - 1) // _LANES * _LANES):
+        dx = pairs[c]
+        dy = pairs[_PAIRS + c]
+        square = dx * dx + dy * dy
+        r = math.sqrt(square)
+        per_r = 1 / (r if r > 0 else 1.0)
+        nx = dx * per_r
+        ny = dy * per_r
+        ix = weight * pairs[2 * _PAIRS + c] + nx
+        iy = weight * pairs[3 * _PAIRS + c] + ny
+        square_i = ix * ix + iy * iy
+        defined = (r > 0) & (square_i >= SHORT * SHORT)
+        size = math.sqrt(square_i if defined else 1.0)
+        per_size = 1 / size
+        tx = ix * per_size
+        ty = iy * per_size
+        b = gamma * size
+        per_b = per_size * per_gamma
+        cross = tx * ny - ty * nx
+        dot = tx * nx + ty * ny if defined else 1.0
+        theta = arctan2(cross, dot) + tilt * size
+        turns = math.ceil(theta * (0.5 / math.pi) - 0.5)
+        theta = theta - turns * (2 * math.pi)
+        theta = 0.0 if abs(theta) < _THETA_ZERO else theta
+        side = -1.0 if theta < 0 else 1.0
+        side = 0.0 if theta == 0.0 else side
+        decay = -r * per_b
+        slow = k[_N_PRIME] * b
+        turn = k[_N] * b
+        slowing = slow * theta
+        turning = turn * theta
+        # The force is ahead * t + left * (t turned by 90 degrees).
+        strength = k[_K_SOCIAL] if defined & (r < _LEAST * b) else 0.0
+        ahead = -strength * exp_negative(decay - slowing * slowing)
+        left = -strength * side * exp_negative(decay - turning * turning)
+
+        # The logarithms of ahead and left, by b at constant theta, and by
+        # theta.
+        shrink = -decay * per_b
+        ahead_b = shrink - 2 * slowing * k[_N_PRIME] * theta
+        left_b = shrink - 2 * turning * k[_N] * theta
+        ahead_theta = -2 * slowing * slow
+        left_theta = -2 * turning * turn
+
+        # The direction n turns when d moves across, by q = (-ny, nx) / r. Then
+        # the interaction grows by -cross per unit, and t turns by dot / size.
+        # When d grows, only r does.
+        differentiable = 1.0 if square >= SHORT * SHORT else 0.0
+        qx = -ny * per_r * differentiable
+        qy = nx * per_r * differentiable
+        b_q = -gamma * cross
+        turn_q = dot * per_size
+        theta_q = 1 - turn_q - tilt * cross
+        along = ahead * (ahead_b * b_q + ahead_theta * theta_q) - left * turn_q
+        across = left * (left_b * b_q + left_theta * theta_q) + ahead * turn_q
+        fx = along * tx - across * ty
+        fy = along * ty + across * tx
+        gx = -per_b * (ahead * tx - left * ty) * differentiable
+        gy = -per_b * (ahead * ty + left * tx) * differentiable
+        pairs[4 * _PAIRS + c] = fx * qx + gx * nx
+        pairs[5 * _PAIRS + c] = fx * qy + gx * ny
+        pairs[6 * _PAIRS + c] = fy * qx + gy * nx
+        pairs[7 * _PAIRS + c] = fy * qy + gy * ny
+
+        # When the velocity moves along t, the interaction grows; when across,
+        # t turns.
+        b_t = gamma * weight
+        theta_t = tilt * weight
+        along = ahead * (ahead_b * b_t + ahead_theta * theta_t)
+        across = left * (left_b * b_t + left_theta * theta_t)
+        fx = along * tx - across * ty
+        fy = along * ty + across * tx
+        turn_t = weight * per_size
+        along = -turn_t * (ahead * ahead_theta + left)
+        across = turn_t * (ahead - left * left_theta)
+        gx = along * tx - across * ty
+        gy = along * ty + across * tx
+        pairs[8 * _PAIRS + c] = fx * tx - gx * ty
+        pairs[9 * _PAIRS + c] = fx * ty + gx * tx
+        pairs[10 * _PAIRS + c] = fy * tx - gy * ty
+        pairs[11 * _PAIRS + c] = fy * ty + gy * tx
+
+
+@jit
+def _same_social(parameters):
+    """Tells whether all people have the same social force."""
+    for i in range(1, len(parameters)):
+        for c in range(_K_SOCIAL, _EPSILON + 1):
+            if parameters[i, c] != parameters[0, c]:
+                return False
+    return True
+
+
+@jit
+def add_pairs(states, command, parameters, robots, everybody, result):
+    """Adds the derivatives of the forces of people, and robots taken for them.
+
+    Args:
+        states: As everywhere.
+        command: Likewise.
+        parameters: Likewise.
+        robots: Likewise.
+        everybody: Whether those of people count, or only those of robots; then
+            there are no columns for people.
+        result: Shape (2n, c), added to.
+    """
+    n = len(states)
+    same = _same_social(parameters)
+    pairs = np.zeros(12 * _PAIRS)
+    who = np.empty((2, _PAIRS), dtype=np.int64)
+    count = 0
+    for i in range(n):
+        first = 0 if everybody else n
+        # With the same weights, the forces of two are opposite.
+        if everybody and same:
+            first = i + 1
+        last = n
+        if command[i, _ROBOT_ROLE] == _PEDESTRIAN:
+            last += len(robots)
+        for j in range(first, last):
+            if j == i:
+                continue
+            rows = states if j < n else robots
+            row = j if j < n else j - n
+            pairs[count] = rows[row, X] - states[i, X]
+            pairs[_PAIRS + count] = rows[row, Y] - states[i, Y]
+            pairs[2 * _PAIRS + count] = states[i, VX] - rows[row, VX]
+            pairs[3 * _PAIRS + count] = states[i, VY] - rows[row, VY]
+            who[0, count] = i
+            who[1, count] = j
+            count += 1
+            if count == _PAIRS:
+                _pair_derivatives(parameters[i], pairs, count)
+                _add_pair_blocks(pairs, count, who, n, same, everybody, result)
+                count = 0
+        if count > 0 and (i == n - 1 or not same):
+            _pair_derivatives(parameters[i], pairs, count)
+            _add_pair_blocks(pairs, count, who, n, same, everybody, result)
+            count = 0
+
+
+@jit
+def _add_pair_blocks(pairs, count, who, n, same, everybody, result):
+    """Adds what `_pair_derivatives` has computed."""
+    robots = STATE * n if everybody else 0
+    for c in range(count):
+        i = who[0, c]
+        j = who[1, c]
+        column = STATE * j if j < n else robots + ROBOT * (j - n)
+        _add_pair_block(pairs, c, result, 2 * i, column)
+        if same and j < n:
+            _add_pair_block(pairs, c, result, 2 * j, STATE * i)
+
+
+@jit
+def _add_pair_block(pairs, c, result, row, column):
+    for r in range(2):
+        for d in range(2):
+            by_place = pairs[(4 + 2 * r + d) * _PAIRS + c]
+            by_velocity = pairs[(8 + 2 * r + d) * _PAIRS + c]
+            result[row + r, column + X + d] += by_place
+            result[row + r, column + VX + d] -= by_velocity

@@ -1,0 +1,153 @@
+"""Any body of a MultibodyPlant as a robot that people meet."""
+
+import math
+
+import numpy as np
+from pydrake.common.value import AbstractValue
+from pydrake.math import RigidTransform
+from pydrake.multibody.math import SpatialVelocity
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import BodyIndex, RigidBody
+from pydrake.systems.framework import (
+    BasicVector,
+    Context,
+    DiagramBuilder,
+    InputPort,
+    LeafSystem,
+    OutputPort,
+)
+
+from hunav_drake.systems.layout import STATE_SIZE
+
+
+class BodyState(LeafSystem):
+    """Turns the pose and velocity of a body B into a row of `robot_state`.
+
+    .. pydrake_system::
+
+        name: BodyState
+        input_ports:
+        - body_poses
+        - body_spatial_velocities
+        output_ports:
+        - robot_state
+
+    The inputs take the outputs of a MultibodyPlant that have these names.
+    Port ``robot_state`` gives the row (x, y, yaw, vx, vy, omega, radius) in W,
+    in SI units: where the body's origin Bo stands on the floor (the x-y plane)
+    and how it moves there, the direction of the body's x axis seen from above,
+    and the turn rate about the vertical. For a body whose x axis is vertical,
+    the yaw is 0.
+
+    There is no state: the output follows from the inputs at once.
+    """
+
+    def __init__(self, body_index: BodyIndex, radius: float) -> None:
+        """Constructs a BodyState.
+
+        Args:
+            body_index: Which body of the plant.
+            radius: The radius of the disc that people take the robot for,
+                around the body's origin, in meters.
+
+        Raises:
+            ValueError: If ``radius`` is not positive and finite.
+        """
+        super().__init__()
+        if not 0 < radius < math.inf:
+            raise ValueError(
+                f"radius must be positive and finite, got {radius} m"
+            )
+        self._index = int(body_index)
+        self._radius = radius
+        self._body_poses = self.DeclareAbstractInputPort(
+            "body_poses", AbstractValue.Make([RigidTransform()])
+        )
+        self._body_spatial_velocities = self.DeclareAbstractInputPort(
+            "body_spatial_velocities",
+            AbstractValue.Make([SpatialVelocity.Zero()]),
+        )
+        self._robot_state = self.DeclareVectorOutputPort(
+            "robot_state",
+            STATE_SIZE,
+            self._CalcRobotState,
+            prerequisites_of_calc={self.all_input_ports_ticket()},
+        )
+
+    def get_body_poses_input_port(self) -> InputPort:
+        """Returns the port with the poses X_WB of all bodies."""
+        return self._body_poses
+
+    def get_body_spatial_velocities_input_port(self) -> InputPort:
+        """Returns the port with the velocities V_WB of all bodies."""
+        return self._body_spatial_velocities
+
+    def get_robot_state_output_port(self) -> OutputPort:
+        """Returns the port with the state of the robot."""
+        return self._robot_state
+
+    def _CalcRobotState(self, context: Context, output: BasicVector) -> None:
+        X_WB = self._body_poses.Eval(context)[self._index]
+        V_WB = self._body_spatial_velocities.Eval(context)[self._index]
+        x, y = X_WB.translation()[:2]
+        x_axis = X_WB.rotation().matrix()[:2, 0]
+        # Rounding leaves some 1e-17 of an axis that is vertical.
+        upright = np.hypot(*x_axis) < 1e-9
+        yaw = 0.0 if upright else math.atan2(x_axis[1], x_axis[0])
+        vx, vy = V_WB.translational()[:2]
+        omega = V_WB.rotational()[2]
+        output.SetFromVector([x, y, yaw, vx, vy, omega, self._radius])
+
+
+def AddBodyState(
+    builder: DiagramBuilder,
+    plant: MultibodyPlant,
+    body: RigidBody,
+    *,
+    radius: float,
+) -> OutputPort:
+    """Adds what people see of a plant's body as a robot.
+
+    Args:
+        builder: Where the plant is; the system added is named "state_of_"
+            and the scoped name of the body, with "_" for "::".
+        plant: A finalized plant.
+        body: A body of the plant, such as the base of a robot.
+        radius: The radius of the disc that people take it for, in meters.
+
+    Returns:
+        The port ``robot_state``: see `BodyState`.
+
+    Raises:
+        ValueError: If ``radius`` is not positive, if the plant is not
+            finalized or does not have the body, or if the body's state has
+            been added already.
+    """
+    if not plant.is_finalized():
+        raise ValueError(
+            f"plant {plant.get_name()!r} must be finalized before the state of"
+            f" its body {body.name()!r} is added: call Finalize()"
+        )
+    scoped_name = body.scoped_name().get_full()
+    if body.GetParentPlant() is not plant:
+        raise ValueError(
+            f"body {scoped_name!r} does not belong to plant"
+            f" {plant.get_name()!r}: take it from plant.GetBodyByName(...)"
+        )
+    name = "state_of_" + scoped_name.replace("::", "_")
+    # Drake ends the interpreter over a name that is taken.
+    if builder.HasSubsystemNamed(name):
+        raise ValueError(
+            f"there is a system {name!r} already: connect its port robot_state"
+            f" instead of adding the state of {scoped_name!r} again"
+        )
+    state = builder.AddNamedSystem(name, BodyState(body.index(), radius))
+    builder.Connect(
+        plant.get_body_poses_output_port(), state.get_body_poses_input_port()
+    )
+    builder.Connect(
+        plant.get_body_spatial_velocities_output_port(),
+        state.get_body_spatial_velocities_input_port(),
+    )
+    port: OutputPort = state.get_robot_state_output_port()
+    return port
