@@ -70,12 +70,16 @@ def make_command(agent):
     return command
 
 
-def eval_forces(agents, index, *, epsilon):
+def eval_forces(agents, index, *, epsilon, kernel="fast"):
     """Returns the forces on one agent, who alone feels its own obstacles."""
     dut = HumanCrowd(
         [make_human(agent, epsilon=epsilon) for agent in agents],
         obstacles=Obstacles.from_points(agents[index].get("obstacles", [])),
-        config=CrowdConfig(obstacle_range=1e5, route_planning=False),
+        config=CrowdConfig(
+            parameters={"kernel": kernel},
+            obstacle_range=1e5,
+            route_planning=False,
+        ),
         num_robots=0,
     )
     context = dut.CreateDefaultContext()
@@ -113,6 +117,35 @@ def test_forces_are_those_of_the_original(reference, form, epsilon):
                 assert np.all(error <= allowed), (case["input"]["name"], name)
                 compared += 1
     assert compared > 2500
+
+
+@pytest.mark.parametrize(("form", "epsilon"), [("single", 0.0), ("all", None)])
+def test_the_reference_kernel_gives_the_same_bits(reference, form, epsilon):
+    """In the form with one snapshot, every bit of every component.
+
+    The other form computes the middle of a group in another order.
+    """
+    different = dict.fromkeys(COMPONENTS.values(), 0)
+    compared = 0
+    for case in read(reference / "forces.json.gz")["cases"]:
+        agents = case["input"]["agents"]
+        places = [tuple(agent["position"]) for agent in agents]
+        for i, expected in enumerate(case["expected"][form]["forces"]):
+            margin = float(expected["margin"]["min_abs_theta"])
+            if margin < 1e-9 or places.count(places[i]) > 1:
+                continue
+            forces = eval_forces(agents, i, epsilon=epsilon, kernel="reference")
+            for component, name in COMPONENTS.items():
+                value = np.array(expected[name], dtype=float)
+                if np.all(np.isfinite(value)):
+                    compared += 1
+                    different[name] += bool(np.any(forces[component] != value))
+    print(f"{compared} compared, not bit-identical: {different}")
+    assert compared > 2500
+    if form == "all":
+        assert not any(different.values())
+    for name in ("desired", "obstacle", "social", "group_repulsion"):
+        assert different[name] == 0
 
 
 # The person, and the row of `goals` that is followed at each step.
