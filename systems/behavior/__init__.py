@@ -1,29 +1,53 @@
 """What people do: behavior trees, their language, and their nodes."""
 
 from hunav_drake.systems.behavior.behavior_tree import BehaviorTree
+from hunav_drake.systems.behavior.behavior_tree_bank import BehaviorTreeBank
 from hunav_drake.systems.behavior.errors import BehaviorTreeError
-from hunav_drake.systems.behavior.library import BEHAVIORS, LoadTree, ParseTree
+from hunav_drake.systems.behavior.library import (
+    BEHAVIORS,
+    CheckBehavior,
+    LoadBehavior,
+    LoadTree,
+    ParseTree,
+)
 from hunav_drake.systems.behavior.person import Moment, Person
 from hunav_drake.systems.behavior.registry import (
     NODE_TYPES,
     register_action,
     register_condition,
 )
+from hunav_drake.systems.behavior.render import (
+    RenderBehaviorTree,
+    TreeDrawing,
+)
 from hunav_drake.systems.behavior.status import Status
 from hunav_drake.systems.behavior.tree import Outcome, Tree
+from hunav_drake.systems.behavior.tree_ports import TreePort, TreePortError
+from hunav_drake.systems.behavior.writer import ConvertTree, WriteTree
+from hunav_drake.systems.crowd.behavior_config import BehaviorConfig
 
 __all__ = [
     "BEHAVIORS",
     "NODE_TYPES",
+    "BehaviorConfig",
     "BehaviorTree",
+    "BehaviorTreeBank",
     "BehaviorTreeError",
+    "CheckBehavior",
+    "ConvertTree",
+    "LoadBehavior",
     "LoadTree",
     "Moment",
     "Outcome",
     "ParseTree",
     "Person",
+    "RenderBehaviorTree",
     "Status",
     "Tree",
+    "TreeDrawing",
+    "TreePort",
+    "TreePortError",
+    "WriteTree",
     "register_action",
     "register_condition",
 ]

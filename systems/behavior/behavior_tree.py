@@ -1,6 +1,7 @@
 """The LeafSystem that decides what a person does."""
 
 import numpy as np
+from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import (
     BasicVector,
@@ -17,6 +18,7 @@ from hunav_drake.systems.behavior.tree import Outcome, Tree
 from hunav_drake.systems.callbacks import weakly
 from hunav_drake.systems.crowd.human_config import HumanConfig
 from hunav_drake.systems.layout import COMMAND_SIZE, STATE_SIZE
+from hunav_drake.systems.obstacles import Obstacles
 
 
 class BehaviorTree(LeafSystem):
@@ -31,14 +33,18 @@ class BehaviorTree(LeafSystem):
         output_ports:
         - command
         - behavior_status
+        - status
 
     Port ``human_states`` takes n rows (x, y, yaw, vx, vy, omega, radius) of
     all people, and ``robot_state`` m such rows of the robots, in W, in SI
     units: see `hunav_drake.systems.layout`. Without robots there is no port
     ``robot_state``. Port ``command`` gives what the person wants, laid out as
     `layout.Command`; ``behavior_status`` gives 1 while a reaction is active,
-    else 0. Both belong to the present instant: they follow from the state and
-    the inputs without delay.
+    else 0. Port ``status`` gives a number for each of `Tree.nodes`: what it
+    says in the tick, 1 for running, 2 for success, 3 for failure, 4 for
+    skipped, or 0 if it is not ticked; `RenderBehaviorTree` draws it. All
+    belong to the present instant: they follow from the state and the inputs
+    without delay. Where nobody looks at ``status``, it costs nothing.
 
     The discrete state holds the tree's memory: the index of the person's
     goal, what the nodes remember, and the blackboard. `Tree.Describe()`
@@ -54,6 +60,7 @@ class BehaviorTree(LeafSystem):
         *,
         num_robots: int = 1,
         time_step: float = 0.05,
+        obstacles: Obstacles | None = None,
     ) -> None:
         """Constructs a BehaviorTree.
 
@@ -64,6 +71,8 @@ class BehaviorTree(LeafSystem):
             num_humans: How many people ``human_states`` has.
             num_robots: How many robots ``robot_state`` has.
             time_step: The time between two ticks, in seconds.
+            obstacles: The walls, all of which the person cannot see through,
+                however low; none by default.
 
         Raises:
             ValueError: If ``index`` is not in [0, ``num_humans``),
@@ -80,7 +89,9 @@ class BehaviorTree(LeafSystem):
         if not time_step > 0:
             raise ValueError(f"time_step must be positive, got {time_step} s")
         self._tree = tree
-        self._person = Person.from_config(human, index, time_step=time_step)
+        self._person = Person.from_config(
+            human, index, time_step=time_step, obstacles=obstacles
+        )
         self._no_robots = np.zeros(0)
 
         self._human_states = self.DeclareVectorInputPort(
@@ -119,6 +130,12 @@ class BehaviorTree(LeafSystem):
             self._CalcBehaviorStatus,
             prerequisites_of_calc={tick.ticket()},
         )
+        self._status = self.DeclareVectorOutputPort(
+            "status",
+            len(tree.nodes),
+            self._CalcStatus,
+            prerequisites_of_calc=prerequisites,
+        )
         self.DeclarePeriodicDiscreteUpdateEvent(
             period_sec=time_step, offset_sec=0.0, update=self._Update
         )
@@ -152,10 +169,19 @@ class BehaviorTree(LeafSystem):
         """Returns the port that tells whether a reaction is active."""
         return self._behavior_status
 
+    def get_status_output_port(self) -> OutputPort:
+        """Returns the port with what each node of the tree says."""
+        return self._status
+
     def _CalcTick(self, context: Context, value: AbstractValue) -> None:
+        value.set_value(self._tree.tick(*self._EvalTickArguments(context)))
+
+    def _EvalTickArguments(
+        self, context: Context
+    ) -> tuple[Person, list[float], NDArray[np.float64], NDArray[np.float64]]:
         robots = self._robot_state
         # Views: Eval() would copy the states of everybody for everybody.
-        outcome = self._tree.tick(
+        return (
             self._person,
             context.get_discrete_state(self._memory).value().tolist(),
             self._human_states.EvalBasicVector(context).value(),
@@ -163,7 +189,6 @@ class BehaviorTree(LeafSystem):
             if robots is None
             else robots.EvalBasicVector(context).value(),
         )
-        value.set_value(outcome)
 
     def _EvalTick(self, context: Context) -> Outcome:
         outcome: Outcome = self.get_cache_entry(self._tick).Eval(context)
@@ -177,6 +202,11 @@ class BehaviorTree(LeafSystem):
         self, context: Context, output: BasicVector
     ) -> None:
         output.SetAtIndex(0, self._EvalTick(context).behavior_status)
+
+    def _CalcStatus(self, context: Context, output: BasicVector) -> None:
+        arguments = self._EvalTickArguments(context)
+        _, statuses = self._tree.trace(*arguments)
+        output.SetFromVector(np.array(statuses, dtype=float))
 
     def _Update(self, context: Context, discrete_state: DiscreteValues) -> None:
         memory = np.array(self._EvalTick(context).memory)

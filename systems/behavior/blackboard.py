@@ -1,10 +1,9 @@
 """The blackboard while a tree is parsed: which entries there are.
 
 An entry that nothing sets is a constant; every other has a slot in the
-tree's memory, and holds a number or a truth value.
+tree's memory, and holds numbers (or truths), or texts.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 import re
 
@@ -14,6 +13,7 @@ from hunav_drake.systems.behavior.errors import (
     unknown,
 )
 from hunav_drake.systems.behavior.node import Constant, Port, Variable
+from hunav_drake.systems.behavior.values import Kind
 
 # `{key}`, and `${key}` as BehaviorTree.CPP 3 also writes it.
 _REFERENCE = re.compile(r"\$?\{(.*)\}", re.DOTALL)
@@ -31,16 +31,26 @@ class Entry:
     Attributes:
         key: Its first name.
         place: Where it is first named.
+        scope: Where it has this name.
         literal: The text that it has from the start, or None.
         set_by_nodes: Whether a node, or the person, gives it a value.
         slot: Its index in the memory, once that is known.
+        kind: Whether it holds numbers or texts.
     """
 
     key: str
     place: Place
+    scope: "Scope"
     literal: str | None = None
     set_by_nodes: bool = False
     slot: int = -1
+    kind: Kind = field(default_factory=Kind)
+
+    def __str__(self) -> str:
+        """Returns its name, with the subtree that it belongs to."""
+        return f"{{{self.key}}}" + (
+            f" of {self.scope.name}" if self.scope.name else ""
+        )
 
 
 @dataclass
@@ -53,12 +63,14 @@ class Scope:
         parent: The scope of the tree around it, if names that are not in
             this scope are looked up there.
         root: The scope of the main tree; None in itself.
+        name: The name of the subtree; empty for the main tree.
     """
 
     all_entries: list[Entry]
     entries: dict[str, Entry] = field(default_factory=dict)
     parent: "Scope | None" = None
     root: "Scope | None" = None
+    name: str = ""
 
     def entry(self, key: str, place: Place) -> Entry:
         """Returns the entry of a name; makes it if there is none."""
@@ -70,14 +82,16 @@ class Scope:
                 self.entries[key] = self.parent.entry(key, place)
             else:
                 given = not self.root and key in GIVEN
-                entry = Entry(key, place, set_by_nodes=given)
+                entry = Entry(key, place, self, set_by_nodes=given)
+                if given:
+                    entry.kind.require(False, f"{{{key}}}", place, key)
                 self.all_entries.append(entry)
                 self.entries[key] = entry
         return self.entries[key]
 
     def constant(self, key: str, place: Place, literal: str) -> None:
         """Makes an entry that has a value from the start."""
-        self.entries[key] = Entry(key, place, literal)
+        self.entries[key] = Entry(key, place, self, literal)
         self.all_entries.append(self.entries[key])
 
 
@@ -117,43 +131,50 @@ def checked_key(key: str, place: Place, node: str) -> str:
     return key
 
 
+def literal_of(entry: Entry, place: Place, node: str) -> str:
+    """Returns what an entry says that no node sets.
+
+    Args:
+        entry: The entry.
+        place: Where it is used.
+        node: The node that uses it.
+
+    Raises:
+        BehaviorTreeError: If nothing ever gives it a value.
+    """
+    if entry.literal is not None:
+        return entry.literal
+    known = {
+        name
+        for name, other in entry.scope.entries.items()
+        if other.set_by_nodes or other.literal is not None
+    }
+    raise unknown(
+        "node that sets the entry", entry.key, {*known, *GIVEN}, place, node
+    )
+
+
 def resolve(
     entry: Entry,
     port: Port,
     place: Place,
     node: str,
-    scope_entries: Mapping[str, Entry],
+    texts: tuple[str, ...],
 ) -> Constant | Variable:
     """Returns where a port finds the value of an entry.
 
     Args:
         entry: The entry, with its slot if it has one.
-        port: The port that names it.
+        port: The port that names it, of the entry's kind.
         place: Where the node is.
         node: What the node is called.
-        scope_entries: What else the port could have named.
+        texts: The texts of the tree.
 
     Raises:
-        BehaviorTreeError: If nothing ever sets the entry, if it holds a
-            number and the port wants a text, or if its literal is not of the
-            port's type.
+        BehaviorTreeError: If the entry's literal is not of the port's type.
     """
     if entry.set_by_nodes:
-        if port.base is str:
-            raise BehaviorTreeError(
-                f"port {port.name}: must be a text, and {{{entry.key}}} holds"
-                " numbers; write the text itself",
-                place,
-                node=node,
-            )
-        return Variable(entry.key, entry.slot)
-    if entry.literal is None:
-        known = {
-            name
-            for name, other in scope_entries.items()
-            if other.set_by_nodes or other.literal is not None
-        }
-        raise unknown(
-            "node that sets the entry", entry.key, {*known, *GIVEN}, place, node
+        return Variable(
+            entry.key, entry.slot, texts if entry.kind.is_text else None
         )
-    return Constant(port.parse(entry.literal, place, node))
+    return Constant(port.parse(literal_of(entry, place, node), place, node))

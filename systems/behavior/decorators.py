@@ -191,7 +191,8 @@ def _timeout(node: Node, children: tuple[Built, ...]) -> Built:
             return FAILURE
         status = child_tick(memory, moment)
         if status is RUNNING:
-            memory[steps] = passed + 1
+            # Without a limit there is nothing to count.
+            memory[steps] = passed + 1 if limit else 0.0
         elif status is not SKIPPED:
             memory[steps] = 0.0
         return status

@@ -9,6 +9,7 @@ from hunav_drake.systems.behavior.errors import (
     unknown,
 )
 from hunav_drake.systems.behavior.registry import NODE_TYPES, RESERVED
+from hunav_drake.systems.behavior.tree_ports import TreePort, declared_ports
 from hunav_drake.systems.behavior.xml_source import (
     MAX_BYTES,
     XmlElement,
@@ -17,6 +18,8 @@ from hunav_drake.systems.behavior.xml_source import (
 
 MAX_FILES = 100
 
+# What Groot writes for itself.
+_NOTES = ("_description", "_fullpath", "_uid")
 _ROOT_ATTRIBUTES = ("BTCPP_format", "main_tree_to_execute", "project_name")
 
 
@@ -36,13 +39,23 @@ class Documents:
         trees: The trees by their ID.
         main: The ID of the tree to begin with.
         folder: Files are included from here and below; None for none.
+        allow_outside: Whether they are included from anywhere.
         read: The files that were read.
+        open: Those that are being read: each includes the next.
+        ports: The ports of trees by the ID of the tree and their names.
+        models: The <TreeNodesModel> that these come from.
+        comments: What the main file says before it begins.
     """
 
     trees: dict[str, TreeElement] = field(default_factory=dict)
     main: str = ""
     folder: Path | None = None
+    allow_outside: bool = False
     read: set[Path] = field(default_factory=set)
+    open: list[Path] = field(default_factory=list)
+    ports: dict[str, dict[str, TreePort]] = field(default_factory=dict)
+    models: list[XmlElement] = field(default_factory=list)
+    comments: list[str] = field(default_factory=list)
 
 
 def is_file(path: Path) -> bool:
@@ -69,7 +82,11 @@ def read_file(path: Path) -> bytes:
 
 
 def load_documents(
-    source: bytes, file: str, folder: Path | None = None
+    source: bytes,
+    file: str,
+    folder: Path | None = None,
+    *,
+    allow_outside: bool = False,
 ) -> Documents:
     """Reads a document and those that it includes.
 
@@ -77,12 +94,21 @@ def load_documents(
         source: The document.
         file: What stands for it in messages.
         folder: The folder that its includes are relative to.
+        allow_outside: Whether it may include files that are not in this
+            folder or below. A tree from elsewhere should not: it could make
+            any file be read.
 
     Raises:
         BehaviorTreeError: If a document is not a tree file.
     """
-    documents = Documents(folder=folder.resolve() if folder else None)
+    documents = Documents(
+        folder=folder.resolve() if folder else None,
+        allow_outside=allow_outside,
+    )
+    if documents.folder:
+        documents.open.append(documents.folder / Path(file).name)
     root = _load(source, file, documents.folder, documents)
+    documents.comments = root.comments
     own = [
         tree_id
         for tree_id, tree in documents.trees.items()
@@ -140,6 +166,14 @@ def _load(
             )
     for tree in trees:
         _add_tree(tree, int(form), len(trees) == 1, documents)
+    if form == "4":
+        models = [it for it in root.children if it.tag == "TreeNodesModel"]
+        own = {tree.attributes.get("ID") for tree in trees}
+        for tree_id, ports in declared_ports(models).items():
+            # The file that has the tree knows best.
+            if tree_id in own or tree_id not in documents.ports:
+                documents.ports[tree_id] = ports
+        documents.models += models
     return root
 
 
@@ -163,12 +197,17 @@ def _include(
         path = (folder / text).resolve()
     except (OSError, ValueError, RuntimeError) as error:
         raise fault(f"{text!r} is no path: {error}") from error
-    # Else a tree from elsewhere could make any file be read.
-    if not path.is_relative_to(documents.folder):
+    if not documents.allow_outside and not path.is_relative_to(
+        documents.folder
+    ):
         raise fault(
             f"{text!r} is outside {documents.folder}; files are included from"
-            " the folder of the main file and below"
+            " the folder of the main file and below, unless allow_outside=True"
         )
+    if path in documents.open:
+        names = [*documents.open[documents.open.index(path) :], path]
+        chain = " -> ".join(name.name for name in names)
+        raise fault(f"a file cannot include itself: {chain}")
     if path in documents.read:
         return
     if len(documents.read) == MAX_FILES:
@@ -176,7 +215,9 @@ def _include(
     documents.read.add(path)
     if not is_file(path):
         raise fault(f"there is no file {path}")
+    documents.open.append(path)
     _load(read_file(path), str(path), path.parent, documents)
+    documents.open.pop()
 
 
 def _add_tree(
@@ -189,7 +230,7 @@ def _add_tree(
     if not tree_id:
         raise fault("a tree must have an ID")
     for attribute in tree.attributes:
-        if attribute != "ID" and not attribute.startswith("_"):
+        if attribute != "ID" and attribute not in _NOTES:
             raise unknown(
                 "attribute", attribute, ("ID",), tree.place, "BehaviorTree"
             )

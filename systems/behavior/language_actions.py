@@ -1,14 +1,11 @@
 """The actions of the tree language itself: they do not concern the person."""
 
-from typing import Annotated
-
-from pydantic import BeforeValidator
+from typing import Any
 
 from hunav_drake.systems.behavior.node import (
     UNSET,
     BuildFunction,
     Built,
-    Constant,
     Memory,
     Node,
     NodeType,
@@ -18,18 +15,6 @@ from hunav_drake.systems.behavior.node import (
 from hunav_drake.systems.behavior.person import Moment
 from hunav_drake.systems.behavior.sequences import FAILURE, SUCCESS
 from hunav_drake.systems.behavior.status import Status
-
-_TRUTHS = {"true": 1.0, "false": 0.0}
-
-
-def _number(value: object) -> object:
-    """Takes the words for truth for the numbers that stand for them."""
-    if isinstance(value, str):
-        return _TRUTHS.get(value.strip().lower(), value)
-    return value
-
-
-Number = Annotated[float, BeforeValidator(_number)]
 
 
 def _always(status: Status) -> BuildFunction:
@@ -44,24 +29,16 @@ def _set_blackboard(node: Node, children: tuple[Built, ...]) -> Built:
     if not isinstance(target, Variable):
         raise node.error("port output_key: must name a blackboard entry")
     slot = target.slot
-    source = node.ports["value"]
-    if isinstance(source, Constant):
-        number = float(source.value)
+    read = node.number_reader("value")
 
-        def set_constant(memory: Memory, moment: Moment) -> Status:
-            memory[slot] = number
-            return SUCCESS
-
-        return Built(set_constant)
-    source_slot = source.slot
-
-    def copy(memory: Memory, moment: Moment) -> Status:
-        if memory[source_slot] == UNSET:
+    def set_entry(memory: Memory, moment: Moment) -> Status:
+        value = read(memory)
+        if value == UNSET:
             return FAILURE
-        memory[slot] = memory[source_slot]
+        memory[slot] = value
         return SUCCESS
 
-    return Built(copy)
+    return Built(set_entry)
 
 
 LANGUAGE_ACTIONS = (
@@ -71,10 +48,10 @@ LANGUAGE_ACTIONS = (
         "SetBlackboard",
         "Action",
         _set_blackboard,
-        "Sets a blackboard entry to a number, a truth or another entry.",
+        "Sets a blackboard entry to a number, truth, text or other entry.",
         ports={
-            "value": Port("value", Number),
-            "output_key": Port("output_key", Number, output=True),
+            "value": Port("value", Any),
+            "output_key": Port("output_key", Any, output=True),
         },
     ),
 )

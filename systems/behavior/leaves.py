@@ -1,4 +1,4 @@
-"""The conditions and actions of HuNavSim's trees.
+"""The conditions and actions of people who walk from goal to goal.
 
 Each tree belongs to one person and its time is simulated time, so the ports
 that name a person or a time step are accepted and ignored.
@@ -7,26 +7,22 @@ that name a person or a time step are accepted and ignored.
 import math
 from typing import Annotated, Literal
 
-from hunav_drake.systems.angles import wrap_angle
-from hunav_drake.systems.behavior.decorators import steps_reach
 from hunav_drake.systems.behavior.person import Moment
 from hunav_drake.systems.behavior.registry import (
     register_action,
     register_condition,
 )
 from hunav_drake.systems.behavior.status import Status
-from hunav_drake.systems.layout import YAW, Command, RobotRole, X, Y
+from hunav_drake.systems.layout import Command, RobotRole, X, Y
 from hunav_drake.systems.schema import within
 
 # HuNavSim takes a goal for reached this far outside its radius, in meters.
 GOAL_MARGIN = 0.1
 
-# People see a little more than what lies before them, in radians.
-FIELD_OF_VIEW = 2 * (math.pi / 2 + 0.17)
-
 IGNORED = ("agent_id", "time_step", "id", "dt")
 
-_ROLES = {
+Role = Literal["pedestrian", "obstacle", "unseen"]
+ROLES = {
     "pedestrian": float(RobotRole.PEDESTRIAN),
     "obstacle": float(RobotRole.OBSTACLE),
     "unseen": float(RobotRole.UNSEEN),
@@ -54,36 +50,28 @@ def update_goal(moment: Moment) -> Status:
 def regular_nav(
     moment: Moment,
     *,
-    robot: Literal["pedestrian", "obstacle", "unseen"] = "pedestrian",
+    robot: Role = "pedestrian",
+    ignore_robot: bool = False,
 ) -> None:
-    """Walks to the current goal; the robot is what `robot` says."""
-    moment.command[Command.ROBOT_ROLE] = _ROLES[robot]
+    """Walks to the current goal; the robot is what `robot` says.
+
+    With `ignore_robot` it is unseen, whatever `robot` says.
+    """
+    role = ROLES["unseen" if ignore_robot else robot]
+    moment.command[Command.ROBOT_ROLE] = role
 
 
-@register_condition("IsRobotVisible", ignored=IGNORED)
-def is_robot_visible(
-    moment: Moment,
-    *,
-    distance: Annotated[float, within(0, 1e5, "m")],
-    field_of_view: Annotated[
-        float, within(0, 2 * math.pi, "rad")
-    ] = FIELD_OF_VIEW,
-) -> bool:
-    """Holds if a robot's center is near enough and in the field of view."""
-    state = moment.state
-    for robot in moment.robots:
-        dx, dy = robot[X] - state[X], robot[Y] - state[Y]
-        if math.hypot(dx, dy) > distance:
-            continue
-        bearing = wrap_angle(math.atan2(dy, dx) - state[YAW])
-        if abs(bearing) <= field_of_view / 2:
-            return True
-    return False
+@register_action("SetBehaviorStatus", ignored=IGNORED)
+def set_behavior_status(
+    moment: Moment, *, status: Annotated[int, within(0, 100)] = 1
+) -> None:
+    """Tells the world in which state of its behavior the person is."""
+    moment.behavior_status = status
 
 
 @register_condition(
     "TimeExpiredCondition",
-    memory={"ticks": 0.0},
+    memory={"seconds": 0.0},
     ignored=(*IGNORED, "ts"),
 )
 def time_expired(
@@ -96,9 +84,14 @@ def time_expired(
     """Holds once its ticks, this one included, have lasted `seconds`.
 
     With `only_once` it holds for ever after; without, it counts anew.
+
+    The time steps are added up, rounding included, as HuNavSim does: 800 steps
+    of 0.05 s are a little less than 40 s, and 600 of them a little more than
+    30 s.
     """
-    if not steps_reach(own[0] + 1, moment.person.time_step, seconds):
-        own[0] += 1
+    passed = own[0] + moment.person.time_step
+    if passed < seconds:
+        own[0] = passed
         return False
     if not only_once:
         own[0] = 0.0

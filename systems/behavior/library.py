@@ -1,38 +1,84 @@
 """The behaviors that come with the package, and how to load trees."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from types import MappingProxyType
+from typing import Any
 
 # The leaves register themselves.
-from hunav_drake.systems.behavior import leaves as _leaves  # noqa: F401
+from hunav_drake.systems.behavior import (  # noqa: F401
+    leaves as _leaves,
+    reactions as _reactions,
+    visibility as _visibility,
+    yielding as _yielding,
+)
 from hunav_drake.systems.behavior.documents import (
+    Documents,
     is_file,
     load_documents,
     read_file,
 )
-from hunav_drake.systems.behavior.errors import Place, unknown
+from hunav_drake.systems.behavior.errors import (
+    BehaviorTreeError,
+    Place,
+    unknown,
+)
 from hunav_drake.systems.behavior.parser import parse_documents
 from hunav_drake.systems.behavior.tree import Tree
+from hunav_drake.systems.behavior.tree_ports import TreePortError, port_texts
+from hunav_drake.systems.crowd.behavior_config import (
+    BehaviorConfig,
+    is_path,
+    is_xml,
+)
 
 _FOLDER = Path(__file__).resolve().parent / "trees"
 
 # The file of each behavior that a `HumanConfig` can name.
 BEHAVIORS: Mapping[str, Path] = MappingProxyType(
-    {name: _FOLDER / f"{name}.xml" for name in ("regular", "impassive")}
+    {
+        name: _FOLDER / f"{name}.xml"
+        for name in (
+            "regular",
+            "impassive",
+            "surprised",
+            "scared",
+            "curious",
+            "threatening",
+            "distracted",
+            "cooperative",
+        )
+    }
 )
 
+# A behavior with more faults is not looked through to its end.
+MAX_FAULTS = 20
 
-def LoadTree(name_or_path: str | Path) -> Tree:
+_NO_PORTS: Mapping[str, Any] = MappingProxyType({})
+
+
+def LoadTree(
+    name_or_path: str | Path,
+    ports: Mapping[str, Any] = _NO_PORTS,
+    *,
+    allow_outside: bool = False,
+) -> Tree:
     """Loads a behavior that comes with the package, or a tree from a file.
 
     Args:
         name_or_path: One of `BEHAVIORS`, or the path of an XML file in the
             format 3 or 4 of BehaviorTree.CPP.
+        ports: Values for ports of the tree: numbers, texts, truths. The others
+            have the defaults that the file declares.
+        allow_outside: Whether the file may include files that are not in its
+            folder or below. A tree from elsewhere should not: it could make
+            any file be read.
 
     Raises:
         BehaviorTreeError: If there is no such behavior or file, or at the
             first fault in the file.
+        TreePortError: If the tree has no port of a name, or a value does not
+            fit it.
     """
     path = BEHAVIORS.get(str(name_or_path), Path(name_or_path))
     if not is_file(path):
@@ -43,20 +89,127 @@ def LoadTree(name_or_path: str | Path) -> Tree:
             Place(str(name_or_path)),
             "",
         )
-    documents = load_documents(read_file(path), str(path), path.parent)
-    return Tree(parse_documents(documents), str(path))
+    documents = load_documents(
+        read_file(path), str(path), path.parent, allow_outside=allow_outside
+    )
+    return _tree(documents, str(path), ports)
 
 
-def ParseTree(source: str | bytes, *, name: str = "<text>") -> Tree:
+def ParseTree(
+    source: str | bytes,
+    *,
+    name: str = "<text>",
+    ports: Mapping[str, Any] = _NO_PORTS,
+) -> Tree:
     """Makes a tree from XML.
 
     Args:
         source: The XML, in the format 3 or 4 of BehaviorTree.CPP.
         name: What stands for the source in messages.
+        ports: Values for ports of the tree, as for `LoadTree`.
 
     Raises:
         BehaviorTreeError: At the first fault in the source.
+        TreePortError: As `LoadTree`.
     """
     if isinstance(source, str):
         source = source.encode()
-    return Tree(parse_documents(load_documents(source, name)), name)
+    return _tree(load_documents(source, name), name, ports)
+
+
+def LoadBehavior(behavior: str | BehaviorConfig) -> Tree:
+    """Loads the tree of a person's configuration.
+
+    Args:
+        behavior: As `HumanConfig.behavior`.
+
+    Raises:
+        BehaviorTreeError: If there is no such tree, or at the first fault in
+            it.
+        TreePortError: At the first value for a port that cannot be.
+    """
+    if isinstance(behavior, str):
+        behavior = BehaviorConfig(tree=behavior)
+    if is_xml(behavior.tree):
+        return ParseTree(behavior.tree, name="behavior", ports=behavior.ports)
+    if is_path(behavior.tree):
+        if not is_file(Path(behavior.tree)):
+            raise BehaviorTreeError(
+                "there is no such file", Place(behavior.tree)
+            )
+    elif behavior.tree not in BEHAVIORS:
+        # Any other word is meant as a name, even where there is such a file.
+        raise unknown(
+            "behavior", behavior.tree, BEHAVIORS, Place("behavior"), ""
+        )
+    return LoadTree(behavior.tree, behavior.ports)
+
+
+def CheckBehavior(
+    behavior: str | BehaviorConfig,
+) -> Iterator[BehaviorTreeError]:
+    """Looks for all that is wrong with a behavior.
+
+    Args:
+        behavior: As `HumanConfig.behavior`.
+
+    Returns:
+        The first fault of its tree, or else a TreePortError for each value
+        that cannot be.
+    """
+    if isinstance(behavior, str):
+        behavior = BehaviorConfig(tree=behavior)
+    ports = dict(behavior.ports)
+    for _ in range(MAX_FAULTS):
+        try:
+            LoadBehavior(BehaviorConfig(tree=behavior.tree, ports=ports))
+        except TreePortError as error:
+            yield error
+            if error.port not in ports:
+                return
+            del ports[error.port]
+        except BehaviorTreeError as error:
+            yield error
+            return
+        else:
+            return
+
+
+def _tree(documents: Documents, file: str, values: Mapping[str, Any]) -> Tree:
+    ports = documents.ports.get(documents.main, {})
+    place = Place(file)
+    texts = port_texts(ports, values, place)
+    missing = [
+        name
+        for name, port in ports.items()
+        if port.default is None and name not in texts
+    ]
+    if missing:
+        raise TreePortError(
+            f"the tree needs a value for {missing[0]}",
+            ports[missing[0]].place,
+            port=missing[0],
+        )
+    try:
+        return Tree(parse_documents(documents, texts), file)
+    except BehaviorTreeError as error:
+        # A value that a node refuses is a fault of the value.
+        for name in texts:
+            alone = {
+                other: text
+                for other, text in texts.items()
+                if other == name or ports[other].default is None
+            }
+            without = {**alone, name: ports[name].default or texts[name]}
+            if _parses(documents, without) and not _parses(documents, alone):
+                message = str(error).removeprefix(f"{error.place}: ")
+                raise TreePortError(message, place, port=name) from error
+        raise
+
+
+def _parses(documents: Documents, texts: Mapping[str, str]) -> bool:
+    try:
+        Tree(parse_documents(documents, texts), "")
+    except BehaviorTreeError:
+        return False
+    return True

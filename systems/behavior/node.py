@@ -36,7 +36,9 @@ class Port:
     Attributes:
         name: The name of the attribute.
         annotation: The Python type: float, int, bool, str or a Literal of
-            texts, or one of these Annotated with rules of pydantic.
+            texts, or one of these Annotated with rules of pydantic. Any is
+            what a blackboard entry can hold, a number or a text; all such
+            ports of a node hold the same.
         default: The value without the attribute; `...` if it is required.
         output: Whether the node sets the blackboard entry that the attribute
             names, rather than taking a value.
@@ -60,6 +62,11 @@ class Port:
         """The Python type without rules: a Literal is a str."""
         origin = getattr(self.annotation, "__origin__", self.annotation)
         return origin if isinstance(origin, type) else str
+
+    @property
+    def takes_any(self) -> bool:
+        """Whether it takes what a blackboard entry holds, as it is."""
+        return self.annotation is Any
 
     def parse(self, text: str, place: Place, node: str) -> Any:
         """Returns the value that an attribute says.
@@ -92,9 +99,16 @@ class Port:
 
 @dataclass(frozen=True)
 class Constant:
-    """A port's value that is known when the tree is parsed."""
+    """A port's value that is known when the tree is parsed.
+
+    Attributes:
+        value: The value.
+        number: What stands for it in the memory, if the port takes what
+            blackboard entries hold.
+    """
 
     value: Any
+    number: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -104,10 +118,30 @@ class Variable:
     Attributes:
         key: The name of the entry.
         slot: Its index in the memory.
+        texts: If the entry holds texts, the texts that its numbers mean.
     """
 
     key: str
     slot: int
+    texts: tuple[str, ...] | None = None
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """The conditions of a node: see `hunav_drake.systems.behavior.conditions`.
+
+    Attributes:
+        before: For each attribute, the function that tells if it holds.
+        after: For each attribute, the functions that set entries.
+        slot: The index in the memory that tells if the node runs, if that
+            must be known.
+        source: The attributes as they are written.
+    """
+
+    before: Mapping[str, Callable[[Memory], float]]
+    after: Mapping[str, tuple[Callable[[Memory], None], ...]]
+    slot: int | None
+    source: Mapping[str, str]
 
 
 @dataclass(frozen=True)
@@ -122,6 +156,7 @@ class Node:
         children: The nodes under it.
         first: The index of its first slot in the memory.
         slots: What each of its slots holds.
+        conditions: Its conditions, if it has any.
     """
 
     type: "NodeType"
@@ -131,6 +166,7 @@ class Node:
     children: tuple["Node", ...]
     first: int
     slots: tuple[str, ...]
+    conditions: Conditions | None = None
 
     def error(self, message: str) -> BehaviorTreeError:
         """Returns an error at this node."""
@@ -152,6 +188,8 @@ class Node:
             constant = value.value
             return lambda memory: constant
         slot, key, check = value.slot, value.key, self.type.ports[port].check
+        if value.texts is not None:
+            return self._text_reader(value, port)
 
         def read(memory: Memory) -> Any:
             number = memory[slot]
@@ -161,6 +199,43 @@ class Node:
                 return check(number)
             except ValueError as error:
                 raise self.error(f"{error}, from {{{key}}}") from error
+
+        return read
+
+    def number_reader(self, port: str) -> Callable[[Memory], float]:
+        """Returns the function that gives a port's value as the memory does.
+
+        It is for ports that take what blackboard entries hold, and gives
+        UNSET of an entry that is not set.
+        """
+        value = self.ports[port]
+        if isinstance(value, Constant):
+            number = value.number
+            return lambda memory: number
+        slot = value.slot
+        return lambda memory: memory[slot]
+
+    def _text_reader(
+        self, value: Variable, port: str
+    ) -> Callable[[Memory], Any]:
+        check = self.type.ports[port].check
+        faults = {}
+        for text in value.texts or ():
+            try:
+                check(text)
+            except ValueError as error:
+                faults[text] = error
+
+        def read(memory: Memory) -> str:
+            number = memory[value.slot]
+            if number == UNSET:
+                raise self.error(
+                    f"port {port}: nothing has set {{{value.key}}} yet"
+                )
+            text = (value.texts or ())[int(number)]
+            if text in faults:
+                raise self.error(f"{faults[text]}, from {{{value.key}}}")
+            return text
 
         return read
 

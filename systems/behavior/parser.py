@@ -1,71 +1,45 @@
 """Makes the nodes of a tree from its XML elements.
 
-It goes in two passes: the first makes drafts, whose ports name blackboard
-entries; then it is known which entries change and need memory, and the second
-makes the nodes.
+It goes in two passes: this first makes drafts, whose ports name blackboard
+entries; `hunav_drake.systems.behavior.assembly` then makes the nodes.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from types import MappingProxyType
 
+from hunav_drake.systems.behavior.assembly import assemble
 from hunav_drake.systems.behavior.blackboard import (
     Entry,
     Scope,
     checked_key,
     reference,
-    resolve,
 )
 from hunav_drake.systems.behavior.decorators import SUBTREE
 from hunav_drake.systems.behavior.documents import Documents, TreeElement
+from hunav_drake.systems.behavior.draft import NOTES, Draft
 from hunav_drake.systems.behavior.errors import (
     BehaviorTreeError,
-    Place,
     unknown,
 )
-from hunav_drake.systems.behavior.language_actions import Number
-from hunav_drake.systems.behavior.node import (
-    Constant,
-    Node,
-    NodeType,
-    Port,
-    Variable,
+from hunav_drake.systems.behavior.node import Node, NodeType
+from hunav_drake.systems.behavior.registry import (
+    ALIASES,
+    GENERIC_TAGS,
+    NODE_TYPES,
+    PORT_ALIASES,
+    SUBTREE_TAGS,
 )
-from hunav_drake.systems.behavior.person import PERSON_MEMORY
-from hunav_drake.systems.behavior.registry import ALIASES, NODE_TYPES
 from hunav_drake.systems.behavior.xml_source import MAX_DEPTH, XmlElement
 
 # Subtrees in subtrees can make a small file a huge tree.
 MAX_NODES = 5000
 
-_GENERIC_TAGS = ("Action", "Condition", "Control", "Decorator")
-_SUBTREE_TAGS = ("SubTree", "SubTreePlus")
-
-# What Groot writes for itself.
-_NOTES = ("_description", "_fullpath", "_uid")
-
-# Ports that BehaviorTree.CPP 3 calls otherwise.
-_PORT_ALIASES = {
-    ("Parallel", "success_threshold"): "success_count",
-    ("Parallel", "failure_threshold"): "failure_count",
-}
-
-# What a literal is whose entry changes later.
-_LITERAL = Port("value", Number)
+# Attributes of a <SubTree>: those with two underscores are of format 3.
+SHARED = ("__shared_blackboard",)
+AUTOREMAP = ("_autoremap", "__autoremap")
 
 _TRUTHS = {"1": True, "true": True, "0": False, "false": False}
-
-
-@dataclass
-class _Draft:
-    type: NodeType
-    name: str
-    place: Place
-    scope: Scope
-    bindings: dict[str, str | Entry] = field(default_factory=dict)
-    children: list["_Draft"] = field(default_factory=list)
-
-    def fault(self, message: str) -> BehaviorTreeError:
-        return BehaviorTreeError(message, self.place, node=self.name)
 
 
 @dataclass(frozen=True)
@@ -76,15 +50,19 @@ class ParsedTree:
         name: The ID of the main tree.
         root: Its topmost node.
         slots: What each number of the memory is.
+        initial: What each number is before the first tick.
+        texts: The texts that blackboard entries can hold.
         entries: The blackboard entries of the main tree that have a slot.
-        literals: What the entries hold at first that a <SubTree> has set.
+        documents: What it was made of.
     """
 
     name: str
     root: Node
     slots: tuple[str, ...]
+    initial: tuple[float, ...]
+    texts: tuple[str, ...]
     entries: Mapping[str, int]
-    literals: Mapping[int, float]
+    documents: Documents
 
 
 class _Parser:
@@ -94,22 +72,22 @@ class _Parser:
         self.open_trees: list[str] = []
         self.count = 0
 
-    def tree(self, tree: TreeElement, scope: Scope, depth: int) -> _Draft:
+    def tree(self, tree: TreeElement, scope: Scope, depth: int) -> Draft:
         self.check_text(tree.element)
         (top,) = tree.element.children
         return self.draft(top, scope, tree.format, depth)
 
     def draft(
         self, element: XmlElement, scope: Scope, form: int, depth: int
-    ) -> _Draft:
+    ) -> Draft:
         self.count += 1
         self.check_size(element, depth)
         self.check_text(element)
-        if element.tag in _SUBTREE_TAGS:
+        if element.tag in SUBTREE_TAGS:
             return self.subtree(element, scope, form, depth)
         node_type = _node_type(element)
         name = element.attributes.get("name", node_type.name)
-        draft = _Draft(node_type, name, element.place, scope)
+        draft = Draft(node_type, name, element.place, scope)
         for attribute, text in element.attributes.items():
             self.bind(draft, element, attribute, text)
         self.check_required(draft)
@@ -138,20 +116,18 @@ class _Parser:
             )
 
     def bind(
-        self, draft: _Draft, element: XmlElement, attribute: str, text: str
+        self, draft: Draft, element: XmlElement, attribute: str, text: str
     ) -> None:
-        if attribute in ("name", *_NOTES):
+        if attribute in ("name", *NOTES):
             return
-        if attribute == "ID" and element.tag in _GENERIC_TAGS:
+        if attribute == "ID" and element.tag in GENERIC_TAGS:
             return
         if attribute.startswith("_"):
-            raise draft.fault(
-                f"the condition {attribute} is not supported; use a condition"
-                " node"
-            )
+            draft.add_condition(attribute, text)
+            return
         if attribute in draft.type.ignored:
             return
-        name = _PORT_ALIASES.get((draft.type.name, attribute), attribute)
+        name = PORT_ALIASES.get((draft.type.name, attribute), attribute)
         port = draft.type.ports.get(name)
         if port is None:
             known = {*draft.type.ports, *draft.type.ignored, "name"}
@@ -167,14 +143,14 @@ class _Parser:
         else:
             draft.bindings[name] = draft.scope.entry(key, draft.place)
 
-    def check_required(self, draft: _Draft) -> None:
+    def check_required(self, draft: Draft) -> None:
         for port in draft.type.ports.values():
             if port.default is ... and port.name not in draft.bindings:
                 raise draft.fault(f"the port {port.name} must be given")
 
     def subtree(
         self, element: XmlElement, scope: Scope, form: int, depth: int
-    ) -> _Draft:
+    ) -> Draft:
         def fault(message: str) -> BehaviorTreeError:
             return BehaviorTreeError(message, element.place, node=element.tag)
 
@@ -196,57 +172,47 @@ class _Parser:
             chain = " -> ".join([*self.open_trees, tree_id])
             raise fault(f"a tree cannot contain itself: {chain}")
         name = element.attributes.get("name", tree_id)
-        draft = _Draft(SUBTREE, name, element.place, scope)
-        inner = self.subtree_scope(element, scope, form)
+        draft = Draft(SUBTREE, name, element.place, scope)
+        for attribute, text in element.attributes.items():
+            if attribute.startswith("_") and attribute not in (
+                *NOTES,
+                *SHARED,
+                *AUTOREMAP,
+            ):
+                draft.add_condition(attribute, text)
+        inner = self.subtree_scope(element, scope, form, name)
         self.open_trees.append(tree_id)
         draft.children.append(self.tree(tree, inner, depth + 1))
         self.open_trees.pop()
         return draft
 
     def subtree_scope(
-        self, element: XmlElement, scope: Scope, form: int
+        self, element: XmlElement, scope: Scope, form: int, name: str
     ) -> Scope:
-        def flag(*names: str) -> bool:
-            for name in names:
-                text = element.attributes.get(name, "false")
-                if text.lower() not in _TRUTHS:
-                    raise BehaviorTreeError(
-                        f"{name} must be true or false, got {text!r}",
-                        element.place,
-                        node=element.tag,
-                    )
-                if _TRUTHS[text.lower()]:
-                    return True
-            return False
-
-        if flag("__shared_blackboard"):
+        if flag(element, SHARED):
             return scope
-        autoremap = flag("_autoremap", "__autoremap")
+        autoremap = flag(element, AUTOREMAP)
         inner = Scope(
             self.entries,
             parent=scope if autoremap else None,
             root=scope.root or scope,
+            name=name,
         )
-        # A plain SubTree of format 3 names entries without braces.
-        bare_keys = form == 3 and element.tag == "SubTree"
-        for attribute, text in element.attributes.items():
-            if attribute in ("ID", "name") or (
-                attribute.startswith("__") or attribute in _NOTES
-            ):
+        given = subtree_ports(element, form)
+        declared = self.documents.ports.get(element.attributes["ID"], {})
+        for port in declared.values():
+            if port.name in given or autoremap:
                 continue
-            if attribute == "_autoremap":
-                continue
-            if attribute.startswith("_"):
+            if port.default is None:
                 raise BehaviorTreeError(
-                    f"the condition {attribute} is not supported; use a"
-                    " condition node",
+                    f"the port {port.name} must be given: the TreeNodesModel"
+                    f" at {port.place} has no default for it",
                     element.place,
                     node=element.tag,
                 )
-            checked_key(attribute, element.place, element.tag)
+            given[port.name] = port.default
+        for attribute, text in given.items():
             key = reference(text, attribute, element.place, element.tag)
-            if key is None and bare_keys:
-                key = checked_key(text.strip(), element.place, element.tag)
             if key is None:
                 inner.constant(attribute, element.place, text)
             else:
@@ -254,9 +220,59 @@ class _Parser:
         return inner
 
 
-def _node_type(element: XmlElement) -> NodeType:
+def flag(element: XmlElement, names: tuple[str, ...]) -> bool:
+    """Tells whether one of some attributes says yes.
+
+    Raises:
+        BehaviorTreeError: If one is no truth.
+    """
+    for name in names:
+        text = element.attributes.get(name, "false")
+        if text.lower() not in _TRUTHS:
+            raise BehaviorTreeError(
+                f"{name} must be true or false, got {text!r}",
+                element.place,
+                node=element.tag,
+            )
+        if _TRUTHS[text.lower()]:
+            return True
+    return False
+
+
+def subtree_ports(element: XmlElement, form: int) -> dict[str, str]:
+    """Returns what a <SubTree> gives to its tree, as format 4 writes it.
+
+    Args:
+        element: The subtree.
+        form: The format that it is written in. A plain SubTree of format 3
+            names entries without braces.
+
+    Raises:
+        BehaviorTreeError: If something has no name.
+    """
+    bare_keys = form == 3 and element.tag == "SubTree"
+    result = {}
+    for attribute, text in element.attributes.items():
+        if attribute in ("ID", "name") or attribute.startswith("_"):
+            continue
+        checked_key(attribute, element.place, element.tag)
+        if bare_keys and not reference(
+            text, attribute, element.place, element.tag
+        ):
+            key = checked_key(text.strip(), element.place, element.tag)
+            text = f"{{{key}}}"
+        result[attribute] = text
+    return result
+
+
+def node_name(element: XmlElement) -> str:
+    """Returns the name of the type of an element's node.
+
+    Raises:
+        BehaviorTreeError: If a generic element does not say it.
+    """
     name = element.tag
-    if name in _GENERIC_TAGS:
+    if name in GENERIC_TAGS:
         name = element.attributes.get("ID", "")
         if not name:
             raise BehaviorTreeError(
@@ -264,19 +280,24 @@ def _node_type(element: XmlElement) -> NodeType:
                 element.place,
                 node=element.tag,
             )
-    node_type = NODE_TYPES.get(ALIASES.get(name, name))
+    return ALIASES.get(name, name)
+
+
+def _node_type(element: XmlElement) -> NodeType:
+    name = node_name(element)
+    node_type = NODE_TYPES.get(name)
     if node_type is None:
         raise unknown(
             "node",
             name,
-            (*NODE_TYPES, *ALIASES, *_SUBTREE_TAGS),
+            (*NODE_TYPES, *ALIASES, *SUBTREE_TAGS),
             element.place,
             name,
         )
     return node_type
 
 
-def _check_children(draft: _Draft) -> None:
+def _check_children(draft: Draft) -> None:
     low, high = draft.type.children
     count = len(draft.children)
     if low <= count <= high:
@@ -291,73 +312,38 @@ def _check_children(draft: _Draft) -> None:
     raise draft.fault(f"must have {rule} {noun}, has {count}")
 
 
-def _finish(draft: _Draft, slots: list[str]) -> Node:
-    """Returns the node of a draft, and adds what it remembers to `slots`."""
-    first = len(slots)
-    own = list(draft.type.slots)
-    for slot in draft.type.slots_per_child:
-        own += [f"{slot} {i}" for i in range(len(draft.children))]
-    slots += [f"{draft.name}: {slot}" for slot in own]
-    ports: dict[str, Constant | Variable] = {}
-    for port in draft.type.ports.values():
-        ports[port.name] = _port_value(draft, port)
-    return Node(
-        draft.type,
-        draft.name,
-        draft.place,
-        ports,
-        tuple(_finish(child, slots) for child in draft.children),
-        first,
-        tuple(own),
-    )
-
-
-def _port_value(draft: _Draft, port: Port) -> Constant | Variable:
-    binding = draft.bindings.get(port.name)
-    if binding is None:
-        return Constant(port.default)
-    if isinstance(binding, str):
-        return Constant(port.parse(binding, draft.place, draft.name))
-    return resolve(binding, port, draft.place, draft.name, draft.scope.entries)
-
-
-def _count_slots(draft: _Draft) -> int:
-    per_child = len(draft.type.slots_per_child) * len(draft.children)
-    below = sum(_count_slots(child) for child in draft.children)
-    return len(draft.type.slots) + per_child + below
-
-
-def parse_documents(documents: Documents) -> ParsedTree:
+def parse_documents(
+    documents: Documents, values: Mapping[str, str] = MappingProxyType({})
+) -> ParsedTree:
     """Returns the main tree of some documents.
+
+    Args:
+        documents: The documents.
+        values: For ports that the main tree declares, values other than
+            their defaults, as they stand in XML.
 
     Raises:
         BehaviorTreeError: At the first fault in a tree.
     """
     parser = _Parser(documents)
     scope = Scope(parser.entries)
+    for port in documents.ports.get(documents.main, {}).values():
+        value = values.get(port.name, port.default)
+        if value is not None:
+            scope.constant(port.name, port.place, value)
     parser.open_trees.append(documents.main)
     draft = parser.tree(documents.trees[documents.main], scope, 1)
-
-    slots = list(PERSON_MEMORY)
-    changing = [entry for entry in parser.entries if entry.set_by_nodes]
-    following = len(slots) + _count_slots(draft)
-    literals = {}
-    for slot, entry in enumerate(changing, following):
-        entry.slot = slot
-        if entry.literal is not None:
-            literals[slot] = _LITERAL.parse(
-                entry.literal, entry.place, "SubTree"
-            )
-    root = _finish(draft, slots)
-    slots += [f"{{{entry.key}}}" for entry in changing]
+    assembled = assemble(draft, parser.entries)
     return ParsedTree(
         documents.main,
-        root,
-        tuple(slots),
+        assembled.root,
+        assembled.slots,
+        assembled.initial,
+        assembled.texts,
         {
             key: entry.slot
             for key, entry in scope.entries.items()
             if entry.set_by_nodes
         },
-        literals,
+        documents,
     )

@@ -1,7 +1,8 @@
 """Whom a tree steers, and what its nodes see of one instant."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+import math
 from typing import Self
 
 import numpy as np
@@ -13,7 +14,11 @@ from hunav_drake.systems.layout import (
     STATE_SIZE,
     Command,
     RobotRole,
+    X,
+    Y,
 )
+from hunav_drake.systems.obstacles import Obstacles
+from hunav_drake.systems.sight import wall_on_line
 
 # The memory of every tree begins with what belongs to the person, not to a
 # node: the number of the current goal in the person's list; as many as there
@@ -53,6 +58,8 @@ class Person:
         time_step: The time between two ticks, in seconds.
         commands: For each goal, and for none, the command to walk to it and
             do nothing else: see `layout.Command`.
+        walls: Shape (s, 4): what the person cannot see through, as segments;
+            see `Obstacles`. None if there is nothing of the kind.
     """
 
     index: int
@@ -62,10 +69,16 @@ class Person:
     cyclic: bool
     time_step: float
     commands: tuple[tuple[float, ...], ...]
+    walls: NDArray[np.float64] | None = field(default=None, compare=False)
 
     @classmethod
     def from_config(
-        cls, human: HumanConfig, index: int, *, time_step: float
+        cls,
+        human: HumanConfig,
+        index: int,
+        *,
+        time_step: float,
+        obstacles: Obstacles | None = None,
     ) -> Self:
         """Makes a person of its configuration.
 
@@ -73,6 +86,7 @@ class Person:
             human: The configuration.
             index: The row of the person in `human_states`.
             time_step: The time between two ticks, in seconds.
+            obstacles: What the person cannot see through; nothing by default.
         """
         return cls(
             index=index,
@@ -84,6 +98,7 @@ class Person:
             commands=tuple(
                 _default_command(human, goal) for goal in [*human.goals, None]
             ),
+            walls=obstacles.segments if obstacles else None,
         )
 
 
@@ -154,6 +169,33 @@ class Moment:
         if self._robots is None:
             self._robots = self._robot_states.reshape(-1, STATE_SIZE).tolist()
         return self._robots
+
+    @property
+    def robot(self) -> Row | None:
+        """The row of the nearest robot; None if there are no robots."""
+        robots = self.robots
+        if len(robots) < 2:
+            return robots[0] if robots else None
+        x, y = self.state[X], self.state[Y]
+        return min(robots, key=lambda row: math.hypot(row[X] - x, row[Y] - y))
+
+    def clear_part(self, x: float, y: float) -> float:
+        """Returns how far the person sees towards a point.
+
+        Args:
+            x: The point in W, in meters.
+            y: Likewise.
+
+        Returns:
+            The fraction of the way at which the first wall is, in [0, 1];
+            infinity if there is none.
+        """
+        walls = self.person.walls
+        if walls is None:
+            return math.inf
+        state = self.state
+        part: float = wall_on_line(state[X], state[Y], x, y, walls)
+        return part
 
     @property
     def goal(self) -> tuple[float, float] | None:

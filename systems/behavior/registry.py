@@ -31,12 +31,19 @@ from hunav_drake.systems.behavior.node import (
     Port,
 )
 from hunav_drake.systems.behavior.sequences import SEQUENCES
+from hunav_drake.systems.behavior.switch import SWITCHES
 
 F = TypeVar("F", bound=Callable[..., Any])
 
 _TYPES: dict[str, NodeType] = {
     node_type.name: node_type
-    for node_type in (*SEQUENCES, *CONTROLS, *DECORATORS, *LANGUAGE_ACTIONS)
+    for node_type in (
+        *SEQUENCES,
+        *CONTROLS,
+        *SWITCHES,
+        *DECORATORS,
+        *LANGUAGE_ACTIONS,
+    )
 }
 # All that is registered, to look at.
 NODE_TYPES: Mapping[str, NodeType] = MappingProxyType(_TYPES)
@@ -49,20 +56,28 @@ ALIASES: Mapping[str, str] = MappingProxyType(
     }
 )
 
+# Ports that BehaviorTree.CPP 3 calls otherwise.
+PORT_ALIASES: Mapping[tuple[str, str], str] = MappingProxyType(
+    {
+        ("Parallel", "success_threshold"): "success_count",
+        ("Parallel", "failure_threshold"): "failure_count",
+    }
+)
+
+# Elements whose attribute ID names the node, and those that tick a tree.
+GENERIC_TAGS = ("Action", "Condition", "Control", "Decorator")
+SUBTREE_TAGS = ("SubTree", "SubTreePlus")
+
 # The words of the tree language itself.
 RESERVED = frozenset(
     {
         "root",
         "Root",
         "BehaviorTree",
-        "SubTree",
-        "SubTreePlus",
         "TreeNodesModel",
         "include",
-        "Action",
-        "Condition",
-        "Control",
-        "Decorator",
+        *GENERIC_TAGS,
+        *SUBTREE_TAGS,
     }
 )
 

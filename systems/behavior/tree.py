@@ -7,20 +7,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hunav_drake.systems.behavior.blackboard import GIVEN
+from hunav_drake.systems.behavior.conditions import build_with_conditions
+from hunav_drake.systems.behavior.describe import describe_tree
 from hunav_drake.systems.behavior.node import (
-    UNSET,
     Built,
-    Constant,
     Memory,
     Node,
     TickFunction,
 )
 from hunav_drake.systems.behavior.parser import ParsedTree
-from hunav_drake.systems.behavior.person import (
-    PERSON_MEMORY,
-    Moment,
-    Person,
-)
+from hunav_drake.systems.behavior.person import Moment, Person
 from hunav_drake.systems.behavior.status import Status
 
 # Nodes that one tick may tick. Repeat in Repeat in Repeat ... would otherwise
@@ -48,7 +44,7 @@ class Outcome(NamedTuple):
 
 def _build(node: Node, wrap: Wrapper | None) -> Built:
     children = tuple(_build(child, wrap) for child in node.children)
-    built = node.type.build(node, children)
+    built = build_with_conditions(node, children)
     if built.work > MAX_WORK:
         raise node.error(
             f"one tick could tick {built.work} nodes, at most {MAX_WORK} are"
@@ -65,21 +61,6 @@ def _preorder(node: Node) -> Iterator[Node]:
         yield from _preorder(child)
 
 
-def _describe(node: Node, depth: int) -> Iterator[str]:
-    title = node.type.name
-    if node.name != title:
-        title += f" {node.name!r}"
-    ports = [
-        f"{name}={value.value!r}"
-        if isinstance(value, Constant)
-        else f"{name}={{{value.key}}}"
-        for name, value in node.ports.items()
-    ]
-    yield "  " * depth + " ".join([title, *ports])
-    for child in node.children:
-        yield from _describe(child, depth + 1)
-
-
 class Tree:
     """An immutable behavior tree. One tree can serve any number of people.
 
@@ -93,6 +74,9 @@ class Tree:
         root: The topmost node.
         nodes: All nodes, each before its children.
         slots: What each number of the memory is.
+        texts: The texts that blackboard entries can hold; in the memory
+            stands the index of each.
+        documents: The XML elements that it was made of.
     """
 
     def __init__(self, parsed: ParsedTree, file: str) -> None:
@@ -110,15 +94,11 @@ class Tree:
         self.root = parsed.root
         self.nodes = tuple(_preorder(parsed.root))
         self.slots = parsed.slots
+        self.texts = parsed.texts
+        self.documents = parsed.documents
         self._tick = _build(parsed.root, None).tick
-        initial = [0.0] * len(PERSON_MEMORY)
-        for node in self.nodes:
-            own = list(node.type.slots.values())
-            initial += own + [0.0] * (len(node.slots) - len(own))
-        initial += [UNSET] * (len(self.slots) - len(initial))
-        for slot, number in parsed.literals.items():
-            initial[slot] = number
-        self._initial = tuple(initial)
+        self._traced_tick = self._build_traced()
+        self._initial = parsed.initial
         self._given = {
             key: parsed.entries[key] for key in GIVEN if key in parsed.entries
         }
@@ -174,26 +154,46 @@ class Tree:
         Raises:
             BehaviorTreeError: As `tick`.
         """
-        statuses = dict.fromkeys(map(id, self.nodes), Status.IDLE)
+        count = len(self.slots)
+        outcome = _run(
+            self._traced_tick,
+            person,
+            [*memory, *[0.0] * len(self.nodes)],
+            human_states,
+            robot_states,
+        )
+        statuses = tuple(Status(int(s)) for s in outcome.memory[count:])
+        return outcome._replace(memory=outcome.memory[:count]), statuses
+
+    def _build_traced(self) -> TickFunction:
+        """Returns the tick function that notes what each node says.
+
+        It does so in numbers behind the memory: one for each node.
+        """
+        following = len(self.slots)
+        slots = {id(node): following + i for i, node in enumerate(self.nodes)}
 
         def wrap(node: Node, tick: TickFunction) -> TickFunction:
+            slot = slots[id(node)]
+
             def noted(memory: Memory, moment: Moment) -> Status:
                 status = tick(memory, moment)
-                statuses[id(node)] = status
+                memory[slot] = status
                 return status
 
             return noted
 
-        function = _build(self.root, wrap).tick
-        outcome = _run(function, person, memory, human_states, robot_states)
-        return outcome, tuple(statuses.values())
+        return _build(self.root, wrap).tick
 
     def Describe(self) -> str:
-        """Returns the nodes of the tree and the layout of its memory."""
-        lines = [f"{self.name} ({self.file})", *_describe(self.root, 1)]
-        lines.append("Memory:")
-        lines += [f"  {i:3d}  {slot}" for i, slot in enumerate(self.slots)]
-        return "\n".join(lines)
+        """Returns the nodes of the tree and the layout of its memory.
+
+        Nodes have the indices that `nodes` and `trace` have, numbers of the
+        memory those that the discrete state of a `BehaviorTree` has.
+        """
+        return describe_tree(
+            f"{self.name} ({self.file})", self.nodes, self.slots, self.texts
+        )
 
 
 def _run(

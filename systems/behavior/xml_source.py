@@ -28,6 +28,8 @@ class XmlElement:
         place: The file and the line of its start tag.
         children: The elements in it.
         text: The text in it, without white space at the ends.
+        comments: The comments before it.
+        last_comments: Those before its end.
     """
 
     tag: str
@@ -35,6 +37,8 @@ class XmlElement:
     place: Place
     children: list["XmlElement"] = field(default_factory=list)
     text: str = ""
+    comments: list[str] = field(default_factory=list)
+    last_comments: list[str] = field(default_factory=list)
 
 
 class _Builder:
@@ -45,6 +49,7 @@ class _Builder:
         self.line: Callable[[], int] = lambda: 0
         self.root: XmlElement | None = None
         self._open: list[XmlElement] = []
+        self._comments: list[str] = []
 
     def start(self, tag: str, attributes: dict[str, str]) -> None:
         element = XmlElement(tag, attributes, Place(self.file, self.line()))
@@ -59,9 +64,17 @@ class _Builder:
         else:
             self.root = element
         self._open.append(element)
+        element.comments = self._taken_comments()
 
     def end(self, tag: str) -> None:
-        self._open.pop()
+        self._open.pop().last_comments = self._taken_comments()
+
+    def comment(self, text: str) -> None:
+        self._comments.append(text)
+
+    def _taken_comments(self) -> list[str]:
+        comments, self._comments = self._comments, []
+        return comments
 
     def data(self, data: str) -> None:
         if self._open:

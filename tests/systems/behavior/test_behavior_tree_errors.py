@@ -1,15 +1,19 @@
 """Every fault in a tree is one BehaviorTreeError with its place."""
 
 import itertools
+import time
 
 import numpy as np
 import pytest
 
 from hunav_drake.systems.behavior import (
     BehaviorTreeError,
+    LoadTree,
     ParseTree,
     Person,
+    RenderBehaviorTree,
     Status,
+    WriteTree,
 )
 from hunav_drake.systems.crowd.human_config import HumanConfig
 
@@ -279,11 +283,77 @@ FAULTS = {
         "Parallel",
         "at most 1",
     ),
-    "precondition": (
-        tree('<RegularNav _skipIf="a == 1"/>'),
+    "switch without case": (
+        tree('<Switch2 variable="a" case_1="a">' + "<RegularNav/>" * 3).replace(
+            "</B", "</Switch2></B"
+        ),
+        3,
+        "Switch2",
+        "case_2 must be given",
+    ),
+    "switch with too few": (
+        tree(
+            '<Switch3 variable="a" case_1="a" case_2="b" case_3="c">'
+            + "<RegularNav/>" * 3
+            + "</Switch3>"
+        ),
+        3,
+        "Switch3",
+        "exactly 4 children, has 3",
+    ),
+    "switch of texts by numbers": (
+        tree(
+            '<Switch2 variable="{id}" case_1="1" case_2="b">'
+            + "<RegularNav/>" * 3
+            + "</Switch2>"
+        ),
+        3,
+        "Switch2",
+        "the text 'b' needs a text",
+    ),
+    # Conditions.
+    "unknown condition": (
+        tree('<RegularNav _skipif="true"/>'),
         3,
         "RegularNav",
-        "_skipIf is not supported",
+        "did you mean '_skipIf'",
+    ),
+    "condition on a tree": (
+        '<root>\n<BehaviorTree ID="A" _skipIf="true"><RegularNav/>'
+        "</BehaviorTree></root>",
+        2,
+        "BehaviorTree",
+        "no attribute '_skipIf'",
+    ),
+    "script with arithmetic": (
+        tree('<RegularNav _skipIf="id + 1 == 2"/>'),
+        3,
+        "RegularNav",
+        "'+ 1 == 2' is not understood",
+    ),
+    "script that assigns where it should compare": (
+        tree('<RegularNav _skipIf="a = 1"/>'),
+        3,
+        "RegularNav",
+        "'=' cannot be here",
+    ),
+    "script that compares where it should assign": (
+        tree('<RegularNav _onSuccess="id == 1"/>'),
+        3,
+        "RegularNav",
+        "must be assignments",
+    ),
+    "script with an unknown entry": (
+        tree('<RegularNav _while="idd == 1"/>'),
+        3,
+        "RegularNav",
+        "did you mean 'id'",
+    ),
+    "condition of a subtree": (
+        trees(A='<SubTree ID="B" _whil="true"/>', B="<RegularNav/>"),
+        2,
+        "B",
+        "did you mean '_while'",
     ),
     # The blackboard.
     "entry that nothing sets": (
@@ -301,20 +371,35 @@ FAULTS = {
         "IsRobotVisible",
         "named by letters",
     ),
-    "text on the blackboard": (
-        tree('<SetBlackboard output_key="a" value="hello"/>'),
+    "text for a number on the blackboard": (
+        tree(
+            '<Sequence><SetBlackboard output_key="a" value="hello"/>\n'
+            '<IsRobotVisible distance="{a}"/></Sequence>'
+        ),
+        4,
+        "IsRobotVisible",
+        "the text 'hello' at my.xml:3",
+    ),
+    "number and text in an entry": (
+        tree(
+            '<Sequence><SetBlackboard output_key="a" value="{dt}"/>\n'
+            '<SetBlackboard output_key="a" value="hello"/></Sequence>'
+        ),
+        4,
+        "SetBlackboard",
+        "one or the other",
+    ),
+    "long text on the blackboard": (
+        tree(f'<SetBlackboard output_key="a" value="{"x" * 101}"/>'),
         3,
         "SetBlackboard",
-        "valid number",
+        "100 letters",
     ),
     "number for a text": (
-        tree(
-            '<Sequence><SetBlackboard output_key="r" value="1"/>'
-            '<RegularNav robot="{r}"/></Sequence>'
-        ),
+        tree('<RegularNav robot="{id}"/>'),
         3,
         "RegularNav",
-        "must be a text",
+        "needs a text",
     ),
     "output without name": (
         tree('<SetBlackboard output_key="a b" value="1"/>'),
@@ -358,14 +443,25 @@ FAULTS = {
         "IsRobotVisible",
         "valid number",
     ),
-    "text of a subtree for an entry that changes": (
+    "text of a subtree for an entry that is a number": (
         '<root BTCPP_format="4" main_tree_to_execute="A">\n'
         '<BehaviorTree ID="A"><SubTree ID="B" d="far"/></BehaviorTree>\n'
-        '<BehaviorTree ID="B"><SetBlackboard output_key="d" value="1"/>'
+        '<BehaviorTree ID="B"><Sequence><IsRobotVisible distance="{d}"/>'
+        '<SetBlackboard output_key="d" value="1"/></Sequence>'
         "</BehaviorTree></root>",
         2,
         "SubTree",
-        "valid number",
+        "the text 'far' needs a text",
+    ),
+    "port of a subtree that must be given": (
+        '<root BTCPP_format="4" main_tree_to_execute="A">\n'
+        '<BehaviorTree ID="A"><SubTree ID="B"/></BehaviorTree>\n'
+        '<BehaviorTree ID="B"><IsRobotVisible distance="{d}"/></BehaviorTree>'
+        '<TreeNodesModel><SubTree ID="B"><input_port name="d"/></SubTree>'
+        "</TreeNodesModel></root>",
+        2,
+        "SubTree",
+        "the port d must be given",
     ),
     "autoremap": (
         trees(A='<SubTree ID="B" _autoremap="2"/>', B="<RegularNav/>"),
@@ -383,11 +479,90 @@ FAULTS = {
 }
 
 
+# Files that include others, the file and line of the fault, and words.
+FOLDERS = {
+    "file in itself": (
+        {"a.xml": '<root>\n<include path="a.xml"/></root>'},
+        ("a.xml", 2),
+        "a.xml -> a.xml",
+    ),
+    "files in each other": (
+        {
+            "a.xml": '<root><include path="b.xml"/></root>',
+            "b.xml": '<root>\n\n<include path="./a.xml"/></root>',
+        },
+        ("b.xml", 3),
+        "a.xml -> b.xml -> a.xml",
+    ),
+    "files in a ring": (
+        {
+            "a.xml": '<root><include path="b.xml"/></root>',
+            "b.xml": '<root><include path="c.xml"/></root>',
+            "c.xml": '<root>\n<include path="b.xml"/></root>',
+        },
+        ("c.xml", 2),
+        "b.xml -> c.xml -> b.xml",
+    ),
+    "file that is not there": (
+        {"a.xml": '<root>\n<include path="b.xml"/></root>'},
+        ("a.xml", 2),
+        "no file",
+    ),
+    "file outside": (
+        {"a.xml": '<root>\n<include path="../b.xml"/></root>'},
+        ("a.xml", 2),
+        "outside",
+    ),
+    "bomb in an included file": (
+        {"a.xml": '<root><include path="b.xml"/></root>', "b.xml": BOMB},
+        ("b.xml", 1),
+        "document type",
+    ),
+    "one ID in two files": (
+        {
+            "a.xml": '<root main_tree_to_execute="A"><include path="b.xml"/>\n'
+            '<BehaviorTree ID="A"><RegularNav/></BehaviorTree></root>',
+            "b.xml": '<root><BehaviorTree ID="A"><RegularNav/></BehaviorTree>'
+            "</root>",
+        },
+        ("a.xml", 2),
+        "already",
+    ),
+    "too many files": (
+        {
+            "a.xml": "<root>\n"
+            + "".join(f'<include path="{i}.xml"/>' for i in range(101))
+            + "</root>",
+            **{f"{i}.xml": "<root/>" for i in range(101)},
+        },
+        ("a.xml", 2),
+        "more than 100 files",
+    ),
+    "UTF-16 that ends in the middle": (
+        {"a.xml": "<root/>".encode("utf-16")[:-1]},
+        ("a.xml", 1),
+        "not well-formed",
+    ),
+    "Latin letters said to be UTF-8": (
+        {"a.xml": "<root>\n<!-- ä --></root>".encode("latin-1")},
+        ("a.xml", 2),
+        "not well-formed",
+    ),
+}
+
+
+def test_there_are_enough_faults():
+    assert len(FAULTS) + len(FOLDERS) >= 60
+
+
 @pytest.mark.parametrize("name", FAULTS)
 def test_fault_is_told_with_its_place(name):
     source, line, node, words = FAULTS[name]
+    started = time.process_time()
     with pytest.raises(BehaviorTreeError) as caught:
         ParseTree(source, name="my.xml")
+    # The largest of them take a tenth of it.
+    assert time.process_time() - started < 2
     error = caught.value
     assert words in str(error)
     assert error.place.file == "my.xml"
@@ -401,6 +576,35 @@ def test_fault_is_told_with_its_place(name):
         assert error.nearest == words.split("'")[1]
 
 
+# (A file may have includes.)
+IN_FILES = sorted(FAULTS.keys() - {"include from a text"})
+
+
+@pytest.mark.parametrize("name", IN_FILES)
+def test_fault_in_a_file_names_the_file(name, tmp_path):
+    source, line, _, _ = FAULTS[name]
+    path = tmp_path / "tree.xml"
+    path.write_bytes(source.encode() if isinstance(source, str) else source)
+    with pytest.raises(BehaviorTreeError) as caught:
+        LoadTree(path)
+    assert caught.value.place.file == str(path)
+    if line:
+        assert str(caught.value).startswith(f"{path}:{line}: ")
+
+
+@pytest.mark.parametrize("name", FOLDERS)
+def test_fault_among_files_names_the_file_and_line(name, tmp_path):
+    files, (file, line), words = FOLDERS[name]
+    for other, source in files.items():
+        if isinstance(source, str):
+            source = source.encode()
+        (tmp_path / other).write_bytes(source)
+    with pytest.raises(BehaviorTreeError) as caught:
+        LoadTree(tmp_path / "a.xml")
+    assert words in str(caught.value)
+    assert caught.value.place == (str(tmp_path / file), line)
+
+
 def test_nodes_nested_by_subtrees_are_bounded():
     names = [f"T{i}" for i in range(30)]
     bodies = {
@@ -410,6 +614,26 @@ def test_nodes_nested_by_subtrees_are_bounded():
     source = trees(A='<SubTree ID="T0"/>', **bodies, T29="<RegularNav/>")
     with pytest.raises(BehaviorTreeError, match="nested more than 100 deep"):
         ParseTree(source)
+
+
+def test_deepest_accepted_tree_with_conditions_works():
+    """Python's own limit of nested calls is farther away."""
+    conditions = "_skipIf=\"n == 'b'\" _onSuccess=\"n := 'b'\""
+    dut = ParseTree(
+        tree(
+            '<Sequence><SetBlackboard output_key="n" value="a"/>'
+            f"{nested('Inverter', 96, conditions)}</Sequence>"
+        )
+    )
+    person = Person.from_config(
+        HumanConfig(pose=(0.0, 0.0, 0.0)), 0, time_step=0.1
+    )
+    outcome, _ = dut.trace(
+        person, dut.initial_memory(person), np.zeros(7), np.zeros(7)
+    )
+    assert outcome.status is Status.SUCCESS
+    assert ParseTree(WriteTree(dut)).slots == dut.slots
+    assert len(str(RenderBehaviorTree(dut)).splitlines()) == len(dut.nodes)
 
 
 def test_deepest_accepted_tree_ticks():

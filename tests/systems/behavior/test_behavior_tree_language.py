@@ -13,8 +13,6 @@ from hunav_drake.systems.behavior import (
     ParseTree,
     Person,
     Status,
-    register_action,
-    register_condition,
     registry,
 )
 from hunav_drake.systems.behavior.groot import tree_nodes_model
@@ -126,21 +124,36 @@ def test_reads_what_hunavsim_writes(tmp_path):
     assert entries["{step}"] == PERSON.time_step
 
 
-def test_included_file_may_include_the_first(tmp_path):
+def test_files_may_include_a_file_that_another_includes(tmp_path):
     (tmp_path / "sub").mkdir()
     (tmp_path / "a.xml").write_text(
-        '<root><include path="sub/b.xml"/><BehaviorTree ID="A">'
-        '<SubTree ID="B"/></BehaviorTree></root>'
+        '<root><include path="sub/b.xml"/><include path="sub/c.xml"/>'
+        '<BehaviorTree ID="A"><SubTree ID="B"/></BehaviorTree></root>'
     )
     (tmp_path / "sub" / "b.xml").write_text(
         '<root><include path="c.xml"/><include path="c.xml"/>'
         '<BehaviorTree ID="B"><SubTree ID="C"/></BehaviorTree></root>'
     )
     (tmp_path / "sub" / "c.xml").write_text(
-        '<root><include path="b.xml"/>'
-        '<BehaviorTree ID="C"><AlwaysFailure/></BehaviorTree></root>'
+        '<root><BehaviorTree ID="C"><AlwaysFailure/></BehaviorTree></root>'
     )
     assert tick(LoadTree(tmp_path / "a.xml")).status is Status.FAILURE
+
+
+def test_files_outside_are_included_if_that_is_allowed(tmp_path):
+    (tmp_path / "sub").mkdir()
+    (tmp_path / "sub" / "a.xml").write_text(
+        '<root><include path="../b.xml"/>'
+        '<BehaviorTree ID="A"><SubTree ID="B"/></BehaviorTree></root>'
+    )
+    (tmp_path / "b.xml").write_text(
+        '<root><BehaviorTree ID="B"><AlwaysFailure/></BehaviorTree></root>'
+    )
+    path = tmp_path / "sub" / "a.xml"
+    with pytest.raises(BehaviorTreeError, match="allow_outside=True"):
+        LoadTree(path)
+    dut = LoadTree(path, allow_outside=True)
+    assert tick(dut).status is Status.FAILURE
 
 
 def test_formats_name_leaves_by_tag_or_by_id():
@@ -296,6 +309,8 @@ def test_shipped_tree_tells_groot_of_our_nodes(name):
         if node_type.source.startswith("hunav_drake.")
     ]
     written = ET.parse(BEHAVIORS[name]).getroot().find("TreeNodesModel")
+    for subtree in written.findall("SubTree"):
+        written.remove(subtree)
     expected = ET.fromstring(tree_nodes_model(ours))
     assert ET.canonicalize(
         ET.tostring(written), strip_text=True
@@ -305,20 +320,32 @@ def test_shipped_tree_tells_groot_of_our_nodes(name):
 def test_description_shows_nodes_and_memory():
     dut = parse(
         '<Sequence name="all"><TimeExpiredCondition seconds="2"/>'
-        '<SetBlackboard output_key="a" value="1"/></Sequence>'
+        '<SetBlackboard output_key="a" value="1"/>'
+        '<RegularNav robot="{who}" _skipIf="who == \'obstacle\'"/>'
+        '<SetBlackboard output_key="who" value="unseen"/></Sequence>'
     )
     assert dut.Describe().splitlines() == [
         "Main (<text>)",
-        "  Sequence 'all'",
-        "    TimeExpiredCondition seconds=2.0 only_once=False",
-        "    SetBlackboard value=1.0 output_key={a}",
+        "Nodes:",
+        "    0  Sequence 'all'",
+        "    1    TimeExpiredCondition seconds=2.0 only_once=False",
+        "    2    SetBlackboard value=1.0 output_key={a}",
+        "    3    RegularNav robot={who} ignore_robot=False"
+        " _skipIf=\"who == 'obstacle'\"",
+        "    4    SetBlackboard value='unseen' output_key={who}",
         "Memory:",
         "    0  goal index",
-        "    1  all: child",
-        "    2  all: skipped",
-        "    3  TimeExpiredCondition: ticks",
-        "    4  {a}",
+        "    1  all: child (node 0)",
+        "    2  all: skipped (node 0)",
+        "    3  TimeExpiredCondition: seconds (node 1)",
+        "    4  RegularNav: (runs) (node 3)",
+        "    5  {a}",
+        "    6  {who}",
+        "Texts, and the numbers that stand for them:",
+        "    0  'obstacle'",
+        "    1  'unseen'",
     ]
+    assert len(dut.initial_memory(PERSON)) == len(dut.slots) == 7
 
 
 def test_tick_is_pure():
@@ -333,81 +360,118 @@ def test_tick_is_pure():
     np.testing.assert_array_equal(robots, ROBOT)
 
 
-@pytest.mark.usefixtures("leaves")
-def test_own_condition_has_ports_and_memory():
-    @register_condition("IsNthTick", memory={"running": 1.0})
-    def is_nth_tick(moment, own, *, n: int, odd: bool = False) -> bool:
-        own[0] += 1
-        return own[0] - 1 == n
-
-    dut = parse('<IsNthTick n="3"/>')
-    memory, results = None, []
-    for _ in range(4):
-        outcome = tick(dut, memory)
-        memory = outcome.memory
-        results.append(outcome.status)
-    assert [status is Status.SUCCESS for status in results] == [
-        False,
-        False,
-        True,
-        False,
-    ]
-
-
-@pytest.mark.usefixtures("leaves")
-def test_own_action_commands_and_reports():
-    @register_action("Stop")
-    def stop(moment):
-        moment.command[Command.HOLD] = 1.0
-        moment.behavior_status = 1
-        return Status.RUNNING
-
-    outcome = tick(parse("<Stop/>"))
-    assert outcome.status is Status.RUNNING
-    assert outcome.command[Command.HOLD] == 1.0
-    assert outcome.behavior_status == 1
-
-
-@pytest.mark.usefixtures("leaves")
-def test_halted_action_begins_anew():
-    @register_action("Count", memory={"ticks": 5.0})
-    def count(moment, own):
-        own[0] += 1
-        return Status.RUNNING
-
+@pytest.mark.parametrize("entry", ["obstacle", "unseen", "pedestrian"])
+def test_blackboard_holds_texts(entry):
     dut = parse(
-        "<ReactiveSequence><Inverter>"
-        '<TimeExpiredCondition seconds="0.3"/></Inverter>'
-        "<Count/></ReactiveSequence>"
+        f'<Sequence><SetBlackboard output_key="r" value="{entry}"/>'
+        '<SetBlackboard output_key="copy" value="{r}"/>'
+        '<RegularNav robot="{copy}"/></Sequence>'
     )
-    slot = dut.slots.index("Count: ticks")
-    memory, counts = None, []
+    outcome = tick(dut)
+    assert outcome.command[Command.ROBOT_ROLE] == RobotRole[entry.upper()]
+    assert dut.texts == (entry,)
+    assert outcome.memory[-2:] == [0.0, 0.0]
+
+
+def test_text_that_a_port_does_not_take_names_the_node():
+    dut = parse(
+        '<Sequence><SetBlackboard output_key="r" value="wall"/>'
+        '<RegularNav robot="{r}"/></Sequence>'
+    )
+    with pytest.raises(BehaviorTreeError, match=r"RegularNav.*from \{r\}"):
+        tick(dut)
+
+
+def test_number_is_a_text_where_the_entry_holds_texts():
+    dut = parse(
+        '<Sequence><SetBlackboard output_key="m" value="1"/>'
+        '<Switch2 variable="{m}" case_1="01" case_2="1">'
+        '<AlwaysSuccess/><AlwaysFailure/><SetBlackboard output_key="m"'
+        ' value="none"/></Switch2></Sequence>'
+    )
+    assert tick(dut).status is Status.FAILURE
+    assert dut.texts == ("1", "01", "none")
+
+
+SWITCH = (
+    '<Switch3 variable="{m}" case_1="1" case_2="{c}" case_3="3">'
+    '<SetBlackboard output_key="at" value="1"/>'
+    '<SetBlackboard output_key="at" value="2"/>'
+    '<SetBlackboard output_key="at" value="3"/>'
+    '<SetBlackboard output_key="at" value="4"/></Switch3>'
+)
+
+
+@pytest.mark.parametrize(
+    ("before", "expected"),
+    [
+        ("", 4),
+        ('<SetBlackboard output_key="m" value="1"/>', 1),
+        ('<SetBlackboard output_key="m" value="3.0"/>', 3),
+        ('<SetBlackboard output_key="m" value="{id}"/>', 4),
+        ('<SetBlackboard output_key="c" value="1"/>', 4),
+        (
+            '<SetBlackboard output_key="m" value="7"/>'
+            '<SetBlackboard output_key="c" value="{id}"/>',
+            2,
+        ),
+    ],
+)
+def test_switch_follows_an_entry(before, expected):
+    dut = parse(
+        f'<Sequence>{before}{SWITCH}<ForceSuccess _skipIf="true"><Sequence>'
+        '<SetBlackboard output_key="m" value="0"/>'
+        '<SetBlackboard output_key="c" value="0"/></Sequence></ForceSuccess>'
+        "</Sequence>"
+    )
+    memory = dict(zip(dut.slots, tick(dut).memory, strict=True))
+    assert memory["{at}"] == expected
+
+
+def test_switch_halts_the_child_that_it_leaves():
+    dut = parse(
+        '<Parallel><Switch2 variable="{m}" case_1="a" case_2="b">'
+        '<Delay delay_msec="900"><AlwaysSuccess/></Delay><AlwaysFailure/>'
+        '<Delay delay_msec="800"><AlwaysSuccess/></Delay></Switch2>'
+        '<Sequence><SetBlackboard output_key="m" value="a"/>'
+        '<Delay delay_msec="200"><SetBlackboard output_key="m" value="c"/>'
+        "</Delay></Sequence></Parallel>"
+    )
+    steps = [i for i, s in enumerate(dut.slots) if s == "Delay: steps"]
+    memory, seen = None, []
     for _ in range(4):
         memory = tick(dut, memory).memory
-        counts.append(memory[slot])
-    assert counts == [6, 7, 5, 6]
+        seen.append([memory[i] for i in steps[:2]])
+    assert seen == [[0, 1], [1, 0], [2, 0], [0, 1]]
 
 
-@pytest.mark.usefixtures("leaves")
-@pytest.mark.parametrize("result", [True, 2, "SUCCESS", Status.SKIPPED])
-def test_action_must_return_a_status(result):
-    @register_action("Odd")
-    def odd(moment):
-        return result
-
-    with pytest.raises(TypeError, match="action Odd must return"):
-        tick(parse("<Odd/>"))
+MODEL = (
+    '<TreeNodesModel><SubTree ID="See"><input_port name="d" default="{}"/>'
+    '<input_port name="e" default="1"/></SubTree></TreeNodesModel>'
+)
 
 
-@pytest.mark.usefixtures("leaves")
-def test_same_function_can_be_registered_again():
-    """A notebook's cell runs more than once."""
-
-    def make(result):
-        @register_condition("Maybe")
-        def maybe(moment):
-            return result
-
-    make(True)
-    make(False)
-    assert tick(parse("<Maybe/>")).status is Status.FAILURE
+@pytest.mark.parametrize(
+    ("subtree", "default", "sees"),
+    [
+        ('<SubTree ID="See"/>', "3", True),
+        ('<SubTree ID="See"/>', "1", False),
+        ('<SubTree ID="See" d="3"/>', "1", True),
+        ('<SubTree ID="See" d="{r}"/>', "1", True),
+        ('<SubTree ID="See"/>', "{r}", True),
+        # What is remapped by itself has no need of a default.
+        ('<SubTree ID="See" _autoremap="true"/>', "1", True),
+    ],
+)
+def test_subtree_takes_the_defaults_of_its_model(subtree, default, sees):
+    dut = ParseTree(
+        '<root BTCPP_format="4" main_tree_to_execute="Main">'
+        '<BehaviorTree ID="Main"><Sequence>'
+        '<SetBlackboard output_key="r" value="3"/>'
+        '<SetBlackboard output_key="d" value="3"/>'
+        f"{subtree}</Sequence></BehaviorTree>"
+        '<BehaviorTree ID="See"><IsRobotVisible distance="{d}"/>'
+        f"</BehaviorTree>{MODEL.replace('{}', default)}</root>"
+    )
+    expected = Status.SUCCESS if sees else Status.FAILURE
+    assert tick(dut).status is expected

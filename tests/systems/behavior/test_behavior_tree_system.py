@@ -117,10 +117,10 @@ def test_each_step_is_one_tick(dut):
     simulator = Simulator(dut)
     context = simulator.get_mutable_context()
     fix(dut, context, 0.0, NEAR)
-    ticks = SHY.slots.index("TimeExpiredCondition: ticks")
+    seconds = SHY.slots.index("TimeExpiredCondition: seconds")
     for step in range(4):
         simulator.AdvanceTo(0.1 * step + 0.05)
-        assert memory(context)[ticks] == step + 1
+        assert memory(context)[seconds] == pytest.approx(0.1 * (step + 1))
 
 
 def test_behavior_status_is_that_of_the_same_tick(monkeypatch):

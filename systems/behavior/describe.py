@@ -1,0 +1,74 @@
+"""Writes down what a tree is made of."""
+
+from collections.abc import Iterator, Sequence
+
+from hunav_drake.systems.behavior.node import Constant, Node, Variable
+
+
+def describe_port(value: Constant | Variable) -> str:
+    """Returns the value of a port, or the entry where it is."""
+    if isinstance(value, Constant):
+        return repr(value.value)
+    return f"{{{value.key}}}"
+
+
+def describe_node(node: Node, *, defaults: bool = True) -> str:
+    """Returns a node in a line: its type, name, ports and conditions.
+
+    Args:
+        node: The node.
+        defaults: Whether ports are shown that have their default.
+    """
+    parts = [node.type.name]
+    if node.name != node.type.name:
+        parts.append(repr(node.name))
+    parts += describe_ports(node, defaults=defaults)
+    return " ".join(parts)
+
+
+def describe_ports(node: Node, *, defaults: bool = True) -> list[str]:
+    """Returns the ports and the conditions of a node, as `describe_node`."""
+    parts = [
+        f"{name}={describe_port(value)}"
+        for name, value in node.ports.items()
+        if defaults
+        or not isinstance(value, Constant)
+        or value.value != node.type.ports[name].default
+    ]
+    if node.conditions:
+        source = node.conditions.source
+        parts += [f'{name}="{text}"' for name, text in source.items()]
+    return parts
+
+
+def describe_tree(
+    title: str,
+    nodes: Sequence[Node],
+    slots: Sequence[str],
+    texts: Sequence[str],
+) -> str:
+    """Returns the nodes, the layout of the memory and the texts of a tree."""
+    lines = [title, "Nodes:"]
+    depths = dict(_depths(nodes[0], 0))
+    owners: dict[int, int] = {}
+    for i, node in enumerate(nodes):
+        indent = "  " * depths[id(node)]
+        lines.append(f"  {i:3d}  {indent}{describe_node(node)}")
+        for slot in range(node.first, node.first + len(node.slots)):
+            owners[slot] = i
+        if node.conditions and node.conditions.slot is not None:
+            owners[node.conditions.slot] = i
+    lines.append("Memory:")
+    for i, name in enumerate(slots):
+        owner = f" (node {owners[i]})" if i in owners else ""
+        lines.append(f"  {i:3d}  {name}{owner}")
+    if texts:
+        lines.append("Texts, and the numbers that stand for them:")
+        lines += [f"  {i:3d}  {text!r}" for i, text in enumerate(texts)]
+    return "\n".join(lines)
+
+
+def _depths(node: Node, depth: int) -> Iterator[tuple[int, int]]:
+    yield id(node), depth
+    for child in node.children:
+        yield from _depths(child, depth + 1)

@@ -1,0 +1,93 @@
+"""A bank of trees does what as many systems do, number for number."""
+
+import numpy as np
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import ConstantVectorSource
+import pytest
+
+from hunav_drake import AddHumans, HumanConfig
+from hunav_drake.systems.behavior import BehaviorTreeBank, LoadTree
+
+ROBOT = [2.0, 0.5, 0.0, -0.3, 0.0, 0.0, 0.3]
+
+
+def make_humans(n):
+    return [
+        HumanConfig(
+            name=f"p{i}",
+            id=i + 1,
+            pose=[0, 1.5 * i, 0],
+            goals=[[3, 1.5 * i], [0, 1.5 * i]],
+            cyclic=True,
+            behavior="impassive" if i % 2 else "regular",
+        )
+        for i in range(n)
+    ]
+
+
+def make_diagram(n, *, separate_trees, num_robots=1):
+    builder = DiagramBuilder()
+    ports = AddHumans(
+        builder,
+        make_humans(n),
+        num_robots=num_robots,
+        separate_trees=separate_trees,
+    )
+    if num_robots:
+        robot = builder.AddSystem(ConstantVectorSource(ROBOT * num_robots))
+        builder.Connect(robot.get_output_port(), ports.robot_state)
+    for name in ("human_states", "behavior_status"):
+        builder.ExportOutput(getattr(ports, name), name)
+    return builder.Build()
+
+
+def run(diagram, time=8.0, context=None):
+    simulator = Simulator(diagram, context or diagram.CreateDefaultContext())
+    simulator.AdvanceTo(time)
+    context = simulator.get_context()
+    return np.concatenate(
+        [
+            diagram.GetOutputPort(name).Eval(context)
+            for name in ("human_states", "behavior_status")
+        ]
+    )
+
+
+@pytest.mark.parametrize("n", [0, 1, 5])
+@pytest.mark.parametrize("num_robots", [0, 1, 2])
+def test_people_walk_bit_for_bit_as_with_systems_of_their_own(n, num_robots):
+    results = [
+        run(make_diagram(n, separate_trees=separate, num_robots=num_robots))
+        for separate in (True, False)
+    ]
+    np.testing.assert_array_equal(*results)
+
+
+def test_many_people_share_a_bank_unless_told_otherwise():
+    for n, separate, banks in [(20, None, 0), (21, None, 1), (21, True, 0)]:
+        humans = make_diagram(n, separate_trees=separate).GetSubsystemByName(
+            "humans"
+        )
+        names = [system.get_name() for system in humans.GetSystems()]
+        assert ("behaviors" in names) == bool(banks)
+        assert ("behavior_0" in names) != bool(banks)
+
+
+def test_two_contexts_do_not_disturb_each_other_and_a_clone_goes_on_alike():
+    diagram = make_diagram(4, separate_trees=False)
+    alone = run(diagram)
+    context = diagram.CreateDefaultContext()
+    run(diagram, 3.0, context)
+    clone = context.Clone()
+    run(diagram, 5.0, diagram.CreateDefaultContext())
+    run(diagram, 6.0, context)
+    np.testing.assert_array_equal(run(diagram, 8.0, clone), alone)
+
+
+def test_bad_arguments_are_refused():
+    tree = LoadTree("regular")
+    with pytest.raises(ValueError, match="a tree for each of 2 people, got 1"):
+        BehaviorTreeBank([tree], make_humans(2))
+    with pytest.raises(ValueError, match="time_step must be positive"):
+        BehaviorTreeBank([tree], make_humans(1), time_step=0.0)

@@ -1,0 +1,213 @@
+"""The mark of each reaction, in its own scenario, with the robot driving."""
+
+import functools
+
+import numpy as np
+import pytest
+
+from hunav_drake import (
+    LoadScenario,
+    MakeTrialDiagram,
+    MakeTrialSimulator,
+    RunTrial,
+)
+from hunav_drake.systems.layout import YAW, X, Y
+
+REACTIONS = [
+    "surprised",
+    "scared",
+    "curious",
+    "threatening",
+    "distracted",
+    "cooperative",
+]
+both_steps = pytest.mark.parametrize("time_step", [0.05, 0.01])
+
+
+@functools.cache
+def run(reaction, time_step, behavior=None):
+    """Returns the recording of a reaction's scenario, a row each 0.05 s."""
+    overrides = [
+        f"simulation.time_step={time_step}",
+        "evaluator.period=0.05",
+    ]
+    if behavior:
+        overrides.append(f"humans[0].behavior={behavior}")
+    scenario = LoadScenario(
+        filename=f"reaction_{reaction}", overrides=overrides
+    )
+    result = RunTrial(scenario)
+    assert result.end_reason == "goal"
+    return result.recording
+
+
+def offsets(recording):
+    """From the person to the robot, shape (n, 2)."""
+    return recording.robot[:, :2] - recording.humans[:, 0, :2]
+
+
+def distances(recording):
+    return np.hypot(*offsets(recording).T)
+
+
+def speeds(recording):
+    return np.hypot(*recording.humans[:, 0, 3:5].T)
+
+
+def is_active(recording):
+    return recording.behavior_status[:, 0] > 0
+
+
+def phases(recording):
+    """The first and the last active row, and how many times it starts."""
+    active = is_active(recording)
+    rows = np.flatnonzero(active)
+    starts = np.count_nonzero(np.diff(active.astype(int)) == 1) + active[0]
+    return rows[0], rows[-1], starts
+
+
+@both_steps
+def test_surprised_person_stands_and_faces_the_driving_robot(time_step):
+    recording = run("surprised", time_step)
+    first, last, starts = phases(recording)
+    assert starts == 1
+    # A half turn takes a second at most.
+    standing = slice(first + 20, last + 1)
+    assert (speeds(recording)[standing] == 0).all()
+    bearing = np.arctan2(*offsets(recording)[standing].T[::-1])
+    turn = bearing - recording.humans[standing, 0, YAW]
+    assert np.abs(np.angle(np.exp(1j * turn))).max() < 0.05
+    assert recording.robot[standing, X].max() > 2
+    assert distances(recording)[first] <= 4.0
+    # Then the person walks on, to the goal.
+    assert speeds(recording)[last + 20] > 0.5
+    assert np.hypot(*(recording.humans[-1, 0, :2] - [-7.0, 1.5])) < 0.5
+
+
+@both_steps
+def test_scared_person_keeps_farther_off_than_a_regular_one(time_step):
+    scared = run("scared", time_step)
+    regular = run("scared", time_step, "regular")
+    assert distances(scared).min() > distances(regular).min() + 0.5
+    active = is_active(scared)
+    slow = active[1:] & active[:-1]
+    assert speeds(scared)[1:][slow].max() <= 0.6 + 1e-9
+    assert np.hypot(*(scared.humans[-1, 0, :2] - [-7.0, 0.8])) < 0.5
+
+
+@both_steps
+def test_curious_person_stops_before_the_robot_and_leaves(time_step):
+    recording = run("curious", time_step)
+    first, last, starts = phases(recording)
+    assert starts == 1
+    assert (last - first + 1) * 0.05 == pytest.approx(30.0, abs=0.1)
+    standing = is_active(recording) & (speeds(recording) == 0)
+    stop = np.flatnonzero(standing & (np.arange(len(standing)) > 5))[0]
+    assert distances(recording)[stop] == pytest.approx(1.5, abs=0.2)
+    # It goes along with the robot, that far behind.
+    behind = distances(recording)[last - 100 : last]
+    assert behind == pytest.approx(1.5, abs=0.2)
+    assert distances(recording)[last + 100] > 3
+    assert recording.humans[-1, 0, X] > 7
+    assert (recording.robot[first + 20 : last, 3] > 0.2).all()
+
+
+@both_steps
+def test_threatening_person_stays_in_front_of_the_robot(time_step):
+    recording = run("threatening", time_step)
+    first, last, starts = phases(recording)
+    assert starts == 1
+    assert (last - first + 1) * 0.05 == pytest.approx(40.0, abs=0.1)
+    yaw = recording.robot[:, YAW]
+    front = recording.robot[:, :2] + 1.1 * np.stack(
+        [np.cos(yaw), np.sin(yaw)], axis=1
+    )
+    to_front = np.hypot(*(recording.humans[:, 0, :2] - front).T)
+    near = to_front[first : last + 1] < 0.6
+    assert near.mean() > 0.9
+    # Being in the way slows the robot down, but does not stop it.
+    driven = np.hypot(
+        *(recording.robot[last, :2] - recording.robot[first, :2])
+    )
+    assert 5 < driven < 0.5 * 0.6 * 40
+    assert np.hypot(*(recording.humans[-1, 0, :2] - [8.0, 3.0])) < 0.6
+
+
+@both_steps
+def test_distracted_person_notices_the_robot_late(time_step):
+    distracted = run("distracted", time_step)
+    regular = run("distracted", time_step, "regular")
+    first, last, _ = phases(distracted)
+    assert 1.3 < distances(distracted)[first] <= 1.5
+    assert last - first < 40
+    # Until then it walks straight on, where a regular person gives way.
+    assert np.abs(distracted.humans[:first, 0, Y] - 0.7).max() < 1e-6
+    assert np.abs(regular.humans[:first, 0, Y] - 0.7).max() > 0.02
+    assert distances(distracted).min() < distances(regular).min()
+
+
+@both_steps
+def test_cooperative_person_lets_the_robot_pass(time_step):
+    cooperative = run("cooperative", time_step)
+    regular = run("cooperative", time_step, "regular")
+    _, last, starts = phases(cooperative)
+    assert starts == 1
+    assert distances(cooperative).min() > 0.8 > distances(regular).min()
+    # The robot need not slow down, and is there sooner.
+    cruising = slice(40, len(cooperative.times) - 60)
+    assert cooperative.robot[cruising, 3].min() > 0.55
+    assert cooperative.times[-1] < regular.times[-1]
+    assert speeds(cooperative)[last + 20] > 0.5
+    assert np.hypot(*(cooperative.humans[-1, 0, :2] - [-7.0, 0.1])) < 0.5
+
+
+@pytest.mark.parametrize("reaction", REACTIONS)
+def test_both_steps_have_the_same_outcome(reaction):
+    coarse, fine = run(reaction, 0.05), run(reaction, 0.01)
+    assert phases(coarse)[0] == pytest.approx(phases(fine)[0], abs=2)
+    assert coarse.times[-1] == pytest.approx(fine.times[-1], rel=0.1)
+    first = slice(0, phases(coarse)[0])
+    np.testing.assert_allclose(
+        coarse.humans[first, 0, :2], fine.humans[first, 0, :2], atol=0.1
+    )
+
+
+def states_of(diagram, context):
+    return np.concatenate(
+        [
+            context.get_discrete_state(i).value().copy()
+            for i in range(context.num_discrete_state_groups())
+        ]
+    )
+
+
+@pytest.mark.parametrize("reaction", REACTIONS)
+def test_clone_in_the_middle_of_a_reaction_has_the_same_future(reaction):
+    active = is_active(run(reaction, 0.05))
+    middle = 0.05 * np.flatnonzero(active)[active.sum() // 2]
+    scenario = LoadScenario(filename=f"reaction_{reaction}")
+    diagram = MakeTrialDiagram(scenario)
+    simulator = MakeTrialSimulator(diagram)
+    simulator.AdvanceTo(middle)
+    context = simulator.get_context()
+    assert diagram.GetOutputPort("behavior_status").Eval(context) == [1]
+    fork = MakeTrialSimulator(diagram, context.Clone())
+    for other in (simulator, fork):
+        other.AdvanceTo(middle + 5.0)
+    np.testing.assert_array_equal(
+        states_of(diagram, simulator.get_context()),
+        states_of(diagram, fork.get_context()),
+    )
+
+
+def test_three_behaviors_meet_in_the_combined_scenario():
+    scenario = LoadScenario(filename="combined")
+    assert [human.behavior for human in scenario.humans] == [
+        "regular",
+        "curious",
+        "threatening",
+    ]
+    result = RunTrial(scenario)
+    assert result.end_reason == "goal"
+    active = (result.recording.behavior_status > 0).sum(axis=0) * 0.1
+    assert active == pytest.approx([0, 30, 40], abs=0.15)
