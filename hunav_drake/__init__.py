@@ -6,6 +6,7 @@ from hunav_drake.systems.lazy import lazy_exports
 
 if TYPE_CHECKING:
     from hunav_drake.humans import AddHumans, HumanPorts, MakeHumans
+    from hunav_drake.plots import plot_forces
     from hunav_drake.results import TrialResult, WriteResult
     from hunav_drake.scenario import (
         CheckScenario,
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
         Scenario,
         ScenarioError,
     )
+    from hunav_drake.services import AgentServices
     from hunav_drake.simulation import (
         GetTrialResult,
         MakeTrialDiagram,
@@ -25,6 +27,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "AddHumans",
+    "AgentServices",
     "CheckScenario",
     "GetTrialResult",
     "HumanConfig",
@@ -40,12 +43,14 @@ __all__ = [
     "ScenarioError",
     "TrialResult",
     "WriteResult",
+    "plot_forces",
 ]
 
 __getattr__ = lazy_exports(
     __name__,
     {
         "AddHumans": "hunav_drake.humans",
+        "AgentServices": "hunav_drake.services",
         "CheckScenario": "hunav_drake.scenario",
         "GetTrialResult": "hunav_drake.simulation",
         "HumanConfig": "hunav_drake.systems.crowd",
@@ -61,5 +66,6 @@ __getattr__ = lazy_exports(
         "ScenarioError": "hunav_drake.scenario",
         "TrialResult": "hunav_drake.results",
         "WriteResult": "hunav_drake.results",
+        "plot_forces": "hunav_drake.plots",
     },
 )

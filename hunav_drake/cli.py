@@ -102,11 +102,40 @@ def _make_parser() -> argparse.ArgumentParser:
         "--force", action="store_true", help="write over an existing file"
     )
 
+    _add_tree_commands(
+        commands.add_parser("tree", help="look at behavior trees")
+    )
+
     doctor = commands.add_parser(
         "doctor", help="show the versions in use, and do a short run"
     )
     doctor.set_defaults(function=_doctor)
     return parser
+
+
+def _add_tree_commands(parser: argparse.ArgumentParser) -> None:
+    commands = parser.add_subparsers(title="commands", required=True)
+    file_help = "a tree file, or the name of a behavior"
+
+    show = commands.add_parser("show", help="show a tree and its memory")
+    show.set_defaults(function=_tree_show)
+    show.add_argument("file", help=file_help)
+
+    check = commands.add_parser("check", help="check tree files")
+    check.set_defaults(function=_tree_check)
+    check.add_argument("file", nargs="+", help=file_help)
+
+    convert = commands.add_parser(
+        "convert", help="write a tree in format 4 of BehaviorTree.CPP"
+    )
+    convert.set_defaults(function=_tree_convert)
+    convert.add_argument("file", help=file_help)
+    convert.add_argument(
+        "-o", "--output", type=Path, help="the file to write, else it is shown"
+    )
+    convert.add_argument(
+        "--force", action="store_true", help="write over an existing file"
+    )
 
 
 def _add_scenario_options(parser: argparse.ArgumentParser) -> None:
@@ -294,6 +323,39 @@ def _import(options: argparse.Namespace) -> int:
     else:
         print(f"Wrote {len(scenario.humans)} people to {output}")
     return DONE
+
+
+def _tree_show(options: argparse.Namespace) -> int:
+    from hunav_drake import tree_commands
+    from hunav_drake.systems.behavior import BehaviorTreeError
+
+    try:
+        return tree_commands.show(options.file)
+    except BehaviorTreeError as error:
+        raise _InputError(str(error)) from error
+
+
+def _tree_check(options: argparse.Namespace) -> int:
+    from hunav_drake import tree_commands
+
+    return tree_commands.check(options.file)
+
+
+def _tree_convert(options: argparse.Namespace) -> int:
+    from hunav_drake import tree_commands
+    from hunav_drake.systems.behavior import BehaviorTreeError
+
+    output: Path | None = options.output
+    try:
+        return tree_commands.convert(options.file, output, force=options.force)
+    except BehaviorTreeError as error:
+        raise _InputError(str(error)) from error
+    except FileExistsError as error:
+        raise _InputError(
+            f"{output} exists already; --force writes over it"
+        ) from error
+    except OSError as error:
+        raise _InputError(f"{output}: {error.strerror}") from error
 
 
 def _doctor(options: argparse.Namespace) -> int:

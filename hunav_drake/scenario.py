@@ -17,6 +17,7 @@ from hunav_drake.scenario_error import (
     Fault,
     Loc,
     ScenarioError,
+    child,
     nearest,
     shown,
     suggestion,
@@ -30,6 +31,10 @@ from hunav_drake.scenario_validation import (
     override_place,
 )
 from hunav_drake.scenario_writer import SaveScenario
+from hunav_drake.systems.crowd.behavior_config import (
+    BehaviorConfig,
+    is_path,
+)
 from hunav_drake.systems.crowd.crowd_config import CrowdConfig
 from hunav_drake.systems.crowd.human_config import HumanConfig
 from hunav_drake.systems.crowd.parameters import SocialForceParameters
@@ -41,6 +46,7 @@ from hunav_drake.yaml_document import YamlDocument
 from hunav_drake.yaml_source import parse_yaml, read_yaml
 
 __all__ = [
+    "BehaviorConfig",
     "Box",
     "CheckScenario",
     "CrowdConfig",
@@ -112,6 +118,8 @@ def LoadScenario(
         return _name(agents, filename, None)
     prefix = _prefix(document, scenario_name)
     plain = document.plain(prefix)
+    if filename is not None and os.path.isfile(filename):
+        _find_trees(plain, Path(filename).resolve().parent)
     faults = document_faults(document, prefix)
     locs, override_faults = _override(plain, overrides)
     scenario, findings = build_scenario(
@@ -164,6 +172,18 @@ def _load_agents(
     if faults:
         raise ScenarioError(imported.name, faults)
     return imported.build(ALL_CHECKS, locs)
+
+
+def _find_trees(data: Any, folder: Path) -> None:
+    """Makes the paths of behavior trees absolute: they start at the file."""
+    humans = data.get("humans") if isinstance(data, dict) else None
+    for human in humans if isinstance(humans, list) else []:
+        holder, key = human, "behavior"
+        if isinstance(child(human, key), dict):
+            holder, key = human[key], "tree"
+        tree = child(holder, key)
+        if isinstance(tree, str) and is_path(tree):
+            holder[key] = str(folder / tree)
 
 
 def _name(

@@ -9,6 +9,7 @@ import uuid
 import yaml
 
 from hunav_drake.scenario_schema import Scenario
+from hunav_drake.systems.crowd.behavior_config import BehaviorConfig
 from hunav_drake.yaml_source import resolve
 
 
@@ -29,8 +30,9 @@ def SaveScenario(scenario: Scenario, filename: str | Path | None = None) -> str:
 
     Raises:
         OSError: If the file cannot be written.
-        ValueError: If `planner.parameters` holds something other than
-            numbers, texts, flags, lists and mappings.
+        ValueError: If parameters of the planner or the crowd, or ports of a
+            behavior, hold something other than numbers, texts, flags, lists
+            and mappings.
     """
     data = _changed(scenario)
     try:
@@ -43,9 +45,9 @@ def SaveScenario(scenario: Scenario, filename: str | Path | None = None) -> str:
         )
     except yaml.YAMLError as error:
         raise ValueError(
-            "planner.parameters must hold numbers, texts, flags, lists and"
-            f" mappings, to be written: {error.args[0]}, got"
-            f" {type(error.args[-1]).__name__}"
+            "planner.parameters and the ports of behaviors must hold numbers,"
+            " texts, flags, lists and mappings, to be written:"
+            f" {error.args[0]}, got {type(error.args[-1]).__name__}"
         ) from error
     if filename is not None:
         _write(Path(filename), text)
@@ -58,6 +60,10 @@ def _changed(value: Any) -> Any:
         return [_changed(item) for item in value]
     if not dc.is_dataclass(value):
         return value
+    if isinstance(value, BehaviorConfig) and not {"tree", "ports"} & set(
+        value.ports
+    ):
+        return {"tree": value.tree, **value.ports}
     result = {}
     for field in dc.fields(value):
         item = getattr(value, field.name)
@@ -99,7 +105,10 @@ def _represent_text(dumper: Any, text: str) -> Any:
     # PyYAML follows YAML 1.1, in which 1e3, say, is text; and it reads the
     # rarer line ends back as spaces unless they are escaped.
     style = None if isinstance(resolve(text), str) else "'"
-    if not text.isprintable():
+    lines = text.split("\n")
+    if len(lines) > 1 and all(line.isprintable() for line in lines):
+        style = "|"
+    elif not text.isprintable():
         style = '"'
     return dumper.represent_scalar("tag:yaml.org,2002:str", text, style=style)
 

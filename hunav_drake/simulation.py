@@ -24,6 +24,7 @@ from hunav_drake.results import (
 from hunav_drake.scenario import CheckScenario, SaveScenario, name_humans
 from hunav_drake.scenario_schema import Scenario
 from hunav_drake.systems.crowd import HumanConfig
+from hunav_drake.systems.crowd.weights import draw_weights
 from hunav_drake.systems.draws import Purpose, draw_uniform
 from hunav_drake.systems.evaluation import Evaluator
 from hunav_drake.systems.evaluation.trial_monitor import (
@@ -48,7 +49,8 @@ def MakeTrialDiagram(
     """Makes the diagram of a trial: its whole state is one Context.
 
     Args:
-        scenario: What happens. Its seed decides where people start.
+        scenario: What happens. Its seed decides where people start, and what
+            their weights are if those are drawn.
         meshcat: Where to show the trial; without one nothing is published.
 
     Returns:
@@ -297,12 +299,13 @@ _MESSAGES = {
 
 
 def _start(scenario: Scenario) -> list[HumanConfig]:
-    """Returns the people where the seed of the trial puts them."""
+    """Returns the people as the seed of the trial makes them."""
     simulation = scenario.simulation
+    humans = draw_weights(scenario.humans, simulation.seed)
     if not simulation.start_jitter:
-        return scenario.humans
+        return humans
     starters = []
-    for human in scenario.humans:
+    for human in humans:
         offset = draw_uniform(
             simulation.seed, human.id or 0, Purpose.START_JITTER, 2
         )

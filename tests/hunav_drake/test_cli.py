@@ -133,8 +133,15 @@ def test_list_names_the_shipped_scenarios(hunav):
     assert code == 0
     assert [line.split()[0] for line in out.splitlines()] == [
         "cafe",
+        "combined",
         "crossing",
         "passing",
+        "reaction_cooperative",
+        "reaction_curious",
+        "reaction_distracted",
+        "reaction_scared",
+        "reaction_surprised",
+        "reaction_threatening",
     ]
 
 

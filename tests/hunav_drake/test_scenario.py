@@ -68,7 +68,7 @@ def test_takes_either_a_file_or_text(kwargs):
 def test_a_missing_file_names_the_shipped_scenarios_and_the_nearest():
     text = failure(filename="pasing.yaml")
     assert "No such file" in text
-    assert "shipped scenarios: cafe, crossing, passing" in text
+    assert "shipped scenarios: cafe, combined, crossing, passing" in text
     assert "did you mean passing?" in text
 
 
@@ -278,8 +278,19 @@ def test_shipped_scenarios_load_and_survive_saving(name):
     )
 
 
-def test_three_scenarios_are_shipped():
-    assert list(ListScenarios()) == ["cafe", "crossing", "passing"]
+def test_scenarios_are_shipped():
+    assert list(ListScenarios()) == [
+        "cafe",
+        "combined",
+        "crossing",
+        "passing",
+        "reaction_cooperative",
+        "reaction_curious",
+        "reaction_distracted",
+        "reaction_scared",
+        "reaction_surprised",
+        "reaction_threatening",
+    ]
 
 
 def free_box(scenario):
@@ -353,15 +364,6 @@ def test_people_of_the_cafe_are_those_of_the_original(reference):
     from hunav_drake.hunav_yaml import ImportAgents
 
     original = ImportAgents(reference / "hunav/agents.yaml")
-    same = [
-        dc.replace(human, name="", behavior="regular")
-        for human in original.humans
-    ]
+    same = [dc.replace(human, name="") for human in original.humans]
     cafe = LoadScenario(filename="cafe").humans
-    assert [
-        dc.replace(human, name="", behavior="regular") for human in cafe
-    ] == same
-    assert [human.behavior for human in cafe] == [
-        "impassive" if human.behavior == "impassive" else "regular"
-        for human in original.humans
-    ]
+    assert [dc.replace(human, name="") for human in cafe] == same

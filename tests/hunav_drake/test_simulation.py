@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from hunav_drake import (
+    ListScenarios,
     GetTrialResult,
     LoadScenario,
     MakeTrialDiagram,
@@ -17,7 +18,7 @@ from hunav_drake import (
     ScenarioError,
 )
 
-SHIPPED = ["passing", "crossing", "cafe"]
+SHIPPED = list(ListScenarios())
 
 
 @pytest.fixture(scope="module")
