@@ -21,6 +21,8 @@ GOAL_MARGIN = 0.1
 
 IGNORED = ("agent_id", "time_step", "id", "dt")
 
+_ROBOT_ROLE = int(Command.ROBOT_ROLE)
+
 Role = Literal["pedestrian", "obstacle", "unseen"]
 ROLES = {
     "pedestrian": float(RobotRole.PEDESTRIAN),
@@ -58,7 +60,7 @@ def regular_nav(
     With `ignore_robot` it is unseen, whatever `robot` says.
     """
     role = ROLES["unseen" if ignore_robot else robot]
-    moment.command[Command.ROBOT_ROLE] = role
+    moment.command[_ROBOT_ROLE] = role
 
 
 @register_action("SetBehaviorStatus", ignored=IGNORED)

@@ -6,12 +6,10 @@ from types import MappingProxyType
 from typing import Any
 
 # The leaves register themselves.
-from hunav_drake.systems.behavior import (  # noqa: F401
-    leaves as _leaves,
-    reactions as _reactions,
-    visibility as _visibility,
-    yielding as _yielding,
-)
+from hunav_drake.systems.behavior import leaves as _leaves  # noqa: F401
+from hunav_drake.systems.behavior import reactions as _reactions  # noqa: F401
+from hunav_drake.systems.behavior import visibility as _visibility  # noqa: F401
+from hunav_drake.systems.behavior import yielding as _yielding  # noqa: F401
 from hunav_drake.systems.behavior.documents import (
     Documents,
     is_file,

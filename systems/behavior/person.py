@@ -167,7 +167,12 @@ class Moment:
     def robots(self) -> list[Row]:
         """The rows of `robot_state`."""
         if self._robots is None:
-            self._robots = self._robot_states.reshape(-1, STATE_SIZE).tolist()
+            flat: Row = self._robot_states.tolist()
+            # (Most often there is one.)
+            self._robots = [
+                flat[i : i + STATE_SIZE]
+                for i in range(0, len(flat), STATE_SIZE)
+            ]
         return self._robots
 
     @property

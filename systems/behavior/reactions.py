@@ -14,6 +14,19 @@ from hunav_drake.systems.behavior.status import Status
 from hunav_drake.systems.layout import RADIUS, YAW, Command, X, Y
 from hunav_drake.systems.schema import within
 
+# Plain integers: an enumeration costs a third of a tick.
+_DESIRED_SPEED = int(Command.DESIRED_SPEED)
+_GOAL_RADIUS = int(Command.GOAL_RADIUS)
+_GOAL_X = int(Command.GOAL_X)
+_GOAL_Y = int(Command.GOAL_Y)
+_HAS_GOAL = int(Command.HAS_GOAL)
+_HOLD = int(Command.HOLD)
+_MAX_SPEED = int(Command.MAX_SPEED)
+_ROBOT_REPULSION = int(Command.ROBOT_REPULSION)
+_ROBOT_ROLE = int(Command.ROBOT_ROLE)
+_TURN_RATE = int(Command.TURN_RATE)
+_YAW_TARGET = int(Command.YAW_TARGET)
+
 # How fast people turn to the robot, in rad/s.
 TURN_RATE = math.pi
 
@@ -30,10 +43,8 @@ def face(moment: Moment, x: float, y: float, turn_rate: float) -> None:
     """
     state, command = moment.state, moment.command
     dx, dy = x - state[X], y - state[Y]
-    command[Command.TURN_RATE] = turn_rate
-    command[Command.YAW_TARGET] = (
-        math.atan2(dy, dx) if dx or dy else state[YAW]
-    )
+    command[_TURN_RATE] = turn_rate
+    command[_YAW_TARGET] = math.atan2(dy, dx) if dx or dy else state[YAW]
 
 
 def walk_to(
@@ -41,23 +52,21 @@ def walk_to(
 ) -> None:
     """Walks to a point at a speed, instead of to the current goal."""
     command = moment.command
-    command[Command.GOAL_X] = x
-    command[Command.GOAL_Y] = y
-    command[Command.GOAL_RADIUS] = goal_radius
-    command[Command.HAS_GOAL] = 1.0
-    command[Command.DESIRED_SPEED] = speed
-    command[Command.MAX_SPEED] = speed
+    command[_GOAL_X] = x
+    command[_GOAL_Y] = y
+    command[_GOAL_RADIUS] = goal_radius
+    command[_HAS_GOAL] = 1.0
+    command[_DESIRED_SPEED] = speed
+    command[_MAX_SPEED] = speed
 
 
 @register_action("SurprisedNav", ignored=IGNORED)
-def surprised_nav(
-    moment: Moment, *, turn_rate: TurnRate = TURN_RATE
-) -> Status:
+def surprised_nav(moment: Moment, *, turn_rate: TurnRate = TURN_RATE) -> Status:
     """Stands still and turns to the robot."""
     robot = moment.robot
     if robot is None:
         return Status.FAILURE
-    moment.command[Command.HOLD] = 1.0
+    moment.command[_HOLD] = 1.0
     face(moment, robot[X], robot[Y], turn_rate)
     moment.behavior_status = 1
     return Status.SUCCESS
@@ -80,10 +89,10 @@ def scared_nav(
     if moment.robot is None:
         return Status.FAILURE
     command = moment.command
-    command[Command.ROBOT_ROLE] = ROLES[robot]
-    command[Command.ROBOT_REPULSION] = push * push_range
-    command[Command.DESIRED_SPEED] = speed
-    command[Command.MAX_SPEED] = speed
+    command[_ROBOT_ROLE] = ROLES[robot]
+    command[_ROBOT_REPULSION] = push * push_range
+    command[_DESIRED_SPEED] = speed
+    command[_MAX_SPEED] = speed
     moment.behavior_status = 1
     return Status.SUCCESS
 
@@ -108,13 +117,13 @@ def curious_nav(
         return Status.FAILURE
     state, command = moment.state, moment.command
     distance = math.hypot(row[X] - state[X], row[Y] - state[Y])
-    command[Command.ROBOT_ROLE] = ROLES[robot]
+    command[_ROBOT_ROLE] = ROLES[robot]
     if distance <= stop_distance:
-        command[Command.HOLD] = 1.0
+        command[_HOLD] = 1.0
         face(moment, row[X], row[Y], turn_rate)
     else:
         approach = speed * (distance / speed_distance)
-        approach = min(approach, command[Command.MAX_SPEED])
+        approach = min(approach, command[_MAX_SPEED])
         walk_to(moment, row[X], row[Y], row[RADIUS], approach)
     moment.behavior_status = 1
     return Status.SUCCESS
@@ -139,7 +148,7 @@ def threatening_nav(
     if row is None:
         return Status.FAILURE
     state = moment.state
-    moment.command[Command.ROBOT_ROLE] = ROLES[robot]
+    moment.command[_ROBOT_ROLE] = ROLES[robot]
     walk_to(
         moment,
         row[X] + goal_distance * math.cos(row[YAW]),

@@ -3,7 +3,6 @@
 import math
 from typing import Annotated
 
-from hunav_drake.systems.angles import wrap_angle
 from hunav_drake.systems.behavior.leaves import IGNORED
 from hunav_drake.systems.behavior.person import Moment
 from hunav_drake.systems.behavior.registry import register_condition
@@ -30,8 +29,8 @@ def _sees_a_robot(
         dx, dy = robot[X] - state[X], robot[Y] - state[Y]
         if math.hypot(dx, dy) > distance:
             continue
-        bearing = wrap_angle(math.atan2(dy, dx) - state[YAW])
-        if abs(bearing) > field_of_view / 2:
+        bearing = math.atan2(dy, dx) - state[YAW]
+        if abs(math.remainder(bearing, 2 * math.pi)) > field_of_view / 2:
             continue
         if not occlusion or moment.clear_part(robot[X], robot[Y]) > 1:
             return True

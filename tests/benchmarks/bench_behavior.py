@@ -1,9 +1,14 @@
 """How long behavior trees take: `python tests/benchmarks/bench_behavior.py`.
 
 Prints microseconds per tick of a tree alone, and per person and step of the
-systems in a diagram, beside a crowd that only reads the commands.
+systems in a diagram, beside a crowd that only reads the commands. Then the
+time of whole diagrams: with a system for each tree, with one system that ticks
+the trees in a Python loop, and with the behavior written out in Python; and
+how many times faster than real time a whole trial with curious people is.
 """
 
+import dataclasses
+import math
 import time
 import timeit
 
@@ -18,8 +23,18 @@ from hunav_drake.systems.behavior import (
     ParseTree,
     Person,
 )
-from hunav_drake.systems.crowd.human_config import HumanConfig
-from hunav_drake.systems.layout import COMMAND_SIZE, STATE_SIZE
+from hunav_drake.systems.crowd import HumanConfig, HumanCrowd
+from hunav_drake.systems.evaluation import Evaluator
+from hunav_drake.systems.layout import (
+    COMMAND_SIZE,
+    RADIUS,
+    STATE_SIZE,
+    YAW,
+    Command,
+    X,
+    Y,
+)
+from hunav_drake.systems.robot import DifferentialDrive, RobotConfig
 
 TIME_STEP = 0.05
 HUMAN = HumanConfig(
@@ -33,23 +48,6 @@ TEN_NODES = (
     + "<AlwaysSuccess/>" * 9
     + "</Sequence></BehaviorTree></root>"
 )
-
-# As the trees of the reactions are.
-REACTION = """
-<root BTCPP_format="4"><BehaviorTree ID="Reaction"><Fallback>
-  <Sequence>
-    <IsRobotVisible distance="4"/>
-    <Inverter><TimeExpiredCondition seconds="40"/></Inverter>
-    <RegularNav robot="unseen"/>
-  </Sequence>
-  <Sequence>
-    <ForceSuccess>
-      <Sequence><IsGoalReached/><UpdateGoal/></Sequence>
-    </ForceSuccess>
-    <RegularNav/>
-  </Sequence>
-</Fallback></BehaviorTree></root>
-"""
 
 
 class DummyCrowd(LeafSystem):
@@ -124,11 +122,200 @@ def us_per_tick(tree):
     )
 
 
+class Loop(LeafSystem):
+    """Ticks the trees of all people in a Python loop, for one simulation.
+
+    It keeps the memories in its own attributes: what is the least that the
+    trees take without Drake.
+    """
+
+    def __init__(self, humans):
+        super().__init__()
+        n = len(humans)
+        self._humans = humans
+        self._tree = LoadTree("curious")
+        self._people = [
+            Person.from_config(human, i, time_step=TIME_STEP)
+            for i, human in enumerate(humans)
+        ]
+        self._memories = [self._tree.initial_memory(p) for p in self._people]
+        self._commands = None
+        self._time = -1.0
+        self._states = self.DeclareVectorInputPort(
+            "human_states", n * STATE_SIZE
+        )
+        self._robot = self.DeclareVectorInputPort("robot_state", STATE_SIZE)
+        for i in range(n):
+            self.DeclareVectorOutputPort(
+                f"command_{i}",
+                COMMAND_SIZE,
+                lambda context, output, i=i: output.SetFromVector(
+                    self._all(context)[i]
+                ),
+                prerequisites_of_calc={self.all_input_ports_ticket()},
+            )
+
+    def _all(self, context):
+        if context.get_time() != self._time:
+            self._time = context.get_time()
+            self._commands = np.array(
+                self._decide(
+                    self._states.EvalBasicVector(context).value(),
+                    self._robot.EvalBasicVector(context).value(),
+                )
+            )
+        return self._commands
+
+    def _decide(self, states, robot):
+        commands = []
+        for i, person in enumerate(self._people):
+            outcome = self._tree.tick(person, self._memories[i], states, robot)
+            self._memories[i] = outcome.memory
+            commands.append(outcome.command)
+        return commands
+
+
+class WrittenOut(Loop):
+    """Has the curious behavior written out in Python, instead of trees."""
+
+    def __init__(self, humans):
+        super().__init__(humans)
+        self._goals = [0] * len(humans)
+        self._timers = [0.0] * len(humans)
+
+    def _decide(self, states, robot):
+        rows = states.reshape(-1, STATE_SIZE).tolist()
+        robot = robot.tolist()
+        return [self._one(i, row, robot) for i, row in enumerate(rows)]
+
+    def _one(self, i, state, robot):
+        human = self._humans[i]
+        command = [0.0] * COMMAND_SIZE
+        command[Command.GOAL_RADIUS] = human.goal_radius
+        command[Command.HAS_GOAL] = 1.0
+        command[Command.DESIRED_SPEED] = human.desired_speed
+        command[Command.MAX_SPEED] = human.speed_limit
+        command[Command.GROUP_ID] = human.group_id
+        dx, dy = robot[X] - state[X], robot[Y] - state[Y]
+        distance = math.hypot(dx, dy)
+        if distance <= 10.0:
+            bearing = math.atan2(dy, dx)
+            turn = math.remainder(bearing - state[YAW], 2 * math.pi)
+            if abs(turn) <= math.pi / 2 + 0.17:
+                timer = self._timers[i] + TIME_STEP
+                if timer < 30.0:
+                    self._timers[i] = timer
+                    if distance <= 1.5:
+                        command[Command.HOLD] = 1.0
+                        command[Command.TURN_RATE] = math.pi
+                        command[Command.YAW_TARGET] = bearing
+                    else:
+                        speed = min(0.18 * distance, human.speed_limit)
+                        command[Command.GOAL_X] = robot[X]
+                        command[Command.GOAL_Y] = robot[Y]
+                        command[Command.GOAL_RADIUS] = robot[RADIUS]
+                        command[Command.DESIRED_SPEED] = speed
+                        command[Command.MAX_SPEED] = speed
+                    return command
+        goal = human.goals[self._goals[i]]
+        reached = math.hypot(goal[0] - state[X], goal[1] - state[Y])
+        if reached <= human.goal_radius + 0.1:
+            self._goals[i] = (self._goals[i] + 1) % len(human.goals)
+            goal = human.goals[self._goals[i]]
+        command[Command.GOAL_X], command[Command.GOAL_Y] = goal
+        command[Command.ROBOT_ROLE] = 1.0
+        return command
+
+
+def seconds_of_a_diagram(n, kind):
+    """Returns the time of 30 simulated seconds of n curious people."""
+    humans = [
+        HumanConfig(
+            pose=(3.0 * (i % 10), 3.0 * (i // 10), 0.0),
+            goals=[(40.0, 3.0 * (i // 10)), (0.0, 3.0 * (i // 10))],
+            cyclic=True,
+        )
+        for i in range(n)
+    ]
+    builder = DiagramBuilder()
+    crowd = builder.AddSystem(HumanCrowd(humans))
+    robot = builder.AddSystem(
+        DifferentialDrive(RobotConfig(start=(-2.0, -2.0, 0.0)))
+    )
+    drive = builder.AddSystem(ConstantVectorSource([0.3, 0.02]))
+    evaluator = builder.AddSystem(Evaluator(humans))
+    states = crowd.get_human_states_output_port()
+    robot_state = robot.get_robot_state_output_port()
+    builder.Connect(drive.get_output_port(), robot.get_input_port())
+    builder.Connect(robot_state, crowd.get_robot_state_input_port())
+    builder.Connect(states, evaluator.GetInputPort("human_states"))
+    builder.Connect(robot_state, evaluator.GetInputPort("robot_state"))
+    if kind != "systems":
+        loop = builder.AddSystem(
+            Loop(humans) if kind == "loop" else WrittenOut(humans)
+        )
+        builder.Connect(states, loop.GetInputPort("human_states"))
+        builder.Connect(robot_state, loop.GetInputPort("robot_state"))
+    else:
+        tree = LoadTree("curious")
+    for i, human in enumerate(humans):
+        if kind != "systems":
+            port = loop.GetOutputPort(f"command_{i}")
+        else:
+            system = builder.AddNamedSystem(
+                f"tree_{i}", BehaviorTree(tree, human, i, n)
+            )
+            builder.Connect(states, system.GetInputPort("human_states"))
+            builder.Connect(robot_state, system.GetInputPort("robot_state"))
+            port = system.GetOutputPort("command")
+        builder.Connect(port, crowd.get_command_input_port(i))
+    simulator = Simulator(builder.Build())
+    simulator.Initialize()
+    start = time.perf_counter()
+    simulator.AdvanceTo(30.0)
+    return time.perf_counter() - start, crowd.GetMyContextFromRoot(
+        simulator.get_context()
+    ).get_discrete_state(0).value().copy()
+
+
+def real_time_factor(n):
+    """Returns how fast a whole trial with n curious people is."""
+    from hunav_drake import LoadScenario, MakeTrialDiagram, MakeTrialSimulator
+
+    scenario = LoadScenario(filename="crossing")
+    humans = [
+        HumanConfig(
+            pose=(-5.0 + i % 10, -9.0 + 3.5 * (i // 10), 0.0),
+            goals=[(4.0, -9.0 + 3.5 * (i // 10)), (-4.0, 0.0)],
+            cyclic=True,
+            radius=0.3,
+            behavior="curious",
+        )
+        for i in range(n)
+    ]
+    scenario = dataclasses.replace(
+        scenario,
+        humans=humans,
+        robot=dataclasses.replace(
+            scenario.robot, goal_tolerance=1e-6, goal_yaw_tolerance=1e-6
+        ),
+        simulation=dataclasses.replace(scenario.simulation, stuck_time=1e4),
+    )
+    best = np.inf
+    for _ in range(3):
+        simulator = MakeTrialSimulator(MakeTrialDiagram(scenario))
+        simulator.Initialize()
+        start = time.perf_counter()
+        simulator.AdvanceTo(60.0)
+        best = min(best, time.perf_counter() - start)
+    return 60.0 / best
+
+
 def main():
     trees = {
         "ten nodes": ParseTree(TEN_NODES),
         "regular": LoadTree("regular"),
-        "reaction": ParseTree(REACTION),
+        "curious": LoadTree("curious"),
     }
     print("us per tick of a tree")
     for name, tree in trees.items():
@@ -136,9 +323,29 @@ def main():
     print("us per person and step of BehaviorTree in a diagram")
     for n in (5, 20, 50):
         base = us_per_step(n, None)
-        for name in ("regular", "reaction"):
+        for name in ("regular", "curious"):
             cost = (us_per_step(n, trees[name]) - base) / n
             print(f"  n = {n:2d} {name:10s} {cost:6.2f}")
+    print("ms per simulated second of crowd, curious people, robot, evaluator")
+    kinds = ("systems", "loop", "written out")
+    for n in (5, 20, 50):
+        best = dict.fromkeys(kinds, np.inf)
+        ends = {}
+        for _ in range(5):
+            for kind in kinds:
+                seconds, ends[kind] = seconds_of_a_diagram(n, kind)
+                best[kind] = min(best[kind], 1e3 / 30 * seconds)
+        for kind in kinds:
+            np.testing.assert_allclose(ends[kind], ends["loop"], atol=1e-6)
+        systems, loop, written_out = best.values()
+        print(
+            f"  n = {n:2d}  a system for each tree {systems:6.2f},"
+            f" a loop over the trees {loop:6.2f} (ratio {systems / loop:.2f}),"
+            f" written out {written_out:6.2f} ({systems / written_out:.2f})"
+        )
+    print("times real time of a whole trial with curious people")
+    for n in (5, 50):
+        print(f"  n = {n:2d} {real_time_factor(n):6.0f}")
 
 
 if __name__ == "__main__":

@@ -8,9 +8,13 @@ from pydrake.systems.analysis import Simulator
 import pytest
 
 from hunav_drake.humans import MakeHumans
-from hunav_drake.systems.behavior import LoadTree, ParseTree, Person
+from hunav_drake.systems.behavior import (
+    BehaviorConfig,
+    LoadTree,
+    ParseTree,
+    Person,
+)
 from hunav_drake.systems.behavior.behavior_tree import BehaviorTree
-from hunav_drake.systems.behavior import BehaviorConfig
 from hunav_drake.systems.crowd import HumanConfig
 from hunav_drake.systems.layout import Command
 

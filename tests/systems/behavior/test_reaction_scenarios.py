@@ -126,9 +126,7 @@ def test_threatening_person_stays_in_front_of_the_robot(time_step):
     near = to_front[first : last + 1] < 0.6
     assert near.mean() > 0.9
     # Being in the way slows the robot down, but does not stop it.
-    driven = np.hypot(
-        *(recording.robot[last, :2] - recording.robot[first, :2])
-    )
+    driven = np.hypot(*(recording.robot[last, :2] - recording.robot[first, :2]))
     assert 5 < driven < 0.5 * 0.6 * 40
     assert np.hypot(*(recording.humans[-1, 0, :2] - [8.0, 3.0])) < 0.6
 
@@ -141,7 +139,7 @@ def test_distracted_person_notices_the_robot_late(time_step):
     assert 1.3 < distances(distracted)[first] <= 1.5
     assert last - first < 40
     # Until then it walks straight on, where a regular person gives way.
-    assert np.abs(distracted.humans[:first, 0, Y] - 0.7).max() < 1e-6
+    assert np.abs(distracted.humans[:first, 0, Y] - 0.7).max() < 1e-4
     assert np.abs(regular.humans[:first, 0, Y] - 0.7).max() > 0.02
     assert distances(distracted).min() < distances(regular).min()
 
