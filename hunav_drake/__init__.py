@@ -7,6 +7,7 @@ from hunav_drake.systems.lazy import lazy_exports
 if TYPE_CHECKING:
     from hunav_drake.humans import AddHumans, HumanPorts, MakeHumans
     from hunav_drake.plots import plot_forces
+    from hunav_drake.recording_readers import ReadRecording
     from hunav_drake.results import TrialResult, WriteResult
     from hunav_drake.scenario import (
         CheckScenario,
@@ -37,6 +38,7 @@ __all__ = [
     "MakeHumans",
     "MakeTrialDiagram",
     "MakeTrialSimulator",
+    "ReadRecording",
     "RunTrial",
     "SaveScenario",
     "Scenario",
@@ -60,6 +62,7 @@ __getattr__ = lazy_exports(
         "MakeHumans": "hunav_drake.humans",
         "MakeTrialDiagram": "hunav_drake.simulation",
         "MakeTrialSimulator": "hunav_drake.simulation",
+        "ReadRecording": "hunav_drake.recording_readers",
         "RunTrial": "hunav_drake.simulation",
         "SaveScenario": "hunav_drake.scenario",
         "Scenario": "hunav_drake.scenario",

@@ -13,15 +13,19 @@ import sys
 import time
 from typing import TYPE_CHECKING, Any
 
+from hunav_drake.cli_metrics import add_format_option, add_metric_commands
+from hunav_drake.cli_report import add_report_command
+from hunav_drake.command_errors import (
+    BAD_INPUT,
+    DONE,
+    FAILED,
+    INTERRUPTED,
+    check_writable,
+)
+from hunav_drake.command_errors import InputError as _InputError
+
 if TYPE_CHECKING:
     from hunav_drake.scenario import Scenario
-
-# The exit codes.
-DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
-
-
-class _InputError(Exception):
-    """Something that the caller gave cannot be used; the text says what."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -65,8 +69,9 @@ def _make_parser() -> argparse.ArgumentParser:
         "--out",
         metavar="DIR",
         type=Path,
-        help="write tables, the recording and replay.html there",
+        help="write tables, the recording, report.html and replay.html there",
     )
+    add_format_option(run)
     run.add_argument(
         "--no-replay", action="store_true", help="leave out replay.html"
     )
@@ -78,6 +83,9 @@ def _make_parser() -> argparse.ArgumentParser:
     run.add_argument(
         "--quiet", action="store_true", help="no progress bar, no table"
     )
+
+    add_metric_commands(commands)
+    add_report_command(commands)
 
     listing = commands.add_parser("list", help="list the shipped scenarios")
     listing.set_defaults(function=_list)
@@ -177,7 +185,8 @@ def _run(options: argparse.Namespace) -> int:
     more = [f"planner.name={options.planner}"] if options.planner else []
     scenario = _load(options.scenario, options, more)
     if options.out is not None:
-        _check_writable(options.out)
+        check_writable(options.out)
+    from hunav_drake.report import WriteReport
     from hunav_drake.results import FormatMetricsTable, WriteResult
     from hunav_drake.scenario import ScenarioError
     from hunav_drake.simulation import RunTrial
@@ -220,14 +229,20 @@ def _run(options: argparse.Namespace) -> int:
         print(f"\nTook {elapsed:.2f} s, {rate:.0f} times real time")
     if options.out is not None:
         try:
-            written = WriteResult(result, options.out)
+            written = WriteResult(result, options.out, format=options.format)
             if replay and meshcat is not None:
                 from hunav_drake.replay import SaveReplay
 
                 SaveReplay(meshcat, options.out / "replay.html")
+            report = WriteReport(
+                result,
+                options.out / "report.html",
+                replay=options.out / "replay.html" if replay else None,
+            )
         except OSError as error:
             raise _InputError(f"--out {options.out}: {error}") from error
         print(f"Wrote {len(written)} files to {options.out}")
+        print(f"Report, for a browser: {report}")
         if replay:
             print(f"Replay, for a browser: {options.out / 'replay.html'}")
     if options.meshcat and sys.stdin.isatty():
@@ -257,21 +272,6 @@ class _ProgressBar:
 
     def show(self, seconds: float) -> None:
         self._bar.update(seconds - self._bar.n)
-
-
-def _check_writable(directory: Path) -> None:
-    """Finds out before the trial whether its results can be kept."""
-    import tempfile
-
-    try:
-        directory.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=directory):
-            pass
-    except OSError as error:
-        raise _InputError(
-            f"--out {directory}: cannot write there: {error.strerror}. Name a"
-            " folder that you may write to."
-        ) from error
 
 
 def _list(options: argparse.Namespace) -> int:

@@ -15,6 +15,7 @@ from typing import Any, Literal
 
 import pandas as pd
 
+from hunav_drake.hunav_files import write_hunav_files
 from hunav_drake.run_table import append_row, locked
 from hunav_drake.systems.evaluation.compute import (
     evaluate,
@@ -24,7 +25,9 @@ from hunav_drake.systems.evaluation.files import atomic_write
 from hunav_drake.systems.evaluation.metrics import METRICS
 from hunav_drake.systems.evaluation.recording import Recording
 
-EndReason = Literal["goal", "timeout", "stuck"]
+# "end" is that of a recording from elsewhere, which does not tell.
+EndReason = Literal["goal", "timeout", "stuck", "end"]
+Format = Literal["csv", "hunav"]
 Provenance = dict[str, str | int]
 
 # The widest line of a table in the terminal.
@@ -122,6 +125,36 @@ def MakeProvenance(
         The versions of this package, Drake, NumPy, Numba and Python, the type
         of machine, the SHA-256 hash of the scenario, the seed, the planner.
     """
+    return {
+        **_versions(),
+        "scenario_sha256": hashlib.sha256(scenario_text.encode()).hexdigest(),
+        "seed": seed,
+        "planner": planner,
+    }
+
+
+def MakeSourceProvenance(filename: str | Path) -> Provenance:
+    """Returns what must be equal for a recording's metrics to be the same.
+
+    Args:
+        filename: The file of the recording.
+
+    Returns:
+        The versions and the type of machine as `MakeProvenance` gives them,
+        the name of the file, and the SHA-256 hash of its content.
+
+    Raises:
+        OSError: If the file cannot be read.
+    """
+    path = Path(filename)
+    return {
+        **_versions(),
+        "source": path.name,
+        "source_sha256": hashlib.sha256(path.read_bytes()).hexdigest(),
+    }
+
+
+def _versions() -> Provenance:
     versions = {
         name: metadata.version(name)
         for name in ("hunav_drake", "drake", "numpy", "numba")
@@ -131,9 +164,6 @@ def MakeProvenance(
         "python": platform.python_version(),
         "machine": platform.machine(),
         "system": platform.system(),
-        "scenario_sha256": hashlib.sha256(scenario_text.encode()).hexdigest(),
-        "seed": seed,
-        "planner": planner,
     }
 
 
@@ -192,7 +222,11 @@ def _shorten(line: str) -> str:
 
 
 def WriteResult(
-    result: TrialResult, directory: str | Path, *, tag: str | None = None
+    result: TrialResult,
+    directory: str | Path,
+    *,
+    tag: str | None = None,
+    format: Format = "csv",
 ) -> list[Path]:
     """Writes the files of a result into a folder, beside those of others.
 
@@ -207,6 +241,8 @@ def WriteResult(
         directory: The folder; it is made if need be.
         tag: What tells this run from the others in the folder. By default
             scenario, planner and seed, and a number if that is taken.
+        format: With "hunav", the four kinds of text files of HuNavSim are
+            written besides: see `write_hunav_files`.
 
     Returns:
         The files that were written or added to.
@@ -224,7 +260,18 @@ def WriteResult(
     try:
         directory.mkdir(parents=True, exist_ok=True)
         with locked(directory):
-            return _write(result, directory, _free_tag(result, directory, tag))
+            tag = _free_tag(result, directory, tag)
+            more = []
+            if format == "hunav":
+                more = write_hunav_files(
+                    directory,
+                    tag,
+                    metrics=result.metrics,
+                    steps=result.steps,
+                    by_behavior=result.by_behavior,
+                    steps_by_behavior=result.steps_by_behavior,
+                )
+            return more + _write(result, directory, tag)
     except OSError as error:
         raise OSError(
             error.errno,

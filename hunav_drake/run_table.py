@@ -1,4 +1,4 @@
-"""A CSV table with a row per run, which many processes may add to."""
+"""A table of text with a row per run, which many processes may add to."""
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -31,7 +31,9 @@ def locked(directory: Path) -> Iterator[None]:
         os.close(handle)
 
 
-def append_row(path: Path, row: Mapping[str, Any]) -> None:
+def append_row(
+    path: Path, row: Mapping[str, Any], *, delimiter: str = ","
+) -> None:
     """Adds a row to a table, or begins the table with it.
 
     The table is written anew and takes its place in one piece, so a reader
@@ -42,15 +44,18 @@ def append_row(path: Path, row: Mapping[str, Any]) -> None:
     Args:
         path: The table; it need not exist.
         row: The values by column. NaN is written as nothing.
+        delimiter: What stands between two cells.
 
     Raises:
         OSError: If the table cannot be read or written.
         ValueError: If the file is not such a table.
     """
-    columns, rows = _read(path) if path.exists() else ([], [])
+    columns, rows = _read(path, delimiter) if path.exists() else ([], [])
     columns += [name for name in row if name not in columns]
     text = io.StringIO(newline="")
-    writer = csv.DictWriter(text, columns, restval="", lineterminator="\n")
+    writer = csv.DictWriter(
+        text, columns, restval="", delimiter=delimiter, lineterminator="\n"
+    )
     writer.writeheader()
     writer.writerows(rows)
     writer.writerow({name: _cell(value) for name, value in row.items()})
@@ -58,10 +63,10 @@ def append_row(path: Path, row: Mapping[str, Any]) -> None:
         file.write(text.getvalue().encode())
 
 
-def _read(path: Path) -> tuple[list[str], list[dict[str, str]]]:
+def _read(path: Path, delimiter: str) -> tuple[list[str], list[dict[str, str]]]:
     try:
         with path.open(newline="", encoding="utf-8") as file:
-            reader = csv.DictReader(file, strict=True)
+            reader = csv.DictReader(file, delimiter=delimiter, strict=True)
             rows = list(reader)
     except (csv.Error, UnicodeDecodeError) as error:
         raise ValueError(f"{path}: is not a table of runs: {error}") from error

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from enum import IntEnum
 import math
-from typing import Any
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,12 +17,16 @@ from pydrake.systems.framework import (
     State,
 )
 
+from hunav_drake.systems.angles import wrap_angle
 from hunav_drake.systems.callbacks import weakly
 from hunav_drake.systems.crowd.human_config import HumanConfig
 from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.systems.evaluation.samples import Sample
-from hunav_drake.systems.layout import STATE_SIZE, X, Y
+from hunav_drake.systems.layout import STATE_SIZE, YAW, X, Y
 from hunav_drake.systems.obstacles import Obstacles
+
+# When the recording begins.
+Start = Literal["at_once", "at_goal_command", "by_trigger"]
 
 # Time that passes by rounding alone, as a part of the time step.
 _SAME_INSTANT = 1e-6
@@ -56,6 +60,7 @@ class Evaluator(LeafSystem):
         - human_states
         - behavior_status (optional)
         - goal (optional)
+        - trigger (optional)
         output_ports:
         - metrics
         - recording
@@ -68,11 +73,19 @@ class Evaluator(LeafSystem):
     pose (x, y, yaw) that the robot is to reach; unconnected, or not finite,
     there is none.
 
+    The recording begins at once; or, with ``start="at_goal_command"``, when
+    ``goal`` first is finite; or, with ``start="by_trigger"``, when port
+    ``trigger`` first is above 0.5. It ends for good with the first sample at
+    the goal, if ``stop_at_goal``; with the first that comes ``timeout`` after
+    the first of all; and when ``trigger`` falls, if that began it.
+
     Port ``metrics`` gives running values as of the last sample, in the order
     of `RunningMetric`; what has no value is NaN. Port ``recording`` gives
     what `GetRecording` returns, a `Recording`.
 
-    The abstract state is the list of samples so far. It is updated, before
+    The abstract state is the list of samples so far. The discrete state is 1
+    once the recording has ended, and the goal (x, y, yaw) at that instant,
+    or NaN. They are updated, before
     anything else changes at that instant, at the multiples of ``period``.
     Periods that are multiples of each other do not always fall on the same
     floating-point instants, but would here and there see one instant before
@@ -90,6 +103,9 @@ class Evaluator(LeafSystem):
         goal_tolerance: float = 0.25,
         goal_yaw_tolerance: float = 0.25,
         obstacles: Obstacles | None = None,
+        start: Start = "at_once",
+        stop_at_goal: bool = False,
+        timeout: float = math.inf,
     ) -> None:
         """Constructs an Evaluator.
 
@@ -101,12 +117,28 @@ class Evaluator(LeafSystem):
             goal_tolerance: How near to the goal is at the goal, in meters.
             goal_yaw_tolerance: The same for the heading, in radians.
             obstacles: The walls, for the metrics of forces.
+            start: When the recording begins: "at_once", "at_goal_command" or
+                "by_trigger".
+            stop_at_goal: Whether it ends at the goal.
+            timeout: The time after which it ends, in seconds.
 
         Raises:
-            ValueError: If ``period`` is not a multiple of ``time_step``, or
-                one of the numbers is not positive.
+            ValueError: If ``period`` is not a multiple of ``time_step``, one
+                of the numbers is not positive, or ``start`` is unknown.
         """
         super().__init__()
+        if start not in get_args(Start):
+            raise ValueError(
+                f"Evaluator: start must be one of {get_args(Start)}, got"
+                f" {start!r}"
+            )
+        if not timeout > 0:
+            raise ValueError(
+                f"Evaluator: timeout must be positive, got {timeout} s"
+            )
+        self._start = start
+        self._stop_at_goal = stop_at_goal
+        self._timeout = timeout
         self._every = _check_decimation(time_step, period)
         self._time_step = time_step
         self._static: dict[str, Any] = {
@@ -116,7 +148,7 @@ class Evaluator(LeafSystem):
             "human_ids": tuple(
                 i if h.id is None else h.id for i, h in enumerate(humans, 1)
             ),
-            "behaviors": tuple(h.behavior for h in humans),
+            "behaviors": tuple(h.behavior_name for h in humans),
             "group_ids": tuple(h.group_id for h in humans),
             "goal_tolerance": goal_tolerance,
             "goal_yaw_tolerance": goal_yaw_tolerance,
@@ -141,15 +173,18 @@ class Evaluator(LeafSystem):
             "behavior_status", n
         )
         self._goal = self.DeclareVectorInputPort("goal", 3)
+        self._trigger = self.DeclareVectorInputPort("trigger", 1)
         self._samples = self.DeclareAbstractState(
             AbstractValue.Make(Sample.start(n))
         )
+        self._end = self.DeclareDiscreteState([0.0, np.nan, np.nan, np.nan])
         self._metrics = self.DeclareVectorOutputPort(
             "metrics",
             len(RunningMetric),
             self._CalcMetrics,
             prerequisites_of_calc={
                 self.abstract_state_ticket(self._samples),
+                self.discrete_state_ticket(self._end),
                 self.input_port_ticket(self._goal.get_index()),
             },
         )
@@ -181,6 +216,10 @@ class Evaluator(LeafSystem):
         """Returns the port that takes the pose to reach."""
         return self._goal
 
+    def get_trigger_input_port(self) -> InputPort:
+        """Returns the port that begins and ends the recording."""
+        return self._trigger
+
     def get_metrics_output_port(self) -> OutputPort:
         """Returns the port with the running values."""
         return self._metrics
@@ -192,22 +231,32 @@ class Evaluator(LeafSystem):
     def GetRecording(self, context: Context) -> Recording:
         """Returns the recording until now.
 
-        If the context's time is later than that of the last sample, its
-        present instant is the last of the recording: the end of a trial is
-        always in it. The goal is the one of the present instant.
+        If the context's time is later than that of the last sample, and the
+        recording has not ended, its present instant is the last of the
+        recording: the end of a trial is always in it. The goal is the one of
+        the present instant, or of that at which the recording ended.
 
         Args:
             context: This system's own context.
 
         Raises:
             RuntimeError: If ``robot_state`` or ``human_states`` is not
-                connected.
+                connected, or if the recording has not begun.
             ValueError: If a state is not finite.
         """
         self.ValidateContext(context)
         last = context.get_abstract_state(self._samples).get_value()
-        if context.get_time() > last.time + _SAME_INSTANT * self._time_step:
+        if (
+            context.get_time() > last.time + _SAME_INSTANT * self._time_step
+            and self._IsOn(context, last)
+        ):
             last = self._Sample(context, last)
+        if not last.count:
+            what = "goal" if self._start == "at_goal_command" else "trigger"
+            raise RuntimeError(
+                f"{self.GetSystemPathname()}: nothing has been recorded by"
+                f" t = {context.get_time():g} s; it waits for its port {what!r}"
+            )
         nodes = last.nodes()
         status = None
         if nodes[-1].status is not None:
@@ -221,7 +270,7 @@ class Evaluator(LeafSystem):
             robot=np.array([node.robot for node in nodes]),
             humans=humans.reshape(len(nodes), self._n, STATE_SIZE),
             behavior_status=status,
-            goal=self._EvalGoal(context),
+            goal=self._GetGoal(context),
             **self._static,
         )
 
@@ -240,9 +289,52 @@ class Evaluator(LeafSystem):
         if round(context.get_time() / self._time_step) % self._every:
             return
         last = context.get_abstract_state(self._samples).get_value()
-        state.get_mutable_abstract_state(self._samples).set_value(
-            self._Sample(context, last)
+        if self._IsOn(context, last):
+            last = self._Sample(context, last)
+            state.get_mutable_abstract_state(self._samples).set_value(last)
+            ends = self._IsLast(context, last)
+        else:
+            ends = last.count > 0
+        if ends and not self._HasEnded(context):
+            goal = self._EvalGoal(context) or (np.nan, np.nan, np.nan)
+            state.get_mutable_discrete_state(self._end).set_value([1.0, *goal])
+
+    def _HasEnded(self, context: Context) -> bool:
+        return bool(context.get_discrete_state(self._end).value()[0])
+
+    def _IsOn(self, context: Context, last: Sample) -> bool:
+        """Tells whether the present instant belongs to the recording."""
+        if self._HasEnded(context):
+            return False
+        if self._start == "by_trigger":
+            return bool(self._trigger.Eval(context)[0] > 0.5)
+        if self._start == "at_goal_command" and not last.count:
+            return self._EvalGoal(context) is not None
+        return True
+
+    def _IsLast(self, context: Context, sample: Sample) -> bool:
+        """Tells whether the recording ends with a sample of this instant."""
+        elapsed = sample.time - sample.first_time
+        if elapsed >= self._timeout - _SAME_INSTANT * self._time_step:
+            return True
+        goal = self._EvalGoal(context) if self._stop_at_goal else None
+        if goal is None:
+            return False
+        x, y, yaw = sample.robot[[X, Y, YAW]].tolist()
+        near = math.hypot(x - goal[0], y - goal[1])
+        turn = abs(wrap_angle(yaw - goal[2]))
+        return bool(
+            near < self._static["goal_tolerance"]
+            and turn <= self._static["goal_yaw_tolerance"]
         )
+
+    def _GetGoal(self, context: Context) -> tuple[float, float, float] | None:
+        """Returns the goal of the recording."""
+        if not self._HasEnded(context):
+            return self._EvalGoal(context)
+        end = context.get_discrete_state(self._end).value()
+        _, x, y, yaw = end.tolist()
+        return (x, y, yaw) if math.isfinite(x) else None
 
     def _EvalGoal(self, context: Context) -> tuple[float, float, float] | None:
         if not self._goal.HasValue(context):
@@ -261,7 +353,7 @@ class Evaluator(LeafSystem):
         values[RunningMetric.MIN_GAP] = running.min_gap
         values[RunningMetric.GOAL_DISTANCE] = np.nan
         values[RunningMetric.COLLISIONS] = running.collisions
-        goal = self._EvalGoal(context)
+        goal = self._GetGoal(context)
         if goal is not None and last.count:
             values[RunningMetric.GOAL_DISTANCE] = math.hypot(
                 last.robot[X] - goal[0], last.robot[Y] - goal[1]

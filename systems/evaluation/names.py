@@ -61,10 +61,28 @@ TABLE_I = (
     SOCIAL_WORK,
 )
 
-# Beyond Table I. Each sum of forces has `<name>_rate` besides.
+# Beyond Table I. Each sum of forces or costs has `<name>_rate` besides.
 DURATION = "duration"
 MAX_DIST_TO_PEOPLE = "max_dist_to_people"
 PUBLIC_SPACE_INTRUSIONS = "public_space_intrusions"
+SPACE_COMPLIANCE = "space_compliance"
+PATH_IRREGULARITY = "path_irregularity"
+PATH_EFFICIENCY = "path_efficiency"
+SUCCESS_WEIGHTED_PATH_LENGTH = "success_weighted_path_length"
+STALLED_TIME = "stalled_time"
+MIN_CLEARANCE = "min_clearance"
+AVG_CLEARANCE = "avg_clearance"
+STATIC_OBSTACLE_COLLISIONS = "static_obstacle_collisions"
+AVG_DISPLACEMENT_ERROR = "avg_displacement_error"
+FINAL_DISPLACEMENT_ERROR = "final_displacement_error"
+ASYMMETRIC_DTW = "asymmetric_dtw"
+TOPOLOGICAL_COMPLEXITY = "topological_complexity"
+MIN_TIME_TO_COLLISION = "min_time_to_collision"
+DANGER_FEAR_COST = "danger_fear_cost"
+DANGER_PANIC_COST = "danger_panic_cost"
+SURPRISE_VISIBILITY_COST = "surprise_visibility_cost"
+SURPRISE_SHOCK_COST = "surprise_shock_cost"
+SURPRISE_REACT_COST = "surprise_react_cost"
 
 # A column of the steps of one behavior: whether anyone shows it just then.
 BEHAVIOR_ACTIVE = "behavior_active"

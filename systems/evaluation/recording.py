@@ -1,7 +1,7 @@
 """A recorded trial, as arrays: all that a metric is computed from."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 import difflib
 from functools import cached_property
 import math
@@ -13,7 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from hunav_drake.systems.evaluation import recording_file
 from hunav_drake.systems.evaluation.derived import Derived
-from hunav_drake.systems.layout import RADIUS, STATE_SIZE
+from hunav_drake.systems.evaluation.encounters import Encounters
+from hunav_drake.systems.evaluation.way import Way
+from hunav_drake.systems.layout import RADIUS, STATE_SIZE, X, Y
 from hunav_drake.systems.obstacles import Obstacles
 
 Array = NDArray[np.float64]
@@ -47,6 +49,9 @@ class Recording:
             elsewhere that do not know the walls: up to k nearest points of
             walls to the robot (row 0) and to each person, NaN where there are
             fewer. They stand in for `obstacles`.
+        reference_path: Shape (m, 3), rows (time, x, y) in seconds and meters,
+            with times that increase: a path to compare the robot's with, on
+            a clock of its own.
 
     Raises:
         ValueError: If an array has a wrong shape, a number that is not
@@ -68,13 +73,14 @@ class Recording:
         default_factory=lambda: Obstacles.from_points([])
     )
     nearest_walls: Array | None = None
+    reference_path: Array | None = None
 
     def __post_init__(self) -> None:
         times = _array("times", self.times, (None,))
         samples = len(times)
         if not samples:
             raise ValueError("recording.times: needs at least one sample")
-        _check_increasing(times)
+        _check_increasing("times", times)
         robot = _array("robot", self.robot, (samples, STATE_SIZE))
         humans = _array("humans", self.humans, (samples, None, STATE_SIZE))
         n = humans.shape[1]
@@ -90,6 +96,9 @@ class Recording:
                 "nearest_walls", nearest, (samples, n + 1, None, 2)
             )
             nearest.setflags(write=False)
+        reference = self.reference_path
+        if reference is not None:
+            reference = _checked_path(reference)
         for array in (times, robot, humans, status):
             array.setflags(write=False)
         ids = range(1, n + 1)
@@ -99,6 +108,7 @@ class Recording:
             humans=humans,
             behavior_status=status,
             nearest_walls=nearest,
+            reference_path=reference,
             human_names=_per_human(
                 "human_names", self.human_names, [f"human_{i}" for i in ids]
             ),
@@ -139,6 +149,26 @@ class Recording:
         """Quantities that several metrics share, each computed once."""
         return Derived(self)
 
+    @cached_property
+    def way(self) -> Way:
+        """The same for the robot's path and the walls."""
+        return Way(self)
+
+    @cached_property
+    def encounters(self) -> Encounters:
+        """The same for the motion of robot and people to each other."""
+        return Encounters(self)
+
+    def compared_with(self, reference: "Recording") -> Self:
+        """Returns the same trial, with the robot's path of another to compare.
+
+        Args:
+            reference: A trial whose robot went the way it should.
+        """
+        robot = reference.robot
+        path = np.column_stack([reference.times, robot[:, X], robot[:, Y]])
+        return replace(self, reference_path=path)
+
     def only(self, behavior: str) -> Self:
         """Returns the same trial with no one but the people of one behavior.
 
@@ -168,7 +198,10 @@ class Recording:
         if self.nearest_walls is not None:
             rows = [0, *(1 + i for i in chosen)]
             values["nearest_walls"] = self.nearest_walls[:, rows]
-        return type(self)(**values)
+        part = type(self)(**values)
+        # What has nothing to do with people is not computed again.
+        part.__dict__["way"] = self.way
+        return part
 
     def save(self, path: str | Path) -> None:
         """Writes the recording to one .npz file, in one piece or not at all.
@@ -228,7 +261,7 @@ def _restore(cls: type[Recording], values: dict[str, Any]) -> Recording:
 def _array(name: str, value: ArrayLike, shape: tuple[int | None, ...]) -> Array:
     """Returns a copy of an array, after a check of its shape."""
     try:
-        array = np.array(value, dtype=float)
+        array = np.array(value, dtype=float, order="C")
     except (TypeError, ValueError) as error:
         raise ValueError(
             f"recording.{name}: is not an array: {error}"
@@ -245,14 +278,25 @@ def _array(name: str, value: ArrayLike, shape: tuple[int | None, ...]) -> Array:
     return array
 
 
-def _check_increasing(times: Array) -> None:
+def _checked_path(path: ArrayLike) -> Array:
+    array = _array("reference_path", path, (None, 3))
+    if not len(array) or not np.isfinite(array).all():
+        raise ValueError(
+            "recording.reference_path: must have rows, all of finite numbers"
+        )
+    _check_increasing("reference_path: its times", array[:, 0])
+    array.setflags(write=False)
+    return array
+
+
+def _check_increasing(name: str, times: Array) -> None:
     if not np.isfinite(times).all():
-        raise ValueError("recording.times: must be finite")
+        raise ValueError(f"recording.{name}: must be finite")
     late = np.flatnonzero(np.diff(times) <= 0)
     if late.size:
         k = int(late[0])
         raise ValueError(
-            "recording.times: must increase strictly, but sample"
+            f"recording.{name}: must increase strictly, but sample"
             f" {k + 1} at {times[k + 1]} s follows sample {k} at"
             f" {times[k]} s"
         )

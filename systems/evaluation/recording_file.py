@@ -12,6 +12,7 @@ FORMAT = "hunav_drake recording 1"
 _TEXTS = ("human_names", "behaviors")
 _NUMBERS = ("human_ids", "group_ids")
 _ARRAYS = ("times", "robot", "humans", "behavior_status")
+_OPTIONAL_ARRAYS = ("nearest_walls", "reference_path")
 _SCALARS = ("goal_tolerance", "goal_yaw_tolerance")
 _OBSTACLES = ("segments", "first", "solid")
 
@@ -26,7 +27,7 @@ def write(path: str | Path, values: dict[str, Any]) -> None:
     arrays |= {name: np.array(values[name], dtype=str) for name in _TEXTS}
     arrays |= {name: np.array(values[name], dtype=int) for name in _NUMBERS}
     # An optional field is left out where it is None.
-    for name in ("goal", "nearest_walls"):
+    for name in ("goal", *_OPTIONAL_ARRAYS):
         if values[name] is not None:
             arrays[name] = np.array(values[name], dtype=float)
     for name in _OBSTACLES:
@@ -68,5 +69,5 @@ def read(path: str | Path) -> dict[str, Any]:
         raise ValueError(f"{path}: is not complete: {error}") from error
     if "goal" in arrays:
         values["goal"] = tuple(arrays["goal"].tolist())
-    values["nearest_walls"] = arrays.get("nearest_walls")
+    values |= {name: arrays.get(name) for name in _OPTIONAL_ARRAYS}
     return values

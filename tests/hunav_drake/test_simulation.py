@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from hunav_drake import (
-    ListScenarios,
     GetTrialResult,
+    ListScenarios,
     LoadScenario,
     MakeTrialDiagram,
     MakeTrialSimulator,

@@ -7,12 +7,17 @@ from hunav_drake.systems.evaluation.metric import (
     select_metrics,
 )
 from hunav_drake.systems.evaluation.metrics import (  # noqa: F401
+    clearance,
     collisions,
+    comparison,
+    danger,
+    efficiency,
     forces,
     goal,
     path,
     proxemics,
     speeds,
+    surprise,
 )
 
 __all__ = ["METRICS", "Metric", "register_metric", "select_metrics"]

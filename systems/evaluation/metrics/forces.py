@@ -6,15 +6,11 @@ n' = 3, no epsilon, k_o = 10, sigma_o = 0.2. A sum over samples grows with
 their number, so each has a companion that does not: its rate.
 """
 
-from collections.abc import Callable
-from functools import partial
-
 import numpy as np
 from numpy.typing import NDArray
 
 from hunav_drake.systems.evaluation.derived import mean_of_present
-from hunav_drake.systems.evaluation.metric import register_metric
-from hunav_drake.systems.evaluation.metrics import reduce
+from hunav_drake.systems.evaluation.metrics.rates import register_sum_and_rate
 from hunav_drake.systems.evaluation.names import (
     OBSTACLE_FORCE_ON_AGENTS,
     OBSTACLE_FORCE_ON_ROBOT,
@@ -79,10 +75,6 @@ def social_work(recording: Recording) -> Array:
     )
 
 
-def _rate(recording: Recording, *, series: Callable[..., Array]) -> float:
-    return reduce.mean(series(recording))
-
-
 for _name, _function in (
     (SOCIAL_FORCE_ON_AGENTS, social_force_on_agents),
     (SOCIAL_FORCE_ON_ROBOT, social_force_on_robot),
@@ -90,22 +82,6 @@ for _name, _function in (
     (OBSTACLE_FORCE_ON_ROBOT, obstacle_force_on_robot),
     (SOCIAL_WORK, social_work),
 ):
-    register_metric(
-        name=_name,
-        unit="m/s^2",
-        family="forces",
-        direction="lower",
-        source=SOURCE,
-        reduce=reduce.total,
-    )(_function)
-    register_metric(
-        name=f"{_name}_rate",
-        unit="m/s^2",
-        family="forces",
-        direction="lower",
-        source="hunav_drake",
-        definition=f"""
-            The mean over the samples of what {_name} sums up, which does not
-            depend on the time between samples.
-            """,
-    )(partial(_rate, series=_function))
+    register_sum_and_rate(
+        _function, name=_name, unit="m/s^2", family="forces", source=SOURCE
+    )

@@ -24,6 +24,7 @@ from hunav_drake.systems.evaluation.names import (
     PERSONAL_SPACE_INTRUSIONS,
     PUBLIC_SPACE_INTRUSIONS,
     SOCIAL_SPACE_INTRUSIONS,
+    SPACE_COMPLIANCE,
 )
 from hunav_drake.systems.evaluation.recording import Recording
 
@@ -32,6 +33,9 @@ Array = NDArray[np.float64]
 # The outer bounds of the intimate, personal and social space around a person,
 # in meters: Hall, "The Hidden Dimension", 1969.
 INTIMATE, PERSONAL, SOCIAL = 0.45, 1.2, 3.6
+
+# The gap that a robot should leave to people, in meters.
+COMPLIANT_GAP = 0.5
 
 
 @register_metric(
@@ -76,6 +80,25 @@ def max_dist_to_people(recording: Recording) -> float:
     """The largest gap to anyone, max_{k,i} gap_k^i; NaN without people."""
     gaps = recording.derived.gaps
     return float(np.fmax.reduce(gaps, axis=None, initial=np.nan))
+
+
+@register_metric(
+    name=SPACE_COMPLIANCE,
+    unit="%",
+    family="proxemics",
+    direction="higher",
+    source="Francis et al. 2025",
+)
+def space_compliance(recording: Recording) -> tuple[float, Array]:
+    """The share of the samples at which nobody is closer than 0.5 m.
+
+    Of those at which anyone is present, the samples with min_i gap_k^i at
+    least 0.5 m; NaN without people. Series: 1 at such a sample, else 0.
+    """
+    complies = within_band(
+        recording.derived.closest_gap, COMPLIANT_GAP, math.inf
+    )
+    return 100 * reduce.mean(complies), complies
 
 
 def within_band(gap: Array, low: float, high: float) -> Array:

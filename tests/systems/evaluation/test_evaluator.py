@@ -107,6 +107,7 @@ def test_ports_and_their_sizes():
         "human_states": 14,
         "behavior_status": 2,
         "goal": 3,
+        "trigger": 1,
     }
     assert dut.get_behavior_status_input_port().size() == 2
     assert dut.get_goal_input_port().size() == 3

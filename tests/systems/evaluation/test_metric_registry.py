@@ -15,7 +15,19 @@ from hunav_drake.systems.evaluation.metrics import METRICS, select_metrics
 from hunav_drake.systems.evaluation.names import TABLE_I
 from hunav_drake.systems.evaluation.recording import Recording
 
-FAMILIES = {"path", "goal", "proxemics", "collisions", "speeds", "forces"}
+FAMILIES = {
+    "path",
+    "goal",
+    "proxemics",
+    "collisions",
+    "speeds",
+    "forces",
+    "efficiency",
+    "clearance",
+    "comparison",
+    "danger",
+    "surprise",
+}
 
 
 @pytest.fixture

@@ -457,6 +457,12 @@ def test_without_people_sums_are_0_and_the_rest_has_no_value():
         "social_force_on_agents",
         "social_force_on_robot",
         "social_work",
+        "danger_fear_cost",
+        "danger_panic_cost",
+        "surprise_visibility_cost",
+        "surprise_shock_cost",
+        "surprise_react_cost",
+        "topological_complexity",
     ]
     assert (v[zero] == 0).all()
     nothing = {name for name in v.index if math.isnan(v[name])}
@@ -466,6 +472,13 @@ def test_without_people_sums_are_0_and_the_rest_has_no_value():
         "avg_closest_pedestrian_velocity",
         "obstacle_force_on_agents",
         "obstacle_force_on_agents_rate",
+        "min_time_to_collision",
+        # There are no walls either, and no reference.
+        "min_clearance",
+        "avg_clearance",
+        "avg_displacement_error",
+        "final_displacement_error",
+        "asymmetric_dtw",
     }
 
 

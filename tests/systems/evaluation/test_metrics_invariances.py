@@ -51,6 +51,7 @@ def recording():
         goal_tolerance=0.6,
         goal_yaw_tolerance=2.0,
         obstacles=Obstacles.from_shapes(WALLS, solid=[True, False]),
+        reference_path=np.column_stack([t, np.sin(t), np.cos(2 * t)]),
     )
 
 
@@ -72,6 +73,8 @@ def moved(recording, *, angle=0.0, shift=(0.0, 0.0), mirror=False):
         return result
 
     x, y, yaw = recording.goal
+    reference = recording.reference_path.copy()
+    reference[:, 1:] = move_points(reference[:, 1:])
     return dataclasses.replace(
         recording,
         robot=move_states(recording.robot),
@@ -80,6 +83,7 @@ def moved(recording, *, angle=0.0, shift=(0.0, 0.0), mirror=False):
         obstacles=Obstacles.from_shapes(
             [move_points(wall) for wall in WALLS], solid=[True, False]
         ),
+        reference_path=reference,
     )
 
 
@@ -100,6 +104,10 @@ def test_the_trial_is_eventful(recording):
         "completed",
         "min_dist_to_people",
         "public_space_intrusions",
+        "success_weighted_path_length",
+        "stalled_time",
+        "min_time_to_collision",
+        "min_clearance",
     }
 
 
@@ -158,6 +166,12 @@ def test_someone_far_away_changes_no_collision_and_no_force(recording):
         "avg_pedestrian_velocity",
         "obstacle_force_on_agents",
         "obstacle_force_on_agents_rate",
+        # Who stands still for the whole world is passed by it.
+        "danger_fear_cost",
+        "danger_fear_cost_rate",
+        "danger_panic_cost",
+        "danger_panic_cost_rate",
+        "topological_complexity",
     }
 
 
@@ -177,7 +191,14 @@ def test_finer_samples_of_a_straight_pass(factor):
         humans[:, 0, 3] = -1.0
         humans[:, 0, 6] = 0.35
         return compute_metrics(
-            Recording(times=t, robot=robot, humans=humans, goal=(4, 0, 0))
+            Recording(
+                times=t,
+                robot=robot,
+                humans=humans,
+                goal=(4, 0, 0),
+                obstacles=Obstacles.from_points([[0.0, -2.0]]),
+                reference_path=[[0, -4, 1], [8, 4, 1]],
+            )
         )
 
     coarse, fine = run(0.05), run(0.05 / factor)
@@ -190,9 +211,26 @@ def test_finer_samples_of_a_straight_pass(factor):
         "final_dist_to_target",
         "robot_on_person_collisions",
         "avg_pedestrian_velocity",
+        "path_efficiency",
+        "path_irregularity",
+        "success_weighted_path_length",
+        "stalled_time",
+        "min_clearance",
+        "static_obstacle_collisions",
+        "avg_displacement_error",
+        "final_displacement_error",
+        "asymmetric_dtw",
+        "topological_complexity",
     ):
         assert fine[name] == pytest.approx(coarse[name], rel=1e-9), name
-    for name in ("social_work_rate", "avg_dist_to_closest_person"):
+    for name in (
+        "social_work_rate",
+        "avg_dist_to_closest_person",
+        "avg_clearance",
+        "danger_fear_cost_rate",
+        "danger_panic_cost_rate",
+        "surprise_visibility_cost_rate",
+    ):
         assert fine[name] == pytest.approx(coarse[name], rel=0.03), name
     share = "personal_space_intrusions"
     assert fine[share] == pytest.approx(coarse[share], abs=1.0)

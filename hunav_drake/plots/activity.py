@@ -1,0 +1,91 @@
+"""When who reacted to the robot."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hunav_drake.plots.encounters import spans
+from hunav_drake.plots.runs import Run, recordings
+from hunav_drake.plots.style import (
+    SMALL_SIZE,
+    legend_outside,
+    line_styles,
+    new_axes,
+    note,
+    shown,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+def plot_behavior_activity(data: Run, *, ax: "Axes | None" = None) -> "Axes":
+    """Draws when the behavior of each person reacts to the robot.
+
+    One row per person, gray while the person is there, in the color of the
+    behavior while it reacts.
+
+    Args:
+        data: One run.
+        ax: Where to draw; by default a new figure.
+
+    Raises:
+        TypeError: If the data are no run, or several.
+    """
+    runs = recordings(data)
+    if len(runs) != 1:
+        raise TypeError(f"needs one run, got {len(runs)}")
+    (run,) = runs.values()
+    n = run.num_humans
+    ax = new_axes(ax, activity_height(n))
+    behaviors = list(dict.fromkeys(run.behaviors))
+    colors = {
+        behavior: style["color"]
+        for behavior, style in zip(
+            behaviors, line_styles(len(behaviors)), strict=True
+        )
+    }
+    active = np.asarray(run.behavior_status) != 0
+    for i in range(n):
+        present = run.derived.present[:, i]
+        for flags, color, height in (
+            (present, "#e0e0e0", 0.3),
+            (present & active[:, i], colors[run.behaviors[i]], 0.75),
+        ):
+            ax.broken_barh(
+                [(start, end - start) for start, end in spans(run, flags)],
+                (i - height / 2, height),
+                color=color,
+                lw=0,
+            )
+    for behavior, color in colors.items():
+        ax.plot(
+            [],
+            [],
+            lw=5,
+            solid_capstyle="butt",
+            color=color,
+            label=shown(behavior),
+        )
+    if not n:
+        note(ax, "there are no people")
+    ax.set(
+        xlabel="time (s)",
+        yticks=range(n),
+        ylim=(n - 0.5, -0.5) if n else (0, 1),
+    )
+    ax.set_yticklabels(
+        [shown(name) for name in run.human_names],
+        fontsize=SMALL_SIZE,
+        parse_math=False,
+    )
+    if len(run) > 1:
+        ax.set_xlim(run.times[0], run.times[-1])
+    ax.tick_params(axis="y", length=0)
+    legend_outside(ax, columns=4)
+    return ax
+
+
+def activity_height(num_humans: int) -> float:
+    """Returns the height of a figure for so many people, in inches."""
+    return 0.85 + 0.2 * max(2, num_humans)

@@ -1,0 +1,79 @@
+"""What the plots of one trial or several take, and how runs are named."""
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from hunav_drake.results import TrialResult
+from hunav_drake.systems.evaluation.recording import Recording
+
+Run = Recording | TrialResult
+
+# One run, several that get their names from where they come from, or several
+# by name.
+Runs = Run | Iterable[TrialResult] | Mapping[str, Run]
+
+
+def recordings(data: Runs) -> dict[str, Recording]:
+    """Returns the recordings by the names of their runs.
+
+    A single run has no name. Results get theirs from what tells them apart:
+    scenario, planner, seed.
+
+    Raises:
+        TypeError: If the data are anything else than `Runs`.
+    """
+    if isinstance(data, Recording | TrialResult):
+        return {"": _recording(data)}
+    if isinstance(data, Mapping):
+        return {str(name): _recording(run) for name, run in data.items()}
+    results = list(data)
+    for result in results:
+        if not isinstance(result, TrialResult):
+            raise TypeError(
+                "needs a recording, a result, several results, or a dict of"
+                f" either by name; got {type(result).__name__} in a list"
+            )
+    return {
+        name: result.recording
+        for name, result in zip(run_names(results), results, strict=True)
+    }
+
+
+def run_names(results: list[TrialResult]) -> list[str]:
+    """Returns a different name for each result, as short as may be.
+
+    It is made of what is not the same for all: scenario, planner, seed. What
+    is still equal then gets a number.
+    """
+    if len(results) == 1:
+        return [""]
+    parts = [
+        [r.scenario_name, _told(r, "planner"), _told(r, "seed", "seed ")]
+        for r in results
+    ]
+    differs = [len(set(column)) > 1 for column in zip(*parts, strict=True)]
+    names: list[str] = []
+    for row in parts:
+        chosen = [p for p, d in zip(row, differs, strict=True) if d and p]
+        base = ", ".join(chosen) or "run"
+        name, count = base, 1
+        while name in names:
+            count += 1
+            name = f"{base} ({count})"
+        names.append(name)
+    return names
+
+
+def _told(result: TrialResult, key: str, prefix: str = "") -> str:
+    value = result.provenance.get(key, "")
+    return f"{prefix}{value}" if value != "" else ""
+
+
+def _recording(run: Any) -> Recording:
+    if isinstance(run, TrialResult):
+        return run.recording
+    if isinstance(run, Recording):
+        return run
+    raise TypeError(
+        f"needs a recording or a result of a trial, got {type(run).__name__}"
+    )

@@ -1,0 +1,202 @@
+"""What happens over time: distance to people, speed of the robot."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hunav_drake.plots.encounters import NEAR, find_encounters, spans
+from hunav_drake.plots.runs import Runs, recordings
+from hunav_drake.plots.style import (
+    SMALL_SIZE,
+    legend_outside,
+    line_styles,
+    new_axes,
+    note,
+    shown,
+)
+from hunav_drake.plots.zones import ZONES
+from hunav_drake.systems.evaluation.recording import Recording
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+_HEIGHT = 2.3
+
+# Numbers nearer to each other than this share of the time are not all written.
+_CROWDED = 0.14
+
+
+def plot_distance_to_people(
+    data: Runs, *, near: float = NEAR, ax: "Axes | None" = None
+) -> "Axes":
+    """Draws the distance to the closest person over time.
+
+    It is the gap between the surfaces of the robot and the person: Fig. 5 of
+    Perez-Higueras et al., "HuNavSim", 2023. The bands are the spaces of Hall
+    1969. A triangle marks where each encounter is closest: see
+    `find_encounters`; of a single run its distance is written beside it.
+
+    Args:
+        data: One run, or several, each with a line of its own.
+        near: An encounter is closer than this, in meters.
+        ax: Where to draw; by default a new figure.
+
+    Raises:
+        TypeError: If the data are no runs.
+        ValueError: If `near` is not positive.
+    """
+    runs = recordings(data)
+    ax = new_axes(ax, _HEIGHT)
+    for zone in ZONES:
+        if np.isfinite(zone.high):
+            ax.axhspan(
+                zone.low,
+                zone.high,
+                color=zone.color,
+                alpha=0.3,
+                lw=0,
+                label=zone.name,
+            )
+    ax.plot([], [], "v", ms=4.5, color="0.3", label="encounter")
+    top = 0.0
+    for (name, run), style in zip(
+        runs.items(), line_styles(len(runs)), strict=True
+    ):
+        gap = run.derived.closest_gap
+        style = style if name else {"color": "black", "ls": "-"}
+        ax.plot(run.times, gap, lw=1.2, label=shown(name) or None, **style)
+        if np.isfinite(gap).any():
+            top = max(top, float(np.nanmax(gap)))
+            _mark_minima(ax, run, near, style["color"], written=not name)
+    if top == 0.0 and not any(r.derived.present.any() for r in runs.values()):
+        note(ax, "there are no people")
+    _set_time_axis(ax, runs)
+    ax.set(
+        ylabel="distance to closest person (m)",
+        ylim=(0.0, max(1.5, 1.05 * top)),
+    )
+    legend_outside(ax, columns=4)
+    return ax
+
+
+def _mark_minima(
+    ax: "Axes", run: Recording, near: float, color: str, *, written: bool
+) -> None:
+    closest = run.derived.closest_gap
+    # Of two people at one time, only the closer one is on the line.
+    points = sorted(
+        (e.time, e.gap)
+        for e in find_encounters(run, near=near)
+        if e.gap <= closest[np.searchsorted(run.times, e.time)]
+    )
+    if not points:
+        return
+    ax.plot(
+        *zip(*points, strict=True),
+        ls="",
+        marker="v",
+        ms=4.5,
+        color=color,
+        clip_on=False,
+        zorder=4,
+        gid="minima",
+    )
+    if not written:
+        return
+    last = -np.inf
+    span = run.times[-1] - run.times[0]
+    for time, gap in points:
+        if time - last >= _CROWDED * span:
+            _write(ax, time, gap)
+            last = time
+
+
+def _write(ax: "Axes", time: float, gap: float) -> None:
+    from matplotlib.patheffects import withStroke
+
+    ax.annotate(
+        f"{gap:.2f} m",
+        (time, gap),
+        xytext=(0, 5),
+        textcoords="offset points",
+        ha="center",
+        fontsize=SMALL_SIZE,
+        zorder=5,
+        path_effects=[withStroke(linewidth=2.5, foreground="white")],
+    )
+
+
+def plot_robot_speed(
+    data: Runs, *, near: float = NEAR, ax: "Axes | None" = None
+) -> "Axes":
+    """Draws the forward speed of the robot over time.
+
+    Shaded are the times with a person near: Fig. 6 of Perez-Higueras et al.,
+    "HuNavSim", 2023. With several runs the shades are strips below the lines,
+    in the color of each.
+
+    Args:
+        data: One run, or several, each with a line of its own.
+        near: How near a person is then, surface to surface, in meters.
+        ax: Where to draw; by default a new figure.
+
+    Raises:
+        TypeError: If the data are no runs.
+        ValueError: If `near` is not positive.
+    """
+    if not near > 0:
+        raise ValueError(f"near must be positive, got {near}")
+    runs = recordings(data)
+    ax = new_axes(ax, _HEIGHT)
+    speeds = [run.derived.forward_speed for run in runs.values()]
+    low = min([0.0, *(float(s.min()) for s in speeds)])
+    high = max([0.1, *(float(s.max()) for s in speeds)])
+    styles = line_styles(len(runs))
+    label: str | None = f"person within {near:g} m"
+    for i, (name, run) in enumerate(runs.items()):
+        style = styles[i] if name else {"color": "black", "ls": "-"}
+        ax.plot(
+            run.times, speeds[i], lw=1.2, label=shown(name) or None, **style
+        )
+        when = spans(run, run.derived.closest_gap < near)
+        if name:
+            # Strips of the same height in a row under the lowest speed.
+            strip = 0.05 * (high - low)
+            bottom = low - (1.5 * i + 2) * strip
+            ax.broken_barh(
+                [(a, b - a) for a, b in when],
+                (bottom, strip),
+                color=style["color"],
+                lw=0,
+                gid="near",
+            )
+        else:
+            for start, end in when:
+                ax.axvspan(
+                    start, end, color="0.8", lw=0, label=label, gid="near"
+                )
+                label = None
+    _set_time_axis(ax, runs)
+    ax.set(ylabel="robot speed (m/s)")
+    room = 0.05 * (high - low)
+    strips = (1.5 * len(runs) + 1.5) * room if "" not in runs else 0.0
+    ax.set_ylim(low - strips - (room if low < 0 else 0.0), high + room)
+    if strips:
+        ax.axhline(low - room / 2, color="0.8", lw=0.5)
+        # The strips are no speeds: their tick says what they are.
+        ticks = [t for t in ax.get_yticks() if low <= t <= high + room]
+        ax.set_yticks(
+            [low - (strips + room) / 2, *ticks],
+            [f"< {near:g} m", *(f"{round(t, 9):g}" for t in ticks)],
+        )
+    legend_outside(ax)
+    return ax
+
+
+def _set_time_axis(ax: "Axes", runs: dict[str, Recording]) -> None:
+    ax.set_xlabel("time (s)")
+    if runs:
+        start = min(run.times[0] for run in runs.values())
+        end = max(run.times[-1] for run in runs.values())
+        if end > start:
+            ax.set_xlim(start, end)

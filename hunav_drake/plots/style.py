@@ -1,0 +1,141 @@
+"""Colors, sizes and the making of figures that all plots share."""
+
+from itertools import cycle, islice
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+# The width of a column of a paper, in inches.
+COLUMN = 3.4
+
+# The sizes of text, in points.
+LABEL_SIZE = 8.0
+SMALL_SIZE = 7.0
+
+# The colors of Okabe & Ito 2008, which people with color blindness can tell
+# apart, without yellow: its lines are hard to see on white.
+PALETTE = (
+    "#0072b2",
+    "#d55e00",
+    "#009e73",
+    "#cc79a7",
+    "#e69f00",
+    "#56b4e9",
+    "#000000",
+)
+ROBOT = "#000000"
+WALL = "#b3b3b3"
+MUTED = "#555555"
+
+# The longest name that does not push the plot out of its figure.
+_LONGEST = 18
+
+# Lines beyond the last color begin again with other dashes.
+_DASHES = ("-", "--", ":", "-.")
+
+
+def line_styles(count: int) -> list[dict[str, str]]:
+    """Returns the color and dashes of each of some lines."""
+    styles = ({"color": c, "ls": d} for d in cycle(_DASHES) for c in PALETTE)
+    return list(islice(styles, count))
+
+
+def new_axes(
+    ax: "Axes | None",
+    height: float,
+    width: float = COLUMN,
+    layout: str = "constrained",
+) -> "Axes":
+    """Returns the axes to draw on, by default those of a new figure.
+
+    Args:
+        ax: The caller's axes, which stay as they are, or None.
+        height: The height of the new figure, in inches.
+        width: Its width, in inches.
+        layout: Its layout; "compressed" if the axes have a fixed aspect.
+    """
+    if ax is not None:
+        return ax
+    import matplotlib.pyplot as plt
+
+    _, ax = plt.subplots(figsize=(width, height), layout=layout)
+    set_text_sizes(ax)
+    return ax
+
+
+def set_text_sizes(ax: "Axes") -> None:
+    """Makes the text on axes fit a column, and leaves out needless lines."""
+    ax.tick_params(labelsize=SMALL_SIZE)
+    for axis in (ax.xaxis, ax.yaxis):
+        axis.label.set_size(LABEL_SIZE)
+    ax.spines[["top", "right"]].set_visible(False)
+
+
+def legend_outside(
+    ax: "Axes", columns: int = 3, *, beside: bool = False
+) -> None:
+    """Puts the legend outside of the axes, where it hides no data.
+
+    Args:
+        ax: What to explain.
+        columns: How many entries go into one line, if there is room.
+        beside: Whether to put it to the right, with an entry per line, instead
+            of above.
+    """
+    handles, labels = ax.get_legend_handles_labels()
+    if not handles:
+        return
+    columns = 1 if beside else _fitting(ax, labels, columns)
+    # Matplotlib fills column by column; this is read line by line.
+    order = [i for c in range(columns) for i in range(c, len(handles), columns)]
+    legend = ax.legend(
+        [handles[i] for i in order],
+        [labels[i] for i in order],
+        loc="upper left" if beside else "lower left",
+        bbox_to_anchor=(1.0, 1.0) if beside else (0.0, 1.0),
+        borderaxespad=0.2,
+        ncols=columns,
+        fontsize=SMALL_SIZE,
+        frameon=False,
+        handlelength=1.4,
+        handletextpad=0.5,
+        columnspacing=1.0,
+    )
+    # A name may have a dollar sign, which is not meant as mathematics.
+    for text in legend.get_texts():
+        text.set_parse_math(False)
+
+
+def _fitting(ax: "Axes", labels: list[str], columns: int) -> int:
+    """Returns how many columns of a legend fit above axes."""
+    room = 1.2 * 72.0 * ax.figure.get_figwidth() * ax.get_position().width
+    # About, in points: a letter is somewhat wider than half its height, and
+    # the handle and the gap are as wide as six.
+    widths = [0.57 * SMALL_SIZE * (len(label) + 6) for label in labels]
+    for count in range(min(columns, len(labels)), 1, -1):
+        if sum(max(widths[c::count]) for c in range(count)) <= room:
+            return count
+    return 1
+
+
+def shown(name: str) -> str:
+    """Returns a name as a label: short, and not hidden by Matplotlib."""
+    if len(name) > _LONGEST:
+        name = name[: _LONGEST - 1] + "\u2026"
+    # Labels that begin with an underscore are left out of legends.
+    return f" {name}" if name.startswith("_") else name
+
+
+def note(ax: "Axes", text: str) -> None:
+    """Says in the middle of empty axes why they are empty."""
+    ax.text(
+        0.5,
+        0.5,
+        text,
+        transform=ax.transAxes,
+        ha="center",
+        va="center",
+        fontsize=LABEL_SIZE,
+        color=MUTED,
+    )

@@ -1,0 +1,233 @@
+"""Who went where, on the map."""
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hunav_drake.plots.labels import Label, place_labels
+from hunav_drake.plots.runs import Runs, recordings
+from hunav_drake.plots.style import (
+    COLUMN,
+    ROBOT,
+    WALL,
+    legend_outside,
+    line_styles,
+    new_axes,
+    shown,
+)
+from hunav_drake.systems.evaluation.recording import Recording
+from hunav_drake.systems.layout import RADIUS, X, Y
+from hunav_drake.systems.obstacles import Obstacles
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Array = NDArray[np.float64]
+
+# The times between marks that are easy to count in, in seconds, and about how
+# many marks there are.
+_INTERVALS = (0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 60.0, 120.0, 300.0, 600.0)
+_MARKS = 6
+
+# With more people than this, colors stand for behaviors, not for people.
+_MANY = 6
+
+# The largest map beside the numbers of its axes, in inches.
+_MAP = np.array([0.85 * COLUMN, COLUMN])
+
+
+def plot_trajectories(
+    data: Runs, *, mark_every: float | None = None, ax: "Axes | None" = None
+) -> "Axes":
+    """Draws the ways of robot and people on the map, with marks in time.
+
+    The discs are the places at the start, in their true size, and the star is
+    the goal. Dots mark the time in equal steps, and numbers tell it in
+    seconds. With several runs, their robots have colors, and the people of
+    each are thin lines in the same color.
+
+    Args:
+        data: One run, or several.
+        mark_every: The time between marks, in seconds; by default such that
+            there are about six.
+        ax: Where to draw; by default a new figure.
+
+    Raises:
+        TypeError: If the data are no runs.
+        ValueError: If `mark_every` is not positive.
+    """
+    if mark_every is not None and not mark_every > 0:
+        raise ValueError(f"mark_every must be positive, got {mark_every}")
+    runs = recordings(data)
+    low, high, scale, tall = _frame(list(runs.values()))
+    ax = new_axes(ax, trajectories_height(data), layout="compressed")
+    longest = max((r.times[-1] - r.times[0] for r in runs.values()), default=0)
+    every = mark_every or _interval(float(longest))
+    labels: list[Label] = []
+    for (name, run), style in zip(
+        runs.items(), line_styles(len(runs)), strict=True
+    ):
+        _draw_walls(ax, run.obstacles)
+        if name:
+            _draw_path(ax, run.robot, label=shown(name), lw=1.4, **style)
+            for i in range(run.num_humans):
+                color = style["color"]
+                _draw_path(ax, run.humans[:, i], color=color, ls=":", lw=0.7)
+            labels += _mark_times(
+                ax, run.times, run.robot, every, color=style["color"]
+            )
+        else:
+            labels += _draw_run(ax, run, every)
+        if run.goal is not None:
+            ax.plot(*run.goal[:2], "*", ms=9, mfc="white", mec="black", mew=0.8)
+    ax.plot([], [], "o", ms=3, color="0.4", label=f"every {every:g} s")
+    ax.set(
+        xlabel="x (m)",
+        ylabel="y (m)",
+        aspect="equal",
+        xlim=(low[0], high[0]),
+        ylim=(low[1], high[1]),
+    )
+    place_labels(ax, labels, scale=72.0 * scale)
+    legend_outside(ax, columns=4, beside=tall)
+    return ax
+
+
+def trajectories_height(data: Runs) -> float:
+    """Returns the height of a figure for `plot_trajectories`, in inches."""
+    low, high, scale, tall = _frame(list(recordings(data).values()))
+    return scale * float(high[1] - low[1]) + (0.5 if tall else 0.8)
+
+
+def _draw_run(ax: "Axes", run: Recording, every: float) -> list[Label]:
+    """Draws a single run, with a color for each person or behavior."""
+    _draw_start(ax, run.robot, ROBOT)
+    _draw_path(ax, run.robot, color=ROBOT, lw=1.8, label="robot", zorder=3)
+    labels = _mark_times(ax, run.times, run.robot, every, color=ROBOT)
+    many = run.num_humans > _MANY
+    keys = run.behaviors if many else run.human_names
+    names = list(dict.fromkeys(keys)) if many else list(keys)
+    styles = line_styles(len(names))
+    named: set[int] = set()
+    for i in range(run.num_humans):
+        k = names.index(keys[i]) if many else i
+        style = styles[k]
+        label = None if k in named else shown(names[k])
+        named.add(k)
+        states = run.humans[:, i]
+        _draw_path(ax, states, lw=1.0, label=label, **style)
+        _draw_start(ax, states, style["color"])
+        marks = _mark_times(
+            ax, run.times, states, every, color=style["color"], small=True
+        )
+        labels += [] if many else marks
+    return labels
+
+
+def _draw_path(ax: "Axes", states: Array, **options: Any) -> None:
+    ax.plot(states[:, X], states[:, Y], solid_capstyle="round", **options)
+
+
+def _draw_start(ax: "Axes", states: Array, color: str) -> None:
+    from matplotlib.patches import Circle
+
+    there = np.flatnonzero(~np.isnan(states[:, X]))
+    if there.size:
+        x, y, radius = states[there[0], [X, Y, RADIUS]]
+        ax.add_patch(Circle((x, y), radius, color=color, alpha=0.25, lw=0))
+
+
+def _mark_times(
+    ax: "Axes",
+    times: Array,
+    states: Array,
+    every: float,
+    *,
+    color: str,
+    small: bool = False,
+) -> list[Label]:
+    """Draws the marks of one way, and returns what is to be written there."""
+    first = math.ceil(times[0] / every - 1e-9)
+    last = math.floor(times[-1] / every + 1e-9)
+    when = np.arange(first, last + 1) * every
+    # The nearest sample: what is missing then has no mark.
+    after = np.clip(np.searchsorted(times, when), 1, max(len(times) - 1, 1))
+    before = after - 1
+    after = np.minimum(after, len(times) - 1)
+    nearer = times[after] - when < when - times[before]
+    index = np.where(nearer, after, before)
+    places = states[index][:, [X, Y]]
+    there = ~np.isnan(places[:, 0])
+    ax.plot(
+        *places[there].T,
+        ls="",
+        marker="o",
+        ms=2.5 if small else 3.5,
+        color=color,
+        zorder=4,
+        gid="marks",
+    )
+    return [
+        Label(f"{time:g}", (float(x), float(y)), color)
+        for time, (x, y) in zip(when[there], places[there], strict=True)
+    ]
+
+
+def _interval(duration: float) -> float:
+    """Returns the time between marks for a trial of some seconds."""
+    return min(
+        _INTERVALS,
+        key=lambda t: abs(math.log(max(duration, 1e-9) / t / _MARKS)),
+    )
+
+
+def _frame(runs: list[Recording]) -> tuple[Array, Array, float, bool]:
+    """Returns what part of the world the map shows, and how large.
+
+    Returns:
+        The lower left and the upper right corner, in meters; how many inches
+        a meter is; and whether the map is so tall that the legend goes beside
+        it.
+    """
+    low, high = _bounds(runs)
+    size = high - low
+    return low, high, float((_MAP / size).min()), size[1] > 1.2 * size[0]
+
+
+def _bounds(runs: list[Recording]) -> tuple[Array, Array]:
+    """Returns the corners of all that is drawn, with a margin, in meters."""
+    points = [np.zeros((0, 2))]
+    for run in runs:
+        for states in (run.robot, run.humans.reshape(-1, run.humans.shape[-1])):
+            center, radius = states[:, : Y + 1], states[:, RADIUS, None]
+            points += [center - radius, center + radius]
+        points.append(run.obstacles.segments.reshape(-1, 2))
+        if run.goal is not None:
+            points.append(np.array([run.goal[:2]]))
+    everything = np.concatenate(points)
+    everything = everything[~np.isnan(everything[:, 0])]
+    if not len(everything):
+        everything = np.array([[-1.0, -1.0], [1.0, 1.0]])
+    low, high = everything.min(axis=0), everything.max(axis=0)
+    margin = max(0.2, 0.03 * float((high - low).max()))
+    return low - margin, high + margin
+
+
+def _draw_walls(ax: "Axes", obstacles: Obstacles) -> None:
+    from matplotlib.collections import LineCollection, PolyCollection
+
+    solid, thin = [], []
+    for i in range(len(obstacles)):
+        rows = obstacles.segments[obstacles.first[i] : obstacles.first[i + 1]]
+        if obstacles.solid[i]:
+            solid.append(rows[:, :2])
+        else:
+            thin += list(rows.reshape(-1, 2, 2))
+    ax.add_collection(PolyCollection(solid, facecolors=WALL, zorder=0.5))
+    ax.add_collection(
+        LineCollection(
+            thin, colors=WALL, linewidths=1.5, capstyle="round", zorder=0.5
+        )
+    )

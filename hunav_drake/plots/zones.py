@@ -1,0 +1,115 @@
+"""How long the robot was in whose space."""
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from hunav_drake.plots.runs import Runs, recordings
+from hunav_drake.plots.style import (
+    SMALL_SIZE,
+    legend_outside,
+    new_axes,
+    note,
+    shown,
+)
+from hunav_drake.systems.evaluation.metrics.proxemics import (
+    INTIMATE,
+    PERSONAL,
+    SOCIAL,
+)
+from hunav_drake.systems.evaluation.recording import Recording
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+class Zone(NamedTuple):
+    """One of the spaces around a person of Hall 1969.
+
+    Attributes:
+        name: What it is called.
+        low: Where it begins, in meters from surface to surface.
+        high: Where it ends.
+        color: What it is drawn in.
+    """
+
+    name: str
+    low: float
+    high: float
+    color: str
+
+
+ZONES = (
+    Zone("intimate", 0.0, INTIMATE, "#d55e00"),
+    Zone("personal", INTIMATE, PERSONAL, "#e69f00"),
+    Zone("social", PERSONAL, SOCIAL, "#56b4e9"),
+    Zone("public", SOCIAL, np.inf, "#d9d9d9"),
+)
+
+# A narrower part of a bar has no room for its number, in percent.
+_NARROW = 9.0
+
+
+def plot_zones(data: Runs, *, ax: "Axes | None" = None) -> "Axes":
+    """Draws which part of the time the closest person was in which space.
+
+    One bar per run. What is missing from 100 % is the time without people.
+
+    Args:
+        data: One run, or several.
+        ax: Where to draw; by default a new figure.
+
+    Raises:
+        TypeError: If the data are no runs.
+    """
+    runs = recordings(data)
+    ax = new_axes(ax, zones_height(len(runs)))
+    shares = np.array([zone_shares(run) for run in runs.values()])
+    shares = shares.reshape(-1, len(ZONES))
+    rows = np.arange(len(runs))
+    starts = np.cumsum(shares, axis=1) - shares
+    for zone, width, left in zip(ZONES, shares.T, starts.T, strict=True):
+        bars = ax.barh(
+            rows,
+            width,
+            left=left,
+            height=0.75,
+            color=zone.color,
+            label=zone.name,
+            edgecolor="white",
+            lw=0.5,
+        )
+        ax.bar_label(
+            bars,
+            [f"{w:.0f} %" if w >= _NARROW else "" for w in width],
+            label_type="center",
+            fontsize=SMALL_SIZE,
+        )
+    if not shares.any():
+        note(ax, "there are no people")
+    ax.set(
+        xlabel="share of the time (%)",
+        xlim=(0, 100),
+        yticks=rows,
+        ylim=(len(runs) - 0.5, -0.5),
+    )
+    ax.set_yticklabels(
+        [shown(name) for name in runs], fontsize=SMALL_SIZE, parse_math=False
+    )
+    ax.tick_params(axis="y", length=0)
+    legend_outside(ax, columns=4)
+    return ax
+
+
+def zones_height(num_runs: int) -> float:
+    """Returns the height of a figure for so many runs, in inches."""
+    return 0.8 + 0.22 * max(1, num_runs)
+
+
+def zone_shares(recording: Recording) -> list[float]:
+    """Returns the share of samples in each of `ZONES`, in percent."""
+    gap = recording.derived.closest_gap
+    return [
+        100.0 * float(np.mean((zone.low <= gap) & (gap < zone.high)))
+        for zone in ZONES
+    ]

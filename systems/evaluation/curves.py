@@ -1,0 +1,119 @@
+"""Curves in the plane: lines of sight, windings, warping; compiled by numba."""
+
+import math
+
+from numba import boolean
+import numpy as np
+
+from hunav_drake.systems.nearest import (
+    MATRIX,
+    REAL,
+    jit,
+    jit_as,
+    nearest_on_segments,
+)
+from hunav_drake.systems.sight import wall_on_line
+
+
+@jit_as(boolean[::1], MATRIX, MATRIX)
+def lines_blocked(lines, segments):
+    """Tells which straight lines meet a wall.
+
+    Args:
+        lines: Shape (m, 4): rows (x0, y0, x1, y1), in meters.
+        segments: Shape (s, 4): see `Obstacles`.
+
+    Returns:
+        Shape (m,).
+    """
+    blocked = np.empty(len(lines), dtype=np.bool_)
+    for i in range(len(lines)):
+        part = wall_on_line(
+            lines[i, 0], lines[i, 1], lines[i, 2], lines[i, 3], segments
+        )
+        blocked[i] = part < math.inf
+    return blocked
+
+
+@jit
+def _turns(ax, ay, bx, by):
+    """Returns how often a step from a to b crosses the negative x axis.
+
+    1 against the clock, -1 with it, or 0. A point on the axis is above it.
+    """
+    if (ay >= 0) == (by >= 0):
+        return 0
+    # Where the step meets the axis, times a positive number if it goes down.
+    x = ax * by - ay * bx
+    if ay >= 0:
+        return 1 if x > 0 else 0
+    return -1 if x < 0 else 0
+
+
+@jit_as(REAL, MATRIX, MATRIX)
+def total_winding(x, y):
+    """Returns the sum over pairs of how often they wind around each other.
+
+    The bearing from one to the other is followed in straight steps from
+    sample to sample, as long as both are there; who comes back goes on from
+    the bearing then.
+
+    Args:
+        x: Shape (N + 1, m): m bodies, in meters; NaN where one is missing.
+        y: Likewise.
+
+    Returns:
+        The sum of |change of the bearing| / (2 pi).
+    """
+    total = 0.0
+    for i in range(x.shape[1]):
+        for j in range(i):
+            angle = 0.0
+            turns = 0
+            there = False
+            dx = dy = 0.0
+            for k in range(len(x)):
+                # Adding 0 makes -0 positive, which atan2 tells from 0.
+                ex = x[k, j] - x[k, i] + 0.0
+                ey = y[k, j] - y[k, i] + 0.0
+                present = not math.isnan(ex)
+                if there and present:
+                    turns += _turns(dx, dy, ex, ey)
+                elif present:
+                    angle -= math.atan2(ey, ex)
+                elif there:
+                    angle += math.atan2(dy, dx)
+                there, dx, dy = present, ex, ey
+            if there:
+                angle += math.atan2(dy, dx)
+            total += abs(angle / (2 * math.pi) + turns)
+    return total
+
+
+@jit_as(REAL, MATRIX, MATRIX)
+def warped_distance(a, b):
+    """Returns the asymmetric dynamic time warping distance of two curves.
+
+    Each point of b is matched to a segment of a, in the order of both:
+    C(i, j) = min(C(i - 1, j), C(i, j - 1) + distance(segment i, point j)).
+
+    Args:
+        a: Shape (k, 2), in meters, with k >= 1.
+        b: Shape (m, 2), in meters, with m >= 1.
+
+    Returns:
+        The least sum of distances, divided by m, in meters.
+    """
+    count = max(len(a) - 1, 1)
+    segments = np.empty((count, 4))
+    for i in range(count):
+        after = min(i + 1, len(a) - 1)
+        segments[i] = (a[i, 0], a[i, 1], a[after, 0], a[after, 1])
+    cost = np.full(len(b), np.inf)
+    for i in range(count):
+        before = 0.0
+        for j in range(len(b)):
+            _, _, d2 = nearest_on_segments(b[j, 0], b[j, 1], segments, i, i + 1)
+            before = min(cost[j], before + math.sqrt(d2))
+            cost[j] = before
+    return cost[-1] / len(b)

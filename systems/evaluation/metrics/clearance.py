@@ -1,0 +1,68 @@
+"""How close the robot came to walls.
+
+The distance is the gap between the surface of the robot's disc and the
+nearest wall: 0 where they overlap, also inside of a solid.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hunav_drake.systems.evaluation.derived import CONTACT_GAP
+from hunav_drake.systems.evaluation.metric import register_metric
+from hunav_drake.systems.evaluation.metrics import reduce
+from hunav_drake.systems.evaluation.metrics.efficiency import FRANCIS
+from hunav_drake.systems.evaluation.metrics.goal import SEAN
+from hunav_drake.systems.evaluation.names import (
+    AVG_CLEARANCE,
+    MIN_CLEARANCE,
+    STATIC_OBSTACLE_COLLISIONS,
+)
+from hunav_drake.systems.evaluation.recording import Recording
+
+Array = NDArray[np.float64]
+
+
+@register_metric(
+    name=MIN_CLEARANCE,
+    unit="m",
+    family="clearance",
+    direction="higher",
+    source=FRANCIS,
+)
+def min_clearance(recording: Recording) -> float:
+    """The smallest gap to a wall, min_k c_k; NaN without walls."""
+    return float(np.fmin.reduce(recording.way.wall_gap))
+
+
+@register_metric(
+    name=AVG_CLEARANCE,
+    unit="m",
+    family="clearance",
+    direction="higher",
+    source=FRANCIS,
+    reduce=reduce.mean,
+)
+def avg_clearance(recording: Recording) -> Array:
+    """The mean over the samples of the gap to the nearest wall, mean_k c_k.
+
+    NaN without walls. Series: that gap.
+    """
+    return recording.way.wall_gap
+
+
+@register_metric(
+    name=STATIC_OBSTACLE_COLLISIONS,
+    unit="-",
+    family="clearance",
+    direction="lower",
+    source=SEAN,
+)
+def static_obstacle_collisions(recording: Recording) -> tuple[float, Array]:
+    """How many contacts with walls began.
+
+    A contact begins where the gap c_k to the nearest wall falls below 0.02 m,
+    or is below at the start. Series: 1 while in contact, else 0.
+    """
+    contact = recording.way.wall_gap < CONTACT_GAP
+    begins = np.count_nonzero(contact[1:] & ~contact[:-1]) + contact[0]
+    return float(begins), contact.astype(float)

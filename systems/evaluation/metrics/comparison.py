@@ -1,0 +1,152 @@
+"""How far the robot's path is from another, and from being simple.
+
+The path to compare with is `Recording.reference_path`: that of a robot which
+a person drives, say, or of the same robot without people.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hunav_drake.systems.evaluation import curves
+from hunav_drake.systems.evaluation.metric import register_metric
+from hunav_drake.systems.evaluation.metrics import reduce
+from hunav_drake.systems.evaluation.metrics.efficiency import GAO_HUANG
+from hunav_drake.systems.evaluation.names import (
+    ASYMMETRIC_DTW,
+    AVG_DISPLACEMENT_ERROR,
+    FINAL_DISPLACEMENT_ERROR,
+    TOPOLOGICAL_COMPLEXITY,
+)
+from hunav_drake.systems.evaluation.recording import Recording
+from hunav_drake.systems.evaluation.way import polyline_length
+from hunav_drake.systems.layout import X, Y
+
+Array = NDArray[np.float64]
+
+
+def displacement(times: Array, positions: Array, reference: Array) -> Array:
+    """Returns how far apart two moving points are at the times of the first.
+
+    The clocks of both start at 0 with their first row. After its last row
+    the reference stays where it is; between two rows it moves straight.
+
+    Args:
+        times: Shape (m,), increasing, in seconds.
+        positions: Shape (m, 2), in meters.
+        reference: Shape (k, 3): rows (time, x, y), in seconds and meters.
+
+    Returns:
+        Shape (m,), in meters.
+    """
+    t = times - times[0]
+    clock = reference[:, 0] - reference[0, 0]
+    dx = positions[:, 0] - np.interp(t, clock, reference[:, 1])
+    dy = positions[:, 1] - np.interp(t, clock, reference[:, 2])
+    distance: Array = np.hypot(dx, dy)
+    return distance
+
+
+def warped_distance(first: Array, second: Array) -> float:
+    """Returns the asymmetric dynamic time warping distance of two paths.
+
+    Args:
+        first: Shape (m, 2), in meters.
+        second: Shape (k, 2), in meters.
+
+    Returns:
+        The least mean distance, in meters, of the points of the shorter path
+        (the first, if they are equal) to segments of the other that follow
+        each other as the points do.
+    """
+    a, b = np.ascontiguousarray(second), np.ascontiguousarray(first)
+    if polyline_length(a) < polyline_length(b):
+        a, b = b, a
+    return float(curves.warped_distance(a, b))
+
+
+def _displacement(recording: Recording) -> Array:
+    if recording.reference_path is None:
+        return np.full(len(recording), np.nan)
+    return displacement(
+        recording.times, recording.robot[:, : Y + 1], recording.reference_path
+    )
+
+
+register_metric(
+    name=AVG_DISPLACEMENT_ERROR,
+    unit="m",
+    family="comparison",
+    direction="lower",
+    source=GAO_HUANG,
+    aliases=["ade"],
+    definition="""
+        ADE: the mean distance to where the reference is at the same time.
+
+        mean_k |p_k - q(t_k - t_0)|, where q is the reference path on a clock
+        that starts with it, straight between its rows, at rest after them.
+        NaN without a reference. Series: that distance.
+        """,
+    reduce=reduce.mean,
+)(_displacement)
+
+register_metric(
+    name=FINAL_DISPLACEMENT_ERROR,
+    unit="m",
+    family="comparison",
+    direction="lower",
+    source=GAO_HUANG,
+    aliases=["fde"],
+    definition="""
+        FDE: the distance to where the reference is in the end.
+
+        |p_N - q(t_N - t_0)|, where q is the reference path on a clock that
+        starts with it, straight between its rows, at rest after them. NaN
+        without a reference.
+        """,
+)(lambda recording: reduce.last(_displacement(recording)))
+
+
+@register_metric(
+    name=ASYMMETRIC_DTW,
+    unit="m",
+    family="comparison",
+    direction="lower",
+    source=GAO_HUANG,
+    aliases=["adtw"],
+)
+def asymmetric_dtw(recording: Recording) -> float:
+    """The distance of two paths whatever the speeds along them.
+
+    Each point of the shorter path (of the robot's, if they are equal) is
+    matched to a segment of the other, in the order of both, so that the mean
+    of the distances between them is least; the distance is that mean. With
+    j the points and i the segments, the sum is the last
+    C(i, j) = min(C(i - 1, j), C(i, j - 1) + dist(segment_i, point_j)). NaN
+    without a reference.
+    """
+    if recording.reference_path is None:
+        return np.nan
+    return warped_distance(
+        recording.robot[:, : Y + 1], recording.reference_path[:, 1:]
+    )
+
+
+@register_metric(
+    name=TOPOLOGICAL_COMPLEXITY,
+    unit="-",
+    family="comparison",
+    source=f"Mavrogiannis et al. 2018; {GAO_HUANG}",
+)
+def topological_complexity(recording: Recording) -> float:
+    """How entangled the paths of robot and people are: sum_{i<j} |w_ij|.
+
+    w_ij is the winding number of a pair of the n + 1 bodies: the total change
+    of the bearing from i to j, divided by 2 pi, between samples at which both
+    are there. Two who pass each other on straight lines, from far to far,
+    have 1/2; 0 without people.
+    """
+    bodies = np.concatenate(
+        [recording.robot[:, None], recording.humans], axis=1
+    )
+    x, y = (np.ascontiguousarray(bodies[..., axis]) for axis in (X, Y))
+    return float(curves.total_winding(x, y))

@@ -1,0 +1,84 @@
+"""How threatening the robot's motion was to people.
+
+P is the vector from the robot's center to a person's, V = v_r - v_i the
+velocity of the robot as the person sees it, R the sum of their radii.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hunav_drake.systems.evaluation.metric import register_metric
+from hunav_drake.systems.evaluation.metrics.rates import register_sum_and_rate
+from hunav_drake.systems.evaluation.names import (
+    DANGER_FEAR_COST,
+    DANGER_PANIC_COST,
+    MIN_TIME_TO_COLLISION,
+)
+from hunav_drake.systems.evaluation.recording import Recording
+
+Array = NDArray[np.float64]
+
+SINGAMANENI = "Singamaneni, Favier & Alami 2023"
+
+# Centers are taken to be at least so far apart, in meters, where a cost
+# would grow without bounds.
+LEAST_DISTANCE = 0.05
+
+
+@register_metric(
+    name=MIN_TIME_TO_COLLISION,
+    unit="s",
+    family="danger",
+    direction="higher",
+    source="SocNavBench, Biswas et al. 2022; Francis et al. 2025",
+)
+def min_time_to_collision(recording: Recording) -> tuple[float, Array]:
+    """The shortest time to a collision, if both had gone straight on.
+
+    min_{k,i} of the first t >= 0 with |P - V t| = R; 0 where they overlap.
+    NaN if no one ever was on a collision course. Series: the minimum over
+    people, NaN where there is none.
+    """
+    times = recording.encounters.time_to_collision
+    finite = np.where(np.isinf(times), np.nan, times)
+    series: Array = np.fmin.reduce(finite, axis=1, initial=np.nan)
+    return float(np.fmin.reduce(series)), series
+
+
+def danger_fear_cost(recording: Recording) -> Array:
+    """The fear of a robot that draws near: sum_{k,i} |V| / |P|.
+
+    Only where P . V > 0. It is the inverse of a naive time to collision;
+    |P| is taken to be at least 0.05 m. 0 without people. Series: the sum over
+    people.
+    """
+    pairs = recording.encounters
+    distance = np.maximum(pairs.distance, LEAST_DISTANCE)
+    cost = np.where(pairs.closing > 0, pairs.relative_speed / distance, 0.0)
+    return cost.sum(axis=1)
+
+
+def danger_panic_cost(recording: Recording) -> Array:
+    """The panic at a robot that passes closely.
+
+    sum_{k,i} |V| / ((d - R) |sin a|), where a is the angle between P and V
+    and d = |P| |sin a| the distance at which the centers pass. Only where
+    d > R: who is on a collision course is counted by the fear. d - R is taken
+    to be at least 0.05 m. 0 without people. Series: the sum over people.
+    """
+    pairs = recording.encounters
+    passing = pairs.passing_distance
+    passes = passing > pairs.reach
+    miss = np.maximum(passing - pairs.reach, LEAST_DISTANCE)
+    sine = np.where(passes, passing / np.where(passes, pairs.distance, 1), 1)
+    cost = np.where(passes, pairs.relative_speed / (miss * sine), 0.0)
+    return cost.sum(axis=1)
+
+
+for _name, _function in (
+    (DANGER_FEAR_COST, danger_fear_cost),
+    (DANGER_PANIC_COST, danger_panic_cost),
+):
+    register_sum_and_rate(
+        _function, name=_name, unit="1/s", family="danger", source=SINGAMANENI
+    )

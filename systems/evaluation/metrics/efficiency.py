@@ -1,0 +1,123 @@
+"""How direct and how steady the robot's way was."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hunav_drake.systems.evaluation.derived import wrap
+from hunav_drake.systems.evaluation.metric import register_metric
+from hunav_drake.systems.evaluation.metrics import reduce
+from hunav_drake.systems.evaluation.metrics.path import since_previous
+from hunav_drake.systems.evaluation.metrics.speeds import STILL_SPEED
+from hunav_drake.systems.evaluation.names import (
+    PATH_EFFICIENCY,
+    PATH_IRREGULARITY,
+    STALLED_TIME,
+    SUCCESS_WEIGHTED_PATH_LENGTH,
+)
+from hunav_drake.systems.evaluation.recording import Recording
+from hunav_drake.systems.evaluation.way import polyline_length
+from hunav_drake.systems.layout import YAW
+
+Array = NDArray[np.float64]
+
+GAO_HUANG = "Gao & Huang 2022"
+FRANCIS = "Francis et al. 2025"
+
+# For shorter legs of a way nobody has to turn, in meters.
+_LEG = 0.01
+
+
+@register_metric(
+    name=PATH_IRREGULARITY,
+    unit="rad/m",
+    family="efficiency",
+    direction="lower",
+    source=f"SEAN 2.0, Tsoi et al. 2022; {GAO_HUANG}",
+)
+def path_irregularity(recording: Recording) -> float:
+    """How much more than needed the robot turned, for its path's length.
+
+    max(0, sum |wrap(yaw_{k+1} - yaw_k)| - A) / L, where L is the length of
+    the path and A the least rotation of a robot that drives forward: from the
+    first heading into the shortest way around the walls to the last position,
+    along it, and from there to the last heading. Legs of less than 1 cm need
+    no rotation. NaN if the robot never moved, or walls leave no way.
+    """
+    way = recording.way
+    if not way.length or way.shortest_to_end is None:
+        return np.nan
+    legs = np.diff(way.shortest_to_end, axis=0)
+    legs = legs[np.hypot(legs[:, 0], legs[:, 1]) >= _LEG]
+    yaw = recording.robot[:, YAW]
+    headings = [yaw[:1], np.arctan2(legs[:, 1], legs[:, 0]), yaw[-1:]]
+    least = np.abs(wrap(np.diff(np.concatenate(headings)))).sum()
+    turned = recording.derived.heading_changes.sum()
+    return float(max(turned - least, 0.0) / way.length)
+
+
+@register_metric(
+    name=PATH_EFFICIENCY,
+    unit="-",
+    family="efficiency",
+    direction="higher",
+    source=GAO_HUANG,
+)
+def path_efficiency(recording: Recording) -> float:
+    """How direct the robot's path was, L* / max(L, L*), in [0, 1].
+
+    L is the length of the path, and L* that of the shortest way from its
+    first to its last position: straight, or around the walls at the distance
+    of the robot's radius. NaN if the robot never moved, or walls leave no way.
+    """
+    way = recording.way
+    if not way.length or way.shortest_to_end is None:
+        return np.nan
+    shortest = polyline_length(way.shortest_to_end)
+    return float(shortest / max(way.length, shortest))
+
+
+@register_metric(
+    name=SUCCESS_WEIGHTED_PATH_LENGTH,
+    unit="-",
+    family="efficiency",
+    direction="higher",
+    source=f"Anderson et al. 2018; {FRANCIS}",
+    aliases=["spl"],
+)
+def success_weighted_path_length(recording: Recording) -> float:
+    """SPL: how direct a way to the goal was, S L* / max(L, L*), in [0, 1].
+
+    S is `completed`, L the length of the path, and L* that of the shortest
+    way from the first position to the goal: straight, or around the walls at
+    the distance of the robot's radius. 1 for a robot that starts and stays at
+    the goal; NaN without a goal, or if walls leave no way to it.
+    """
+    way = recording.way
+    if recording.goal is None or way.shortest_to_goal is None:
+        return np.nan
+    if not recording.derived.at_goal[-1]:
+        return 0.0
+    shortest = polyline_length(way.shortest_to_goal)
+    longest = max(way.length, shortest)
+    return float(shortest / longest) if longest else 1.0
+
+
+@register_metric(
+    name=STALLED_TIME,
+    unit="s",
+    family="efficiency",
+    direction="lower",
+    source=FRANCIS,
+    reduce=reduce.total,
+)
+def stalled_time(recording: Recording) -> Array:
+    """The total time in which the robot got nowhere, short of the goal.
+
+    That is of the intervals with |p_{k+1} - p_k| / dt < 0.01 m/s that do not
+    begin at the goal; turning on the spot is getting nowhere. Series: the
+    time stalled since the sample before.
+    """
+    derived = recording.derived
+    stalled = derived.step_lengths < STILL_SPEED * derived.intervals
+    stalled &= ~derived.at_goal[:-1]
+    return since_previous(np.where(stalled, derived.intervals, 0.0))

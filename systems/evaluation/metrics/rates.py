@@ -1,0 +1,62 @@
+"""Companions of sums over samples that do not grow with their number."""
+
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hunav_drake.systems.evaluation.metric import register_metric
+from hunav_drake.systems.evaluation.metrics import reduce
+from hunav_drake.systems.evaluation.recording import Recording
+
+Array = NDArray[np.float64]
+
+
+def register_sum_and_rate(
+    function: Callable[[Recording], Array],
+    *,
+    name: str,
+    unit: str,
+    family: str,
+    source: str,
+    definition: str | None = None,
+) -> None:
+    """Registers the sum of a series, and beside it the mean: its rate.
+
+    Less of it is better.
+
+    Args:
+        function: Makes the series, shape (N + 1,).
+        name: What the sum is called; the mean is called `<name>_rate`.
+        unit: The unit of both.
+        family: What it is about.
+        source: Who defined the sum.
+        definition: What the sum is; the function's docstring by default.
+    """
+    register_metric(
+        name=name,
+        unit=unit,
+        family=family,
+        direction="lower",
+        source=source,
+        definition=definition,
+        reduce=reduce.total,
+    )(function)
+    register_metric(
+        name=f"{name}_rate",
+        unit=unit,
+        family=family,
+        direction="lower",
+        source="hunav_drake",
+        definition=f"""
+            The mean over the samples of what {name} sums up, which does not
+            depend on the time between samples.
+            """,
+    )(partial(_rate, series=function))
+
+
+def _rate(
+    recording: Recording, *, series: Callable[[Recording], Array]
+) -> float:
+    return reduce.mean(series(recording))

@@ -1,0 +1,153 @@
+import json
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from hunav_drake.cli import main
+from hunav_drake.systems.evaluation.metrics import METRICS
+from hunav_drake.systems.evaluation.recording import Recording
+
+
+@pytest.fixture
+def hunav(capsys):
+    """Runs the command in this process: (exit code, output, errors)."""
+
+    def run(*arguments):
+        code = main([str(argument) for argument in arguments])
+        captured = capsys.readouterr()
+        return code, captured.out, captured.err
+
+    return run
+
+
+@pytest.fixture
+def recording(tmp_path):
+    t = np.arange(21) * 0.1
+    robot = np.zeros((21, 7))
+    robot[:, 0], robot[:, 3], robot[:, 6] = t, 1.0, 0.35
+    humans = np.zeros((21, 1, 7))
+    humans[..., 1], humans[..., 6] = 2.0, 0.35
+    path = tmp_path / "run 1.npz"
+    Recording(times=t, robot=robot, humans=humans).save(path)
+    return path
+
+
+def words(out):
+    return {
+        line.split()[0]: line.split()[1:] for line in out.splitlines() if line
+    }
+
+
+def test_evaluate_prints_the_table(hunav, recording):
+    code, out, err = hunav("evaluate", recording)
+    assert (code, err) == (0, "")
+    assert out.splitlines()[:2] == [
+        "run 1",
+        "ended after 2.00 s: end (the recording ends)",
+    ]
+    table = words(out)
+    assert table["path_length"] == ["2.000", "m"]
+    assert table["completed"] == ["-"]
+    assert max(map(len, out.splitlines())) <= 80
+    for name, metric in METRICS.items():
+        assert name in table
+        assert metric.family in table
+
+
+def test_evaluate_takes_names_a_goal_and_a_reference(hunav, recording):
+    code, out, _ = hunav(
+        *("evaluate", recording, "--metrics", "completed", "ade", "danger"),
+        *("--goal=2,0", "--reference", recording),
+    )
+    assert code == 0
+    table = words(out)
+    assert table["completed"] == ["1"]
+    assert table["avg_displacement_error"] == ["0.000", "m"]
+    assert "danger_fear_cost" in table
+    assert "path_length" not in table
+    _, out, _ = hunav("evaluate", recording, "--goal=2,0,3")
+    assert "goal (the robot" in out
+
+
+def test_evaluate_writes_tables(hunav, recording, tmp_path):
+    out = tmp_path / "out"
+    code, text, _ = hunav(
+        "evaluate", recording, "--out", out, "--format", "hunav"
+    )
+    assert code == 0
+    assert f"files to {out}" in text
+    assert pd.read_csv(out / "metrics.csv")["tag"].tolist() == ["run_1"]
+    assert pd.read_csv(out / "metrics.txt", sep="\t")["path_length"][0] == (
+        pytest.approx(2.0)
+    )
+    summary = json.loads((out / "result_run_1.json").read_text())
+    assert summary["provenance"]["source"] == "run 1.npz"
+    assert len(summary["provenance"]["source_sha256"]) == 64
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["nothing.csv"], "nothing.csv: No such file"),
+        (["FILE", "--metrics", "path_lenght"], "did you mean 'path_length'"),
+        (["FILE", "--goal", "here"], "--goal must be X,Y or X,Y,YAW"),
+        (["FILE", "--goal", "1"], "--goal must be X,Y or X,Y,YAW"),
+        (["FILE", "--goal", "1,nan"], "goal: must be finite"),
+        (["FILE", "--reference", "no.npz"], "no.npz: No such file"),
+        (["FILE", "--out", "FILE"], "cannot write there"),
+    ],
+)
+def test_evaluate_tells_what_cannot_be_used(
+    hunav, recording, arguments, message
+):
+    arguments = [recording if a == "FILE" else a for a in arguments]
+    code, out, err = hunav("evaluate", *arguments)
+    assert (code, out) == (2, "")
+    assert message in err
+    assert "Traceback" not in err
+
+
+def test_run_writes_the_format_of_hunavsim(hunav, tmp_path):
+    code, _, _ = hunav(
+        *("run", "passing", "--set", "simulation.duration=1.0", "--quiet"),
+        *("--out", tmp_path, "--no-replay", "--format", "hunav"),
+    )
+    assert code == 1
+    assert (tmp_path / "metrics.txt").exists()
+
+
+def test_metrics_lists_all_with_unit_and_direction(hunav):
+    code, out, _ = hunav("metrics")
+    assert code == 0
+    table = words(out)
+    for name, metric in METRICS.items():
+        assert metric.family in table
+        sign = {"lower": "-", "higher": "+"}.get(metric.direction)
+        expected = [metric.unit] if sign is None else [sign, metric.unit]
+        assert table[name][: len(expected)] == expected
+    assert max(map(len, out.splitlines())) <= 120
+
+
+def test_metrics_show_prints_the_definition(hunav):
+    code, out, _ = hunav("metrics", "show", "social_work")
+    assert code == 0
+    assert out.startswith("social_work [m/s^2]")
+    for part in (
+        "forces",
+        "lower is better",
+        "Moussaid",
+        "The sum of",
+        "HuNav",
+    ):
+        assert part in out
+    _, out, _ = hunav("metrics", "show", "spl", "danger")
+    assert "success_weighted_path_length [-]" in out
+    assert "danger_fear_cost [1/s]" in out
+    assert "also       spl" in out
+
+
+def test_metrics_show_of_an_unknown_name(hunav):
+    code, out, err = hunav("metrics", "show", "social_wok")
+    assert (code, out) == (2, "")
+    assert "did you mean 'social_work'" in err

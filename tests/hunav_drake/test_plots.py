@@ -1,0 +1,386 @@
+"""Plots of trials, and of comparisons."""
+
+import matplotlib as mpl
+
+mpl.use("Agg")
+
+from matplotlib.container import ErrorbarContainer
+import matplotlib.pyplot as plt
+import numpy as np
+import pandas as pd
+import pytest
+
+from hunav_drake.plots import (
+    find_encounters,
+    plot_behavior_activity,
+    plot_comparison,
+    plot_distance_to_people,
+    plot_robot_speed,
+    plot_trajectories,
+    plot_zones,
+)
+from hunav_drake.results import MakeTrialResult
+from hunav_drake.statistics import summarize
+from hunav_drake.systems.evaluation.recording import Recording
+from hunav_drake.systems.obstacles import Obstacles
+
+
+@pytest.fixture(autouse=True)
+def close_figures():
+    yield
+    plt.close("all")
+
+
+def make_recording(xs=(-3.0, 3.0), *, y=1.5, samples=61, **kwargs):
+    """A robot that drives by at 1 m/s, and one person per x that stands."""
+    times = np.arange(samples) * 0.1
+    robot = np.zeros((samples, 7))
+    robot[:, 0] = times - 3.0
+    robot[:, 3] = 1.0
+    robot[:, 6] = 0.35
+    humans = np.zeros((samples, len(xs), 7))
+    humans[:, :, 0] = xs
+    humans[:, :, 1] = y
+    humans[:, :, 6] = 0.25
+    return Recording(times=times, robot=robot, humans=humans, **kwargs)
+
+
+def make_result(recording=None, *, seed=0, planner="pursuit", scenario="test"):
+    return MakeTrialResult(
+        make_recording() if recording is None else recording,
+        metric_names=["paper"],
+        scenario_name=scenario,
+        provenance={"seed": seed, "planner": planner},
+        end_reason="goal",
+    )
+
+
+def artists(ax, gid):
+    return [a for a in ax.get_children() if a.get_gid() == gid]
+
+
+def legend_texts(ax):
+    return [text.get_text() for text in ax.get_legend().get_texts()]
+
+
+ALL_OF_ONE = [
+    plot_behavior_activity,
+    plot_distance_to_people,
+    plot_robot_speed,
+    plot_trajectories,
+    plot_zones,
+]
+
+
+@pytest.mark.parametrize("plot", ALL_OF_ONE)
+@pytest.mark.parametrize(
+    "recording",
+    [
+        make_recording(),
+        make_recording(()),
+        make_recording(samples=1),
+        make_recording((), samples=1),
+        make_recording(range(12), human_names=[f"$_{i}^{{" for i in range(12)]),
+    ],
+    ids=["two people", "nobody", "one sample", "nobody, one sample", "many"],
+)
+def test_every_plot_can_be_drawn(plot, recording):
+    ax = plot(recording)
+    ax.figure.canvas.draw()
+    assert "(" in ax.get_xlabel()
+    assert ax.figure.get_figwidth() == 3.4
+
+
+@pytest.mark.parametrize("plot", ALL_OF_ONE)
+def test_no_plot_needs_a_new_figure(plot):
+    figure, ax = plt.subplots()
+    assert plot(make_result(), ax=ax) is ax
+    assert plt.get_fignums() == [figure.number]
+
+
+@pytest.mark.parametrize("plot", ALL_OF_ONE)
+def test_what_is_no_run_is_refused(plot):
+    with pytest.raises(TypeError, match="got float"):
+        plot([1.0])
+
+
+@pytest.mark.parametrize(
+    ("plot", "xlabel", "ylabel"),
+    [
+        (
+            plot_distance_to_people,
+            "time (s)",
+            "distance to closest person (m)",
+        ),
+        (plot_robot_speed, "time (s)", "robot speed (m/s)"),
+        (plot_trajectories, "x (m)", "y (m)"),
+        (plot_zones, "share of the time (%)", ""),
+        (plot_behavior_activity, "time (s)", ""),
+    ],
+)
+def test_axes_have_units(plot, xlabel, ylabel):
+    ax = plot(make_recording())
+    assert ax.get_xlabel() == xlabel
+    assert ax.get_ylabel() == ylabel
+
+
+def test_the_distance_is_that_between_surfaces():
+    recording = make_recording((0.0,))
+    line = next(
+        line
+        for line in plot_distance_to_people(recording).get_lines()
+        if len(line.get_xdata()) == 61
+    )
+    np.testing.assert_array_equal(line.get_xdata(), recording.times)
+    np.testing.assert_allclose(
+        line.get_ydata(), np.hypot(recording.times - 3.0, 1.5) - 0.6
+    )
+
+
+def test_each_encounter_has_its_minimum():
+    ax = plot_distance_to_people(make_recording((-2.0, 2.0)))
+    (minima,) = artists(ax, "minima")
+    np.testing.assert_allclose(minima.get_xdata(), [1.0, 5.0])
+    np.testing.assert_allclose(minima.get_ydata(), [0.9, 0.9])
+    assert [t.get_text() for t in ax.texts] == ["0.90 m", "0.90 m"]
+
+
+def test_the_minimum_of_who_is_behind_another_is_not_on_the_line():
+    recording = make_recording((0.0, 0.0))
+    humans = recording.humans.copy()
+    humans[:, 1, 1] = -1.7
+    behind = Recording(
+        times=recording.times, robot=recording.robot, humans=humans
+    )
+    (minima,) = artists(plot_distance_to_people(behind), "minima")
+    np.testing.assert_allclose(minima.get_ydata(), [0.9])
+    assert len(find_encounters(behind)) == 2
+
+
+def test_an_encounter_lasts_while_the_person_is_near():
+    # Within 1.2 m from surface to surface is within 1.8 m of the centers.
+    (encounter,) = find_encounters(make_recording((0.0,)))
+    half = np.sqrt(1.8**2 - 1.5**2)
+    assert encounter.start == pytest.approx(3.0 - half, abs=0.1)
+    assert encounter.end == pytest.approx(3.0 + half, abs=0.1)
+    assert encounter.time == pytest.approx(3.0)
+    assert encounter.gap == pytest.approx(0.9)
+
+
+def test_who_comes_twice_is_met_twice():
+    recording = make_recording((-2.0,))
+    humans = recording.humans.copy()
+    humans[40:, 0, 0] = 2.0
+    humans[30:40] = np.nan
+    twice = find_encounters(
+        Recording(times=recording.times, robot=recording.robot, humans=humans)
+    )
+    assert [e.person for e in twice] == [0, 0]
+    assert [e.time for e in twice] == pytest.approx([1.0, 5.0])
+
+
+@pytest.mark.parametrize("near", [0.0, -1.0, np.nan])
+def test_near_must_be_positive(near):
+    for function in (
+        find_encounters,
+        plot_distance_to_people,
+        plot_robot_speed,
+    ):
+        with pytest.raises(ValueError, match="near must be positive"):
+            function(make_recording(), near=near)
+
+
+def test_the_time_with_a_person_near_is_shaded():
+    ax = plot_robot_speed(make_recording((0.0,)), near=1.9)
+    (span,) = artists(ax, "near")
+    half = np.sqrt(2.5**2 - 1.5**2)
+    bounds = span.get_extents().transformed(ax.transData.inverted())
+    assert bounds.x0 == pytest.approx(3.0 - half, abs=0.11)
+    assert bounds.x1 == pytest.approx(3.0 + half, abs=0.11)
+    assert "person within 1.9 m" in legend_texts(ax)
+    (line,) = ax.get_lines()
+    np.testing.assert_allclose(line.get_ydata(), 1.0)
+
+
+def test_a_robot_that_backs_up_has_a_speed_below_zero():
+    recording = make_recording()
+    robot = recording.robot.copy()
+    robot[:, 2] = np.pi
+    ax = plot_robot_speed(
+        Recording(times=recording.times, robot=robot, humans=recording.humans)
+    )
+    np.testing.assert_allclose(ax.get_lines()[0].get_ydata(), -1.0)
+    assert ax.get_ylim()[0] < -1.0
+
+
+def test_several_runs_are_named_by_what_differs():
+    results = [
+        make_result(planner="a", seed=1),
+        make_result(planner="b", seed=1),
+        make_result(planner="b", seed=2),
+        make_result(planner="b", seed=2),
+    ]
+    names = ["a, seed 1", "b, seed 1", "b, seed 2", "b, seed 2 (2)"]
+    for plot in (plot_distance_to_people, plot_robot_speed, plot_trajectories):
+        assert set(names) <= set(legend_texts(plot(results)))
+    ticks = plot_zones(results).get_yticklabels()
+    assert [tick.get_text() for tick in ticks] == names
+    with pytest.raises(TypeError, match="needs one run, got 4"):
+        plot_behavior_activity(results)
+
+
+def test_runs_may_have_names_of_ones_own():
+    runs = {"_first": make_recording(), "$x": make_result()}
+    ax = plot_robot_speed(runs)
+    ax.figure.canvas.draw()
+    assert {" _first", "$x"} <= set(legend_texts(ax))
+    assert len(artists(ax, "near")) == 2
+
+
+def test_the_map_has_everything_on_it():
+    walls = Obstacles.from_shapes(
+        [[[-9, 2], [9, 2], [9, 3], [-9, 3]], [[-5, -8], [5, -8]]],
+        solid=[True, False],
+    )
+    recording = make_recording(obstacles=walls, goal=(4.0, 0.0, 0.0))
+    ax = plot_trajectories(recording)
+    (left, right), (bottom, top) = ax.get_xlim(), ax.get_ylim()
+    assert left < -9
+    assert right > 9
+    assert bottom < -8
+    assert top > 3
+    paths = [line for line in ax.get_lines() if len(line.get_xdata()) == 61]
+    np.testing.assert_array_equal(
+        np.stack([line.get_xydata() for line in paths]),
+        np.concatenate(
+            [
+                recording.robot[None, :, :2],
+                recording.humans[..., :2].swapaxes(0, 1),
+            ]
+        ),
+    )
+    assert ax.get_aspect() == 1.0
+    star = next(line for line in ax.get_lines() if line.get_marker() == "*")
+    np.testing.assert_array_equal(star.get_xydata(), [[4.0, 0.0]])
+
+
+def test_marks_are_at_equal_times():
+    ax = plot_trajectories(make_recording(()), mark_every=2.0)
+    (marks,) = artists(ax, "marks")
+    np.testing.assert_allclose(
+        marks.get_xydata(), [[-3, 0], [-1, 0], [1, 0], [3, 0]]
+    )
+    assert [text.get_text() for text in ax.texts] == ["0", "2", "4", "6"]
+    assert "every 2 s" in legend_texts(ax)
+
+
+def test_who_is_missing_has_no_mark():
+    recording = make_recording((0.0,))
+    humans = recording.humans.copy()
+    humans[:35] = np.nan
+    late = Recording(
+        times=recording.times, robot=recording.robot, humans=humans
+    )
+    _, marks = artists(plot_trajectories(late, mark_every=2.0), "marks")
+    assert len(marks.get_xdata()) == 2
+
+
+def test_the_time_between_marks_must_be_positive():
+    with pytest.raises(ValueError, match="mark_every must be positive"):
+        plot_trajectories(make_recording(), mark_every=0.0)
+
+
+def test_labels_keep_off_each_other():
+    # All marks are at one place, and only so many labels fit around it.
+    still = np.zeros((61, 7))
+    recording = make_recording(())
+    ax = plot_trajectories(
+        Recording(times=recording.times, robot=still, humans=recording.humans),
+        mark_every=0.1,
+    )
+    places = np.array([text.xyann for text in ax.texts])
+    assert 2 <= len(places) <= 16
+    gaps = np.hypot(*(places[:, None] - places).transpose(2, 0, 1))
+    assert gaps[~np.eye(len(gaps), dtype=bool)].min() > 8.0
+
+
+def test_shares_of_spaces_are_those_of_the_metrics():
+    result = make_result()
+    ax = plot_zones(result)
+    shares = [bars[0].get_width() for bars in ax.containers]
+    names = ("intimate", "personal", "social+")
+    assert shares[:3] == pytest.approx(
+        [result.metrics[f"{name}_space_intrusions"] for name in names]
+    )
+    assert sum(shares) == pytest.approx(100.0)
+
+
+def test_activity_is_where_the_status_says():
+    status = np.zeros((61, 2))
+    status[10:20, 1] = 1
+    recording = make_recording(
+        behavior_status=status,
+        behaviors=("regular", "scared"),
+        human_names=("ana", "<b>"),
+    )
+    ax = plot_behavior_activity(recording)
+    labels = [text.get_text() for text in ax.get_yticklabels()]
+    assert labels == ["ana", "<b>"]
+    assert legend_texts(ax) == ["regular", "scared"]
+    bars = ax.collections[-1].get_paths()
+    assert len(bars) == 1
+    (x0, y0), (x1, y1) = bars[0].get_extents().get_points()
+    assert (x0, x1) == pytest.approx((1.0, 2.0))
+    assert y0 < 1 < y1
+
+
+# --- comparison ---
+
+
+def make_runs():
+    return pd.DataFrame(
+        {
+            "planner": ["a", "a", "a", "b", "b", "c"],
+            "path_length": [1.0, 2.0, 3.0, 4.0, 6.0, np.nan],
+        }
+    )
+
+
+def test_bars_are_means_with_intervals():
+    ax = plot_comparison(make_runs(), "path_length")
+    assert [bar.get_width() for bar in ax.patches] == [2.0, 5.0, 0.0]
+    assert [t.get_text() for t in ax.get_yticklabels()] == ["a", "b", "c"]
+    assert ax.get_xlabel() == "path_length (m)"
+    table = summarize(make_runs(), ["planner"])
+    intervals = [c for c in ax.containers if isinstance(c, ErrorbarContainer)]
+    assert len(intervals) == 2
+    for container, name in zip(intervals, "ab", strict=True):
+        (segment,) = container.lines[2][0].get_segments()
+        row = table.loc[(name, "path_length")]
+        np.testing.assert_allclose(segment[:, 0], [row["low"], row["high"]])
+    ax.figure.canvas.draw()
+
+
+def test_anything_can_be_compared():
+    runs = make_runs().rename(columns={"planner": "setting"})
+    ax = plot_comparison(runs, "path_length", by="setting")
+    assert len(ax.patches) == 3
+
+
+def test_results_can_be_compared():
+    results = [make_result(planner=p, seed=s) for p in "ab" for s in (0, 1)]
+    ax = plot_comparison(results, "robot_on_person_collisions")
+    assert ax.get_xlabel() == "robot_on_person_collisions"
+    assert ax.get_xlim() == (0.0, 1.0)
+
+
+def test_a_metric_without_values_is_an_empty_plot():
+    ax = plot_comparison(make_runs().iloc[5:], "path_length")
+    assert [text.get_text() for text in ax.texts] == ["there are no values"]
+
+
+def test_a_column_that_there_is_not_is_refused():
+    with pytest.raises(ValueError, match="no column 'speed'"):
+        plot_comparison(make_runs(), "speed")
+    with pytest.raises(ValueError, match="no column 'robot'"):
+        plot_comparison(make_runs(), "path_length", by="robot")

@@ -1,0 +1,360 @@
+import importlib.util
+import os
+from pathlib import Path
+import re
+
+import numpy as np
+import pandas as pd
+from PIL import Image
+import pytest
+
+from hunav_drake import cli
+from hunav_drake.report import LoadResults, WriteReport
+from hunav_drake.report_html import number, unit_text
+from hunav_drake.results import MakeTrialResult, WriteResult
+from hunav_drake.systems.evaluation.metrics import METRICS
+from hunav_drake.systems.evaluation.recording import Recording
+
+
+def make_result(
+    n=2,
+    *,
+    samples=41,
+    scenario="passing",
+    planner="pursuit",
+    seed=0,
+    metric_names=("paper",),
+    provenance=(),
+    **recording,
+):
+    times = np.arange(samples) * 0.1
+    robot = np.zeros((samples, 7))
+    robot[:, 0] = times * (1 + 0.01 * seed) - 2
+    robot[:, 3] = 1.0
+    robot[:, 6] = 0.35
+    humans = np.zeros((samples, n, 7))
+    humans[:, :, 0] = np.arange(n)
+    humans[:, :, 1] = 1.5
+    humans[:, :, 6] = 0.25
+    return MakeTrialResult(
+        Recording(times=times, robot=robot, humans=humans, **recording),
+        scenario_name=scenario,
+        metric_names=metric_names,
+        provenance={"seed": seed, "planner": planner} | dict(provenance),
+        end_reason="goal",
+        end_message="the robot has reached its goal",
+    )
+
+
+def make_batch(**kwargs):
+    return [
+        make_result(scenario=scenario, planner=planner, seed=seed, **kwargs)
+        for scenario in ("passing", "crossing")
+        for planner in ("pursuit", "social")
+        for seed in range(3)
+    ]
+
+
+def visible(html):
+    """The text of a page without tags, styles and pictures."""
+    html = re.sub(r"<(style|svg).*?</\1>", "", html, flags=re.DOTALL)
+    return re.sub(r"\s+", " ", re.sub(r"<[^>]*>", " ", html))
+
+
+def assert_stands_alone(html):
+    assert html.startswith("<!DOCTYPE html>")
+    # Nothing is fetched, and nothing is run.
+    assert "://" not in html
+    assert "@import" not in html
+    assert not re.search(r"<(script|link|iframe|img|object|embed|base)\b", html)
+    assert not re.search(r"\son\w+=", html)
+    for target in re.findall(r'\b(?:href|src|url)\s*[=(]\s*"?([^")>]*)', html):
+        assert re.fullmatch(r"#[\w-]+|replay\.html", target), target
+    # Names that pictures use are theirs alone.
+    names = re.findall(r'\sid="([^"]*)"', html)
+    assert len(names) == len(set(names))
+    assert set(re.findall(r'href="#([^"]*)"', html)) <= set(names)
+    assert set(re.findall(r"url\(#([^)]*)\)", html)) <= set(names)
+    # Every tag of the text is closed.
+    for tag in ("table", "tr", "div", "figure", "p", "h2", "small", "svg"):
+        assert len(re.findall(rf"<{tag}[ >]", html)) == html.count(f"</{tag}>")
+
+
+def test_a_trial_is_told_in_full(tmp_path):
+    result = make_result(
+        behaviors=("regular", "scared"), human_names=("ana", "luis")
+    )
+    path = WriteReport(result, tmp_path / "report.html")
+    html = path.read_text()
+    assert_stands_alone(html)
+    text = visible(html)
+    assert "<h1>passing</h1>" in html
+    assert "planner pursuit, seed 0, 2 people, 4.00 s" in text
+    assert "The robot has reached its goal." in text
+    for name in result.metrics.index:
+        assert name in text
+        assert METRICS[name].family in text
+    assert re.search(r"path_length ↓ 4.00 m ", text)
+    assert re.search(r"luis scared &ndash; 0.900 3.00 0", text)
+    assert "everyone regular scared unit" in text
+    assert html.count("<svg") == 5
+    assert "Watch the replay" not in html
+
+
+def test_many_trials_are_compared(tmp_path):
+    path = WriteReport(make_batch(), tmp_path / "r.html", title="My <study>")
+    html = path.read_text()
+    assert_stands_alone(html)
+    text = visible(html)
+    assert "<h1>My &lt;study&gt;</h1>" in html
+    assert "12 runs, 2 scenarios, 2 planners, 3 seeds" in text
+    assert "passing pursuit 3 3" in text
+    assert "Bars are means with" in text
+    # The mean of 4.00, 4.04 and 4.08 m.
+    assert re.search(r"path_length ↓ 4.04 \[4.00, 4.08\]", text)
+    assert re.search(r"crossing social 2 goal 4.00", text)
+    assert "seed 0, 1, 2" in text
+
+
+def test_one_planner_is_not_compared_with_itself(tmp_path):
+    trials = [make_result(seed=seed) for seed in range(2)]
+    html = WriteReport(trials, tmp_path / "r.html").read_text()
+    assert_stands_alone(html)
+    assert "Comparison" not in html
+    assert "planner pursuit" in visible(html)
+
+
+@pytest.mark.parametrize("n", [0, 2])
+@pytest.mark.parametrize("samples", [1, 41])
+def test_there_may_be_next_to_nothing_to_tell(tmp_path, n, samples):
+    result = make_result(n, samples=samples)
+    html = WriteReport(result, tmp_path / "one.html").read_text()
+    assert_stands_alone(html)
+    assert not re.search(r"\bnan\b", visible(html), re.IGNORECASE)
+    html = WriteReport([result] * 2, tmp_path / "two.html").read_text()
+    assert_stands_alone(html)
+    assert not re.search(r"\bnan\b", visible(html), re.IGNORECASE)
+
+
+def test_metrics_without_any_value_are_dashes(tmp_path):
+    result = make_result()
+    result.metrics[:] = np.nan
+    for results in (result, [result, result]):
+        html = WriteReport(results, tmp_path / "r.html").read_text()
+        assert re.search(r"path_length ↓ &ndash; ", visible(html))
+
+
+@pytest.mark.filterwarnings("error")
+def test_names_are_shown_as_they_are(tmp_path):
+    evil = "<b>\"&'</b><script>x</script>"
+    trials = [
+        make_result(
+            scenario=evil,
+            planner=f"{planner}{evil}",
+            human_names=(evil, "$_"),
+            behaviors=(evil, "regular"),
+            provenance={evil: evil},
+        )
+        for planner in "ab"
+    ]
+    for results in (trials[0], trials):
+        html = WriteReport(results, tmp_path / "r.html").read_text()
+        assert_stands_alone(html)
+        assert "<b>" not in html
+        assert "&lt;b&gt;&quot;&amp;&#x27;&lt;/b&gt;" in html
+
+
+def test_the_report_links_to_the_replay_beside_it(tmp_path):
+    replay = tmp_path / "replay.html"
+    path = WriteReport(make_result(), tmp_path / "r.html", replay=replay)
+    assert '<a href="replay.html">' in path.read_text()
+    assert_stands_alone(path.read_text())
+    odd = tmp_path / 'a "b" #' / "replay.html"
+    path = WriteReport(make_result(), tmp_path / "r.html", replay=odd)
+    assert '<a href="a%20%22b%22%20%23/replay.html">' in path.read_text()
+
+
+def test_the_same_results_are_the_same_report(tmp_path):
+    for results in (make_result(), [make_result(seed=s) for s in (0, 1)]):
+        pages = [tmp_path / "1.html", tmp_path / "2.html"]
+        for page in pages:
+            WriteReport(results, page)
+        assert pages[0].read_bytes() == pages[1].read_bytes()
+
+
+def test_no_figure_stays_open(tmp_path):
+    import matplotlib.pyplot as plt
+
+    before = plt.get_fignums()
+    WriteReport(make_result(), tmp_path / "r.html")
+    assert plt.get_fignums() == before
+
+
+def test_a_report_that_fails_leaves_the_old_one(tmp_path, monkeypatch):
+    path = WriteReport(make_result(), tmp_path / "r.html")
+    before = path.read_bytes()
+
+    def fail(source, target):
+        raise OSError(28, "No space left on device", target)
+
+    monkeypatch.setattr(os, "replace", fail)
+    with pytest.raises(OSError, match="No space left"):
+        WriteReport(make_result(3), path)
+    assert path.read_bytes() == before
+    assert os.listdir(tmp_path) == ["r.html"]
+
+
+def test_a_report_on_nothing_is_refused(tmp_path):
+    with pytest.raises(ValueError, match="needs at least one result"):
+        WriteReport([], tmp_path / "r.html")
+    assert not os.listdir(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "text"),
+    [
+        (np.nan, "m", "&ndash;"),
+        (np.inf, "s", "&infin;"),
+        (3.0, "-", "3"),
+        (0.0, "m", "0"),
+        (12.345, "%", "12.3"),
+        (0.12345, "m", "0.123"),
+        (-1.2345, "m", "&minus;1.23"),
+        (123.45, "m", "123.5"),
+        (1234.5, "m", "1234"),
+        (1.2e-7, "m", "1.2&times;10⁻⁷"),
+        (1.2e7, "m", "1.2&times;10⁷"),
+    ],
+)
+def test_numbers_have_sensible_digits(value, unit, text):
+    assert number(value, unit) == text
+
+
+def test_units_have_raised_powers():
+    assert unit_text("m/s^2") == "m/s²"
+    assert unit_text("-") == ""
+
+
+# --- the results of a folder ---
+
+
+def test_results_come_back_from_a_folder(tmp_path):
+    trials = [
+        make_result(behaviors=("regular", "scared"), seed=seed)
+        for seed in range(2)
+    ]
+    for trial in trials:
+        WriteResult(trial, tmp_path)
+    loaded = LoadResults(tmp_path)
+    assert len(loaded) == 2
+    for trial, again in zip(trials, loaded, strict=True):
+        pd.testing.assert_series_equal(again.metrics, trial.metrics)
+        assert again.metrics.attrs == trial.metrics.attrs
+        pd.testing.assert_frame_equal(again.steps, trial.steps)
+        pd.testing.assert_frame_equal(again.by_behavior, trial.by_behavior)
+        assert again.recording == trial.recording
+        assert again.provenance == trial.provenance
+        assert again.end_reason == trial.end_reason
+        assert again.end_time == trial.end_time
+    WriteReport(loaded, tmp_path / "again.html")
+    WriteReport(trials, tmp_path / "first.html")
+    pages = [(tmp_path / f"{n}.html").read_text() for n in ("again", "first")]
+    assert pages[0] == pages[1]
+
+
+def test_a_metric_of_another_program_keeps_its_value(tmp_path):
+    WriteResult(make_result(), tmp_path, tag="01")
+    path = tmp_path / "result_01.json"
+    text = path.read_text()
+    path.write_text(text.replace('"path_length"', '"my_length"'))
+    (result,) = LoadResults(tmp_path)
+    assert result.metrics["my_length"] == pytest.approx(4.0)
+    html = WriteReport(result, tmp_path / "r.html").read_text()
+    assert "my_length 4.00 m" in visible(html)
+
+
+def test_a_folder_that_is_damaged_is_refused(tmp_path):
+    with pytest.raises(FileNotFoundError):
+        LoadResults(tmp_path)
+    (tmp_path / "metrics.csv").write_text("a,b\n1,2\n")
+    with pytest.raises(ValueError, match="has no column 'tag'"):
+        LoadResults(tmp_path)
+    (tmp_path / "metrics.csv").unlink()
+    WriteResult(make_result(), tmp_path, tag="x")
+    for text in ("[]", "{}", "{", '{"metrics": {"path_length": 3}}'):
+        (tmp_path / "result_x.json").write_text(text)
+        with pytest.raises(ValueError, match=r"result_x\.json: is not a"):
+            LoadResults(tmp_path)
+    (tmp_path / "recording_x.npz").unlink()
+    with pytest.raises(FileNotFoundError):
+        LoadResults(tmp_path)
+
+
+def test_the_command_reports_on_all_runs_of_a_folder(tmp_path, capsys):
+    for seed in range(2):
+        WriteResult(make_result(seed=seed), tmp_path)
+    assert cli.main(["report", str(tmp_path), "--title", "Two runs"]) == 0
+    assert "report on 2 runs" in capsys.readouterr().out
+    html = (tmp_path / "report.html").read_text()
+    assert "<h1>Two runs</h1>" in html
+    assert_stands_alone(html)
+
+
+def test_the_command_links_the_replay_of_a_single_run(tmp_path):
+    WriteResult(make_result(), tmp_path)
+    (tmp_path / "replay.html").touch()
+    other = tmp_path / "other" / "my.html"
+    other.parent.mkdir()
+    assert cli.main(["report", str(tmp_path), "-o", str(other)]) == 0
+    assert 'href="../replay.html"' in other.read_text()
+
+
+@pytest.mark.parametrize("arguments", [["nowhere"], [".", "-o", "no/r.html"]])
+def test_the_command_says_what_is_missing(
+    tmp_path, capsys, monkeypatch, arguments
+):
+    monkeypatch.chdir(tmp_path)
+    WriteResult(make_result(), tmp_path)
+    assert cli.main(["report", *arguments]) == 2
+    error = capsys.readouterr().err
+    assert error.startswith("hunav: n")
+    assert "No such file" in error
+
+
+def test_a_run_writes_its_report(tmp_path):
+    code = cli.main(
+        [
+            *("run", "passing", "--quiet", "--no-replay"),
+            *("--set", "simulation.duration=1.0", "--out", str(tmp_path)),
+        ]
+    )
+    assert code == 1
+    html = (tmp_path / "report.html").read_text()
+    assert_stands_alone(html)
+    assert "Watch the replay" not in html
+
+
+@pytest.fixture(scope="module")
+def screenshot():
+    """The module that renders a page to a picture."""
+    path = Path(__file__).resolve().parents[1] / "screenshot.py"
+    spec = importlib.util.spec_from_file_location("screenshot", path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("width", [420, 1100])
+def test_the_report_can_be_looked_at(tmp_path, screenshot, width):
+    results = make_result(behaviors=("regular", "scared"))
+    page = WriteReport(results, tmp_path / "report.html")
+    png = screenshot.render(page, tmp_path / "r.png", size=(width, 1500))
+    with Image.open(png) as image:
+        pixels = np.asarray(image.convert("RGB"), dtype=float)
+    # Dark text and colored lines on white, with white margins.
+    assert 0.5 < np.mean(pixels.min(axis=2) > 250) < 0.99
+    assert np.mean(pixels.max(axis=2) < 80) > 0.002
+    assert np.mean(np.ptp(pixels, axis=2) > 60) > 0.002
+    assert pixels[:, :10].min() > 250
+    assert pixels[:, -10:].min() > 250

@@ -1,0 +1,227 @@
+import math
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from hunav_drake.statistics import (
+    ReadRuns,
+    bootstrap_interval,
+    compare,
+    summarize,
+    wilson_interval,
+)
+
+
+def make_runs(n=8):
+    rng = np.random.default_rng(5)
+    rows = []
+    for scenario in ("passing", "crossing"):
+        for planner, shift in (("fast", 0.0), ("slow", 2.0)):
+            for seed in range(n):
+                length = 10 + 3 * math.sin(seed) + shift
+                rows.append(
+                    {
+                        "tag": f"{scenario}_{planner}_{seed}",
+                        "scenario": scenario,
+                        "planner": planner,
+                        "seed": seed,
+                        "end_reason": "goal",
+                        "end_time": 20.0,
+                        "path_length": length + 0.01 * rng.normal(),
+                        "min_dist_to_people": 1 + 0.1 * shift,
+                        "completed": float(seed != 3),
+                        "duration": length,
+                    }
+                )
+    return pd.DataFrame(rows)
+
+
+def test_mean_deviation_and_median_by_hand():
+    runs = pd.DataFrame({"x": [1.0, 2.0, 4.0, math.nan, 5.0]})
+    row = summarize(runs, by=()).loc["x"].iloc[0]
+    assert row["n"] == 4
+    assert row["mean"] == 3
+    # sqrt((4 + 1 + 1 + 4) / 3)
+    assert row["sd"] == pytest.approx(math.sqrt(10 / 3))
+    assert row["median"] == 3
+    assert 1 <= row["low"] < 3 < row["high"] <= 5
+
+
+def test_a_row_for_each_kind_and_metric():
+    table = summarize(make_runs())
+    assert table.index.names == ["scenario", "planner", "metric"]
+    assert list(table.index[:4]) == [
+        ("passing", "fast", "path_length"),
+        ("passing", "fast", "min_dist_to_people"),
+        ("passing", "fast", "completed"),
+        ("passing", "fast", "duration"),
+    ]
+    assert len(table) == 4 * 4
+    assert (table["n"] == 8).all()
+    assert table.attrs["units"]["path_length"] == "m"
+
+
+def test_a_rate_has_wilsons_interval():
+    row = summarize(make_runs()).loc["passing", "fast", "completed"]
+    assert row["mean"] == 7 / 8
+    assert (row["low"], row["high"]) == wilson_interval(7, 8)
+
+
+def test_wilsons_interval_by_hand():
+    # Of 10 tries 5: the center is 1/2, the half width is
+    # z / (1 + z^2 / n) sqrt(1 / 4n + z^2 / 4n^2).
+    z = 1.959963984540054
+    half = z / (1 + z * z / 10) * math.sqrt(1 / 40 + z * z / 400)
+    low, high = wilson_interval(5, 10)
+    assert low == pytest.approx(0.5 - half)
+    assert high == pytest.approx(0.5 + half)
+    # Never: from 0 to z^2 / (n + z^2). Always: the mirror image.
+    assert wilson_interval(0, 10) == (0, pytest.approx(z**2 / (10 + z**2)))
+    assert wilson_interval(10, 10) == (pytest.approx(10 / (10 + z**2)), 1)
+    assert np.isnan(wilson_interval(0, 0)).all()
+
+
+def test_the_bootstrap_comes_near_the_normal_interval():
+    values = np.random.default_rng(0).normal(3, 2, 400)
+    low, high = bootstrap_interval(values)
+    half = 1.96 * values.std(ddof=1) / math.sqrt(400)
+    assert low == pytest.approx(values.mean() - half, abs=0.03)
+    assert high == pytest.approx(values.mean() + half, abs=0.03)
+
+
+def test_the_bootstrap_of_two_values_by_hand():
+    # The mean of two draws is 0, 1/2 or 1, and 0 or 1 a quarter of the time.
+    assert bootstrap_interval(np.array([0.0, 1.0])) == (0, 1)
+    assert bootstrap_interval(np.array([0.0, 1.0]), 0.4) == (0.5, 0.5)
+
+
+def test_equal_values_have_an_interval_of_no_width():
+    assert bootstrap_interval(np.full(7, 0.1)) == (0.1, 0.1)
+
+
+@pytest.mark.parametrize("count", [0, 1])
+def test_too_few_values_have_no_interval(count):
+    assert np.isnan(bootstrap_interval(np.ones(count))).all()
+    runs = pd.DataFrame({"x": [1.0] * count + [math.nan]})
+    row = summarize(runs, by=()).loc["x"].iloc[0]
+    assert row["n"] == count
+    assert math.isnan(row["sd"])
+    assert math.isnan(row["mean"]) == (count == 0)
+
+
+def test_the_seed_decides_and_other_columns_do_not():
+    runs = make_runs()
+    whole = summarize(runs)
+    pd.testing.assert_frame_equal(whole, summarize(runs))
+    part = summarize(runs, metrics=["duration"])
+    for row in part.index:
+        assert part.loc[row].tolist() == whole.loc[row].tolist()
+    other = summarize(runs, metrics=["duration"], seed=1)
+    assert other["low"].iloc[0] != part["low"].iloc[0]
+
+
+def test_a_higher_confidence_is_wider():
+    runs = make_runs()
+    narrow = summarize(runs, confidence=0.5, metrics=["path_length"])
+    wide = summarize(runs, confidence=0.99, metrics=["path_length"])
+    assert (wide["low"] < narrow["low"]).all()
+    assert (wide["high"] > narrow["high"]).all()
+
+
+def test_pairs_see_what_the_spread_over_seeds_hides():
+    runs = make_runs()
+    table = compare(runs, "fast", "slow")
+    row = table.loc["passing", "path_length"]
+    assert row["n"] == 8
+    assert row["difference"] == pytest.approx(2, abs=0.05)
+    assert row["difference"] == pytest.approx(row["b"] - row["a"])
+    assert row["low"] > 1.9
+    assert row["better"] == "fast"
+    # Each by itself, they overlap.
+    alone = summarize(runs, metrics=["path_length"]).loc["passing"]
+    fast, slow = (alone.loc[p, "path_length"] for p in ("fast", "slow"))
+    assert fast["high"] > slow["low"]
+
+
+def test_which_is_better_is_the_metrics_to_say():
+    table = compare(make_runs(), "fast", "slow").loc["crossing"]
+    assert table.loc["min_dist_to_people", "better"] == "slow"
+    assert table.loc["completed", "better"] is None
+    # A longer run is neither better nor worse.
+    assert table.loc["duration", "low"] > 0
+    assert table.loc["duration", "better"] is None
+
+
+def test_a_comparison_is_antisymmetric():
+    one = compare(make_runs(), "fast", "slow")
+    other = compare(make_runs(), "slow", "fast")
+    for column in ("difference", "median"):
+        assert one[column].to_numpy() == pytest.approx(
+            -other[column].to_numpy()
+        )
+    assert one["sd"].to_numpy() == pytest.approx(other["sd"].to_numpy())
+    assert one["better"].tolist() == other["better"].tolist()
+
+
+def test_only_runs_with_their_like_count():
+    runs = make_runs()
+    alone = (runs["planner"] == "slow") & (runs["seed"] > 4)
+    table = compare(runs[~alone], "fast", "slow")
+    assert (table["n"] == 5).all()
+    runs.loc[(runs["seed"] == 0), "path_length"] = math.nan
+    table = compare(runs, "fast", "slow")
+    assert table.loc["passing", "path_length"]["n"] == 7
+    assert table.loc["passing", "duration"]["n"] == 8
+
+
+def test_the_order_of_runs_does_not_matter():
+    runs = make_runs()
+    mixed = runs.sample(frac=1, random_state=3)
+    a = compare(runs, "fast", "slow")
+    b = compare(mixed, "fast", "slow").loc[a.index]
+    for column in ("n", "a", "b", "difference", "sd", "median"):
+        assert a[column].to_numpy() == pytest.approx(b[column].to_numpy())
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda r: summarize(r, by=["robot"]), "no column 'robot'; it has tag"),
+        (lambda r: summarize(r, metrics=["speed"]), "no column 'speed'"),
+        (lambda r: summarize(r, confidence=1.0), r"in \(0, 1\), got 1.0"),
+        (
+            lambda r: summarize(r, rates=["duration"]),
+            "'duration' is not a rate",
+        ),
+        (
+            lambda r: compare(r, "fast", "dwb"),
+            "planner 'dwb'; there are 'fast'",
+        ),
+        (
+            lambda r: compare(r, "fast", "slow", by=()),
+            "'fast' has more than one run with {'seed': 0}",
+        ),
+        (
+            lambda r: compare(
+                r[(r["planner"] == "fast") == (r["seed"] < 4)], "fast", "slow"
+            ),
+            "no two runs of 'fast' and 'slow' have the same scenario, seed",
+        ),
+    ],
+)
+def test_what_makes_no_sense_is_an_error(call, message):
+    with pytest.raises(ValueError, match=message):
+        call(make_runs())
+
+
+def test_runs_are_read_from_the_table_or_its_folder(tmp_path):
+    runs = make_runs()
+    runs.to_csv(tmp_path / "metrics.csv", index=False)
+    for path in (tmp_path, tmp_path / "metrics.csv"):
+        pd.testing.assert_frame_equal(ReadRuns(path), runs)
+    (tmp_path / "metrics.csv").write_text("")
+    with pytest.raises(ValueError, match=r"metrics\.csv: is not a table"):
+        ReadRuns(tmp_path)
+    with pytest.raises(FileNotFoundError):
+        ReadRuns(tmp_path / "nothing.csv")

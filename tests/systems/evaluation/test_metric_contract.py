@@ -1,0 +1,136 @@
+"""What every metric promises, whatever it is given."""
+
+import dataclasses
+import math
+import warnings
+
+import numpy as np
+import pytest
+
+from hunav_drake.systems.evaluation.metrics import METRICS
+from hunav_drake.systems.evaluation.recording import Recording
+from hunav_drake.systems.obstacles import Obstacles
+
+WALLS = Obstacles.from_shapes(
+    [[[1, -1], [2, -1], [2, 1], [1, 1]], [[0, 3], [4, 3]]], solid=[True, False]
+)
+
+
+def make(samples=4, n=2, **kwargs):
+    rng = np.random.default_rng(1)
+    states = rng.normal(size=(samples, n + 1, 7))
+    states[..., 6] = 0.3
+    settings = {
+        "times": np.arange(samples) * 0.1,
+        "robot": states[:, 0],
+        "humans": states[:, 1:],
+        "goal": (1.0, 0.0, 0.0),
+        "obstacles": WALLS,
+        "reference_path": np.array([[0.0, 0, 0], [1, 2, 0]]),
+    }
+    return Recording(**(settings | kwargs))
+
+
+def missing(where):
+    humans = make().humans.copy()
+    humans[where] = np.nan
+    return make(humans=humans)
+
+
+RECORDINGS = {
+    "all is there": make(),
+    "nobody": make(n=0),
+    "one sample": make(samples=1),
+    "one sample of nobody": make(samples=1, n=0),
+    "two samples": make(samples=2),
+    "someone comes": missing(np.s_[:2, 0]),
+    "someone comes and goes": missing(np.s_[1:3, 1]),
+    "everybody is away at times": missing(np.s_[1:3]),
+    "nobody ever is there": missing(np.s_[:]),
+    "no goal": make(goal=None),
+    "no walls": make(obstacles=Obstacles.from_points([])),
+    "no reference": make(reference_path=None),
+    "reference of one row": make(reference_path=[[0, 1, 1]]),
+    "everyone on one spot": make(
+        robot=np.zeros((4, 7)), humans=np.zeros((4, 2, 7))
+    ),
+    "everyone on one spot in a wall": make(
+        robot=np.full((4, 7), 1.5), humans=np.full((4, 2, 7), 1.5)
+    ),
+    "walls around the start": make(
+        obstacles=Obstacles.from_shapes(
+            [[[-9, -9], [9, -9], [9, 9], [-9, 9], [-9, -9]]], solid=[False]
+        ),
+        goal=(20.0, 0.0, 0.0),
+    ),
+    "near walls without walls": make(
+        obstacles=Obstacles.from_points([]),
+        nearest_walls=np.full((4, 3, 0, 2), np.nan),
+    ),
+    "alike in every group": make(group_ids=(3, 3)),
+}
+
+
+@pytest.mark.parametrize("case", list(RECORDINGS))
+@pytest.mark.parametrize("name", list(METRICS))
+def test_a_value_is_finite_or_there_is_none(name, case):
+    recording = dataclasses.replace(RECORDINGS[case])
+    with warnings.catch_warnings(), np.errstate(all="raise", under="ignore"):
+        warnings.simplefilter("error")
+        value, series = METRICS[name].compute(recording)
+    assert not math.isinf(value)
+    if series is not None:
+        assert series.shape == recording.times.shape
+        assert not np.isinf(series).any()
+
+
+@pytest.mark.parametrize("name", list(METRICS))
+def test_computing_changes_nothing_and_repeats(name):
+    recording = make()
+    before = dataclasses.replace(recording)
+    first = METRICS[name].compute(recording)
+    again = METRICS[name].compute(dataclasses.replace(recording))
+    assert recording == before
+    for one, other in zip(first, again, strict=True):
+        assert (one is None) == (other is None)
+        if one is not None:
+            assert np.array_equal(one, other, equal_nan=True)
+
+
+@pytest.mark.parametrize("name", list(METRICS))
+def test_shares_lie_between_0_and_100_percent(name):
+    if METRICS[name].unit == "%":
+        for recording in RECORDINGS.values():
+            value, _ = METRICS[name].compute(recording)
+            assert math.isnan(value) or 0 <= value <= 100
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf])
+def test_numbers_that_are_none_are_refused_with_their_place(value):
+    robot = make().robot.copy()
+    robot[2, 3] = value
+    with pytest.raises(ValueError, match="sample 2"):
+        make(robot=robot)
+    humans = make().humans.copy()
+    humans[2, 1, 0] = value
+    with pytest.raises(ValueError, match="person 1 at sample 2"):
+        make(humans=humans)
+
+
+def test_an_empty_recording_is_refused():
+    with pytest.raises(ValueError, match="at least one sample"):
+        make(samples=0)
+
+
+@pytest.mark.parametrize(
+    ("path", "message"),
+    [
+        (np.zeros((0, 3)), "must have rows"),
+        ([[0.0, math.nan, 0]], "finite"),
+        ([[0.0, 1, 0], [0.0, 2, 0]], "reference_path: its times: must incr"),
+        ([[0.0, 1]], "must have the shape"),
+    ],
+)
+def test_a_wrong_reference_is_refused(path, message):
+    with pytest.raises(ValueError, match=message):
+        make(reference_path=path)

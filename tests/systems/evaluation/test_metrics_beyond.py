@@ -1,0 +1,395 @@
+"""The metrics beyond the paper's, where they can be worked out by hand."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+
+from hunav_drake.systems.evaluation.compute import (
+    compute_by_behavior,
+    compute_metrics,
+    compute_steps,
+)
+from hunav_drake.systems.evaluation.metrics.comparison import (
+    displacement,
+    warped_distance,
+)
+from hunav_drake.systems.evaluation.recording import Recording
+from hunav_drake.systems.obstacles import Obstacles
+
+R = 0.35
+PI = math.pi
+
+
+def rows(samples, x=0.0, y=0.0, yaw=0.0, vx=0.0, vy=0.0, omega=0.0, r=R):
+    columns = np.broadcast_arrays(
+        x, y, yaw, vx, vy, omega, r, np.zeros(samples)
+    )
+    return np.stack(columns[:7], axis=-1)
+
+
+def make(times, robot, humans=(), **kwargs):
+    samples = len(times)
+    people = np.zeros((samples, len(humans), 7))
+    for i, states in enumerate(humans):
+        people[:, i] = states
+    return Recording(times=times, robot=robot, humans=people, **kwargs)
+
+
+def along(points, *, step=0.05, r=R, **kwargs):
+    """Returns a robot that follows a polyline at 1 m/s, turning on the spot."""
+    positions, yaws = [], []
+    for p, q in itertools.pairwise(points):
+        d = np.subtract(q, p)
+        parts = round(float(np.hypot(*d)) / step)
+        fractions = np.arange(parts + 1) / parts
+        positions += list(np.array(p) + fractions[:, None] * d)
+        yaws += [math.atan2(d[1], d[0])] * (parts + 1)
+    p = np.array(positions)
+    t = np.arange(len(p)) * step
+    return make(
+        t, rows(len(p), p[:, 0], p[:, 1], np.array(yaws), r=r), **kwargs
+    )
+
+
+def wall(*points):
+    return Obstacles.from_shapes([points], solid=[False])
+
+
+def value(recording, name):
+    return compute_metrics(recording, [name]).iloc[0]
+
+
+def test_a_straight_path_is_efficient_and_regular():
+    dut = along([(0, 0), (3, 4)], goal=(3, 4, 0))
+    assert value(dut, "path_efficiency") == pytest.approx(1.0)
+    assert value(dut, "path_irregularity") == pytest.approx(0.0, abs=1e-12)
+    assert value(dut, "spl") == pytest.approx(1.0)
+
+
+def test_a_detour_costs_its_length():
+    # Two legs of a right angle: 3 + 4 instead of 5 meters.
+    dut = along([(0, 0), (3, 0), (3, 4)], goal=(3, 4, 0))
+    assert value(dut, "path_efficiency") == pytest.approx(5 / 7)
+    assert value(dut, "spl") == pytest.approx(5 / 7)
+    # It turns by 90 degrees; straight on it would turn there and back.
+    assert value(dut, "path_irregularity") == pytest.approx(0.0, abs=1e-12)
+
+
+def test_weaving_is_irregular():
+    dut = along([(0, 0), (1, 1), (2, 0), (3, 1), (4, 0)])
+    # It starts and ends at 45 degrees off the straight way, and turns by 90
+    # degrees three times.
+    expected = (3 * PI / 2 - PI / 2) / (4 * math.sqrt(2))
+    assert value(dut, "path_irregularity") == pytest.approx(expected)
+    assert value(dut, "path_efficiency") == pytest.approx(1 / math.sqrt(2))
+
+
+def test_a_circle_is_irregular_by_its_curvature():
+    angle = np.linspace(0, 2 * PI, 2001)
+    robot = rows(2001, 2 * np.cos(angle), 2 * np.sin(angle), angle + PI / 2)
+    dut = make(np.linspace(0, 10, 2001), robot)
+    assert value(dut, "path_irregularity") == pytest.approx(0.5, rel=1e-5)
+    assert value(dut, "path_efficiency") == pytest.approx(0.0, abs=1e-12)
+
+
+def test_standing_has_neither_efficiency_nor_irregularity():
+    dut = make(np.arange(5.0), rows(5, yaw=np.arange(5.0)), goal=(3, 0, 0))
+    assert math.isnan(value(dut, "path_efficiency"))
+    assert math.isnan(value(dut, "path_irregularity"))
+    assert value(dut, "spl") == 0
+    at_goal = make(np.arange(5.0), rows(5), goal=(0, 0, 0))
+    assert value(at_goal, "spl") == 1
+
+
+def test_the_shortest_way_leads_around_walls():
+    # A thin wall across the way, of half length 2, open to the left.
+    walls = wall((2, -50), (2, 2))
+    dut = along([(0, 0), (4, 0)], goal=(4, 0, 0), obstacles=walls, r=0.3)
+    # The robot went through it, and was shorter than the shortest way.
+    assert value(dut, "path_efficiency") == 1
+    # One that walks around the corner at a distance of 1 m.
+    points = [(0, 0), (1, 3), (3, 3), (4, 0)]
+    dut = along(points, goal=(4, 0, 0), obstacles=walls, r=0.3)
+    way = dut.way.shortest_to_goal
+    assert len(way) > 2
+    length = 2 * math.sqrt(10) + 2
+    # A taut string around the end of the wall, and one with room for r.
+    taut = 2 * math.hypot(2, 2)
+    polygon = 2 * math.hypot(2 - 0.3, 2.3) + 0.6
+    shortest = value(dut, "spl") * length
+    assert taut < shortest < polygon + 0.05
+    assert value(dut, "path_efficiency") == pytest.approx(value(dut, "spl"))
+
+
+def test_no_way_to_the_goal_has_no_spl():
+    box = wall((-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1))
+    dut = along([(0, 0), (4, 0)], goal=(4, 0, 0), obstacles=box)
+    for name in ("spl", "path_efficiency", "path_irregularity"):
+        assert math.isnan(value(dut, name))
+
+
+def test_spl_is_0_short_of_the_goal_and_nothing_without():
+    assert value(along([(0, 0), (3, 0)], goal=(4, 0, 0)), "spl") == 0
+    assert math.isnan(value(along([(0, 0), (3, 0)]), "spl"))
+
+
+def test_stalled_time_is_that_of_getting_nowhere():
+    x = [0, 0, 0.1, 0.1, 0.1, 2.0, 2.0]
+    t = np.array([0, 1, 2, 4, 5, 6, 9.0])
+    robot = rows(7, x=np.array(x), yaw=np.arange(7.0))
+    dut = make(t, robot, goal=(2, 0, 0))
+    assert value(dut, "stalled_time") == pytest.approx(1 + 2 + 1)
+    steps = compute_steps(dut, ["stalled_time"])["stalled_time"]
+    assert steps.tolist() == [0, 1, 0, 2, 1, 0, 0]
+    assert value(make(t, robot), "stalled_time") == pytest.approx(7)
+
+
+def test_clearance_of_a_corridor():
+    walls = Obstacles.from_shapes(
+        [[(-9, 1), (9, 1)], [(-9, -2), (9, -2)]], solid=[False, False]
+    )
+    dut = along([(0, 0), (4, 0)], obstacles=walls)
+    assert value(dut, "min_clearance") == pytest.approx(1 - R)
+    assert value(dut, "avg_clearance") == pytest.approx(1 - R)
+    assert value(dut, "static_obstacle_collisions") == 0
+
+
+def test_walls_are_touched_once_per_contact():
+    y = np.array([0.0, 0.63, 0.64, 0.7, 0.0, 0.62, 0.631])
+    dut = make(np.arange(7.0), rows(7, y=y), obstacles=wall((-9, 1), (9, 1)))
+    # A gap of 0.02 m is none.
+    assert value(dut, "static_obstacle_collisions") == 2
+    assert value(dut, "min_clearance") == 0
+    steps = compute_steps(dut, ["static_obstacle_collisions"]).iloc[:, 0]
+    assert steps.tolist() == [0, 0, 1, 1, 0, 0, 1]
+
+
+def test_inside_of_a_solid_there_is_no_clearance():
+    box = [[(-5, -5), (5, -5), (5, 5), (-5, 5)]]
+    dut = along(
+        [(-8, 0), (0, 0)], obstacles=Obstacles.from_shapes(box, solid=[True])
+    )
+    assert dut.way.wall_gap[-1] == 0
+    assert value(dut, "static_obstacle_collisions") == 1
+
+
+def test_near_points_stand_in_for_walls():
+    near = np.full((3, 1, 2, 2), np.nan)
+    near[1, 0, 0] = (0, 1)
+    dut = make(np.arange(3.0), rows(3), nearest_walls=near)
+    assert value(dut, "min_clearance") == pytest.approx(1 - R)
+    assert np.isnan(dut.way.wall_gap).tolist() == [True, False, True]
+
+
+def head_on(offset=0.0, samples=3):
+    """Robot and person at 1 m/s towards each other, 10 m apart."""
+    t = np.arange(samples) * 0.5
+    return make(
+        t,
+        rows(samples, x=t, vx=1.0),
+        [rows(samples, x=10 - t, y=offset, yaw=PI, vx=-1.0)],
+    )
+
+
+def test_time_to_a_head_on_collision():
+    dut = head_on()
+    steps = compute_steps(dut, ["min_time_to_collision"]).iloc[:, 0]
+    expected = (10 - 2 * R) / 2 - dut.times
+    assert steps.to_numpy() == pytest.approx(expected)
+    assert value(dut, "min_time_to_collision") == pytest.approx(expected[-1])
+
+
+def test_time_to_a_collision_off_the_center():
+    # They touch where the distance along the way is sqrt(0.7^2 - 0.42^2).
+    assert value(head_on(0.42, 1), "min_time_to_collision") == pytest.approx(
+        (10 - 0.56) / 2
+    )
+
+
+@pytest.mark.parametrize("offset", [0.7001, -5.0])
+def test_who_passes_has_no_time_to_collision(offset):
+    assert math.isnan(value(head_on(offset), "min_time_to_collision"))
+
+
+def test_who_departs_has_no_time_to_collision_but_who_touches_has_0():
+    leaving = make([0.0], rows(1, vx=-1.0), [rows(1, x=2.0, vx=1.0)])
+    assert math.isnan(value(leaving, "min_time_to_collision"))
+    touching = make([0.0], rows(1, vx=-1.0), [rows(1, x=0.7, vx=1.0)])
+    assert value(touching, "min_time_to_collision") == 0
+
+
+def test_fear_is_the_speed_over_the_distance():
+    dut = head_on(samples=3)
+    expected = [2 / 10, 2 / 9, 2 / 8]
+    steps = compute_steps(dut, ["danger_fear_cost"]).iloc[:, 0]
+    assert steps.to_numpy() == pytest.approx(expected)
+    assert value(dut, "danger_fear_cost") == pytest.approx(sum(expected))
+    rate = value(dut, "danger_fear_cost_rate")
+    assert rate == pytest.approx(sum(expected) / 3)
+    assert value(dut, "danger_panic_cost") == 0
+    away = make([0.0], rows(1, vx=-1.0), [rows(1, x=2.0)])
+    assert value(away, "danger_fear_cost") == 0
+
+
+def test_panic_is_at_who_passes_closely():
+    # At (3, 4) with the velocity along x: passes at 4 m, sine 4/5.
+    dut = make([0.0], rows(1, vx=1.5), [rows(1, x=3.0, y=4.0)])
+    expected = 1.5 / ((4 - 2 * R) * 0.8)
+    assert value(dut, "danger_panic_cost") == pytest.approx(expected)
+    still = make([0.0], rows(1), [rows(1, x=3.0, y=4.0)])
+    assert value(still, "danger_panic_cost") == 0
+
+
+def test_visibility_grows_to_the_edge_of_view():
+    def cost(degrees):
+        human = rows(1, x=2.0, yaw=PI + math.radians(degrees))
+        return value(make([0.0], rows(1), [human]), "surprise_visibility_cost")
+
+    assert cost(0) == pytest.approx(0, abs=1e-12)
+    assert cost(30) == pytest.approx(0.45 / 2 * 30 / 60)
+    assert cost(-59.9) == pytest.approx(0.45 / 2 * 59.9 / 60)
+    assert cost(60.1) == 0
+    assert cost(180) == 0
+
+
+def test_walls_hide_the_robot():
+    human = rows(1, x=2.0, yaw=PI + 0.5)
+    name = "surprise_visibility_cost"
+    hidden = make([0.0], rows(1), [human], obstacles=wall((1, -1), (1, 1)))
+    assert value(hidden, name) == 0
+    beside = make([0.0], rows(1), [human], obstacles=wall((1, 1), (1, 2)))
+    assert value(beside, name) > 0
+
+
+def test_surprise_fades_while_the_robot_is_seen():
+    t = np.arange(10) * 0.1
+    # It comes around the corner, into view, at 0.2 s.
+    yaw = np.where(t < 0.15, 0.0, PI)
+    dut = make(t, rows(10), [rows(10, x=3.0, yaw=yaw)])
+    seen = t - 0.2
+    in_view = t > 0.15
+    for name, span in (("shock", 0.15), ("react", 0.6)):
+        expected = in_view * 0.45 / 3 * np.maximum(0, 1 - seen / span)
+        got = compute_steps(dut, [f"surprise_{name}_cost"]).iloc[:, 0]
+        assert got.to_numpy() == pytest.approx(expected, abs=1e-12), name
+
+
+def test_what_is_in_view_from_the_start_is_no_surprise():
+    dut = make(np.arange(9) * 0.1, rows(9), [rows(9, x=3.0, yaw=PI)])
+    assert value(dut, "surprise_shock_cost") == 0
+    assert value(dut, "surprise_react_cost") == 0
+
+
+def test_space_compliance():
+    gap = np.array([0.2, 0.499, 0.501, 3.0])
+    dut = make(np.arange(4.0), rows(4), [rows(4, x=gap + 2 * R)])
+    assert value(dut, "space_compliance") == 50
+    human = rows(4, x=gap + 2 * R)
+    human[3] = np.nan
+    dut = make(np.arange(4.0), rows(4), [human])
+    assert value(dut, "space_compliance") == pytest.approx(100 / 3)
+
+
+def test_displacement_of_a_parallel_path():
+    dut = along([(0, 1), (4, 1)])
+    reference = along([(0, 0), (4, 0)])
+    dut = dut.compared_with(reference)
+    for name in ("ade", "fde", "adtw"):
+        assert value(dut, name) == pytest.approx(1.0)
+    same = reference.compared_with(reference)
+    for name in ("ade", "fde", "adtw"):
+        assert value(same, name) == pytest.approx(0.0, abs=1e-12)
+
+
+def test_displacement_of_who_is_late_is_not_warped():
+    # The robot drives at half the speed of its reference, on the same path.
+    fast = along([(0, 0), (4, 0)], step=0.05)
+    t = np.arange(81) * 0.1
+    slow = make(t, rows(81, x=0.5 * t)).compared_with(fast)
+    # It is behind by t / 2 up to 4 s, then catches up until 8 s.
+    assert value(slow, "ade") == pytest.approx(80 / 81, rel=1e-9)
+    assert value(slow, "fde") == pytest.approx(0, abs=1e-12)
+    assert value(slow, "adtw") == pytest.approx(0, abs=1e-12)
+
+
+def test_the_reference_has_its_own_clock_and_rests_in_the_end():
+    reference = np.array([[7.0, 0, 0], [8.0, 2, 0]])
+    got = displacement(np.array([100, 100.5, 103]), np.zeros((3, 2)), reference)
+    assert got == pytest.approx([0, 1, 2])
+
+
+def test_warping_is_in_the_order_of_both():
+    line = np.array([[0.0, 0], [1, 0], [2, 0], [3, 0]])
+    # The shorter path is matched whole; the longer may have rests.
+    beside = np.array([[0.0, 1], [1, 1]])
+    assert warped_distance(beside, line) == pytest.approx(1.0)
+    assert warped_distance(line, beside) == pytest.approx(1.0)
+    # Against the order all but one have to be matched far off.
+    there = np.array([[0.0, 0], [2, 0]])
+    assert warped_distance(there[::-1] * 0.999, line) > 0.4
+    point = np.array([[1.0, 2.0]])
+    assert warped_distance(point, line) == pytest.approx(2.0)
+    assert warped_distance(point, point) == 0
+
+
+def test_finer_points_of_the_longer_path_do_not_matter():
+    rng = np.random.default_rng(2)
+    longer = np.cumsum(rng.normal(size=(12, 2)), axis=0)
+    middle = (longer[1:] + longer[:-1]) / 2
+    finer = np.empty((23, 2))
+    finer[::2], finer[1::2] = longer, middle
+    shorter = 0.1 * longer[:7]
+    assert warped_distance(shorter, finer) == pytest.approx(
+        warped_distance(shorter, longer), rel=1e-9
+    )
+
+
+def test_who_circles_another_winds_once_a_turn():
+    angle = np.linspace(0, 2 * PI * 3, 400)
+    t = np.linspace(0, 10, 400)
+    for sign in (1, -1):
+        robot = rows(400, np.cos(angle), sign * np.sin(angle))
+        dut = make(t, robot, [rows(400)])
+        assert value(dut, "topological_complexity") == pytest.approx(3)
+
+
+def test_passing_from_far_to_far_is_half_a_turn():
+    x = np.linspace(-1e5, 1e5, 201)
+    dut = make(np.linspace(0, 10, 201), rows(201, x), [rows(201, -x, 1.0)])
+    assert value(dut, "topological_complexity") == pytest.approx(0.5, abs=1e-4)
+
+
+def test_winding_is_summed_over_all_pairs():
+    angle = np.linspace(0, 2 * PI, 100)
+    t = np.linspace(0, 10, 100)
+    ring = [rows(100, np.cos(angle + a), np.sin(angle + a)) for a in (0, 2, 4)]
+    dut = make(t, ring[0], ring[1:])
+    # Three bodies that turn around a common center: three pairs.
+    assert value(dut, "topological_complexity") == pytest.approx(3)
+
+
+def test_nobody_winds_around_who_is_away():
+    angle = np.linspace(0, 2 * PI, 101)
+    human = rows(101)
+    human[26:75] = np.nan
+    robot = rows(101, np.cos(angle), np.sin(angle))
+    dut = make(np.linspace(0, 10, 101), robot, [human])
+    # A quarter until they part, and 25 of 100 steps from then on.
+    assert value(dut, "topological_complexity") == pytest.approx(0.5)
+
+
+def test_behaviors_have_the_same_way():
+    """What has to do with the robot alone is the same for all behaviors."""
+    dut = along(
+        [(0, 0), (3, 0), (3, 4)],
+        humans=[rows(142, y=2.0), rows(142, y=5.0)],
+        behaviors=("a", "b"),
+        goal=(3, 4, 0),
+        obstacles=wall((1, 1), (2, 2)),
+    )
+    table = compute_by_behavior(dut, ["efficiency", "clearance"])
+    whole = compute_metrics(dut, ["efficiency", "clearance"])
+    for behavior in "ab":
+        assert table.loc[behavior].to_numpy() == pytest.approx(whole.to_numpy())
