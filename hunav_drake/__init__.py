@@ -8,6 +8,7 @@ if TYPE_CHECKING:
     from hunav_drake.humans import AddHumans, HumanPorts, MakeHumans
     from hunav_drake.plots import plot_forces
     from hunav_drake.recording_readers import ReadRecording
+    from hunav_drake.report import LoadResults, WriteReport
     from hunav_drake.results import TrialResult, WriteResult
     from hunav_drake.scenario import (
         CheckScenario,
@@ -34,6 +35,7 @@ __all__ = [
     "HumanConfig",
     "HumanPorts",
     "ListScenarios",
+    "LoadResults",
     "LoadScenario",
     "MakeHumans",
     "MakeTrialDiagram",
@@ -44,6 +46,7 @@ __all__ = [
     "Scenario",
     "ScenarioError",
     "TrialResult",
+    "WriteReport",
     "WriteResult",
     "plot_forces",
 ]
@@ -58,6 +61,7 @@ __getattr__ = lazy_exports(
         "HumanConfig": "hunav_drake.systems.crowd",
         "HumanPorts": "hunav_drake.humans",
         "ListScenarios": "hunav_drake.scenario",
+        "LoadResults": "hunav_drake.report",
         "LoadScenario": "hunav_drake.scenario",
         "MakeHumans": "hunav_drake.humans",
         "MakeTrialDiagram": "hunav_drake.simulation",
@@ -68,6 +72,7 @@ __getattr__ = lazy_exports(
         "Scenario": "hunav_drake.scenario",
         "ScenarioError": "hunav_drake.scenario",
         "TrialResult": "hunav_drake.results",
+        "WriteReport": "hunav_drake.report",
         "WriteResult": "hunav_drake.results",
         "plot_forces": "hunav_drake.plots",
     },

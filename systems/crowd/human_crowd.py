@@ -6,12 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.autodiffutils import (
-    AutoDiffXd,
-    ExtractGradient,
-    ExtractValue,
-    InitializeAutoDiff,
-)
+from pydrake.autodiffutils import AutoDiffXd
 from pydrake.systems.framework import (
     BasicVector,
     Context,
@@ -31,13 +26,8 @@ from hunav_drake.systems.crowd.motion_model import (
     make_motion_model,
 )
 from hunav_drake.systems.crowd.parameters import SocialForceParameters
-from hunav_drake.systems.crowd.route import RouteMap, route_clearance
+from hunav_drake.systems.crowd.room import Room
 from hunav_drake.systems.crowd.social_force_model import SocialForceModel
-from hunav_drake.systems.crowd.walls import (
-    keep_out_of_walls,
-    wall_derivatives,
-    wall_margins,
-)
 from hunav_drake.systems.layout import COMMAND_SIZE, FORCES_SIZE, STATE_SIZE
 from hunav_drake.systems.obstacles import Obstacles
 
@@ -154,24 +144,7 @@ def HumanCrowd_(T: Any) -> type:
                 [dataclasses.astuple(human.forces) for human in humans]
             ).reshape(n, len(dataclasses.fields(SocialForceParameters)))
             self._no_robots = np.zeros((0, STATE_SIZE))
-            walls = self._obstacles
-            self._walls = (
-                (
-                    wall_margins(self._radii),
-                    walls.segments,
-                    walls.first,
-                    walls.solid,
-                )
-                if self._config.keep_out_of_walls and len(walls)
-                else None
-            )
-            self._routes = (
-                RouteMap.from_obstacles(
-                    walls, clearance=route_clearance(self._radii)
-                )
-                if self._config.route_planning and n and len(walls)
-                else None
-            )
+            self._room = Room(self._obstacles, self._radii, self._config)
 
             self._robot_state = (
                 self.DeclareVectorInputPort(
@@ -302,15 +275,10 @@ def HumanCrowd_(T: Any) -> type:
                 snapshot.time_step,
             )
             size = snapshot.states.size
-            if self._walls is not None:
-                moved = self._model.advance(
-                    snapshot, forces.reshape(-1, FORCES_SIZE)
-                )
-                slopes = wall_derivatives(snapshot.states, moved, *self._walls)
-                for i, slope in enumerate(slopes):
-                    own = slice(6 * i, 6 * i + 6)
-                    derivatives[own] = slope[:, 6:] @ derivatives[own]
-                    derivatives[own, own] += slope[:, :6]
+            moved = self._model.advance(
+                snapshot, forces.reshape(-1, FORCES_SIZE)
+            )
+            self._room.chain(derivatives, snapshot.states, moved)
             return CrowdJacobian(derivatives[:, :size], derivatives[:, size:])
 
         def _GetState(self, context: Context) -> NDArray[Any]:
@@ -329,7 +297,9 @@ def HumanCrowd_(T: Any) -> type:
             return Snapshot(
                 states=states,
                 radii=self._radii,
-                command=self._Guide(states, command.reshape(-1, COMMAND_SIZE)),
+                command=self._room.guide(
+                    states, command.reshape(-1, COMMAND_SIZE)
+                ),
                 parameters=self._parameters,
                 robots=(
                     self._no_robots
@@ -341,44 +311,6 @@ def HumanCrowd_(T: Any) -> type:
                 max_obstacles=self._config.max_obstacles,
                 time_step=self._time_step,
             )
-
-        def _Guide(
-            self, states: NDArray[Any], command: NDArray[Any]
-        ) -> NDArray[Any]:
-            """Returns the commands with the next waypoints for goals."""
-            if self._routes is None:
-                return command
-            if T is float:
-                return self._routes.guide(states, command)
-            values = _plain(command)
-            guided = self._routes.guide(_plain(states), values)
-            # A waypoint does not move when people or goals do.
-            changed = guided != values
-            command = command.copy()
-            command[changed] = [AutoDiffXd(value) for value in guided[changed]]
-            return command
-
-        def _KeepOut(
-            self, before: NDArray[Any], after: NDArray[Any]
-        ) -> NDArray[Any]:
-            """Returns the states after a step that enters no wall."""
-            if self._walls is None:
-                return after
-            if T is float:
-                kept: NDArray[Any] = keep_out_of_walls(
-                    before, after, *self._walls
-                )
-                return kept
-            p, q = _plain(before), _plain(after)
-            kept = keep_out_of_walls(p, q, *self._walls)
-            slopes = wall_derivatives(p, q, *self._walls)
-            result = after.copy()
-            for i in np.flatnonzero((kept != q).any(axis=1)):
-                both = ExtractGradient(np.hstack([before[i], after[i]]))
-                result[i] = InitializeAutoDiff(
-                    kept[i][:, None], slopes[i] @ both
-                ).ravel()
-            return result
 
         def _CalcHumanStates(
             self, context: Context, output: BasicVector
@@ -399,7 +331,7 @@ def HumanCrowd_(T: Any) -> type:
             snapshot = self._Look(context)
             forces = self._model.forces(snapshot)
             moved = self._model.advance(snapshot, forces)
-            moved = self._KeepOut(snapshot.states, moved)
+            moved = self._room.keep_out(snapshot.states, moved)
             discrete_state.set_value(self._state, moved.ravel())
 
     return Impl
@@ -408,11 +340,6 @@ def HumanCrowd_(T: Any) -> type:
 HumanCrowd = HumanCrowd_[float]
 # So are Drake's own systems called, in diagrams and by pickle.
 HumanCrowd.__name__ = HumanCrowd.__qualname__ = "HumanCrowd"
-
-
-def _plain(scalars: NDArray[Any]) -> NDArray[np.float64]:
-    """Returns the values of scalars with derivatives, row by row."""
-    return np.ascontiguousarray(ExtractValue(scalars))
 
 
 def _differentiable(model: MotionModel, name: str) -> MotionModel:

@@ -1,14 +1,13 @@
 """What a model of human motion is, and the register of models."""
 
 from collections.abc import Callable, Mapping
-import difflib
-from types import MappingProxyType
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hunav_drake.systems.obstacles import Obstacles
+from hunav_drake.systems.registry import Registry
 
 Array = NDArray[np.float64]
 
@@ -64,10 +63,8 @@ class MotionModel(Protocol):
         ...
 
 
-_models: dict[str, type[Any]] = {}
-
 # The models by name; each is the dataclass of its parameters.
-MOTION_MODELS: Mapping[str, type[Any]] = MappingProxyType(_models)
+MOTION_MODELS = Registry("motion model")
 
 
 def register_motion_model[T](name: str) -> Callable[[type[T]], type[T]]:
@@ -76,14 +73,7 @@ def register_motion_model[T](name: str) -> Callable[[type[T]], type[T]]:
     Raises:
         ValueError: If the name is taken.
     """
-
-    def register(model: type[T]) -> type[T]:
-        if name in _models:
-            raise ValueError(f"a model named {name!r} is registered already")
-        _models[name] = model
-        return model
-
-    return register
+    return MOTION_MODELS.register(name)
 
 
 def make_motion_model(name: str, parameters: Mapping[str, Any]) -> MotionModel:
@@ -93,10 +83,5 @@ def make_motion_model(name: str, parameters: Mapping[str, Any]) -> MotionModel:
         ValueError: If there is no such model or parameter, or if a value is
             outside its range.
     """
-    if name not in _models:
-        near = difflib.get_close_matches(name, _models, 1)
-        hint = f"; did you mean {near[0]!r}?" if near else ""
-        known = ", ".join(sorted(_models))
-        raise ValueError(f"no motion model {name!r}{hint} (there are: {known})")
-    model: MotionModel = _models[name](**parameters)
+    model: MotionModel = MOTION_MODELS.make(name, parameters)
     return model

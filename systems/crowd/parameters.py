@@ -24,17 +24,13 @@ class SocialForceParameters:
     goal_factor: Factor = 2.0
 
     # The time in which it is (tau), in seconds.
-    relaxation_time: Annotated[
-        StrictFloat, within(1e-3, 1e3, "s")
-    ] = 0.5
+    relaxation_time: Annotated[StrictFloat, within(1e-3, 1e3, "s")] = 0.5
 
     # The push of a wall at the body's surface (k_o), in m/s^2.
     obstacle_factor: Factor = 10.0
 
     # The distance in which it falls to 1/e (sigma_o), in meters.
-    obstacle_sigma: Annotated[
-        StrictFloat, within(1e-3, 1e3, "m")
-    ] = 0.2
+    obstacle_sigma: Annotated[StrictFloat, within(1e-3, 1e3, "m")] = 0.2
 
     # The strength of the interaction with other people (k_s), in m/s^2.
     social_factor: Factor = 5.0

@@ -2,15 +2,14 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-import difflib
 from enum import IntEnum
-from types import MappingProxyType
 from typing import Any, ClassVar, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hunav_drake.systems.obstacles import Obstacles
+from hunav_drake.systems.registry import Registry
 from hunav_drake.systems.robot.robot_config import RobotLimits
 
 Array = NDArray[np.float64]
@@ -99,10 +98,8 @@ class Planner(Protocol):
         ...
 
 
-_planners: dict[str, type[Any]] = {}
-
 # The planners by name; each is the dataclass of its parameters.
-PLANNERS: Mapping[str, type[Any]] = MappingProxyType(_planners)
+PLANNERS = Registry("planner")
 
 
 def register_planner[T](name: str) -> Callable[[type[T]], type[T]]:
@@ -111,14 +108,7 @@ def register_planner[T](name: str) -> Callable[[type[T]], type[T]]:
     Raises:
         ValueError: If the name is taken.
     """
-
-    def register(planner: type[T]) -> type[T]:
-        if name in _planners:
-            raise ValueError(f"a planner named {name!r} is registered already")
-        _planners[name] = planner
-        return planner
-
-    return register
+    return PLANNERS.register(name)
 
 
 def make_planner(name: str, parameters: Mapping[str, Any]) -> Planner:
@@ -128,10 +118,5 @@ def make_planner(name: str, parameters: Mapping[str, Any]) -> Planner:
         ValueError: If there is no such planner or parameter, or if a value is
             outside its range.
     """
-    if name not in _planners:
-        near = difflib.get_close_matches(name, _planners, 1)
-        hint = f"; did you mean {near[0]!r}?" if near else ""
-        known = ", ".join(sorted(_planners))
-        raise ValueError(f"no planner {name!r}{hint} (there are: {known})")
-    planner: Planner = _planners[name](**parameters)
+    planner: Planner = PLANNERS.make(name, parameters)
     return planner

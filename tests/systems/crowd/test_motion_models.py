@@ -334,7 +334,11 @@ def test_a_shipped_scenario_ends_at_the_goal(scenario, name):
 @pytest.fixture
 def drifting(monkeypatch):
     """A user's own model, of plain NumPy, for the time of a test."""
-    monkeypatch.setattr(motion_model, "_models", dict(motion_model._models))
+    monkeypatch.setattr(
+        motion_model.MOTION_MODELS,
+        "_parts",
+        dict(motion_model.MOTION_MODELS._parts),
+    )
 
     @register_motion_model("drifting")
     @dataclass(kw_only=True)

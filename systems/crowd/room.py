@@ -1,0 +1,115 @@
+"""What the walls of a world do to people, beside pushing them."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.autodiffutils import (
+    AutoDiffXd,
+    ExtractGradient,
+    ExtractValue,
+    InitializeAutoDiff,
+)
+
+from hunav_drake.systems.crowd.crowd_config import CrowdConfig
+from hunav_drake.systems.crowd.route import RouteMap, route_clearance
+from hunav_drake.systems.crowd.walls import (
+    keep_out_of_walls,
+    wall_derivatives,
+    wall_margins,
+)
+from hunav_drake.systems.obstacles import Obstacles
+
+Array = NDArray[Any]
+
+
+class Room:
+    """Leads people around walls, and keeps them out of walls.
+
+    Arrays may be of floats or of AutoDiffXd. Nothing here changes after the
+    construction, but for what is remembered about goals asked for before.
+    """
+
+    def __init__(
+        self,
+        obstacles: Obstacles,
+        radii: NDArray[np.float64],
+        config: CrowdConfig,
+    ) -> None:
+        """Constructs a Room.
+
+        Args:
+            obstacles: The walls.
+            radii: Shape (n,), those of the people, in meters.
+            config: Which of both it does.
+        """
+        walled = len(obstacles) > 0 and len(radii) > 0
+        self._walls = (
+            (
+                wall_margins(radii),
+                obstacles.segments,
+                obstacles.first,
+                obstacles.solid,
+            )
+            if config.keep_out_of_walls and walled
+            else None
+        )
+        self._routes = (
+            RouteMap.from_obstacles(obstacles, clearance=route_clearance(radii))
+            if config.route_planning and walled
+            else None
+        )
+
+    def guide(self, states: Array, command: Array) -> Array:
+        """Returns the commands (n, COMMAND_SIZE) with waypoints for goals."""
+        if self._routes is None:
+            return command
+        if states.dtype != object:
+            return self._routes.guide(states, command)
+        values = _plain(command)
+        guided = self._routes.guide(_plain(states), values)
+        # A waypoint does not move when people or goals do.
+        changed = guided != values
+        command = command.copy()
+        command[changed] = [AutoDiffXd(value) for value in guided[changed]]
+        return command
+
+    def keep_out(self, before: Array, after: Array) -> Array:
+        """Returns the states (n, 6) after a step that enters no wall."""
+        if self._walls is None:
+            return after
+        if after.dtype != object:
+            kept: Array = keep_out_of_walls(before, after, *self._walls)
+            return kept
+        p, q = _plain(before), _plain(after)
+        kept = keep_out_of_walls(p, q, *self._walls)
+        slopes = wall_derivatives(p, q, *self._walls)
+        result = after.copy()
+        for i in np.flatnonzero((kept != q).any(axis=1)):
+            both = ExtractGradient(np.hstack([before[i], after[i]]))
+            result[i] = InitializeAutoDiff(
+                kept[i][:, None], slopes[i] @ both
+            ).ravel()
+        return result
+
+    def chain(self, derivatives: Array, before: Array, after: Array) -> None:
+        """Makes derivatives of a step those of the step that is kept out.
+
+        Args:
+            derivatives: Shape (6n, 6n or more), by the states before, and
+                more; changed in place.
+            before: Shape (n, 6), the states.
+            after: Shape (n, 6), where the step leads without walls.
+        """
+        if self._walls is None:
+            return
+        slopes = wall_derivatives(before, after, *self._walls)
+        for i, slope in enumerate(slopes):
+            own = slice(6 * i, 6 * i + 6)
+            derivatives[own] = slope[:, 6:] @ derivatives[own]
+            derivatives[own, own] += slope[:, :6]
+
+
+def _plain(scalars: Array) -> NDArray[np.float64]:
+    """Returns the values of scalars with derivatives, row by row."""
+    return np.ascontiguousarray(ExtractValue(scalars))
