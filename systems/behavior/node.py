@@ -24,9 +24,12 @@ TickFunction = Callable[[Memory, Moment], Status]
 HaltFunction = Callable[[Memory], None]
 
 
-def _message(error: ValidationError) -> str:
+def _message(error: ValidationError, value: Any) -> str:
+    """Returns the rule that a value breaks, and the value."""
     text = error.errors()[0]["msg"]
-    return text.removeprefix("Input ").removeprefix("Value error, ")
+    text = text.removeprefix("Input ").removeprefix("Value error, ")
+    # Rules of our own tell what they got; those of pydantic do not.
+    return text if ", got " in text else f"{text}, got {value!r}"
 
 
 @dataclass(frozen=True)
@@ -78,7 +81,7 @@ class Port:
             return self.adapter.validate_strings(text)
         except ValidationError as error:
             raise BehaviorTreeError(
-                f"port {self.name}: {_message(error)}, got {text!r}",
+                f"port {self.name}: {_message(error, text)}",
                 place,
                 node=node,
             ) from error
@@ -93,7 +96,7 @@ class Port:
             return self.adapter.validate_python(value)
         except ValidationError as error:
             raise ValueError(
-                f"port {self.name}: {_message(error)}, got {value!r}"
+                f"port {self.name}: {_message(error, value)}"
             ) from error
 
 
