@@ -366,7 +366,9 @@ def _doctor(options: argparse.Namespace) -> int:
     scenario = LoadScenario(
         filename="passing", overrides=["simulation.duration=2.0"]
     )
-    provenance = MakeProvenance(SaveScenario(scenario), seed=0)
+    provenance = MakeProvenance(
+        SaveScenario(scenario), seed=0, planner=scenario.planner.name
+    )
     for key, value in provenance.items():
         print(f"{key:18} {value}")
     started = time.perf_counter()
