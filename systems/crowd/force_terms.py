@@ -9,15 +9,15 @@ import math
 
 import numpy as np
 
-from hunav_drake.systems.layout import VX, VY, Command, RobotRole, X, Y
+from hunav_drake.systems.columns import (
+    GROUP_ID,
+    OBSTACLE,
+    PEDESTRIAN,
+    ROBOT_REPULSION,
+    ROBOT_ROLE,
+)
+from hunav_drake.systems.layout import VX, VY, X, Y
 from hunav_drake.systems.nearest import jit, nearest_on_segments
-
-# Numba reads plain integers of the module as constants.
-_ROBOT_ROLE = int(Command.ROBOT_ROLE)
-_ROBOT_REPULSION = int(Command.ROBOT_REPULSION)
-_GROUP_ID = int(Command.GROUP_ID)
-_PEDESTRIAN = int(RobotRole.PEDESTRIAN)
-_OBSTACLE = int(RobotRole.OBSTACLE)
 
 # The columns of the parameters: the fields of SocialForceParameters in order.
 (
@@ -140,12 +140,12 @@ def wall_force(x, y, radius, k, segments, first, reach, most):
 @jit
 def add_group_forces(directions, states, radii, command, parameters, forces):
     """Writes the three group forces on everybody into the rows of forces."""
-    order = np.argsort(command[:, _GROUP_ID], kind="mergesort")
+    order = np.argsort(command[:, GROUP_ID], kind="mergesort")
     hi = 0
     while hi < len(order):
         lo = hi
-        group = command[order[lo], _GROUP_ID]
-        while hi < len(order) and command[order[hi], _GROUP_ID] == group:
+        group = command[order[lo], GROUP_ID]
+        while hi < len(order) and command[order[hi], GROUP_ID] == group:
             hi += 1
         if group < 0 or hi - lo < 2:
             continue
@@ -217,13 +217,13 @@ def add_robot_forces(x, y, vx, vy, radius, command, k, robots, out):
     for j in range(len(robots)):
         dx = robots[j, X] - x
         dy = robots[j, Y] - y
-        if command[_ROBOT_ROLE] == _PEDESTRIAN:
+        if command[ROBOT_ROLE] == PEDESTRIAN:
             fx, fy = pair_force(
                 dx, dy, vx - robots[j, VX], vy - robots[j, VY], k
             )
             out[4] += fx
             out[5] += fy
-        elif command[_ROBOT_ROLE] == _OBSTACLE:
+        elif command[ROBOT_ROLE] == OBSTACLE:
             fx, fy = point_force(x, y, robots[j, X], robots[j, Y], radius, k)
             out[2] += fx
             out[3] += fy
@@ -232,8 +232,8 @@ def add_robot_forces(x, y, vx, vy, radius, command, k, robots, out):
             nearest = distance
             away_x = -dx / distance
             away_y = -dy / distance
-    if command[_ROBOT_REPULSION] != 0 and nearest < math.inf:
-        push = command[_ROBOT_REPULSION] / max(
+    if command[ROBOT_REPULSION] != 0 and nearest < math.inf:
+        push = command[ROBOT_REPULSION] / max(
             nearest - radius, _REPULSION_FLOOR
         )
         out[12] = push * away_x

@@ -11,6 +11,15 @@ from numba import float64
 from pydantic import StrictFloat
 from pydantic.dataclasses import dataclass
 
+from hunav_drake.systems.columns import (
+    GOAL_RADIUS,
+    GOAL_X,
+    GOAL_Y,
+    HAS_GOAL,
+    HOLD,
+    MAX_SPEED,
+    TURN_RATE,
+)
 from hunav_drake.systems.crowd import kernel
 from hunav_drake.systems.crowd.force_terms import K_GOAL, TAU, wrap
 from hunav_drake.systems.crowd.motion_model import (
@@ -19,15 +28,9 @@ from hunav_drake.systems.crowd.motion_model import (
     register_motion_model,
 )
 from hunav_drake.systems.crowd.social_force_model import SocialForceModel
-from hunav_drake.systems.layout import OMEGA, VX, VY, YAW, Command, X, Y
+from hunav_drake.systems.layout import OMEGA, VX, VY, YAW, X, Y
 from hunav_drake.systems.nearest import MATRIX, REAL, jit, jit_as
 from hunav_drake.systems.schema import CONFIG, within
-
-# Numba reads plain integers of the module as constants.
-_GOAL_X, _GOAL_Y = int(Command.GOAL_X), int(Command.GOAL_Y)
-_GOAL_RADIUS, _HAS_GOAL = int(Command.GOAL_RADIUS), int(Command.HAS_GOAL)
-_MAX_SPEED = int(Command.MAX_SPEED)
-_HOLD, _TURN_RATE = int(Command.HOLD), int(Command.TURN_RATE)
 
 # What the forces are computed by. (The model here is not one of that kind:
 # people move in another way, with other derivatives.)
@@ -79,10 +82,10 @@ def _without_braking(fx, fy, x, y, command):
     It is zero without a goal. Of a force that points back from the goal, only
     the part across counts: who slows down does not turn around.
     """
-    gx = command[_GOAL_X] - x
-    gy = command[_GOAL_Y] - y
+    gx = command[GOAL_X] - x
+    gy = command[GOAL_Y] - y
     distance = math.sqrt(gx * gx + gy * gy)
-    if command[_HAS_GOAL] == 0 or distance <= command[_GOAL_RADIUS]:
+    if command[HAS_GOAL] == 0 or distance <= command[GOAL_RADIUS]:
         return 0.0, 0.0
     ex = gx / distance
     ey = gy / distance
@@ -132,7 +135,7 @@ def headed_advance(
     """
     result = kernel.advance(states, forces, command, time_step)
     for i in range(len(states)):
-        if command[i, _HOLD] != 0 or command[i, _TURN_RATE] > 0:
+        if command[i, HOLD] != 0 or command[i, TURN_RATE] > 0:
             continue
         yaw = states[i, YAW]
         c = math.cos(yaw)
@@ -172,7 +175,7 @@ def headed_advance(
         )
 
         speed = math.sqrt(forward * forward + side * side)
-        cap = command[i, _MAX_SPEED]
+        cap = command[i, MAX_SPEED]
         if speed > cap:
             forward = forward / speed * cap
             side = side / speed * cap

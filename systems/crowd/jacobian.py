@@ -11,6 +11,18 @@ import math
 from numba import float64
 import numpy as np
 
+from hunav_drake.systems.columns import (
+    DESIRED_SPEED,
+    GOAL_RADIUS,
+    GOAL_X,
+    GOAL_Y,
+    GROUP_ID,
+    HAS_GOAL,
+    HOLD,
+    MAX_SPEED,
+    TURN_RATE,
+    YAW_TARGET,
+)
 from hunav_drake.systems.crowd.force_terms import K_GOAL, TAU, wrap
 from hunav_drake.systems.crowd.jacobian_pairs import (
     ROBOT,
@@ -29,7 +41,6 @@ from hunav_drake.systems.layout import (
     VX,
     VY,
     YAW,
-    Command,
     X,
     Y,
 )
@@ -42,14 +53,6 @@ from hunav_drake.systems.nearest import (
     jit,
     jit_as,
 )
-
-# Numba reads plain integers of the module as constants.
-_GOAL_X, _GOAL_Y = int(Command.GOAL_X), int(Command.GOAL_Y)
-_GOAL_RADIUS, _HAS_GOAL = int(Command.GOAL_RADIUS), int(Command.HAS_GOAL)
-_DESIRED_SPEED = int(Command.DESIRED_SPEED)
-_MAX_SPEED = int(Command.MAX_SPEED)
-_HOLD, _TURN_RATE = int(Command.HOLD), int(Command.TURN_RATE)
-_YAW_TARGET, _GROUP_ID = int(Command.YAW_TARGET), int(Command.GROUP_ID)
 
 # As in `kernel.py`.
 _YAW_SPEED = 1e-6
@@ -70,16 +73,16 @@ def _own(
     ey = 0.0
     per_distance = 0.0
     damping = -1 / k[TAU]
-    gx = command[i, _GOAL_X] - x
-    gy = command[i, _GOAL_Y] - y
+    gx = command[i, GOAL_X] - x
+    gy = command[i, GOAL_Y] - y
     distance = math.sqrt(gx * gx + gy * gy)
-    if command[i, _HAS_GOAL] != 0 and distance > command[i, _GOAL_RADIUS]:
+    if command[i, HAS_GOAL] != 0 and distance > command[i, GOAL_RADIUS]:
         ex = gx / distance
         ey = gy / distance
         damping = -k[K_GOAL] / k[TAU]
         if distance >= SHORT:
             per_distance = 1 / distance
-    turn = damping * command[i, _DESIRED_SPEED] * per_distance
+    turn = damping * command[i, DESIRED_SPEED] * per_distance
     xx, xy, yy = wall_derivative(
         x, y, radii[i], k, segments, first, reach, most
     )
@@ -87,7 +90,7 @@ def _own(
     xy -= turn * ex * ey
     yy += turn * ex * ex
     yx = xy
-    if command[i, _GROUP_ID] >= 0:
+    if command[i, GROUP_ID] >= 0:
         own = add_group_derivatives(
             i, ex, ey, per_distance, states, radii, command, k, rows
         )
@@ -130,14 +133,14 @@ def _step(i, states, forces, command, time_step, rows, out, own):
     """
     vx = states[i, VX] + forces[i, 14] * time_step
     vy = states[i, VY] + forces[i, 15] * time_step
-    keep = 0.0 if command[i, _HOLD] != 0 else 1.0
+    keep = 0.0 if command[i, HOLD] != 0 else 1.0
     vx *= keep
     vy *= keep
     mxx = keep
     mxy = 0.0
     myy = keep
     speed = math.sqrt(vx * vx + vy * vy)
-    cap = command[i, _MAX_SPEED]
+    cap = command[i, MAX_SPEED]
     if speed > cap:
         ux = vx / speed
         uy = vy / speed
@@ -151,9 +154,9 @@ def _step(i, states, forces, command, time_step, rows, out, own):
     yaw_x = 0.0
     yaw_y = 0.0
     yaw_yaw = 1.0
-    if command[i, _TURN_RATE] > 0:
-        turn = wrap(command[i, _YAW_TARGET] - states[i, YAW])
-        if abs(turn) <= command[i, _TURN_RATE] * time_step:
+    if command[i, TURN_RATE] > 0:
+        turn = wrap(command[i, YAW_TARGET] - states[i, YAW])
+        if abs(turn) <= command[i, TURN_RATE] * time_step:
             yaw_yaw = 0.0
     elif speed >= _YAW_SPEED:
         yaw_x = -vy / (speed * speed)

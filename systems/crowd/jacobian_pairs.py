@@ -10,8 +10,9 @@ import math
 import numba
 import numpy as np
 
+from hunav_drake.systems.columns import PEDESTRIAN, ROBOT_ROLE
 from hunav_drake.systems.crowd.elementary import arctan2, exp_negative
-from hunav_drake.systems.layout import VX, VY, Command, RobotRole, X, Y
+from hunav_drake.systems.layout import VX, VY, X, Y
 from hunav_drake.systems.nearest import jit
 
 # The rows of the people's states, and of the robots'.
@@ -28,8 +29,6 @@ _THETA_ZERO = 1e-12
 # The columns of the parameters: fields of SocialForceParameters.
 _K_SOCIAL, _LAMBDA, _GAMMA, _N, _N_PRIME, _EPSILON = range(4, 10)
 
-# Numba reads plain integers of the module as constants.
-_ROBOT_ROLE, _PEDESTRIAN = int(Command.ROBOT_ROLE), int(RobotRole.PEDESTRIAN)
 
 # Like those of the fast kernel: the loop over pairs is made of vectors.
 _vector = numba.njit(
@@ -178,7 +177,7 @@ def add_pairs(states, command, parameters, robots, everybody, result):
         if everybody and same:
             first = i + 1
         last = n
-        if command[i, _ROBOT_ROLE] == _PEDESTRIAN:
+        if command[i, ROBOT_ROLE] == PEDESTRIAN:
             last += len(robots)
         for j in range(first, last):
             if j == i:

@@ -11,8 +11,14 @@ import math
 
 import numpy as np
 
+from hunav_drake.systems.columns import (
+    GROUP_ID,
+    OBSTACLE,
+    ROBOT_REPULSION,
+    ROBOT_ROLE,
+)
 from hunav_drake.systems.crowd.jacobian_pairs import ROBOT, SHORT, STATE
-from hunav_drake.systems.layout import Command, RobotRole, X, Y
+from hunav_drake.systems.layout import X, Y
 from hunav_drake.systems.nearest import jit, nearest_on_segments
 
 # As in `social_force.py`: forces of larger exponents do not grow.
@@ -21,11 +27,6 @@ _MOST = 300.0
 # As in `force_terms.py`.
 _REPULSION_FLOOR = 0.05
 
-# Numba reads plain integers of the module as constants.
-_ROBOT_ROLE = int(Command.ROBOT_ROLE)
-_ROBOT_REPULSION = int(Command.ROBOT_REPULSION)
-_GROUP_ID = int(Command.GROUP_ID)
-_OBSTACLE = int(RobotRole.OBSTACLE)
 
 # The columns of the parameters: fields of SocialForceParameters.
 _K_OBSTACLE, _SIGMA = 2, 3
@@ -140,19 +141,19 @@ def add_robot_derivatives(i, states, radii, command, k, robots, rows, column):
     for j in range(len(robots)):
         dx = robots[j, X] - x
         dy = robots[j, Y] - y
-        if command[i, _ROBOT_ROLE] == _OBSTACLE:
+        if command[i, ROBOT_ROLE] == OBSTACLE:
             xx, xy, yy = point_derivative(-dx, -dy, radii[i], k, False)
             add_block(rows, column + ROBOT * j, -xx, -xy, -xy, -yy)
         distance = math.sqrt(dx * dx + dy * dy)
         if distance < nearest and distance > 0:
             nearest = distance
             who = j
-    if who < 0 or nearest < SHORT or command[i, _ROBOT_REPULSION] == 0:
+    if who < 0 or nearest < SHORT or command[i, ROBOT_REPULSION] == 0:
         return
     ux = (x - robots[who, X]) / nearest
     uy = (y - robots[who, Y]) / nearest
     gap = nearest - radii[i]
-    push = command[i, _ROBOT_REPULSION] / max(gap, _REPULSION_FLOOR)
+    push = command[i, ROBOT_REPULSION] / max(gap, _REPULSION_FLOOR)
     across = push / nearest
     away = -push / gap if gap >= _REPULSION_FLOOR else 0.0
     xy = (away - across) * ux * uy
@@ -179,14 +180,14 @@ def add_group_derivatives(
         The derivative by the own place that is more than minus the sum of
         those by the places of the others: xx, xy, yx, yy.
     """
-    group = command[i, _GROUP_ID]
+    group = command[i, GROUP_ID]
     x = states[i, X]
     y = states[i, Y]
     members = 0
     cx = 0.0
     cy = 0.0
     for j in range(len(states)):
-        if command[j, _GROUP_ID] == group:
+        if command[j, GROUP_ID] == group:
             members += 1
             cx += states[j, X]
             cy += states[j, Y]
@@ -226,7 +227,7 @@ def add_group_derivatives(
         own = (fx * sx, fx * sy, fy * sx, fy * sy)
 
     for j in range(len(states)):
-        if j != i and command[j, _GROUP_ID] == group:
+        if j != i and command[j, GROUP_ID] == group:
             add_block(rows, STATE * j, xx, xy, xy, yy)
             dx = x - states[j, X]
             dy = y - states[j, Y]

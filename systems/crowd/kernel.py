@@ -10,6 +10,18 @@ import math
 from numba import float64
 import numpy as np
 
+from hunav_drake.systems.columns import (
+    DESIRED_SPEED,
+    GOAL_RADIUS,
+    GOAL_X,
+    GOAL_Y,
+    GROUP_ID,
+    HAS_GOAL,
+    HOLD,
+    MAX_SPEED,
+    TURN_RATE,
+    YAW_TARGET,
+)
 from hunav_drake.systems.crowd.fast_kernel import people_forces
 from hunav_drake.systems.crowd.force_terms import (
     K_GOAL,
@@ -20,7 +32,7 @@ from hunav_drake.systems.crowd.force_terms import (
     wall_force,
     wrap,
 )
-from hunav_drake.systems.layout import OMEGA, VX, VY, YAW, Command, X, Y
+from hunav_drake.systems.layout import OMEGA, VX, VY, YAW, X, Y
 from hunav_drake.systems.nearest import (
     INDICES,
     INTEGER,
@@ -30,14 +42,6 @@ from hunav_drake.systems.nearest import (
     jit,
     jit_as,
 )
-
-# Numba reads plain integers of the module as constants.
-_GOAL_X, _GOAL_Y = int(Command.GOAL_X), int(Command.GOAL_Y)
-_GOAL_RADIUS, _HAS_GOAL = int(Command.GOAL_RADIUS), int(Command.HAS_GOAL)
-_DESIRED_SPEED = int(Command.DESIRED_SPEED)
-_MAX_SPEED = int(Command.MAX_SPEED)
-_HOLD, _TURN_RATE = int(Command.HOLD), int(Command.TURN_RATE)
-_YAW_TARGET, _GROUP_ID = int(Command.YAW_TARGET), int(Command.GROUP_ID)
 
 # Stands for forces of people that are not known.
 NOT_GIVEN = np.zeros((0, 2))
@@ -72,13 +76,13 @@ def _all_forces(
         vx = states[i, VX]
         vy = states[i, VY]
 
-        gx = command[i, _GOAL_X] - x
-        gy = command[i, _GOAL_Y] - y
+        gx = command[i, GOAL_X] - x
+        gy = command[i, GOAL_Y] - y
         distance = math.sqrt(gx * gx + gy * gy)
-        if command[i, _HAS_GOAL] != 0 and distance > command[i, _GOAL_RADIUS]:
+        if command[i, HAS_GOAL] != 0 and distance > command[i, GOAL_RADIUS]:
             ex = gx / distance
             ey = gy / distance
-            speed = command[i, _DESIRED_SPEED]
+            speed = command[i, DESIRED_SPEED]
             out[0] = k[K_GOAL] * (ex * speed - vx) / k[TAU]
             out[1] = k[K_GOAL] * (ey * speed - vy) / k[TAU]
             directions[i, 0] = ex
@@ -106,7 +110,7 @@ def _all_forces(
                     out[4] += fx
                     out[5] += fy
         add_robot_forces(x, y, vx, vy, radii[i], command[i], k, robots, out)
-        grouped = grouped or command[i, _GROUP_ID] >= 0
+        grouped = grouped or command[i, GROUP_ID] >= 0
 
     if grouped:
         add_group_forces(directions, states, radii, command, parameters, forces)
@@ -213,19 +217,19 @@ def advance(states, forces, command, time_step):
     for i in range(len(states)):
         vx = states[i, VX] + forces[i, 14] * time_step
         vy = states[i, VY] + forces[i, 15] * time_step
-        if command[i, _HOLD] != 0:
+        if command[i, HOLD] != 0:
             vx = 0.0
             vy = 0.0
         speed = math.sqrt(vx * vx + vy * vy)
-        cap = command[i, _MAX_SPEED]
+        cap = command[i, MAX_SPEED]
         if speed > cap:
             vx = vx / speed * cap
             vy = vy / speed * cap
             speed = cap
         yaw = states[i, YAW]
-        if command[i, _TURN_RATE] > 0:
-            turn = wrap(command[i, _YAW_TARGET] - yaw)
-            most = command[i, _TURN_RATE] * time_step
+        if command[i, TURN_RATE] > 0:
+            turn = wrap(command[i, YAW_TARGET] - yaw)
+            most = command[i, TURN_RATE] * time_step
             yaw = wrap(yaw + min(max(turn, -most), most))
         elif speed >= _YAW_SPEED:
             yaw = math.atan2(vy, vx)

@@ -14,6 +14,20 @@ import numpy as np
 from pydantic import Field, StrictFloat, StrictInt
 from pydantic.dataclasses import dataclass
 
+from hunav_drake.systems.columns import (
+    DESIRED_SPEED,
+    GOAL_RADIUS,
+    GOAL_X,
+    GOAL_Y,
+    GROUP_ID,
+    HAS_GOAL,
+    HOLD,
+    MAX_SPEED,
+    PEDESTRIAN,
+    ROBOT_REPULSION,
+    ROBOT_ROLE,
+    UNSEEN,
+)
 from hunav_drake.systems.crowd import kernel
 from hunav_drake.systems.crowd.force_terms import (
     add_group_forces,
@@ -30,8 +44,6 @@ from hunav_drake.systems.layout import (
     RADIUS,
     VX,
     VY,
-    Command,
-    RobotRole,
     X,
     Y,
 )
@@ -44,16 +56,6 @@ from hunav_drake.systems.nearest import (
     nearest_on_segments,
 )
 from hunav_drake.systems.schema import CONFIG, PositiveLength, within
-
-# Numba reads plain integers of the module as constants.
-_GOAL_X, _GOAL_Y = int(Command.GOAL_X), int(Command.GOAL_Y)
-_GOAL_RADIUS, _HAS_GOAL = int(Command.GOAL_RADIUS), int(Command.HAS_GOAL)
-_DESIRED_SPEED = int(Command.DESIRED_SPEED)
-_MAX_SPEED, _HOLD = int(Command.MAX_SPEED), int(Command.HOLD)
-_ROBOT_ROLE = int(Command.ROBOT_ROLE)
-_ROBOT_REPULSION = int(Command.ROBOT_REPULSION)
-_GROUP_ID = int(Command.GROUP_ID)
-_UNSEEN, _PEDESTRIAN = int(RobotRole.UNSEEN), int(RobotRole.PEDESTRIAN)
 
 # The fields of OrcaModel in order.
 (
@@ -171,22 +173,22 @@ def _wanted(states, radii, command, parameters, robots, time_step, relaxation):
     for i in range(n):
         x = states[i, X]
         y = states[i, Y]
-        gx = command[i, _GOAL_X] - x
-        gy = command[i, _GOAL_Y] - y
+        gx = command[i, GOAL_X] - x
+        gy = command[i, GOAL_Y] - y
         distance = math.hypot(gx, gy)
-        if command[i, _HAS_GOAL] != 0 and distance > command[i, _GOAL_RADIUS]:
+        if command[i, HAS_GOAL] != 0 and distance > command[i, GOAL_RADIUS]:
             directions[i, 0] = gx / distance
             directions[i, 1] = gy / distance
-            speed = min(command[i, _DESIRED_SPEED], distance / time_step)
+            speed = min(command[i, DESIRED_SPEED], distance / time_step)
             wanted[i] = speed * directions[i]
-        if command[i, _ROBOT_REPULSION] != 0:
+        if command[i, ROBOT_REPULSION] != 0:
             vx = states[i, VX]
             vy = states[i, VY]
             add_robot_forces(
                 *(x, y, vx, vy, radii[i], command[i], parameters[i]),
                 *(robots, pulls[i]),
             )
-        grouped = grouped or command[i, _GROUP_ID] >= 0
+        grouped = grouped or command[i, GROUP_ID] >= 0
     if grouped:
         add_group_forces(directions, states, radii, command, parameters, pulls)
     part = -math.expm1(-time_step / relaxation)
@@ -201,8 +203,8 @@ def _wanted(states, radii, command, parameters, robots, time_step, relaxation):
             v = states[i, VX + c]
             wanted[i, c] = v + part * (wanted[i, c] - v + relaxation * pull)
         speed = math.hypot(wanted[i, 0], wanted[i, 1])
-        if speed > command[i, _MAX_SPEED]:
-            wanted[i] *= command[i, _MAX_SPEED] / speed
+        if speed > command[i, MAX_SPEED]:
+            wanted[i] *= command[i, MAX_SPEED] / speed
     return wanted
 
 
@@ -251,8 +253,8 @@ def orca_accelerations(
         x = states[i, X]
         y = states[i, Y]
         own = states[i, VX : VY + 1]
-        cap = command[i, _MAX_SPEED]
-        if command[i, _HOLD] != 0:
+        cap = command[i, MAX_SPEED]
+        if command[i, HOLD] != 0:
             forces[i, 14] = -own[0] / step
             forces[i, 15] = -own[1] / step
             continue
@@ -270,7 +272,7 @@ def orca_accelerations(
                 reach = radii[i] + radii[j] + margin
                 vx = other[VX]
                 vy = other[VY]
-                if command[j, _HOLD] != 0:
+                if command[j, HOLD] != 0:
                     # Someone who stands still leaves it all to the others.
                     share = 1.0
                     vx = 0.0
@@ -280,9 +282,9 @@ def orca_accelerations(
                 reach = radii[i] + other[RADIUS] + margin
                 vx = other[VX]
                 vy = other[VY]
-                if command[i, _ROBOT_ROLE] == _UNSEEN:
+                if command[i, ROBOT_ROLE] == UNSEEN:
                     continue
-                if command[i, _ROBOT_ROLE] != _PEDESTRIAN:
+                if command[i, ROBOT_ROLE] != PEDESTRIAN:
                     share = 1.0
             dx = other[X] - x
             dy = other[Y] - y

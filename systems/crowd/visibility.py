@@ -6,6 +6,7 @@ import numba
 from numba import float64
 import numpy as np
 
+from hunav_drake.systems.columns import GOAL_RADIUS, GOAL_X, GOAL_Y, HAS_GOAL
 from hunav_drake.systems.crowd.sweep import (
     distance_to,
     is_free,
@@ -14,7 +15,6 @@ from hunav_drake.systems.crowd.sweep import (
     out_of_box,
 )
 from hunav_drake.systems.crowd.walls import FLAGS
-from hunav_drake.systems.layout import Command
 from hunav_drake.systems.nearest import (
     INDICES,
     MATRIX,
@@ -23,9 +23,6 @@ from hunav_drake.systems.nearest import (
     jit,
     jit_as,
 )
-
-_GOAL_X, _GOAL_Y = int(Command.GOAL_X), int(Command.GOAL_Y)
-_GOAL_RADIUS, _HAS_GOAL = int(Command.GOAL_RADIUS), int(Command.HAS_GOAL)
 
 # Lengths that differ less are the same, in meters.
 _SAME = 1e-9
@@ -133,11 +130,11 @@ def needs_way(positions, command, clearance, segments):
     for i in range(len(positions)):
         x = positions[i, 0]
         y = positions[i, 1]
-        gx = command[i, _GOAL_X]
-        gy = command[i, _GOAL_Y]
+        gx = command[i, GOAL_X]
+        gy = command[i, GOAL_Y]
         result[i] = (
-            command[i, _HAS_GOAL] != 0
-            and math.hypot(gx - x, gy - y) > command[i, _GOAL_RADIUS]
+            command[i, HAS_GOAL] != 0
+            and math.hypot(gx - x, gy - y) > command[i, GOAL_RADIUS]
             and not sees(x, y, gx, gy, clearance, segments)
         )
     return result
