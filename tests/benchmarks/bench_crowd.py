@@ -85,6 +85,7 @@ def best(function: Callable[[], object], *, least: float = 0.15) -> float:
 
 def kernel_step(snapshot: Snapshot, kernel: str) -> float:
     """Returns the seconds of a step of forces and motion."""
+    # The names are literals only where this is called.
     model = SocialForceModel(kernel=kernel)  # type: ignore[arg-type]
     return best(lambda: model.advance(snapshot, model.forces(snapshot)))
 

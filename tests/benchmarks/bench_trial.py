@@ -47,6 +47,7 @@ def profile(scenario: Scenario) -> dict[str, float]:
     profiler = cProfile.Profile()
     profiler.runcall(simulator.AdvanceTo, DURATION)
     shares: dict[str, float] = {}
+    # The types of the standard library leave `stats` out.
     for (file, _, _), row in pstats.Stats(profiler).stats.items():  # type: ignore[attr-defined]
         parts = Path(file).parts
         block = "Drake, and calls into it"
