@@ -2,6 +2,7 @@
 
 import os
 from pathlib import Path
+import shutil
 import subprocess
 import sys
 import zipfile
@@ -13,12 +14,23 @@ ROOT = Path(__file__).resolve().parents[1]
 
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory):
+    # A build writes into its source folder: two workers need two of them.
     folder = tmp_path_factory.mktemp("wheel")
-    subprocess.run(
-        [sys.executable, "-m", "build", "--wheel", "--outdir", folder, ROOT],
-        check=True,
-        capture_output=True,
+    source = shutil.copytree(
+        ROOT,
+        folder / "source",
+        symlinks=True,
+        ignore=shutil.ignore_patterns(
+            ".*", "build", "dist", "out", "*.egg-info", "__pycache__"
+        ),
     )
+    built = subprocess.run(
+        [sys.executable, "-m", "build", "--wheel", "--outdir", folder, source],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert built.returncode == 0, built.stdout + built.stderr
     return next(folder.glob("*.whl"))
 
 
