@@ -197,26 +197,33 @@ def test_parallel_writers_lose_no_row(tmp_path):
     assert not list(tmp_path.glob(".*"))
 
 
-def _write_forever(folder):
+def _write_forever(folder, finished):
     while True:
         WriteResult(make_result(metric_names=["path"]), folder)
+        finished.value += 1
 
 
 @forks
 def test_a_killed_writer_leaves_whole_files_and_no_lock(tmp_path):
+    finished = get_context("fork").Value("i", 0)
     WriteResult(make_result(metric_names=["path"]), tmp_path)
     for i in range(20):
         process = get_context("fork").Process(
-            target=_write_forever, args=(tmp_path,)
+            target=_write_forever, args=(tmp_path, finished)
         )
+        before = finished.value
         process.start()
+        while finished.value == before and process.is_alive():
+            process.join(timeout=0.001)
         # At each turn it gets to another point of its work.
-        process.join(timeout=0.01 + 0.0037 * i)
+        process.join(timeout=0.0037 * i)
         process.kill()
         process.join()
         assert process.exitcode == -signal.SIGKILL
     table = pd.read_csv(tmp_path / "metrics.csv")
-    assert len(table) > 10
+    # The last row of each may be there without having been counted.
+    assert 1 + finished.value <= len(table) <= 21 + finished.value
+    assert finished.value >= 20
     assert table["tag"].is_unique
     assert not table["path_length"].isna().any()
     for path in tmp_path.glob("recording_*.npz"):

@@ -1,9 +1,12 @@
 """Whatever is wrong with a scenario file is told, with its place."""
 
+import contextlib
+import functools
 import pickle
 import time
 
 import pytest
+import yaml
 
 from hunav_drake.scenario import (
     CheckScenario,
@@ -401,6 +404,23 @@ CASES = {
 }
 
 
+@functools.cache
+def second() -> float:
+    """Processor time for what takes a second on the machine of the bounds."""
+    start = time.process_time()
+    yaml.safe_load("- {pose: [1, 2, 3]}\n" * 2000)
+    return 4 * (time.process_time() - start)
+
+
+@contextlib.contextmanager
+def at_most(seconds):
+    """A bound that a slow or busy machine does not break."""
+    limit = seconds * second()
+    start = time.process_time()
+    yield
+    assert time.process_time() - start < limit
+
+
 def failure(**kwargs):
     with pytest.raises(ScenarioError) as info:
         LoadScenario(**kwargs)
@@ -416,9 +436,8 @@ def test_fault_has_place_path_and_rule(name, tmp_path):
     text, line, path, words = CASES[name]
     file = tmp_path / "bad.yaml"
     file.write_bytes(text if isinstance(text, bytes) else text.encode())
-    start = time.perf_counter()
-    error = failure(filename=file)
-    assert time.perf_counter() - start < 2.0
+    with at_most(4.0):
+        error = failure(filename=file)
     place = f"{file}:{line}: " if line else f"{file}: "
     first, *lines = str(error).splitlines()
     assert first.startswith(f"{file}: ")
@@ -440,9 +459,8 @@ def test_a_huge_file_is_not_read(tmp_path):
     file = tmp_path / "huge.yaml"
     with open(file, "wb") as stream:
         stream.truncate(100 * 10**6)
-    start = time.perf_counter()
-    error = failure(filename=file)
-    assert time.perf_counter() - start < 0.5
+    with at_most(1.0):
+        error = failure(filename=file)
     assert str(error) == (
         f"{file}: 1 fault\n"
         f"{file}: is too large: at most 16777216 bytes, got 100000000"
@@ -470,9 +488,8 @@ def test_a_huge_file_is_not_read(tmp_path):
     ids=lambda text: text[:20],
 )
 def test_large_nonsense_takes_little_time(text):
-    start = time.perf_counter()
-    error = failure(data=text)
-    assert time.perf_counter() - start < 4.0
+    with at_most(8.0):
+        error = failure(data=text)
     assert len(str(error)) < 20_000
 
 
