@@ -7,7 +7,6 @@ mean nothing here (the map, the skins, the heights) are left out.
 
 from collections.abc import Mapping, Sequence
 import dataclasses as dc
-import difflib
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -28,6 +27,7 @@ from hunav_drake.scenario_validation import (
     build_scenario,
     document_faults,
 )
+from hunav_drake.systems.suggest import nearest
 from hunav_drake.yaml_document import YamlDocument
 from hunav_drake.yaml_source import read_yaml
 
@@ -324,9 +324,9 @@ class HunavImport:
         for key in agent:
             if key in _AGENT_KEYS or len(key) > 20:
                 continue
-            near = difflib.get_close_matches(key, _AGENT_KEYS, 1, 0.8)
-            if near and near[0] not in agent:
-                problem = f"unknown key; did you mean {shown(near[0])}?"
+            near = nearest(key, _AGENT_KEYS, 0.8)
+            if near and near not in agent:
+                problem = f"unknown key; did you mean {shown(near)}?"
                 self._report((*loc, key), problem)
 
     def _parameters(self, document: YamlDocument, node: str) -> dict[str, Any]:

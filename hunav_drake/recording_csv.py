@@ -1,7 +1,6 @@
 """Reads recordings from tables with a row per body and sample."""
 
 import csv
-import difflib
 import io
 from typing import Any
 
@@ -20,6 +19,7 @@ from hunav_drake.systems.layout import (
     X,
     Y,
 )
+from hunav_drake.systems.suggest import nearest
 
 Array = NDArray[np.float64]
 
@@ -119,10 +119,10 @@ def _check_header(header: list[str]) -> None:
         if name in header[:i]:
             raise ValueError(f"line 1: the column {name!r} comes twice")
         if name not in _COLUMNS:
-            near = difflib.get_close_matches(name, _COLUMNS, n=1)
+            near = nearest(name, _COLUMNS)
             raise ValueError(
                 f"line 1: there is no column {name!r}; "
-                + (f"did you mean {near[0]!r}? " if near else "")
+                + (f"did you mean {near!r}? " if near else "")
                 + f"The columns are {', '.join(_COLUMNS)}"
             )
 

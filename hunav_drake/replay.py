@@ -16,13 +16,13 @@ from contextlib import contextmanager
 import math
 import os
 from pathlib import Path
-import tempfile
 
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.geometry import Meshcat, MeshcatParams, MeshcatVisualizer
 
 from hunav_drake.systems.crowd.human_config import HumanConfig
+from hunav_drake.systems.files import atomic_write
 from hunav_drake.systems.robot.robot_config import RobotConfig
 from hunav_drake.systems.scene.bounds import Bounds, scene_bounds
 from hunav_drake.systems.world import World
@@ -184,15 +184,8 @@ def SaveReplay(meshcat: Meshcat, filename: str | os.PathLike[str]) -> Path:
     """
     path = Path(filename).resolve()
     html = meshcat.StaticHtml()
-    descriptor, part = tempfile.mkstemp(dir=path.parent, prefix=path.name)
-    try:
-        with open(descriptor, "w", encoding="utf-8") as file:
-            file.write(html)
-        os.chmod(part, 0o644)
-        os.replace(part, path)
-    except BaseException:
-        os.unlink(part)
-        raise
+    with atomic_write(path) as file:
+        file.write(html.encode())
     return path
 
 

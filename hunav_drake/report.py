@@ -14,9 +14,9 @@ import pandas as pd
 from hunav_drake.batch_report import batch_parts
 from hunav_drake.report_html import escape, page
 from hunav_drake.results import MakeTrialResult, TrialResult
-from hunav_drake.systems.evaluation.files import atomic_write
 from hunav_drake.systems.evaluation.metrics import METRICS
 from hunav_drake.systems.evaluation.recording import Recording
+from hunav_drake.systems.files import atomic_write
 from hunav_drake.trial_report import trial_parts
 
 

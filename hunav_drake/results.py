@@ -21,9 +21,9 @@ from hunav_drake.systems.evaluation.compute import (
     evaluate,
     evaluate_by_behavior,
 )
-from hunav_drake.systems.evaluation.files import atomic_write
 from hunav_drake.systems.evaluation.metrics import METRICS
 from hunav_drake.systems.evaluation.recording import Recording
+from hunav_drake.systems.files import atomic_write
 
 # "end" is that of a recording from elsewhere, which does not tell.
 EndReason = Literal["goal", "timeout", "stuck", "end"]

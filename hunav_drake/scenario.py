@@ -18,7 +18,6 @@ from hunav_drake.scenario_error import (
     Loc,
     ScenarioError,
     child,
-    nearest,
     shown,
     suggestion,
 )
@@ -41,6 +40,7 @@ from hunav_drake.systems.crowd.parameters import SocialForceParameters
 from hunav_drake.systems.evaluation.evaluator_config import EvaluatorConfig
 from hunav_drake.systems.planning.planner_config import PlannerConfig
 from hunav_drake.systems.robot.robot_config import RobotConfig, RobotLimits
+from hunav_drake.systems.suggest import nearest
 from hunav_drake.systems.world import Box, Polygon, Polyline, World
 from hunav_drake.yaml_document import YamlDocument
 from hunav_drake.yaml_source import parse_yaml, read_yaml

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Mapping
 import dataclasses as dc
-import math
 from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
@@ -23,6 +22,7 @@ from hunav_drake.scenario_validation import (
     build_scenario,
     schema_findings,
 )
+from hunav_drake.systems.checks import is_multiple, nearest_multiples
 from hunav_drake.systems.crowd.behavior_config import (
     BehaviorConfig,
     is_path,
@@ -105,15 +105,11 @@ def check_times(scenario: Scenario) -> Iterator[Finding]:
         ("planner", scenario.planner.period),
         ("evaluator", scenario.evaluator.period),
     ):
-        count = max(1, round(period / step))
-        if abs(period - count * step) > 1e-9 * period:
-            below = max(1, math.floor(period / step)) * step
-            above = math.ceil(period / step) * step
-            hint = " or ".join(dict.fromkeys((f"{below:.9g}", f"{above:.9g}")))
+        if not is_multiple(period, step):
             yield Finding(
                 (part, "period"),
                 f"must be a multiple of simulation.time_step ({step:g} s),"
-                f" got {period:g}; nearest: {hint}",
+                f" got {period:g}; nearest: {nearest_multiples(period, step)}",
                 uses=(step_loc,),
             )
     duration = scenario.simulation.duration

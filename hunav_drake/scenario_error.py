@@ -2,10 +2,10 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-import difflib
-import functools
 import re
 from typing import Any
+
+from hunav_drake.systems.suggest import nearest
 
 # The way to a part of a scenario: field names, and places in lists.
 Loc = tuple[str | int, ...]
@@ -132,19 +132,6 @@ def shown(value: Any) -> str:
         return "a number of more than 40 digits"
     text = repr(value)
     return text if len(text) <= 60 else text[:57] + "..."
-
-
-def nearest(word: str, valid: Sequence[str]) -> str | None:
-    """Returns the valid word that is nearest to a word, if one is near."""
-    # No valid word is long; comparing with a long one would take its time.
-    return _nearest(word[:64].lower(), tuple(valid))
-
-
-@functools.lru_cache(maxsize=1024)
-def _nearest(word: str, valid: tuple[str, ...]) -> str | None:
-    by_lower = {name.lower(): name for name in valid}
-    near = difflib.get_close_matches(word, by_lower, n=1, cutoff=0.6)
-    return by_lower[near[0]] if near else None
 
 
 def suggestion(word: str, valid: Sequence[str]) -> str:

@@ -1,15 +1,14 @@
 """Writes a scenario as YAML that a person can read and change."""
 
 import dataclasses as dc
-import os
 from pathlib import Path
 from typing import Any
-import uuid
 
 import yaml
 
 from hunav_drake.scenario_schema import Scenario
 from hunav_drake.systems.crowd.behavior_config import BehaviorConfig
+from hunav_drake.systems.files import atomic_write
 from hunav_drake.yaml_source import resolve
 
 
@@ -50,7 +49,8 @@ def SaveScenario(scenario: Scenario, filename: str | Path | None = None) -> str:
             f" {error.args[0]}, got {type(error.args[-1]).__name__}"
         ) from error
     if filename is not None:
-        _write(Path(filename), text)
+        with atomic_write(filename) as file:
+            file.write(text.encode())
     return text
 
 
@@ -74,17 +74,6 @@ def _changed(value: Any) -> Any:
         if item != default or field.name == "shape":
             result[field.name] = _changed(item)
     return result
-
-
-def _write(path: Path, text: str) -> None:
-    partial = path.with_name(f".{uuid.uuid4().hex}.tmp")
-    try:
-        with open(partial, "x", encoding="utf-8", newline="\n") as file:
-            file.write(text)
-        os.replace(partial, path)
-    except BaseException:
-        partial.unlink(missing_ok=True)
-        raise
 
 
 class _Dumper(yaml.SafeDumper):

@@ -1,6 +1,7 @@
 """What `hunav tree` does: shows, checks and converts behavior trees."""
 
 from collections.abc import Sequence
+import errno
 from pathlib import Path
 import sys
 
@@ -10,6 +11,7 @@ from hunav_drake.systems.behavior import (
     LoadTree,
     RenderBehaviorTree,
 )
+from hunav_drake.systems.files import atomic_write
 
 # The exit codes.
 DONE, BAD_INPUT = 0, 2
@@ -93,7 +95,9 @@ def convert(
     if output is None:
         print(text, end="")
         return DONE
-    with output.open("w" if force else "x", encoding="utf-8") as stream:
-        stream.write(text)
+    if output.exists() and not force:
+        raise FileExistsError(errno.EEXIST, "exists already", str(output))
+    with atomic_write(output) as stream:
+        stream.write(text.encode())
     print(f"Wrote {output}")
     return DONE

@@ -1,8 +1,9 @@
 """Registers of parts that are chosen by name, with parameters."""
 
 from collections.abc import Callable, Iterator, Mapping
-import difflib
 from typing import Any
+
+from hunav_drake.systems.suggest import did_you_mean
 
 
 class Registry(Mapping[str, type[Any]]):
@@ -51,8 +52,7 @@ class Registry(Mapping[str, type[Any]]):
                 is outside its range.
         """
         if name not in self._parts:
-            near = difflib.get_close_matches(name, self._parts, 1)
-            hint = f"; did you mean {near[0]!r}?" if near else ""
+            hint = did_you_mean(name, self._parts)
             known = ", ".join(sorted(self._parts))
             raise ValueError(
                 f"no {self._kind} {name!r}{hint} (there are: {known})"

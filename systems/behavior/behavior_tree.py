@@ -16,6 +16,7 @@ from pydrake.systems.framework import (
 from hunav_drake.systems.behavior.person import Person
 from hunav_drake.systems.behavior.tree import Outcome, Tree
 from hunav_drake.systems.callbacks import weakly
+from hunav_drake.systems.checks import check_count, check_time_step
 from hunav_drake.systems.crowd.human_config import HumanConfig
 from hunav_drake.systems.layout import COMMAND_SIZE, STATE_SIZE
 from hunav_drake.systems.obstacles import Obstacles
@@ -84,10 +85,8 @@ class BehaviorTree(LeafSystem):
                 f"index must be in [0, {num_humans}), the number of people,"
                 f" got {index}"
             )
-        if num_robots < 0:
-            raise ValueError(f"num_robots must be >= 0, got {num_robots}")
-        if not time_step > 0:
-            raise ValueError(f"time_step must be positive, got {time_step} s")
+        check_count("num_robots", num_robots)
+        check_time_step(time_step)
         self._tree = tree
         self._person = Person.from_config(
             human, index, time_step=time_step, obstacles=obstacles

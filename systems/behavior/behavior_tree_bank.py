@@ -17,6 +17,7 @@ from pydrake.systems.framework import (
 from hunav_drake.systems.behavior.person import Person
 from hunav_drake.systems.behavior.tree import Outcome, Tree
 from hunav_drake.systems.callbacks import weakly
+from hunav_drake.systems.checks import check_count, check_time_step
 from hunav_drake.systems.crowd.human_config import HumanConfig
 from hunav_drake.systems.layout import COMMAND_SIZE, STATE_SIZE
 from hunav_drake.systems.obstacles import Obstacles
@@ -68,7 +69,7 @@ class BehaviorTreeBank(LeafSystem):
 
         Raises:
             ValueError: If there are not as many trees as people, or
-                ``time_step`` is not positive.
+                ``time_step`` is not positive, or ``num_robots`` negative.
         """
         super().__init__()
         if len(trees) != len(humans):
@@ -76,8 +77,8 @@ class BehaviorTreeBank(LeafSystem):
                 f"there must be a tree for each of {len(humans)} people, got"
                 f" {len(trees)}"
             )
-        if not time_step > 0:
-            raise ValueError(f"time_step must be positive, got {time_step} s")
+        check_time_step(time_step)
+        check_count("num_robots", num_robots)
         n = len(humans)
         self._people = [
             (

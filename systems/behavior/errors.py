@@ -1,8 +1,9 @@
 """What a faulty tree raises."""
 
 from collections.abc import Iterable
-import difflib
 from typing import NamedTuple
+
+from hunav_drake.systems import suggest
 
 
 class Place(NamedTuple):
@@ -24,6 +25,7 @@ class BehaviorTreeError(ValueError):
     """A fault in a behavior tree.
 
     Attributes:
+        message: What is wrong, without the place.
         place: Where it is.
         node: The name of the XML element or node; empty for a whole file.
         nearest: The known name that is nearest to an unknown one, or None.
@@ -39,6 +41,7 @@ class BehaviorTreeError(ValueError):
     ) -> None:
         subject = f"<{node}>: " if node else ""
         super().__init__(f"{place}: {subject}{message}")
+        self.message = f"{subject}{message}"
         self.place = place
         self.node = node
         self.nearest = nearest
@@ -57,9 +60,9 @@ def unknown(
         node: The XML element where it is.
     """
     names = sorted(known)
-    close = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
-    if close:
-        remedy = f"did you mean {close[0]!r}?"
+    near = suggest.nearest(name, names)
+    if near:
+        remedy = f"did you mean {near!r}?"
     elif names:
         remedy = f"there is {', '.join(names)}"
     else:
@@ -68,5 +71,5 @@ def unknown(
         f"there is no {what} {name!r}; {remedy}",
         place,
         node=node,
-        nearest=close[0] if close else None,
+        nearest=near,
     )

@@ -200,7 +200,7 @@ def _tree(documents: Documents, file: str, values: Mapping[str, Any]) -> Tree:
             }
             without = {**alone, name: ports[name].default or texts[name]}
             if _parses(documents, without) and not _parses(documents, alone):
-                message = str(error).removeprefix(f"{error.place}: ")
+                message = error.message
                 raise TreePortError(message, place, port=name) from error
         raise
 

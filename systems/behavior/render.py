@@ -11,6 +11,7 @@ from hunav_drake.systems.behavior.describe import describe_ports
 from hunav_drake.systems.behavior.node import Node
 from hunav_drake.systems.behavior.status import Status
 from hunav_drake.systems.behavior.tree import Tree
+from hunav_drake.systems.files import atomic_write
 
 # Colors that colorblind people can tell apart: fill, line. (M. Okabe and
 # K. Ito, "Color Universal Design", 2008; the fills are lighter, for the text.)
@@ -119,16 +120,18 @@ class TreeDrawing:
         path = Path(path)
         ending = path.suffix.removeprefix(".")
         if ending == "txt":
-            path.write_text(self.text + "\n", encoding="utf-8")
+            data = f"{self.text}\n".encode()
         elif ending == "dot":
-            path.write_text(self.graph().to_string(), encoding="utf-8")
+            data = self.graph().to_string().encode()
         elif ending not in ("svg", "png", "pdf"):
             raise ValueError(
                 "a drawing is saved as .svg, .png, .pdf, .dot or .txt, got"
                 f" {str(path)!r}"
             )
         else:
-            path.write_bytes(self._drawn(ending))
+            data = self._drawn(ending)
+        with atomic_write(path) as file:
+            file.write(data)
 
     def _drawn(self, ending: str) -> bytes:
         if shutil.which("dot") is None:

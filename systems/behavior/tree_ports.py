@@ -128,7 +128,7 @@ def _port_text(
     if port is None:
         error = unknown("port", name, ports, place, "")
         raise TreePortError(
-            str(error).removeprefix(f"{place}: "),
+            error.message,
             place,
             port=name,
             nearest=error.nearest,

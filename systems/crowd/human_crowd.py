@@ -17,6 +17,7 @@ from pydrake.systems.framework import (
 )
 from pydrake.systems.scalar_conversion import TemplateSystem
 
+from hunav_drake.systems.checks import check_count, check_time_step
 from hunav_drake.systems.crowd import numpy_model
 from hunav_drake.systems.crowd.crowd_config import CrowdConfig
 from hunav_drake.systems.crowd.human_config import HumanConfig
@@ -118,12 +119,8 @@ def HumanCrowd_(T: Any) -> type:
                     one without the derivatives that AutoDiffXd asks for.
             """
             LeafSystem_[T].__init__(self, converter=converter)
-            if not time_step > 0:
-                raise ValueError(
-                    f"time_step must be positive, got {time_step} s"
-                )
-            if num_robots < 0:
-                raise ValueError(f"num_robots must be >= 0, got {num_robots}")
+            check_time_step(time_step)
+            check_count("num_robots", num_robots)
             n = len(humans)
             self._humans = tuple(humans)
             self._obstacles = obstacles or Obstacles.from_shapes([], solid=[])

@@ -19,6 +19,7 @@ from pydrake.systems.framework import (
 
 from hunav_drake.systems.angles import wrap_angle
 from hunav_drake.systems.callbacks import weakly
+from hunav_drake.systems.checks import count_steps
 from hunav_drake.systems.crowd.human_config import HumanConfig
 from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.systems.evaluation.samples import Sample
@@ -133,13 +134,11 @@ class Evaluator(LeafSystem):
                 f" {start!r}"
             )
         if not timeout > 0:
-            raise ValueError(
-                f"Evaluator: timeout must be positive, got {timeout} s"
-            )
+            raise ValueError(f"timeout must be positive, got {timeout} s")
         self._start = start
         self._stop_at_goal = stop_at_goal
         self._timeout = timeout
-        self._every = _check_decimation(time_step, period)
+        self._every = count_steps(period, time_step)
         self._time_step = time_step
         self._static: dict[str, Any] = {
             "human_names": tuple(
@@ -362,20 +361,3 @@ class Evaluator(LeafSystem):
 
     def _CalcRecording(self, context: Context, output: AbstractValue) -> None:
         output.set_value(self.GetRecording(context))
-
-
-def _check_decimation(time_step: float, period: float) -> int:
-    """Returns how many time steps make one period."""
-    if not (0 < time_step < math.inf and 0 < period < math.inf):
-        raise ValueError(
-            "Evaluator: time_step and period must be positive, got"
-            f" {time_step} s and {period} s"
-        )
-    every = round(period / time_step)
-    if every < 1 or abs(every * time_step - period) > 1e-9 * period:
-        raise ValueError(
-            f"Evaluator: period must be a multiple of the time step"
-            f" {time_step} s, got {period} s; the nearest is"
-            f" {max(every, 1) * time_step:g} s"
-        )
-    return every

@@ -12,7 +12,6 @@ A metric of your own is one decorated function of a recording::
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-import difflib
 import inspect
 from typing import Any, Literal
 
@@ -21,6 +20,7 @@ from numpy.typing import NDArray
 
 from hunav_drake.systems.evaluation.names import TABLE_I
 from hunav_drake.systems.evaluation.recording import Recording
+from hunav_drake.systems.suggest import nearest
 
 Array = NDArray[np.float64]
 Direction = Literal["lower", "higher", "none"]
@@ -186,9 +186,9 @@ def _by_alias(name: str) -> Metric | None:
 def _unknown(name: object) -> str:
     known = [*METRICS, *_selections()]
     known += [alias for m in METRICS.values() for alias in m.aliases]
-    near = difflib.get_close_matches(str(name), known, n=1)
+    near = nearest(str(name), known)
     return (
         f"there is no metric or family {name!r}; "
-        + (f"did you mean {near[0]!r}? " if near else "")
+        + (f"did you mean {near!r}? " if near else "")
         + f"Families: {', '.join(_selections())}"
     )

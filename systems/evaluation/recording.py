@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, replace
-import difflib
 from functools import cached_property
 import math
 from pathlib import Path
@@ -17,6 +16,7 @@ from hunav_drake.systems.evaluation.encounters import Encounters
 from hunav_drake.systems.evaluation.way import Way
 from hunav_drake.systems.layout import RADIUS, STATE_SIZE, X, Y
 from hunav_drake.systems.obstacles import Obstacles
+from hunav_drake.systems.suggest import did_you_mean
 
 Array = NDArray[np.float64]
 
@@ -177,10 +177,9 @@ class Recording:
         """
         chosen = [i for i, b in enumerate(self.behaviors) if b == behavior]
         if not chosen:
-            near = difflib.get_close_matches(behavior, self.behaviors, n=1)
             raise ValueError(
                 f"nobody in the recording has the behavior {behavior!r}"
-                + (f"; did you mean {near[0]!r}?" if near else "")
+                + did_you_mean(behavior, self.behaviors)
             )
 
         def pick(values: Sequence[Any]) -> tuple[Any, ...]:

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from hunav_drake.systems.evaluation.files import atomic_write
+from hunav_drake.systems.files import atomic_write
 from hunav_drake.systems.obstacles import Obstacles
 
 FORMAT = "hunav_drake recording 1"

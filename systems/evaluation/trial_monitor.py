@@ -13,6 +13,7 @@ from pydrake.systems.framework import (
 )
 
 from hunav_drake.systems.angles import wrap_angle
+from hunav_drake.systems.checks import check_number, check_time_step
 from hunav_drake.systems.layout import STATE_SIZE, YAW, X, Y
 
 
@@ -66,12 +67,25 @@ class TrialMonitor(LeafSystem):
             stuck_time: In seconds.
             stuck_distance: In meters.
             time_step: The time between two updates, in seconds.
+
+        Raises:
+            ValueError: If a tolerance is negative, or something else is not
+                positive.
         """
         super().__init__()
-        self._goal_tolerance = goal_tolerance
-        self._goal_yaw_tolerance = goal_yaw_tolerance
-        self._stuck_time = stuck_time
-        self._stuck_distance = stuck_distance
+        self._goal_tolerance = check_number(
+            "goal_tolerance", goal_tolerance, "m"
+        )
+        self._goal_yaw_tolerance = check_number(
+            "goal_yaw_tolerance", goal_yaw_tolerance, "rad"
+        )
+        self._stuck_time = check_number(
+            "stuck_time", stuck_time, "s", low_open=True
+        )
+        self._stuck_distance = check_number(
+            "stuck_distance", stuck_distance, "m", low_open=True
+        )
+        check_time_step(time_step)
         self._robot_state = self.DeclareVectorInputPort(
             "robot_state", STATE_SIZE
         )

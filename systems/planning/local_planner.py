@@ -10,6 +10,7 @@ from pydrake.systems.framework import (
     OutputPort,
 )
 
+from hunav_drake.systems.checks import check_count, count_steps
 from hunav_drake.systems.layout import STATE_SIZE
 from hunav_drake.systems.planning.planner import (
     Planner,
@@ -64,16 +65,11 @@ class LocalPlanner(LeafSystem):
                 trial moves at the same instants.
 
         Raises:
-            ValueError: If the period is not a multiple of ``time_step``.
+            ValueError: If ``time_step`` is not positive or the period not a
+                multiple of it, or ``num_humans`` is negative.
         """
         super().__init__()
-        ratio = task.period / time_step
-        self._ticks_per_cycle = round(ratio)
-        if abs(ratio - self._ticks_per_cycle) > 1e-6 or ratio < 0.5:
-            raise ValueError(
-                f"the planner's period must be a multiple of time_step"
-                f" {time_step} s, got {task.period} s"
-            )
+        self._ticks_per_cycle = count_steps(task.period, time_step)
         self._planner = planner
         self._task = task
         self._time_step = time_step
@@ -82,7 +78,7 @@ class LocalPlanner(LeafSystem):
             "robot_state", STATE_SIZE
         )
         self._human_states = self.DeclareVectorInputPort(
-            "human_states", num_humans * STATE_SIZE
+            "human_states", check_count("num_humans", num_humans) * STATE_SIZE
         )
         self._goal = self.DeclareVectorInputPort("goal", 3)
         self._state = self.DeclareDiscreteState(3 + planner.memory_size)

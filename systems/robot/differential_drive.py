@@ -14,6 +14,7 @@ from pydrake.systems.framework import (
 )
 
 from hunav_drake.systems.angles import wrap_angle
+from hunav_drake.systems.checks import check_time_step
 from hunav_drake.systems.layout import STATE_SIZE
 from hunav_drake.systems.robot.robot_config import RobotConfig
 
@@ -51,9 +52,7 @@ class DifferentialDrive(LeafSystem):
             ValueError: If ``time_step`` is not positive.
         """
         super().__init__()
-        if not time_step > 0:
-            raise ValueError(f"time_step must be positive, got {time_step} s")
-        self._time_step = time_step
+        self._time_step = check_time_step(time_step)
         self._radius = config.radius
         self._limits = config.limits
 

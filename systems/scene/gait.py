@@ -6,11 +6,11 @@ because it runs once per step also when nobody looks.
 
 import math
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from hunav_drake.systems.layout import STATE_SIZE, VX, VY, YAW, X, Y
+from hunav_drake.systems.nearest import jit
 
 Array = NDArray[np.float64]
 
@@ -61,7 +61,7 @@ def initial_gait(n: int) -> Array:
     return gait.ravel()
 
 
-@numba.njit(cache=True)
+@jit
 def advance_gait(gait: Array, human_states: Array, time_step: float) -> Array:
     """Returns the gait one step later.
 
@@ -93,7 +93,7 @@ def advance_gait(gait: Array, human_states: Array, time_step: float) -> Array:
     return result
 
 
-@numba.njit(cache=True)
+@jit
 def pose_figures(gait: Array, human_states: Array) -> Array:
     """Returns the positions of the figures of all people.
 
@@ -134,7 +134,7 @@ def pose_figures(gait: Array, human_states: Array) -> Array:
     return result
 
 
-@numba.njit(cache=True)
+@jit
 def _reach(hip: float, knee: float) -> float:
     """Returns how far below the hip the lower of heel and toe is, in m."""
     shin = hip - knee

@@ -14,6 +14,7 @@ from pydrake.multibody.tree import Joint
 from pydrake.systems.framework import DiagramBuilder, InputPort, OutputPort
 from pydrake.systems.rendering import MultibodyPositionToGeometryPose
 
+from hunav_drake.systems.checks import check_number, check_time_step
 from hunav_drake.systems.crowd.human_config import HumanConfig
 from hunav_drake.systems.robot.robot_config import RobotConfig
 from hunav_drake.systems.scene.bounds import scene_bounds
@@ -109,11 +110,8 @@ def AddScene(
             'AddScene: the builder has a system named "scene" already; a'
             " diagram holds one scene."
         )
-    for name, value in (("time_step", time_step), ("frame_rate", frame_rate)):
-        if not (value > 0 and math.isfinite(value)):
-            raise ValueError(
-                f"AddScene: {name} must be positive and finite, got {value}"
-            )
+    check_time_step(time_step)
+    check_number("frame_rate", frame_rate, "Hz", low_open=True)
     inner = DiagramBuilder()
     scene_graph = inner.AddNamedSystem("scene_graph", SceneGraph())
     plant = MultibodyPlant(time_step=0.0)

@@ -11,6 +11,7 @@ from pydrake.systems.framework import (
     OutputPort,
 )
 
+from hunav_drake.systems.checks import check_time_step
 from hunav_drake.systems.layout import STATE_SIZE, YAW
 from hunav_drake.systems.scene.gait import (
     advance_gait,
@@ -65,7 +66,7 @@ class SceneKinematics(LeafSystem):
             robot_positions if self._has_robot else [], dtype=np.int64
         )
         self._num_positions = num_positions
-        self._time_step = time_step
+        self._time_step = check_time_step(time_step)
 
         self._human_states = self.DeclareVectorInputPort(
             "human_states", STATE_SIZE * len(self._human_positions)

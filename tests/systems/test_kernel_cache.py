@@ -11,7 +11,11 @@ FOLDER = Path(nearest.__file__).parent
 @pytest.fixture
 def sources(tmp_path):
     (tmp_path / "block" / "__pycache__").mkdir(parents=True)
-    (tmp_path / "shared.py").write_text("import numba # njit 1")
+    (tmp_path / "shared.py").write_text(
+        "import numba # njit 1\n"
+        "from hunav_drake.systems.block.constants import ONE\n"
+    )
+    (tmp_path / "block" / "constants.py").write_text("ONE = 1")
     (tmp_path / "block" / "plain.py").write_text("pass")
     return tmp_path
 
@@ -30,13 +34,21 @@ def test_a_change_of_one_source_drops_what_all_compiled_to(sources):
     assert not compiled.exists()
 
 
+def test_a_change_of_a_constant_drops_it_too(sources):
+    stamp = sources / "__pycache__" / "stamp"
+    assert drop_stale_kernels(sources, stamp)
+    (sources / "block" / "constants.py").write_text("ONE = 2")
+    assert drop_stale_kernels(sources, stamp)
+    assert not drop_stale_kernels(sources, stamp)
+
+
 def test_a_folder_that_cannot_be_written_is_no_error(sources):
     stamp = sources / "shared.py" / "stamp"
     assert drop_stale_kernels(sources, stamp)
 
 
 # They compile in nothing of another file.
-ALONE = {"nearest.py", "elementary.py", "gait.py"}
+ALONE = {"nearest.py", "elementary.py"}
 
 
 def test_whatever_is_compiled_imports_the_check_first():

@@ -337,7 +337,7 @@ def test_a_moved_world_moves_the_same_way(mirrored):
 def test_bad_arguments_are_refused():
     with pytest.raises(ValueError, match="time_step must be positive"):
         HumanCrowd([], time_step=0.0)
-    with pytest.raises(ValueError, match="num_robots must be >= 0"):
+    with pytest.raises(ValueError, match="num_robots must be at least 0"):
         HumanCrowd([], num_robots=-1)
     with pytest.raises(ValueError, match="num_robots=0"):
         HumanCrowd([], num_robots=0).get_robot_state_input_port()

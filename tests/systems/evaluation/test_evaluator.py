@@ -370,8 +370,8 @@ def test_a_state_that_is_not_finite_is_an_error_in_the_recording():
 @pytest.mark.parametrize(
     ("kwargs", "message"),
     [
-        ({"period": 0.12}, "multiple of the time step 0.05 s, got 0.12 s"),
-        ({"period": 0.02}, "the nearest is 0.05 s"),
+        ({"period": 0.12}, "multiple of time_step"),
+        ({"period": 0.02}, "nearest: 0.05"),
         ({"period": 0.0}, "must be positive"),
         ({"time_step": -0.1}, "must be positive"),
         ({"period": math.inf}, "must be positive"),

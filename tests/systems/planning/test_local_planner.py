@@ -108,7 +108,7 @@ def test_only_the_state_enters_the_command():
 
 
 def test_a_period_between_two_steps_is_refused():
-    with pytest.raises(ValueError, match=r"multiple of time_step 0\.05 s"):
+    with pytest.raises(ValueError, match="multiple of time_step"):
         LocalPlanner(Counter(), make_task(0.12), num_humans=0)
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+import errno
 import os
 from pathlib import Path
 import secrets
@@ -22,14 +23,21 @@ def atomic_write(path: str | Path) -> Iterator[BinaryIO]:
         A binary file to write to.
 
     Raises:
-        OSError: If the file cannot be written.
+        OSError: If the file cannot be written; it names ``path``.
     """
-    path = Path(path)
+    target = Path(path).resolve()
+    if target.exists() and not target.is_file():
+        raise OSError(errno.EINVAL, "Not a regular file", str(path))
     # Beside the target, since only within one file system a rename is atomic.
-    draft = path.with_name(f".{path.name}.{secrets.token_hex(8)}.tmp")
+    draft = target.with_name(f".{target.name}.{secrets.token_hex(8)}.tmp")
     try:
         with draft.open("xb") as file:
             yield file
-        os.replace(draft, path)
+        os.replace(draft, target)
+    except OSError as error:
+        if error.filename != str(draft):
+            raise
+        # Nobody knows the draft by its name.
+        raise OSError(error.errno, error.strerror, str(path)) from error
     finally:
         draft.unlink(missing_ok=True)

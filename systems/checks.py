@@ -1,0 +1,86 @@
+"""The checks that the systems make of their arguments.
+
+Drake ends the process, without a word that Python could catch, on some values
+that are not finite; so nothing of the kind gets through to it.
+"""
+
+import math
+
+
+def check_number(
+    name: str,
+    value: float,
+    unit: str = "",
+    *,
+    low: float = 0.0,
+    low_open: bool = False,
+) -> float:
+    """Returns a number that is finite and at least a bound.
+
+    Args:
+        name: What it is called in the message.
+        value: The number.
+        unit: Its unit, for the message.
+        low: The bound.
+        low_open: Whether the bound itself is outside.
+
+    Raises:
+        ValueError: If it is not.
+    """
+    if math.isfinite(value) and (value > low if low_open else value >= low):
+        return value
+    if low == 0.0:
+        rule = "positive" if low_open else "at least 0"
+    else:
+        rule = f"{'above' if low_open else 'at least'} {low:g}"
+    raise ValueError(f"{name} must be {rule}, got {value} {unit}".rstrip())
+
+
+def check_time_step(value: float) -> float:
+    """Returns a time step, which is positive and finite, in seconds.
+
+    Raises:
+        ValueError: If it is not.
+    """
+    return check_number("time_step", value, "s", low_open=True)
+
+
+def check_count(name: str, value: int) -> int:
+    """Returns a number of things, which is not negative.
+
+    Raises:
+        ValueError: If it is.
+    """
+    if value < 0:
+        raise ValueError(f"{name} must be at least 0, got {value}")
+    return value
+
+
+def is_multiple(period: float, time_step: float) -> bool:
+    """Returns whether a period is some steps long, both in seconds."""
+    count = max(1, round(period / time_step))
+    return abs(period - count * time_step) <= 1e-9 * period
+
+
+def nearest_multiples(period: float, time_step: float) -> str:
+    """Returns what the period may be instead, for a message."""
+    below = max(1, math.floor(period / time_step)) * time_step
+    above = math.ceil(period / time_step) * time_step
+    return " or ".join(dict.fromkeys((f"{below:.9g}", f"{above:.9g}")))
+
+
+def count_steps(period: float, time_step: float) -> int:
+    """Returns how many steps a period takes, both in seconds.
+
+    Raises:
+        ValueError: If one is not positive, or the period not a multiple of
+            the step.
+    """
+    check_time_step(time_step)
+    check_number("period", period, "s", low_open=True)
+    if not is_multiple(period, time_step):
+        raise ValueError(
+            f"period must be a multiple of time_step ({time_step} s), got"
+            f" {period} s; nearest: {nearest_multiples(period, time_step)}"
+        )
+    return round(period / time_step)
