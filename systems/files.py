@@ -1,7 +1,7 @@
 """Writing a file so that nobody ever sees half of it."""
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 import errno
 import os
 from pathlib import Path
@@ -40,4 +40,5 @@ def atomic_write(path: str | Path) -> Iterator[BinaryIO]:
         # Nobody knows the draft by its name.
         raise OSError(error.errno, error.strerror, str(path)) from error
     finally:
-        draft.unlink(missing_ok=True)
+        with suppress(OSError):
+            draft.unlink()
