@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 from hunav_drake.systems.lazy import lazy_exports
 
 if TYPE_CHECKING:
+    from hunav_drake.context_file import LoadContext, SaveContext
     from hunav_drake.humans import AddHumans, HumanPorts, MakeHumans
     from hunav_drake.plots import plot_forces
     from hunav_drake.recording_readers import ReadRecording
@@ -35,6 +36,7 @@ __all__ = [
     "HumanConfig",
     "HumanPorts",
     "ListScenarios",
+    "LoadContext",
     "LoadResults",
     "LoadScenario",
     "MakeHumans",
@@ -42,6 +44,7 @@ __all__ = [
     "MakeTrialSimulator",
     "ReadRecording",
     "RunTrial",
+    "SaveContext",
     "SaveScenario",
     "Scenario",
     "ScenarioError",
@@ -61,6 +64,7 @@ __getattr__ = lazy_exports(
         "HumanConfig": "hunav_drake.systems.crowd",
         "HumanPorts": "hunav_drake.humans",
         "ListScenarios": "hunav_drake.scenario",
+        "LoadContext": "hunav_drake.context_file",
         "LoadResults": "hunav_drake.report",
         "LoadScenario": "hunav_drake.scenario",
         "MakeHumans": "hunav_drake.humans",
@@ -68,6 +72,7 @@ __getattr__ = lazy_exports(
         "MakeTrialSimulator": "hunav_drake.simulation",
         "ReadRecording": "hunav_drake.recording_readers",
         "RunTrial": "hunav_drake.simulation",
+        "SaveContext": "hunav_drake.context_file",
         "SaveScenario": "hunav_drake.scenario",
         "Scenario": "hunav_drake.scenario",
         "ScenarioError": "hunav_drake.scenario",

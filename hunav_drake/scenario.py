@@ -73,7 +73,7 @@ __all__ = [
 def LoadScenario(
     *,
     filename: str | Path | None = None,
-    data: str | None = None,
+    data: str | bytes | None = None,
     scenario_name: str | None = None,
     overrides: Mapping[str, str] | Sequence[str] = (),
 ) -> Scenario:
@@ -107,7 +107,7 @@ def LoadScenario(
     document = (
         _read(filename)
         if filename is not None
-        else parse_yaml(str(data), name="data")
+        else parse_yaml(data or "", name="data")
     )
     if document.root is None:
         raise ScenarioError(document.name, document_faults(document))
@@ -138,7 +138,8 @@ def ListScenarios() -> dict[str, str]:
     result = {}
     for name in _shipped_names():
         document = _read_shipped(name)
-        result[name] = str(document.plain(("description",)) or "")
+        text = str(document.plain(("description",)) or "")
+        result[name] = " ".join(text.split())
     return result
 
 
@@ -211,9 +212,18 @@ def _override(
 
 def _prefix(document: YamlDocument, scenario_name: str | None) -> Loc:
     """Returns the way to the scenario of a name; checks that it is there."""
-    if scenario_name is None:
-        return ()
     content = document.root.value if document.root else None
+    if scenario_name is None:
+        if names := _several(content):
+            fault = Fault(
+                document.name,
+                0,
+                "",
+                "holds several scenarios: choose one by scenario_name, or"
+                f" --name: {', '.join(map(shown, names[:20]))}",
+            )
+            raise ScenarioError(document.name, [fault])
+        return ()
     if isinstance(content, dict) and scenario_name in content:
         return (scenario_name,)
     names = list(content) if isinstance(content, dict) else []
@@ -225,6 +235,18 @@ def _prefix(document: YamlDocument, scenario_name: str | None) -> Loc:
         f" {suggestion(scenario_name, names[:100])}",
     )
     raise ScenarioError(document.name, [*document_faults(document), fault])
+
+
+def _several(content: Any) -> list[str]:
+    """Returns the names of scenarios, if those are all that a file holds."""
+    parts = {field.name for field in dc.fields(Scenario)}
+    if not isinstance(content, dict) or not content or parts & set(content):
+        return []
+    for _, node in content.values():
+        keys = node.value
+        if not isinstance(keys, dict) or not parts & set(keys):
+            return []
+    return list(content)
 
 
 def _inside(locs: Sequence[Loc], prefix: Loc) -> list[Loc]:

@@ -44,7 +44,13 @@ def CheckScenario(scenario: Scenario) -> None:
     Raises:
         ScenarioError: If something does not fit the schema, or cannot be
             simulated. The place of each fault is "scenario".
+        TypeError: If it is no Scenario at all.
     """
+    if not isinstance(scenario, Scenario):
+        raise TypeError(
+            f"a Scenario is needed, got {type(scenario).__name__};"
+            " LoadScenario(filename='passing') gives one"
+        )
     data = dc.asdict(scenario)
     _, findings = build_scenario(data, ALL_CHECKS)
     if findings:

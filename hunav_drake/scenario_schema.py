@@ -7,7 +7,7 @@ default written here.
 from dataclasses import field
 from typing import Annotated
 
-from pydantic import Field, StrictFloat, StrictInt, StrictStr
+from pydantic import Field, StrictFloat, StrictStr
 from pydantic.dataclasses import dataclass
 
 from hunav_drake.systems.crowd.crowd_config import CrowdConfig
@@ -15,7 +15,7 @@ from hunav_drake.systems.crowd.human_config import HumanConfig
 from hunav_drake.systems.evaluation.evaluator_config import EvaluatorConfig
 from hunav_drake.systems.planning.planner_config import PlannerConfig
 from hunav_drake.systems.robot.robot_config import RobotConfig
-from hunav_drake.systems.schema import CONFIG, within
+from hunav_drake.systems.schema import CONFIG, Integer, Name, within
 from hunav_drake.systems.world import World
 
 
@@ -24,7 +24,7 @@ class SimulationConfig:
     """How long and how finely the trial runs."""
 
     # The one step of everything, in seconds.
-    time_step: Annotated[StrictFloat, within(0, 0.5, "s", low_open=True)] = 0.05
+    time_step: Annotated[StrictFloat, within(1e-4, 0.5, "s")] = 0.05
 
     # The trial ends after this time at the latest, in seconds.
     duration: Annotated[StrictFloat, within(0, 86400, "s", low_open=True)] = (
@@ -32,7 +32,7 @@ class SimulationConfig:
     )
 
     # All that is drawn at random follows from this number.
-    seed: Annotated[StrictInt, Field(ge=0, le=2**63 - 1)] = 0
+    seed: Annotated[Integer, Field(ge=0, le=2**63 - 1)] = 0
 
     # Each person starts up to this far from the given place, along x and
     # along y, in meters.
@@ -53,7 +53,7 @@ class Scenario:
     """A trial: a world, people, a robot with its planner, and an evaluator."""
 
     # What the trial is called in tables; by default as its file is.
-    name: Annotated[StrictStr, Field(max_length=64)] = ""
+    name: Name = ""
 
     # One line on what happens here.
     description: StrictStr = ""

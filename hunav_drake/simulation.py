@@ -3,8 +3,10 @@
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 import dataclasses
+import math
 from typing import TYPE_CHECKING
 
+from pydantic import ValidationError
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import (
     Context,
@@ -15,6 +17,7 @@ from pydrake.systems.framework import (
 from pydrake.systems.primitives import ConstantVectorSource
 
 from hunav_drake.humans import AddHumans
+from hunav_drake.interrupts import interrupts_between_steps
 from hunav_drake.results import (
     EndReason,
     MakeProvenance,
@@ -22,6 +25,7 @@ from hunav_drake.results import (
     TrialResult,
 )
 from hunav_drake.scenario import CheckScenario, SaveScenario, name_humans
+from hunav_drake.scenario_error import Fault, ScenarioError, shown
 from hunav_drake.scenario_schema import Scenario
 from hunav_drake.systems.crowd import HumanConfig
 from hunav_drake.systems.crowd.weights import draw_weights
@@ -182,15 +186,19 @@ def MakeTrialSimulator(
 ) -> Simulator:
     """Makes a simulator that ends a trial at the goal, or when it is stuck.
 
+    Once it has ended a trial, each further `AdvanceTo` goes on by one step.
+
     Args:
         diagram: From `MakeTrialDiagram`.
         context: Where to go on from: a clone of a Context of this diagram; by
-            default, the start.
+            default, the start. The simulator keeps it.
         progress: Called after each step with the time, in seconds.
     """
-    simulator = (
-        Simulator(diagram) if context is None else Simulator(diagram, context)
-    )
+    if context is None:
+        simulator = Simulator(diagram)
+    else:
+        _skip_done_updates(diagram, context)
+        simulator = Simulator(diagram, context)
     status = diagram.GetOutputPort("status")
 
     def monitor(root_context: Context) -> EventStatus:
@@ -199,10 +207,23 @@ def MakeTrialSimulator(
         value = TrialStatus(int(status.Eval(root_context)[0]))
         if value == TrialStatus.RUNNING:
             return EventStatus.DidNothing()
-        return EventStatus.ReachedTermination(diagram, _MESSAGES[value])
+        message = _MESSAGES[_REASONS[value]]
+        return EventStatus.ReachedTermination(diagram, message)
 
     simulator.set_monitor(monitor)
     return simulator
+
+
+def _skip_done_updates(diagram: Diagram, context: Context) -> None:
+    """Keeps a new simulator from repeating the updates of an instant.
+
+    A simulator begins with those of the present instant. Where they are done,
+    as after a second `AdvanceTo` to one time, it may begin just after it.
+    """
+    monitor = diagram.GetSubsystemByName("monitor")
+    if monitor.HasUpdated(monitor.GetMyContextFromRoot(context)):
+        present = context.get_time()
+        context.SetTime(max(math.nextafter(present, math.inf), 1e-15))
 
 
 def RunTrial(
@@ -229,20 +250,37 @@ def RunTrial(
     Raises:
         ScenarioError: If the scenario cannot be simulated.
     """
+    CheckScenario(scenario)
     if seed is not None:
-        scenario = dataclasses.replace(
-            scenario,
-            simulation=dataclasses.replace(scenario.simulation, seed=seed),
-        )
+        scenario = _reseed(scenario, seed)
     diagram = MakeTrialDiagram(scenario, meshcat)
-    simulator = MakeTrialSimulator(diagram, progress=progress)
-    simulator.set_target_realtime_rate(realtime_rate)
-    with _recording(diagram, meshcat, live=realtime_rate > 0):
+    with (
+        interrupts_between_steps() as check_interrupt,
+        _recording(diagram, meshcat, live=realtime_rate > 0),
+    ):
+
+        def step(seconds: float) -> None:
+            check_interrupt()
+            if progress is not None:
+                progress(seconds)
+
+        simulator = MakeTrialSimulator(diagram, progress=step)
+        simulator.set_target_realtime_rate(realtime_rate)
         simulator.AdvanceTo(scenario.simulation.duration)
         if meshcat is not None:
             # Frames come at their own times; the last instant is one too.
             diagram.ForcedPublish(simulator.get_context())
     return GetTrialResult(scenario, diagram, simulator.get_context())
+
+
+def _reseed(scenario: Scenario, seed: int) -> Scenario:
+    try:
+        simulation = dataclasses.replace(scenario.simulation, seed=seed)
+    except ValidationError as error:
+        rule = f"must be a whole number in [0, 2^63), got {shown(seed)}"
+        fault = Fault("RunTrial", 0, "seed", rule)
+        raise ScenarioError("RunTrial", [fault]) from error
+    return dataclasses.replace(scenario, simulation=simulation)
 
 
 def GetTrialResult(
@@ -256,6 +294,10 @@ def GetTrialResult(
         context: A Context of that diagram.
     """
     status = TrialStatus(int(diagram.GetOutputPort("status").Eval(context)[0]))
+    reason = _REASONS[status]
+    duration = scenario.simulation.duration
+    if reason == "running" and context.get_time() >= duration * (1 - 1e-9):
+        reason = "timeout"
     evaluator = diagram.GetSubsystemByName("evaluator")
     recording = evaluator.GetRecording(evaluator.GetMyContextFromRoot(context))
     return MakeTrialResult(
@@ -267,8 +309,8 @@ def GetTrialResult(
             seed=scenario.simulation.seed,
             planner=scenario.planner.name,
         ),
-        end_reason=_REASONS[status],
-        end_message=_MESSAGES[status],
+        end_reason=reason,
+        end_message=_MESSAGES[reason],
     )
 
 
@@ -286,15 +328,16 @@ def _recording(
 
 
 _REASONS: dict[TrialStatus, EndReason] = {
-    TrialStatus.RUNNING: "timeout",
+    TrialStatus.RUNNING: "running",
     TrialStatus.GOAL: "goal",
     TrialStatus.STUCK: "stuck",
 }
 
-_MESSAGES = {
-    TrialStatus.RUNNING: "the time is over",
-    TrialStatus.GOAL: "the robot has reached its goal",
-    TrialStatus.STUCK: "the robot no longer gets anywhere",
+_MESSAGES: dict[EndReason, str] = {
+    "running": "the trial is not over",
+    "timeout": "the time is over",
+    "goal": "the robot has reached its goal",
+    "stuck": "the robot no longer gets anywhere",
 }
 
 

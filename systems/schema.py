@@ -7,13 +7,17 @@ words.
 
 from collections.abc import Sequence
 import math
+from numbers import Integral
 from typing import Annotated, Any
 
 from pydantic import (
     AfterValidator,
     BeforeValidator,
     ConfigDict,
+    Field,
     StrictFloat,
+    StrictInt,
+    StrictStr,
 )
 from pydantic_core import PydanticCustomError
 
@@ -62,6 +66,29 @@ def _as_tuple(value: Any) -> Any:
         return tuple(value)
     return value
 
+
+def _as_int(value: Any) -> Any:
+    """Takes NumPy's integers for integers; they are drawn from generators."""
+    if isinstance(value, Integral) and not isinstance(value, bool):
+        return int(value)
+    return value
+
+
+def one_line(value: str) -> str:
+    """Returns a text that can be shown in a terminal, in a line of its own.
+
+    Raises:
+        ValueError: If it has line breaks or control characters.
+    """
+    if not value.isprintable():
+        raise PydanticCustomError(
+            "one_line", "must be one line without control characters"
+        )
+    return value
+
+
+Integer = Annotated[StrictInt, BeforeValidator(_as_int)]
+Name = Annotated[StrictStr, Field(max_length=64), AfterValidator(one_line)]
 
 # Coordinates of a point in W, in meters: beyond 1e5 m the forces, which hang
 # on differences of positions, would lose digits.

@@ -5,13 +5,14 @@ from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, StrictStr
+from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from hunav_drake.systems.obstacles import Obstacles
 from hunav_drake.systems.schema import (
     CONFIG,
     Angle,
+    Name,
     Point,
     Points,
     PositiveLength,
@@ -26,7 +27,7 @@ class Box:
     shape: Literal["box"] = "box"
 
     # What it is called in messages and in the scene.
-    name: StrictStr = ""
+    name: Name = ""
 
     # The center, in meters.
     center: Point
@@ -54,7 +55,7 @@ class Polygon:
     """A solid simple polygon, in either direction of rotation."""
 
     shape: Literal["polygon"] = "polygon"
-    name: StrictStr = ""
+    name: Name = ""
 
     # The corners, three to a thousand, in meters; the last joins the first.
     points: Annotated[Points, Field(min_length=3, max_length=1000)]
@@ -70,7 +71,7 @@ class Polyline:
     """A thin wall along a line of points, drawn 5 cm thick."""
 
     shape: Literal["polyline"] = "polyline"
-    name: StrictStr = ""
+    name: Name = ""
 
     # The points, at least two, in meters.
     points: Annotated[Points, Field(min_length=2)]

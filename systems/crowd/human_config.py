@@ -3,7 +3,7 @@
 from dataclasses import field
 from typing import Annotated, Literal
 
-from pydantic import Field, StrictBool, StrictInt, StrictStr
+from pydantic import Field, StrictBool
 from pydantic.dataclasses import dataclass
 
 from hunav_drake.systems.crowd.behavior_config import (
@@ -14,6 +14,8 @@ from hunav_drake.systems.crowd.parameters import SocialForceParameters
 from hunav_drake.systems.schema import (
     CONFIG,
     BodyRadius,
+    Integer,
+    Name,
     Points,
     Pose,
     PositiveLength,
@@ -29,8 +31,8 @@ class HumanConfig:
     """One simulated person."""
 
     # Empty names and missing numbers are given out in order: "human_1", 1.
-    name: Annotated[StrictStr, Field(max_length=64)] = ""
-    id: Annotated[StrictInt, Field(ge=0, le=2**31 - 1)] | None = None
+    name: Name = ""
+    id: Annotated[Integer, Field(ge=0, le=2**31 - 1)] | None = None
 
     # The first pose (x, y, yaw) in W, in meters and radians.
     pose: Pose
@@ -51,7 +53,7 @@ class HumanConfig:
     radius: BodyRadius = 0.35
 
     # People with the same number (>= 0) walk together; -1 walks alone.
-    group_id: Annotated[StrictInt, Field(ge=-1, le=2**31 - 1)] = -1
+    group_id: Annotated[Integer, Field(ge=-1, le=2**31 - 1)] = -1
 
     # The points to walk to, one after the other, in meters.
     goals: Points = field(default_factory=list)

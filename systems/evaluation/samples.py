@@ -109,6 +109,40 @@ class Sample:
     def __deepcopy__(self, memo: Any) -> Self:
         return self
 
+    def to_arrays(self) -> dict[str, Array]:
+        """Returns all samples up to this one, as arrays by name."""
+        nodes = self.nodes()
+        status = [node.status for node in nodes if node.status is not None]
+        return {
+            "times": np.array([node.time for node in nodes]),
+            "robot": np.array([node.robot for node in nodes]),
+            "humans": np.array([node.humans for node in nodes]),
+            "has_status": np.array(
+                [node.status is not None for node in nodes], dtype=np.bool_
+            ),
+            "status": np.array(status),
+        }
+
+    def from_arrays(self, arrays: dict[str, Array]) -> Self:
+        """Returns the list that arrays were made of, for as many people."""
+        node = self.start(self.humans.size // STATE_SIZE)
+        status = iter(arrays["status"])
+        for time, robot, humans, has_status in zip(
+            arrays["times"].tolist(),
+            arrays["robot"],
+            arrays["humans"],
+            arrays["has_status"],
+            strict=True,
+        ):
+            node = type(self)(
+                node,
+                time,
+                robot.copy(),
+                humans.copy(),
+                next(status).copy() if has_status else None,
+            )
+        return node
+
     def nodes(self) -> list[Self]:
         """Returns the samples up to this one, in the order of time."""
         nodes = []

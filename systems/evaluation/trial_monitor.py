@@ -47,7 +47,8 @@ class TrialMonitor(LeafSystem):
     ``status`` gives a `TrialStatus`, at the very instant.
 
     The discrete state holds the place (x, y), the time since when the robot
-    is near it, and 1 once there is such a place.
+    is near it, and 1 once there is such a place; and, in a group of its own,
+    the time of the last update.
     """
 
     def __init__(
@@ -91,6 +92,7 @@ class TrialMonitor(LeafSystem):
         )
         self._goal = self.DeclareVectorInputPort("goal", 3)
         self._state = self.DeclareDiscreteState(4)
+        self._updated = self.DeclareDiscreteState([-math.inf])
         self._status = self.DeclareVectorOutputPort(
             "status",
             1,
@@ -117,6 +119,18 @@ class TrialMonitor(LeafSystem):
         """Returns the port that tells how the trial stands."""
         return self._status
 
+    def HasUpdated(self, context: Context) -> bool:
+        """Tells whether the updates of the present instant are done.
+
+        Drake does them at the start of the next step, or when
+        `Simulator.AdvanceTo` is told the present time.
+
+        Args:
+            context: This system's own context.
+        """
+        (time,) = context.get_discrete_state(self._updated).value()
+        return bool(time == context.get_time())
+
     def _CalcStatus(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector([self._EvalStatus(context)])
 
@@ -142,6 +156,7 @@ class TrialMonitor(LeafSystem):
         return TrialStatus.RUNNING
 
     def _Update(self, context: Context, discrete_state: DiscreteValues) -> None:
+        discrete_state.set_value(self._updated, [context.get_time()])
         robot = self._robot_state.Eval(context).tolist()
         state = context.get_discrete_state(self._state).value().tolist()
         near_x, near_y, _, known = state

@@ -384,7 +384,24 @@ CASES = {
         "simulation.seed",
         "at most 9223372036854775807, got 99999999999999999999",
     ),
-    "step": ("simulation: {time_step: 0}", 1, "time_step", "(0, 0.5] s, got"),
+    "step": (
+        "simulation: {time_step: 0}",
+        1,
+        "time_step",
+        "[0.0001, 0.5] s, got",
+    ),
+    "a name with an escape": (
+        'humans:\n  - {name: "\\e[31mred", pose: [0, 0, 0]}\n',
+        2,
+        "humans[0]",
+        "must be one line without control characters",
+    ),
+    "several scenarios": (
+        "a: {humans: []}\nb: {robot: {}}\n",
+        0,
+        "",
+        "holds several scenarios: choose one by scenario_name, or --name: 'a'",
+    ),
     "duration": (
         "simulation: {duration: 0.01}\n",
         1,

@@ -108,6 +108,25 @@ def test_a_clone_has_the_same_future(diagram):
     )
 
 
+@pytest.mark.parametrize(
+    "stops", [[2.0, 2.0], [0.0], [0.0, 0.0], [3.0, 3.0, 3.0], [2.03, 2.03]]
+)
+def test_a_clone_may_be_taken_after_the_updates_of_its_instant(
+    passing, diagram, stops
+):
+    """As when a cell of a notebook that calls `AdvanceTo` is run twice."""
+    whole = RunTrial(passing)
+    simulator = MakeTrialSimulator(diagram)
+    for time in stops:
+        simulator.AdvanceTo(time)
+    fork = MakeTrialSimulator(diagram, simulator.get_context().Clone())
+    part = GetTrialResult(passing, diagram, fork.get_context())
+    assert (part.end_reason, part.end_time) == ("running", stops[-1])
+    fork.AdvanceTo(passing.simulation.duration)
+    result = GetTrialResult(passing, diagram, fork.get_context())
+    assert result.recording == whole.recording
+
+
 def test_a_resumed_trial_has_the_same_result(passing, diagram):
     """The recording, too, lives in the Context."""
     whole = RunTrial(passing)
@@ -295,6 +314,36 @@ def test_the_outcome_does_not_hang_on_the_step(passing, time_step):
     np.testing.assert_allclose(
         result.recording.times[:-1], np.arange(len(result.recording.times) - 1)
     )
+
+
+def test_a_result_in_the_middle_says_so(passing, diagram):
+    simulator = MakeTrialSimulator(diagram)
+    simulator.AdvanceTo(2.0)
+    result = GetTrialResult(passing, diagram, simulator.get_context())
+    assert result.end_reason == "running"
+    assert result.end_message == "the trial is not over"
+    assert result.end_time == 2.0
+
+
+def test_a_seed_may_be_drawn_by_numpy(passing):
+    short = change(passing, simulation={"duration": 1.0})
+    drawn = RunTrial(short, np.random.default_rng(1).integers(9))
+    plain = RunTrial(short, int(np.random.default_rng(1).integers(9)))
+    assert drawn.recording == plain.recording
+    assert drawn.provenance["seed"] == plain.provenance["seed"]
+
+
+@pytest.mark.parametrize("seed", [-1, 1.5, 2**63, True, "1"])
+def test_a_wrong_seed_is_refused(passing, seed):
+    words = r"seed: must be a whole number in \[0, 2\^63\), got"
+    with pytest.raises(ScenarioError, match=words):
+        RunTrial(passing, seed)
+
+
+@pytest.mark.parametrize("function", [RunTrial, MakeTrialDiagram])
+def test_a_name_is_no_scenario(function):
+    with pytest.raises(TypeError, match=r"filename='passing'\) gives one"):
+        function("passing")
 
 
 def test_the_progress_is_told(passing):

@@ -1,0 +1,207 @@
+"""A Context in a file: to stop a trial today and to go on tomorrow."""
+
+from collections.abc import Iterator
+import json
+from pathlib import Path
+from typing import Any, Protocol, runtime_checkable
+import zipfile
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.systems.framework import Context, Diagram, System
+
+from hunav_drake.systems.files import atomic_write
+
+_FORMAT = "hunav_drake context 1"
+
+
+@runtime_checkable
+class Storable(Protocol):
+    """An abstract state that can be written as arrays, and read back."""
+
+    def to_arrays(self) -> dict[str, NDArray[Any]]:
+        """Returns all that the state is made of, by name."""
+
+    def from_arrays(self, arrays: dict[str, NDArray[Any]]) -> Any:
+        """Returns the state that arrays were made of; `self` stays."""
+
+
+def SaveContext(
+    diagram: Diagram, context: Context, filename: str | Path
+) -> Path:
+    """Writes a Context to a file, bit for bit.
+
+    The file (.npz) holds the time, the state and the numeric parameters of all
+    systems, among them the recording of an Evaluator, and the fixed values of
+    the diagram's input ports. It does not hold the diagram: keep the scenario,
+    or the code, beside it.
+
+    Args:
+        diagram: The root diagram.
+        context: Its Context.
+        filename: The file to write.
+
+    Returns:
+        The file.
+
+    Raises:
+        ValueError: If a system has an abstract state that is not `Storable`.
+        OSError: If the file cannot be written.
+    """
+    arrays = {
+        "format": np.array(_FORMAT),
+        "time": np.array(context.get_time()),
+        "systems": np.array(json.dumps(_layout(diagram, context))),
+    }
+    for i in range(diagram.num_input_ports()):
+        port = diagram.get_input_port(i)
+        if port.HasValue(context):
+            arrays[f"input/{i}"] = port.Eval(context)
+    for key, system in _leaves(diagram):
+        own = system.GetMyContextFromRoot(context)
+        for name, vector in _vectors(own):
+            arrays[f"{key}/{name}"] = vector.value()
+        for i in range(own.num_abstract_states()):
+            value = own.get_abstract_state(i).get_value()
+            if not isinstance(value, Storable):
+                raise ValueError(
+                    f"{system.GetSystemPathname()} has an abstract state of"
+                    f" type {type(value).__name__}, which cannot be saved: it"
+                    " lacks to_arrays() and from_arrays()"
+                )
+            for name, array in value.to_arrays().items():
+                arrays[f"{key}/abstract/{i}/{name}"] = array
+    path = Path(filename)
+    with atomic_write(path) as file:
+        np.savez(file, allow_pickle=False, **arrays)
+    return path
+
+
+def LoadContext(diagram: Diagram, filename: str | Path) -> Context:
+    """Reads a Context that `SaveContext` wrote.
+
+    Args:
+        diagram: A diagram made in the same way as the one that was saved: for
+            a trial, by `MakeTrialDiagram` from the same scenario.
+        filename: The file.
+
+    Returns:
+        A Context of the diagram, equal to the one that was saved.
+
+    Raises:
+        ValueError: If the file is not of that kind, or its systems are not
+            those of the diagram.
+        OSError: If the file cannot be read.
+    """
+    arrays = _read(Path(filename))
+    context = diagram.CreateDefaultContext()
+    _check_layout(
+        json.loads(str(arrays["systems"])), _layout(diagram, context), filename
+    )
+    context.SetTime(float(arrays["time"]))
+    for i in range(diagram.num_input_ports()):
+        if f"input/{i}" in arrays:
+            diagram.get_input_port(i).FixValue(context, arrays[f"input/{i}"])
+    for key, system in _leaves(diagram):
+        own = system.GetMyMutableContextFromRoot(context)
+        for name, vector in _vectors(own, mutable=True):
+            vector.SetFromVector(arrays[f"{key}/{name}"])
+        for i in range(own.num_abstract_states()):
+            head = f"{key}/abstract/{i}/"
+            stored = {
+                name.removeprefix(head): array
+                for name, array in arrays.items()
+                if name.startswith(head)
+            }
+            value = own.get_abstract_state(i).get_value()
+            own.SetAbstractState(i, value.from_arrays(stored))
+    return context
+
+
+def _read(path: Path) -> dict[str, NDArray[Any]]:
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            arrays = dict(file)
+        known = str(arrays.get("format")) == _FORMAT
+    except (ValueError, EOFError, zipfile.BadZipFile, AttributeError):
+        known = False
+    if not known:
+        raise ValueError(
+            f"{path}: is not a Context written by SaveContext, or is damaged"
+        )
+    return arrays
+
+
+def _leaves(diagram: Diagram, prefix: str = "") -> Iterator[tuple[str, System]]:
+    """Yields the leaf systems, each with a key that is its place."""
+    for i, system in enumerate(diagram.GetSystems()):
+        if isinstance(system, Diagram):
+            yield from _leaves(system, f"{prefix}{i}.")
+        else:
+            yield f"{prefix}{i}", system
+
+
+def _vectors(
+    context: Context, *, mutable: bool = False
+) -> Iterator[tuple[str, Any]]:
+    """Yields the vectors of a leaf's context that have numbers, by name."""
+    if context.num_continuous_states():
+        state = (
+            context.get_mutable_continuous_state_vector()
+            if mutable
+            else context.get_continuous_state_vector()
+        )
+        yield "continuous", state
+    for i in range(context.num_discrete_state_groups()):
+        get = (
+            context.get_mutable_discrete_state
+            if mutable
+            else context.get_discrete_state
+        )
+        yield f"discrete/{i}", get(i)
+    for i in range(context.num_numeric_parameter_groups()):
+        get = (
+            context.get_mutable_numeric_parameter
+            if mutable
+            else context.get_numeric_parameter
+        )
+        yield f"parameter/{i}", get(i)
+
+
+def _layout(diagram: Diagram, context: Context) -> list[dict[str, Any]]:
+    """Returns what each leaf system is, and how many numbers it has."""
+    layout = []
+    for key, system in _leaves(diagram):
+        own = system.GetMyContextFromRoot(context)
+        sizes = {name: vector.size() for name, vector in _vectors(own)}
+        layout.append(
+            {
+                "key": key,
+                "type": type(system).__name__,
+                "path": system.GetSystemPathname(),
+                "sizes": sizes,
+                "abstract": own.num_abstract_states(),
+            }
+        )
+    return layout
+
+
+def _check_layout(
+    saved: list[dict[str, Any]],
+    present: list[dict[str, Any]],
+    filename: str | Path,
+) -> None:
+    remedy = "Make the diagram as it was made when the Context was saved."
+    for old, new in zip(saved, present, strict=False):
+        for what in ("key", "type", "sizes", "abstract"):
+            if old[what] != new[what]:
+                raise ValueError(
+                    f"{filename}: does not fit the diagram at {new['path']}:"
+                    f" {what} {old[what]} in the file, {new[what]} in the"
+                    f" diagram. {remedy}"
+                )
+    if len(saved) != len(present):
+        raise ValueError(
+            f"{filename}: has {len(saved)} systems, the diagram"
+            f" {len(present)}. {remedy}"
+        )

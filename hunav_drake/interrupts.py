@@ -1,0 +1,44 @@
+"""Ctrl-C, at a moment when it does no harm."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+import signal
+import threading
+from typing import Any
+
+
+@contextmanager
+def interrupts_between_steps() -> Iterator[Callable[[], None]]:
+    """Holds KeyboardInterrupt back until it is asked for.
+
+    An interrupt within a call from C++ into Python may be swallowed there, and
+    come out as another error. A second one is not held back. Where interrupts
+    are handled by others, or in another thread, nothing changes.
+
+    Yields:
+        A function that raises KeyboardInterrupt if one came meanwhile.
+    """
+    pending = False
+
+    def hold(number: int, frame: Any) -> None:
+        nonlocal pending
+        if pending:
+            signal.default_int_handler(number, frame)
+        pending = True
+
+    def check() -> None:
+        if pending:
+            raise KeyboardInterrupt
+
+    if (
+        threading.current_thread() is not threading.main_thread()
+        or signal.getsignal(signal.SIGINT) is not signal.default_int_handler
+    ):
+        yield check
+        return
+    signal.signal(signal.SIGINT, hold)
+    try:
+        yield check
+        check()
+    finally:
+        signal.signal(signal.SIGINT, signal.default_int_handler)

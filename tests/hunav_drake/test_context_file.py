@@ -1,0 +1,139 @@
+"""A Context survives in a file, bit for bit."""
+
+import subprocess
+import sys
+
+import numpy as np
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import DiagramBuilder, LeafSystem
+from pydrake.systems.primitives import ConstantVectorSource, Integrator
+import pytest
+
+from hunav_drake import (
+    GetTrialResult,
+    LoadContext,
+    LoadScenario,
+    MakeTrialDiagram,
+    MakeTrialSimulator,
+    RunTrial,
+    SaveContext,
+)
+
+
+def saved(scenario, time, path):
+    diagram = MakeTrialDiagram(scenario)
+    simulator = MakeTrialSimulator(diagram)
+    simulator.AdvanceTo(time)
+    return SaveContext(diagram, simulator.get_context(), path)
+
+
+@pytest.mark.parametrize("name", ["cafe", "combined", "reaction_scared"])
+def test_a_trial_goes_on_from_a_file(name, tmp_path):
+    scenario = LoadScenario(filename=name)
+    path = saved(scenario, 9.05, tmp_path / "context.npz")
+    diagram = MakeTrialDiagram(scenario)
+    simulator = MakeTrialSimulator(diagram, LoadContext(diagram, path))
+    assert simulator.get_context().get_time() == pytest.approx(9.05)
+    simulator.AdvanceTo(scenario.simulation.duration)
+    result = GetTrialResult(scenario, diagram, simulator.get_context())
+    assert result.recording == RunTrial(scenario).recording
+
+
+def test_another_process_goes_on(tmp_path):
+    scenario = LoadScenario(filename="passing")
+    path = saved(scenario, 9.0, tmp_path / "context.npz")
+    code = f"""
+from hunav_drake import *
+scenario = LoadScenario(filename="passing")
+diagram = MakeTrialDiagram(scenario)
+simulator = MakeTrialSimulator(diagram, LoadContext(diagram, {str(path)!r}))
+simulator.AdvanceTo(scenario.simulation.duration)
+result = GetTrialResult(scenario, diagram, simulator.get_context())
+result.recording.save({str(tmp_path / "recording.npz")!r})
+"""
+    subprocess.run([sys.executable, "-c", code], check=True)
+    whole = RunTrial(scenario).recording
+    assert type(whole).load(tmp_path / "recording.npz") == whole
+
+
+def test_a_start_survives_too(tmp_path):
+    scenario = LoadScenario(filename="passing")
+    diagram = MakeTrialDiagram(scenario)
+    path = tmp_path / "context.npz"
+    SaveContext(diagram, diagram.CreateDefaultContext(), path)
+    simulator = MakeTrialSimulator(diagram, LoadContext(diagram, path))
+    simulator.AdvanceTo(scenario.simulation.duration)
+    result = GetTrialResult(scenario, diagram, simulator.get_context())
+    assert result.recording == RunTrial(scenario).recording
+
+
+def make_own():
+    """Returns a diagram with continuous state, a parameter and an input."""
+    builder = DiagramBuilder()
+    source = builder.AddNamedSystem("source", ConstantVectorSource([1.0]))
+    first = builder.AddNamedSystem("first", Integrator(1))
+    second = builder.AddNamedSystem("second", Integrator(2))
+    builder.Connect(source.get_output_port(), first.get_input_port())
+    builder.ExportInput(second.get_input_port(), "rate")
+    return builder.Build()
+
+
+def test_any_diagram_has_its_state_parameters_and_inputs_kept(tmp_path):
+    diagram = make_own()
+    context = diagram.CreateDefaultContext()
+    context.SetTime(3.0)
+    context.SetContinuousState([1.0, 2.0, 1 / 3])
+    diagram.get_input_port().FixValue(context, [5.0, 6.0])
+    source = diagram.GetSubsystemByName("source")
+    own = source.GetMyMutableContextFromRoot(context)
+    source.get_mutable_source_value(own).SetFromVector([7.0])
+    SaveContext(diagram, context, tmp_path / "own.npz")
+
+    other = make_own()
+    loaded = LoadContext(other, tmp_path / "own.npz")
+    assert loaded.get_time() == 3.0
+    np.testing.assert_array_equal(
+        loaded.get_continuous_state_vector().CopyToVector(), [1, 2, 1 / 3]
+    )
+    np.testing.assert_array_equal(other.get_input_port().Eval(loaded), [5, 6])
+    first = other.GetSubsystemByName("first")
+    assert first.get_input_port().Eval(
+        first.GetMyContextFromRoot(loaded)
+    ) == pytest.approx(7.0)
+
+
+def test_a_context_of_another_diagram_is_refused(tmp_path):
+    path = saved(LoadScenario(filename="passing"), 1.0, tmp_path / "c.npz")
+    diagram = MakeTrialDiagram(LoadScenario(filename="cafe"))
+    with pytest.raises(ValueError, match=r"c.npz: does not fit the diagram at"):
+        LoadContext(diagram, path)
+    with pytest.raises(ValueError, match="Make the diagram as it was made"):
+        LoadContext(make_own(), path)
+
+
+@pytest.mark.parametrize("content", [b"", b"PK\x03\x04", b"humans: []"])
+def test_another_file_is_refused(tmp_path, content):
+    path = tmp_path / "context.npz"
+    path.write_bytes(content)
+    with pytest.raises(ValueError, match="is not a Context written by"):
+        LoadContext(make_own(), path)
+
+
+def test_another_archive_is_refused(tmp_path):
+    np.savez(tmp_path / "context.npz", a=np.zeros(3))
+    with pytest.raises(ValueError, match="is not a Context written by"):
+        LoadContext(make_own(), tmp_path / "context.npz")
+
+
+def test_a_state_that_cannot_be_kept_is_named(tmp_path):
+    class Secretive(LeafSystem):
+        def __init__(self):
+            super().__init__()
+            self.DeclareAbstractState(AbstractValue.Make({"a": 1}))
+
+    builder = DiagramBuilder()
+    builder.AddNamedSystem("secretive", Secretive())
+    diagram = builder.Build()
+    with pytest.raises(ValueError, match=r"secretive has an abstract state"):
+        SaveContext(diagram, diagram.CreateDefaultContext(), tmp_path / "c.npz")
+    assert not list(tmp_path.iterdir())
