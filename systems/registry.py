@@ -1,7 +1,10 @@
 """Registers of parts that are chosen by name, with parameters."""
 
 from collections.abc import Callable, Iterator, Mapping
+import inspect
 from typing import Any
+
+from pydantic import ValidationError
 
 from hunav_drake.systems.suggest import did_you_mean
 
@@ -9,13 +12,15 @@ from hunav_drake.systems.suggest import did_you_mean
 class Registry(Mapping[str, type[Any]]):
     """Parts by name; each is the pydantic dataclass of its parameters."""
 
-    def __init__(self, kind: str) -> None:
+    def __init__(self, kind: str, needs: tuple[str, ...]) -> None:
         """Constructs a Registry that is empty.
 
         Args:
             kind: What the parts are called in messages.
+            needs: The attributes that every part must have.
         """
         self._kind = kind
+        self._needs = needs
         self._parts: dict[str, type[Any]] = {}
 
     def __getitem__(self, name: str) -> type[Any]:
@@ -30,14 +35,28 @@ class Registry(Mapping[str, type[Any]]):
     def register[T](self, name: str) -> Callable[[type[T]], type[T]]:
         """Returns a decorator that makes a part known by a name.
 
+        A part replaces one that was defined in the same place, as when a cell
+        of a notebook is run again.
+
         Raises:
             ValueError: If the name is taken.
+            TypeError: If the part is no class, or lacks something.
         """
 
         def add(part: type[T]) -> type[T]:
-            if name in self._parts:
+            if not isinstance(part, type):
+                raise TypeError(f"a {self._kind} is a class, got {part!r}")
+            missing = [need for need in self._needs if not hasattr(part, need)]
+            if missing:
+                raise TypeError(
+                    f"{part.__qualname__} is no {self._kind}: it lacks"
+                    f" {', '.join(missing)}"
+                )
+            old = self._parts.get(name)
+            if old is not None and _origin(old) != _origin(part):
                 raise ValueError(
-                    f"a {self._kind} named {name!r} is registered already"
+                    f"a {self._kind} named {name!r} is registered already, from"
+                    f" {'.'.join(_origin(old))}; choose another name"
                 )
             self._parts[name] = part
             return part
@@ -52,9 +71,31 @@ class Registry(Mapping[str, type[Any]]):
                 is outside its range.
         """
         if name not in self._parts:
-            hint = did_you_mean(name, self._parts)
             known = ", ".join(sorted(self._parts))
             raise ValueError(
-                f"no {self._kind} {name!r}{hint} (there are: {known})"
+                f"no {self._kind} {name!r}{did_you_mean(name, self._parts)}"
+                f" (there are: {known})"
             )
-        return self._parts[name](**parameters)
+        part = self._parts[name]
+        whole = f"{self._kind} {name!r}"
+        accepted = inspect.signature(part).parameters
+        for key in parameters:
+            if key not in accepted:
+                raise ValueError(
+                    f"{whole} has no parameter {key!r}"
+                    f"{did_you_mean(key, accepted)}"
+                    f" (there are: {', '.join(sorted(accepted)) or 'none'})"
+                )
+        try:
+            return part(**parameters)
+        except ValidationError as error:
+            first = error.errors()[0]
+            loc = ".".join(map(str, first["loc"]))
+            message = first["msg"].removeprefix("Value error, ")
+            if ", got " not in message:
+                message += f", got {first['input']!r}"
+            raise ValueError(f"{whole}: {loc}: {message}") from error
+
+
+def _origin(part: type[Any]) -> tuple[str, str]:
+    return part.__module__, part.__qualname__

@@ -64,7 +64,7 @@ class MotionModel(Protocol):
 
 
 # The models by name; each is the dataclass of its parameters.
-MOTION_MODELS = Registry("motion model")
+MOTION_MODELS = Registry("motion model", needs=("forces", "advance"))
 
 
 def register_motion_model[T](name: str) -> Callable[[type[T]], type[T]]:

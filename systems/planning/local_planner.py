@@ -1,5 +1,7 @@
 """The LeafSystem that drives the robot."""
 
+import math
+
 import numpy as np
 from pydrake.systems.framework import (
     BasicVector,
@@ -143,6 +145,13 @@ class LocalPlanner(LeafSystem):
             self._goal.Eval(context),
             memory,
         )
+        finite = math.isfinite(plan.v) and math.isfinite(plan.omega)
+        if not finite or len(plan.memory) != len(memory):
+            raise RuntimeError(
+                f"{self.GetSystemPathname()}, t = {context.get_time():.3f} s:"
+                f" {type(self._planner).__name__}.plan() must give finite v and"
+                f" omega and a memory of {len(memory)} numbers, got {plan}"
+            )
         discrete_state.set_value(
             self._state, [plan.v, plan.omega, plan.status, *plan.memory]
         )

@@ -99,14 +99,18 @@ class Planner(Protocol):
 
 
 # The planners by name; each is the dataclass of its parameters.
-PLANNERS = Registry("planner")
+PLANNERS = Registry("planner", needs=("plan", "memory_size"))
 
 
 def register_planner[T](name: str) -> Callable[[type[T]], type[T]]:
     """Returns a decorator that makes a planner known by a name.
 
+    A class replaces one that was defined in the same place, as when a cell of
+    a notebook is run again.
+
     Raises:
         ValueError: If the name is taken.
+        TypeError: If the class lacks ``plan`` or ``memory_size``.
     """
     return PLANNERS.register(name)
 

@@ -370,7 +370,7 @@ def test_a_model_of_ones_own_moves_a_crowd():
 
 def test_a_name_is_given_once():
     with pytest.raises(ValueError, match="'orca' is registered already"):
-        register_motion_model("orca")(object)
+        register_motion_model("orca")(MOTION_MODELS["social_force"])
 
 
 def test_an_unknown_model_is_told():

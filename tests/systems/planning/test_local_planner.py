@@ -125,3 +125,24 @@ def test_a_name_is_given_once():
     with pytest.raises(ValueError, match="'pursuit' is registered already"):
         register_planner("pursuit")(Counter)
     assert PLANNERS["pursuit"] is PursuitPlanner
+
+
+@pytest.mark.parametrize(
+    ("v", "memory", "words"),
+    [
+        (float("nan"), (), "got Plan.v=nan"),
+        (float("inf"), (), "got Plan.v=inf"),
+        (0.5, (1.0, 2.0), "a memory of 0 numbers, got .*memory=.1.0, 2.0"),
+    ],
+)
+def test_a_plan_that_cannot_be_is_told(v, memory, words):
+    class Wild:
+        memory_size = 0
+
+        def plan(self, task, robot, humans, goal, memory_before):
+            return Plan(v, 0.0, PlannerStatus.DRIVING, memory)
+
+    dut = LocalPlanner(Wild(), make_task(), num_humans=0)
+    simulator = make_simulator(dut)
+    with pytest.raises(RuntimeError, match=rf"t = 0.000 s: Wild.*{words}"):
+        simulator.AdvanceTo(0.1)

@@ -1,0 +1,80 @@
+import dataclasses
+from typing import Annotated
+
+from pydantic import Field
+from pydantic.dataclasses import dataclass
+import pytest
+
+from hunav_drake.systems.registry import Registry
+
+
+@pytest.fixture
+def dut():
+    return Registry("brush", needs=("paint",))
+
+
+def make_part(gain=2.0):
+    @dataclass
+    class Broad:
+        gain: Annotated[float, Field(gt=0)] = 2.0
+
+        def paint(self):
+            return gain
+
+    return Broad
+
+
+def test_a_part_is_made_by_its_name(dut):
+    part = dut.register("broad")(make_part())
+    assert dut["broad"] is part
+    assert list(dut) == ["broad"]
+    assert dut.make("broad", {"gain": 3}).gain == 3.0
+
+
+def test_a_cell_may_be_run_again(dut):
+    dut.register("broad")(make_part())
+    dut.register("broad")(make_part(gain=7.0))
+    assert dut.make("broad", {}).paint() == 7.0
+
+
+def test_another_part_cannot_take_its_name(dut):
+    @dataclasses.dataclass
+    class Other:
+        def paint(self): ...
+
+    dut.register("broad")(make_part())
+    with pytest.raises(
+        ValueError, match=r"'broad' is registered already, from"
+    ):
+        dut.register("broad")(Other)
+
+
+def test_a_part_that_lacks_something_is_refused(dut):
+    with pytest.raises(TypeError, match="object is no brush: it lacks paint"):
+        dut.register("broad")(object)
+    with pytest.raises(TypeError, match="a brush is a class, got 3"):
+        dut.register("broad")(3)
+    assert not dut
+
+
+def test_an_unknown_name_tells_the_nearest(dut):
+    dut.register("broad")(make_part())
+    words = r"no brush 'braod'; did you mean 'broad'\? \(there are: broad\)"
+    with pytest.raises(ValueError, match=words):
+        dut.make("braod", {})
+
+
+def test_an_unknown_parameter_is_never_ignored(dut):
+    dut.register("broad")(make_part())
+    words = r"'broad' has no parameter 'gian'; did you mean 'gain'\?"
+    with pytest.raises(ValueError, match=words):
+        dut.make("broad", {"gian": 50.0})
+
+
+def test_a_value_outside_its_range_is_told_in_one_line(dut):
+    dut.register("broad")(make_part())
+    with pytest.raises(
+        ValueError, match=r"brush 'broad': gain: .*got -1"
+    ) as info:
+        dut.make("broad", {"gain": -1})
+    assert "\n" not in str(info.value)
