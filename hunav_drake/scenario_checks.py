@@ -230,6 +230,15 @@ def _check_choice(
         )
         return
     schema = registry[name]
+    known = [field.name for field in dc.fields(schema)]
+    for key in parameters:
+        if key not in known:
+            yield Finding(
+                (loc[0], "parameters", key),
+                f"unknown key; {suggestion(key, known)}",
+                uses=(loc,),
+            )
+    parameters = {key: parameters[key] for key in known if key in parameters}
     try:
         TypeAdapter(schema).validate_python(parameters)
     except ValidationError as error:

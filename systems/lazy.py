@@ -6,6 +6,7 @@ answer without numba.
 
 from collections.abc import Callable, Mapping
 import importlib
+import sys
 from typing import Any
 
 
@@ -14,16 +15,22 @@ def lazy_exports(
 ) -> Callable[[str], Any]:
     """Returns the `__getattr__` of a package that exports lazily.
 
+    What it exports is listed by `dir`, too, as completion needs it.
+
     Args:
         package: The name of the package.
         modules: The module that each exported name lives in.
     """
+    exporter = sys.modules[package]
+    exporter.__dir__ = lambda: sorted({*vars(exporter), *modules})
 
     def load(name: str) -> Any:
         if name not in modules:
             raise AttributeError(
                 f"module {package!r} has no attribute {name!r}"
             )
-        return getattr(importlib.import_module(modules[name]), name)
+        value = getattr(importlib.import_module(modules[name]), name)
+        setattr(exporter, name, value)
+        return value
 
     return load

@@ -7,8 +7,6 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hunav_drake.systems.nearest import nearest_on_shapes
-
 
 @dataclass(frozen=True)
 class Obstacles:
@@ -67,6 +65,9 @@ def nearest_points(
     Returns:
         Shape (..., k, 2), in meters. The outline counts, also from inside.
     """
+    # Here, for a scenario can be read without loading numba.
+    from hunav_drake.systems.nearest import nearest_on_shapes
+
     p = np.ascontiguousarray(points, dtype=float)
     nearest: NDArray[np.float64] = nearest_on_shapes(
         p.reshape(-1, 2), obstacles.segments, obstacles.first

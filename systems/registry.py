@@ -1,7 +1,7 @@
 """Registers of parts that are chosen by name, with parameters."""
 
 from collections.abc import Callable, Iterator, Mapping
-import inspect
+import dataclasses
 from typing import Any
 
 from pydantic import ValidationError
@@ -44,8 +44,11 @@ class Registry(Mapping[str, type[Any]]):
         """
 
         def add(part: type[T]) -> type[T]:
-            if not isinstance(part, type):
-                raise TypeError(f"a {self._kind} is a class, got {part!r}")
+            if not (isinstance(part, type) and dataclasses.is_dataclass(part)):
+                raise TypeError(
+                    f"a {self._kind} is a dataclass, whose fields are its"
+                    f" parameters; got {part!r}"
+                )
             missing = [need for need in self._needs if not hasattr(part, need)]
             if missing:
                 raise TypeError(
@@ -78,7 +81,7 @@ class Registry(Mapping[str, type[Any]]):
             )
         part = self._parts[name]
         whole = f"{self._kind} {name!r}"
-        accepted = inspect.signature(part).parameters
+        accepted = [field.name for field in dataclasses.fields(part)]
         for key in parameters:
             if key not in accepted:
                 raise ValueError(
