@@ -10,12 +10,12 @@ CANDIDATES := python3 python3.12 python3.13 python3.14 python
 CHECK := import sys; sys.exit(sys.version_info < (3, 12))
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-all lint types bench notebooks wheel clean
+.PHONY: help demo test test-all lint types bench clean
 
 help:
 	@echo "make demo      run the Passing scenario, print the metrics, write a replay"
 	@echo "make test      run the fast tests"
-	@echo "make test-all  lint, types, all tests, notebooks, the built wheel"
+	@echo "make test-all  lint, types, and the slow tests: notebooks, the built wheel"
 	@echo "make lint      check and format-check the code"
 	@echo "make bench     measure speed"
 	@echo "make clean     remove the environment and everything built"
