@@ -1,6 +1,7 @@
 """People for any diagram."""
 
 from collections.abc import Sequence
+import numbers
 from typing import Any, NamedTuple
 
 from pydrake.systems.framework import (
@@ -20,6 +21,7 @@ from hunav_drake.systems.behavior import (
 from hunav_drake.systems.crowd import CrowdConfig, HumanConfig, HumanCrowd
 from hunav_drake.systems.crowd.weights import draw_weights
 from hunav_drake.systems.obstacles import Obstacles
+from hunav_drake.systems.world import World
 
 # More people than this share a bank of trees.
 BANK_FROM = 20
@@ -32,8 +34,8 @@ class HumanPorts(NamedTuple):
         robot_state: Takes m rows (x, y, yaw, vx, vy, omega, radius) of the
             robots; None if there are none.
         human_states: Gives n such rows of the people, in W, in SI units.
-        behavior_status: Gives, for each person, 0 while a reaction to the
-            robot is not active, and 1 (or more) while it is.
+        behavior_status: Gives, for each person, 0 while no reaction is
+            active, else the state that it is in, most often 1.
         forces: Gives the forces on each person: see `layout.FORCES`.
     """
 
@@ -46,7 +48,7 @@ class HumanPorts(NamedTuple):
 def MakeHumans(
     humans: Sequence[HumanConfig],
     *,
-    obstacles: Obstacles | None = None,
+    obstacles: Obstacles | World | None = None,
     config: CrowdConfig | None = None,
     num_robots: int = 1,
     time_step: float = 0.05,
@@ -57,13 +59,13 @@ def MakeHumans(
 
     Args:
         humans: The people; there may be none.
-        obstacles: The walls that they feel and cannot see through; none by
-            default.
+        obstacles: The walls that they feel and cannot see through, or the
+            world that has them; none by default.
         config: How they take in the world.
         num_robots: How many robots they meet.
         time_step: The time between two steps, in seconds.
         seed: What the weights of people follow from whose `forces_mode` is
-            a random one, >= 0.
+            a random one, in [0, 2^63).
         separate_trees: Whether each person's tree is a system of its own,
             or all are in one `BehaviorTreeBank`, which does the same and is
             faster for many; by default, from more than 20 people on.
@@ -75,7 +77,14 @@ def MakeHumans(
 
     Raises:
         BehaviorTreeError: If a behavior is not known, or faulty.
+        ValueError: If an argument is out of its range, if two people have the
+            same name or number, or if somebody's `max_speed` is below the
+            `desired_speed`.
+        TypeError: If an argument is of another kind.
     """
+    check_arguments(humans, obstacles, config, num_robots, time_step)
+    if isinstance(obstacles, World):
+        obstacles = obstacles.obstacles()
     humans = draw_weights(humans, seed)
     if separate_trees is None:
         separate_trees = len(humans) <= BANK_FROM
@@ -115,6 +124,37 @@ def MakeHumans(
     diagram = builder.Build()
     diagram.set_name("humans")
     return diagram
+
+
+def check_arguments(
+    humans: Any,
+    obstacles: Any,
+    config: Any,
+    num_robots: Any,
+    time_step: Any,
+) -> None:
+    """Checks of what kind the arguments of `MakeHumans` are.
+
+    Raises:
+        TypeError: If one is of another kind.
+    """
+    kinds: list[tuple[str, Any, Any, str]] = [
+        ("obstacles", obstacles, (Obstacles, World, type(None)), "Obstacles"),
+        ("config", config, (CrowdConfig, type(None)), "a CrowdConfig"),
+        ("num_robots", num_robots, numbers.Integral, "a whole number"),
+        ("time_step", time_step, numbers.Real, "a number"),
+        ("humans", humans, Sequence, "a sequence"),
+    ]
+    if isinstance(humans, Sequence):
+        kinds += [
+            (f"humans[{i}]", human, HumanConfig, "a HumanConfig")
+            for i, human in enumerate(humans)
+        ]
+    for name, value, kind, words in kinds:
+        if not isinstance(value, kind) or isinstance(value, bool):
+            raise TypeError(
+                f"{name} must be {words}, got {type(value).__name__} {value!r}"
+            )
 
 
 def _AddTrees(
@@ -157,7 +197,7 @@ def _AddBank(
         "behaviors", BehaviorTreeBank(trees, humans, **options)
     )
     builder.Connect(
-        bank.get_commands_output_port(), crowd.GetInputPort("commands")
+        bank.get_commands_output_port(), crowd.get_commands_input_port()
     )
     return [bank], bank.get_behavior_status_output_port()
 
@@ -166,21 +206,54 @@ def AddHumans(
     builder: DiagramBuilder,
     humans: Sequence[HumanConfig],
     *,
-    obstacles: Obstacles | None = None,
+    obstacles: Obstacles | World | None = None,
     config: CrowdConfig | None = None,
     num_robots: int = 1,
     time_step: float = 0.05,
     seed: int = 0,
     separate_trees: bool | None = None,
+    name: str = "humans",
 ) -> HumanPorts:
-    """Adds people to a builder, as one system named "humans".
+    """Adds people to a builder, as one system.
 
-    See `MakeHumans` for the arguments.
+    Two robots, say of a plant with `AddBodyState`, meet them so:
+
+        people = AddHumans(
+            builder, [HumanConfig(pose=[0, 0, 0])], num_robots=2
+        )
+        robots = builder.AddSystem(Multiplexer([STATE_SIZE, STATE_SIZE]))
+        for i, robot in enumerate(states_of_my_robots):
+            builder.Connect(robot, robots.get_input_port(i))
+        builder.Connect(robots.get_output_port(), people.robot_state)
+
+    A diagram with behavior trees in it does not convert to AutoDiffXd; a
+    `HumanCrowd` alone does.
+
+    Args:
+        builder: Where they are added.
+        humans: As for `MakeHumans`, like the others.
+        obstacles: Likewise.
+        config: Likewise.
+        num_robots: Likewise.
+        time_step: Likewise.
+        seed: Likewise.
+        separate_trees: Likewise.
+        name: What the system is called; each in a diagram has its own name.
 
     Returns:
         The ports; ``robot_state`` is left for the caller to connect.
+
+    Raises:
+        ValueError: As `MakeHumans`, and if the name is taken.
     """
-    diagram = builder.AddSystem(
+    # Drake would end the process when the diagram is built.
+    if builder.HasSubsystemNamed(name):
+        raise ValueError(
+            f"the diagram has a system named {name!r} already: give these"
+            " people another name, as in AddHumans(..., name='more_humans')"
+        )
+    diagram = builder.AddNamedSystem(
+        name,
         MakeHumans(
             humans,
             obstacles=obstacles,
@@ -189,7 +262,7 @@ def AddHumans(
             time_step=time_step,
             seed=seed,
             separate_trees=separate_trees,
-        )
+        ),
     )
     return HumanPorts(
         robot_state=diagram.GetInputPort("robot_state") if num_robots else None,

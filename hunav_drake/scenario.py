@@ -6,7 +6,6 @@ This is the module to import; the others named scenario_... are its parts.
 from collections.abc import Mapping, Sequence
 import dataclasses as dc
 from importlib import resources
-import itertools
 import os
 from pathlib import Path
 from typing import Any
@@ -37,6 +36,7 @@ from hunav_drake.systems.crowd.behavior_config import (
 from hunav_drake.systems.crowd.crowd_config import CrowdConfig
 from hunav_drake.systems.crowd.human_config import HumanConfig
 from hunav_drake.systems.crowd.parameters import SocialForceParameters
+from hunav_drake.systems.crowd.people import name_people
 from hunav_drake.systems.evaluation.evaluator_config import EvaluatorConfig
 from hunav_drake.systems.planning.planner_config import PlannerConfig
 from hunav_drake.systems.robot.robot_config import RobotConfig, RobotLimits
@@ -146,24 +146,9 @@ def ListScenarios() -> dict[str, str]:
 def name_humans(scenario: Scenario) -> Scenario:
     """Returns a scenario in which each person has a name and a number.
 
-    Those that have none are given "human_1", "human_2", ... and 1, 2, ... in
-    order, without those that are taken. The argument is not changed.
+    The argument is not changed. See `name_people`.
     """
-    names = {human.name for human in scenario.humans}
-    ids = {human.id for human in scenario.humans}
-    free_names = (
-        name for k in itertools.count(1) if (name := f"human_{k}") not in names
-    )
-    free_ids = (k for k in itertools.count(1) if k not in ids)
-    humans = [
-        dc.replace(
-            human,
-            name=human.name or next(free_names),
-            id=next(free_ids) if human.id is None else human.id,
-        )
-        for human in scenario.humans
-    ]
-    return dc.replace(scenario, humans=humans)
+    return dc.replace(scenario, humans=name_people(scenario.humans))
 
 
 def _load_agents(

@@ -1,6 +1,8 @@
 """People for another simulator: HuNavSim's services as calls."""
 
 from collections.abc import Sequence
+import itertools
+import numbers
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -8,9 +10,14 @@ from numpy.typing import ArrayLike, NDArray
 from pydrake.systems.framework import Context
 
 from hunav_drake.humans import MakeHumans
+from hunav_drake.systems.behavior import LoadBehavior
+from hunav_drake.systems.behavior.person import Person
 from hunav_drake.systems.crowd import CrowdConfig, HumanConfig
+from hunav_drake.systems.crowd.limits import LARGEST
+from hunav_drake.systems.crowd.people import name_people
 from hunav_drake.systems.layout import STATE_SIZE
 from hunav_drake.systems.obstacles import Obstacles
+from hunav_drake.systems.world import World
 
 Array = NDArray[np.float64]
 
@@ -33,6 +40,22 @@ class Agents(NamedTuple):
     behavior_status: NDArray[np.int64]
 
 
+class _Round(NamedTuple):
+    """A step of everybody that `move_agent` takes person by person.
+
+    Attributes:
+        given: What the other simulator said: the states of people and robots.
+        memory: What people will have in mind.
+        agents: Where they will be, and what they react to.
+        moved: Whose step has been taken; changed.
+    """
+
+    given: tuple[bytes, bytes]
+    memory: Array
+    agents: Agents
+    moved: set[int]
+
+
 class AgentServices:
     """Moves people for a simulator that owns the world.
 
@@ -41,6 +64,12 @@ class AgentServices:
     HuNavSim's four services, `compute_agents`, `compute_agent`, `move_agent`
     and `reset_agents`; unlike there, the first call moves people as any other
     does, and `reset_agents` resets behaviors, too.
+
+        services = AgentServices(people, num_robots=1)
+        states = services.agents.states
+        while running:
+            states, status = services.compute_agents(states, my_robot())
+            states = my_simulator_moves(states)
 
     The people are the diagram of `MakeHumans`, so they move as in a trial.
     What they have in mind (their goal, a reaction) is kept in a Context, which
@@ -55,7 +84,7 @@ class AgentServices:
         self,
         humans: Sequence[HumanConfig],
         *,
-        obstacles: Obstacles | None = None,
+        obstacles: Obstacles | World | None = None,
         config: CrowdConfig | None = None,
         num_robots: int = 1,
         time_step: float = 0.05,
@@ -65,24 +94,19 @@ class AgentServices:
 
         Args:
             humans: The people; there may be none. Those without a number
-                have 1, 2, ... by their places.
-            obstacles: The walls that they feel; none by default.
+                have 1, 2, ... in order, without those that are taken.
+            obstacles: The walls that they feel, or the world that has them;
+                none by default.
             config: How they move.
             num_robots: How many robots they meet.
             time_step: The length of a step, in seconds.
             seed: What drawn weights follow from: see `MakeHumans`.
 
         Raises:
-            ValueError: If two people have the same number, or if an argument
-                is refused by `MakeHumans`.
+            ValueError: If an argument is refused by `MakeHumans`, like two
+                people with the same number.
+            TypeError: Likewise.
         """
-        self._ids = [
-            i + 1 if human.id is None else human.id
-            for i, human in enumerate(humans)
-        ]
-        for i, human_id in enumerate(self._ids):
-            if human_id in self._ids[:i]:
-                raise ValueError(f"two people have the number {human_id}")
         self._diagram = MakeHumans(
             humans,
             obstacles=obstacles,
@@ -90,16 +114,21 @@ class AgentServices:
             num_robots=num_robots,
             time_step=time_step,
             seed=seed,
-            separate_trees=True,
+            separate_trees=False,
         )
+        self._ids = [human.id for human in name_people(humans)]
         self._crowd = self._diagram.GetSubsystemByName("crowd")
-        self._trees = [
-            self._diagram.GetSubsystemByName(f"behavior_{i}")
-            for i in range(len(humans))
-        ]
+        self._bank = self._diagram.GetSubsystemByName("behaviors")
+        walls = (
+            obstacles.obstacles() if isinstance(obstacles, World) else obstacles
+        )
+        self._memories = _memory_slices(humans, time_step, walls)
         self._num_robots = num_robots
         self._time_step = time_step
         self._context = self._diagram.CreateDefaultContext()
+        # What is left to do of a step, which the Context does not say yet: a
+        # function of it and of what was given, and so no state of its own.
+        self._round: _Round | None = None
 
     @property
     def context(self) -> Context:
@@ -110,6 +139,7 @@ class AgentServices:
     def context(self, context: Context) -> None:
         self._diagram.ValidateContext(context)
         self._context = context.Clone()
+        self._round = None
 
     @property
     def agents(self) -> Agents:
@@ -139,7 +169,7 @@ class AgentServices:
                 or if `dt` is not such a number.
         """
         steps = self._count_steps(dt)
-        self._receive(self._context, humans, robot)
+        self._receive(self._context, *self._read(humans, robot))
         status = self.agents.behavior_status
         for _ in range(steps):
             status = self._step()
@@ -162,10 +192,8 @@ class AgentServices:
         index = self._index(agent_id)
         steps = self._count_steps(dt)
         self._check_robots_are_known()
-        status = np.int64(0)
-        for _ in range(steps):
-            status = self._step_one(index)
-        return Agents(self._states(self._context)[index], np.asarray(status))
+        self._round = None
+        return self._step_one(index, steps)
 
     def move_agent(
         self,
@@ -178,7 +206,7 @@ class AgentServices:
 
         The others stay where they are, and have no thoughts meanwhile. To move
         all people in this way, pass the same states for each of them: the
-        order does not matter then.
+        order does not matter then, and everybody's step is computed once.
 
         Args:
             humans: As for `compute_agents`.
@@ -189,10 +217,17 @@ class AgentServices:
         Raises:
             ValueError: As `compute_agents`, and if nobody has that number.
         """
-        self._index(agent_id)
-        self._count_steps(dt)
-        self._receive(self._context, humans, robot)
-        return self.compute_agent(agent_id, dt)
+        index = self._index(agent_id)
+        steps = self._count_steps(dt)
+        states, robots = self._read(humans, robot)
+        given = (states.tobytes(), robots.tobytes())
+        old = self._round
+        if old is None or old.given != given or index in old.moved:
+            self._receive(self._context, states, robots)
+            self._round = self._begin(given)
+        else:
+            self._set_states(states)
+        return self._step_one(index, steps)
 
     def reset_agents(
         self, humans: ArrayLike | None = None, robot: ArrayLike | None = None
@@ -212,13 +247,23 @@ class AgentServices:
         """
         context = self._diagram.CreateDefaultContext()
         start = self._states(context) if humans is None else humans
-        self._receive(context, start, robot, robot_needed=False)
+        if robot is None:
+            states = _rows(start, len(self._ids), "humans")
+            self._set_states(states, context)
+        else:
+            self._receive(context, *self._read(start, robot))
         self._context = context
+        self._round = None
         return self.agents
 
     def _count_steps(self, dt: float | None) -> int:
         if dt is None:
             return 1
+        if not isinstance(dt, numbers.Real):
+            raise TypeError(
+                f"dt must be a number, in seconds, got {type(dt).__name__}"
+                f" {dt!r}"
+            )
         steps = dt / self._time_step
         count = round(steps) if np.isfinite(steps) else 0
         if count < 1 or abs(steps - count) > _TOLERANCE:
@@ -248,24 +293,31 @@ class AgentServices:
                 " reset_agents or to another call first"
             )
 
-    def _receive(
-        self,
-        context: Context,
-        humans: ArrayLike,
-        robot: ArrayLike | None,
-        *,
-        robot_needed: bool = True,
-    ) -> None:
+    def _read(
+        self, humans: ArrayLike, robot: ArrayLike | None
+    ) -> tuple[Array, Array]:
+        """Returns what the other simulator says, as rows."""
+        given: ArrayLike = [] if robot is None else robot
+        return (
+            _rows(humans, len(self._ids), "humans"),
+            _rows(given, self._num_robots, "robot"),
+        )
+
+    def _receive(self, context: Context, states: Array, robots: Array) -> None:
         """Takes over what the other simulator says."""
-        states = _rows(humans, len(self._ids), "humans")
-        if robot is not None or robot_needed:
-            given: ArrayLike = [] if robot is None else robot
-            robots = _rows(given, self._num_robots, "robot")
-            if self._num_robots:
-                port = self._diagram.GetInputPort("robot_state")
-                port.FixValue(context, robots.ravel())
-        crowd_context = self._crowd.GetMyMutableContextFromRoot(context)
-        crowd_context.SetDiscreteState(0, states[:, :6].ravel())
+        self._round = None
+        if self._num_robots:
+            port = self._diagram.GetInputPort("robot_state")
+            port.FixValue(context, robots.ravel())
+        self._set_states(states, context)
+
+    def _set_states(
+        self, states: Array, context: Context | None = None
+    ) -> None:
+        self._crowd.SetStates(
+            self._crowd.GetMyMutableContextFromRoot(context or self._context),
+            states,
+        )
 
     def _states(self, context: Context) -> Array:
         port = self._diagram.GetOutputPort("human_states")
@@ -283,20 +335,67 @@ class AgentServices:
         context.SetTime(context.get_time() + self._time_step)
         return status
 
-    def _step_one(self, index: int) -> np.int64:
-        """Moves one person by one step, as if all were moved."""
-        tree = self._trees[index]
-        crowd_context = self._crowd.GetMyMutableContextFromRoot(self._context)
-        tree_context = tree.GetMyMutableContextFromRoot(self._context)
-        port = tree.GetOutputPort("behavior_status")
-        status = np.int64(port.Eval(tree_context)[0])
-        memory = tree.EvalUniquePeriodicDiscreteUpdate(tree_context)
-        moved = self._crowd.EvalUniquePeriodicDiscreteUpdate(crowd_context)
-        rows = self._states(self._context)[:, :6]
-        rows[index] = moved.value(0).reshape(-1, 6)[index]
-        crowd_context.SetDiscreteState(0, rows.ravel())
-        tree_context.SetDiscreteState(memory)
-        return status
+    def _begin(self, given: tuple[bytes, bytes]) -> _Round:
+        """Returns the step of everybody that is to be taken one by one."""
+        context = self._context
+        status = self._diagram.GetOutputPort("behavior_status").Eval(context)
+        updated = context.Clone()
+        updated.SetDiscreteState(
+            self._diagram.EvalUniquePeriodicDiscreteUpdate(context)
+        )
+        return _Round(
+            given=given,
+            memory=self._memory(updated),
+            agents=Agents(self._states(updated), status.astype(np.int64)),
+            moved=set(),
+        )
+
+    def _step_one(self, index: int, steps: int) -> Agents:
+        """Moves one person by some steps, as if all were moved."""
+        status = np.int64(0)
+        for _ in range(steps):
+            now = self._round
+            if now is None or index in now.moved:
+                now = self._begin((b"", b""))
+                self._round = None
+            now.moved.add(index)
+            states = self._states(self._context)
+            states[index] = now.agents.states[index]
+            self._set_states(states)
+            memory = self._memory(self._context)
+            own = self._memories[index]
+            memory[own] = now.memory[own]
+            self._bank.GetMyMutableContextFromRoot(
+                self._context
+            ).SetDiscreteState(0, memory)
+            status = now.agents.behavior_status[index]
+        return Agents(self._states(self._context)[index], np.asarray(status))
+
+    def _memory(self, context: Context) -> Array:
+        """Returns what all people have in mind."""
+        own = self._bank.GetMyContextFromRoot(context)
+        memory: Array = own.get_discrete_state(0).value().copy()
+        return memory
+
+
+def _memory_slices(
+    humans: Sequence[HumanConfig],
+    time_step: float,
+    obstacles: Obstacles | None,
+) -> list[slice]:
+    """Returns where each person's memory is among those of a bank of trees."""
+    sizes = [
+        len(
+            LoadBehavior(human.behavior).initial_memory(
+                Person.from_config(
+                    human, i, time_step=time_step, obstacles=obstacles
+                )
+            )
+        )
+        for i, human in enumerate(humans)
+    ]
+    ends = np.cumsum([0, *sizes]).tolist()
+    return [slice(a, b) for a, b in itertools.pairwise(ends)]
 
 
 def _rows(values: Any, count: int, name: str) -> Array:
@@ -308,8 +407,15 @@ def _rows(values: Any, count: int, name: str) -> Array:
             f"{name} must hold {count} rows (x, y, yaw, vx, vy, omega,"
             f" radius), got shape {rows.shape}"
         )
-    rows = rows.reshape(-1, STATE_SIZE)
-    if not np.isfinite(rows).all():
-        first = rows[~np.isfinite(rows).all(axis=1)][0]
-        raise ValueError(f"{name} must be finite, got the row {first.tolist()}")
+    rows = np.ascontiguousarray(rows.reshape(-1, STATE_SIZE))
+    rules = [
+        (np.isfinite(rows), "be finite"),
+        (abs(rows) <= LARGEST, f"have no numbers beyond {LARGEST:g}"),
+    ]
+    for mask, rule in rules:
+        bad = rows[~mask.all(axis=1)]
+        if len(bad):
+            raise ValueError(
+                f"{name} must {rule}, got the row {bad[0].tolist()}"
+            )
     return rows

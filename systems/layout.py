@@ -13,6 +13,9 @@ X, Y, YAW, VX, VY, OMEGA, RADIUS = range(7)
 STATE_FIELDS = ("x", "y", "yaw", "vx", "vy", "omega", "radius")
 STATE_SIZE = len(STATE_FIELDS)
 
+# What of it is in the state of a crowd: all but the radius.
+MOTION_SIZE = RADIUS
+
 
 class RobotRole(IntEnum):
     """How the robots enter the forces on a person."""
@@ -69,3 +72,15 @@ FORCES = (
     "total",
 )
 FORCES_SIZE = 2 * len(FORCES)
+
+# Where the pair of each begins, in a row.
+(
+    GOAL_FORCE,
+    OBSTACLE_FORCE,
+    SOCIAL_FORCE,
+    GAZE_FORCE,
+    COHERENCE_FORCE,
+    GROUP_REPULSION_FORCE,
+    ROBOT_REPULSION_FORCE,
+    TOTAL_FORCE,
+) = range(0, FORCES_SIZE, 2)

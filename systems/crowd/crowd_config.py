@@ -3,10 +3,10 @@
 from dataclasses import field
 from typing import Annotated, Any
 
-from pydantic import Field, StrictBool, StrictInt, StrictStr
+from pydantic import Field, StrictBool, StrictStr
 from pydantic.dataclasses import dataclass
 
-from hunav_drake.systems.schema import CONFIG, PositiveLength
+from hunav_drake.systems.schema import CONFIG, Integer, PositiveLength
 
 
 @dataclass(kw_only=True, config=CONFIG)
@@ -24,13 +24,14 @@ class CrowdConfig:
     obstacle_range: PositiveLength = 5.0
 
     # How many walls are felt at most, the nearest first; 0 for all in range.
-    max_obstacles: Annotated[StrictInt, Field(ge=0, le=10**6)] = 0
+    max_obstacles: Annotated[Integer, Field(ge=0, le=10**6)] = 0
 
     # Whether walls stop people who are pushed into them: at the end of a step
     # nobody's center is inside a wall, or nearer to one than 0.1 m (or the
     # radius, if that is less). Who meets no wall moves as without.
     keep_out_of_walls: StrictBool = True
 
-    # Whether people walk around walls to their goals; without, straight at
-    # them, as in HuNavSim.
+    # Whether people walk around walls to their goals, and let no walls push
+    # them back from the doors on their way; without, straight at the goals,
+    # as in HuNavSim, whose forces let nobody of 0.35 m through 0.85 m.
     route_planning: StrictBool = True

@@ -14,6 +14,13 @@ from numba.extending import intrinsic
 # the argument of exp relies on it.
 _inline = numba.njit(cache=True, error_model="numpy", fastmath={"contract"})
 
+# How loops over pairs are compiled: whole vectors of pairs at a time.
+vectorized = numba.njit(
+    cache=True,
+    error_model="numpy",
+    fastmath={"contract", "nsz", "arcp", "reassoc"},
+)
+
 
 @intrinsic
 def _from_bits(typing_context, bits):

@@ -30,8 +30,20 @@ import numba
 from numba import float64
 import numpy as np
 
-from hunav_drake.systems.crowd.elementary import arctan2, exp_negative
-from hunav_drake.systems.nearest import INTEGER, MATRIX, REAL
+from hunav_drake.systems.crowd.constants import (
+    EPSILON,
+    GAMMA,
+    K_SOCIAL,
+    LAMBDA,
+    N_PRIME,
+    N,
+)
+from hunav_drake.systems.crowd.elementary import (
+    arctan2,
+    exp_negative,
+    vectorized,
+)
+from hunav_drake.systems.nearest import INTEGER, MATRIX, REAL, jit
 
 # From how many people on pairs are tested, and from how many on people are
 # sorted into columns first. Below, the test costs more than it saves.
@@ -44,30 +56,21 @@ _BATCH = 512
 # The width of a column, in meters.
 _COLUMN = 12.0
 
-# The parameters of the people: columns of SocialForceParameters.
-_K_SOCIAL, _LAMBDA, _GAMMA, _N, _N_PRIME, _EPSILON = 4, 5, 6, 7, 8, 9
-
 _single = np.float32
-_vector = numba.njit(
-    cache=True,
-    error_model="numpy",
-    fastmath={"contract", "nsz", "arcp", "reassoc"},
-)
-_scalar = numba.njit(cache=True, error_model="numpy")
 
 
-@_vector
+@vectorized
 def _pair_forces(k, dx, dy, ux, uy, count, fx, fy):
     """Writes the forces (fx, fy) of others at (dx, dy) from here.
 
     (ux, uy) is the own velocity minus the other's, k the own parameters.
     """
-    lam = k[_LAMBDA]
-    gamma = k[_GAMMA]
-    n = k[_N]
-    n_prime = k[_N_PRIME]
-    epsilon = k[_EPSILON]
-    strength = k[_K_SOCIAL]
+    lam = k[LAMBDA]
+    gamma = k[GAMMA]
+    n = k[N]
+    n_prime = k[N_PRIME]
+    epsilon = k[EPSILON]
+    strength = k[K_SOCIAL]
     for j in range(count):
         r = math.sqrt(dx[j] * dx[j] + dy[j] * dy[j])
         per_r = 1.0 / (r if r > 0 else 1.0)
@@ -100,7 +103,7 @@ def _pair_forces(k, dx, dy, ux, uy, count, fx, fy):
         fy[j] = scale * (forward * ty + sideways * tx)
 
 
-@_vector
+@vectorized
 def _sum(values, lo, hi):
     """Returns the sum of values lo..hi-1."""
     total = 0.0
@@ -109,7 +112,7 @@ def _sum(values, lo, hi):
     return total
 
 
-@_vector
+@vectorized
 def _mark(person, bound, x, y, vx, vy, lo, hi, marks):
     """Marks which of people lo..hi-1 may matter to a person."""
     xi, yi, vxi, vyi = person
@@ -138,36 +141,36 @@ def _mark(person, bound, x, y, vx, vy, lo, hi, marks):
         marks[j - lo] = np.uint8(0) if skip else np.uint8(1)
 
 
-@_scalar
+@jit
 def _bound(k, limit):
     """Returns the constants of `_mark`, with a margin for single precision."""
-    m = min(k[_N], k[_N_PRIME])
-    m2 = m * m * k[_GAMMA] * k[_GAMMA]
-    delta = 0.02 if k[_EPSILON] != 0 else 0.0
+    m = min(k[N], k[N_PRIME])
+    m2 = m * m * k[GAMMA] * k[GAMMA]
+    delta = 0.02 if k[EPSILON] != 0 else 0.0
     turned = 0.0
     if delta > 0:
-        b = k[_EPSILON] * k[_GAMMA]
+        b = k[EPSILON] * k[GAMMA]
         turned = 4 * m2 * b * b * (1 / delta - 1)
     keep = 0.9999 * (1 - delta)
     return (
-        _single(k[_LAMBDA]),
-        _single(k[_GAMMA] * k[_GAMMA] * 1.0001),
+        _single(k[LAMBDA]),
+        _single(k[GAMMA] * k[GAMMA] * 1.0001),
         _single(m2 * (math.pi / 2) ** 2 * keep),
-        _single(m2 * k[_LAMBDA] ** 2 * keep),
+        _single(m2 * k[LAMBDA] ** 2 * keep),
         _single(turned * 1.0001),
         _single(limit * 1.0001 + 1e-3),
     )
 
 
-@_scalar
+@jit
 def _limit(k, n, error):
     """Returns from which exponent on the forces of n people add up to less."""
-    if error <= 0 or n < SKIP_FROM or k[_K_SOCIAL] <= 0:
+    if error <= 0 or n < SKIP_FROM or k[K_SOCIAL] <= 0:
         return math.inf
-    return max(math.log(n * math.sqrt(2.0) * k[_K_SOCIAL] / error), 1.0)
+    return max(math.log(n * math.sqrt(2.0) * k[K_SOCIAL] / error), 1.0)
 
 
-@_scalar
+@jit
 def _few(states, k, result):
     """Writes the forces on a few people who are alike: all pairs at a time."""
     n = len(states)
@@ -198,17 +201,17 @@ def _few(states, k, result):
             count += 1
 
 
-@_scalar
-def _alike(parameters):
+@jit
+def alike(parameters):
     """Tells whether all people have the same weights for each other."""
     for i in range(1, len(parameters)):
-        for c in range(_K_SOCIAL, _EPSILON + 1):
+        for c in range(K_SOCIAL, EPSILON + 1):
             if parameters[i, c] != parameters[0, c]:
                 return False
     return True
 
 
-@_scalar
+@jit
 def _columns(x, y):
     """Sorts people into columns of the plane, and each column by y.
 
@@ -253,7 +256,7 @@ def people_forces(states, parameters, error, part, parts):
     result = np.zeros((n, 2))
     if n < 2:
         return result
-    uniform = _alike(parameters)
+    uniform = alike(parameters)
     if uniform and n < SKIP_FROM:
         if part == 0:
             _few(states, parameters[0], result)
@@ -307,7 +310,7 @@ def people_forces(states, parameters, error, part, parts):
         reach = math.inf
         if sorted_up:
             speed = math.hypot(vx[a], vy[a]) + fastest
-            reach = limit * k[_GAMMA] * (1.0 + k[_LAMBDA] * speed)
+            reach = limit * k[GAMMA] * (1.0 + k[LAMBDA] * speed)
         first = count
         for c in range(own if uniform else 0, columns):
             if a % parts != part:

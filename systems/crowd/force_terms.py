@@ -16,35 +16,33 @@ from hunav_drake.systems.columns import (
     ROBOT_REPULSION,
     ROBOT_ROLE,
 )
-from hunav_drake.systems.layout import VX, VY, X, Y
+from hunav_drake.systems.crowd.constants import (
+    EPSILON,
+    GAMMA,
+    K_COHERENCE,
+    K_GAZE,
+    K_OBSTACLE,
+    K_REPULSION,
+    K_SOCIAL,
+    LAMBDA,
+    MOST,
+    N_PRIME,
+    REPULSION_FLOOR,
+    SIGMA,
+    THETA_ZERO,
+    N,
+)
+from hunav_drake.systems.layout import (
+    GAZE_FORCE,
+    OBSTACLE_FORCE,
+    ROBOT_REPULSION_FORCE,
+    SOCIAL_FORCE,
+    VX,
+    VY,
+    X,
+    Y,
+)
 from hunav_drake.systems.nearest import jit, nearest_on_segments
-
-# The columns of the parameters: the fields of SocialForceParameters in order.
-(
-    K_GOAL,
-    TAU,
-    _K_OBSTACLE,
-    _SIGMA,
-    _K_SOCIAL,
-    _LAMBDA,
-    _GAMMA,
-    _N,
-    _N_PRIME,
-    _EPSILON,
-    _K_GAZE,
-    _K_COHERENCE,
-    _K_REPULSION,
-) = range(13)
-
-# Angles smaller than this are rounding noise of an exact head-on encounter.
-_THETA_ZERO = 1e-12
-
-# The largest exponent of the push of a wall: no force is infinite, however hard
-# a wall is.
-_DEEPEST = 300.0
-
-# The least distance to a robot's center that its extra push is computed for.
-_REPULSION_FLOOR = 0.05
 
 
 @jit
@@ -69,27 +67,27 @@ def pair_force(dx, dy, dvx, dvy, k):
         return 0.0, 0.0
     nx = dx / r
     ny = dy / r
-    ix = k[_LAMBDA] * dvx + nx
-    iy = k[_LAMBDA] * dvy + ny
+    ix = k[LAMBDA] * dvx + nx
+    iy = k[LAMBDA] * dvy + ny
     length = math.sqrt(ix * ix + iy * iy)
     if length == 0:
         return 0.0, 0.0
     tx = ix / length
     ty = iy / length
-    b = k[_GAMMA] * length
+    b = k[GAMMA] * length
     # Two calls of atan2, where one would do, are what makes it bit-identical.
     theta = wrap(math.atan2(ny, nx) - math.atan2(ty, tx))
-    theta = wrap(theta + k[_EPSILON] * b)
-    if abs(theta) < _THETA_ZERO:
+    theta = wrap(theta + k[EPSILON] * b)
+    if abs(theta) < THETA_ZERO:
         theta = 0.0
     decay = -r / b
-    slowing = k[_N_PRIME] * b * theta
-    turning = k[_N] * b * theta
+    slowing = k[N_PRIME] * b * theta
+    turning = k[N] * b * theta
     forward = -math.exp(decay - slowing * slowing)
     sideways = -np.sign(theta) * math.exp(decay - turning * turning)
     return (
-        k[_K_SOCIAL] * (forward * tx - sideways * ty),
-        k[_K_SOCIAL] * (forward * ty + sideways * tx),
+        k[K_SOCIAL] * (forward * tx - sideways * ty),
+        k[K_SOCIAL] * (forward * ty + sideways * tx),
     )
 
 
@@ -101,8 +99,8 @@ def point_force(x, y, ox, oy, radius, k):
     distance = math.sqrt(dx * dx + dy * dy)
     if distance == 0:
         return 0.0, 0.0
-    depth = min(-(distance - radius) / k[_SIGMA], _DEEPEST)
-    strength = k[_K_OBSTACLE] * math.exp(depth)
+    depth = min(-(distance - radius) / k[SIGMA], MOST)
+    strength = k[K_OBSTACLE] * math.exp(depth)
     return strength * (dx / distance), strength * (dy / distance)
 
 
@@ -167,7 +165,7 @@ def add_group_forces(directions, states, radii, command, parameters, forces):
                 states,
                 radii,
                 parameters[i],
-                forces[i, 6:12],
+                forces[i, GAZE_FORCE:ROBOT_REPULSION_FORCE],
             )
 
 
@@ -187,15 +185,15 @@ def _group_force(i, members, cx, cy, direction, states, radii, k, out):
     # Beyond 90 degrees from where the person heads. (The cosine decides.)
     if along < 0:
         back = along / (ex * ex + ey * ey)
-        out[0] = back * ex * k[_K_GAZE]
-        out[1] = back * ey * k[_K_GAZE]
+        out[0] = back * ex * k[K_GAZE]
+        out[1] = back * ey * k[K_GAZE]
 
     dx = cx - x
     dy = cy - y
     distance = math.sqrt(dx * dx + dy * dy)
     softened = math.tanh(distance - (size - 1) / 2) + 1
-    out[2] = dx * (k[_K_COHERENCE] * softened / 2)
-    out[3] = dy * (k[_K_COHERENCE] * softened / 2)
+    out[2] = dx * (k[K_COHERENCE] * softened / 2)
+    out[3] = dy * (k[K_COHERENCE] * softened / 2)
 
     for j in members:
         if j != i:
@@ -204,8 +202,8 @@ def _group_force(i, members, cx, cy, direction, states, radii, k, out):
             if math.sqrt(dx * dx + dy * dy) < radii[i] + radii[j]:
                 out[4] += dx
                 out[5] += dy
-    out[4] *= k[_K_REPULSION]
-    out[5] *= k[_K_REPULSION]
+    out[4] *= k[K_REPULSION]
+    out[5] *= k[K_REPULSION]
 
 
 @jit
@@ -221,20 +219,18 @@ def add_robot_forces(x, y, vx, vy, radius, command, k, robots, out):
             fx, fy = pair_force(
                 dx, dy, vx - robots[j, VX], vy - robots[j, VY], k
             )
-            out[4] += fx
-            out[5] += fy
+            out[SOCIAL_FORCE] += fx
+            out[SOCIAL_FORCE + 1] += fy
         elif command[ROBOT_ROLE] == OBSTACLE:
             fx, fy = point_force(x, y, robots[j, X], robots[j, Y], radius, k)
-            out[2] += fx
-            out[3] += fy
+            out[OBSTACLE_FORCE] += fx
+            out[OBSTACLE_FORCE + 1] += fy
         distance = math.sqrt(dx * dx + dy * dy)
         if distance < nearest and distance > 0:
             nearest = distance
             away_x = -dx / distance
             away_y = -dy / distance
     if command[ROBOT_REPULSION] != 0 and nearest < math.inf:
-        push = command[ROBOT_REPULSION] / max(
-            nearest - radius, _REPULSION_FLOOR
-        )
-        out[12] = push * away_x
-        out[13] = push * away_y
+        push = command[ROBOT_REPULSION] / max(nearest - radius, REPULSION_FLOOR)
+        out[ROBOT_REPULSION_FORCE] = push * away_x
+        out[ROBOT_REPULSION_FORCE + 1] = push * away_y

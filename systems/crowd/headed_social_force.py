@@ -21,14 +21,27 @@ from hunav_drake.systems.columns import (
     TURN_RATE,
 )
 from hunav_drake.systems.crowd import kernel
-from hunav_drake.systems.crowd.force_terms import K_GOAL, TAU, wrap
+from hunav_drake.systems.crowd.constants import (
+    K_GOAL,
+    TAU,
+)
+from hunav_drake.systems.crowd.force_terms import wrap
 from hunav_drake.systems.crowd.motion_model import (
     Array,
     Snapshot,
     register_motion_model,
 )
 from hunav_drake.systems.crowd.social_force_model import SocialForceModel
-from hunav_drake.systems.layout import OMEGA, VX, VY, YAW, X, Y
+from hunav_drake.systems.layout import (
+    GOAL_FORCE,
+    OMEGA,
+    TOTAL_FORCE,
+    VX,
+    VY,
+    YAW,
+    X,
+    Y,
+)
 from hunav_drake.systems.nearest import MATRIX, REAL, jit, jit_as
 from hunav_drake.systems.schema import CONFIG, within
 
@@ -140,13 +153,15 @@ def headed_advance(
         yaw = states[i, YAW]
         c = math.cos(yaw)
         s = math.sin(yaw)
-        goal_x = forces[i, 0]
-        goal_y = forces[i, 1]
-        other_x = forces[i, 14] - goal_x
-        other_y = forces[i, 15] - goal_y
+        goal_x = forces[i, GOAL_FORCE]
+        goal_y = forces[i, GOAL_FORCE + 1]
+        other_x = forces[i, TOTAL_FORCE] - goal_x
+        other_y = forces[i, TOTAL_FORCE + 1] - goal_y
 
         forward = c * states[i, VX] + s * states[i, VY]
-        forward += (c * forces[i, 14] + s * forces[i, 15]) * time_step
+        forward += (
+            c * forces[i, TOTAL_FORCE] + s * forces[i, TOTAL_FORCE + 1]
+        ) * time_step
         side = c * states[i, VY] - s * states[i, VX]
         rate = k_damping / mass
         push = k_orthogonal * (c * other_y - s * other_x)

@@ -5,7 +5,7 @@ import dataclasses
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from pydrake.autodiffutils import AutoDiffXd
 from pydrake.systems.framework import (
     BasicVector,
@@ -18,18 +18,25 @@ from pydrake.systems.framework import (
 from pydrake.systems.scalar_conversion import TemplateSystem
 
 from hunav_drake.systems.checks import check_count, check_time_step
-from hunav_drake.systems.crowd import numpy_model
 from hunav_drake.systems.crowd.crowd_config import CrowdConfig
 from hunav_drake.systems.crowd.human_config import HumanConfig
+from hunav_drake.systems.crowd.limits import limited
+from hunav_drake.systems.crowd.models import make_motion_model
 from hunav_drake.systems.crowd.motion_model import (
     MotionModel,
     Snapshot,
-    make_motion_model,
+    checked,
 )
 from hunav_drake.systems.crowd.parameters import SocialForceParameters
 from hunav_drake.systems.crowd.room import Room
 from hunav_drake.systems.crowd.social_force_model import SocialForceModel
-from hunav_drake.systems.layout import COMMAND_SIZE, FORCES_SIZE, STATE_SIZE
+from hunav_drake.systems.layout import (
+    COMMAND_SIZE,
+    FORCES_SIZE,
+    MOTION_SIZE,
+    RADIUS,
+    STATE_SIZE,
+)
 from hunav_drake.systems.obstacles import Obstacles
 
 
@@ -82,7 +89,8 @@ def HumanCrowd_(T: Any) -> type:
         Port ``forces`` gives n rows of 8 vectors (x, y), in m/s^2: see
         `layout.FORCES`; it is computed when someone asks.
 
-        The discrete state holds n rows (x, y, yaw, vx, vy, omega).
+        The discrete state holds n rows (x, y, yaw, vx, vy, omega). Numbers of
+        a size beyond 1e12, in the state or at the ports, count as that.
 
         ``HumanCrowd`` is ``HumanCrowd_[float]``. With the social force model,
         it converts to ``HumanCrowd_[AutoDiffXd]``, whose steps carry
@@ -115,15 +123,19 @@ def HumanCrowd_(T: Any) -> type:
 
             Raises:
                 ValueError: If ``time_step`` is not positive, ``num_robots`` is
-                    negative, or ``config`` names a model that there is not, or
-                    one without the derivatives that AutoDiffXd asks for.
+                    negative, weights of ``humans`` are still to be drawn, or
+                    ``config`` names a model that there is not, or one without
+                    the derivatives that AutoDiffXd asks for.
             """
             LeafSystem_[T].__init__(self, converter=converter)
             check_time_step(time_step)
             check_count("num_robots", num_robots)
+            _check_drawn(humans)
             n = len(humans)
             self._humans = tuple(humans)
-            self._obstacles = obstacles or Obstacles.from_shapes([], solid=[])
+            self._obstacles = _read_only(
+                obstacles or Obstacles.from_shapes([], solid=[])
+            )
             self._config = config or CrowdConfig()
             self._num_robots = num_robots
             self._one_command_port = one_command_port
@@ -140,8 +152,16 @@ def HumanCrowd_(T: Any) -> type:
             self._parameters = np.array(
                 [dataclasses.astuple(human.forces) for human in humans]
             ).reshape(n, len(dataclasses.fields(SocialForceParameters)))
+            # Models that are not ours get these, too.
+            self._radii.setflags(write=False)
+            self._parameters.setflags(write=False)
             self._no_robots = np.zeros((0, STATE_SIZE))
-            self._room = Room(self._obstacles, self._radii, self._config)
+            self._room = Room(
+                self._obstacles,
+                self._radii,
+                self._config,
+                margin=getattr(model, "safety_margin", 0.0),
+            )
 
             self._robot_state = (
                 self.DeclareVectorInputPort(
@@ -158,7 +178,7 @@ def HumanCrowd_(T: Any) -> type:
                     for i in range(n)
                 ]
             )
-            start = np.zeros((n, 6))
+            start = np.zeros((n, MOTION_SIZE))
             start[:, :3] = np.array([human.pose for human in humans]).reshape(
                 n, 3
             )
@@ -226,6 +246,19 @@ def HumanCrowd_(T: Any) -> type:
                 )
             return self._commands[index]
 
+        def get_commands_input_port(self) -> InputPort:
+            """Returns the port with what all people want.
+
+            Raises:
+                ValueError: If the crowd was made with a port for each.
+            """
+            if not self._one_command_port:
+                raise ValueError(
+                    f"{self.GetSystemPathname()} has no port commands: it was"
+                    " made with one_command_port=False"
+                )
+            return self._commands[0]
+
         def get_human_states_output_port(self) -> OutputPort:
             """Returns the port with the states of the people."""
             return self._human_states
@@ -234,12 +267,33 @@ def HumanCrowd_(T: Any) -> type:
             """Returns the port with the forces on the people."""
             return self._forces
 
+        def SetStates(self, context: Context, states: ArrayLike) -> None:
+            """Sets where people are, and how they move.
+
+            Args:
+                context: Of this system, changed.
+                states: Shape (n, 6 or 7): rows of ``human_states``; radii are
+                    not read.
+
+            Raises:
+                ValueError: If the array does not have that shape.
+            """
+            rows = np.asarray(states)
+            n = len(self._humans)
+            if rows.shape not in ((n, STATE_SIZE), (n, MOTION_SIZE)):
+                raise ValueError(
+                    f"states must have shape ({n}, {STATE_SIZE}) or"
+                    f" ({n}, {MOTION_SIZE}), got {rows.shape}"
+                )
+            context.SetDiscreteState(self._state, rows[:, :MOTION_SIZE].ravel())
+
         def CalcJacobian(self, context: Context) -> CrowdJacobian:
             """Computes the derivatives of the next discrete state.
 
             Those by what people and robots do now, from the formulas, with
             the commands as they are: in one call of compiled code, what
-            `HumanCrowd_[AutoDiffXd]` would tell.
+            `HumanCrowd_[AutoDiffXd]` would tell. In narrow passages, how hard
+            walls push counts as constant: see `passage.ease`.
 
             Args:
                 context: Its inputs must be connected or fixed.
@@ -257,7 +311,7 @@ def HumanCrowd_(T: Any) -> type:
 
             _differentiable(self._model, self._config.model)
             snapshot = self._Look(context)
-            forces = self._forces.Eval(context)
+            forces = self._forces.Eval(context).reshape(-1, FORCES_SIZE)
             derivatives = jacobian.step_jacobian(
                 snapshot.states,
                 snapshot.radii,
@@ -268,13 +322,11 @@ def HumanCrowd_(T: Any) -> type:
                 snapshot.obstacles.first,
                 snapshot.obstacle_range,
                 snapshot.max_obstacles,
-                forces.reshape(-1, FORCES_SIZE),
+                forces,
                 snapshot.time_step,
             )
             size = snapshot.states.size
-            moved = self._model.advance(
-                snapshot, forces.reshape(-1, FORCES_SIZE)
-            )
+            moved = self._Advance(snapshot, forces)
             self._room.chain(derivatives, snapshot.states, moved)
             return CrowdJacobian(derivatives[:, :size], derivatives[:, size:])
 
@@ -285,28 +337,57 @@ def HumanCrowd_(T: Any) -> type:
             state: NDArray[Any] = (
                 vector.value() if T is float else vector.CopyToVector()
             )
-            return state.reshape(-1, 6)
+            state = state.reshape(-1, MOTION_SIZE)
+            state.setflags(write=False)
+            return state
+
+        def _GetRobots(self, context: Context) -> NDArray[Any]:
+            """Returns the rows of port robot_state, not to be written to."""
+            if self._robot_state is None:
+                return self._no_robots
+            robots: NDArray[Any] = self._robot_state.Eval(context)
+            robots = robots.reshape(-1, STATE_SIZE)
+            robots.setflags(write=False)
+            return limited(robots)
 
         def _Look(self, context: Context) -> Snapshot:
             """Returns the snapshot of a Context."""
-            states = self._GetState(context)
+            states = limited(self._GetState(context))
             command = np.array([port.Eval(context) for port in self._commands])
+            command = self._room.guide(
+                states, limited(command.reshape(-1, COMMAND_SIZE))
+            )
+            radii, parameters = self._room.ease(
+                states, command, self._parameters
+            )
             return Snapshot(
                 states=states,
-                radii=self._radii,
-                command=self._room.guide(
-                    states, command.reshape(-1, COMMAND_SIZE)
-                ),
-                parameters=self._parameters,
-                robots=(
-                    self._no_robots
-                    if self._robot_state is None
-                    else self._robot_state.Eval(context).reshape(-1, STATE_SIZE)
-                ),
+                radii=radii,
+                command=command,
+                parameters=parameters,
+                robots=self._GetRobots(context),
                 obstacles=self._obstacles,
                 obstacle_range=self._config.obstacle_range,
                 max_obstacles=self._config.max_obstacles,
                 time_step=self._time_step,
+            )
+
+        def _Forces(self, snapshot: Snapshot) -> NDArray[Any]:
+            """Returns what the model gives, of shape (n, FORCES_SIZE)."""
+            return checked(
+                self._model.forces(snapshot),
+                (len(self._humans), FORCES_SIZE),
+                *(self._config.model, "forces"),
+            )
+
+        def _Advance(
+            self, snapshot: Snapshot, forces: NDArray[Any]
+        ) -> NDArray[Any]:
+            """Returns what the model gives, of shape (n, MOTION_SIZE)."""
+            return checked(
+                self._model.advance(snapshot, forces),
+                (len(self._humans), MOTION_SIZE),
+                *(self._config.model, "advance"),
             )
 
         def _CalcHumanStates(
@@ -314,20 +395,18 @@ def HumanCrowd_(T: Any) -> type:
         ) -> None:
             state = self._GetState(context)
             rows = np.empty((len(state), STATE_SIZE), dtype=state.dtype)
-            rows[:, :6] = state
-            rows[:, 6] = self._radii
+            rows[:, :MOTION_SIZE] = state
+            rows[:, RADIUS] = self._radii
             output.SetFromVector(rows.ravel())
 
         def _CalcForces(self, context: Context, output: BasicVector) -> None:
-            forces = self._model.forces(self._Look(context))
-            output.SetFromVector(forces.ravel())
+            output.SetFromVector(self._Forces(self._Look(context)).ravel())
 
         def _Update(
             self, context: Context, discrete_state: DiscreteValues
         ) -> None:
             snapshot = self._Look(context)
-            forces = self._model.forces(snapshot)
-            moved = self._model.advance(snapshot, forces)
+            moved = self._Advance(snapshot, self._Forces(snapshot))
             moved = self._room.keep_out(snapshot.states, moved)
             discrete_state.set_value(self._state, moved.ravel())
 
@@ -350,4 +429,25 @@ def _differentiable(model: MotionModel, name: str) -> MotionModel:
             "derivatives of a crowd need the motion model 'social_force';"
             f" {name!r} has none"
         )
-    return numpy_model.NumpyModel()
+    return dataclasses.replace(model, kernel="numpy")
+
+
+def _check_drawn(humans: Sequence[HumanConfig]) -> None:
+    """Checks that nobody has weights that are still to be drawn."""
+    for i, human in enumerate(humans):
+        if human.forces_mode not in ("custom", "default"):
+            raise ValueError(
+                f"humans[{i}].forces_mode is {human.forces_mode!r}, whose"
+                " weights follow from a seed: give HumanCrowd the people"
+                " draw_weights(humans, seed)"
+            )
+
+
+def _read_only(obstacles: Obstacles) -> Obstacles:
+    """Returns the same walls in arrays that nobody writes to."""
+    views = {}
+    for field in dataclasses.fields(obstacles):
+        view = getattr(obstacles, field.name).view()
+        view.setflags(write=False)
+        views[field.name] = view
+    return dataclasses.replace(obstacles, **views)

@@ -23,10 +23,15 @@ from hunav_drake.systems.columns import (
     TURN_RATE,
     YAW_TARGET,
 )
-from hunav_drake.systems.crowd.force_terms import K_GOAL, TAU, wrap
+from hunav_drake.systems.crowd.constants import (
+    K_GOAL,
+    SHORT,
+    TAU,
+    YAW_SPEED,
+)
+from hunav_drake.systems.crowd.force_terms import wrap
 from hunav_drake.systems.crowd.jacobian_pairs import (
     ROBOT,
-    SHORT,
     STATE,
     add_pairs,
 )
@@ -38,6 +43,7 @@ from hunav_drake.systems.crowd.jacobian_terms import (
 )
 from hunav_drake.systems.layout import (
     OMEGA,
+    TOTAL_FORCE,
     VX,
     VY,
     YAW,
@@ -53,9 +59,6 @@ from hunav_drake.systems.nearest import (
     jit,
     jit_as,
 )
-
-# As in `kernel.py`.
-_YAW_SPEED = 1e-6
 
 
 @jit
@@ -129,10 +132,10 @@ def _step(i, states, forces, command, time_step, rows, out, own):
         time_step: Likewise.
         rows: Shape (2, c): the derivatives of the force.
         out: Shape (6, c), of zeros.
-        own: The column of the person's own x, or -1 if there is none.
+        own: The column of the person's own x.
     """
-    vx = states[i, VX] + forces[i, 14] * time_step
-    vy = states[i, VY] + forces[i, 15] * time_step
+    vx = states[i, VX] + forces[i, TOTAL_FORCE] * time_step
+    vy = states[i, VY] + forces[i, TOTAL_FORCE + 1] * time_step
     keep = 0.0 if command[i, HOLD] != 0 else 1.0
     vx *= keep
     vy *= keep
@@ -158,13 +161,12 @@ def _step(i, states, forces, command, time_step, rows, out, own):
         turn = wrap(command[i, YAW_TARGET] - states[i, YAW])
         if abs(turn) <= command[i, TURN_RATE] * time_step:
             yaw_yaw = 0.0
-    elif speed >= _YAW_SPEED:
+    elif speed >= YAW_SPEED:
         yaw_x = -vy / (speed * speed)
         yaw_y = vx / (speed * speed)
         yaw_yaw = 0.0
-    if own >= 0:
-        rows[0, own + VX] += 1 / time_step
-        rows[1, own + VY] += 1 / time_step
+    rows[0, own + VX] += 1 / time_step
+    rows[1, own + VY] += 1 / time_step
     for c in range(rows.shape[1]):
         fx = rows[0, c] * time_step
         fy = rows[1, c] * time_step
@@ -177,11 +179,10 @@ def _step(i, states, forces, command, time_step, rows, out, own):
         out[VX, c] = gx
         out[VY, c] = gy
         out[OMEGA, c] = yaw / time_step
-    if own >= 0:
-        out[X, own + X] += 1.0
-        out[Y, own + Y] += 1.0
-        out[YAW, own + YAW] += yaw_yaw
-        out[OMEGA, own + YAW] += (yaw_yaw - 1) / time_step
+    out[X, own + X] += 1.0
+    out[Y, own + Y] += 1.0
+    out[YAW, own + YAW] += yaw_yaw
+    out[OMEGA, own + YAW] += (yaw_yaw - 1) / time_step
 
 
 @jit_as(
@@ -211,7 +212,7 @@ def force_jacobian(
     """
     n = len(states)
     result = np.zeros((2 * n, STATE * n + ROBOT * len(robots)))
-    add_pairs(states, command, parameters, robots, True, result)
+    add_pairs(states, command, parameters, robots, result)
     for i in range(n):
         rows = result[2 * i : 2 * i + 2]
         k = parameters[i]
@@ -286,48 +287,5 @@ def step_jacobian(
             rows[2 * i : 2 * i + 2],
             result[STATE * i : STATE * (i + 1)],
             STATE * i,
-        )
-    return result
-
-
-@jit_as(
-    float64[:, ::1],
-    *(MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, MATRIX, REAL),
-)
-def robot_jacobian(
-    states, radii, command, parameters, robots, forces, time_step
-):
-    """Returns the derivatives of the next states by the robots alone.
-
-    Args:
-        states: As for `step_jacobian`, like all the others.
-        radii: Likewise.
-        command: Likewise.
-        parameters: Likewise.
-        robots: Likewise.
-        forces: Likewise.
-        time_step: Likewise.
-
-    Returns:
-        Shape (6n, 7m): the last columns of `step_jacobian`.
-    """
-    n = len(states)
-    result = np.empty((STATE * n, ROBOT * len(robots)))
-    partials = np.zeros((2 * n, result.shape[1]))
-    add_pairs(states, command, parameters, robots, False, partials)
-    for i in range(n):
-        rows = partials[2 * i : 2 * i + 2]
-        add_robot_derivatives(
-            i, states, radii, command, parameters[i], robots, rows, 0
-        )
-        _step(
-            i,
-            states,
-            forces,
-            command,
-            time_step,
-            rows,
-            result[STATE * i : STATE * (i + 1)],
-            -1,
         )
     return result

@@ -7,42 +7,38 @@ for both people of a pair if all have the same weights.
 
 import math
 
-import numba
 import numpy as np
 
 from hunav_drake.systems.columns import PEDESTRIAN, ROBOT_ROLE
-from hunav_drake.systems.crowd.elementary import arctan2, exp_negative
+from hunav_drake.systems.crowd.constants import (
+    EPSILON,
+    GAMMA,
+    K_SOCIAL,
+    LAMBDA,
+    LEAST,
+    N_PRIME,
+    SHORT,
+    THETA_ZERO,
+    N,
+)
+from hunav_drake.systems.crowd.elementary import (
+    arctan2,
+    exp_negative,
+    vectorized,
+)
+from hunav_drake.systems.crowd.fast_kernel import alike
 from hunav_drake.systems.layout import VX, VY, X, Y
 from hunav_drake.systems.nearest import jit
 
 # The rows of the people's states, and of the robots'.
 STATE, ROBOT = 6, 7
 
-# As in `social_force.py`: shorter vectors have no derivative, and forces of
-# smaller exponents are zero.
-SHORT = 1e-100
-_LEAST = 800.0
-
-# As in `force_terms.py`.
-_THETA_ZERO = 1e-12
-
-# The columns of the parameters: fields of SocialForceParameters.
-_K_SOCIAL, _LAMBDA, _GAMMA, _N, _N_PRIME, _EPSILON = range(4, 10)
-
-
-# Like those of the fast kernel: the loop over pairs is made of vectors.
-_vector = numba.njit(
-    cache=True,
-    error_model="numpy",
-    fastmath={"contract", "nsz", "arcp", "reassoc"},
-)
-
 # How many pairs are computed in one go, and the vectors that they fill.
 _PAIRS = 64
 _LANES = 8
 
 
-@_vector
+@vectorized
 def _pair_derivatives(k, pairs, count):
     """Computes the derivatives of the social forces of others, of some pairs.
 
@@ -55,10 +51,10 @@ def _pair_derivatives(k, pairs, count):
             the velocity.
         count: How many pairs there are, at most _PAIRS.
     """
-    weight = k[_LAMBDA]
-    gamma = k[_GAMMA]
+    weight = k[LAMBDA]
+    gamma = k[GAMMA]
     per_gamma = 1 / gamma
-    tilt = k[_EPSILON] * gamma
+    tilt = k[EPSILON] * gamma
     # A loop over what is left of the last vector would cost more.
     for c in range((count + _LANES - 1) // _LANES * _LANES):
         dx = pairs[c]
@@ -83,24 +79,24 @@ def _pair_derivatives(k, pairs, count):
         theta = arctan2(cross, dot) + tilt * size
         turns = math.ceil(theta * (0.5 / math.pi) - 0.5)
         theta = theta - turns * (2 * math.pi)
-        theta = 0.0 if abs(theta) < _THETA_ZERO else theta
+        theta = 0.0 if abs(theta) < THETA_ZERO else theta
         side = -1.0 if theta < 0 else 1.0
         side = 0.0 if theta == 0.0 else side
         decay = -r * per_b
-        slow = k[_N_PRIME] * b
-        turn = k[_N] * b
+        slow = k[N_PRIME] * b
+        turn = k[N] * b
         slowing = slow * theta
         turning = turn * theta
         # The force is ahead * t + left * (t turned by 90 degrees).
-        strength = k[_K_SOCIAL] if defined & (r < _LEAST * b) else 0.0
+        strength = k[K_SOCIAL] if defined & (r < LEAST * b) else 0.0
         ahead = -strength * exp_negative(decay - slowing * slowing)
         left = -strength * side * exp_negative(decay - turning * turning)
 
         # The logarithms of ahead and left, by b at constant theta, and by
         # theta.
         shrink = -decay * per_b
-        ahead_b = shrink - 2 * slowing * k[_N_PRIME] * theta
-        left_b = shrink - 2 * turning * k[_N] * theta
+        ahead_b = shrink - 2 * slowing * k[N_PRIME] * theta
+        left_b = shrink - 2 * turning * k[N] * theta
         ahead_theta = -2 * slowing * slow
         left_theta = -2 * turning * turn
 
@@ -144,17 +140,7 @@ def _pair_derivatives(k, pairs, count):
 
 
 @jit
-def _same_social(parameters):
-    """Tells whether all people have the same social force."""
-    for i in range(1, len(parameters)):
-        for c in range(_K_SOCIAL, _EPSILON + 1):
-            if parameters[i, c] != parameters[0, c]:
-                return False
-    return True
-
-
-@jit
-def add_pairs(states, command, parameters, robots, everybody, result):
+def add_pairs(states, command, parameters, robots, result):
     """Adds the derivatives of the forces of people, and robots taken for them.
 
     Args:
@@ -162,20 +148,16 @@ def add_pairs(states, command, parameters, robots, everybody, result):
         command: Likewise.
         parameters: Likewise.
         robots: Likewise.
-        everybody: Whether those of people count, or only those of robots; then
-            there are no columns for people.
         result: Shape (2n, c), added to.
     """
     n = len(states)
-    same = _same_social(parameters)
+    same = alike(parameters)
     pairs = np.zeros(12 * _PAIRS)
     who = np.empty((2, _PAIRS), dtype=np.int64)
     count = 0
     for i in range(n):
-        first = 0 if everybody else n
         # With the same weights, the forces of two are opposite.
-        if everybody and same:
-            first = i + 1
+        first = i + 1 if same else 0
         last = n
         if command[i, ROBOT_ROLE] == PEDESTRIAN:
             last += len(robots)
@@ -193,18 +175,18 @@ def add_pairs(states, command, parameters, robots, everybody, result):
             count += 1
             if count == _PAIRS:
                 _pair_derivatives(parameters[i], pairs, count)
-                _add_pair_blocks(pairs, count, who, n, same, everybody, result)
+                _add_pair_blocks(pairs, count, who, n, same, result)
                 count = 0
         if count > 0 and (i == n - 1 or not same):
             _pair_derivatives(parameters[i], pairs, count)
-            _add_pair_blocks(pairs, count, who, n, same, everybody, result)
+            _add_pair_blocks(pairs, count, who, n, same, result)
             count = 0
 
 
 @jit
-def _add_pair_blocks(pairs, count, who, n, same, everybody, result):
+def _add_pair_blocks(pairs, count, who, n, same, result):
     """Adds what `_pair_derivatives` has computed."""
-    robots = STATE * n if everybody else 0
+    robots = STATE * n
     for c in range(count):
         i = who[0, c]
         j = who[1, c]

@@ -17,20 +17,19 @@ from hunav_drake.systems.columns import (
     ROBOT_REPULSION,
     ROBOT_ROLE,
 )
-from hunav_drake.systems.crowd.jacobian_pairs import ROBOT, SHORT, STATE
+from hunav_drake.systems.crowd.constants import (
+    K_COHERENCE,
+    K_GAZE,
+    K_OBSTACLE,
+    K_REPULSION,
+    MOST,
+    REPULSION_FLOOR,
+    SHORT,
+    SIGMA,
+)
+from hunav_drake.systems.crowd.jacobian_pairs import ROBOT, STATE
 from hunav_drake.systems.layout import X, Y
 from hunav_drake.systems.nearest import jit, nearest_on_segments
-
-# As in `social_force.py`: forces of larger exponents do not grow.
-_MOST = 300.0
-
-# As in `force_terms.py`.
-_REPULSION_FLOOR = 0.05
-
-
-# The columns of the parameters: fields of SocialForceParameters.
-_K_OBSTACLE, _SIGMA = 2, 3
-_K_GAZE, _K_COHERENCE, _K_REPULSION = range(10, 13)
 
 
 @jit
@@ -52,12 +51,12 @@ def point_derivative(dx, dy, radius, k, edge):
         return 0.0, 0.0, 0.0
     ux = dx / distance
     uy = dy / distance
-    exponent = (radius - distance) / k[_SIGMA]
-    steep = -1 / k[_SIGMA]
-    if exponent >= _MOST:
-        exponent = _MOST
+    exponent = (radius - distance) / k[SIGMA]
+    steep = -1 / k[SIGMA]
+    if exponent >= MOST:
+        exponent = MOST
         steep = 0.0
-    strength = k[_K_OBSTACLE] * math.exp(exponent)
+    strength = k[K_OBSTACLE] * math.exp(exponent)
     away = strength * steep
     across = 0.0 if edge else strength / distance
     return (
@@ -153,9 +152,9 @@ def add_robot_derivatives(i, states, radii, command, k, robots, rows, column):
     ux = (x - robots[who, X]) / nearest
     uy = (y - robots[who, Y]) / nearest
     gap = nearest - radii[i]
-    push = command[i, ROBOT_REPULSION] / max(gap, _REPULSION_FLOOR)
+    push = command[i, ROBOT_REPULSION] / max(gap, REPULSION_FLOOR)
     across = push / nearest
-    away = -push / gap if gap >= _REPULSION_FLOOR else 0.0
+    away = -push / gap if gap >= REPULSION_FLOOR else 0.0
     xy = (away - across) * ux * uy
     add_block(
         rows,
@@ -200,10 +199,10 @@ def add_group_derivatives(
     dy = cy - y
     distance = math.sqrt(dx * dx + dy * dy)
     soft = math.tanh(distance - (members - 1) / 2)
-    pull = k[_K_COHERENCE] / 2 * (soft + 1)
+    pull = k[K_COHERENCE] / 2 * (soft + 1)
     steep = 0.0
     if distance >= SHORT:
-        steep = k[_K_COHERENCE] / 2 * (1 - soft * soft) / distance
+        steep = k[K_COHERENCE] / 2 * (1 - soft * soft) / distance
     xx = (pull + steep * dx * dx) / members
     xy = steep * dx * dy / members
     yy = (pull + steep * dy * dy) / members
@@ -214,7 +213,7 @@ def add_group_derivatives(
     along = ex * dx + ey * dy
     own = (0.0, 0.0, 0.0, 0.0)
     if along < 0:
-        gaze = k[_K_GAZE]
+        gaze = k[K_GAZE]
         xx += gaze * others * ex * ex
         xy += gaze * others * ex * ey
         yy += gaze * others * ey * ey
@@ -232,6 +231,6 @@ def add_group_derivatives(
             dx = x - states[j, X]
             dy = y - states[j, Y]
             if math.sqrt(dx * dx + dy * dy) < radii[i] + radii[j]:
-                push = k[_K_REPULSION]
+                push = k[K_REPULSION]
                 add_block(rows, STATE * j, -push, 0.0, 0.0, -push)
     return own

@@ -22,17 +22,37 @@ from hunav_drake.systems.columns import (
     TURN_RATE,
     YAW_TARGET,
 )
-from hunav_drake.systems.crowd.fast_kernel import people_forces
-from hunav_drake.systems.crowd.force_terms import (
+from hunav_drake.systems.crowd.constants import (
     K_GOAL,
     TAU,
+    YAW_SPEED,
+)
+from hunav_drake.systems.crowd.fast_kernel import people_forces
+from hunav_drake.systems.crowd.force_terms import (
     add_group_forces,
     add_robot_forces,
     pair_force,
     wall_force,
     wrap,
 )
-from hunav_drake.systems.layout import OMEGA, VX, VY, YAW, X, Y
+from hunav_drake.systems.layout import (
+    COHERENCE_FORCE,
+    FORCES_SIZE,
+    GAZE_FORCE,
+    GOAL_FORCE,
+    GROUP_REPULSION_FORCE,
+    MOTION_SIZE,
+    OBSTACLE_FORCE,
+    OMEGA,
+    ROBOT_REPULSION_FORCE,
+    SOCIAL_FORCE,
+    TOTAL_FORCE,
+    VX,
+    VY,
+    YAW,
+    X,
+    Y,
+)
 from hunav_drake.systems.nearest import (
     INDICES,
     INTEGER,
@@ -45,9 +65,6 @@ from hunav_drake.systems.nearest import (
 
 # Stands for forces of people that are not known.
 NOT_GIVEN = np.zeros((0, 2))
-
-# A person slower than this keeps the yaw.
-_YAW_SPEED = 1e-6
 
 
 @jit
@@ -65,7 +82,7 @@ def _all_forces(
 ):
     """Computes all forces; those of people unless they are given."""
     n = len(states)
-    forces = np.zeros((n, 16))
+    forces = np.zeros((n, FORCES_SIZE))
     directions = np.zeros((n, 2))
     grouped = False
     for i in range(n):
@@ -83,20 +100,20 @@ def _all_forces(
             ex = gx / distance
             ey = gy / distance
             speed = command[i, DESIRED_SPEED]
-            out[0] = k[K_GOAL] * (ex * speed - vx) / k[TAU]
-            out[1] = k[K_GOAL] * (ey * speed - vy) / k[TAU]
+            out[GOAL_FORCE] = k[K_GOAL] * (ex * speed - vx) / k[TAU]
+            out[GOAL_FORCE + 1] = k[K_GOAL] * (ey * speed - vy) / k[TAU]
             directions[i, 0] = ex
             directions[i, 1] = ey
         else:
-            out[0] = -vx / k[TAU]
-            out[1] = -vy / k[TAU]
+            out[GOAL_FORCE] = -vx / k[TAU]
+            out[GOAL_FORCE + 1] = -vy / k[TAU]
 
-        out[2], out[3] = wall_force(
+        out[OBSTACLE_FORCE], out[OBSTACLE_FORCE + 1] = wall_force(
             x, y, radii[i], k, segments, first, reach, most
         )
         if len(people) == n:
-            out[4] = people[i, 0]
-            out[5] = people[i, 1]
+            out[SOCIAL_FORCE] = people[i, 0]
+            out[SOCIAL_FORCE + 1] = people[i, 1]
         else:
             for j in range(n):
                 if j != i:
@@ -107,8 +124,8 @@ def _all_forces(
                         vy - states[j, VY],
                         k,
                     )
-                    out[4] += fx
-                    out[5] += fy
+                    out[SOCIAL_FORCE] += fx
+                    out[SOCIAL_FORCE + 1] += fy
         add_robot_forces(x, y, vx, vy, radii[i], command[i], k, robots, out)
         grouped = grouped or command[i, GROUP_ID] >= 0
 
@@ -117,8 +134,18 @@ def _all_forces(
     for i in range(n):
         out = forces[i]
         for c in range(2):
-            group = out[6 + c] + out[8 + c] + out[10 + c]
-            out[14 + c] = out[c] + out[4 + c] + out[2 + c] + group + out[12 + c]
+            group = (
+                out[GAZE_FORCE + c]
+                + out[COHERENCE_FORCE + c]
+                + out[GROUP_REPULSION_FORCE + c]
+            )
+            out[TOTAL_FORCE + c] = (
+                out[GOAL_FORCE + c]
+                + out[SOCIAL_FORCE + c]
+                + out[OBSTACLE_FORCE + c]
+                + group
+                + out[ROBOT_REPULSION_FORCE + c]
+            )
     return forces
 
 
@@ -213,10 +240,10 @@ def advance(states, forces, command, time_step):
         Shape (n, 6). The yaw follows the velocity, unless the command turns
         it; a person who hardly moves keeps it.
     """
-    result = np.empty((len(states), 6))
+    result = np.empty((len(states), MOTION_SIZE))
     for i in range(len(states)):
-        vx = states[i, VX] + forces[i, 14] * time_step
-        vy = states[i, VY] + forces[i, 15] * time_step
+        vx = states[i, VX] + forces[i, TOTAL_FORCE] * time_step
+        vy = states[i, VY] + forces[i, TOTAL_FORCE + 1] * time_step
         if command[i, HOLD] != 0:
             vx = 0.0
             vy = 0.0
@@ -231,7 +258,7 @@ def advance(states, forces, command, time_step):
             turn = wrap(command[i, YAW_TARGET] - yaw)
             most = command[i, TURN_RATE] * time_step
             yaw = wrap(yaw + min(max(turn, -most), most))
-        elif speed >= _YAW_SPEED:
+        elif speed >= YAW_SPEED:
             yaw = math.atan2(vy, vx)
         result[i, X] = states[i, X] + vx * time_step
         result[i, Y] = states[i, Y] + vy * time_step

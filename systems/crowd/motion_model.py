@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from hunav_drake.systems.obstacles import Obstacles
 from hunav_drake.systems.registry import Registry
@@ -42,7 +42,9 @@ class Snapshot(NamedTuple):
 class MotionModel(Protocol):
     """A model: a pydantic dataclass of parameters, and functions of arrays.
 
-    Both functions must be pure, and must not change their arguments.
+    Both functions must be pure, and must not change their arguments: most of
+    those are read-only. A model that keeps a margin between bodies and walls
+    says how much, in meters, by an attribute `safety_margin`.
     """
 
     def forces(self, snapshot: Snapshot) -> Array:
@@ -85,3 +87,34 @@ def make_motion_model(name: str, parameters: Mapping[str, Any]) -> MotionModel:
     """
     model: MotionModel = MOTION_MODELS.make(name, parameters)
     return model
+
+
+def checked(
+    array: ArrayLike, shape: tuple[int, int], model: str, function: str
+) -> NDArray[Any]:
+    """Returns what a model gave, as an array that Drake and walls can take.
+
+    Args:
+        array: What it gave.
+        shape: What shape it must have.
+        model: The name of the model.
+        function: Which of its functions gave it.
+
+    Raises:
+        ValueError: If it is not made of numbers, or has another shape.
+    """
+    try:
+        result = np.ascontiguousarray(array)
+        if result.dtype not in (np.float64, object):
+            result = result.astype(float)
+    except (TypeError, ValueError) as error:
+        raise ValueError(
+            f"the motion model {model!r} must give numbers by {function}():"
+            f" {error}"
+        ) from error
+    if result.shape != shape:
+        raise ValueError(
+            f"the motion model {model!r} must give an array of shape {shape} by"
+            f" {function}(), got {result.shape}"
+        )
+    return result

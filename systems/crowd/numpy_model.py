@@ -11,6 +11,10 @@ from typing import Any
 
 import numpy as np
 
+from hunav_drake.systems.crowd.constants import (
+    REPULSION_FLOOR,
+    YAW_SPEED,
+)
 from hunav_drake.systems.crowd.motion_model import Snapshot
 from hunav_drake.systems.crowd.parameters import SocialForceParameters
 from hunav_drake.systems.crowd.social_force import (
@@ -23,6 +27,8 @@ from hunav_drake.systems.crowd.social_force import (
     wrap,
 )
 from hunav_drake.systems.layout import (
+    FORCES_SIZE,
+    TOTAL_FORCE,
     VX,
     VY,
     YAW,
@@ -32,30 +38,11 @@ from hunav_drake.systems.layout import (
     Y,
 )
 
-# The least distance to a robot's center that its extra push is computed for,
-# in meters.
-REPULSION_FLOOR = 0.05
-
-# A person slower than this keeps the yaw, in m/s.
-YAW_SPEED = 1e-6
-
 # How many pairs are computed at once. Larger arrays would be fresh memory from
 # the system each time, which costs more than what is computed.
 _PAIRS = 2**13
 
 _NAMES = [field.name for field in dataclasses.fields(SocialForceParameters)]
-
-
-class NumpyModel:
-    """The social force model in plain NumPy, as a `MotionModel`."""
-
-    def forces(self, snapshot: Snapshot) -> Array:
-        """Returns the forces: see `social_forces`."""
-        return social_forces(snapshot)
-
-    def advance(self, snapshot: Snapshot, forces: Array) -> Array:
-        """Returns the next states: see `advance`."""
-        return advance(snapshot, forces)
 
 
 def social_forces(snapshot: Snapshot) -> Array:
@@ -76,7 +63,7 @@ def social_forces(snapshot: Snapshot) -> Array:
         _forces_on(slice(lo, lo + step), snapshot, groups)
         for lo in range(0, n, step)
     ]
-    return np.concatenate(chunks) if chunks else np.zeros((0, 16))
+    return np.concatenate(chunks) if chunks else np.zeros((0, FORCES_SIZE))
 
 
 def advance(snapshot: Snapshot, forces: Array) -> Array:
@@ -92,8 +79,10 @@ def advance(snapshot: Snapshot, forces: Array) -> Array:
     states, command = snapshot.states, snapshot.command
     time_step = snapshot.time_step
     moving = values(command[:, Command.HOLD]) == 0
-    vx = choose(moving, states[:, VX] + forces[:, 14] * time_step, 0.0)
-    vy = choose(moving, states[:, VY] + forces[:, 15] * time_step, 0.0)
+    vx = choose(moving, states[:, VX] + forces[:, TOTAL_FORCE] * time_step, 0.0)
+    vy = choose(
+        moving, states[:, VY] + forces[:, TOTAL_FORCE + 1] * time_step, 0.0
+    )
     speed, nx, ny = direction(vx, vy)
     cap = command[:, Command.MAX_SPEED]
     fast = speed > cap

@@ -11,7 +11,7 @@ from typing import Annotated
 
 from numba import float64
 import numpy as np
-from pydantic import Field, StrictFloat, StrictInt
+from pydantic import Field, StrictFloat
 from pydantic.dataclasses import dataclass
 
 from hunav_drake.systems.columns import (
@@ -41,7 +41,13 @@ from hunav_drake.systems.crowd.motion_model import (
 from hunav_drake.systems.crowd.neighbors import find_neighbors, make_cells
 from hunav_drake.systems.crowd.velocity_program import best_velocity
 from hunav_drake.systems.layout import (
+    COHERENCE_FORCE,
+    FORCES_SIZE,
+    GAZE_FORCE,
+    GROUP_REPULSION_FORCE,
     RADIUS,
+    ROBOT_REPULSION_FORCE,
+    TOTAL_FORCE,
     VX,
     VY,
     X,
@@ -55,7 +61,7 @@ from hunav_drake.systems.nearest import (
     jit_as,
     nearest_on_segments,
 )
-from hunav_drake.systems.schema import CONFIG, PositiveLength, within
+from hunav_drake.systems.schema import CONFIG, Integer, PositiveLength, within
 
 # The fields of OrcaModel in order.
 (
@@ -168,7 +174,7 @@ def _wanted(states, radii, command, parameters, robots, time_step, relaxation):
     n = len(states)
     wanted = np.zeros((n, 2))
     directions = np.zeros((n, 2))
-    pulls = np.zeros((n, 16))
+    pulls = np.zeros((n, FORCES_SIZE))
     grouped = False
     for i in range(n):
         x = states[i, X]
@@ -195,10 +201,10 @@ def _wanted(states, radii, command, parameters, robots, time_step, relaxation):
     for i in range(n):
         for c in range(2):
             pull = (
-                pulls[i, 6 + c]
-                + pulls[i, 8 + c]
-                + pulls[i, 10 + c]
-                + pulls[i, 12 + c]
+                pulls[i, GAZE_FORCE + c]
+                + pulls[i, COHERENCE_FORCE + c]
+                + pulls[i, GROUP_REPULSION_FORCE + c]
+                + pulls[i, ROBOT_REPULSION_FORCE + c]
             )
             v = states[i, VX + c]
             wanted[i, c] = v + part * (wanted[i, c] - v + relaxation * pull)
@@ -233,7 +239,7 @@ def orca_accelerations(
         Shape (n, FORCES_SIZE), in m/s^2: the total, and zeros.
     """
     n = len(states)
-    forces = np.zeros((n, 16))
+    forces = np.zeros((n, FORCES_SIZE))
     if n == 0:
         return forces
     wanted = _wanted(
@@ -255,8 +261,8 @@ def orca_accelerations(
         own = states[i, VX : VY + 1]
         cap = command[i, MAX_SPEED]
         if command[i, HOLD] != 0:
-            forces[i, 14] = -own[0] / step
-            forces[i, 15] = -own[1] / step
+            forces[i, TOTAL_FORCE] = -own[0] / step
+            forces[i, TOTAL_FORCE + 1] = -own[1] / step
             continue
         walls = _avoid_walls(
             *(rules, x, y, radii[i] + margin, cap, segments),
@@ -301,8 +307,8 @@ def orca_accelerations(
             *(rules, walls, count, cap, wanted[i, 0], wanted[i, 1]),
             scratch,
         )
-        forces[i, 14] = (vx - own[0]) / step
-        forces[i, 15] = (vy - own[1]) / step
+        forces[i, TOTAL_FORCE] = (vx - own[0]) / step
+        forces[i, TOTAL_FORCE + 1] = (vy - own[1]) / step
     return forces
 
 
@@ -334,7 +340,7 @@ class OrcaModel:
 
     # How many people are avoided, the nearest first. More are, if they are
     # equally far.
-    max_neighbors: Annotated[StrictInt, Field(ge=1, le=1000)] = 10
+    max_neighbors: Annotated[Integer, Field(ge=1, le=1000)] = 10
 
     # The time ahead that people must not touch others in (tau), in seconds.
     time_horizon: Time = 5.0

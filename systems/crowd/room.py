@@ -11,7 +11,9 @@ from pydrake.autodiffutils import (
     InitializeAutoDiff,
 )
 
+from hunav_drake.systems.crowd.constants import K_OBSTACLE
 from hunav_drake.systems.crowd.crowd_config import CrowdConfig
+from hunav_drake.systems.crowd.passage import ease
 from hunav_drake.systems.crowd.route import RouteMap, route_clearance
 from hunav_drake.systems.crowd.walls import (
     keep_out_of_walls,
@@ -24,7 +26,7 @@ Array = NDArray[Any]
 
 
 class Room:
-    """Leads people around walls, and keeps them out of walls.
+    """Leads people around and between walls, and keeps them out of walls.
 
     Arrays may be of floats or of AutoDiffXd. Nothing here changes after the
     construction, but for what is remembered about goals asked for before.
@@ -35,15 +37,23 @@ class Room:
         obstacles: Obstacles,
         radii: NDArray[np.float64],
         config: CrowdConfig,
+        *,
+        margin: float = 0.0,
     ) -> None:
         """Constructs a Room.
 
         Args:
             obstacles: The walls.
             radii: Shape (n,), those of the people, in meters.
-            config: Which of both it does.
+            config: What it does, and how far walls are felt.
+            margin: What the model of motion keeps between bodies and walls,
+                in meters.
         """
         walled = len(obstacles) > 0 and len(radii) > 0
+        self._obstacles = obstacles
+        self._radii = radii
+        self._margin = margin
+        self._reach = (config.obstacle_range, config.max_obstacles)
         self._walls = (
             (
                 wall_margins(radii),
@@ -73,6 +83,28 @@ class Room:
         command = command.copy()
         command[changed] = [AutoDiffXd(value) for value in guided[changed]]
         return command
+
+    def ease(
+        self, states: Array, command: Array, parameters: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Returns radii (n,) and parameters (n, 13) for narrow passages.
+
+        Without route planning, they are as they were: see `passage.ease`.
+        """
+        if self._routes is None:
+            return self._radii, parameters
+        if states.dtype == object:
+            states, command = _plain(states), _plain(command)
+        changed, eased = ease(
+            *(states, command, self._radii, parameters),
+            *(self._margin, 2 * self._routes.sight),
+            *(self._obstacles.segments, self._obstacles.first, *self._reach),
+        )
+        if not changed:
+            return self._radii, parameters
+        parameters = parameters.copy()
+        parameters[:, K_OBSTACLE] = eased[:, 1]
+        return np.ascontiguousarray(eased[:, 0]), parameters
 
     def keep_out(self, before: Array, after: Array) -> Array:
         """Returns the states (n, 6) after a step that enters no wall."""

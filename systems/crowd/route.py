@@ -1,7 +1,8 @@
 """Ways around walls: a visibility graph of the corners of the world."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+import functools
 import math
 from typing import Self
 
@@ -69,11 +70,21 @@ class RouteMap:
     vertices: Array
     lengths: Array
 
-    # What is known about goals asked for before; a function of the goal, so
-    # it changes no result.
-    _goals: dict[tuple[float, float], tuple[Array, float, Array]] = field(
-        default_factory=dict, repr=False
+    # What `_ways_to` gives for a goal, kept for the goals asked for last. It
+    # is a pure function, so this changes no result, and threads may share it.
+    _goal: Callable[[float, float], tuple[Array, float, Array]] = field(
+        init=False, repr=False
     )
+
+    def __post_init__(self) -> None:
+        ways = functools.partial(
+            _ways_to,
+            *(self.sight, self.segments, self.first, self.solid),
+            *(self.vertices, self.lengths),
+        )
+        object.__setattr__(
+            self, "_goal", functools.lru_cache(maxsize=_MOST_GOALS)(ways)
+        )
 
     @classmethod
     def from_obstacles(
@@ -180,26 +191,38 @@ class RouteMap:
 
     def _waypoint(self, p: Array, goal: Array) -> Array:
         """Returns the next waypoint to a goal that is not seen from p."""
-        key = (float(goal[0]), float(goal[1]))
-        known = self._goals.get(key)
-        if known is None:
-            place: Array = visibility.standing_place(
-                *(*key, self.sight, self.segments, self.first, self.solid)
-            )
-            for last in (self.sight, visibility.SQUEEZED * self.sight):
-                to_place: Array = visibility.lengths_to_goal(
-                    *(*place, last, self.vertices, self.lengths), self.segments
-                )
-                if np.isfinite(to_place).any():
-                    break
-            known = place, last, to_place
-            if len(self._goals) >= _MOST_GOALS:
-                self._goals.clear()
-            self._goals[key] = known
+        known = self._goal(float(goal[0]), float(goal[1]))
         result: Array = visibility.waypoint(
             *(p, goal, *known, self.sight, self.vertices, self.segments)
         )
         return result
+
+
+def _ways_to(
+    sight: float,
+    segments: Array,
+    first: NDArray[np.int64],
+    solid: NDArray[np.bool_],
+    vertices: Array,
+    lengths: Array,
+    x: float,
+    y: float,
+) -> tuple[Array, float, Array]:
+    """Returns what is the same on all ways to a goal (x, y).
+
+    The place to go to, the clearance of the last leg, and the length of the
+    way from each vertex: see `visibility`.
+    """
+    place: Array = visibility.standing_place(
+        x, y, sight, segments, first, solid
+    )
+    for last in (sight, visibility.SQUEEZED * sight):
+        to_place: Array = visibility.lengths_to_goal(
+            *(*place, last, vertices, lengths, segments)
+        )
+        if np.isfinite(to_place).any():
+            break
+    return place, last, to_place
 
 
 def _corners(

@@ -16,6 +16,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from hunav_drake.systems.crowd.constants import (
+    LEAST,
+    MOST,
+    SHORT,
+    THETA_ZERO,
+)
 from hunav_drake.systems.crowd.parameters import SocialForceParameters
 
 # Of floats, or of scalars with derivatives.
@@ -23,18 +29,6 @@ Array = NDArray[Any]
 
 # The weights of one person, or arrays of them by the same names.
 Parameters = SocialForceParameters | SimpleNamespace
-
-# Angles smaller than this are rounding noise of an exact head-on encounter.
-THETA_ZERO = 1e-12
-
-# A vector shorter than this, in its own unit, has no derivative: that of its
-# direction would overflow.
-_SHORT = 1e-100
-
-# The exponents of exp. Below the first it gives 0, in spite of derivatives
-# that overflow; above the second, deep in a body with a hard surface, forces
-# would, and the strength is kept.
-_LEAST, _MOST = 800.0, 300.0
 
 
 def pair_force(
@@ -119,8 +113,8 @@ def pair_force_xy(
     )
     theta = wrap(theta + k.epsilon * b)
     theta = choose(abs(theta) >= THETA_ZERO, theta, 0.0)
-    felt = defined & (r < _LEAST * b)
-    decay = -choose(felt, r, _LEAST) / choose(felt, b, 1.0)
+    felt = defined & (r < LEAST * b)
+    decay = -choose(felt, r, LEAST) / choose(felt, b, 1.0)
     slowing = k.n_prime * b * theta
     turning = k.n * b * theta
     strength = np.where(felt, k.social_factor, 0.0)
@@ -146,7 +140,7 @@ def obstacle_force_xy(
     distance, nx, ny = direction(dx, dy)
     depth = as_scalars(radius) - distance
     exponent = depth / parameters.obstacle_sigma
-    exponent = choose(exponent < _MOST, exponent, _MOST)
+    exponent = choose(exponent < MOST, exponent, MOST)
     strength = parameters.obstacle_factor * np.exp(exponent)
     return strength * nx, strength * ny
 
@@ -181,7 +175,7 @@ def direction(x: Array, y: Array) -> tuple[Array, Array, Array]:
     """
     square = x * x + y * y
     if square.dtype == object:
-        differentiable = square >= _SHORT**2
+        differentiable = square >= SHORT**2
         x, y, square = (
             np.where(differentiable, part, _constants(part))
             for part in (x, y, square)

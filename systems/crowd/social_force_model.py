@@ -2,10 +2,11 @@
 
 from concurrent.futures import ThreadPoolExecutor
 import functools
+import os
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import Field, StrictFloat, StrictInt
+from pydantic import Field, StrictFloat
 from pydantic.dataclasses import dataclass
 
 from hunav_drake.systems.crowd import kernel, numpy_model
@@ -15,7 +16,7 @@ from hunav_drake.systems.crowd.motion_model import (
     Snapshot,
     register_motion_model,
 )
-from hunav_drake.systems.schema import CONFIG, within
+from hunav_drake.systems.schema import CONFIG, Integer, within
 
 # Fewer people are not worth the time that threads take to start.
 _THREADS_FROM = 200
@@ -41,7 +42,7 @@ class SocialForceModel:
     # In how many threads the fast kernel computes the forces between people,
     # from 200 people on. The result depends on their number in its last
     # digits. Where the cores are busy with other trials, one is the best.
-    threads: Annotated[StrictInt, Field(ge=1, le=256)] = 1
+    threads: Annotated[Integer, Field(ge=1, le=256)] = 1
 
     def forces(self, snapshot: Snapshot) -> Array:
         """Returns the forces: see `MotionModel.forces`."""
@@ -98,3 +99,7 @@ class SocialForceModel:
 def _threads(count: int) -> ThreadPoolExecutor:
     """Returns threads that wait for work until the process ends."""
     return ThreadPoolExecutor(count, thread_name_prefix="crowd")
+
+
+# Threads are not forked: the child of a fork starts its own.
+os.register_at_fork(after_in_child=_threads.cache_clear)

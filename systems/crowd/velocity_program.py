@@ -10,10 +10,7 @@ random, and the result, being unique, does not depend on the order.
 
 import math
 
-from numba import float64
-import numpy as np
-
-from hunav_drake.systems.nearest import INTEGER, MATRIX, REAL, jit, jit_as
+from hunav_drake.systems.nearest import jit
 
 # Velocities that differ by less are the same, in m/s.
 _TINY = 1e-11
@@ -166,15 +163,3 @@ def best_velocity(rules, hard, count, speed, tx, ty, scratch):
             vx = wx
             vy = wy
     return vx, vy
-
-
-@jit_as(float64[::1], MATRIX, INTEGER, REAL, REAL, REAL)
-def choose_velocity(rules, hard, speed, tx, ty):
-    """Returns what `best_velocity` does, as an array, of all rules.
-
-    The rules, of shape (k, 3), are not changed.
-    """
-    vx, vy = best_velocity(
-        rules.copy(), hard, len(rules), speed, tx, ty, np.empty(rules.shape)
-    )
-    return np.array([vx, vy])

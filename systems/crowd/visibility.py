@@ -231,24 +231,24 @@ def waypoint(
         # the goal, and come to rest there.
         near = math.hypot(place[0] - x, place[1] - y) < 2 * clearance
         return goal.copy() if near else place.copy()
+    count = len(vertices)
+    legs = np.empty(count)
+    for v in range(count):
+        legs[v] = math.hypot(vertices[v, 0] - x, vertices[v, 1] - y)
+    ways = legs + to_place
+    order = np.argsort(ways)
     for part in (1.0, SQUEEZED):
-        best = math.inf
-        best_leg = 0.0
         choice = -1
-        for v in range(len(vertices)):
-            vx = vertices[v, 0]
-            vy = vertices[v, 1]
-            leg = math.hypot(vx - x, vy - y)
-            length = leg + to_place[v]
+        for v in order:
+            if choice >= 0 and ways[v] > ways[choice] + _SAME:
+                break
             # Of equal ways the one with the farther waypoint: a person who
             # stands on a vertex looks on to the next.
-            better = length < best - _SAME or (
-                length < best + _SAME and leg > best_leg
-            )
-            if better and sees(x, y, vx, vy, part * clearance, segments):
-                best = length
-                best_leg = leg
-                choice = v
+            if ways[v] < math.inf and (choice < 0 or legs[v] > legs[choice]):
+                vx = vertices[v, 0]
+                vy = vertices[v, 1]
+                if sees(x, y, vx, vy, part * clearance, segments):
+                    choice = v
         if choice >= 0:
             return vertices[choice].copy()
     return goal.copy()

@@ -10,7 +10,13 @@ from typing import NamedTuple
 
 from hunav_drake.systems.crowd.human_config import ForcesMode, HumanConfig
 from hunav_drake.systems.crowd.parameters import SocialForceParameters
-from hunav_drake.systems.draws import Purpose, draw_normal, draw_uniform
+from hunav_drake.systems.crowd.people import check_people, name_people
+from hunav_drake.systems.draws import (
+    Purpose,
+    check_seed,
+    draw_normal,
+    draw_uniform,
+)
 
 
 class Weight(NamedTuple):
@@ -49,17 +55,23 @@ def draw_weights(humans: Sequence[HumanConfig], seed: int) -> list[HumanConfig]:
     they stay as they are when others are added or removed.
 
     Args:
-        humans: The people. One without a number counts as the person of the
-            number of its place: 1 for the first.
-        seed: The seed of the trial, >= 0.
+        humans: The people. Those without a number have the one that
+            `name_people` gives.
+        seed: The seed of the trial, in [0, 2^63).
 
     Returns:
         The people in the same order, all with mode "custom": drawing again
         changes nothing.
+
+    Raises:
+        ValueError: If the seed is not such a number, or if people are mixed
+            up: see `check_people`.
     """
+    check_seed(seed)
+    check_people(humans)
     return [
-        _draw(human, seed, i + 1 if human.id is None else human.id)
-        for i, human in enumerate(humans)
+        _draw(human, seed, named.id or 0)
+        for human, named in zip(humans, name_people(humans), strict=True)
     ]
 
 

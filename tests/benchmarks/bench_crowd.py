@@ -13,7 +13,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
-from hunav_drake import AddHumans, HumanConfig
+from hunav_drake import AddHumans, AgentServices, HumanConfig
 from hunav_drake.systems.crowd import (
     CrowdConfig,
     HumanCrowd,
@@ -22,6 +22,7 @@ from hunav_drake.systems.crowd import (
 )
 from hunav_drake.systems.layout import COMMAND_SIZE, Command
 from hunav_drake.systems.obstacles import Obstacles
+from hunav_drake.systems.world import Box, World
 
 PEOPLE = (5, 20, 50, 100, 200, 500, 1000, 2000, 10000)
 DENSITY = 0.3
@@ -115,6 +116,71 @@ def simulate(simulator: Simulator, n: int) -> float:
     return fastest
 
 
+def walls_step(boxes: int, people: int = 100) -> tuple[float, dict[str, float]]:
+    """Returns what walls cost a crowd of people who walk among boxes.
+
+    Args:
+        boxes: How many there are, a square number, 3 m from each other.
+        people: How many walk from somewhere to somewhere among them.
+
+    Returns:
+        The seconds to find the ways between the boxes, and those of a step
+        without and with route planning.
+    """
+    side = math.isqrt(boxes)
+    rng = np.random.default_rng(0)
+    places = [(3.0 * i, 3.0 * j) for i in range(side) for j in range(side)]
+    world = World(
+        walls=[
+            Box(center=place, size=(1.2, 1.2), yaw=rng.uniform(0, 1.5))
+            for place in places
+        ]
+    ).obstacles()
+    # People start, and have goals, in the middle between four boxes.
+    starts, goals = 1.5 + 3.0 * rng.integers(0, side - 1, (2, people, 2))
+    costs = {}
+    built = math.nan
+    for name, planned in (("without", False), ("with", True)):
+        started = time.perf_counter()
+        dut = HumanCrowd(
+            [HumanConfig(pose=(x, y, 0.0)) for x, y in starts],
+            obstacles=world,
+            config=CrowdConfig(route_planning=planned),
+            num_robots=0,
+            one_command_port=True,
+            time_step=TIME_STEP,
+        )
+        built = time.perf_counter() - started
+        context = dut.CreateDefaultContext()
+        commands = np.zeros((people, COMMAND_SIZE))
+        commands[:, [Command.GOAL_X, Command.GOAL_Y]] = goals
+        commands[:, Command.HAS_GOAL] = 1
+        commands[:, [Command.DESIRED_SPEED, Command.MAX_SPEED]] = 1.2
+        commands[:, Command.GROUP_ID] = -1
+        dut.get_commands_input_port().FixValue(context, commands.ravel())
+        costs[name] = simulate(Simulator(dut, context), people)
+    return built, costs
+
+
+def services_step(people: int = 200) -> dict[str, float]:
+    """Returns the seconds of a step of everybody by `AgentServices`."""
+    humans = [
+        HumanConfig(pose=(x, y, 0.0), goals=[(x + 50 * vx, y + 50 * vy)])
+        for x, y, vx, vy in make_states(people)[:, [0, 1, 3, 4]].tolist()
+    ]
+    services = AgentServices(humans, num_robots=0)
+    states = services.agents.states
+
+    def one_by_one() -> None:
+        for agent_id in range(1, people + 1):
+            services.move_agent(states, None, agent_id)
+
+    return {
+        "compute_agents": best(lambda: services.compute_agents(states)),
+        "move_agent for each": best(one_by_one),
+    }
+
+
 def make_diagram(n: int, config: CrowdConfig | None = None) -> Simulator:
     """Returns people with their trees, and a robot that stands still."""
     states = make_states(n)
@@ -179,6 +245,19 @@ def main() -> None:
             f" {TIME_STEP / cost:6.1f} times faster than real time",
             flush=True,
         )
+
+    print("\n100 people among boxes, with or without route planning")
+    for boxes in (100, 400):
+        built, costs = walls_step(boxes)
+        print(
+            f"{boxes:6} boxes: {1e3 * costs['without']:6.2f} or"
+            f" {1e3 * costs['with']:6.2f} ms per step, {built:.1f} s to build",
+            flush=True,
+        )
+
+    print("\n200 people by AgentServices")
+    for name, cost in services_step().items():
+        print(f"{name}: {1e3 * cost:.2f} ms per step of everybody", flush=True)
 
 
 if __name__ == "__main__":

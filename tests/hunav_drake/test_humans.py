@@ -3,11 +3,13 @@
 import numpy as np
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
-from pydrake.systems.primitives import ConstantVectorSource
+from pydrake.systems.primitives import ConstantVectorSource, Multiplexer
 import pytest
 
-from hunav_drake import AddHumans, HumanConfig
+from hunav_drake import AddHumans, AgentServices, HumanConfig, MakeHumans
+from hunav_drake.systems.crowd import HumanCrowd, draw_weights
 from hunav_drake.systems.obstacles import Obstacles
+from hunav_drake.systems.world import Polyline, World
 
 ROBOT = [3.0, 0.5, 0.0, 0.0, 0.0, 0.0, 0.3]
 
@@ -85,3 +87,91 @@ def test_goals_are_walked_to_in_turn():
     states, _, _ = simulate([human], num_robots=0, time=30.0)
     np.testing.assert_allclose(states[0, :2], [3, 3], atol=0.5)
     np.testing.assert_allclose(states[0, 3:5], 0, atol=1e-3)
+
+
+def test_two_crowds_in_a_diagram_have_names():
+    builder = DiagramBuilder()
+    AddHumans(builder, make_humans(1), num_robots=0)
+    with pytest.raises(ValueError, match="a system named 'humans' already"):
+        AddHumans(builder, make_humans(1), num_robots=0)
+    AddHumans(builder, make_humans(1), num_robots=0, name="others")
+    assert builder.Build().HasSubsystemNamed("others")
+
+
+def test_two_robots_come_by_a_multiplexer():
+    builder = DiagramBuilder()
+    ports = AddHumans(builder, make_humans(1), num_robots=2)
+    robots = builder.AddSystem(Multiplexer([7, 7]))
+    for i in range(2):
+        source = builder.AddSystem(ConstantVectorSource(ROBOT))
+        builder.Connect(source.get_output_port(), robots.get_input_port(i))
+    builder.Connect(robots.get_output_port(), ports.robot_state)
+    Simulator(builder.Build()).AdvanceTo(0.2)
+
+
+def test_a_world_will_do_for_obstacles():
+    world = World(walls=[Polyline(points=[[-9, -0.5], [9, -0.5]])])
+    expected = simulate(
+        make_humans(1), num_robots=0, obstacles=world.obstacles()
+    )
+    result = simulate(make_humans(1), num_robots=0, obstacles=world)
+    for one, other in zip(result, expected, strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
+@pytest.mark.parametrize(
+    ("kwargs", "message"),
+    [
+        ({"num_robots": 1.5}, "num_robots must be a whole number, got float"),
+        ({"num_robots": True}, "num_robots must be a whole number, got bool"),
+        ({"time_step": "0.05"}, "time_step must be a number, got str"),
+        ({"config": {"model": "orca"}}, "config must be a CrowdConfig, got"),
+        ({"obstacles": [[0, 0]]}, "obstacles must be Obstacles, got list"),
+        ({"humans": [{"pose": [0, 0, 0]}]}, r"humans\[0\] must be a HumanConf"),
+        ({"humans": 3}, "humans must be a sequence, got int"),
+    ],
+)
+def test_arguments_of_another_kind_are_told(kwargs, message):
+    with pytest.raises(TypeError, match=message):
+        MakeHumans(**{"humans": make_humans(1), **kwargs})
+
+
+@pytest.mark.parametrize("seed", [-1, 1.5, 2**70])
+def test_a_seed_out_of_range_is_told(seed):
+    with pytest.raises(ValueError, match=r"seed must be a whole number in"):
+        MakeHumans(make_humans(1), seed=seed)
+
+
+@pytest.mark.parametrize(
+    ("people", "message"),
+    [
+        ([{"id": 1}, {"id": 1}], "two people have the number 1"),
+        ([{"name": "a"}, {"name": "a"}], "two people have the name 'a'"),
+        ([{"max_speed": 0.5}], r"max_speed must be at least the .*1\.2 m/s"),
+    ],
+)
+def test_people_who_are_mixed_up_are_refused(people, message):
+    humans = [HumanConfig(pose=[0, i, 0], **p) for i, p in enumerate(people)]
+    with pytest.raises(ValueError, match=message):
+        AddHumans(DiagramBuilder(), humans)
+    with pytest.raises(ValueError, match=message):
+        AgentServices(humans)
+
+
+def test_numbers_are_given_out_without_those_taken():
+    """Two people never draw the same weights."""
+    mode = {"pose": [0, 0, 0], "forces_mode": "random_normal"}
+    first, second = draw_weights(
+        [HumanConfig(id=2, **mode), HumanConfig(**mode)], 0
+    )
+    assert first.forces.goal_factor != second.forces.goal_factor
+    (one,) = draw_weights([HumanConfig(id=1, **mode)], 0)
+    assert second.forces == one.forces
+
+
+def test_a_crowd_alone_does_not_draw():
+    human = HumanConfig(pose=[0, 0, 0], forces_mode="random_uniform")
+    with pytest.raises(ValueError, match=r"draw_weights\(humans, seed\)"):
+        HumanCrowd([human])
+    HumanCrowd(draw_weights([human], 0))
+    HumanCrowd([HumanConfig(pose=[0, 0, 0], forces_mode="default")])

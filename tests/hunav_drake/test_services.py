@@ -231,3 +231,49 @@ def test_numbers_are_unique():
     people = make_people(1) * 2
     with pytest.raises(ValueError, match="two people have the number 10"):
         AgentServices(people)
+
+
+def test_everybodys_step_is_computed_once(dut, monkeypatch):
+    count = []
+    begin = AgentServices._begin
+
+    def counted(self, given):
+        count.append(given)
+        return begin(self, given)
+
+    monkeypatch.setattr(AgentServices, "_begin", counted)
+    states = dut.agents.states
+    for expected in (1, 2):
+        # The second time, nobody has been moved: a new step.
+        for agent_id in (10, 11, 12):
+            dut.move_agent(states, ROBOT, agent_id)
+        assert len(count) == expected
+    dut.move_agent(states + 0.1, ROBOT, 10)
+    assert len(count) == 3
+    # What was left of that step is not taken by the others.
+    dut.compute_agents(states, ROBOT)
+    dut.move_agent(states + 0.1, ROBOT, 11)
+    assert len(count) == 4
+
+
+def test_the_context_put_back_ends_what_was_begun(dut):
+    states = walk(dut, dut.agents.states, 20)[-1]
+    saved = dut.context.Clone()
+    first = dut.move_agent(states, ROBOT, 10).states
+    dut.move_agent(states, ROBOT, 11)
+    dut.context = saved
+    np.testing.assert_array_equal(
+        dut.move_agent(states, ROBOT, 10).states, first
+    )
+
+
+def test_numbers_too_large_are_refused(dut):
+    states = dut.agents.states
+    states[1, 3] = 1e154
+    with pytest.raises(ValueError, match=r"no numbers beyond 1e\+12, got"):
+        dut.compute_agents(states, ROBOT)
+
+
+def test_a_time_in_words_is_refused(dut):
+    with pytest.raises(TypeError, match=r"dt must be a number, .* got str"):
+        dut.compute_agents(dut.agents.states, ROBOT, "0.05")

@@ -1,6 +1,7 @@
 """A crowd of AutoDiffXd knows the derivatives of its steps."""
 
 import copy
+import dataclasses
 import math
 import pickle
 
@@ -276,6 +277,7 @@ def test_a_diagram_with_a_crowd_converts():
 
 def test_a_model_without_derivatives_says_so():
     @register_motion_model("test_autodiff: everybody stands")
+    @dataclasses.dataclass
     class Standing:
         def forces(self, snapshot):
             return np.zeros((len(snapshot.states), 16))

@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+import multiprocessing
 import platform
 import re
 
@@ -235,3 +236,25 @@ def test_the_loops_are_compiled_to_vector_instructions():
 def test_bad_options_are_refused(options, words):
     with pytest.raises(ValueError, match=words):
         SocialForceModel(**options)
+
+
+# Python warns of what is tested here.
+@pytest.mark.filterwarnings("ignore:.*fork:DeprecationWarning")
+def test_threads_work_in_a_forked_process():
+    """A fork has none of the threads that the parent had started."""
+    states = make_states(300)
+    expected = social(states, threads=2)
+    context = multiprocessing.get_context("fork")
+    receiver, sender = context.Pipe(duplex=False)
+
+    def work():
+        sender.send(social(states, threads=2))
+
+    process = context.Process(target=work)
+    process.start()
+    try:
+        assert receiver.poll(30)
+        np.testing.assert_array_equal(receiver.recv(), expected)
+    finally:
+        process.kill()
+        process.join()

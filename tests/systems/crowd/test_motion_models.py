@@ -23,6 +23,7 @@ from hunav_drake.systems.crowd import (
 from hunav_drake.systems.layout import (
     COMMAND_SIZE,
     FORCES_SIZE,
+    TOTAL_FORCE,
     Command,
     RobotRole,
 )
@@ -398,3 +399,139 @@ def test_a_parameter_out_of_range_is_told(name, parameter, value, words):
     with pytest.raises(ValueError, match=words) as info:
         make_motion_model(name, {parameter: value})
     assert parameter in str(info.value)
+
+
+WALL = Obstacles.from_shapes([[[3.0, -2.0], [3.0, 2.0]]], solid=[False])
+
+
+@pytest.fixture(scope="module")
+def changeable():
+    """Registers a model whose results a function changes."""
+
+    @register_motion_model("test_motion_models: changeable")
+    @dataclass
+    class Changeable:
+        change: str = ""
+
+        def forces(self, snapshot):
+            forces = np.zeros((len(snapshot.states), FORCES_SIZE))
+            forces[:, TOTAL_FORCE] = 2.0
+            return CHANGES[self.change](forces)
+
+        def advance(self, snapshot, forces):
+            states = snapshot.states.copy()
+            states[:, 0] += 0.1 * np.ravel(forces)[TOTAL_FORCE]
+            return CHANGES[self.change](states)
+
+    return "test_motion_models: changeable"
+
+
+CHANGES = {
+    "": lambda array: array,
+    "single": lambda array: array.astype(np.float32),
+    "columns": np.asfortranarray,
+    "lists": lambda array: array.tolist(),
+    "flat": np.ravel,
+    "narrow": lambda array: array[:, :5],
+    "nothing": lambda array: None,
+    "words": lambda array: array.astype(str) + "m",
+}
+
+
+def drift(model, change, walls):
+    """Returns where people are after a step of such a model."""
+    dut = HumanCrowd(
+        [HumanConfig(pose=[0, 0, 0]), HumanConfig(pose=[0, 1, 0])],
+        obstacles=WALL if walls else None,
+        config=CrowdConfig(model=model, parameters={"change": change}),
+        num_robots=0,
+    )
+    context = dut.CreateDefaultContext()
+    for i in range(2):
+        dut.get_command_input_port(i).FixValue(context, np.zeros(COMMAND_SIZE))
+    Simulator(dut, context).AdvanceTo(0.02)
+    return dut.get_human_states_output_port().Eval(context).reshape(2, 7)
+
+
+@pytest.mark.parametrize("walls", [False, True])
+@pytest.mark.parametrize("change", ["", "single", "columns", "lists"])
+def test_a_model_may_give_any_array_of_numbers(changeable, change, walls):
+    states = drift(changeable, change, walls)
+    np.testing.assert_allclose(states[:, 0], 0.2, rtol=1e-6)
+
+
+@pytest.mark.parametrize("walls", [False, True])
+@pytest.mark.parametrize("change", ["flat", "narrow", "nothing", "words"])
+def test_a_model_that_gives_something_else_is_told(changeable, change, walls):
+    with pytest.raises(
+        ValueError, match=rf"'{changeable}' must give .* by forces\(\)"
+    ):
+        drift(changeable, change, walls)
+
+
+@pytest.mark.parametrize("what", ["radii", "parameters", "states", "robots"])
+def test_a_model_cannot_write_to_what_it_is_given(what):
+    name = f"test_motion_models: writes {what}"
+
+    @register_motion_model(name)
+    @dataclass
+    class Writing:
+        def forces(self, snapshot):
+            getattr(snapshot, what)[:] = 0.01
+            return np.zeros((len(snapshot.states), FORCES_SIZE))
+
+        def advance(self, snapshot, forces):
+            return snapshot.states
+
+    dut = HumanCrowd(
+        [HumanConfig(pose=[1, 0, 0])], config=CrowdConfig(model=name)
+    )
+    context = dut.CreateDefaultContext()
+    dut.get_command_input_port(0).FixValue(context, np.zeros(COMMAND_SIZE))
+    dut.get_robot_state_input_port().FixValue(context, np.ones(7))
+    with pytest.raises(ValueError, match="read-only"):
+        dut.get_forces_output_port().Eval(context)
+
+
+def test_a_class_that_lacks_a_function_is_no_model():
+    with pytest.raises(TypeError, match="lacks advance"):
+
+        @register_motion_model("test_motion_models: half")
+        @dataclass
+        class Half:
+            def forces(self, snapshot): ...
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("size", [1e13, 1e154, 1e200, 1.7e308])
+@pytest.mark.parametrize(
+    ("model", "parameters"),
+    [
+        ("social_force", {}),
+        ("social_force", {"kernel": "numpy"}),
+        ("social_force", {"kernel": "reference"}),
+        ("headed_social_force", {}),
+        ("orca", {}),
+    ],
+)
+def test_no_finite_number_is_too_large(model, parameters, size):
+    rng = np.random.default_rng(0)
+    n = 60
+    dut = HumanCrowd(
+        [HumanConfig(pose=[0, 0, 0], group_id=i % 3) for i in range(n)],
+        config=CrowdConfig(model=model, parameters=parameters),
+        obstacles=WALL,
+        one_command_port=True,
+    )
+    context = dut.CreateDefaultContext()
+    states = rng.choice([0.0, 1.0, -1.0, size, -size], (n, 6))
+    dut.SetStates(context, states)
+    command = rng.choice([0.0, 1.0, -1.0, size], (n, COMMAND_SIZE))
+    command[:, Command.MAX_SPEED] = abs(command[:, Command.MAX_SPEED])
+    dut.get_commands_input_port().FixValue(context, command.ravel())
+    dut.get_robot_state_input_port().FixValue(
+        context, rng.choice([0.0, 1.0, size], 7)
+    )
+    assert np.isfinite(dut.get_forces_output_port().Eval(context)).all()
+    moved = dut.EvalUniquePeriodicDiscreteUpdate(context)
+    assert np.isfinite(moved.value(0)).all()

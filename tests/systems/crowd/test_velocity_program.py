@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from hunav_drake.systems.crowd.velocity_program import choose_velocity
+from hunav_drake.systems.crowd.velocity_program import best_velocity
 
 SPEED = 1.5
 
@@ -20,7 +20,11 @@ def make_rules(rows):
 
 
 def choose(rules, hard=0, wanted=(1.0, 0.0), speed=SPEED):
-    return choose_velocity(np.ascontiguousarray(rules), hard, speed, *wanted)
+    rules = np.array(rules, order="C")
+    scratch = np.empty(rules.shape)
+    return np.array(
+        best_velocity(rules, hard, len(rules), speed, *wanted, scratch)
+    )
 
 
 def offence(rules, v):

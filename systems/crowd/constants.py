@@ -1,0 +1,40 @@
+"""What all forms of the social force model share: columns and thresholds.
+
+Plain numbers, which numba takes for constants.
+"""
+
+# The columns of the parameters: the fields of SocialForceParameters in order.
+(
+    K_GOAL,
+    TAU,
+    K_OBSTACLE,
+    SIGMA,
+    K_SOCIAL,
+    LAMBDA,
+    GAMMA,
+    N,
+    N_PRIME,
+    EPSILON,
+    K_GAZE,
+    K_COHERENCE,
+    K_REPULSION,
+) = range(13)
+
+# Angles smaller than this are rounding noise of an exact head-on encounter.
+THETA_ZERO = 1e-12
+
+# A vector shorter than this, in its own unit, has no derivative: that of its
+# direction would overflow.
+SHORT = 1e-100
+
+# The exponents of exp. With derivatives, below the first it gives 0, in spite
+# of others that overflow; above the second, deep in a body with a hard
+# surface, no push grows: no force is infinite.
+LEAST, MOST = 800.0, 300.0
+
+# The least distance to a robot's center that its extra push is computed for,
+# in meters.
+REPULSION_FLOOR = 0.05
+
+# A person slower than this keeps the yaw, in m/s.
+YAW_SPEED = 1e-6

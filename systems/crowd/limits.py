@@ -1,0 +1,38 @@
+"""The largest numbers that people are moved by.
+
+The forces contain squares, and products of them: of finite numbers beyond
+1e154, they are not finite.
+"""
+
+from typing import Any
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from hunav_drake.systems.nearest import MATRIX, jit_as
+
+# In SI units: numbers of a greater size count as this.
+LARGEST = 1e12
+
+
+@jit_as(numba.boolean, MATRIX)
+def _is_within(rows):
+    """Tells whether no number of an array is too large."""
+    for i in range(rows.shape[0]):
+        for j in range(rows.shape[1]):
+            if abs(rows[i, j]) > LARGEST:
+                return False
+    return True
+
+
+def limited(rows: NDArray[Any]) -> NDArray[Any]:
+    """Returns rows of floats whose size is at most `LARGEST`.
+
+    They are the argument itself if they all are. Scalars with derivatives are
+    left as they are.
+    """
+    if rows.dtype == object or _is_within(rows):
+        return rows
+    clipped: NDArray[Any] = np.clip(rows, -LARGEST, LARGEST)
+    return clipped

@@ -1,0 +1,56 @@
+"""Who is who: names and numbers of people, the same wherever they come from."""
+
+from collections.abc import Sequence
+import dataclasses
+import itertools
+
+from hunav_drake.systems.crowd.human_config import HumanConfig
+
+
+def name_people(humans: Sequence[HumanConfig]) -> list[HumanConfig]:
+    """Returns people who have names and numbers.
+
+    Those who have none are given "human_1", "human_2", ... and 1, 2, ... in
+    order, without those that are taken. The arguments are not changed.
+    """
+    names = {human.name for human in humans}
+    ids = {human.id for human in humans}
+    free_names = (
+        name for k in itertools.count(1) if (name := f"human_{k}") not in names
+    )
+    free_ids = (k for k in itertools.count(1) if k not in ids)
+    return [
+        dataclasses.replace(
+            human,
+            name=human.name or next(free_names),
+            id=next(free_ids) if human.id is None else human.id,
+        )
+        for human in humans
+    ]
+
+
+def check_people(humans: Sequence[HumanConfig]) -> None:
+    """Looks for people who are mixed up, or who contradict themselves.
+
+    Raises:
+        ValueError: If two have the same name or number, or if somebody's
+            `max_speed` is below the `desired_speed`.
+    """
+    taken: dict[tuple[str, object], int] = {}
+    for i, human in enumerate(humans):
+        for key in ("name", "id"):
+            value = getattr(human, key)
+            if value in ("", None):
+                continue
+            first = taken.setdefault((key, value), i)
+            if first != i:
+                what = "name" if key == "name" else "number"
+                raise ValueError(
+                    f"two people have the {what} {value!r}: humans[{first}] and"
+                    f" humans[{i}]; leave {key} out to have it given"
+                )
+        if human.speed_limit < human.desired_speed:
+            raise ValueError(
+                f"humans[{i}].max_speed must be at least the desired_speed,"
+                f" {human.desired_speed:g} m/s, got {human.max_speed:g} m/s"
+            )
