@@ -8,7 +8,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from hunav_drake.command_errors import DONE, InputError, check_writable
+from hunav_drake.command_errors import DONE, InputError, check_out
 
 
 def add_format_option(parser: argparse.ArgumentParser) -> None:
@@ -47,6 +47,19 @@ def add_metric_commands(commands: Any) -> None:
         " --goal=-1,2 if it begins with a minus sign",
     )
     evaluate.add_argument(
+        "--goal-tolerance",
+        metavar="D[,YAW]",
+        help="how near to the goal and its heading is at the goal, in meters"
+        " and radians, instead of the recording's, or of 0.2 and 0.25",
+    )
+    evaluate.add_argument(
+        "--walls",
+        metavar="SCENARIO",
+        help='a scenario with the walls of the recording, or "none": a .csv or'
+        " .json does not tell them, and metrics that depend on them have no"
+        " value then",
+    )
+    evaluate.add_argument(
         "--reference",
         metavar="FILE",
         type=Path,
@@ -67,15 +80,18 @@ def add_metric_commands(commands: Any) -> None:
 
 def _evaluate(options: argparse.Namespace) -> int:
     if options.out is not None:
-        check_writable(options.out)
-    from hunav_drake.metric_commands import evaluate_file
-    from hunav_drake.results import FormatMetricsTable, WriteResult
+        check_out(options.out)
+    from hunav_drake.evaluate_command import evaluate_file, lacks_walls
+    from hunav_drake.result_files import WriteResult
+    from hunav_drake.results import FormatMetricsTable
 
     try:
         result = evaluate_file(
             options.file,
             metric_names=options.metrics,
             goal=options.goal,
+            goal_tolerance=options.goal_tolerance,
+            walls=options.walls,
             reference=options.reference,
         )
     except OSError as error:
@@ -83,6 +99,11 @@ def _evaluate(options: argparse.Namespace) -> int:
     except ValueError as error:
         raise InputError(str(error)) from error
     print(FormatMetricsTable(result))
+    if lacks_walls(result):
+        print(
+            "\nThe walls are not known, so metrics that depend on them have no"
+            " value.\nGive them by --walls SCENARIO, or say --walls none."
+        )
     if options.out is not None:
         try:
             written = WriteResult(result, options.out, format=options.format)

@@ -1,83 +1,17 @@
-"""What `hunav evaluate` and `hunav metrics` do."""
+"""What `hunav metrics` does."""
 
 from collections.abc import Sequence
-import dataclasses
-import math
-from pathlib import Path
 import shutil
 import textwrap
 
-from hunav_drake.recording_readers import ReadRecording
-from hunav_drake.results import (
-    MakeSourceProvenance,
-    MakeTrialResult,
-    TrialResult,
-)
 from hunav_drake.systems.evaluation.differences import DIFFERENCES
 from hunav_drake.systems.evaluation.metrics import METRICS, select_metrics
-from hunav_drake.systems.evaluation.recording import Recording
 
 _DIRECTIONS = {
     "lower": "lower is better",
     "higher": "higher is better",
     "none": "neither is better",
 }
-
-
-def evaluate_file(
-    filename: Path,
-    *,
-    metric_names: Sequence[str] = ("all",),
-    goal: str | None = None,
-    reference: Path | None = None,
-) -> TrialResult:
-    """Computes the metrics of a recording.
-
-    Args:
-        filename: The recording: see `ReadRecording`.
-        metric_names: Names of metrics, their aliases, families, "paper" or
-            "all".
-        goal: A goal "x,y" or "x,y,yaw" instead of the recording's, in meters
-            and radians; without yaw any heading will do.
-        reference: A recording of a robot that went the way it should.
-
-    Raises:
-        OSError: If a file cannot be read.
-        ValueError: If a file is not a recording, or a name or the goal makes
-            no sense.
-    """
-    select_metrics(metric_names)
-    recording = ReadRecording(filename)
-    if goal is not None:
-        recording = _with_goal(recording, goal)
-    if reference is not None:
-        recording = recording.compared_with(ReadRecording(reference))
-    at_goal = bool(recording.derived.at_goal[-1])
-    return MakeTrialResult(
-        recording,
-        scenario_name=filename.name.split(".")[0],
-        metric_names=metric_names,
-        provenance=MakeSourceProvenance(filename),
-        end_reason="goal" if at_goal else "end",
-        end_message="the robot is at its goal"
-        if at_goal
-        else "the recording ends",
-        end_time=float(recording.times[-1] - recording.times[0]),
-    )
-
-
-def _with_goal(recording: Recording, text: str) -> Recording:
-    try:
-        x, y, *rest = (float(part) for part in text.split(","))
-        (yaw,) = rest or [0.0]
-    except ValueError:
-        raise ValueError(
-            f"--goal must be X,Y or X,Y,YAW in meters and radians, got {text!r}"
-        ) from None
-    tolerance = recording.goal_yaw_tolerance if rest else math.pi
-    return dataclasses.replace(
-        recording, goal=(x, y, yaw), goal_yaw_tolerance=tolerance
-    )
 
 
 def list_metrics() -> str:

@@ -32,6 +32,10 @@ _COLUMNS = ("time", "agent", *STATE_FIELDS, *_WHOLE, "behavior")
 # The radius of a body that has none in the table, in meters.
 _RADIUS = 0.35
 
+# Times that are no farther apart are one, in seconds: clocks of different
+# bodies, which add up their steps, differ by rounding.
+_SAME_TIME = 1e-6
+
 # Below this speed a body keeps its heading, in m/s.
 _STILL = 0.01
 
@@ -46,7 +50,7 @@ def parse_csv(text: str) -> Recording:
         ValueError: If it is not such a table. The text names the line.
     """
     columns, lines = _columns(text)
-    times, sample = np.unique(columns["time"], return_inverse=True)
+    times, sample = _merge_times(columns["time"])
     agents = list(dict.fromkeys(columns["agent"]))
     if ROBOT not in agents:
         raise ValueError(f"no row has the agent {ROBOT!r}")
@@ -69,21 +73,57 @@ def parse_csv(text: str) -> Recording:
     settings: dict[str, Any] = {}
     for column, field in (("behavior", "behaviors"), ("group_id", "group_ids")):
         if column in columns:
-            first = [int(np.argmax(body == i)) for i in range(1, len(agents))]
-            settings[field] = tuple(columns[column][k] for k in first)
+            settings[field] = _constants(
+                column, columns[column], body, agents, lines
+            )
     return Recording(
         times=times,
         robot=states[:, 0],
         humans=states[:, 1:],
         behavior_status=status[:, 1:],
         human_names=tuple(agents[1:]),
+        walls_known=False,
         **settings,
     )
 
 
+def _merge_times(times: Array) -> tuple[Array, NDArray[np.intp]]:
+    """Returns the instants of all rows, and the instant of each row."""
+    instants, which = np.unique(times, return_inverse=True)
+    new = np.diff(instants, prepend=-np.inf) > _SAME_TIME
+    return instants[new], (np.cumsum(new) - 1)[which]
+
+
+def _constants(
+    name: str,
+    cells: Any,
+    body: NDArray[np.intp],
+    agents: list[str],
+    lines: list[int],
+) -> tuple[Any, ...]:
+    """Returns what a column tells of each person, which must not change."""
+    values = []
+    for i in range(1, len(agents)):
+        first, *others = np.flatnonzero(body == i)
+        values.append(cells[first])
+        for k in others:
+            if cells[k] != cells[first]:
+                raise ValueError(
+                    f"line {lines[k]}: the {name} of {agents[i]!r} must not"
+                    f" change, but is {cells[k]} here and {cells[first]} in"
+                    f" line {lines[first]}"
+                )
+    return tuple(values)
+
+
 def _columns(text: str) -> tuple[dict[str, Any], list[int]]:
     """Returns the columns by name, and the line of each row."""
-    reader = csv.reader(io.StringIO(text, newline=""), strict=True)
+    header_line = text.split("\n", 1)[0]
+    reader = csv.reader(
+        io.StringIO(text, newline=""),
+        delimiter=max(",;\t", key=header_line.count),
+        strict=True,
+    )
     try:
         header = [name.strip() for name in next(reader, [])]
         _check_header(header)

@@ -1,7 +1,7 @@
 """Recording a trial, and computing social-navigation metrics from it.
 
-What needs Drake or pandas is loaded when it is first asked for, so that a
-scenario can be read, or metrics be listed, without them.
+What needs Drake, pandas or numba is loaded when it is first asked for, so that
+a scenario can be read, or metrics be listed, without them.
 """
 
 from typing import TYPE_CHECKING
@@ -22,10 +22,8 @@ if TYPE_CHECKING:
         compute_metrics,
         compute_steps,
     )
-    from hunav_drake.systems.evaluation.evaluator import (
-        Evaluator,
-        RunningMetric,
-    )
+    from hunav_drake.systems.evaluation.evaluator import Evaluator
+    from hunav_drake.systems.evaluation.running_metrics import RunningMetric
 
 __all__ = [
     "METRICS",
@@ -45,7 +43,7 @@ __getattr__ = lazy_exports(
     __name__,
     {
         "Evaluator": "hunav_drake.systems.evaluation.evaluator",
-        "RunningMetric": "hunav_drake.systems.evaluation.evaluator",
+        "RunningMetric": "hunav_drake.systems.evaluation.running_metrics",
         "compute_by_behavior": "hunav_drake.systems.evaluation.compute",
         "compute_metrics": "hunav_drake.systems.evaluation.compute",
         "compute_steps": "hunav_drake.systems.evaluation.compute",

@@ -6,8 +6,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from hunav_drake.systems.angles import wrap_angles
 from hunav_drake.systems.crowd.parameters import SocialForceParameters
 from hunav_drake.systems.crowd.social_force import obstacle_force, pair_force
+from hunav_drake.systems.goal import is_at_goal
 from hunav_drake.systems.layout import OMEGA, RADIUS, VX, VY, YAW, X, Y
 from hunav_drake.systems.obstacles import nearest_points
 
@@ -19,6 +21,10 @@ Mask = NDArray[np.bool_]
 
 # Bodies closer than this are in contact, in meters.
 CONTACT_GAP = 0.02
+
+# Samples that are closer in time tell nothing of how a speed changed between
+# them, in seconds: their stamps are equal, but for rounding.
+LEAST_INTERVAL = 1e-6
 
 # How far ahead of each member of a group they look at the same thing, in
 # meters.
@@ -48,13 +54,6 @@ def surface_gaps(robot: Array, humans: Array) -> Array:
     radii = humans[..., RADIUS] + robot[..., None, RADIUS]
     gaps: Array = np.maximum(np.hypot(dx, dy) - radii, 0.0)
     return gaps
-
-
-def wrap(angles: Array) -> Array:
-    """Returns the same directions as angles in (-pi, pi], in radians."""
-    turns = np.ceil((angles - np.pi) / (2 * np.pi))
-    wrapped: Array = angles - 2 * np.pi * turns
-    return wrapped
 
 
 def mean_of_present(values: Array) -> Array:
@@ -94,7 +93,7 @@ class Derived:
     @cached_property
     def heading_changes(self) -> Array:
         """The turns between samples, shape (N,), in radians, not signed."""
-        return np.abs(wrap(np.diff(self._recording.robot[:, YAW])))
+        return np.abs(wrap_angles(np.diff(self._recording.robot[:, YAW])))
 
     @cached_property
     def forward_speed(self) -> Array:
@@ -112,8 +111,12 @@ class Derived:
 
     @cached_property
     def acceleration(self) -> Array:
-        """The change of the forward speed, shape (N,), in m/s^2."""
-        change: Array = np.diff(self.forward_speed) / self.intervals
+        """The change of the forward speed, shape (N,), in m/s^2.
+
+        NaN for intervals shorter than `LEAST_INTERVAL`.
+        """
+        dt = np.where(self.intervals < LEAST_INTERVAL, np.nan, self.intervals)
+        change: Array = np.diff(self.forward_speed) / dt
         return change
 
     @cached_property
@@ -130,12 +133,14 @@ class Derived:
     def at_goal(self) -> Mask:
         """Whether the robot is at the goal pose, shape (N + 1,)."""
         recording = self._recording
-        near = self.goal_distance < recording.goal_tolerance
         if recording.goal is None:
-            return near
-        turn = np.abs(wrap(recording.robot[:, YAW] - recording.goal[2]))
-        aligned: Mask = near & (turn <= recording.goal_yaw_tolerance)
-        return aligned
+            return np.zeros(len(recording), dtype=np.bool_)
+        return is_at_goal(
+            recording.robot,
+            recording.goal,
+            tolerance=recording.goal_tolerance,
+            yaw_tolerance=recording.goal_yaw_tolerance,
+        )
 
     @cached_property
     def present(self) -> Mask:
@@ -243,7 +248,10 @@ class Derived:
 
     @cached_property
     def obstacle_force_on_robot(self) -> Array:
-        """The force of the walls on the robot, shape (N + 1,), in m/s^2."""
+        """The force of the walls on the robot, shape (N + 1,), in m/s^2.
+
+        NaN if the walls are not known.
+        """
         given = self._recording.nearest_walls
         points = None if given is None else given[:, 0]
         return self._obstacle_force(self._recording.robot, points)
@@ -252,7 +260,7 @@ class Derived:
     def obstacle_force_on_humans(self) -> Array:
         """The force of the walls on people, shape (N + 1, n), in m/s^2.
 
-        NaN for who is missing.
+        NaN for who is missing, and if the walls are not known.
         """
         given = self._recording.nearest_walls
         points = None if given is None else given[:, 1:][self.present]
@@ -265,6 +273,8 @@ class Derived:
     def _obstacle_force(self, bodies: Array, points: Array | None) -> Array:
         """Returns the magnitudes of the forces on m bodies, shape (m,)."""
         obstacles = self._recording.obstacles
+        if not self._recording.near_walls_known:
+            return np.full(len(bodies), np.nan)
         if points is None and not len(obstacles):
             return np.zeros(len(bodies))
         results = []

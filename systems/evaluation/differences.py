@@ -48,7 +48,7 @@ DIFFERENCES = {
     TIME_NOT_MOVING: "here an interval in which the robot comes to rest, or"
     " sets off, is not one of rest; it is the convention that differs",
     AVG_ROBOT_ACCELERATION: "HuNavSim divides by the number of samples; here"
-    " it is that of the intervals, one fewer",
+    " it is that of the intervals, one fewer, without those of repeated stamps",
     AVG_ROBOT_JERK: "HuNavSim divides the acceleration by the time step; here"
     " it is the change of the acceleration",
     SOCIAL_FORCE_ON_AGENTS: _FORCES,

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from hunav_drake.systems.evaluation.curves import lines_blocked
 from hunav_drake.systems.layout import RADIUS, VX, VY, YAW, X, Y
 
 if TYPE_CHECKING:
@@ -119,10 +118,16 @@ class Encounters:
 
     @cached_property
     def visible(self) -> Mask:
-        """Who sees the robot, with no wall between, shape (N + 1, n)."""
+        """Who sees the robot, with no wall between, shape (N + 1, n).
+
+        As if there were no walls, if they are not known.
+        """
         visible: Mask = self.angle_of_view <= HALF_FIELD_OF_VIEW
         segments = self._recording.obstacles.segments
         if len(segments):
+            # Only who has walls waits for compiled code to be loaded.
+            from hunav_drake.systems.evaluation.curves import lines_blocked
+
             sample, person = np.nonzero(visible)
             lines = np.hstack(
                 [

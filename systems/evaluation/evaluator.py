@@ -1,7 +1,6 @@
 """The Drake System that records a trial."""
 
 from collections.abc import Sequence
-from enum import IntEnum
 import math
 from typing import Any, Literal, get_args
 
@@ -17,13 +16,17 @@ from pydrake.systems.framework import (
     State,
 )
 
-from hunav_drake.systems.angles import wrap_angle
 from hunav_drake.systems.callbacks import weakly
 from hunav_drake.systems.checks import count_steps
 from hunav_drake.systems.crowd.human_config import HumanConfig
 from hunav_drake.systems.evaluation.recording import Recording
+from hunav_drake.systems.evaluation.running_metrics import (
+    RunningMetric,
+    running_values,
+)
 from hunav_drake.systems.evaluation.samples import Sample
-from hunav_drake.systems.layout import STATE_SIZE, YAW, X, Y
+from hunav_drake.systems.goal import is_at_goal
+from hunav_drake.systems.layout import STATE_SIZE
 from hunav_drake.systems.obstacles import Obstacles
 
 # When the recording begins.
@@ -32,22 +35,9 @@ Start = Literal["at_once", "at_goal_command", "by_trigger"]
 # Time that passes by rounding alone, as a part of the time step.
 _SAME_INSTANT = 1e-6
 
-
-class RunningMetric(IntEnum):
-    """The elements of the output port `metrics` of an Evaluator."""
-
-    # The time between the first sample and the last, in seconds.
-    DURATION = 0
-    # The length of the robot's path through the samples, in meters.
-    PATH_LENGTH = 1
-    # The gap to the closest person at the last sample, in meters.
-    CLOSEST_GAP = 2
-    # The smallest gap to anyone until now, in meters.
-    MIN_GAP = 3
-    # The distance to the goal at the last sample, in meters.
-    GOAL_DISTANCE = 4
-    # How many contacts with people have begun.
-    COLLISIONS = 5
+# Elements of the discrete state; the goal is between them.
+_HAS_ENDED = 0
+_TRIGGER_WAS_HIGH = 4
 
 
 class Evaluator(LeafSystem):
@@ -58,7 +48,7 @@ class Evaluator(LeafSystem):
         name: Evaluator
         input_ports:
         - robot_state
-        - human_states
+        - human_states (optional if there is nobody)
         - behavior_status (optional)
         - goal (optional)
         - trigger (optional)
@@ -78,16 +68,18 @@ class Evaluator(LeafSystem):
     ``goal`` first is finite; or, with ``start="by_trigger"``, when port
     ``trigger`` first is above 0.5. It ends for good with the first sample at
     the goal, if ``stop_at_goal``; with the first that comes ``timeout`` after
-    the first of all; and when ``trigger`` falls, if that began it.
+    the first of all; and, however it began, when ``trigger``, if connected,
+    falls back from above 0.5 to at most that.
 
     Port ``metrics`` gives running values as of the last sample, in the order
     of `RunningMetric`; what has no value is NaN. Port ``recording`` gives
     what `GetRecording` returns, a `Recording`.
 
     The abstract state is the list of samples so far. The discrete state is 1
-    once the recording has ended, and the goal (x, y, yaw) at that instant,
-    or NaN. They are updated, before
-    anything else changes at that instant, at the multiples of ``period``.
+    once the recording has ended, the goal (x, y, yaw) at that instant, or NaN,
+    and 1 while ``trigger`` was high at the last sample. They are updated,
+    before anything else changes at that instant, at the multiples of
+    ``period``; once for each instant, whoever repeats its events.
     Periods that are multiples of each other do not always fall on the same
     floating-point instants, but would here and there see one instant before
     and one after the update of the others. So the update comes with the time
@@ -141,27 +133,29 @@ class Evaluator(LeafSystem):
         self._every = count_steps(period, time_step)
         self._time_step = time_step
         self._static: dict[str, Any] = {
-            "human_names": tuple(
-                h.name or f"human_{i}" for i, h in enumerate(humans, 1)
-            ),
-            "human_ids": tuple(
-                i if h.id is None else h.id for i, h in enumerate(humans, 1)
-            ),
-            "behaviors": tuple(h.behavior_name for h in humans),
-            "group_ids": tuple(h.group_id for h in humans),
+            **_describe(humans),
             "goal_tolerance": goal_tolerance,
             "goal_yaw_tolerance": goal_yaw_tolerance,
             "obstacles": obstacles or Obstacles.from_points([]),
         }
-        self._n = n = len(humans)
-        # An impossible setting shows up here, not at the end of a trial.
-        nothing = Recording(
-            times=np.zeros(1),
-            robot=np.zeros((1, STATE_SIZE)),
-            humans=np.zeros((1, n, STATE_SIZE)),
-            **self._static,
+        self._n = len(humans)
+        self._DeclareInputs()
+        self._samples = self.DeclareAbstractState(
+            AbstractValue.Make(Sample.start(self._n))
+        )
+        self._window = self.DeclareDiscreteState(
+            [0.0, np.nan, np.nan, np.nan, 0.0]
+        )
+        self._DeclareOutputs()
+        exact = self._every & (self._every - 1) == 0
+        self.DeclarePeriodicUnrestrictedUpdateEvent(
+            period_sec=time_step * (self._every if exact else 1),
+            offset_sec=0.0,
+            update=self._TakeSample,
         )
 
+    def _DeclareInputs(self) -> None:
+        n = self._n
         self._robot_state = self.DeclareVectorInputPort(
             "robot_state", STATE_SIZE
         )
@@ -173,17 +167,22 @@ class Evaluator(LeafSystem):
         )
         self._goal = self.DeclareVectorInputPort("goal", 3)
         self._trigger = self.DeclareVectorInputPort("trigger", 1)
-        self._samples = self.DeclareAbstractState(
-            AbstractValue.Make(Sample.start(n))
+
+    def _DeclareOutputs(self) -> None:
+        # An impossible setting shows up here, not at the end of a trial.
+        nothing = Recording(
+            times=np.zeros(1),
+            robot=np.zeros((1, STATE_SIZE)),
+            humans=np.zeros((1, self._n, STATE_SIZE)),
+            **self._static,
         )
-        self._end = self.DeclareDiscreteState([0.0, np.nan, np.nan, np.nan])
         self._metrics = self.DeclareVectorOutputPort(
             "metrics",
             len(RunningMetric),
             self._CalcMetrics,
             prerequisites_of_calc={
                 self.abstract_state_ticket(self._samples),
-                self.discrete_state_ticket(self._end),
+                self.discrete_state_ticket(self._window),
                 self.input_port_ticket(self._goal.get_index()),
             },
         )
@@ -191,12 +190,6 @@ class Evaluator(LeafSystem):
             "recording",
             alloc=lambda: AbstractValue.Make(nothing),
             calc=weakly(self._CalcRecording),
-        )
-        exact = self._every & (self._every - 1) == 0
-        self.DeclarePeriodicUnrestrictedUpdateEvent(
-            period_sec=time_step * (self._every if exact else 1),
-            offset_sec=0.0,
-            update=self._TakeSample,
         )
 
     def get_robot_state_input_port(self) -> InputPort:
@@ -216,7 +209,7 @@ class Evaluator(LeafSystem):
         return self._goal
 
     def get_trigger_input_port(self) -> InputPort:
-        """Returns the port that begins and ends the recording."""
+        """Returns the port that ends the recording, and may begin it."""
         return self._trigger
 
     def get_metrics_output_port(self) -> OutputPort:
@@ -239,16 +232,15 @@ class Evaluator(LeafSystem):
             context: This system's own context.
 
         Raises:
-            RuntimeError: If ``robot_state`` or ``human_states`` is not
-                connected, or if the recording has not begun.
+            RuntimeError: If ``robot_state`` is not connected, or
+                ``human_states`` though there are people, or if the recording
+                has not begun.
             ValueError: If a state is not finite.
         """
         self.ValidateContext(context)
         last = context.get_abstract_state(self._samples).get_value()
-        if (
-            context.get_time() > last.time + _SAME_INSTANT * self._time_step
-            and self._IsOn(context, last)
-        ):
+        window = context.get_discrete_state(self._window).value()
+        if self._IsOn(context, last, window):
             last = self._Sample(context, last)
         if not last.count:
             what = "goal" if self._start == "at_goal_command" else "trigger"
@@ -280,7 +272,7 @@ class Evaluator(LeafSystem):
             last,
             context.get_time(),
             self._robot_state.Eval(context),
-            self._human_states.Eval(context),
+            self._human_states.Eval(context) if self._n else np.zeros(0),
             status.Eval(context) if status.HasValue(context) else None,
         )
 
@@ -288,25 +280,45 @@ class Evaluator(LeafSystem):
         if round(context.get_time() / self._time_step) % self._every:
             return
         last = context.get_abstract_state(self._samples).get_value()
-        if self._IsOn(context, last):
+        window = context.get_discrete_state(self._window).value()
+        if window[_HAS_ENDED] or not self._IsLater(context, last):
+            return
+        was_high = 0.0
+        if self._IsOn(context, last, window):
             last = self._Sample(context, last)
             state.get_mutable_abstract_state(self._samples).set_value(last)
             ends = self._IsLast(context, last)
+            if self._trigger.HasValue(context):
+                was_high = float(self._IsTriggerHigh(context))
         else:
             ends = last.count > 0
-        if ends and not self._HasEnded(context):
+        if ends:
             goal = self._EvalGoal(context) or (np.nan, np.nan, np.nan)
-            state.get_mutable_discrete_state(self._end).set_value([1.0, *goal])
+            state.get_mutable_discrete_state(self._window).set_value(
+                [1.0, *goal, 0.0]
+            )
+        elif was_high != window[_TRIGGER_WAS_HIGH]:
+            changed = state.get_mutable_discrete_state(self._window)
+            changed[_TRIGGER_WAS_HIGH] = was_high
 
-    def _HasEnded(self, context: Context) -> bool:
-        return bool(context.get_discrete_state(self._end).value()[0])
+    def _IsLater(self, context: Context, last: Sample) -> bool:
+        """Tells whether the present instant is later than a sample."""
+        now = context.get_time()
+        return bool(now > last.time + _SAME_INSTANT * self._time_step)
 
-    def _IsOn(self, context: Context, last: Sample) -> bool:
-        """Tells whether the present instant belongs to the recording."""
-        if self._HasEnded(context):
+    def _IsTriggerHigh(self, context: Context) -> bool:
+        return bool(self._trigger.Eval(context)[0] > 0.5)
+
+    def _IsOn(
+        self, context: Context, last: Sample, window: NDArray[np.float64]
+    ) -> bool:
+        """Tells whether the present instant is to be recorded."""
+        if window[_HAS_ENDED] or not self._IsLater(context, last):
             return False
         if self._start == "by_trigger":
-            return bool(self._trigger.Eval(context)[0] > 0.5)
+            return self._IsTriggerHigh(context)
+        if window[_TRIGGER_WAS_HIGH] and not self._IsTriggerHigh(context):
+            return False
         if self._start == "at_goal_command" and not last.count:
             return self._EvalGoal(context) is not None
         return True
@@ -317,22 +329,21 @@ class Evaluator(LeafSystem):
         if elapsed >= self._timeout - _SAME_INSTANT * self._time_step:
             return True
         goal = self._EvalGoal(context) if self._stop_at_goal else None
-        if goal is None:
-            return False
-        x, y, yaw = sample.robot[[X, Y, YAW]].tolist()
-        near = math.hypot(x - goal[0], y - goal[1])
-        turn = abs(wrap_angle(yaw - goal[2]))
-        return bool(
-            near < self._static["goal_tolerance"]
-            and turn <= self._static["goal_yaw_tolerance"]
+        return goal is not None and bool(
+            is_at_goal(
+                sample.robot,
+                goal,
+                tolerance=self._static["goal_tolerance"],
+                yaw_tolerance=self._static["goal_yaw_tolerance"],
+            )
         )
 
     def _GetGoal(self, context: Context) -> tuple[float, float, float] | None:
         """Returns the goal of the recording."""
-        if not self._HasEnded(context):
+        window = context.get_discrete_state(self._window).value()
+        if not window[_HAS_ENDED]:
             return self._EvalGoal(context)
-        end = context.get_discrete_state(self._end).value()
-        _, x, y, yaw = end.tolist()
+        _, x, y, yaw, _ = window.tolist()
         return (x, y, yaw) if math.isfinite(x) else None
 
     def _EvalGoal(self, context: Context) -> tuple[float, float, float] | None:
@@ -343,21 +354,21 @@ class Evaluator(LeafSystem):
 
     def _CalcMetrics(self, context: Context, output: BasicVector) -> None:
         last = context.get_abstract_state(self._samples).get_value()
-        running = last.running
-        values: NDArray[np.float64] = np.zeros(len(RunningMetric))
-        if last.count:
-            values[RunningMetric.DURATION] = last.time - last.first_time
-        values[RunningMetric.PATH_LENGTH] = running.path_length
-        values[RunningMetric.CLOSEST_GAP] = running.closest_gap
-        values[RunningMetric.MIN_GAP] = running.min_gap
-        values[RunningMetric.GOAL_DISTANCE] = np.nan
-        values[RunningMetric.COLLISIONS] = running.collisions
-        goal = self._GetGoal(context)
-        if goal is not None and last.count:
-            values[RunningMetric.GOAL_DISTANCE] = math.hypot(
-                last.robot[X] - goal[0], last.robot[Y] - goal[1]
-            )
-        output.SetFromVector(values)
+        output.SetFromVector(running_values(last, self._GetGoal(context)))
 
     def _CalcRecording(self, context: Context, output: AbstractValue) -> None:
         output.set_value(self.GetRecording(context))
+
+
+def _describe(humans: Sequence[HumanConfig]) -> dict[str, Any]:
+    """Returns what a Recording tells of people that does not change."""
+    return {
+        "human_names": tuple(
+            h.name or f"human_{i}" for i, h in enumerate(humans, 1)
+        ),
+        "human_ids": tuple(
+            i if h.id is None else h.id for i, h in enumerate(humans, 1)
+        ),
+        "behaviors": tuple(h.behavior_name for h in humans),
+        "group_ids": tuple(h.group_id for h in humans),
+    }

@@ -12,15 +12,17 @@ A metric of your own is one decorated function of a recording::
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+import functools
 import inspect
-from typing import Any, Literal
+import re
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hunav_drake.systems.evaluation.names import TABLE_I
+from hunav_drake.systems.evaluation.names import RESERVED, TABLE_I
 from hunav_drake.systems.evaluation.recording import Recording
-from hunav_drake.systems.suggest import nearest
+from hunav_drake.systems.suggest import did_you_mean, nearest
 
 Array = NDArray[np.float64]
 Direction = Literal["lower", "higher", "none"]
@@ -29,6 +31,9 @@ Direction = Literal["lower", "higher", "none"]
 # which the metric's `reduce` makes the value.
 Result = float | tuple[float, Array] | Array
 MetricFunction = Callable[[Recording], Result]
+
+# The kinds of NumPy's types that are real numbers.
+_REAL = "buif"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,24 +66,54 @@ class Metric:
         """Returns the value, and its series (N + 1,) if it has one.
 
         Raises:
-            ValueError: If the function returns anything else.
+            ValueError: If the function raises anything, or returns anything
+                else. The text names the metric.
         """
-        result: Any = self.function(recording)
-        series: Any = None
-        if self.reduce is not None:
-            series = result
-        elif isinstance(result, tuple):
-            result, series = result
-        if series is not None and np.shape(series) != (len(recording),):
+        try:
+            result: Any = self.function(recording)
+            if self.reduce is not None:
+                series = _series(result, len(recording))
+                return _value(self.reduce(series)), series
+            if not isinstance(result, tuple):
+                return _value(result), None
+            if len(result) != 2:
+                raise ValueError(
+                    "it must return a number, or the pair of a number and a"
+                    f" series, got {len(result)} things"
+                )
+            value, series = result
+            return _value(value), _series(series, len(recording))
+        except Exception as error:
+            kind = "" if type(error) is ValueError else type(error).__name__
             raise ValueError(
-                f"metric {self.name!r}: its series must have one number for"
-                f" each of {len(recording)} samples, got the shape"
-                f" {np.shape(series)}"
-            )
-        if self.reduce is not None:
-            result = self.reduce(series)
-        return float(result), series
+                f"metric {self.name!r}: {kind}{kind and ': '}{error}"
+            ) from error
 
+
+def _value(value: Any) -> float:
+    array = np.asarray(value)
+    if array.shape == () and array.dtype.kind in _REAL:
+        return float(array)
+    raise ValueError(
+        "its value must be a number; with a series, it must return the pair of"
+        f" both, or be registered with `reduce`; got {value!r:.60}"
+    )
+
+
+def _series(series: Any, samples: int) -> Array:
+    array = np.asarray(series)
+    if array.shape != (samples,):
+        raise ValueError(
+            f"its series must have one number for each of {samples} samples,"
+            f" got the shape {array.shape}"
+        )
+    if array.dtype.kind not in _REAL:
+        raise ValueError(f"its series must be of numbers, got {array.dtype}")
+    return array.astype(float, copy=False)
+
+
+# Names are columns of tables and words of commands.
+_NAME = re.compile(r"[^\s,;\"']+")
 
 # All metrics by name, in the order of their registration.
 METRICS: dict[str, Metric] = {}
@@ -99,7 +134,8 @@ def register_metric[F: Callable[[Recording], Any]](
 
     The function returns the value, or the pair of the value and its series
     over the samples, or, if `reduce` is given, the series alone. What has no
-    value is NaN.
+    value is NaN. A function replaces one that was defined in the same place,
+    as when a cell of a notebook is run again.
 
     Args:
         name: What it is called in tables and files.
@@ -108,37 +144,95 @@ def register_metric[F: Callable[[Recording], Any]](
         source: Who defined it.
         direction: Whether "lower" or "higher" is better.
         aliases: Other names that it is known by.
-        definition: What it is; the function's docstring by default.
+        definition: What it is; the function's docstring by default. Lists
+            show its first line.
         reduce: Makes the value of the series.
 
     Returns:
         A decorator that returns the function unchanged.
 
     Raises:
-        ValueError: If the name or an alias is taken.
+        ValueError: If the name or an alias is taken or not fit for a column
+            of a table, if a text is none, or the direction unknown.
     """
+    aliases = (aliases,) if isinstance(aliases, str) else tuple(aliases)
+    for text in (unit, family, source):
+        if not isinstance(text, str) or not text:
+            raise ValueError(
+                f"metric {name!r}: unit, family and source must be texts, not"
+                f" empty, got {text!r}"
+            )
+    if direction not in get_args(Direction):
+        raise ValueError(
+            f"metric {name!r}: direction must be one of {get_args(Direction)},"
+            f" got {direction!r}"
+            f"{did_you_mean(str(direction), get_args(Direction))}"
+        )
+    if family in ("paper", "all", name, *METRICS):
+        raise ValueError(
+            f"metric {name!r}: family must not be the name of something else,"
+            f" got {family!r}"
+        )
 
     def register(function: F) -> F:
         for candidate in (name, *aliases):
-            owner = METRICS.get(candidate) or _by_alias(candidate)
-            if owner is not None or candidate in _selections():
-                raise ValueError(
-                    f"metric {name!r}: the name {candidate!r} is taken"
-                )
+            _check_name(name, candidate, function)
+        text = inspect.cleandoc(definition or function.__doc__ or "")
         METRICS[name] = Metric(
             name=name,
             unit=unit,
             family=family,
             direction=direction,
             source=source,
-            definition=inspect.cleandoc(definition or function.__doc__ or ""),
-            aliases=tuple(aliases),
+            definition=text or "(It is not told what it is.)",
+            aliases=aliases,
             function=function,
             reduce=reduce,
         )
         return function
 
     return register
+
+
+def _check_name(
+    name: str, candidate: str, function: Callable[[Recording], Any]
+) -> None:
+    """Raises ValueError if a metric cannot have a name or alias."""
+    if not isinstance(candidate, str) or not _NAME.fullmatch(candidate):
+        raise ValueError(
+            f"metric {name!r}: a name must be a text without blanks, commas,"
+            f" semicolons and quotes, got {candidate!r}"
+        )
+    if candidate in RESERVED:
+        raise ValueError(
+            f"metric {name!r}: tables of results have a column {candidate!r}"
+            " already; choose another name"
+        )
+    owner = METRICS.get(candidate) or _by_alias(candidate)
+    if owner is None and candidate not in _selections():
+        return
+    if owner is None or owner.name != name or _differ(owner.function, function):
+        what = "a family" if owner is None else f"metric {owner.name!r}"
+        raise ValueError(
+            f"metric {name!r}: the name {candidate!r} is taken, by {what};"
+            " choose another name"
+        )
+
+
+def _differ(
+    one: Callable[[Recording], Any], other: Callable[[Recording], Any]
+) -> bool:
+    """Tells whether two functions were defined in different places."""
+
+    def origin(function: Any) -> tuple[object, object]:
+        while isinstance(function, functools.partial):
+            function = function.func
+        return (
+            getattr(function, "__module__", None),
+            getattr(function, "__qualname__", function),
+        )
+
+    return origin(one) != origin(other)
 
 
 def select_metrics(names: Iterable[str]) -> list[Metric]:

@@ -86,3 +86,18 @@ SURPRISE_REACT_COST = "surprise_react_cost"
 
 # A column of the steps of one behavior: whether anyone shows it just then.
 BEHAVIOR_ACTIVE = "behavior_active"
+
+# What the other columns of tables of results are called, so no metric may be:
+# what a run is, the times of its steps, and the names of rows.
+RESERVED = (
+    "tag",
+    "scenario",
+    "planner",
+    "seed",
+    "end_reason",
+    "end_time",
+    "behavior",
+    BEHAVIOR_ACTIVE,
+    "time",
+    "metric",
+)

@@ -20,6 +20,10 @@ from hunav_drake.systems.suggest import did_you_mean
 
 Array = NDArray[np.float64]
 
+# How near to the goal's heading is at the goal where the goal has one and
+# nothing else is told, in radians.
+GOAL_YAW_TOLERANCE = 0.25
+
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Recording:
@@ -41,14 +45,17 @@ class Recording:
         behaviors: The names of n behaviors, "regular" by default.
         group_ids: n integers, -1 (the default) for who walks alone.
         goal: The pose (x, y, yaw) that the robot was to reach, or None.
-        goal_tolerance: How near to it is at the goal, in meters.
+        goal_tolerance: How near to it is at the goal, in meters; HuNavSim's
+            0.2 by default.
         goal_yaw_tolerance: The same for the heading, in radians. By default
             any heading will do.
         obstacles: The walls.
+        walls_known: Whether `obstacles` are all walls. Recordings from
+            elsewhere may not tell; what depends on walls has no value then.
         nearest_walls: Shape (N + 1, 1 + n, k, 2), for recordings from
-            elsewhere that do not know the walls: up to k nearest points of
-            walls to the robot (row 0) and to each person, NaN where there are
-            fewer. They stand in for `obstacles`.
+            elsewhere: up to k nearest points of walls to the robot (row 0)
+            and to each person, NaN where there are fewer. They stand in for
+            `obstacles` where nothing but the nearest walls counts.
         reference_path: Shape (m, 3), rows (time, x, y) in seconds and meters,
             with times that increase: a path to compare the robot's with, on
             a clock of its own.
@@ -67,11 +74,12 @@ class Recording:
     behaviors: tuple[str, ...] = ()
     group_ids: tuple[int, ...] = ()
     goal: tuple[float, float, float] | None = None
-    goal_tolerance: float = 0.25
+    goal_tolerance: float = 0.2
     goal_yaw_tolerance: float = math.pi
     obstacles: Obstacles = field(
         default_factory=lambda: Obstacles.from_points([])
     )
+    walls_known: bool = True
     nearest_walls: Array | None = None
     reference_path: Array | None = None
 
@@ -143,6 +151,11 @@ class Recording:
     def num_humans(self) -> int:
         """The number of people, n."""
         return int(self.humans.shape[1])
+
+    @property
+    def near_walls_known(self) -> bool:
+        """Whether at least the walls near to everybody are known."""
+        return self.walls_known or self.nearest_walls is not None
 
     @cached_property
     def derived(self) -> Derived:

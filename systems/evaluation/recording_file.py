@@ -24,6 +24,7 @@ def write(path: str | Path, values: dict[str, Any]) -> None:
         OSError: If the file cannot be written.
     """
     arrays = {name: values[name] for name in _ARRAYS + _SCALARS}
+    arrays["walls_known"] = np.array(values["walls_known"])
     arrays |= {name: np.array(values[name], dtype=str) for name in _TEXTS}
     arrays |= {name: np.array(values[name], dtype=int) for name in _NUMBERS}
     # An optional field is left out where it is None.
@@ -70,4 +71,6 @@ def read(path: str | Path) -> dict[str, Any]:
     if "goal" in arrays:
         values["goal"] = tuple(arrays["goal"].tolist())
     values |= {name: arrays.get(name) for name in _OPTIONAL_ARRAYS}
+    # Files that do not tell are of trials, which know their walls.
+    values["walls_known"] = bool(arrays.get("walls_known", True))
     return values

@@ -12,9 +12,9 @@ from pydrake.systems.framework import (
     OutputPort,
 )
 
-from hunav_drake.systems.angles import wrap_angle
 from hunav_drake.systems.checks import check_number, check_time_step
-from hunav_drake.systems.layout import STATE_SIZE, YAW, X, Y
+from hunav_drake.systems.goal import is_at_goal
+from hunav_drake.systems.layout import STATE_SIZE, X, Y
 
 
 class TrialStatus(IntEnum):
@@ -137,11 +137,12 @@ class TrialMonitor(LeafSystem):
     def _EvalStatus(self, context: Context) -> TrialStatus:
         if not self._goal.HasValue(context):
             return TrialStatus.RUNNING
-        robot = self._robot_state.Eval(context).tolist()
-        x, y, yaw = self._goal.Eval(context).tolist()
-        if (
-            math.hypot(x - robot[X], y - robot[Y]) < self._goal_tolerance
-            and abs(wrap_angle(yaw - robot[YAW])) <= self._goal_yaw_tolerance
+        robot = self._robot_state.Eval(context)
+        if is_at_goal(
+            robot,
+            self._goal.Eval(context),
+            tolerance=self._goal_tolerance,
+            yaw_tolerance=self._goal_yaw_tolerance,
         ):
             return TrialStatus.GOAL
         state = context.get_discrete_state(self._state).value().tolist()

@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 
 from hunav_drake.systems.layout import RADIUS, Y
 from hunav_drake.systems.obstacles import inside, nearest_points
-from hunav_drake.systems.sight import wall_on_line
 
 if TYPE_CHECKING:
     from hunav_drake.systems.crowd.route import RouteMap
@@ -40,7 +39,8 @@ class Way:
     def wall_gap(self) -> Array:
         """The gap between robot and nearest wall, shape (N + 1,), in meters.
 
-        0 where they overlap; NaN where there is no wall.
+        0 where they overlap; NaN where there is no wall, and if the walls are
+        not known.
         """
         recording = self._recording
         robot = recording.robot
@@ -65,7 +65,10 @@ class Way:
     def shortest_to_end(self) -> Array | None:
         """The shortest way from the first to the last position.
 
-        Shape (m, 2), in meters, both included; None if there is none.
+        Shape (m, 2), in meters, both included; None if there is none, or if
+        the walls are not known. It keeps the robot's radius from walls, but
+        where it leaves those near its start and draws near to those by its
+        end.
         """
         robot = self._recording.robot
         return self._shortest(robot[0, : Y + 1], robot[-1, : Y + 1])
@@ -74,7 +77,7 @@ class Way:
     def shortest_to_goal(self) -> Array | None:
         """The shortest way from the first position to the goal.
 
-        Shape (m, 2), in meters, both included; None if there is none.
+        Like `shortest_to_end`; None also without a goal.
         """
         recording = self._recording
         if recording.goal is None:
@@ -82,30 +85,41 @@ class Way:
         goal = np.array(recording.goal[:2])
         return self._shortest(recording.robot[0, : Y + 1], goal)
 
+    @property
+    def _clearance(self) -> float:
+        radius = float(self._recording.robot[0, RADIUS])
+        return max(radius, _LEAST_CLEARANCE)
+
     @cached_property
     def _route_map(self) -> "RouteMap":
-        # Only who has walls in the way needs to know about corners.
         from hunav_drake.systems.crowd.route import RouteMap
 
-        radius = float(self._recording.robot[0, RADIUS])
         return RouteMap.from_obstacles(
-            self._recording.obstacles, clearance=max(radius, _LEAST_CLEARANCE)
+            self._recording.obstacles, clearance=self._clearance
         )
 
     def _shortest(self, start: Array, goal: Array) -> Array | None:
-        segments = self._recording.obstacles.segments
-
-        def free(p: Array, q: Array) -> bool:
-            return bool(wall_on_line(*p, *q, segments) == np.inf)
-
-        if free(start, goal):
+        recording = self._recording
+        if not recording.walls_known:
+            return None
+        if not len(recording.obstacles):
             return np.array([start, goal])
+        from hunav_drake.systems.crowd.visibility import blocked
+
+        # Only who has walls in the way needs to know about corners.
+        straight = start[None], goal[None], self._clearance
+        if not blocked(*straight, recording.obstacles.segments)[0]:
+            return np.array([start, goal])
+        route = self._route_map
         points = [start]
-        for _ in range(len(self._route_map.vertices) + 1):
-            points.append(self._route_map.next_waypoint(points[-1], goal))
+        for _ in range(len(route.vertices) + 1):
+            points.append(route.next_waypoint(points[-1], goal))
             if (points[-1] == goal).all():
-                # The map names the goal itself where there is no way to it.
-                return np.array(points) if free(*points[-2:]) else None
+                way = np.array(points)
+                # The map names the goal itself where there is no way to it,
+                # and lets people squeeze through where a robot cannot.
+                legs = way[:-1], way[1:], route.sight, route.segments
+                return None if blocked(*legs).any() else way
         return None
 
 

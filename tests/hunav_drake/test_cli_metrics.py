@@ -47,7 +47,7 @@ def test_evaluate_prints_the_table(hunav, recording):
         "ended after 2.00 s: end (the recording ends)",
     ]
     table = words(out)
-    assert table["path_length"] == ["2.000", "m"]
+    assert table["path_length"] == ["2.00", "m"]
     assert table["completed"] == ["-"]
     assert max(map(len, out.splitlines())) <= 80
     for name, metric in METRICS.items():
@@ -63,11 +63,82 @@ def test_evaluate_takes_names_a_goal_and_a_reference(hunav, recording):
     assert code == 0
     table = words(out)
     assert table["completed"] == ["1"]
-    assert table["avg_displacement_error"] == ["0.000", "m"]
+    assert table["avg_displacement_error"] == ["0", "m"]
     assert "danger_fear_cost" in table
     assert "path_length" not in table
-    _, out, _ = hunav("evaluate", recording, "--goal=2,0,3")
-    assert "goal (the robot" in out
+    for yaw, end in ((0.2, "goal (the robot"), (3, "end (the recording")):
+        _, out, _ = hunav("evaluate", recording, f"--goal=2,0,{yaw}")
+        assert end in out
+
+
+def test_the_heading_counts_if_the_goal_has_one(hunav, tmp_path):
+    path = tmp_path / "a.csv"
+    rows = "".join(f"{k},robot,{k},0,0\n" for k in range(3))
+    path.write_text("time,agent,x,y,yaw\n" + rows)
+
+    def completed(*options):
+        code, out, _ = hunav(
+            "evaluate", path, "--metrics", "completed", *options
+        )
+        assert code == 0
+        return words(out)["completed"][0] == "1"
+
+    assert completed("--goal=2,0")
+    assert completed("--goal=2,0,0.24")
+    assert not completed("--goal=2,0,0.26")
+    assert completed("--goal=2,0,0.26", "--goal-tolerance=0.1,0.3")
+    assert not completed("--goal=2,0,0.26", "--goal-tolerance=0.1")
+    assert completed("--goal=2.19,0")
+    assert not completed("--goal=2.21,0")
+    assert completed("--goal=2.21,0", "--goal-tolerance=0.22")
+
+
+def test_the_heading_of_a_trial_keeps_its_tolerance(hunav, tmp_path):
+    Recording(
+        times=[0.0],
+        robot=np.zeros((1, 7)),
+        humans=np.zeros((1, 0, 7)),
+        goal_yaw_tolerance=0.5,
+    ).save(tmp_path / "a.npz")
+    for yaw, word in ((0.4, "goal"), (0.6, "end")):
+        _, out, _ = hunav("evaluate", tmp_path / "a.npz", f"--goal=0,0,{yaw}")
+        assert f"s: {word} (" in out
+
+
+def test_walls_may_be_given(hunav, tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("time,agent,x,y\n0,robot,0,0\n1,robot,1,0\n")
+    world = tmp_path / "world.yaml"
+    world.write_text(
+        "robot: {start: [0, 0, 0], goal: [1, 0, 0]}\n"
+        "world: {walls: [{shape: polyline, points: [[-5, 1], [5, 1]]}]}\n"
+    )
+
+    def run(*options):
+        code, out, _ = hunav(
+            *("evaluate", path, "--metrics", "clearance", "forces"),
+            *("path_efficiency", *options),
+        )
+        assert code == 0
+        assert max(map(len, out.splitlines())) <= 80
+        return words(out), "--walls SCENARIO" in out
+
+    table, hint = run()
+    assert hint
+    for name in ("min_clearance", "social_work", "path_efficiency"):
+        assert table[name][0] == "-"
+    _, out, _ = hunav("evaluate", path, "--metrics", "path", "stalled_time")
+    assert "--walls" not in out
+    table, hint = run("--walls", world)
+    assert not hint
+    assert table["min_clearance"] == ["0.650", "m"]
+    assert float(table["obstacle_force_on_robot"][0]) > 0
+    assert table["path_efficiency"][0].startswith("1")
+    table, hint = run("--walls", "none")
+    assert not hint
+    assert table["min_clearance"][0] == "-"
+    assert float(table["obstacle_force_on_robot"][0]) == 0
+    assert table["static_obstacle_collisions"][0] == "0"
 
 
 def test_evaluate_writes_tables(hunav, recording, tmp_path):
@@ -94,6 +165,20 @@ def test_evaluate_writes_tables(hunav, recording, tmp_path):
         (["FILE", "--goal", "here"], "--goal must be X,Y or X,Y,YAW"),
         (["FILE", "--goal", "1"], "--goal must be X,Y or X,Y,YAW"),
         (["FILE", "--goal", "1,nan"], "goal: must be finite"),
+        (["FILE", "--goal", "1,2,3,4"], "--goal must be X,Y or X,Y,YAW"),
+        (
+            ["FILE", "--goal-tolerance", "1"],
+            "--goal-tolerance: the recording has no goal; add --goal",
+        ),
+        (
+            ["FILE", "--goal=1,2", "--goal-tolerance", "a"],
+            "--goal-tolerance must be D or D,YAW in meters and radians",
+        ),
+        (
+            ["FILE", "--goal=1,2", "--goal-tolerance", "0"],
+            "goal_tolerance: must be positive",
+        ),
+        (["FILE", "--walls", "passin"], "--walls: passin: "),
         (["FILE", "--reference", "no.npz"], "no.npz: No such file"),
         (["FILE", "--out", "FILE"], "cannot write there"),
     ],

@@ -7,7 +7,10 @@ import numpy as np
 import pytest
 
 from hunav_drake.recording_readers import ReadRecording
-from hunav_drake.systems.evaluation.compute import compute_metrics
+from hunav_drake.systems.evaluation.compute import (
+    compute_metrics,
+    compute_steps,
+)
 from hunav_drake.systems.evaluation.recording import Recording
 
 CSV = """\
@@ -158,6 +161,16 @@ def test_the_name_tells_the_kind(write, name):
         (("0.5,robot", "0.0,robot"), "line 5: 'robot' has a row.*in line 2"),
         (("0.5,robot", "0.6,robot"), "'robot' has no row for 0.5 s"),
         (("Bo Ø", '"Bo'), "line 6"),
+        (
+            ("5,scared,2,1", "5,curious,2,1"),
+            "line 4: the behavior of 'ana' must not change, but is curious"
+            " here and scared in line 3",
+        ),
+        (
+            ("scared,2,1", "scared,1,1"),
+            "line 4: the group_id of 'ana' must not change, but is 1 here and"
+            " 2 in line 3",
+        ),
     ],
 )
 def test_a_fault_in_a_table_is_named_with_its_line(write, change, message):
@@ -185,7 +198,7 @@ def test_an_empty_table_is_an_error(write, text):
 )
 def test_steps_of_messages(write, form):
     dut = ReadRecording(write("a.json", form([step(0), step(1)])))
-    assert dut.times.tolist() == [0.5, 1.5]
+    assert dut.times.tolist() == [0.0, 1.0]
     assert dut.robot[1].tolist() == [1, 0, 0, 1, 0, 0, 0.35]
     assert dut.humans[0, 0, 3:5] == pytest.approx([-3, 4])
     assert dut.human_ids == (7,)
@@ -209,6 +222,19 @@ def test_the_goal_may_stand_beside_the_steps(write):
     assert dut.goal_tolerance == 0.2
 
 
+def test_the_heading_of_a_goal_counts(write):
+    document = {"steps": [step(0)], "robot_goal": [0.0, 0.0, 3.0]}
+    dut = ReadRecording(write("a.json", document))
+    assert dut.goal == (0, 0, 3)
+    assert dut.goal_yaw_tolerance == 0.25
+    assert dut.goal_tolerance == 0.2
+    assert compute_metrics(dut)["completed"] == 0
+    document["robot_goal"] = [0.0, 0.0]
+    dut = ReadRecording(write("a.json", document))
+    assert dut.goal_yaw_tolerance == math.pi
+    assert compute_metrics(dut)["completed"] == 1
+
+
 def test_agents_may_come_and_go(write):
     steps = [step(0), step(1, agents=[]), step(2)]
     dut = ReadRecording(write("a.json", steps))
@@ -218,8 +244,105 @@ def test_agents_may_come_and_go(write):
 def test_a_repeated_stamp_is_moved_on_by_a_hair(write):
     steps = [step(1), step(1), step(1), step(2)]
     dut = ReadRecording(write("a.json", steps))
-    assert dut.times == pytest.approx([1.5, 1.5, 1.5, 2.5])
+    assert dut.times == pytest.approx([0, 0, 0, 1], abs=1e-8)
     assert (np.diff(dut.times) > 0).all()
+
+
+def speeding_up(first, *, repeat=None):
+    """Returns steps of 50 ms at 0.02 m/s^2; one may have the stamp before."""
+    steps = []
+    for k in range(40):
+        nanoseconds = 50_000_000 * (k - 1 if k == repeat else k)
+        v = 0.5 + 0.001 * k
+        robot = agent(x=0.025 * k, vx=v, linear_vel=v)
+        steps.append(
+            {
+                "sec": first + nanoseconds // 10**9,
+                "nanosec": nanoseconds % 10**9,
+                "robot": robot,
+                "agents": [],
+            }
+        )
+    return steps
+
+
+@pytest.mark.parametrize("repeat", [None, 1, 20, 39])
+def test_the_time_of_day_costs_no_precision(write, repeat):
+    early, late = (
+        ReadRecording(write("a.json", speeding_up(first, repeat=repeat)))
+        for first in (0, 1_700_000_000)
+    )
+    assert early == late
+    assert late.times[-2] == pytest.approx(38 * 0.05, rel=1e-12)
+
+
+@pytest.mark.parametrize("repeat", [1, 20, 39])
+def test_a_repeated_stamp_tells_nothing_of_accelerations(write, repeat):
+    clean = ReadRecording(write("a.json", speeding_up(0)))
+    dut = ReadRecording(write("b.json", speeding_up(0, repeat=repeat)))
+    assert len(dut) == len(clean)
+    expected = compute_metrics(clean)
+    got = compute_metrics(dut)
+    assert expected["avg_robot_acceleration"] == pytest.approx(0.02)
+    # The interval after the repeated stamp is twice as long.
+    steps = compute_steps(dut, ["avg_robot_acceleration"]).iloc[:, 0]
+    assert math.isnan(steps.iloc[repeat])
+    assert got["avg_robot_acceleration"] == pytest.approx(0.02, rel=0.02)
+    assert got["avg_robot_jerk"] < 0.02
+    for name in ("path_length", "avg_robot_linear_speed", "duration"):
+        assert got[name] == pytest.approx(expected[name], rel=0.03)
+
+
+def test_two_steps_at_one_time_have_no_acceleration(write):
+    steps = [step(0), step(0, robot=agent(linear_vel=3.0))]
+    values = compute_metrics(ReadRecording(write("a.json", steps)), ["speeds"])
+    assert math.isnan(values["avg_robot_acceleration"])
+    assert math.isnan(values["avg_robot_jerk"])
+
+
+@pytest.mark.parametrize(("key", "value"), [("behavior", 5), ("group_id", 3)])
+def test_who_a_person_is_does_not_change_in_messages(write, key, value):
+    steps = [step(0), step(1), step(2)]
+    steps[2]["agents"][0][key] = value
+    with pytest.raises(
+        ValueError,
+        match=rf"steps\[2\]\.agents\[0\]\.{key}: must not change, but is"
+        rf" {value} here and \d in steps\[0\]\.agents\[0\]",
+    ):
+        ReadRecording(write("a.json", steps))
+
+
+def test_walls_are_not_known_unless_near_points_are(write):
+    assert not ReadRecording(write("a.csv", CSV)).walls_known
+    dut = ReadRecording(write("a.json", [step(0)]))
+    assert not dut.walls_known
+    assert dut.near_walls_known
+    bare = step(0, agents=[agent(id=1, x=2.0)])
+    dut = ReadRecording(write("a.json", [bare]))
+    assert dut.nearest_walls is None
+    assert not dut.near_walls_known
+
+
+def test_clocks_that_differ_by_rounding_are_one(write):
+    text = "time,agent,x,y\n" + "".join(
+        f"{t},robot,{t},0\n{k / 10},ana,2,0\n"
+        for k, t in enumerate((0, 0.1, 0.2, 0.30000000000000004))
+    )
+    dut = ReadRecording(write("a.csv", text))
+    assert dut.times == pytest.approx([0, 0.1, 0.2, 0.3])
+    assert not np.isnan(dut.humans).any()
+    apart = text.replace("0.3,ana", "0.30001,ana")
+    with pytest.raises(ValueError, match=r"'robot' has no row for 0\.30001 s"):
+        ReadRecording(write("a.csv", apart))
+    twice = text + "0.3000005,robot,9,9\n"
+    with pytest.raises(ValueError, match=r"line 10: 'robot' has a row"):
+        ReadRecording(write("a.csv", twice))
+
+
+@pytest.mark.parametrize("separator", [";", "\t"])
+def test_other_separators_are_found(write, separator):
+    dut = ReadRecording(write("a.csv", CSV.replace(",", separator)))
+    assert dut == ReadRecording(write("b.csv", CSV))
 
 
 def broken(path, value):

@@ -61,8 +61,12 @@ def static_obstacle_collisions(recording: Recording) -> tuple[float, Array]:
     """How many contacts with walls began.
 
     A contact begins where the gap c_k to the nearest wall falls below 0.02 m,
-    or is below at the start. Series: 1 while in contact, else 0.
+    or is below at the start. NaN if the walls are not known. Series: 1 while
+    in contact, else 0.
     """
-    contact = recording.way.wall_gap < CONTACT_GAP
+    gap = recording.way.wall_gap
+    if not recording.near_walls_known:
+        return np.nan, gap
+    contact = gap < CONTACT_GAP
     begins = np.count_nonzero(contact[1:] & ~contact[:-1]) + contact[0]
     return float(begins), contact.astype(float)

@@ -76,8 +76,7 @@ for _name, _alias, _who, _to_robot in (
         source=SEAN,
         aliases=[_alias],
         definition=f"""
-            How many contacts with people began that the {_who} is charged
-            with.
+            How many contacts with people are charged to the {_who}.
 
             A contact begins where the gap to a person falls below 0.02 m, or
             is below at the start. With n the unit vector from robot to

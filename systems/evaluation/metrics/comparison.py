@@ -1,13 +1,13 @@
 """How far the robot's path is from another, and from being simple.
 
 The path to compare with is `Recording.reference_path`: that of a robot which
-a person drives, say, or of the same robot without people.
+a person drives, say, or of the same robot without people. Compiled code is
+loaded where it is used, so that metrics can be listed without it.
 """
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hunav_drake.systems.evaluation import curves
 from hunav_drake.systems.evaluation.metric import register_metric
 from hunav_drake.systems.evaluation.metrics import reduce
 from hunav_drake.systems.evaluation.metrics.efficiency import GAO_HUANG
@@ -58,6 +58,8 @@ def warped_distance(first: Array, second: Array) -> float:
         (the first, if they are equal) to segments of the other that follow
         each other as the points do.
     """
+    from hunav_drake.systems.evaluation import curves
+
     a, b = np.ascontiguousarray(second), np.ascontiguousarray(first)
     if polyline_length(a) < polyline_length(b):
         a, b = b, a
@@ -145,6 +147,8 @@ def topological_complexity(recording: Recording) -> float:
     are there. Two who pass each other on straight lines, from far to far,
     have 1/2; 0 without people.
     """
+    from hunav_drake.systems.evaluation import curves
+
     bodies = np.concatenate(
         [recording.robot[:, None], recording.humans], axis=1
     )

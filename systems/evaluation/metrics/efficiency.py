@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from hunav_drake.systems.evaluation.derived import wrap
+from hunav_drake.systems.angles import wrap_angles
 from hunav_drake.systems.evaluation.metric import register_metric
 from hunav_drake.systems.evaluation.metrics import reduce
 from hunav_drake.systems.evaluation.metrics.path import since_previous
@@ -41,7 +41,8 @@ def path_irregularity(recording: Recording) -> float:
     the path and A the least rotation of a robot that drives forward: from the
     first heading into the shortest way around the walls to the last position,
     along it, and from there to the last heading. Legs of less than 1 cm need
-    no rotation. NaN if the robot never moved, or walls leave no way.
+    no rotation. NaN if the robot never moved, if walls leave no way, or if
+    they are not known.
     """
     way = recording.way
     if not way.length or way.shortest_to_end is None:
@@ -50,7 +51,7 @@ def path_irregularity(recording: Recording) -> float:
     legs = legs[np.hypot(legs[:, 0], legs[:, 1]) >= _LEG]
     yaw = recording.robot[:, YAW]
     headings = [yaw[:1], np.arctan2(legs[:, 1], legs[:, 0]), yaw[-1:]]
-    least = np.abs(wrap(np.diff(np.concatenate(headings)))).sum()
+    least = np.abs(wrap_angles(np.diff(np.concatenate(headings)))).sum()
     turned = recording.derived.heading_changes.sum()
     return float(max(turned - least, 0.0) / way.length)
 
@@ -67,7 +68,8 @@ def path_efficiency(recording: Recording) -> float:
 
     L is the length of the path, and L* that of the shortest way from its
     first to its last position: straight, or around the walls at the distance
-    of the robot's radius. NaN if the robot never moved, or walls leave no way.
+    of the robot's radius. NaN if the robot never moved, if walls leave no
+    way, or if they are not known.
     """
     way = recording.way
     if not way.length or way.shortest_to_end is None:
@@ -90,7 +92,8 @@ def success_weighted_path_length(recording: Recording) -> float:
     S is `completed`, L the length of the path, and L* that of the shortest
     way from the first position to the goal: straight, or around the walls at
     the distance of the robot's radius. 1 for a robot that starts and stays at
-    the goal; NaN without a goal, or if walls leave no way to it.
+    the goal; NaN without a goal, if walls leave no way to it, or if they are
+    not known.
     """
     way = recording.way
     if recording.goal is None or way.shortest_to_goal is None:

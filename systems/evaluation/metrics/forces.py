@@ -49,7 +49,8 @@ def obstacle_force_on_agents(recording: Recording) -> Array:
     """The forces of the walls on people: sum_k mean_i |f_k^{o->i}|.
 
     The forces of all walls on one person add up as vectors. The mean is over
-    the people present; NaN without people. Series: that mean.
+    the people present; NaN without people, or if the walls are not known.
+    Series: that mean.
     """
     return mean_of_present(recording.derived.obstacle_force_on_humans)
 
@@ -57,7 +58,8 @@ def obstacle_force_on_agents(recording: Recording) -> Array:
 def obstacle_force_on_robot(recording: Recording) -> Array:
     """The force of the walls on the robot: sum_k |f_k^{o->r}|.
 
-    The forces of all walls add up as vectors. Series: the force.
+    The forces of all walls add up as vectors. NaN if the walls are not known.
+    Series: the force.
     """
     return recording.derived.obstacle_force_on_robot
 
@@ -66,7 +68,8 @@ def social_work(recording: Recording) -> Array:
     """The work that the robot makes for itself and for people.
 
     The sum of the social force on the robot, the obstacle force on the robot,
-    and the social force on the people. Series: the same sum at each sample.
+    and the social force on the people. NaN if the walls are not known.
+    Series: the same sum at each sample.
     """
     return (
         social_force_on_robot(recording)

@@ -107,6 +107,12 @@ def within_band(gap: Array, low: float, high: float) -> Array:
     return np.where(np.isnan(gap), np.nan, inside.astype(float))
 
 
+def _gap(low: float, high: float) -> str:
+    """Returns what is shown of the band low <= gap < high, in meters."""
+    below = f" < {high} m" if math.isfinite(high) else ""
+    return f"{low} m <= gap{below}" if low else f"gap{below}"
+
+
 def _person_band(recording: Recording, *, low: float, high: float) -> Array:
     return within_band(recording.derived.closest_gap, low, high)
 
@@ -134,11 +140,10 @@ for _name, _alias, _low, _high in (
         source=PEREZ_2018 if math.isfinite(_high) else "hunav_drake",
         aliases=_alias,
         definition=f"""
-            The share of the samples at which the gap to the closest person,
-            min_i gap_k^i, is at least {_low} m and below {_high} m.
+            The share of samples with {_gap(_low, _high)} to the nearest person.
 
-            Samples without people count among all; NaN if nobody ever is
-            present. Series: 1 at such a sample, else 0.
+            The gap is min_i gap_k^i. Samples without people count among all;
+            NaN if nobody ever is present. Series: 1 at such a sample, else 0.
             """,
         reduce=reduce.share,
     )(partial(_person_band, low=_low, high=_high))
@@ -161,13 +166,12 @@ for _name, _alias, _low, _high in (
         source=PEREZ_2018,
         aliases=_alias,
         definition=f"""
-            The share of the samples at which the gap to the closest group's
-            interaction center c, max(|p_k - c_k| - R_r, 0), is at least
-            {_low} m and below {_high} m.
+            The share of samples with {_gap(_low, _high)} to the nearest group.
 
-            c is the mean over the members present, two at least, of the point
-            1.5 m ahead of each. NaN without groups. Series: 1 at such a
-            sample, else 0.
+            The gap is that to the interaction center c of the group,
+            max(|p_k - c_k| - R_r, 0), where c is the mean over the members
+            present, two at least, of the point 1.5 m ahead of each. NaN
+            without groups. Series: 1 at such a sample, else 0.
             """,
         reduce=reduce.share,
     )(partial(_group_band, low=_low, high=_high))

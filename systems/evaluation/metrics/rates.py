@@ -22,13 +22,13 @@ def register_sum_and_rate(
     source: str,
     definition: str | None = None,
 ) -> None:
-    """Registers the sum of a series, and beside it the mean: its rate.
+    """Registers the sum of a series, and its time average: the rate.
 
     Less of it is better.
 
     Args:
         function: Makes the series, shape (N + 1,).
-        name: What the sum is called; the mean is called `<name>_rate`.
+        name: What the sum is called; the rate is called `<name>_rate`.
         unit: The unit of both.
         family: What it is about.
         source: Who defined the sum.
@@ -50,8 +50,12 @@ def register_sum_and_rate(
         direction="lower",
         source="hunav_drake",
         definition=f"""
-            The mean over the samples of what {name} sums up, which does not
-            depend on the time between samples.
+            The time average of what {name} sums up.
+
+            integral s dt / integral dt, where the series s goes straight from
+            sample to sample: other than the sum, it does not grow with the
+            number of samples, and samples that are close in time count less.
+            Intervals at one end of which there is no value are left out.
             """,
     )(partial(_rate, series=function))
 
@@ -59,4 +63,4 @@ def register_sum_and_rate(
 def _rate(
     recording: Recording, *, series: Callable[[Recording], Array]
 ) -> float:
-    return reduce.mean(series(recording))
+    return reduce.time_average(series(recording), recording.times)

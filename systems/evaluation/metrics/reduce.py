@@ -12,6 +12,24 @@ def mean(series: Array) -> float:
     return float(values.mean()) if values.size else np.nan
 
 
+def time_average(series: Array, times: Array) -> float:
+    """Returns the mean over time, straight from sample to sample.
+
+    Intervals at one end of which there is no value are left out; of a single
+    value, or of single ones, it is the mean.
+
+    Args:
+        series: Shape (N + 1,).
+        times: Shape (N + 1,), increasing, in seconds.
+    """
+    middle = (series[1:] + series[:-1]) / 2
+    known = ~np.isnan(middle)
+    if not known.any():
+        return mean(series)
+    dt = np.diff(times)[known]
+    return float(np.dot(middle[known], dt) / dt.sum())
+
+
 def total(series: Array) -> float:
     """Returns the sum; NaN if there is nothing to sum."""
     values = series[~np.isnan(series)]

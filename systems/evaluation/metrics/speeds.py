@@ -96,7 +96,8 @@ def avg_robot_angular_speed(recording: Recording) -> Array:
 def avg_robot_acceleration(recording: Recording) -> Array:
     """The mean over the intervals of |v_{k+1} - v_k| / (t_{k+1} - t_k).
 
-    NaN for a single sample. Series: that of the interval before.
+    Intervals shorter than 1 microsecond, between repeated stamps, do not
+    count. NaN for a single sample. Series: that of the interval before.
     """
     return since_previous(np.abs(recording.derived.acceleration), np.nan)
 
@@ -114,7 +115,8 @@ def avg_robot_jerk(recording: Recording) -> Array:
     """The mean over successive intervals of |a_{k+1} - a_k| / dt.
 
     a_k = (v_{k+1} - v_k) / (t_{k+1} - t_k) is signed, and dt is the time
-    between the middles of the two intervals. NaN for fewer than three
+    between the middles of the two intervals. Intervals shorter than 1
+    microsecond, between repeated stamps, have none. NaN for fewer than three
     samples. Series: that of the two intervals before.
     """
     derived = recording.derived

@@ -29,7 +29,12 @@ RECOGNITION_TIME, REACTION_TIME = 0.15, 0.6
 
 
 def _cost(recording: Recording, factor: Array) -> Array:
-    """Returns the sum over who sees the robot of factor 0.45 m / d."""
+    """Returns the sum over who sees the robot of factor 0.45 m / d.
+
+    NaN if the walls, which may hide it, are not known.
+    """
+    if not recording.walls_known:
+        return np.full(len(recording), np.nan)
     pairs = recording.encounters
     distance = np.maximum(pairs.distance, LEAST_DISTANCE)
     return np.where(pairs.visible, factor * INTIMATE / distance, 0.0).sum(1)
@@ -39,8 +44,8 @@ def surprise_visibility_cost(recording: Recording) -> Array:
     """How far from where they look people see the robot.
 
     sum_{k,i} (0.45 m / d) (a / 60 deg) over who sees the robot, where a is
-    the angle between their heading and the direction to it. 0 without people.
-    Series: the sum over people.
+    the angle between their heading and the direction to it. 0 without people;
+    NaN if the walls are not known. Series: the sum over people.
     """
     angle = recording.encounters.angle_of_view
     return _cost(recording, angle / HALF_FIELD_OF_VIEW)
@@ -51,8 +56,8 @@ def surprise_shock_cost(recording: Recording) -> Array:
 
     sum_{k,i} (0.45 m / d) max(0, 1 - t / 0.15 s) over who sees the robot,
     where t is the time since it came into view; nobody is surprised by what
-    is in view from the first sample on. 0 without people. Series: the sum
-    over people.
+    is in view from the first sample on. 0 without people; NaN if the walls are
+    not known. Series: the sum over people.
     """
     seen = recording.encounters.seen_for
     return _cost(recording, np.maximum(1 - seen / RECOGNITION_TIME, 0.0))
@@ -63,8 +68,8 @@ def surprise_react_cost(recording: Recording) -> Array:
 
     sum_{k,i} (0.45 m / d) max(0, 1 - t / 0.6 s) over who sees the robot,
     where t is the time since it came into view; nobody is surprised by what
-    is in view from the first sample on. 0 without people. Series: the sum
-    over people.
+    is in view from the first sample on. 0 without people; NaN if the walls are
+    not known. Series: the sum over people.
     """
     seen = recording.encounters.seen_for
     return _cost(recording, np.maximum(1 - seen / REACTION_TIME, 0.0))

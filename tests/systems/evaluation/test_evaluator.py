@@ -5,6 +5,8 @@ import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
+from pydrake.systems.primitives import TrajectorySource
+from pydrake.trajectories import PiecewisePolynomial
 import pytest
 
 from hunav_drake.systems.crowd.human_config import HumanConfig
@@ -231,11 +233,13 @@ def test_there_may_be_nobody():
     dut = Evaluator([])
     simulator = Simulator(dut)
     context = simulator.get_mutable_context()
+    # A port of no elements may stay unconnected.
     dut.get_robot_state_input_port().FixValue(context, robot_state(0))
-    dut.get_human_states_input_port().FixValue(context, [])
     simulator.AdvanceTo(1.0)
     recording = dut.GetRecording(context)
     assert recording.humans.shape == (11, 0, 7)
+    dut.get_human_states_input_port().FixValue(context, [])
+    assert dut.GetRecording(context) == recording
     values = running(dut, context)
     assert math.isnan(values[RunningMetric.MIN_GAP])
     assert values[RunningMetric.COLLISIONS] == 0
@@ -339,6 +343,40 @@ def test_a_clone_continues_as_if_nothing_had_been(pause):
     assert record(diagram, evaluator, clone.get_context()) == record(
         diagram, evaluator, straight.get_context()
     )
+
+
+def make_drive(period):
+    """Returns a robot that is a function of time, and its Evaluator."""
+    builder = DiagramBuilder()
+    ends = np.array([robot_state(0.0), robot_state(9.0)]).T
+    robot = builder.AddSystem(
+        TrajectorySource(PiecewisePolynomial.FirstOrderHold([0, 9], ends))
+    )
+    evaluator = builder.AddSystem(Evaluator([], time_step=0.05, period=period))
+    builder.Connect(
+        robot.get_output_port(), evaluator.get_robot_state_input_port()
+    )
+    return builder.Build(), evaluator
+
+
+@pytest.mark.parametrize("period", [0.05, 0.1, 0.25])
+def test_events_that_are_repeated_at_an_instant_add_no_sample(period):
+    diagram, evaluator = make_drive(period)
+    straight = Simulator(diagram)
+    straight.AdvanceTo(4.0)
+    expected = record(diagram, evaluator, straight.get_context())
+    paused = Simulator(diagram)
+    # The second time does the updates of the instant that the first reached.
+    paused.AdvanceTo(2.0)
+    paused.AdvanceTo(2.0)
+    clone = paused.get_context().Clone()
+    at_pause = record(diagram, evaluator, clone)
+    other = Simulator(diagram, clone)
+    other.AdvanceTo(2.0)
+    other.AdvanceTo(2.0)
+    assert record(diagram, evaluator, clone) == at_pause
+    other.AdvanceTo(4.0)
+    assert record(diagram, evaluator, clone) == expected
 
 
 def test_forks_share_their_past():

@@ -24,10 +24,7 @@ NOWHERE = [math.nan] * 3
 def make(**kwargs):
     """Returns an Evaluator of nobody, and a Simulator of it alone."""
     dut = Evaluator([], time_step=0.1, period=0.1, **kwargs)
-    simulator = Simulator(dut)
-    context = simulator.get_mutable_context()
-    dut.get_human_states_input_port().FixValue(context, [])
-    return dut, simulator
+    return dut, Simulator(dut)
 
 
 def drive(dut, simulator, until, *, goal=None, trigger=None):
@@ -83,6 +80,38 @@ def test_it_records_from_the_rise_of_the_trigger_to_its_fall():
     assert dut.GetRecording(context) == expected
     values = dut.get_metrics_output_port().Eval(context)
     assert values[RunningMetric.DURATION] == pytest.approx(0.9)
+
+
+@pytest.mark.parametrize("start", ["at_once", "at_goal_command"])
+def test_a_falling_trigger_ends_any_recording(start):
+    dut, simulator = make(start=start)
+    # One that has not been high does not fall.
+    drive(dut, simulator, 1.0, goal=[9, 0, 0], trigger=0.0)
+    drive(dut, simulator, 2.0, trigger=1.0)
+    context = drive(dut, simulator, 3.0)
+    assert dut.GetRecording(context).times[0] == 0
+    assert dut.GetRecording(context).times[-1] == pytest.approx(3.0)
+    high = context.Clone()
+    # It has fallen at the present instant already, before any update.
+    dut.get_trigger_input_port().FixValue(context, [0.5])
+    assert dut.GetRecording(context).times[-1] == pytest.approx(2.9)
+    drive(dut, simulator, 4.0)
+    expected = dut.GetRecording(context)
+    assert expected.times[-1] == pytest.approx(2.9)
+    # A second rise begins nothing anew.
+    drive(dut, simulator, 5.0, goal=[7, 0, 0], trigger=1.0)
+    assert dut.GetRecording(context) == expected
+    drive(dut, Simulator(dut, high), 4.0)
+    assert dut.GetRecording(high).times[-1] == pytest.approx(4.0)
+
+
+def test_a_trigger_that_falls_before_the_start_ends_nothing():
+    dut, simulator = make(start="at_goal_command")
+    drive(dut, simulator, 1.0, trigger=1.0)
+    drive(dut, simulator, 2.0, trigger=0.0)
+    context = drive(dut, simulator, 3.0, goal=[9, 0, 0])
+    assert dut.GetRecording(context).times[0] == pytest.approx(2.0)
+    assert dut.GetRecording(context).times[-1] == pytest.approx(3.0)
 
 
 def test_an_unconnected_trigger_is_an_error_that_names_it():

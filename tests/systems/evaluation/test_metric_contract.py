@@ -67,6 +67,15 @@ RECORDINGS = {
         obstacles=Obstacles.from_points([]),
         nearest_walls=np.full((4, 3, 0, 2), np.nan),
     ),
+    "walls that are not known": make(
+        obstacles=Obstacles.from_points([]), walls_known=False
+    ),
+    "near walls alone": make(
+        obstacles=Obstacles.from_points([]),
+        walls_known=False,
+        nearest_walls=np.ones((4, 3, 1, 2)),
+    ),
+    "a repeated stamp": make(times=np.array([0, 0.1, 0.1 + 1e-9, 0.2])),
     "alike in every group": make(group_ids=(3, 3)),
 }
 

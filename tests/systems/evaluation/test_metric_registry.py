@@ -2,9 +2,13 @@ import subprocess
 import sys
 
 import numpy as np
+import pandas as pd
 import pytest
 import yaml
 
+from hunav_drake.cli import main
+from hunav_drake.result_files import WriteResult
+from hunav_drake.results import MakeTrialResult
 from hunav_drake.systems.evaluation.compute import (
     compute_by_behavior,
     compute_metrics,
@@ -12,7 +16,7 @@ from hunav_drake.systems.evaluation.compute import (
 )
 from hunav_drake.systems.evaluation.metric import register_metric
 from hunav_drake.systems.evaluation.metrics import METRICS, select_metrics
-from hunav_drake.systems.evaluation.names import TABLE_I
+from hunav_drake.systems.evaluation.names import RESERVED, TABLE_I
 from hunav_drake.systems.evaluation.recording import Recording
 
 FAMILIES = {
@@ -171,11 +175,172 @@ def test_by_behavior_of_nobody_is_empty():
     assert table.shape == (0, len(METRICS))
 
 
-def test_listing_metrics_needs_neither_drake_nor_pandas():
+@pytest.mark.parametrize(
+    "command",
+    [
+        "import hunav_drake.systems.evaluation as e; e.select_metrics('all')",
+        "from hunav_drake.cli import main; main(['metrics'])",
+        "from hunav_drake.cli import main; main(['metrics', 'show', 'all'])",
+    ],
+)
+def test_listing_metrics_needs_neither_drake_nor_pandas_nor_numba(command):
     code = (
-        "import sys; import hunav_drake.systems.evaluation as e;"
-        "assert len(e.METRICS) >= 28;"
-        "late = {'pandas', 'hunav_drake.systems.evaluation.evaluator'};"
-        "assert not late & set(sys.modules), late & set(sys.modules)"
+        f"import sys; {command};"
+        "late = {'pydrake', 'pandas', 'numba', 'scipy'} & set(sys.modules);"
+        "assert not late, late"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+# A cell of a notebook: run again, it defines its function anew.
+CELL = """
+@register_metric(name="my_speed", unit=unit, family="mine", source="me")
+def my_speed(recording):
+    'The last of my speeds, whatever they are.'
+    return speed
+"""
+
+
+def run_cell(cell=CELL, speed=3.0, unit="m/s"):
+    names = {"register_metric": register_metric, "speed": speed, "unit": unit}
+    exec(cell, names | {"__name__": "__main__"})
+
+
+@pytest.mark.usefixtures("clean_registry")
+def test_a_cell_that_runs_again_replaces_its_metric(recording):
+    run_cell()
+    order = list(METRICS)
+    run_cell(speed=5.0, unit="km/h")
+    assert list(METRICS) == order
+    assert METRICS["my_speed"].unit == "km/h"
+    assert compute_metrics(recording, ["my_speed"])["my_speed"] == 5
+    other = CELL.replace("def my_speed", "def another")
+    with pytest.raises(ValueError, match="'my_speed' is taken, by metric"):
+        run_cell(other)
+    assert METRICS["my_speed"].function.__name__ == "my_speed"
+    # Its alias is its own, too, but not its name under another.
+    with_alias = CELL.replace("unit=unit", "unit=unit, aliases=['ms']")
+    run_cell(with_alias)
+    run_cell(with_alias)
+    with pytest.raises(ValueError, match="'ms' is taken, by metric 'my_sp"):
+        run_cell(CELL.replace('name="my_speed"', 'name="ms"'))
+
+
+@pytest.mark.usefixtures("clean_registry")
+@pytest.mark.parametrize("name", RESERVED)
+def test_a_column_of_the_tables_is_no_metric(name):
+    for kwargs in ({"name": name}, {"name": "new", "aliases": [name]}):
+        with pytest.raises(ValueError, match=f"have a column {name!r} already"):
+            register(**kwargs)
+    assert "new" not in METRICS
+
+
+def test_all_other_columns_of_the_tables_are_reserved(tmp_path, recording):
+    result = MakeTrialResult(recording, provenance={}, end_reason="end")
+    for path in WriteResult(result, tmp_path):
+        if path.suffix == ".csv":
+            columns = set(pd.read_csv(path).columns)
+            assert columns - set(METRICS) <= set(RESERVED), path.name
+
+
+def register(**kwargs):
+    settings = {"name": "new", "unit": "m", "family": "mine", "source": "me"}
+    register_metric(**(settings | kwargs))(lambda recording: 0.0)
+
+
+@pytest.mark.usefixtures("clean_registry")
+@pytest.mark.parametrize(
+    ("kwargs", "message"),
+    [
+        ({"name": ""}, "a text without blanks.*got ''"),
+        ({"name": "a b"}, "a text without blanks.*got 'a b'"),
+        ({"name": "a,b"}, "a text without blanks.*got 'a,b'"),
+        ({"name": "a\nb"}, "a text without blanks"),
+        ({"name": 3}, "a text without blanks.*got 3"),
+        ({"direction": "Lower"}, "direction must be one of.*'Lower'; did you"),
+        ({"direction": None}, "direction must be one of.*None"),
+        ({"unit": ""}, "unit, family and source must be texts"),
+        ({"unit": 1}, "unit, family and source must be texts.*got 1"),
+        ({"family": None}, "unit, family and source must be texts"),
+        ({"family": "new"}, "family must not be the name of something"),
+        ({"family": "path_length"}, "family must not be the name"),
+        ({"family": "all"}, "family must not be the name"),
+    ],
+)
+def test_what_cannot_be_registered_is_told(kwargs, message):
+    with pytest.raises(ValueError, match=f"(?s)metric .*{message}"):
+        register(**kwargs)
+
+
+@pytest.mark.usefixtures("clean_registry")
+def test_an_alias_may_be_one_text():
+    register(aliases="newer")
+    assert select_metrics("newer")[0].aliases == ("newer",)
+
+
+@pytest.mark.usefixtures("clean_registry")
+def test_a_metric_without_a_definition_can_be_listed(capsys):
+    register()
+    assert main(["metrics"]) == 0
+    assert main(["metrics", "show", "new"]) == 0
+    assert capsys.readouterr().out.count("not told what it is") == 2
+
+
+@pytest.mark.usefixtures("clean_registry")
+@pytest.mark.parametrize(
+    ("function", "message"),
+    [
+        (lambda r: 1 / 0, "ZeroDivisionError: division by zero"),
+        (lambda r: r.nothing, "AttributeError"),
+        (lambda r: None, "its value must be a number.*got None"),
+        (lambda r: "3", "its value must be a number.*got '3'"),
+        (lambda r: 1j, "its value must be a number"),
+        (lambda r: r.times, "registered with `reduce`; got array"),
+        (lambda r: [1.0] * 4, "registered with `reduce`; got "),
+        (lambda r: (1.0, r.times, 2), "got 3 things"),
+        (lambda r: (r.times, 1.0), "its value must be a number"),
+        (lambda r: (1.0, r.times[1:]), r"each of 4 samples, got the shape"),
+        (lambda r: (1.0, None), r"each of 4 samples, got the shape \(\)"),
+        (lambda r: (1.0, ["a"] * 4), "series must be of numbers"),
+        (lambda r: (1.0, r.times * 1j), "series must be of numbers"),
+    ],
+)
+def test_what_a_metric_does_wrong_names_it(recording, function, message):
+    register_metric(name="bad", unit="m", family="mine", source="me")(function)
+    with pytest.raises(ValueError, match=f"(?s)metric 'bad': .*{message}"):
+        compute_metrics(recording, ["bad"])
+
+
+@pytest.mark.usefixtures("clean_registry")
+def test_a_reduction_that_gives_no_number_names_its_metric(recording):
+    register_metric(
+        name="bad", unit="m", family="mine", source="me", reduce=np.diff
+    )(lambda recording: recording.times)
+    with pytest.raises(ValueError, match="metric 'bad': its value must be"):
+        compute_metrics(recording, ["bad"])
+
+
+@pytest.mark.usefixtures("clean_registry")
+@pytest.mark.parametrize(
+    ("result", "expected"),
+    [(True, 1), (np.int64(3), 3), (np.array(2.5), 2.5), (np.float32(1), 1)],
+)
+def test_any_real_number_is_a_value(recording, result, expected):
+    register_metric(name="good", unit="m", family="mine", source="me")(
+        lambda recording: (result, [True, False, True, 2])
+    )
+    value, series = METRICS["good"].compute(recording)
+    assert value == expected
+    assert type(value) is float
+    assert series.dtype == float
+    assert series.tolist() == [1, 0, 1, 2]
+
+
+def test_the_first_line_of_each_definition_tells_it_from_others():
+    firsts = {}
+    for metric in METRICS.values():
+        first = metric.definition.splitlines()[0]
+        assert len(first) <= 72
+        assert first.endswith(".")
+        assert first not in firsts, (metric.name, firsts[first])
+        firsts[first] = metric.name

@@ -1,5 +1,6 @@
 """The metrics beyond the paper's, where they can be worked out by hand."""
 
+import dataclasses
 import itertools
 import math
 
@@ -11,6 +12,7 @@ from hunav_drake.systems.evaluation.compute import (
     compute_metrics,
     compute_steps,
 )
+from hunav_drake.systems.evaluation.metrics import reduce
 from hunav_drake.systems.evaluation.metrics.comparison import (
     displacement,
     warped_distance,
@@ -123,6 +125,67 @@ def test_the_shortest_way_leads_around_walls():
     assert value(dut, "path_efficiency") == pytest.approx(value(dut, "spl"))
 
 
+def with_slit(width, points, **kwargs):
+    """Returns a robot beside a wall at x = 5 with a slit, open above y = 3."""
+    walls = Obstacles.from_shapes(
+        [[(5, -10), (5, -width / 2)], [(5, width / 2), (5, 3)]],
+        solid=[False, False],
+    )
+    return along(points, obstacles=walls, **kwargs)
+
+
+@pytest.mark.parametrize(
+    ("width", "passes"), [(-0.1, 0), (0, 0), (0.05, 0), (0.6, 0), (0.72, 1)]
+)
+@pytest.mark.parametrize("goal", [(10, 0, 0), (5.1, 0, 0), (5.5, 0, 0)])
+def test_the_shortest_way_leads_through_no_slit(width, passes, goal):
+    dut = with_slit(width, [(0, 0), (5, 3.4), goal[:2]], goal=goal)
+    straight = math.hypot(*goal[:2])
+    around = math.hypot(5, 3) + math.hypot(goal[0] - 5, 3)
+    spl = value(dut, "spl")
+    if passes:
+        assert spl == pytest.approx(straight / dut.way.length)
+    else:
+        # Taut around the end of the wall, with room for the robot.
+        assert around / dut.way.length < spl <= 1
+    assert value(dut, "path_efficiency") == pytest.approx(spl)
+
+
+@pytest.mark.parametrize(("width", "needed"), [(0.05, True), (0.72, False)])
+def test_no_one_needs_to_turn_around_what_is_passable(width, needed):
+    points = [(0, 0), (1, 0), (5, 3.4), (9, 0), (10, 0)]
+    dut = with_slit(width, points)
+    turned = 4 * math.atan2(3.4, 4)
+    irregularity = value(dut, "path_irregularity")
+    if needed:
+        assert irregularity * dut.way.length < 0.3 * turned
+    else:
+        assert irregularity == pytest.approx(turned / dut.way.length)
+
+
+def test_the_shortest_way_may_begin_and_end_beside_walls():
+    # The robot touches a wall at the start, and another at its goal.
+    walls = wall((-1, 0.1), (1, 0.1)), wall((4, -0.1), (6, -0.1))
+    walls = Obstacles.from_shapes(
+        [w.segments.reshape(2, 2) for w in walls], solid=[False, False]
+    )
+    dut = along([(0, 0), (5, 0)], goal=(5, 0, 0), obstacles=walls)
+    assert value(dut, "spl") == pytest.approx(1)
+
+
+def test_where_only_a_thinner_robot_passes_there_is_no_way():
+    box = [(-2, -2), (2, -2), (2, -0.2), (2, 0.2), (2, 2), (-2, 2)]
+    room = Obstacles.from_shapes(
+        [box[:3], [*box[3:], box[0]]], solid=[False, False]
+    )
+    points, goal = [(0, 0), (4, 0)], (4, 0, 0)
+    thin = along(points, goal=goal, obstacles=room, r=0.19)
+    assert value(thin, "spl") == pytest.approx(1)
+    thick = along(points, goal=goal, obstacles=room, r=0.25)
+    for name in ("spl", "path_efficiency", "path_irregularity"):
+        assert math.isnan(value(thick, name))
+
+
 def test_no_way_to_the_goal_has_no_spl():
     box = wall((-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1))
     dut = along([(0, 0), (4, 0)], goal=(4, 0, 0), obstacles=box)
@@ -227,7 +290,8 @@ def test_fear_is_the_speed_over_the_distance():
     assert steps.to_numpy() == pytest.approx(expected)
     assert value(dut, "danger_fear_cost") == pytest.approx(sum(expected))
     rate = value(dut, "danger_fear_cost_rate")
-    assert rate == pytest.approx(sum(expected) / 3)
+    # The time average goes straight from sample to sample.
+    assert rate == pytest.approx((2 / 10 + 2 * 2 / 9 + 2 / 8) / 4)
     assert value(dut, "danger_panic_cost") == 0
     away = make([0.0], rows(1, vx=-1.0), [rows(1, x=2.0)])
     assert value(away, "danger_fear_cost") == 0
@@ -240,6 +304,88 @@ def test_panic_is_at_who_passes_closely():
     assert value(dut, "danger_panic_cost") == pytest.approx(expected)
     still = make([0.0], rows(1), [rows(1, x=3.0, y=4.0)])
     assert value(still, "danger_panic_cost") == 0
+
+
+@pytest.mark.parametrize(
+    ("distance", "counts"), [(0.03, 0.05), (0.0499, 0.05), (0.06, 0.06)]
+)
+def test_fear_and_surprise_are_bounded_at_5_cm(distance, counts):
+    human = rows(1, x=distance, yaw=PI + PI / 6)
+    dut = make([0.0], rows(1, vx=1.5), [human])
+    assert value(dut, "danger_fear_cost") == pytest.approx(1.5 / counts)
+    expected = 0.45 / counts * 0.5
+    got = value(dut, "surprise_visibility_cost")
+    assert got == pytest.approx(expected)
+
+
+@pytest.mark.parametrize(
+    ("miss", "counts"), [(0.001, 0.05), (0.03, 0.05), (0.06, 0.06)]
+)
+def test_panic_is_bounded_at_5_cm(miss, counts):
+    # It passes at a right angle just now, so the sine is 1.
+    human = rows(1, y=2 * R + miss)
+    dut = make([0.0], rows(1, vx=1.5), [human])
+    assert value(dut, "danger_panic_cost") == pytest.approx(1.5 / counts)
+
+
+def test_what_depends_on_walls_has_no_value_without_them():
+    humans = [rows(81, x=5.0, yaw=PI + 0.5)]
+    known = along([(0, 0), (4, 0)], humans=humans, goal=(4, 0, 0))
+    dut = dataclasses.replace(known, walls_known=False)
+    without = compute_metrics(dut)
+    lost = {
+        *("min_clearance", "avg_clearance", "static_obstacle_collisions"),
+        *("path_irregularity", "path_efficiency"),
+        "success_weighted_path_length",
+    } | {
+        name + end
+        for name in (
+            *("obstacle_force_on_agents", "obstacle_force_on_robot"),
+            *("social_work", "surprise_visibility_cost"),
+            *("surprise_shock_cost", "surprise_react_cost"),
+        )
+        for end in ("", "_rate")
+    }
+    assert without[list(lost)].isna().all()
+    others = [name for name in without.index if name not in lost]
+    with_walls = compute_metrics(known)
+    assert without[others].equals(with_walls[others])
+    # Near points tell of forces and gaps, but not of ways and sight.
+    near = np.full((81, 2, 1, 2), np.nan)
+    dut = dataclasses.replace(dut, nearest_walls=near)
+    values = compute_metrics(dut)
+    assert values["static_obstacle_collisions"] == 0
+    assert values["obstacle_force_on_robot"] == 0
+    assert values["social_work"] == with_walls["social_work"]
+    assert math.isnan(values["path_efficiency"])
+    assert math.isnan(values["surprise_shock_cost"])
+
+
+def test_a_rate_does_not_depend_on_the_sampling():
+    def drive(t):
+        robot = rows(len(t), x=t, vx=1.0)
+        human = rows(len(t), x=20.0, yaw=PI)
+        return make(t, robot, [human])
+
+    even = np.linspace(0, 10, 201)
+    dense = np.unique(np.r_[np.arange(0, 10.1, 0.5), np.arange(4, 6, 0.02)])
+    for name in ("danger_fear_cost", "social_force_on_agents"):
+        a, b = (value(drive(t), f"{name}_rate") for t in (even, dense))
+        assert a == pytest.approx(b, rel=0.02), name
+        a, b = (value(drive(t), name) for t in (even, dense))
+        assert a != pytest.approx(b, rel=0.1), name
+    # 1 / (20 - t) from 0 to 10.
+    rate = value(drive(even), "danger_fear_cost_rate")
+    assert rate == pytest.approx(math.log(2) / 10, rel=1e-4)
+
+
+def test_a_rate_leaves_out_what_has_no_value():
+    series = np.array([np.nan, 1, 3, np.nan, 100, np.nan])
+    times = np.array([0, 1, 4, 5, 6, 7.0])
+    assert reduce.time_average(series, times) == 2
+    alone = np.array([np.nan, 4, np.nan])
+    assert reduce.time_average(alone, np.arange(3.0)) == 4
+    assert math.isnan(reduce.time_average(alone[:1], np.zeros(1)))
 
 
 def test_visibility_grows_to_the_edge_of_view():

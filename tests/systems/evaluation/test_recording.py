@@ -233,3 +233,23 @@ def test_it_is_short_in_messages():
     assert repr(make_recording()) == (
         "<Recording of 3 samples from 0 s to 0.2 s, with 2 people>"
     )
+
+
+def test_whether_walls_are_known_is_kept(tmp_path):
+    dut = Recording(
+        times=[0.0],
+        robot=np.zeros((1, 7)),
+        humans=np.zeros((1, 1, 7)),
+        behaviors=("a",),
+        walls_known=False,
+    )
+    path = tmp_path / "a.npz"
+    dut.save(path)
+    assert Recording.load(path).walls_known is False
+    assert dut.only("a").walls_known is False
+    # Files of before have no such entry; they are of trials.
+    with np.load(path) as archive:
+        arrays = {name: archive[name] for name in archive.files}
+    del arrays["walls_known"]
+    np.savez(path, **arrays)
+    assert Recording.load(path).walls_known is True

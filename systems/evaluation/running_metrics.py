@@ -1,0 +1,52 @@
+"""The cheap metrics that an Evaluator gives while a trial runs."""
+
+from enum import IntEnum
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hunav_drake.systems.evaluation.samples import Sample
+from hunav_drake.systems.layout import X, Y
+
+
+class RunningMetric(IntEnum):
+    """The elements of the output port `metrics` of an Evaluator."""
+
+    # The time between the first sample and the last, in seconds.
+    DURATION = 0
+    # The length of the robot's path through the samples, in meters.
+    PATH_LENGTH = 1
+    # The gap to the closest person at the last sample, in meters.
+    CLOSEST_GAP = 2
+    # The smallest gap to anyone until now, in meters.
+    MIN_GAP = 3
+    # The distance to the goal at the last sample, in meters.
+    GOAL_DISTANCE = 4
+    # How many contacts with people have begun.
+    COLLISIONS = 5
+
+
+def running_values(
+    last: Sample, goal: tuple[float, float, float] | None
+) -> NDArray[np.float64]:
+    """Returns the values up to a sample, in the order of `RunningMetric`.
+
+    Args:
+        last: The last sample.
+        goal: The pose (x, y, yaw) to reach, in meters and radians, if any.
+    """
+    running = last.running
+    values: NDArray[np.float64] = np.zeros(len(RunningMetric))
+    if last.count:
+        values[RunningMetric.DURATION] = last.time - last.first_time
+    values[RunningMetric.PATH_LENGTH] = running.path_length
+    values[RunningMetric.CLOSEST_GAP] = running.closest_gap
+    values[RunningMetric.MIN_GAP] = running.min_gap
+    values[RunningMetric.GOAL_DISTANCE] = np.nan
+    values[RunningMetric.COLLISIONS] = running.collisions
+    if goal is not None and last.count:
+        values[RunningMetric.GOAL_DISTANCE] = math.hypot(
+            last.robot[X] - goal[0], last.robot[Y] - goal[1]
+        )
+    return values
