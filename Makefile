@@ -46,6 +46,7 @@ $(READY): pyproject.toml .python-version
 	@touch $@
 
 demo: $(READY)
+	@rm -rf out/demo
 	@$(BIN)/hunav run passing --out out/demo
 
 test: $(READY)

@@ -7,10 +7,21 @@ from hunav_drake.systems.lazy import lazy_exports
 if TYPE_CHECKING:
     from hunav_drake.context_file import LoadContext, SaveContext
     from hunav_drake.humans import AddHumans, HumanPorts, MakeHumans
-    from hunav_drake.plots import plot_forces
+    from hunav_drake.plots import (
+        find_approaches,
+        plot_behavior_activity,
+        plot_comparison,
+        plot_distance_to_people,
+        plot_forces,
+        plot_robot_speed,
+        plot_trajectories,
+        plot_zones,
+    )
     from hunav_drake.recording_readers import ReadRecording
-    from hunav_drake.report import LoadResults, WriteReport
-    from hunav_drake.results import TrialResult, WriteResult
+    from hunav_drake.report import WriteReport
+    from hunav_drake.result_files import LoadResults, WriteResult
+    from hunav_drake.results import TrialResult
+    from hunav_drake.run_table import ReadRuns
     from hunav_drake.scenario import (
         CheckScenario,
         ListScenarios,
@@ -26,6 +37,7 @@ if TYPE_CHECKING:
         MakeTrialSimulator,
         RunTrial,
     )
+    from hunav_drake.statistics import compare, summarize
     from hunav_drake.systems.crowd import HumanConfig
 
 __all__ = [
@@ -43,6 +55,7 @@ __all__ = [
     "MakeTrialDiagram",
     "MakeTrialSimulator",
     "ReadRecording",
+    "ReadRuns",
     "RunTrial",
     "SaveContext",
     "SaveScenario",
@@ -51,7 +64,16 @@ __all__ = [
     "TrialResult",
     "WriteReport",
     "WriteResult",
+    "compare",
+    "find_approaches",
+    "plot_behavior_activity",
+    "plot_comparison",
+    "plot_distance_to_people",
     "plot_forces",
+    "plot_robot_speed",
+    "plot_trajectories",
+    "plot_zones",
+    "summarize",
 ]
 
 __getattr__ = lazy_exports(
@@ -65,12 +87,13 @@ __getattr__ = lazy_exports(
         "HumanPorts": "hunav_drake.humans",
         "ListScenarios": "hunav_drake.scenario",
         "LoadContext": "hunav_drake.context_file",
-        "LoadResults": "hunav_drake.report",
+        "LoadResults": "hunav_drake.result_files",
         "LoadScenario": "hunav_drake.scenario",
         "MakeHumans": "hunav_drake.humans",
         "MakeTrialDiagram": "hunav_drake.simulation",
         "MakeTrialSimulator": "hunav_drake.simulation",
         "ReadRecording": "hunav_drake.recording_readers",
+        "ReadRuns": "hunav_drake.run_table",
         "RunTrial": "hunav_drake.simulation",
         "SaveContext": "hunav_drake.context_file",
         "SaveScenario": "hunav_drake.scenario",
@@ -78,7 +101,16 @@ __getattr__ = lazy_exports(
         "ScenarioError": "hunav_drake.scenario",
         "TrialResult": "hunav_drake.results",
         "WriteReport": "hunav_drake.report",
-        "WriteResult": "hunav_drake.results",
+        "WriteResult": "hunav_drake.result_files",
+        "compare": "hunav_drake.statistics",
+        "find_approaches": "hunav_drake.plots",
+        "plot_behavior_activity": "hunav_drake.plots",
+        "plot_comparison": "hunav_drake.plots",
+        "plot_distance_to_people": "hunav_drake.plots",
         "plot_forces": "hunav_drake.plots",
+        "plot_robot_speed": "hunav_drake.plots",
+        "plot_trajectories": "hunav_drake.plots",
+        "plot_zones": "hunav_drake.plots",
+        "summarize": "hunav_drake.statistics",
     },
 )

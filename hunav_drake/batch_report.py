@@ -1,16 +1,13 @@
 """What a report tells of many trials."""
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import pandas as pd
 
-from hunav_drake.plots.comparison import (
-    comparison_height,
-    plot_comparison,
-    run_table,
-)
+from hunav_drake.batch_tables import paired_tables, planner_tables
+from hunav_drake.plots.comparison import comparison_height, plot_comparison
 from hunav_drake.plots.runs import run_names
 from hunav_drake.plots.series import plot_distance_to_people, plot_robot_speed
 from hunav_drake.plots.style import COLUMN
@@ -19,23 +16,15 @@ from hunav_drake.plots.trajectories import (
     trajectories_height,
 )
 from hunav_drake.plots.zones import plot_zones, zones_height
-from hunav_drake.report_html import (
-    escape,
-    figure,
-    number,
-    table,
-    unit_text,
-)
+from hunav_drake.quantity_text import unit_text
+from hunav_drake.report_html import escape, figure, number, table
 from hunav_drake.results import TrialResult
-from hunav_drake.statistics import summarize
+from hunav_drake.run_table import tabulate_runs
 from hunav_drake.systems.evaluation import names
 from hunav_drake.trial_report import (
     LEGEND,
     Parts,
-    family_of,
-    name_cell,
     provenance_table,
-    rows_by_family,
     unit_of,
 )
 
@@ -62,9 +51,17 @@ _SERIES = (COLUMN, 2.4)
 _MOST_VALUES = 4
 
 
-def batch_parts(trials: Sequence[TrialResult]) -> Parts:
-    """Returns the parts of a report on several trials."""
-    runs = run_table(trials)
+def batch_parts(
+    trials: Sequence[TrialResult], pages: Sequence[Mapping[str, str]]
+) -> Parts:
+    """Returns the parts of a report on several trials.
+
+    Args:
+        trials: The trials.
+        pages: For each of them, the addresses of its own pages, by what they
+            are.
+    """
+    runs = tabulate_runs(trials)
     told = [f"{len(trials)} runs"]
     for key, plural in (
         ("scenario", "scenarios"),
@@ -82,7 +79,7 @@ def batch_parts(trials: Sequence[TrialResult]) -> Parts:
         sections += _scenario(scenario, own, f"s{i}")
     sections += [
         "<h2>Runs</h2>",
-        f'<div class="wide">{_runs(runs)}</div>',
+        f'<div class="wide">{_runs(runs, pages)}</div>',
         "<h2>Provenance</h2>",
         provenance_table(_common_provenance(trials)),
     ]
@@ -110,13 +107,15 @@ def _outcomes(runs: pd.DataFrame) -> str:
 
 def _scenario(scenario: str, trials: list[TrialResult], key: str) -> list[str]:
     """Returns what is told of the trials of one scenario."""
-    runs = run_table(trials)
+    runs = tabulate_runs(trials)
     sections = [
         f"<h2>{escape(scenario or 'Trials')}</h2>",
         LEGEND,
         "<p><small>Each value is the mean over the runs that have one, with"
-        " its 95&nbsp;% interval in brackets.</small></p>",
-        f'<div class="wide">{_planners(runs)}</div>',
+        " its 95&nbsp;% interval in brackets; n tells of how many, if not of"
+        " all.</small></p>",
+        *planner_tables(runs),
+        *paired_tables(runs, _KEY_METRICS),
     ]
     if runs["planner"].nunique() > 1:
         sections += [
@@ -132,37 +131,6 @@ def _scenario(scenario: str, trials: list[TrialResult], key: str) -> list[str]:
             "</div>",
         ]
     return [*sections, *_over_time(trials, key)]
-
-
-def _planners(runs: pd.DataFrame) -> str:
-    """Returns the table of metrics by planners."""
-    planners = list(dict.fromkeys(runs["planner"]))
-    families: dict[str, list[list[str]]] = {}
-    metrics = [name for name in runs.attrs["units"] if name in runs]
-    statistics = summarize(runs, ["planner"], metrics=metrics)
-    for name in metrics:
-        unit = unit_of(runs, name)
-        families.setdefault(family_of(name), []).append(
-            [
-                name_cell(name),
-                *(_interval(statistics.loc[(p, name)], unit) for p in planners),
-                unit_text(unit),
-            ]
-        )
-    head = ["metric", *(escape(p or "value") for p in planners), "unit"]
-    return table(
-        head, rows_by_family(families), numbers=range(1, len(planners) + 1)
-    )
-
-
-def _interval(row: pd.Series, unit: str) -> str:
-    # A mean of counts is no count.
-    digits = "" if unit == "-" else unit
-    text = number(float(row["mean"]), digits)
-    if pd.notna(row["low"]) and pd.notna(row["high"]):
-        low, high = (number(float(row[k]), digits) for k in ("low", "high"))
-        text += f" <small>[{low}, {high}]</small>"
-    return text
 
 
 def _bars(runs: pd.DataFrame, name: str, key: str) -> str:
@@ -206,7 +174,7 @@ def _over_time(trials: list[TrialResult], key: str) -> list[str]:
         figure(
             f"{key}-distance",
             f"The distance to the closest person, surface to surface ({which})."
-            " A triangle marks where an encounter within 1.2 m is closest.",
+            " A triangle marks where an approach within 1.2 m is closest.",
             _SERIES,
             lambda ax: plot_distance_to_people(runs, ax=ax),
         ),
@@ -227,7 +195,7 @@ def _over_time(trials: list[TrialResult], key: str) -> list[str]:
     return ["<h3>Examples</h3>", '<div class="figures">', *figures, "</div>"]
 
 
-def _runs(runs: pd.DataFrame) -> str:
+def _runs(runs: pd.DataFrame, pages: Sequence[Mapping[str, str]]) -> str:
     shown = [name for name in _KEY_METRICS if name in runs]
     about = ["scenario", "planner", "seed", "ended", "end_time"]
     rows = [
@@ -239,13 +207,24 @@ def _runs(runs: pd.DataFrame) -> str:
         ]
         for _, row in runs.iterrows()
     ]
-    units = {name: unit_text(unit_of(runs, name)) for name in shown}
+    links = [
+        ", ".join(f'<a href="{to}">{kind}</a>' for kind, to in own.items())
+        for own in pages
+    ]
+    units = {name: escape(unit_text(unit_of(runs, name))) for name in shown}
     units["end_time"] = "s"
     head = [
         _breakable(name) + (f" ({units[name]})" if units.get(name) else "")
         for name in about + shown
     ]
-    return table(head, rows, numbers=range(2, len(head)))
+    first = 2
+    if any(links):
+        # Where they are seen without scrolling.
+        head.insert(2, "pages")
+        for row, link in zip(rows, links, strict=True):
+            row.insert(2, link)
+        first = 3
+    return table(head, rows, numbers=range(first, len(head)))
 
 
 def _breakable(name: str) -> str:

@@ -7,7 +7,9 @@ once.
 import argparse
 from collections.abc import Sequence
 import contextlib
+import io
 import logging
+import os
 from pathlib import Path
 import sys
 import time
@@ -20,11 +22,13 @@ from hunav_drake.command_errors import (
     DONE,
     FAILED,
     INTERRUPTED,
-    check_writable,
+    check_out,
 )
 from hunav_drake.command_errors import InputError as _InputError
+from hunav_drake.user_code import import_user_code
 
 if TYPE_CHECKING:
+    from hunav_drake.results import TrialResult
     from hunav_drake.scenario import Scenario
 
 
@@ -33,9 +37,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     0 when done, 1 when a trial did not end at its goal, 2 for bad input.
     """
+    # A name in another script does not end a run whose output is ASCII.
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
     options = _make_parser().parse_args(arguments)
     try:
+        import_user_code(getattr(options, "imports", ()))
         code: int = options.function(options)
+        sys.stdout.flush()
     except KeyboardInterrupt:
         print("hunav: interrupted", file=sys.stderr)
         return INTERRUPTED
@@ -46,6 +56,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         # Whoever read the output, as in `hunav list | head`, has had enough.
         sys.stderr.close()
         return DONE
+    except OSError as error:
+        # What is still to be written would fail again when Python ends.
+        if isinstance(sys.stdout, io.TextIOWrapper):
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        print(f"hunav: {error}", file=sys.stderr)
+        return BAD_INPUT
     return code
 
 
@@ -69,11 +85,12 @@ def _make_parser() -> argparse.ArgumentParser:
         "--out",
         metavar="DIR",
         type=Path,
-        help="write tables, the recording, report.html and replay.html there",
+        help="write tables, the recording, a report and a replay there; see"
+        " `hunav report`",
     )
     add_format_option(run)
     run.add_argument(
-        "--no-replay", action="store_true", help="leave out replay.html"
+        "--no-replay", action="store_true", help="leave out the replay"
     )
     run.add_argument(
         "--meshcat",
@@ -118,6 +135,8 @@ def _make_parser() -> argparse.ArgumentParser:
         "doctor", help="show the versions in use, and do a short run"
     )
     doctor.set_defaults(function=_doctor)
+    for name in ("run", "check", "evaluate", "metrics", "report"):
+        _add_import_option(commands.choices[name])
     return parser
 
 
@@ -143,6 +162,20 @@ def _add_tree_commands(parser: argparse.ArgumentParser) -> None:
     )
     convert.add_argument(
         "--force", action="store_true", help="write over an existing file"
+    )
+    for command in (show, check, convert):
+        _add_import_option(command)
+
+
+def _add_import_option(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--import",
+        dest="imports",
+        action="append",
+        default=[],
+        metavar="MODULE",
+        help="first import a module or file.py that registers your own tree"
+        " nodes, motion models, planners or metrics",
     )
 
 
@@ -185,9 +218,8 @@ def _run(options: argparse.Namespace) -> int:
     more = [f"planner.name={options.planner}"] if options.planner else []
     scenario = _load(options.scenario, options, more)
     if options.out is not None:
-        check_writable(options.out)
-    from hunav_drake.report import WriteReport
-    from hunav_drake.results import FormatMetricsTable, WriteResult
+        check_out(options.out)
+    from hunav_drake.results import FormatMetricsTable
     from hunav_drake.scenario import ScenarioError
     from hunav_drake.simulation import RunTrial
 
@@ -228,27 +260,38 @@ def _run(options: argparse.Namespace) -> int:
         rate = result.end_time / elapsed
         print(f"\nTook {elapsed:.2f} s, {rate:.0f} times real time")
     if options.out is not None:
-        try:
-            written = WriteResult(result, options.out, format=options.format)
-            if replay and meshcat is not None:
-                from hunav_drake.replay import SaveReplay
-
-                SaveReplay(meshcat, options.out / "replay.html")
-            report = WriteReport(
-                result,
-                options.out / "report.html",
-                replay=options.out / "replay.html" if replay else None,
-            )
-        except OSError as error:
-            raise _InputError(f"--out {options.out}: {error}") from error
-        print(f"Wrote {len(written)} files to {options.out}")
-        print(f"Report, for a browser: {report}")
-        if replay:
-            print(f"Replay, for a browser: {options.out / 'replay.html'}")
+        _keep(result, options, meshcat if replay else None)
     if options.meshcat and sys.stdin.isatty():
         input("Press Enter to close the view. ")
     completed = result.end_reason == "goal" or scenario.robot.goal is None
     return DONE if completed else FAILED
+
+
+def _keep(
+    result: "TrialResult", options: argparse.Namespace, meshcat: Any
+) -> None:
+    """Writes the files of a run; its replay is what Meshcat has recorded."""
+    from hunav_drake.report import WriteReport
+    from hunav_drake.result_files import GetTag, WriteResult
+
+    replay = None
+    try:
+        written = WriteResult(result, options.out, format=options.format)
+        tag = GetTag(written)
+        if meshcat is not None:
+            from hunav_drake.replay import SaveReplay
+
+            replay = options.out / f"replay_{tag}.html"
+            SaveReplay(meshcat, replay)
+        report = WriteReport(
+            result, options.out / f"report_{tag}.html", replay=replay
+        )
+    except (OSError, ValueError) as error:
+        raise _InputError(f"--out {options.out}: {error}") from error
+    print(f"Wrote {len(written)} files to {options.out}")
+    print(f"Report, for a browser: {report}")
+    if replay is not None:
+        print(f"Replay, for a browser: {replay}")
 
 
 class _ProgressBar:
@@ -359,7 +402,7 @@ def _tree_convert(options: argparse.Namespace) -> int:
 
 
 def _doctor(options: argparse.Namespace) -> int:
-    from hunav_drake.results import MakeProvenance
+    from hunav_drake.provenance import MakeProvenance
     from hunav_drake.scenario import LoadScenario, SaveScenario
     from hunav_drake.simulation import RunTrial
 

@@ -2,15 +2,22 @@
 
 import argparse
 from pathlib import Path
-from typing import Any
+import sys
+from typing import TYPE_CHECKING, Any
 
 from hunav_drake.command_errors import DONE, InputError
+
+if TYPE_CHECKING:
+    from hunav_drake.results import TrialResult
 
 
 def add_report_command(commands: Any) -> None:
     """Adds the command to those of `hunav`."""
     report = commands.add_parser(
-        "report", help="make a report on all runs of a folder"
+        "report",
+        help="make a report on all runs of a folder",
+        description="Writes a page on all runs of a folder, which links to the"
+        " report and the replay of each.",
     )
     report.set_defaults(function=_report)
     report.add_argument(
@@ -26,29 +33,50 @@ def add_report_command(commands: Any) -> None:
 
 
 def _report(options: argparse.Namespace) -> int:
-    from hunav_drake.report import LoadResults, WriteReport
+    from hunav_drake.report import WriteReport
 
     directory: Path = options.directory
-    try:
-        results = LoadResults(directory)
-    except OSError as error:
-        raise InputError(f"{error.filename}: {error.strerror}") from error
-    except ValueError as error:
-        raise InputError(str(error)) from error
-    replay = directory / "replay.html"
-    # A folder keeps the replay of its last run only.
-    shows = len(results) == 1 and replay.exists()
+    results, left_out = _load(directory)
+    for tag, reason in left_out.items():
+        print(f"hunav: left out the run {tag}: {reason}", file=sys.stderr)
+    if not results:
+        raise InputError(f"{directory}: there is no run to report on")
     try:
         path = WriteReport(
             results,
             options.output or directory / "report.html",
-            replay=replay if shows else None,
             title=options.title,
+            pages=directory,
+            left_out=left_out,
         )
     except OSError as error:
         raise InputError(f"{error.filename}: {error.strerror}") from error
-    except ValueError as error:
-        raise InputError(f"{directory}: {error}") from error
     runs = "1 run" if len(results) == 1 else f"{len(results)} runs"
     print(f"Wrote the report on {runs} to {path}")
     return DONE
+
+
+def _load(directory: Path) -> tuple[list["TrialResult"], dict[str, str]]:
+    """Returns the results of a folder, and why others cannot be read."""
+    from hunav_drake.result_files import ListTags, LoadResult
+
+    results, left_out = [], {}
+    try:
+        tags = ListTags(directory)
+    except FileNotFoundError as error:
+        raise InputError(
+            f"{error.filename}: No such file. `hunav run SCENARIO --out"
+            f" {directory}` writes it, with the results of a run."
+        ) from error
+    except OSError as error:
+        raise InputError(f"{error.filename}: {error.strerror}") from error
+    except ValueError as error:
+        raise InputError(str(error)) from error
+    for tag in tags:
+        try:
+            results.append(LoadResult(directory, tag))
+        except OSError as error:
+            left_out[tag] = f"{error.filename}: {error.strerror}"
+        except ValueError as error:
+            left_out[tag] = str(error)
+    return results, left_out

@@ -10,13 +10,16 @@ class InputError(Exception):
     """Something that the caller gave cannot be used; the text says what."""
 
 
-def check_writable(directory: Path) -> None:
+def check_out(directory: Path) -> None:
     """Finds out before the work whether its results can be kept.
 
     Raises:
-        InputError: If nothing can be written to the folder.
+        InputError: If nothing can be written to the folder, or a table there
+            is damaged.
     """
     import tempfile
+
+    from hunav_drake.result_files import CheckTables
 
     try:
         directory.mkdir(parents=True, exist_ok=True)
@@ -26,4 +29,15 @@ def check_writable(directory: Path) -> None:
         raise InputError(
             f"--out {directory}: cannot write there: {error.strerror}. Name a"
             " folder that you may write to."
+        ) from error
+    try:
+        CheckTables(directory)
+    except OSError as error:
+        raise InputError(
+            f"--out {directory}: cannot read {error.filename}: {error.strerror}"
+        ) from error
+    except ValueError as error:
+        raise InputError(
+            f"--out {directory}: {error}. Repair it, move it away, or name"
+            " another folder."
         ) from error

@@ -14,7 +14,6 @@ from typing import Any
 import pandas as pd
 
 from hunav_drake.hunav_yaml import BEHAVIOR_NAMES
-from hunav_drake.run_table import append_row
 from hunav_drake.systems.evaluation.names import (
     AVG_DIST_TO_CLOSEST_PERSON,
     AVG_ROBOT_ACCELERATION,
@@ -32,6 +31,7 @@ from hunav_drake.systems.evaluation.names import (
     TABLE_I,
 )
 from hunav_drake.systems.files import atomic_write
+from hunav_drake.text_table import append_row
 
 # HuNavSim's names where they are others.
 _RENAMED = {

@@ -1,21 +1,14 @@
 """A report on a trial, or on many: one HTML file that needs nothing else."""
 
-from collections.abc import Iterable
-import dataclasses
-import json
-import math
+from collections.abc import Iterable, Mapping
 import os
 from pathlib import Path
-from typing import Any
+from types import MappingProxyType
 from urllib.parse import quote
-
-import pandas as pd
 
 from hunav_drake.batch_report import batch_parts
 from hunav_drake.report_html import escape, page
-from hunav_drake.results import MakeTrialResult, TrialResult
-from hunav_drake.systems.evaluation.metrics import METRICS
-from hunav_drake.systems.evaluation.recording import Recording
+from hunav_drake.results import TrialResult
 from hunav_drake.systems.files import atomic_write
 from hunav_drake.trial_report import trial_parts
 
@@ -26,19 +19,28 @@ def WriteReport(
     *,
     replay: str | Path | None = None,
     title: str | None = None,
+    pages: str | Path | None = None,
+    left_out: Mapping[str, str] = MappingProxyType({}),
 ) -> Path:
     """Writes a report as one HTML file.
 
     Of one trial it tells how it ended, all metrics, what happened in plots,
     and where it comes from. Of several it compares scenarios and planners,
-    with intervals, and lists the runs. The file has all pictures inside, and
-    needs neither a network nor scripts. It appears in one piece.
+    with intervals and run by run on equal seeds, and lists the runs. The file
+    has all pictures inside, and needs neither a network nor scripts. It
+    appears in one piece.
+
+    It links to the own pages of each run that there are, `report_<tag>.html`
+    and `replay_<tag>.html`, as `hunav run` writes them.
 
     Args:
         results: A trial, or several.
         filename: The file to write; what is there already is replaced.
-        replay: The file of the replay, to which the report links.
+        replay: The file of the replay of a single trial.
         title: The heading; by default the name of the scenario.
+        pages: The folder with the own pages of the runs; by default that of
+            the file.
+        left_out: Why runs that belong here are not told of, by their tags.
 
     Returns:
         The path of the file.
@@ -54,11 +56,23 @@ def WriteReport(
     if title is None:
         names = dict.fromkeys(t.scenario_name or "trial" for t in trials)
         title = ", ".join(names)
-    parts = trial_parts(trials[0]) if len(trials) == 1 else batch_parts(trials)
-    head = [f"<h1>{escape(title)}</h1>", *parts.about]
+    folder = filename.parent if pages is None else Path(pages)
+    links = [_own_pages(trial.tag, folder, filename) for trial in trials]
+    if len(trials) == 1:
+        parts = trial_parts(trials[0])
+        address = links[0].get("replay")
+    else:
+        parts = batch_parts(trials, links)
+        address = None
     if replay is not None:
+        address = _link(replay, filename)
+    head = [f"<h1>{escape(title)}</h1>", *parts.about]
+    if address is not None:
+        head.append(f'<p><a href="{address}">Watch the replay</a></p>')
+    for tag, reason in left_out.items():
         head.append(
-            f'<p><a href="{_link(replay, filename)}">Watch the replay</a></p>'
+            f'<p class="ended stuck"><strong>Left out: {escape(tag)}.</strong>'
+            f" {escape(reason)}</p>"
         )
     text = page(title, [*head, *parts.sections])
     with atomic_write(filename) as file:
@@ -66,65 +80,14 @@ def WriteReport(
     return filename
 
 
-def LoadResults(directory: str | Path) -> list[TrialResult]:
-    """Reads the results that `WriteResult` has written into a folder.
-
-    Metrics have the values that were written; what a file does not hold, the
-    series and the tables by behavior, is computed again of the recording. A
-    run counts when it is in the table of runs.
-
-    Args:
-        directory: The folder.
-
-    Returns:
-        The results, in the order of the table.
-
-    Raises:
-        OSError: If a file is missing or cannot be read.
-        ValueError: If a file is damaged.
-    """
-    directory = Path(directory)
-    path = directory / "metrics.csv"
-    try:
-        # As texts, so that a tag of digits stays as it is.
-        runs = pd.read_csv(path, dtype=str, keep_default_na=False)
-        tags = runs["tag"].tolist()
-    except KeyError as error:
-        raise ValueError(
-            f"{path}: is not a table of runs: it has no column 'tag'"
-        ) from error
-    except ValueError as error:
-        raise ValueError(f"{path}: is not a table of runs: {error}") from error
-    return [_load(directory, tag) for tag in tags]
-
-
-def _load(directory: Path, tag: str) -> TrialResult:
-    path = directory / f"result_{tag}.json"
-    recording = Recording.load(directory / f"recording_{tag}.npz")
-    try:
-        summary: dict[str, Any] = json.loads(path.read_bytes())
-        values = {
-            name: math.nan if entry["value"] is None else entry["value"]
-            for name, entry in summary["metrics"].items()
-        }
-        metrics = pd.Series(values, dtype=float, name="value")
-        metrics.index.name = "metric"
-        metrics.attrs["units"] = {
-            name: entry["unit"] for name, entry in summary["metrics"].items()
-        }
-        result = MakeTrialResult(
-            recording,
-            scenario_name=summary["scenario"],
-            # A metric of somebody's own may not be registered here.
-            metric_names=[name for name in values if name in METRICS],
-            provenance=summary["provenance"],
-            end_reason=summary["end_reason"],
-            end_message=summary["end_message"],
-            end_time=summary["end_time"],
-        )
-    except (KeyError, TypeError, AttributeError, ValueError) as error:
-        raise ValueError(f"{path}: is not a result: {error!r}") from error
-    return dataclasses.replace(result, metrics=metrics)
+def _own_pages(tag: str, folder: Path, filename: Path) -> dict[str, str]:
+    """Returns the addresses of what there is on a run, by what it is."""
+    paths = {k: folder / f"{k}_{tag}.html" for k in ("report", "replay")}
+    return {
+        kind: _link(path, filename)
+        for kind, path in paths.items()
+        if tag and path.exists()
+    }
 
 
 def _link(target: str | Path, page: Path) -> str:

@@ -3,9 +3,11 @@
 from collections.abc import Callable, Iterable, Sequence
 import html
 import io
-import math
 import re
 from typing import TYPE_CHECKING
+import warnings
+
+from hunav_drake.quantity_text import number_text, superscript
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -39,8 +41,11 @@ th { font-weight: 600; }
 tbody th { font-weight: 400; }
 .wide tbody th { white-space: nowrap; }
 tr.family th { padding-top: .8rem; font-weight: 600; color: #525c69; }
-td.number, th.number { text-align: right; white-space: nowrap;
+td.number, th.number { text-align: right;
   font-variant-numeric: tabular-nums; }
+td.number { white-space: nowrap; }
+details { margin: 1rem 0; }
+summary { cursor: pointer; color: #0059a3; }
 small { color: #525c69; font-size: .85em; }
 .columns { columns: 26rem 2; column-gap: 2.5rem; }
 .columns table { width: 100%; break-inside: avoid; margin-bottom: .9rem; }
@@ -52,6 +57,8 @@ small { color: #525c69; font-size: .85em; }
   grid-template-columns: repeat(auto-fill, minmax(min(17rem, 100%), 1fr)); }
 figure { margin: 0 0 1.5rem; break-inside: avoid; }
 .bars figure { margin: 0; }
+figure svg text { font-family: "DejaVu Sans", Verdana, system-ui, "Noto Sans",
+  sans-serif !important; }
 figure svg { display: block; width: 100%; max-width: 27rem; height: auto; }
 figcaption { color: #525c69; font-size: .85rem; line-height: 1.4;
   margin-top: .3rem; max-width: 27rem; }
@@ -70,8 +77,6 @@ figcaption { color: #525c69; font-size: .85rem; line-height: 1.4;
   .ended { background: none; }
 }
 """
-
-_SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def escape(value: object) -> str:
@@ -138,34 +143,15 @@ def table(
     return "\n".join([*lines, "</tbody></table>"])
 
 
-def number(value: float, unit: str = "") -> str:
-    """Returns a number with sensible digits, as HTML; a dash for NaN."""
-    if math.isnan(value):
+def number(value: float, unit: str = "", *, scale: float = 0.0) -> str:
+    """Returns what `number_text` does, as HTML; a dash for NaN."""
+    text = number_text(value, unit, scale=scale)
+    if text == "-":
         return "&ndash;"
-    if math.isinf(value):
-        return "&infin;" if value > 0 else "&minus;&infin;"
-    if value == 0 or (unit == "-" and float(value).is_integer()):
-        return f"{value:.0f}".replace("-", "&minus;")
-    size = abs(value)
-    if unit == "%":
-        text = f"{value:.1f}"
-    elif size and not 1e-3 <= size < 1e5:
-        mantissa, exponent = f"{value:.1e}".split("e")
-        text = (
-            f"{mantissa}&times;10{str(int(exponent)).translate(_SUPERSCRIPTS)}"
-        )
-    else:
-        # About four digits: more than any of the metrics is good for.
-        text = f"{value:.{2 if size < 100 else 1 if size < 1000 else 0}f}"
-        if size < 1:
-            text = f"{value:.3f}"
-    return text.replace("-", "&minus;")
-
-
-def unit_text(unit: str) -> str:
-    """Returns a unit as HTML."""
-    shown = re.sub(r"\^(-?\d+)", lambda m: m[1].translate(_SUPERSCRIPTS), unit)
-    return "" if unit == "-" else escape(shown)
+    mantissa, power, exponent = text.partition("e")
+    if power:
+        mantissa += f"&times;10{superscript(str(int(exponent)))}"
+    return mantissa.replace("inf", "&infin;").replace("-", "&minus;")
 
 
 def figure(
@@ -194,9 +180,12 @@ def figure(
 
     from hunav_drake.plots.style import set_text_sizes
 
-    # The same drawing is the same text, on any machine with these fonts.
-    settings = {"svg.fonttype": "path", "svg.hashsalt": name}
-    with mpl.rc_context(settings):
+    # Text stays text, so that the browser finds a font for any script; and the
+    # same drawing is the same text.
+    settings = {"svg.fonttype": "none", "svg.hashsalt": name}
+    with mpl.rc_context(settings), warnings.catch_warnings():
+        # Only the size of such a letter is not known here.
+        warnings.filterwarnings("ignore", "Glyph .* missing from font")
         drawing = Figure(figsize=size, layout=layout)
         ax = drawing.subplots()
         set_text_sizes(ax)

@@ -1,85 +1,89 @@
-"""A table of text with a row per run, which many processes may add to."""
+"""The table of runs: a row per run, what it was and its metrics."""
 
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
-import csv
-import fcntl
-import io
-import math
-import os
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from hunav_drake.systems.files import atomic_write
+import pandas as pd
+
+from hunav_drake.results import TrialResult
+
+# The columns that are no metrics. Tables by behavior have the last one too.
+ABOUT = (
+    "tag",
+    "scenario",
+    "planner",
+    "seed",
+    "end_reason",
+    "end_time",
+    "behavior",
+)
+
+# Those of them that are texts, even if they look like numbers.
+_TEXTS = ("tag", "scenario", "planner", "end_reason", "behavior")
+
+# What stands for no value in the others.
+_MISSING = ["", "nan", "NaN", "NA"]
 
 
-@contextmanager
-def locked(directory: Path) -> Iterator[None]:
-    """Keeps other processes and threads out of a folder of results.
+def run_row(
+    result: TrialResult, tag: str, behavior: str | None = None
+) -> dict[str, Any]:
+    """Returns the row of a run, or of its people of one behavior."""
+    row: dict[str, Any] = {
+        "tag": tag,
+        "scenario": result.scenario_name,
+        "planner": str(result.provenance.get("planner", "")),
+        "seed": result.provenance.get("seed", ""),
+        "end_reason": result.end_reason,
+        "end_time": result.end_time,
+    }
+    if behavior is None:
+        row |= result.metrics.to_dict()
+    else:
+        row["behavior"] = behavior
+        row |= result.by_behavior.loc[behavior].to_dict()
+    return row
 
-    It waits until the folder is free. The lock ends with the block, or with
-    the process, however that ends.
 
-    Raises:
-        OSError: If the folder cannot be opened.
+def tabulate_runs(results: Iterable[TrialResult]) -> pd.DataFrame:
+    """Returns a table with a row per run: what it is, and its metrics.
+
+    The units of the metrics are in `attrs["units"]`.
     """
-    handle = os.open(directory, os.O_RDONLY)
-    try:
-        fcntl.flock(handle, fcntl.LOCK_EX)
-        yield
-    finally:
-        os.close(handle)
+    results = list(results)
+    table = pd.DataFrame([run_row(result, result.tag) for result in results])
+    units: dict[str, str] = {}
+    for result in results:
+        units |= result.metrics.attrs.get("units", {})
+    table.attrs["units"] = units
+    return table
 
 
-def append_row(
-    path: Path, row: Mapping[str, Any], *, delimiter: str = ","
-) -> None:
-    """Adds a row to a table, or begins the table with it.
-
-    The table is written anew and takes its place in one piece, so a reader
-    sees it with the row or without. A column that the table has not is added
-    to it, empty in the rows before; one that the row has not stays empty in
-    it. The caller holds the lock of the folder.
+def ReadRuns(path: str | Path) -> pd.DataFrame:
+    """Reads a table of runs.
 
     Args:
-        path: The table; it need not exist.
-        row: The values by column. NaN is written as nothing.
-        delimiter: What stands between two cells.
+        path: A `metrics.csv`, or the folder that it is in.
+
+    Returns:
+        A row per run.
 
     Raises:
-        OSError: If the table cannot be read or written.
-        ValueError: If the file is not such a table.
+        OSError: If it cannot be read.
+        ValueError: If it is not a table.
     """
-    columns, rows = _read(path, delimiter) if path.exists() else ([], [])
-    columns += [name for name in row if name not in columns]
-    text = io.StringIO(newline="")
-    writer = csv.DictWriter(
-        text, columns, restval="", delimiter=delimiter, lineterminator="\n"
-    )
-    writer.writeheader()
-    writer.writerows(rows)
-    writer.writerow({name: _cell(value) for name, value in row.items()})
-    with atomic_write(path) as file:
-        file.write(text.getvalue().encode())
-
-
-def _read(path: Path, delimiter: str) -> tuple[list[str], list[dict[str, str]]]:
+    path = Path(path)
+    if path.is_dir():
+        path = path / "metrics.csv"
     try:
-        with path.open(newline="", encoding="utf-8") as file:
-            reader = csv.DictReader(file, delimiter=delimiter, strict=True)
-            rows = list(reader)
-    except (csv.Error, UnicodeDecodeError) as error:
+        columns = pd.read_csv(path, nrows=0).columns
+        missing = {c: _MISSING for c in columns if c not in _TEXTS}
+        return pd.read_csv(
+            path,
+            dtype=dict.fromkeys(_TEXTS, str),
+            keep_default_na=False,
+            na_values=missing,
+        )
+    except ValueError as error:
         raise ValueError(f"{path}: is not a table of runs: {error}") from error
-    columns = list(reader.fieldnames or [])
-    for number, row in enumerate(rows, 1):
-        # The reader marks what is too much and what is too little by None.
-        if None in row or None in row.values():
-            raise ValueError(
-                f"{path}: is not a table of runs: row {number} does not have"
-                f" the {len(columns)} cells of the header"
-            )
-    return columns, rows
-
-
-def _cell(value: Any) -> Any:
-    return "" if isinstance(value, float) and math.isnan(value) else value

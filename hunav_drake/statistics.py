@@ -1,60 +1,45 @@
 """Statistics over runs: how good a planner is, and which one is better.
 
 The tables of runs are those that `WriteResult` adds rows to: a row per run,
-with columns that tell it from others and a column per metric.
+with columns that tell it from others and a column per metric. What is NaN or
+infinite is no value: it is left out, and `n` tells how many are left.
 """
 
-from collections.abc import Callable, Hashable, Iterable, Sequence
+from collections.abc import Callable, Hashable, Iterable
 import math
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 import pandas as pd
 
+from hunav_drake.intervals import (
+    mean_interval,
+    paired_rate_interval,
+    wilson_interval,
+)
+from hunav_drake.quantity_text import ROUNDING
+from hunav_drake.run_table import ABOUT
 from hunav_drake.systems.evaluation.metrics import METRICS
 from hunav_drake.systems.evaluation.names import COMPLETED
 
 Array = NDArray[np.float64]
-
-# The columns of a table of runs that are no metrics.
-ABOUT = ("tag", "scenario", "planner", "seed", "end_reason", "end_time")
+Names = str | Iterable[str]
 
 # Metrics that are 0 or 1, whose mean is a rate.
 RATES = (COMPLETED,)
 
-_RESAMPLES = 5000
-
-
-def ReadRuns(path: str | Path) -> pd.DataFrame:
-    """Reads a table of runs.
-
-    Args:
-        path: A `metrics.csv`, or the folder that it is in.
-
-    Returns:
-        A row per run.
-
-    Raises:
-        OSError: If it cannot be read.
-        ValueError: If it is not a table.
-    """
-    path = Path(path)
-    if path.is_dir():
-        path = path / "metrics.csv"
-    try:
-        return pd.read_csv(path)
-    except (ValueError, pd.errors.ParserError) as error:
-        raise ValueError(f"{path}: is not a table of runs: {error}") from error
+# With fewer pairs of runs than this none is called better: even if all of 5
+# point the same way, that happens by chance once in 16 times.
+LEAST_PAIRS = 6
 
 
 def summarize(
     runs: pd.DataFrame,
-    by: Sequence[str] = ("scenario", "planner"),
+    by: Names = ("scenario", "planner"),
     *,
-    metrics: Iterable[str] | None = None,
-    rates: Iterable[str] = RATES,
+    metrics: Names | None = None,
+    rates: Names = RATES,
     confidence: float = 0.95,
     seed: int = 0,
 ) -> pd.DataFrame:
@@ -72,36 +57,34 @@ def summarize(
 
     Returns:
         A row for each kind and metric, indexed by both, with the columns `n`
-        (runs in which the metric has a value), `mean`, `sd` (of the sample,
-        dividing by n - 1), `median`, and `low` and `high`: the interval of the
-        mean, Wilson's for rates, or else the percentile interval of the
-        bootstrap. What too few runs do not give is NaN.
+        (runs in which the metric has a finite value), `mean`, `sd` (of the
+        sample, dividing by n - 1), `median`, and `low` and `high`: the
+        interval of the mean, `wilson_interval` for rates, else
+        `mean_interval`. What too few runs do not give is NaN.
 
     Raises:
-        ValueError: If a column is missing, or `confidence` is not in (0, 1).
+        ValueError: If a column is missing, there is nothing to describe, or
+            `confidence` is not in (0, 1).
     """
-    by = list(by)
+    by = _listed(by)
     _check_confidence(confidence)
     names = _metric_columns(runs, by, metrics)
-    rates = set(rates)
+    rates = set(_listed(rates))
     kinds: Iterable[tuple[Any, pd.DataFrame]] = (
         runs.groupby(by, sort=False, dropna=False) if by else [((), runs)]
     )
     rows = {}
     for kind, part in kinds:
         for name in names:
-            values = _values(part[name])
-            if name not in rates:
-                ends = bootstrap_interval(values, confidence, seed)
-            elif np.isin(values, (0, 1)).all():
+            values = part[name].to_numpy(dtype=float)
+            values = values[np.isfinite(values)]
+            if name in rates:
+                _check_rate(name, values)
                 ends = wilson_interval(
                     int(values.sum()), len(values), confidence
                 )
             else:
-                raise ValueError(
-                    f"the column {name!r} is not a rate: it has values other"
-                    " than 0 and 1"
-                )
+                ends = mean_interval(values, confidence, seed)
             rows[(*kind, name)] = _describe(values) | dict(
                 zip(("low", "high"), ends, strict=True)
             )
@@ -114,13 +97,17 @@ def compare(
     b: Hashable,
     *,
     on: str = "planner",
-    pair: Sequence[str] = ("seed",),
-    by: Sequence[str] = ("scenario",),
-    metrics: Iterable[str] | None = None,
+    pair: Names = ("seed",),
+    by: Names = ("scenario",),
+    metrics: Names | None = None,
+    rates: Names = RATES,
     confidence: float = 0.95,
     seed: int = 0,
 ) -> pd.DataFrame:
     """Compares two planners, run by run, on the same seeds.
+
+    Of many metrics that do not differ, 1 in 20 shows a difference all the
+    same at a confidence of 0.95: choose beforehand the ones that matter.
 
     Args:
         runs: A row per run.
@@ -131,48 +118,30 @@ def compare(
         by: The columns that tell kinds of runs apart.
         metrics: The columns to compare; by default all that have numbers and
             are metrics.
+        rates: Those among them that are 0 or 1.
         confidence: That of the intervals.
         seed: The seed of the bootstrap.
 
     Returns:
         A row for each kind and metric, indexed by both, with the columns `n`
-        (pairs in which both have a value), `a` and `b` (the means over those
-        pairs), `difference` (b - a), `sd` and `median` of the differences,
-        `low` and `high` (the interval of the mean difference, the percentile
-        interval of the bootstrap over pairs), and `better`: a or b, if the
-        interval leaves out 0 and the metric says what is better, else None.
+        (pairs in which both have a finite value), `a` and `b` (the means over
+        those pairs), `difference` (b - a; rounding counts as 0), `sd` and
+        `median` of the differences, `low` and `high` (the interval of the mean
+        difference, `paired_rate_interval` for rates, else `mean_interval` over
+        pairs), and `better`: a or b, if there are at least `LEAST_PAIRS`
+        pairs, the interval leaves out 0, and the metric says what is better;
+        else None.
 
     Raises:
-        ValueError: If a column is missing, a run comes twice, no run of the
-            one has its like among those of the other, or `confidence` is not
-            in (0, 1).
+        ValueError: If a column is missing, a and b are the same, a run comes
+            twice, no run of the one has its like among those of the other, or
+            `confidence` is not in (0, 1).
     """
-    by, pair = list(by), list(pair)
+    by, pair, rates = _listed(by), _listed(pair), set(_listed(rates))
     _check_confidence(confidence)
-    keys = [*by, *pair]
-    names = _metric_columns(runs, [*keys, on], metrics)
-    sides = []
-    for side in (a, b):
-        part = runs[runs[on] == side]
-        if part.empty:
-            known = ", ".join(map(repr, runs[on].unique()))
-            raise ValueError(f"no run has the {on} {side!r}; there are {known}")
-        twice = part.duplicated(keys)
-        if twice.any():
-            first = part[twice].iloc[0][keys].to_dict()
-            raise ValueError(
-                f"the {on} {side!r} has more than one run with {first}; name"
-                " the columns in which they differ in `pair`"
-            )
-        sides.append(part.set_index(keys)[names])
-    one, other = sides
-    common = one.index[one.index.isin(other.index)]
-    if common.empty:
-        raise ValueError(
-            f"no two runs of {a!r} and {b!r} have the same {', '.join(keys)}"
-        )
-    one, other = one.loc[common], other.loc[common]
-    kinds = common.to_frame(index=False)
+    names = _metric_columns(runs, [*by, *pair, on], metrics)
+    one, other = _pairs(runs, (a, b), on, [*by, *pair], names)
+    kinds = one.index.to_frame(index=False)
     groups: Iterable[tuple[Any, pd.DataFrame]] = (
         kinds.groupby(by, sort=False, dropna=False) if by else [((), kinds)]
     )
@@ -181,10 +150,15 @@ def compare(
         for name in names:
             x = one[name].to_numpy(dtype=float)[part.index]
             y = other[name].to_numpy(dtype=float)[part.index]
-            both = ~np.isnan(x) & ~np.isnan(y)
+            both = np.isfinite(x) & np.isfinite(y)
             x, y = x[both], y[both]
-            about = _describe(y - x)
-            low, high = bootstrap_interval(y - x, confidence, seed)
+            gaps = np.where(np.isclose(x, y, ROUNDING, ROUNDING), 0.0, y - x)
+            if name in rates:
+                _check_rate(name, np.concatenate([x, y]))
+                low, high = paired_rate_interval(x, y, confidence)
+            else:
+                low, high = mean_interval(gaps, confidence, seed)
+            about = _describe(gaps)
             rows[(*kind, name)] = {
                 "n": len(x),
                 "a": _or_nan(np.mean, x),
@@ -194,7 +168,9 @@ def compare(
                 "median": about["median"],
                 "low": low,
                 "high": high,
-                "better": _better(name, low, high, a, b),
+                "better": _better(name, low, high, a, b)
+                if len(x) >= LEAST_PAIRS
+                else None,
             }
     table = _table(rows, [*by, "metric"])
     # pandas would make NaN of None among texts.
@@ -206,58 +182,38 @@ def compare(
     return table
 
 
-def wilson_interval(
-    successes: int, n: int, confidence: float = 0.95
-) -> tuple[float, float]:
-    """Returns the score interval of a rate (Wilson 1927).
-
-    Args:
-        successes: How often it happened.
-        n: Of how many times; for 0 the interval is NaN.
-        confidence: In (0, 1).
-    """
-    from scipy.stats import norm
-
-    if n == 0:
-        return math.nan, math.nan
-    z = float(norm.ppf((1 + confidence) / 2))
-    p = successes / n
-    center = (p + z * z / (2 * n)) / (1 + z * z / n)
-    half = (
-        z * math.sqrt(p * (1 - p) / n + z * z / (4 * n * n)) / (1 + z * z / n)
-    )
-    # The ends are 0 and 1 exactly, but for rounding.
-    low = 0.0 if successes == 0 else center - half
-    high = 1.0 if successes == n else center + half
-    return low, high
-
-
-def bootstrap_interval(
-    values: Array, confidence: float = 0.95, seed: int = 0
-) -> tuple[float, float]:
-    """Returns the percentile interval of a mean (Efron 1979).
-
-    Args:
-        values: Shape (n,), none of them NaN; for n < 2 the interval is NaN.
-        confidence: In (0, 1).
-        seed: The seed of the draws.
-    """
-    from scipy.stats import bootstrap
-
-    if len(values) < 2:
-        return math.nan, math.nan
-    # A float is not always the mean of its copies.
-    if (values == values[0]).all():
-        return float(values[0]), float(values[0])
-    interval = bootstrap(
-        (values,),
-        np.mean,
-        confidence_level=confidence,
-        n_resamples=_RESAMPLES,
-        method="percentile",
-        random_state=np.random.default_rng(seed),
-    ).confidence_interval
-    return float(interval.low), float(interval.high)
+def _pairs(
+    runs: pd.DataFrame,
+    sides: tuple[Hashable, Hashable],
+    on: str,
+    keys: list[str],
+    names: list[str],
+) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Returns the runs of both sides that belong together, row by row."""
+    if sides[0] == sides[1]:
+        raise ValueError(f"{sides[0]!r} cannot be compared with itself")
+    tables = []
+    for side in sides:
+        part = runs[runs[on] == side]
+        if part.empty:
+            known = ", ".join(map(repr, runs[on].unique()))
+            raise ValueError(f"no run has the {on} {side!r}; there are {known}")
+        twice = part.duplicated(keys)
+        if twice.any():
+            first = part[twice].iloc[0][keys].to_dict()
+            raise ValueError(
+                f"the {on} {side!r} has more than one run with {first}; name"
+                " the columns in which they differ in `pair`"
+            )
+        tables.append(part.set_index(keys)[names])
+    one, other = tables
+    common = one.index[one.index.isin(other.index)]
+    if common.empty:
+        raise ValueError(
+            f"no two runs of {sides[0]!r} and {sides[1]!r} have the same"
+            f" {', '.join(keys)}"
+        )
+    return one.loc[common], other.loc[common]
 
 
 def _better(
@@ -287,16 +243,15 @@ def _or_nan(function: Callable[[Array], Any], values: Array) -> float:
     return float(function(values)) if len(values) else math.nan
 
 
-def _values(column: pd.Series) -> Array:
-    values: Array = column.to_numpy(dtype=float)
-    return values[~np.isnan(values)]
+def _listed(names: Names) -> list[str]:
+    return [names] if isinstance(names, str) else list(names)
 
 
 def _metric_columns(
-    runs: pd.DataFrame, keys: list[str], metrics: Iterable[str] | None
+    runs: pd.DataFrame, keys: list[str], metrics: Names | None
 ) -> list[str]:
-    names = list(
-        metrics
+    names = (
+        _listed(metrics)
         if metrics is not None
         else [
             name
@@ -311,7 +266,20 @@ def _metric_columns(
                 f"the table of runs has no column {name!r}; it has"
                 f" {', '.join(map(str, runs.columns))}"
             )
+    if runs.empty or not names:
+        raise ValueError(
+            f"there is nothing to describe: {len(runs)} runs, {len(names)}"
+            " metrics"
+        )
     return names
+
+
+def _check_rate(name: str, values: Array) -> None:
+    if not np.isin(values, (0, 1)).all():
+        raise ValueError(
+            f"the column {name!r} is not a rate: it has values other than 0"
+            " and 1"
+        )
 
 
 def _check_confidence(confidence: float) -> None:

@@ -17,14 +17,10 @@ from hunav_drake.plots.trajectories import (
     trajectories_height,
 )
 from hunav_drake.plots.zones import plot_zones, zones_height
-from hunav_drake.report_html import (
-    escape,
-    figure,
-    number,
-    table,
-    unit_text,
-)
-from hunav_drake.results import Provenance, TrialResult
+from hunav_drake.provenance import Provenance
+from hunav_drake.quantity_text import unit_text
+from hunav_drake.report_html import escape, figure, number, table
+from hunav_drake.results import TrialResult
 from hunav_drake.systems.evaluation.metrics import METRICS
 
 # The height of plots over time, in inches.
@@ -102,7 +98,7 @@ def _figures(result: TrialResult) -> list[str]:
             "distance",
             "The distance to the closest person, surface to surface. The bands"
             " are the spaces around a person; a triangle marks where an"
-            " encounter within 1.2 m is closest.",
+            " approach within 1.2 m is closest.",
             (COLUMN, _SERIES),
             lambda ax: plot_distance_to_people(run, ax=ax),
         ),
@@ -140,7 +136,7 @@ def _metrics(metrics: pd.Series) -> str:
             [
                 name_cell(name),
                 number(value, unit_of(metrics, name)),
-                unit_text(unit_of(metrics, name)),
+                escape(unit_text(unit_of(metrics, name))),
             ]
         )
     tables = [
@@ -229,7 +225,7 @@ def _by_behavior(result: TrialResult) -> list[str]:
                 name_cell(name),
                 number(everyone, unit),
                 *(number(float(value), unit) for value in values),
-                unit_text(unit),
+                escape(unit_text(unit)),
             ]
         )
     rows = rows_by_family(families)

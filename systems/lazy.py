@@ -21,7 +21,7 @@ def lazy_exports(
         package: The name of the package.
         modules: The module that each exported name lives in.
     """
-    exporter = sys.modules[package]
+    exporter: Any = sys.modules[package]
     exporter.__dir__ = lambda: sorted({*vars(exporter), *modules})
 
     def load(name: str) -> Any:

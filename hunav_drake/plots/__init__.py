@@ -10,16 +10,16 @@ tell apart.
 """
 
 from hunav_drake.plots.activity import plot_behavior_activity
+from hunav_drake.plots.approaches import Approach, find_approaches
 from hunav_drake.plots.comparison import plot_comparison
-from hunav_drake.plots.encounters import Encounter, find_encounters
 from hunav_drake.plots.forces import plot_forces
 from hunav_drake.plots.series import plot_distance_to_people, plot_robot_speed
 from hunav_drake.plots.trajectories import plot_trajectories
 from hunav_drake.plots.zones import plot_zones
 
 __all__ = [
-    "Encounter",
-    "find_encounters",
+    "Approach",
+    "find_approaches",
     "plot_behavior_activity",
     "plot_comparison",
     "plot_distance_to_people",

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hunav_drake.plots.encounters import spans
+from hunav_drake.plots.approaches import spans
 from hunav_drake.plots.runs import Run, recordings
 from hunav_drake.plots.style import (
     SMALL_SIZE,

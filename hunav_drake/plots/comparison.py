@@ -13,8 +13,10 @@ from hunav_drake.plots.style import (
     note,
     shown,
 )
+from hunav_drake.quantity_text import label_text
 from hunav_drake.results import TrialResult
-from hunav_drake.statistics import summarize
+from hunav_drake.run_table import tabulate_runs
+from hunav_drake.statistics import RATES, summarize
 from hunav_drake.systems.evaluation.metrics import METRICS
 
 if TYPE_CHECKING:
@@ -30,8 +32,8 @@ def plot_comparison(
 ) -> "Axes":
     """Draws the mean of a metric over runs, with its 95 % interval, as bars.
 
-    The dots are the single runs. What has no value does not count. See
-    `hunav_drake.statistics.summarize`.
+    The dots are the single runs. What has no value does not count. Rates are
+    in percent. See `hunav_drake.statistics.summarize`.
 
     Args:
         runs: Results, or a table with a row per run, such as `metrics.csv`.
@@ -42,8 +44,14 @@ def plot_comparison(
     Raises:
         ValueError: If the table does not have such columns.
     """
-    table = runs if isinstance(runs, pd.DataFrame) else run_table(runs)
-    statistics = summarize(table, [by], metrics=[metric]).droplevel("metric")
+    table = runs if isinstance(runs, pd.DataFrame) else tabulate_runs(runs)
+    statistics = summarize(table, by, metrics=metric).droplevel("metric")
+    units = table.attrs.get("units", {})
+    unit = METRICS[metric].unit if metric in METRICS else units.get(metric, "-")
+    if metric in RATES:
+        unit = "%"
+        table = table.assign(**{metric: 100.0 * table[metric]})
+        statistics[["mean", "low", "high"]] *= 100.0
     ax = new_axes(ax, comparison_height(len(statistics)))
     rows = np.arange(len(statistics))
     ax.barh(
@@ -54,7 +62,8 @@ def plot_comparison(
         alpha=0.55,
     )
     for row, (name, values) in zip(rows, statistics.iterrows(), strict=True):
-        samples = table.loc[table[by] == name, metric].dropna()
+        samples = table.loc[table[by] == name, metric]
+        samples = samples[np.isfinite(samples)]
         # Side by side, so that equal ones are not hidden.
         spread = np.linspace(-0.2, 0.2, len(samples) + 2)[1:-1]
         ax.plot(samples, row + spread, ".", ms=3, color="0.25", mew=0)
@@ -72,14 +81,12 @@ def plot_comparison(
             )
     if statistics["mean"].isna().all():
         note(ax, "there are no values")
-    units = table.attrs.get("units", {})
-    unit = METRICS[metric].unit if metric in METRICS else units.get(metric, "-")
     values = table[metric].to_numpy(dtype=float)
     if not (values < 0).any():
         # Where all is 0, there still is a scale.
         ax.set_xlim(left=0, right=None if (values > 0).any() else 1)
     ax.set(
-        xlabel=metric if unit == "-" else f"{metric} ({_unit(unit)})",
+        xlabel=label_text(metric, unit),
         yticks=rows,
         ylim=(len(rows) - 0.5, -0.5),
     )
@@ -95,31 +102,3 @@ def plot_comparison(
 def comparison_height(bars: int) -> float:
     """Returns the height of a figure with so many bars, in inches."""
     return 0.55 + 0.24 * max(2, bars)
-
-
-def run_table(results: Iterable[TrialResult]) -> pd.DataFrame:
-    """Returns a table with a row per run: what it is, and its metrics.
-
-    The units of the metrics are in `attrs["units"]`.
-    """
-    rows = []
-    units: dict[str, str] = {}
-    for result in results:
-        units |= result.metrics.attrs.get("units", {})
-        rows.append(
-            {
-                "scenario": result.scenario_name,
-                "planner": str(result.provenance.get("planner", "")),
-                "seed": result.provenance.get("seed", ""),
-                "end_reason": result.end_reason,
-                "end_time": result.end_time,
-            }
-            | result.metrics.to_dict()
-        )
-    table = pd.DataFrame(rows)
-    table.attrs["units"] = units
-    return table
-
-
-def _unit(unit: str) -> str:
-    return unit.replace("^2", "²").replace("^3", "³")

@@ -1,4 +1,4 @@
-"""Plots of what happens in a trial."""
+"""What pushes and pulls people, seen from above."""
 
 from collections.abc import Mapping
 from types import MappingProxyType
@@ -7,6 +7,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from hunav_drake.plots.style import (
+    COLUMN,
+    PALETTE,
+    YELLOW,
+    legend_outside,
+    new_axes,
+)
+from hunav_drake.plots.walls import draw_walls
 from hunav_drake.systems.layout import (
     FORCES,
     FORCES_SIZE,
@@ -21,20 +29,22 @@ from hunav_drake.systems.obstacles import Obstacles
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-# The colors of Okabe & Ito 2008, which people with color blindness can tell
-# apart; the total is black.
+_BLUE, _RED, _GREEN, _PURPLE, _ORANGE, _SKY, _BLACK = PALETTE
 _COLORS: Mapping[str, str] = MappingProxyType(
     {
-        "goal": "#009e73",
-        "obstacle": "#d55e00",
-        "social": "#0072b2",
-        "group_gaze": "#f0e442",
-        "group_coherence": "#e69f00",
-        "group_repulsion": "#cc79a7",
-        "robot_repulsion": "#56b4e9",
-        "total": "#000000",
+        "goal": _GREEN,
+        "obstacle": _RED,
+        "social": _BLUE,
+        "group_gaze": YELLOW,
+        "group_coherence": _ORANGE,
+        "group_repulsion": _PURPLE,
+        "robot_repulsion": _SKY,
+        "total": _BLACK,
     }
 )
+
+# The height of the figure beside its legend, in inches.
+_HEIGHT = COLUMN
 
 # Forces below this are not drawn, in m/s^2: their arrows would be dots.
 _LEAST_FORCE = 1e-3
@@ -67,8 +77,6 @@ def plot_forces(
         ValueError: If the arrays do not belong to the same number of people,
             or ``scale`` is not positive.
     """
-    import matplotlib.pyplot as plt
-
     people = _rows(human_states, STATE_SIZE, "human_states")
     vectors = _rows(forces, FORCES_SIZE, "forces").reshape(-1, len(FORCES), 2)
     if len(people) != len(vectors):
@@ -78,10 +86,9 @@ def plot_forces(
         )
     if not scale > 0:
         raise ValueError(f"scale must be positive, got {scale}")
-    if ax is None:
-        _, ax = plt.subplots(figsize=(9, 5), layout="constrained")
+    ax = new_axes(ax, _HEIGHT, layout="compressed")
     if obstacles is not None:
-        _draw_walls(ax, obstacles)
+        draw_walls(ax, obstacles)
     _draw_discs(ax, people, color="0.75", name="person")
     if robot_state is not None:
         robots = _rows(robot_state, STATE_SIZE, "robot_state")
@@ -93,12 +100,7 @@ def plot_forces(
             _draw_arrows(ax, people[drawn], arrows[drawn] * scale, name)
     ax.set(xlabel="x (m)", ylabel="y (m)", aspect="equal")
     ax.autoscale_view()
-    if ax.get_legend_handles_labels()[0]:
-        ax.legend(
-            title=f"1 m/s² is {scale:g} m long",
-            loc="upper left",
-            bbox_to_anchor=(1.0, 1.0),
-        )
+    legend_outside(ax, title=f"1 m/s² is {scale:g} m long")
     return ax
 
 
@@ -109,13 +111,6 @@ def _rows(values: ArrayLike, width: int, name: str) -> Any:
             f"{name} must hold rows of {width} numbers, got shape {array.shape}"
         )
     return array.reshape(-1, width)
-
-
-def _draw_walls(ax: "Axes", obstacles: Obstacles) -> None:
-    from matplotlib.collections import LineCollection
-
-    lines = obstacles.segments.reshape(-1, 2, 2)
-    ax.add_collection(LineCollection(lines, colors="0.3", linewidths=1.5))
 
 
 def _draw_discs(ax: "Axes", rows: Any, *, color: str, name: str) -> None:
@@ -137,10 +132,10 @@ def _draw_discs(ax: "Axes", rows: Any, *, color: str, name: str) -> None:
         [centers + 0.8 * radii * looks, centers + 1.25 * radii * looks], axis=1
     )
     ax.add_collection(
-        LineCollection(noses, colors="0.2", linewidths=4, zorder=1.5)
+        LineCollection(noses, colors="0.2", linewidths=2.5, zorder=1.5)
     )
     # An empty line that the legend shows as a disc.
-    ax.plot([], [], "o", ms=9, mfc=color, mec="0.2", alpha=0.5, label=name)
+    ax.plot([], [], "o", ms=6, mfc=color, mec="0.2", alpha=0.5, label=name)
 
 
 def _draw_arrows(ax: "Axes", rows: Any, arrows: Any, name: str) -> None:
@@ -153,10 +148,14 @@ def _draw_arrows(ax: "Axes", rows: Any, arrows: Any, name: str) -> None:
         angles="xy",
         scale_units="xy",
         scale=1.0,
-        units="dots",
-        width=2.0 if is_total else 4.0,
+        # A point, whatever the resolution of the figure.
+        units="inches",
+        width=(1.0 if is_total else 2.2) / 72,
         headwidth=5.0 if is_total else 3.0,
         color=_COLORS[name],
+        # What is light is hard to see without an edge.
+        edgecolor="0.35",
+        linewidth=0.0 if is_total else 0.3,
         zorder=3 if is_total else 2,
         label=name.replace("_", " "),
     )

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hunav_drake.plots.encounters import NEAR, find_encounters, spans
+from hunav_drake.plots.approaches import NEAR, find_approaches, spans
 from hunav_drake.plots.runs import Runs, recordings
 from hunav_drake.plots.style import (
     SMALL_SIZE,
@@ -33,12 +33,13 @@ def plot_distance_to_people(
 
     It is the gap between the surfaces of the robot and the person: Fig. 5 of
     Perez-Higueras et al., "HuNavSim", 2023. The bands are the spaces of Hall
-    1969. A triangle marks where each encounter is closest: see
-    `find_encounters`; of a single run its distance is written beside it.
+    1969. A triangle marks where each approach of a person is
+    closest: see `find_approaches`; of a single run its distance is written
+    beside it.
 
     Args:
         data: One run, or several, each with a line of its own.
-        near: An encounter is closer than this, in meters.
+        near: An approach is closer than this, in meters.
         ax: Where to draw; by default a new figure.
 
     Raises:
@@ -57,7 +58,7 @@ def plot_distance_to_people(
                 lw=0,
                 label=zone.name,
             )
-    ax.plot([], [], "v", ms=4.5, color="0.3", label="encounter")
+    ax.plot([], [], "v", ms=4.5, color="0.3", label="closest")
     top = 0.0
     for (name, run), style in zip(
         runs.items(), line_styles(len(runs)), strict=True
@@ -86,7 +87,7 @@ def _mark_minima(
     # Of two people at one time, only the closer one is on the line.
     points = sorted(
         (e.time, e.gap)
-        for e in find_encounters(run, near=near)
+        for e in find_approaches(run, near=near)
         if e.gap <= closest[np.searchsorted(run.times, e.time)]
     )
     if not points:

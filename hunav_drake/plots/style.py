@@ -14,7 +14,8 @@ LABEL_SIZE = 8.0
 SMALL_SIZE = 7.0
 
 # The colors of Okabe & Ito 2008, which people with color blindness can tell
-# apart, without yellow: its lines are hard to see on white.
+# apart. Yellow is not for lines, which are hard to see on white.
+YELLOW = "#f0e442"
 PALETTE = (
     "#0072b2",
     "#d55e00",
@@ -73,7 +74,11 @@ def set_text_sizes(ax: "Axes") -> None:
 
 
 def legend_outside(
-    ax: "Axes", columns: int = 3, *, beside: bool = False
+    ax: "Axes",
+    columns: int = 3,
+    *,
+    beside: bool = False,
+    title: str | None = None,
 ) -> None:
     """Puts the legend outside of the axes, where it hides no data.
 
@@ -82,6 +87,7 @@ def legend_outside(
         columns: How many entries go into one line, if there is room.
         beside: Whether to put it to the right, with an entry per line, instead
             of above.
+        title: What is written above it.
     """
     handles, labels = ax.get_legend_handles_labels()
     if not handles:
@@ -97,6 +103,9 @@ def legend_outside(
         borderaxespad=0.2,
         ncols=columns,
         fontsize=SMALL_SIZE,
+        title=title,
+        title_fontsize=SMALL_SIZE,
+        alignment="left",
         frameon=False,
         handlelength=1.4,
         handletextpad=0.5,

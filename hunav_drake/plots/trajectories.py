@@ -11,15 +11,14 @@ from hunav_drake.plots.runs import Runs, recordings
 from hunav_drake.plots.style import (
     COLUMN,
     ROBOT,
-    WALL,
     legend_outside,
     line_styles,
     new_axes,
     shown,
 )
+from hunav_drake.plots.walls import draw_walls
 from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.systems.layout import RADIUS, X, Y
-from hunav_drake.systems.obstacles import Obstacles
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -69,7 +68,7 @@ def plot_trajectories(
     for (name, run), style in zip(
         runs.items(), line_styles(len(runs)), strict=True
     ):
-        _draw_walls(ax, run.obstacles)
+        draw_walls(ax, run.obstacles)
         if name:
             _draw_path(ax, run.robot, label=shown(name), lw=1.4, **style)
             for i in range(run.num_humans):
@@ -213,21 +212,3 @@ def _bounds(runs: list[Recording]) -> tuple[Array, Array]:
     low, high = everything.min(axis=0), everything.max(axis=0)
     margin = max(0.2, 0.03 * float((high - low).max()))
     return low - margin, high + margin
-
-
-def _draw_walls(ax: "Axes", obstacles: Obstacles) -> None:
-    from matplotlib.collections import LineCollection, PolyCollection
-
-    solid, thin = [], []
-    for i in range(len(obstacles)):
-        rows = obstacles.segments[obstacles.first[i] : obstacles.first[i + 1]]
-        if obstacles.solid[i]:
-            solid.append(rows[:, :2])
-        else:
-            thin += list(rows.reshape(-1, 2, 2))
-    ax.add_collection(PolyCollection(solid, facecolors=WALL, zorder=0.5))
-    ax.add_collection(
-        LineCollection(
-            thin, colors=WALL, linewidths=1.5, capstyle="round", zorder=0.5
-        )
-    )

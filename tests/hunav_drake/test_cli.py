@@ -63,7 +63,9 @@ def test_run_writes_tables_recording_and_replay(hunav, tmp_path):
     for seed in (0, 1):
         hunav(*arguments, "--out", out, "--seed", seed, "--quiet")
     names = {path.name for path in out.iterdir()}
-    assert "replay.html" in names
+    for seed in (0, 1):
+        assert f"replay_passing_pursuit_{seed}.html" in names
+        assert f"report_passing_pursuit_{seed}.html" in names
     metrics = pd.read_csv(out / "metrics.csv")
     assert metrics["seed"].tolist() == [0, 1]
     recordings = sorted(out.glob("recording_*.npz"))
@@ -73,7 +75,8 @@ def test_run_writes_tables_recording_and_replay(hunav, tmp_path):
 def test_run_can_leave_the_replay_out(hunav, tmp_path):
     code, _, _ = hunav("run", "passing", "--out", tmp_path, "--no-replay")
     assert code == 0
-    assert not (tmp_path / "replay.html").exists()
+    assert list(tmp_path.glob("report_*.html"))
+    assert not list(tmp_path.glob("replay*"))
 
 
 def test_quiet_prints_one_line(hunav):
@@ -198,3 +201,33 @@ def test_a_closed_pipe_is_no_error(tmp_path):
     )
     os.close(writer)
     assert b"Traceback" not in done.stderr
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
+def test_an_output_that_is_full_is_told():
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(
+            [sys.executable, "-m", "hunav_drake.cli", "list"],
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            check=False,
+        )
+    assert done.returncode == 2
+    assert done.stderr == "hunav: [Errno 28] No space left on device\n"
+
+
+def test_a_name_in_another_script_needs_no_unicode():
+    done = subprocess.run(
+        [
+            *(sys.executable, "-m", "hunav_drake.cli", "run", "passing"),
+            *("--set", "name=愛", "--set", "simulation.duration=1.0"),
+        ],
+        env={**os.environ, "PYTHONIOENCODING": "ascii"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 1
+    assert not done.stderr
+    assert "\\u611b, planner pursuit" in done.stdout

@@ -8,7 +8,8 @@ import pandas as pd
 import pytest
 
 from hunav_drake.hunav_files import HUNAV_NAMES
-from hunav_drake.results import MakeTrialResult, WriteResult
+from hunav_drake.result_files import WriteResult
+from hunav_drake.results import MakeTrialResult
 from hunav_drake.systems.evaluation.recording import Recording
 
 

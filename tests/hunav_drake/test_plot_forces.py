@@ -89,6 +89,11 @@ def test_it_draws_where_it_is_told():
     assert plot_forces(make_forces(goal=[1.0, 0.0]), STATES, ax=ax) is ax
 
 
+def test_a_new_figure_is_as_wide_as_a_column():
+    ax = plot_forces(make_forces(goal=[1.0, 0.0]), STATES)
+    assert ax.figure.get_figwidth() == 3.4
+
+
 def test_nobody_is_an_empty_plot():
     ax = plot_forces(np.zeros((0, 16)), np.zeros((0, 7)))
     assert arrows(ax) == {}

@@ -10,8 +10,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
+import hunav_drake
 from hunav_drake.plots import (
-    find_encounters,
+    find_approaches,
     plot_behavior_activity,
     plot_comparison,
     plot_distance_to_people,
@@ -137,7 +138,7 @@ def test_the_distance_is_that_between_surfaces():
     )
 
 
-def test_each_encounter_has_its_minimum():
+def test_each_approach_has_its_minimum():
     ax = plot_distance_to_people(make_recording((-2.0, 2.0)))
     (minima,) = artists(ax, "minima")
     np.testing.assert_allclose(minima.get_xdata(), [1.0, 5.0])
@@ -154,17 +155,17 @@ def test_the_minimum_of_who_is_behind_another_is_not_on_the_line():
     )
     (minima,) = artists(plot_distance_to_people(behind), "minima")
     np.testing.assert_allclose(minima.get_ydata(), [0.9])
-    assert len(find_encounters(behind)) == 2
+    assert len(find_approaches(behind)) == 2
 
 
-def test_an_encounter_lasts_while_the_person_is_near():
+def test_an_approach_lasts_while_the_person_is_near():
     # Within 1.2 m from surface to surface is within 1.8 m of the centers.
-    (encounter,) = find_encounters(make_recording((0.0,)))
+    (approach,) = find_approaches(make_recording((0.0,)))
     half = np.sqrt(1.8**2 - 1.5**2)
-    assert encounter.start == pytest.approx(3.0 - half, abs=0.1)
-    assert encounter.end == pytest.approx(3.0 + half, abs=0.1)
-    assert encounter.time == pytest.approx(3.0)
-    assert encounter.gap == pytest.approx(0.9)
+    assert approach.start == pytest.approx(3.0 - half, abs=0.1)
+    assert approach.end == pytest.approx(3.0 + half, abs=0.1)
+    assert approach.time == pytest.approx(3.0)
+    assert approach.gap == pytest.approx(0.9)
 
 
 def test_who_comes_twice_is_met_twice():
@@ -172,7 +173,7 @@ def test_who_comes_twice_is_met_twice():
     humans = recording.humans.copy()
     humans[40:, 0, 0] = 2.0
     humans[30:40] = np.nan
-    twice = find_encounters(
+    twice = find_approaches(
         Recording(times=recording.times, robot=recording.robot, humans=humans)
     )
     assert [e.person for e in twice] == [0, 0]
@@ -182,7 +183,7 @@ def test_who_comes_twice_is_met_twice():
 @pytest.mark.parametrize("near", [0.0, -1.0, np.nan])
 def test_near_must_be_positive(near):
     for function in (
-        find_encounters,
+        find_approaches,
         plot_distance_to_people,
         plot_robot_speed,
     ):
@@ -372,6 +373,25 @@ def test_results_can_be_compared():
     ax = plot_comparison(results, "robot_on_person_collisions")
     assert ax.get_xlabel() == "robot_on_person_collisions"
     assert ax.get_xlim() == (0.0, 1.0)
+
+
+def test_rates_are_in_percent():
+    runs = make_runs().assign(completed=[1.0, 1.0, 0.0, 1.0, np.inf, np.nan])
+    ax = plot_comparison(runs, "completed")
+    assert [b.get_width() for b in ax.patches] == pytest.approx(
+        [200 / 3, 100, 0]
+    )
+    assert ax.get_xlabel() == "completed (%)"
+    ax.figure.canvas.draw()
+
+
+def test_every_plot_is_exported():
+    for name in hunav_drake.plots.__all__:
+        if name.startswith("plot_"):
+            assert name in hunav_drake.__all__
+        if name != "Approach":
+            exported = getattr(hunav_drake, name)
+            assert exported is getattr(hunav_drake.plots, name)
 
 
 def test_a_metric_without_values_is_an_empty_plot():

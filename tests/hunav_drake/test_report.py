@@ -9,9 +9,11 @@ from PIL import Image
 import pytest
 
 from hunav_drake import cli
-from hunav_drake.report import LoadResults, WriteReport
-from hunav_drake.report_html import number, unit_text
-from hunav_drake.results import MakeTrialResult, WriteResult
+from hunav_drake.quantity_text import label_text, number_text, unit_text
+from hunav_drake.report import WriteReport
+from hunav_drake.report_html import number
+from hunav_drake.result_files import LoadResults, WriteResult
+from hunav_drake.results import MakeTrialResult
 from hunav_drake.systems.evaluation.metrics import METRICS
 from hunav_drake.systems.evaluation.recording import Recording
 
@@ -110,10 +112,79 @@ def test_many_trials_are_compared(tmp_path):
     assert "12 runs, 2 scenarios, 2 planners, 3 seeds" in text
     assert "passing pursuit 3 3" in text
     assert "Bars are means with" in text
-    # The mean of 4.00, 4.04 and 4.08 m.
-    assert re.search(r"path_length ↓ 4.04 \[4.00, 4.08\]", text)
+    # The mean of 4.00, 4.04 and 4.08 m; 4.303 * 0.04 / sqrt(3) is 0.099.
+    assert re.search(r"path_length ↓ 4.04 \[3.94, 4.14\]", text)
     assert re.search(r"crossing social 2 goal 4.00", text)
     assert "seed 0, 1, 2" in text
+
+
+def test_statistics_are_told_in_full(tmp_path):
+    trials = []
+    for planner, longer in (("pursuit", 0.0), ("social", 0.5)):
+        for seed in range(6):
+            trial = make_result(planner=planner, seed=seed)
+            trial.metrics["path_length"] = 10 + longer + 0.012 * seed
+            trial.metrics["completed"] = float(seed > 0)
+            trial.metrics["time_to_reach_goal"] = (
+                np.nan if seed > 3 else 20.0 + seed + longer
+            )
+            trials.append(trial)
+    html = WriteReport(trials, tmp_path / "r.html").read_text()
+    assert_stands_alone(html)
+    text = visible(html)
+    # Mean of 6, or of 4 where only so many have a value.
+    assert re.search(r"path_length ↓ 10.03 \[10.01, 10.05\] 10.53", text)
+    assert "time_to_reach_goal ↓ 21.50 [19.45, 23.55] n&nbsp;=&nbsp;4" in text
+    assert re.search(r"completed ↑ 83.3 \[43.6, 97.0\] 83.3 .*? %", text)
+    # The spread: n, mean, standard deviation, median.
+    assert "path_length ↓ pursuit 6 10.03 [10.01, 10.05] 0.022 10.03 m" in text
+    # On equal seeds: both means, their difference, pairs, which is better.
+    assert "social \N{MINUS SIGN} pursuit pairs better unit" in text
+    assert re.search(
+        r"path_length ↓ 10.03 10.53 0.500 \[0.500, 0.500\] 6 pursuit m", text
+    )
+    # No verdict of 4 pairs.
+    assert re.search(r"_goal ↓ 21.50 22.00 0.500 \[0.500, 0.500\] 4 s", text)
+
+
+def test_planners_without_equal_seeds_are_not_compared_in_pairs(tmp_path):
+    trials = [
+        make_result(planner=planner, seed=seed)
+        for seed, planner in enumerate("abab")
+    ]
+    text = visible(WriteReport(trials, tmp_path / "r.html").read_text())
+    assert "a and b are not compared: no two runs" in text
+    for trial in trials:
+        del trial.provenance["seed"]
+    text = visible(WriteReport(trials, tmp_path / "r.html").read_text())
+    assert "not compared" not in text
+
+
+@pytest.mark.filterwarnings("error")
+def test_any_script_is_left_to_the_browser(tmp_path):
+    result = make_result(
+        scenario="\u8d70\u5eca",
+        human_names=("\u7f8e\u7f8e", "\u0627\u062d\u0645\u062f"),
+        behaviors=("\u597d\u5947", "regular"),
+    )
+    html = WriteReport(result, tmp_path / "r.html").read_text()
+    for name in result.recording.human_names:
+        assert re.search(rf"<text[^>]*>{name}</text>", html)
+
+
+def test_runs_link_to_their_own_pages(tmp_path):
+    for seed in range(2):
+        WriteResult(make_result(seed=seed), tmp_path)
+    for name in ("report_passing_pursuit_0", "replay_passing_pursuit_0"):
+        (tmp_path / f"{name}.html").touch()
+    (tmp_path / "report_passing_pursuit_1.html").touch()
+    page = WriteReport(LoadResults(tmp_path), tmp_path / "all.html")
+    targets = re.findall(r'<a href="([^"]*)">(\w+)</a>', page.read_text())
+    assert targets == [
+        ("report_passing_pursuit_0.html", "report"),
+        ("replay_passing_pursuit_0.html", "replay"),
+        ("report_passing_pursuit_1.html", "report"),
+    ]
 
 
 def test_one_planner_is_not_compared_with_itself(tmp_path):
@@ -232,7 +303,23 @@ def test_numbers_have_sensible_digits(value, unit, text):
 
 def test_units_have_raised_powers():
     assert unit_text("m/s^2") == "m/s²"
+    assert unit_text("s^-12") == "s⁻¹²"
     assert unit_text("-") == ""
+    assert label_text("a", "m") == "a (m)"
+    assert label_text("a", "-") == "a"
+
+
+@pytest.mark.parametrize("value", [4.2e-16, -3.6e-9, 0.0])
+@pytest.mark.parametrize("unit", ["rad/m", "-", "%"])
+def test_rounding_is_shown_as_nothing(value, unit):
+    assert number_text(value, unit) == "0"
+
+
+def test_numbers_of_one_scale_have_as_many_decimals():
+    texts = [number_text(value, scale=0.5) for value in (-5.5e-4, -0.0048)]
+    assert texts == ["-0.001", "-0.005"]
+    assert number_text(0.48, scale=1.34) == "0.48"
+    assert number_text(-0.001, scale=1.34) == "0.00"
 
 
 # --- the results of a folder ---
@@ -302,11 +389,38 @@ def test_the_command_reports_on_all_runs_of_a_folder(tmp_path, capsys):
 
 def test_the_command_links_the_replay_of_a_single_run(tmp_path):
     WriteResult(make_result(), tmp_path)
-    (tmp_path / "replay.html").touch()
+    (tmp_path / "replay_passing_pursuit_0.html").touch()
     other = tmp_path / "other" / "my.html"
     other.parent.mkdir()
     assert cli.main(["report", str(tmp_path), "-o", str(other)]) == 0
-    assert 'href="../replay.html"' in other.read_text()
+    text = other.read_text()
+    assert 'href="../replay_passing_pursuit_0.html"' in text
+
+
+def test_the_command_reports_on_what_can_be_read(tmp_path, capsys):
+    for seed in range(4):
+        WriteResult(make_result(seed=seed), tmp_path)
+    (tmp_path / "recording_passing_pursuit_1.npz").write_bytes(b"no zip")
+    (tmp_path / "result_passing_pursuit_2.json").unlink()
+    assert cli.main(["report", str(tmp_path)]) == 0
+    captured = capsys.readouterr()
+    assert "report on 2 runs" in captured.out
+    assert len(captured.err.splitlines()) == 2
+    text = visible((tmp_path / "report.html").read_text())
+    for line, seed in zip(captured.err.splitlines(), (1, 2), strict=True):
+        assert f"left out the run passing_pursuit_{seed}: " in line
+        assert f"Left out: passing_pursuit_{seed}." in text
+    for seed in (0, 3):
+        (tmp_path / f"result_passing_pursuit_{seed}.json").write_text("{")
+    assert cli.main(["report", str(tmp_path)]) == 2
+    assert "no run to report on" in capsys.readouterr().err
+
+
+def test_the_command_says_how_to_make_a_folder(tmp_path, capsys):
+    assert cli.main(["report", str(tmp_path / "none")]) == 2
+    error = capsys.readouterr().err
+    assert "none/metrics.csv: No such file" in error
+    assert "`hunav run SCENARIO --out " in error
 
 
 @pytest.mark.parametrize("arguments", [["nowhere"], [".", "-o", "no/r.html"]])
@@ -321,17 +435,45 @@ def test_the_command_says_what_is_missing(
     assert "No such file" in error
 
 
-def test_a_run_writes_its_report(tmp_path):
-    code = cli.main(
-        [
-            *("run", "passing", "--quiet", "--no-replay"),
-            *("--set", "simulation.duration=1.0", "--out", str(tmp_path)),
-        ]
-    )
-    assert code == 1
-    html = (tmp_path / "report.html").read_text()
-    assert_stands_alone(html)
-    assert "Watch the replay" not in html
+def test_each_run_writes_its_own_report(tmp_path, capsys):
+    for seed in "01":
+        code = cli.main(
+            [
+                *("run", "passing", "--quiet", "--no-replay", "--seed", seed),
+                *("--set", "simulation.duration=1.0", "--out", str(tmp_path)),
+            ]
+        )
+        assert code == 1
+        path = tmp_path / f"report_passing_pursuit_{seed}.html"
+        assert f"Report, for a browser: {path}" in capsys.readouterr().out
+        html = path.read_text()
+        assert_stands_alone(html)
+        assert "Watch the replay" not in html
+        assert f"seed {seed}" in visible(html)
+    assert not (tmp_path / "report.html").exists()
+    assert cli.main(["report", str(tmp_path)]) == 0
+    assert path.read_text() == html
+    assert path.name in (tmp_path / "report.html").read_text()
+
+
+def test_a_damaged_table_is_found_before_the_run(tmp_path, capsys):
+    (tmp_path / "metrics.csv").write_text("tag,x\na,1\nb\n")
+    for command in (["run", "passing"], ["evaluate", "nothing.npz"]):
+        assert cli.main([*command, "--out", str(tmp_path)]) == 2
+        error = capsys.readouterr().err
+        assert "metrics.csv: is not a table of runs: row 2" in error
+        assert "Repair it, move it away, or name another folder" in error
+    assert os.listdir(tmp_path) == ["metrics.csv"]
+
+
+def test_a_table_that_is_damaged_meanwhile_loses_no_run(
+    tmp_path, capsys, monkeypatch
+):
+    monkeypatch.setattr("hunav_drake.cli.check_out", lambda directory: None)
+    (tmp_path / "metrics.csv").write_text("tag,x\na,1\nb\n")
+    assert cli.main(["run", "passing", "--quiet", "--out", str(tmp_path)]) == 2
+    assert "row 2" in capsys.readouterr().err
+    assert Recording.load(tmp_path / "recording_passing_pursuit_0.npz")
 
 
 @pytest.fixture(scope="module")

@@ -11,16 +11,23 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from hunav_drake.results import (
-    FormatMetricsTable,
-    MakeProvenance,
-    MakeTrialResult,
-    TrialResult,
+from hunav_drake.provenance import MakeProvenance
+from hunav_drake.result_files import (
+    CheckTables,
+    GetTag,
+    LoadResult,
+    LoadResults,
     WriteResult,
 )
-from hunav_drake.run_table import append_row
-from hunav_drake.systems.evaluation.metrics import METRICS
+from hunav_drake.results import (
+    FormatMetricsTable,
+    MakeTrialResult,
+    TrialResult,
+)
+from hunav_drake.run_table import ReadRuns, tabulate_runs
+from hunav_drake.systems.evaluation.metrics import METRICS, register_metric
 from hunav_drake.systems.evaluation.recording import Recording
+from hunav_drake.text_table import append_row, read_rows
 
 # The children only write files; none of the threads' locks matters to them.
 forks = pytest.mark.filterwarnings(
@@ -137,9 +144,41 @@ def test_a_second_run_leaves_the_first_as_it_is(tmp_path):
 
 
 def test_a_taken_tag_is_refused(tmp_path):
-    WriteResult(make_result(), tmp_path, tag="a")
-    with pytest.raises(FileExistsError, match=r"tag 'a' is taken.*recording_a"):
-        WriteResult(make_result(), tmp_path, tag="a")
+    assert GetTag(WriteResult(make_result(), tmp_path, tag="a")) == "a"
+    before = (tmp_path / "recording_a.npz").read_bytes()
+    for _ in range(2):
+        with pytest.raises(FileExistsError, match=r"'a' is taken.*recording_a"):
+            WriteResult(make_result(seed=4), tmp_path, tag="a")
+        # Not even if nobody can tell whether it was complete.
+        (tmp_path / "metrics.csv").write_text("tag\n1,2\n")
+    assert (tmp_path / "recording_a.npz").read_bytes() == before
+
+
+def test_a_killed_run_can_be_repeated(tmp_path):
+    WriteResult(make_result(seed=1), tmp_path, tag="other")
+    table = tmp_path / "metrics.csv"
+    before = table.read_bytes()
+    WriteResult(make_result(), tmp_path, tag="a", format="hunav")
+    # As if it had been killed before its last step.
+    table.write_bytes(before)
+    WriteResult(make_result(seed=2), tmp_path, tag="a", format="hunav")
+    assert pd.read_csv(table)["tag"].tolist() == ["other", "a"]
+    for path in tmp_path.glob("metrics_beh_*.csv"):
+        rows = pd.read_csv(path)
+        assert rows["tag"].tolist() == ["other", "a"]
+        assert rows["seed"].tolist() == [1, 2]
+    texts = pd.read_csv(tmp_path / "metrics.txt", sep="\t")
+    assert texts["experiment_tag"].tolist() == ["a"]
+    assert LoadResult(tmp_path, "a").provenance["seed"] == 2
+
+
+def test_files_stay_even_if_their_table_is_gone(tmp_path):
+    paths = WriteResult(make_result(), tmp_path)
+    before = paths[0].read_bytes()
+    (tmp_path / "metrics.csv").unlink()
+    tag = GetTag(WriteResult(make_result(), tmp_path))
+    assert tag == "passing_pursuit_0_2"
+    assert paths[0].read_bytes() == before
 
 
 @pytest.mark.parametrize("tag", ["", "../a", "a b", "a/b"])
@@ -173,6 +212,84 @@ def test_a_damaged_table_is_not_touched(tmp_path):
     with pytest.raises(ValueError, match=r"metrics\.csv.*row 2"):
         WriteResult(make_result(), tmp_path)
     assert path.read_text() == "tag,x\na,1\nb\n"
+
+
+def test_what_cannot_have_a_row_is_kept(tmp_path):
+    path = tmp_path / "metrics_beh_scared.csv"
+    path.write_text("tag,x\na,1\nb\n")
+    with pytest.raises(ValueError, match=r"metrics_beh_scared\.csv.*row 2"):
+        CheckTables(tmp_path)
+    with pytest.raises(ValueError, match=r"metrics_beh_scared\.csv.*row 2"):
+        WriteResult(make_result(), tmp_path, tag="c")
+    # The recording is there, and no other table has a row without its like.
+    assert Recording.load(tmp_path / "recording_c.npz")
+    assert {p.name for p in tmp_path.glob("metrics*")} == {path.name}
+    path.unlink()
+    CheckTables(tmp_path)
+    WriteResult(make_result(), tmp_path, tag="c")
+    CheckTables(tmp_path)
+    CheckTables(tmp_path / "nowhere")
+
+
+def test_behaviors_do_not_write_over_each_other(tmp_path):
+    behaviors = (
+        "run away",
+        "run_away",
+        "\u597d\u5947",
+        "\u5bb3\u6015",
+        "x" * 300,
+    )
+    times = np.arange(3) * 0.1
+    humans = np.zeros((3, 5, 7))
+    humans[..., 0] = [2, 3, 4, 5, 6]
+    recording = Recording(
+        times=times,
+        robot=np.zeros((3, 7)),
+        humans=humans,
+        behaviors=behaviors,
+    )
+    for tag in "ab":
+        result = MakeTrialResult(
+            recording, provenance={}, end_reason="end", metric_names="paper"
+        )
+        WriteResult(result, tmp_path, tag=tag)
+    tables = [ReadRuns(p) for p in tmp_path.glob("metrics_beh_*.csv")]
+    found = {table["behavior"].unique()[0]: table for table in tables}
+    assert set(found) == set(behaviors)
+    for behavior, table in found.items():
+        assert table["tag"].tolist() == ["a", "b"]
+        assert set(table["behavior"]) == {behavior}
+        assert table["min_dist_to_people"][0] == pytest.approx(
+            result.by_behavior.loc[behavior, "min_dist_to_people"]
+        )
+    assert len(list(tmp_path.glob("steps_a_beh_*.csv"))) == 5
+    # A name that is fit stays as it is.
+    assert (tmp_path / "metrics_beh_run_away.csv").exists()
+
+
+def test_a_row_is_added_as_text_or_with_new_columns(tmp_path):
+    path = tmp_path / "t.csv"
+    path.write_bytes(b"tag,x\r\na,1.50")
+    append_row(path, {"tag": "b", "x": 2})
+    assert path.read_bytes() == b"tag,x\r\na,1.50\nb,2\n"
+    append_row(path, {"tag": "c", "y": 3.0})
+    append_row(path, {"tag": "b", "x": 4})
+    assert read_rows(path) == (
+        ["tag", "x", "y"],
+        [["a", "1.50", ""], ["c", "", "3.0"], ["b", "4", ""]],
+    )
+
+
+def test_drafts_of_dead_writers_are_removed(tmp_path):
+    old = tmp_path / f".recording_x.npz.{'0' * 16}.tmp"
+    new = tmp_path / f".report.html.{'1' * 16}.tmp"
+    mine = tmp_path / ".notes.tmp"
+    for path in (old, new, mine):
+        path.touch()
+    for path in (old, mine):
+        os.utime(path, (0, 0))
+    WriteResult(make_result(), tmp_path)
+    assert [p.exists() for p in (old, new, mine)] == [False, True, True]
 
 
 def _write_many(arguments):
@@ -285,6 +402,92 @@ def test_a_result_keeps_a_copy_of_its_provenance():
     dut = make_result(provenance=provenance)
     provenance["seed"] = 1
     assert dut.provenance["seed"] == 0
+
+
+def test_the_behavior_trees_have_a_place_in_it():
+    assert "behavior_sha256" not in MakeProvenance("", 0)
+    dut = MakeProvenance("", 0, behavior_sha256="abc")
+    assert dut["behavior_sha256"] == "abc"
+
+
+def test_one_name_of_metrics_is_enough():
+    assert len(make_result(metric_names="paper").metrics) == 28
+    assert len(make_result(metric_names="path_length").metrics) == 1
+
+
+@pytest.fixture
+def broken_metric():
+    """Registers metrics, and forgets them again."""
+    before = dict(METRICS)
+
+    def register(name, function):
+        function.__doc__ = "Returns what a test needs."
+        register_metric(name=name, unit="m", family="mine", source="me")(
+            function
+        )
+
+    yield register
+    METRICS.clear()
+    METRICS.update(before)
+
+
+def test_a_metric_that_fails_does_not_take_the_trial_with_it(
+    broken_metric, tmp_path
+):
+    def fail(recording):
+        raise ZeroDivisionError("no people")
+
+    def fail_alone(recording):
+        if recording.num_humans < 2:
+            raise IndexError("one person")
+        return 2.0
+
+    broken_metric("broken", fail)
+    broken_metric("needs_two", fail_alone)
+    names = ["path_length", "broken", "needs_two"]
+    with pytest.warns(RuntimeWarning) as caught:
+        dut = make_result(metric_names=names)
+    texts = [str(warning.message) for warning in caught]
+    assert len(texts) == 2
+    assert "no value: metric 'broken': " in texts[0]
+    assert "no people" in texts[0]
+    assert "no value by behavior: metric 'needs_two': " in texts[1]
+    assert "one person" in texts[1]
+    assert list(dut.metrics.index) == list(dut.by_behavior.columns) == names
+    assert dut.metrics["path_length"] == pytest.approx(0.2)
+    assert math.isnan(dut.metrics["broken"])
+    assert dut.metrics["needs_two"] == 2.0
+    assert dut.by_behavior["needs_two"].isna().all()
+    assert dut.metrics.attrs["units"]["broken"] == "m"
+    assert dut.by_behavior.attrs["units"]["broken"] == "m"
+    WriteResult(dut, tmp_path)
+
+
+def test_what_is_infinite_is_a_text_in_json(broken_metric, tmp_path):
+    broken_metric("far", lambda recording: math.inf)
+    broken_metric("near", lambda recording: -math.inf)
+    WriteResult(make_result(metric_names=["far", "near"]), tmp_path, tag="a")
+
+    def refuse(name):
+        raise AssertionError(f"{name} is not JSON")
+
+    text = (tmp_path / "result_a.json").read_text()
+    values = json.loads(text, parse_constant=refuse)["metrics"]
+    assert values["far"]["value"] == "Infinity"
+    assert values["near"]["value"] == "-Infinity"
+    (again,) = LoadResults(tmp_path)
+    assert again.metrics.tolist() == [math.inf, -math.inf]
+
+
+def test_the_table_of_runs_has_the_same_columns_in_files_and_in_memory(
+    tmp_path,
+):
+    results = [make_result(seed=seed) for seed in (0, 1)]
+    for result in results:
+        WriteResult(result, tmp_path)
+    table = tabulate_runs(LoadResults(tmp_path))
+    assert table.attrs["units"]["path_length"] == "m"
+    pd.testing.assert_frame_equal(ReadRuns(tmp_path), table, check_dtype=False)
 
 
 def test_an_unknown_metric_is_an_error():

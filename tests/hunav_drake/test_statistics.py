@@ -4,13 +4,15 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from hunav_drake.statistics import (
-    ReadRuns,
+from hunav_drake.intervals import (
+    LEAST_DRAWN,
     bootstrap_interval,
-    compare,
-    summarize,
+    mean_interval,
+    paired_rate_interval,
     wilson_interval,
 )
+from hunav_drake.run_table import ReadRuns
+from hunav_drake.statistics import LEAST_PAIRS, compare, summarize
 
 
 def make_runs(n=8):
@@ -45,7 +47,10 @@ def test_mean_deviation_and_median_by_hand():
     # sqrt((4 + 1 + 1 + 4) / 3)
     assert row["sd"] == pytest.approx(math.sqrt(10 / 3))
     assert row["median"] == 3
-    assert 1 <= row["low"] < 3 < row["high"] <= 5
+    # Student's t for 3 degrees of freedom is 3.18244631.
+    half = 3.18244631 * math.sqrt(10 / 3) / 2
+    assert row["low"] == pytest.approx(3 - half)
+    assert row["high"] == pytest.approx(3 + half)
 
 
 def test_a_row_for_each_kind_and_metric():
@@ -96,6 +101,105 @@ def test_the_bootstrap_of_two_values_by_hand():
     assert bootstrap_interval(np.array([0.0, 1.0]), 0.4) == (0.5, 0.5)
 
 
+@pytest.mark.parametrize("n", [2, 3, 5, 8, LEAST_DRAWN])
+def test_means_are_in_their_intervals_as_often_as_they_should(n):
+    rng = np.random.default_rng(n)
+    count = 200 if n == LEAST_DRAWN else 2000
+    inside = 0
+    for seed in range(count):
+        low, high = mean_interval(rng.normal(10, 1, n), seed=seed)
+        inside += low <= 10 <= high
+    # Three standard errors.
+    error = math.sqrt(0.95 * 0.05 / count)
+    assert inside / count == pytest.approx(0.95, abs=3 * error)
+
+
+@pytest.mark.parametrize("n", [6, 8, 12, 20])
+@pytest.mark.parametrize("rate", [0.5, 0.9])
+def test_differences_of_rates_are_in_their_intervals(n, rate):
+    rng = np.random.default_rng(n)
+    inside = 0
+    for _ in range(1000):
+        a, b = (rng.random((2, n)) < rate).astype(float)
+        low, high = paired_rate_interval(a, b)
+        inside += low <= 0 <= high
+    assert inside / 1000 > 0.93
+
+
+def test_differences_of_rates_by_hand():
+    # Of two that never agree, each half is Wilson's own, side by side.
+    a = np.array([1.0, 1.0, 0.0, 0.0])
+    b = np.array([1.0, 0.0, 1.0, 0.0])
+    low, high = wilson_interval(2, 4)
+    half = math.sqrt(2) * (high - 0.5)
+    assert paired_rate_interval(a, b) == pytest.approx((-half, half))
+    # All equal is no proof that all will be.
+    low, high = paired_rate_interval(np.ones(6), np.ones(6))
+    assert low < -0.3
+    assert high == pytest.approx(-low)
+    assert np.isnan(paired_rate_interval(np.ones(0), np.ones(0))).all()
+    # The other way round it is the mirror image.
+    a = np.array([1.0, 1.0, 1.0, 0.0, 1.0, 1.0])
+    b = np.array([0.0, 1.0, 0.0, 0.0, 1.0, 0.0])
+    low, high = paired_rate_interval(a, b)
+    assert paired_rate_interval(b, a) == pytest.approx((-high, -low))
+
+
+@pytest.mark.parametrize("n", [2, 5, LEAST_PAIRS, 12])
+def test_of_equal_planners_none_is_called_better(n):
+    rng = np.random.default_rng(n)
+    verdicts = 0
+    for _ in range(100):
+        runs = pd.DataFrame(
+            {
+                "planner": np.repeat(["a", "b"], n),
+                "seed": np.tile(np.arange(n), 2),
+                "path_length": rng.normal(10, 1, 2 * n),
+            }
+        )
+        table = compare(runs, "a", "b", by=())
+        verdicts += table["better"].iloc[0] is not None
+    # Once in 20 times it is by chance.
+    assert verdicts <= (0 if n < LEAST_PAIRS else 12)
+
+
+def test_rounding_is_no_difference():
+    runs = make_runs()
+    length = 10 + 0.1 * runs["seed"]
+    runs["path_length"] = length * np.where(
+        runs["planner"] == "slow", 1 + 1e-15, 1
+    )
+    row = compare(runs, "fast", "slow").loc["passing", "path_length"]
+    assert row["difference"] == row["low"] == row["high"] == 0
+    assert row["better"] is None
+
+
+@pytest.mark.filterwarnings("error")
+def test_what_is_infinite_does_not_count():
+    runs = make_runs()
+    runs.loc[runs["seed"] == 1, "path_length"] = math.inf
+    finite = runs[runs["seed"] != 1]
+    for function in (summarize, lambda r: compare(r, "fast", "slow")):
+        row = function(runs).xs("path_length", level="metric").iloc[0]
+        expected = function(finite).xs("path_length", level="metric").iloc[0]
+        assert row["n"] == 7
+        pd.testing.assert_series_equal(row, expected)
+
+
+def test_a_single_name_may_be_a_string():
+    runs = make_runs()
+    pd.testing.assert_frame_equal(
+        summarize(runs, "planner", metrics="path_length", rates="completed"),
+        summarize(runs, ["planner"], metrics=["path_length"]),
+    )
+    pd.testing.assert_frame_equal(
+        compare(
+            runs, "fast", "slow", pair="seed", by="scenario", metrics="duration"
+        ),
+        compare(runs, "fast", "slow", metrics=["duration"]),
+    )
+
+
 def test_equal_values_have_an_interval_of_no_width():
     assert bootstrap_interval(np.full(7, 0.1)) == (0.1, 0.1)
 
@@ -111,7 +215,7 @@ def test_too_few_values_have_no_interval(count):
 
 
 def test_the_seed_decides_and_other_columns_do_not():
-    runs = make_runs()
+    runs = make_runs(LEAST_DRAWN)
     whole = summarize(runs)
     pd.testing.assert_frame_equal(whole, summarize(runs))
     part = summarize(runs, metrics=["duration"])
@@ -194,6 +298,13 @@ def test_the_order_of_runs_does_not_matter():
             lambda r: summarize(r, rates=["duration"]),
             "'duration' is not a rate",
         ),
+        (lambda r: summarize(r.iloc[:0]), "nothing to describe: 0 runs"),
+        (lambda r: summarize(r, metrics=()), "32 runs, 0 metrics"),
+        (lambda r: compare(r, "slow", "slow"), "'slow' cannot be compared wi"),
+        (
+            lambda r: compare(r, "fast", "slow", rates="duration"),
+            "'duration' is not a rate",
+        ),
         (
             lambda r: compare(r, "fast", "dwb"),
             "planner 'dwb'; there are 'fast'",
@@ -225,3 +336,11 @@ def test_runs_are_read_from_the_table_or_its_folder(tmp_path):
         ReadRuns(tmp_path)
     with pytest.raises(FileNotFoundError):
         ReadRuns(tmp_path / "nothing.csv")
+
+
+def test_texts_that_look_like_numbers_stay_texts(tmp_path):
+    (tmp_path / "metrics.csv").write_text(
+        "tag,scenario,planner,seed,path_length\n01,NA,None,3,1.5\n"
+    )
+    row = ReadRuns(tmp_path).iloc[0]
+    assert row.tolist() == ["01", "NA", "None", 3, 1.5]

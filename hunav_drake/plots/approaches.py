@@ -14,7 +14,7 @@ NEAR = PERSONAL
 
 
 @dataclass(frozen=True, kw_only=True)
-class Encounter:
+class Approach:
     """A time during which one person is near the robot.
 
     Attributes:
@@ -33,10 +33,10 @@ class Encounter:
     gap: float
 
 
-def find_encounters(
+def find_approaches(
     recording: Recording, *, near: float = NEAR
-) -> list[Encounter]:
-    """Returns the encounters with each person, in the order of their start.
+) -> list[Approach]:
+    """Returns the approaches of each person, in the order of their start.
 
     Args:
         recording: What happened.
@@ -54,7 +54,7 @@ def find_encounters(
         for first, last in runs_of(gaps[:, person] < near):
             closest = first + int(np.argmin(gaps[first : last + 1, person]))
             found.append(
-                Encounter(
+                Approach(
                     person=person,
                     start=float(times[first]),
                     end=float(times[last]),

@@ -1,0 +1,28 @@
+"""Walls and solid obstacles, seen from above."""
+
+from typing import TYPE_CHECKING
+
+from hunav_drake.plots.style import WALL
+from hunav_drake.systems.obstacles import Obstacles
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+def draw_walls(ax: "Axes", obstacles: Obstacles) -> None:
+    """Draws thin walls as lines, and what is solid as areas."""
+    from matplotlib.collections import LineCollection, PolyCollection
+
+    solid, thin = [], []
+    for i in range(len(obstacles)):
+        rows = obstacles.segments[obstacles.first[i] : obstacles.first[i + 1]]
+        if obstacles.solid[i]:
+            solid.append(rows[:, :2])
+        else:
+            thin += list(rows.reshape(-1, 2, 2))
+    ax.add_collection(PolyCollection(solid, facecolors=WALL, zorder=0.5))
+    ax.add_collection(
+        LineCollection(
+            thin, colors=WALL, linewidths=1.5, capstyle="round", zorder=0.5
+        )
+    )

@@ -1,0 +1,73 @@
+"""Where a result comes from: what must be equal for it to come out again."""
+
+import hashlib
+from importlib import metadata
+from pathlib import Path
+import platform
+
+Provenance = dict[str, str | int]
+
+
+def MakeProvenance(
+    scenario_text: str,
+    seed: int,
+    *,
+    planner: str = "",
+    behavior_sha256: str = "",
+) -> Provenance:
+    """Returns what must be equal for a trial to repeat bit for bit.
+
+    Args:
+        scenario_text: The scenario, as `SaveScenario` writes it.
+        seed: The seed of everything random.
+        planner: The name of the planner that drove the robot.
+        behavior_sha256: The SHA-256 hash of the behavior trees, of which the
+            scenario tells only the names. It is left out if empty.
+
+    Returns:
+        The versions of this package, Drake, NumPy, Numba and Python, the type
+        of machine, the SHA-256 hashes of the scenario and of the behavior
+        trees, the seed, the planner.
+    """
+    behavior = {"behavior_sha256": behavior_sha256} if behavior_sha256 else {}
+    return {
+        **_versions(),
+        "scenario_sha256": hashlib.sha256(scenario_text.encode()).hexdigest(),
+        **behavior,
+        "seed": seed,
+        "planner": planner,
+    }
+
+
+def MakeSourceProvenance(filename: str | Path) -> Provenance:
+    """Returns what must be equal for a recording's metrics to be the same.
+
+    Args:
+        filename: The file of the recording.
+
+    Returns:
+        The versions and the type of machine as `MakeProvenance` gives them,
+        the name of the file, and the SHA-256 hash of its content.
+
+    Raises:
+        OSError: If the file cannot be read.
+    """
+    path = Path(filename)
+    return {
+        **_versions(),
+        "source": path.name,
+        "source_sha256": hashlib.sha256(path.read_bytes()).hexdigest(),
+    }
+
+
+def _versions() -> Provenance:
+    versions = {
+        name: metadata.version(name)
+        for name in ("hunav_drake", "drake", "numpy", "numba")
+    }
+    return {
+        **versions,
+        "python": platform.python_version(),
+        "machine": platform.machine(),
+        "system": platform.system(),
+    }
