@@ -1,7 +1,7 @@
 """Walls as arrays: what crowd, planners and metrics compute with."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Self
 
 import numpy as np
@@ -11,6 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 @dataclass(frozen=True)
 class Obstacles:
     """Shapes made of segments, and points as segments of no length.
+
+    The arrays cannot be written to.
 
     Attributes:
         segments: Shape (s, 4), rows (x0, y0, x1, y1) in W, in meters. The
@@ -24,6 +26,13 @@ class Obstacles:
     segments: NDArray[np.float64]
     first: NDArray[np.int64]
     solid: NDArray[np.bool_]
+
+    def __post_init__(self) -> None:
+        # All systems of a diagram, and models that are not ours, share them.
+        for field in fields(self):
+            view = getattr(self, field.name).view()
+            view.setflags(write=False)
+            object.__setattr__(self, field.name, view)
 
     @classmethod
     def from_shapes(

@@ -30,6 +30,7 @@ from hunav_drake.systems.crowd.motion_model import (
 from hunav_drake.systems.crowd.parameters import SocialForceParameters
 from hunav_drake.systems.crowd.room import Room
 from hunav_drake.systems.crowd.social_force_model import SocialForceModel
+from hunav_drake.systems.crowd.weights import check_drawn
 from hunav_drake.systems.layout import (
     COMMAND_SIZE,
     FORCES_SIZE,
@@ -130,12 +131,10 @@ def HumanCrowd_(T: Any) -> type:
             LeafSystem_[T].__init__(self, converter=converter)
             check_time_step(time_step)
             check_count("num_robots", num_robots)
-            _check_drawn(humans)
+            check_drawn(humans)
             n = len(humans)
             self._humans = tuple(humans)
-            self._obstacles = _read_only(
-                obstacles or Obstacles.from_shapes([], solid=[])
-            )
+            self._obstacles = obstacles or Obstacles.from_shapes([], solid=[])
             self._config = config or CrowdConfig()
             self._num_robots = num_robots
             self._one_command_port = one_command_port
@@ -430,24 +429,3 @@ def _differentiable(model: MotionModel, name: str) -> MotionModel:
             f" {name!r} has none"
         )
     return dataclasses.replace(model, kernel="numpy")
-
-
-def _check_drawn(humans: Sequence[HumanConfig]) -> None:
-    """Checks that nobody has weights that are still to be drawn."""
-    for i, human in enumerate(humans):
-        if human.forces_mode not in ("custom", "default"):
-            raise ValueError(
-                f"humans[{i}].forces_mode is {human.forces_mode!r}, whose"
-                " weights follow from a seed: give HumanCrowd the people"
-                " draw_weights(humans, seed)"
-            )
-
-
-def _read_only(obstacles: Obstacles) -> Obstacles:
-    """Returns the same walls in arrays that nobody writes to."""
-    views = {}
-    for field in dataclasses.fields(obstacles):
-        view = getattr(obstacles, field.name).view()
-        view.setflags(write=False)
-        views[field.name] = view
-    return dataclasses.replace(obstacles, **views)

@@ -124,3 +124,18 @@ _MODES: Mapping[ForcesMode, Callable[[int, int], Factors]] = MappingProxyType(
         "random_uniform": _random_uniform,
     }
 )
+
+
+def check_drawn(humans: Sequence[HumanConfig]) -> None:
+    """Checks that nobody has weights that are still to be drawn.
+
+    Raises:
+        ValueError: If somebody has.
+    """
+    for i, human in enumerate(humans):
+        if human.forces_mode not in ("custom", "default"):
+            raise ValueError(
+                f"humans[{i}].forces_mode is {human.forces_mode!r}, whose"
+                " weights follow from a seed: give HumanCrowd the people"
+                " draw_weights(humans, seed)"
+            )
