@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 import dataclasses
+import hashlib
 import math
 from typing import TYPE_CHECKING
 
@@ -18,15 +19,12 @@ from pydrake.systems.primitives import ConstantVectorSource
 
 from hunav_drake.humans import AddHumans
 from hunav_drake.interrupts import interrupts_between_steps
-from hunav_drake.results import (
-    EndReason,
-    MakeProvenance,
-    MakeTrialResult,
-    TrialResult,
-)
+from hunav_drake.provenance import MakeProvenance
+from hunav_drake.results import EndReason, MakeTrialResult, TrialResult
 from hunav_drake.scenario import CheckScenario, SaveScenario, name_humans
 from hunav_drake.scenario_error import Fault, ScenarioError, shown
 from hunav_drake.scenario_schema import Scenario
+from hunav_drake.systems.behavior.fingerprint import tree_fingerprint
 from hunav_drake.systems.crowd import HumanConfig
 from hunav_drake.systems.crowd.weights import draw_weights
 from hunav_drake.systems.draws import Purpose, draw_uniform
@@ -308,10 +306,24 @@ def GetTrialResult(
             SaveScenario(scenario),
             seed=scenario.simulation.seed,
             planner=scenario.planner.name,
+            behavior_sha256=_behavior_sha256(scenario),
         ),
         end_reason=reason,
         end_message=_MESSAGES[reason],
     )
+
+
+def _behavior_sha256(scenario: Scenario) -> str:
+    """Returns a hash of all trees, of which a scenario gives but the names."""
+    # Most people have one of a few behaviors.
+    prints = {
+        key: tree_fingerprint(behavior)
+        for key, behavior in {
+            repr(human.behavior): human.behavior for human in scenario.humans
+        }.items()
+    }
+    all_prints = (prints[repr(human.behavior)] for human in scenario.humans)
+    return hashlib.sha256("".join(all_prints).encode()).hexdigest()
 
 
 def _recording(

@@ -34,7 +34,7 @@ def show(file: str) -> int:
     # Each line is a node.
     for i, line in enumerate(str(RenderBehaviorTree(tree)).splitlines()):
         print(f"{i:3d}  {line}")
-    ports = tree.documents.ports.get(tree.name, {})
+    ports = tree.documents.main_ports()
     if ports:
         print("\nPorts:")
         width = max(map(len, ports))

@@ -3,6 +3,7 @@
 from hunav_drake.systems.behavior.behavior_tree import BehaviorTree
 from hunav_drake.systems.behavior.behavior_tree_bank import BehaviorTreeBank
 from hunav_drake.systems.behavior.errors import BehaviorTreeError
+from hunav_drake.systems.behavior.fingerprint import tree_fingerprint
 from hunav_drake.systems.behavior.library import (
     BEHAVIORS,
     CheckBehavior,
@@ -50,4 +51,5 @@ __all__ = [
     "WriteTree",
     "register_action",
     "register_condition",
+    "tree_fingerprint",
 ]

@@ -13,7 +13,7 @@ from hunav_drake.systems.behavior.blackboard import (
     literal_of,
     resolve,
 )
-from hunav_drake.systems.behavior.conditions import RUNNING_SLOT, needs_memory
+from hunav_drake.systems.behavior.conditions import BEGUN_SLOT, needs_memory
 from hunav_drake.systems.behavior.draft import Draft
 from hunav_drake.systems.behavior.node import (
     UNSET,
@@ -141,7 +141,7 @@ def _own_slots(draft: Draft) -> list[tuple[str, float]]:
     """Returns what a node remembers, and what that is at first."""
     result = []
     if needs_memory({*draft.before, *draft.after}):
-        result.append((RUNNING_SLOT, 0.0))
+        result.append((BEGUN_SLOT, 0.0))
     result += draft.type.slots.items()
     for slot in draft.type.slots_per_child:
         result += [(f"{slot} {i}", 0.0) for i in range(len(draft.children))]

@@ -40,12 +40,13 @@ class BehaviorTree(LeafSystem):
     all people, and ``robot_state`` m such rows of the robots, in W, in SI
     units: see `hunav_drake.systems.layout`. Without robots there is no port
     ``robot_state``. Port ``command`` gives what the person wants, laid out as
-    `layout.Command`; ``behavior_status`` gives 1 while a reaction is active,
-    else 0. Port ``status`` gives a number for each of `Tree.nodes`: what it
-    says in the tick, 1 for running, 2 for success, 3 for failure, 4 for
-    skipped, or 0 if it is not ticked; `RenderBehaviorTree` draws it. All
-    belong to the present instant: they follow from the state and the inputs
-    without delay. Where nobody looks at ``status``, it costs nothing.
+    `layout.Command`; ``behavior_status`` gives 0 while no reaction is active,
+    else the state that it is in, most often 1: see `Moment`. Port ``status``
+    gives a number for each of `Tree.nodes`: what it says in the tick, 1 for
+    running, 2 for success, 3 for failure, 4 for skipped, or 0 if it is not
+    ticked; `RenderBehaviorTree` draws it. All belong to the present instant:
+    they follow from the state and the inputs without delay. Where nobody looks
+    at ``status``, it costs nothing.
 
     The discrete state holds the tree's memory: the index of the person's
     goal, what the nodes remember, and the blackboard. `Tree.Describe()`
@@ -165,7 +166,7 @@ class BehaviorTree(LeafSystem):
         return self._command
 
     def get_behavior_status_output_port(self) -> OutputPort:
-        """Returns the port that tells whether a reaction is active."""
+        """Returns the port with the state of the person's reaction."""
         return self._behavior_status
 
     def get_status_output_port(self) -> OutputPort:

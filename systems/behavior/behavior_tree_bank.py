@@ -9,6 +9,7 @@ from pydrake.systems.framework import (
     BasicVector,
     Context,
     DiscreteValues,
+    InputPort,
     LeafSystem,
     OutputPort,
     ValueProducer,
@@ -42,7 +43,7 @@ class BehaviorTreeBank(LeafSystem):
 
     Ports ``human_states`` and ``robot_state`` are those of `BehaviorTree`.
     Port ``commands`` gives the n commands, one after the other, laid out as
-    `layout.Command`, and ``behavior_status`` n numbers.
+    `layout.Command`, and ``behavior_status`` the n numbers of that name.
 
     The discrete state holds the memories of the n trees, one after the other.
     It is updated every ``time_step``.
@@ -132,12 +133,29 @@ class BehaviorTreeBank(LeafSystem):
             period_sec=time_step, offset_sec=0.0, update=self._Update
         )
 
+    def get_human_states_input_port(self) -> InputPort:
+        """Returns the port with the states of the people."""
+        return self._human_states
+
+    def get_robot_state_input_port(self) -> InputPort:
+        """Returns the port with the states of the robots.
+
+        Raises:
+            ValueError: If the system was made with no robots.
+        """
+        if self._robot_state is None:
+            raise ValueError(
+                f"{self.GetSystemPathname()} has no port robot_state: it was"
+                " made with num_robots=0"
+            )
+        return self._robot_state
+
     def get_commands_output_port(self) -> OutputPort:
         """Returns the port with what the people want."""
         return self._commands
 
     def get_behavior_status_output_port(self) -> OutputPort:
-        """Returns the port that tells whose reaction is active."""
+        """Returns the port with the states of the people's reactions."""
         return self._behavior_status
 
     def _CalcTick(self, context: Context, value: AbstractValue) -> None:

@@ -4,8 +4,10 @@ An entry that nothing sets is a constant; every other has a slot in the
 tree's memory, and holds numbers (or truths), or texts.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 import re
+from types import MappingProxyType
 
 from hunav_drake.systems.behavior.errors import (
     BehaviorTreeError,
@@ -19,9 +21,13 @@ from hunav_drake.systems.behavior.values import Kind
 _REFERENCE = re.compile(r"\$?\{(.*)\}", re.DOTALL)
 _KEY = re.compile(r"@?[A-Za-z_][\w.]*", re.ASCII)
 
-# What a person's tree finds on its blackboard: the person's number and the
-# time step in seconds. Their values come with the person.
-GIVEN = ("id", "dt")
+# What a person's tree finds on its blackboard. The values come with the person.
+GIVEN: Mapping[str, str] = MappingProxyType(
+    {
+        "id": "it is the number of the person",
+        "dt": "it is the time step in seconds",
+    }
+)
 
 
 @dataclass(eq=False)

@@ -7,6 +7,13 @@ RUNNING only `_while` is checked, and halts it. (BehaviorTree.CPP does not check
 the first child of a WhileDoElse again while another child runs; here it is a
 node like any other.)
 
+BehaviorTree.CPP differs where the children of a control node or decorator have
+skipped: there it counts as RUNNING until its parent halts it. So it is not
+asked again for its `_skipIf`, `_failureIf` and `_successIf`; and being halted,
+for instance a ForceFailure, it does its `_onHalted`. Here whoever has skipped
+has not begun: the conditions are checked again in the next tick, and there is
+nothing to halt.
+
 Those after, `_onHalted`, `_onFailure`, `_onSuccess` and `_post` (after both),
 set blackboard entries.
 """
@@ -30,7 +37,7 @@ BEFORE = ("_failureIf", "_successIf", "_skipIf", "_while")
 AFTER = ("_onHalted", "_onFailure", "_onSuccess", "_post")
 
 # What a node with one of these must remember.
-RUNNING_SLOT = "(runs)"
+BEGUN_SLOT = "(runs)"
 _NEED_MEMORY = frozenset({*BEFORE, "_onHalted"})
 _RESULTS = {"_failureIf": FAILURE, "_successIf": SUCCESS, "_skipIf": SKIPPED}
 

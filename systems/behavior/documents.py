@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from hunav_drake.systems.behavior.blackboard import GIVEN
 from hunav_drake.systems.behavior.errors import (
     BehaviorTreeError,
     Place,
@@ -12,14 +13,13 @@ from hunav_drake.systems.behavior.registry import NODE_TYPES, RESERVED
 from hunav_drake.systems.behavior.tree_ports import TreePort, declared_ports
 from hunav_drake.systems.behavior.xml_source import (
     MAX_BYTES,
+    NOTES,
     XmlElement,
     read_xml,
 )
 
 MAX_FILES = 100
 
-# What Groot writes for itself.
-_NOTES = ("_description", "_fullpath", "_uid")
 _ROOT_ATTRIBUTES = ("BTCPP_format", "main_tree_to_execute", "project_name")
 
 
@@ -56,6 +56,11 @@ class Documents:
     ports: dict[str, dict[str, TreePort]] = field(default_factory=dict)
     models: list[XmlElement] = field(default_factory=list)
     comments: list[str] = field(default_factory=list)
+
+    def main_ports(self) -> dict[str, TreePort]:
+        """Returns the ports that whoever loads the main tree can set."""
+        ports = self.ports.get(self.main, {})
+        return {name: it for name, it in ports.items() if name not in GIVEN}
 
 
 def is_file(path: Path) -> bool:
@@ -230,7 +235,7 @@ def _add_tree(
     if not tree_id:
         raise fault("a tree must have an ID")
     for attribute in tree.attributes:
-        if attribute != "ID" and attribute not in _NOTES:
+        if attribute != "ID" and attribute not in NOTES:
             raise unknown(
                 "attribute", attribute, ("ID",), tree.place, "BehaviorTree"
             )

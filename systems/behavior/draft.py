@@ -18,9 +18,7 @@ from hunav_drake.systems.behavior.script import (
     read_condition,
 )
 from hunav_drake.systems.behavior.values import Kind
-
-# What Groot writes for itself.
-NOTES = ("_description", "_fullpath", "_uid")
+from hunav_drake.systems.behavior.xml_source import NOTES
 
 
 @dataclass

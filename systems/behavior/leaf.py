@@ -3,6 +3,9 @@
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
+
+from hunav_drake.systems.behavior.errors import BehaviorTreeError
 from hunav_drake.systems.behavior.node import (
     Built,
     Constant,
@@ -42,13 +45,21 @@ def build_leaf(
     if node.type.category == "Condition":
 
         def check(memory: Memory, moment: Moment) -> Status:
-            holds = function(moment) if plain else call(memory, moment)
-            return SUCCESS if holds else FAILURE
+            try:
+                holds = function(moment) if plain else call(memory, moment)
+            except Exception as error:
+                raise _located(error, node) from _cause(error)
+            if holds is True:
+                return SUCCESS
+            return FAILURE if holds is False else _truth(holds, node)
 
         return Built(check)
 
     def act(memory: Memory, moment: Moment) -> Status:
-        status = function(moment) if plain else call(memory, moment)
+        try:
+            status = function(moment) if plain else call(memory, moment)
+        except Exception as error:
+            raise _located(error, node) from _cause(error)
         if status is None:
             return SUCCESS
         if status is SUCCESS or status is RUNNING or status is FAILURE:
@@ -70,6 +81,35 @@ def build_leaf(
         return status
 
     return Built(note_running, _leaf_halt(node, running))
+
+
+def _truth(holds: Any, node: Node) -> Status:
+    """Returns what a condition means that returns no plain truth.
+
+    Raises:
+        TypeError: If it returns none at all.
+    """
+    if isinstance(holds, np.bool_):
+        return SUCCESS if holds else FAILURE
+    if holds is SUCCESS or holds is FAILURE:
+        result: Status = holds
+        return result
+    raise TypeError(
+        f"{node.place}: condition {node.type.name} must return True, False,"
+        f" Status.SUCCESS or FAILURE, got {holds!r}"
+    )
+
+
+def _located(error: Exception, node: Node) -> BehaviorTreeError:
+    """Returns the error of a leaf with the leaf's place."""
+    if isinstance(error, BehaviorTreeError):
+        return error
+    return node.error(f"{type(error).__name__}: {error}")
+
+
+def _cause(error: Exception) -> BaseException | None:
+    """Returns what an error with its place comes from."""
+    return error.__cause__ if isinstance(error, BehaviorTreeError) else error
 
 
 def _leaf_halt(node: Node, running: int) -> HaltFunction:
@@ -120,9 +160,8 @@ def _with_ports(
         own = memory[begin:end]
         result = function(moment, own, **values)
         if len(own) != end - begin:
-            raise ValueError(
-                f"{node.place}: {node.type.name} must keep"
-                f" {end - begin} numbers of memory, left {len(own)}"
+            raise node.error(
+                f"it must keep {end - begin} numbers of memory, left {len(own)}"
             )
         memory[begin:end] = own
         return result

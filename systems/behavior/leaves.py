@@ -7,13 +7,19 @@ that name a person or a time step are accepted and ignored.
 import math
 from typing import Annotated, Literal
 
-from hunav_drake.systems.behavior.person import Moment
+from hunav_drake.systems.behavior.person import MAX_STATUS, Moment
 from hunav_drake.systems.behavior.registry import (
     register_action,
     register_condition,
 )
 from hunav_drake.systems.behavior.status import Status
-from hunav_drake.systems.layout import Command, RobotRole, X, Y
+from hunav_drake.systems.columns import (
+    OBSTACLE,
+    PEDESTRIAN,
+    ROBOT_ROLE,
+    UNSEEN,
+)
+from hunav_drake.systems.layout import X, Y
 from hunav_drake.systems.schema import within
 
 # HuNavSim takes a goal for reached this far outside its radius, in meters.
@@ -21,13 +27,11 @@ GOAL_MARGIN = 0.1
 
 IGNORED = ("agent_id", "time_step", "id", "dt")
 
-_ROBOT_ROLE = int(Command.ROBOT_ROLE)
-
 Role = Literal["pedestrian", "obstacle", "unseen"]
 ROLES = {
-    "pedestrian": float(RobotRole.PEDESTRIAN),
-    "obstacle": float(RobotRole.OBSTACLE),
-    "unseen": float(RobotRole.UNSEEN),
+    "pedestrian": float(PEDESTRIAN),
+    "obstacle": float(OBSTACLE),
+    "unseen": float(UNSEEN),
 }
 
 
@@ -60,12 +64,12 @@ def regular_nav(
     With `ignore_robot` it is unseen, whatever `robot` says.
     """
     role = ROLES["unseen" if ignore_robot else robot]
-    moment.command[_ROBOT_ROLE] = role
+    moment.command[ROBOT_ROLE] = role
 
 
 @register_action("SetBehaviorStatus", ignored=IGNORED)
 def set_behavior_status(
-    moment: Moment, *, status: Annotated[int, within(0, 100)] = 1
+    moment: Moment, *, status: Annotated[int, within(0, MAX_STATUS)] = 1
 ) -> None:
     """Tells the world in which state of its behavior the person is."""
     moment.behavior_status = status

@@ -174,7 +174,7 @@ def CheckBehavior(
 
 
 def _tree(documents: Documents, file: str, values: Mapping[str, Any]) -> Tree:
-    ports = documents.ports.get(documents.main, {})
+    ports = documents.main_ports()
     place = Place(file)
     texts = port_texts(ports, values, place)
     missing = [

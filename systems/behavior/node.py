@@ -277,7 +277,10 @@ class NodeType:
             first.
         slots_per_child: Likewise for each child.
         children: The smallest and the largest number of children.
-        source: The function that it was made of, if any.
+        source: The name of what it was made of; empty for the nodes of the
+            language.
+        function: What it was made of: a function, an object, a class; None
+            for the nodes of the language.
     """
 
     name: str
@@ -290,3 +293,6 @@ class NodeType:
     slots_per_child: tuple[str, ...] = ()
     children: tuple[int, int] = (0, 0)
     source: str = ""
+    function: Callable[..., Any] | None = field(
+        default=None, repr=False, compare=False
+    )

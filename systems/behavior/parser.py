@@ -10,6 +10,7 @@ from types import MappingProxyType
 
 from hunav_drake.systems.behavior.assembly import assemble
 from hunav_drake.systems.behavior.blackboard import (
+    GIVEN,
     Entry,
     Scope,
     checked_key,
@@ -17,7 +18,7 @@ from hunav_drake.systems.behavior.blackboard import (
 )
 from hunav_drake.systems.behavior.decorators import SUBTREE
 from hunav_drake.systems.behavior.documents import Documents, TreeElement
-from hunav_drake.systems.behavior.draft import NOTES, Draft
+from hunav_drake.systems.behavior.draft import Draft
 from hunav_drake.systems.behavior.errors import (
     BehaviorTreeError,
     unknown,
@@ -30,7 +31,11 @@ from hunav_drake.systems.behavior.registry import (
     PORT_ALIASES,
     SUBTREE_TAGS,
 )
-from hunav_drake.systems.behavior.xml_source import MAX_DEPTH, XmlElement
+from hunav_drake.systems.behavior.xml_source import (
+    MAX_DEPTH,
+    NOTES,
+    XmlElement,
+)
 
 # Subtrees in subtrees can make a small file a huge tree.
 MAX_NODES = 5000
@@ -54,6 +59,7 @@ class ParsedTree:
         texts: The texts that blackboard entries can hold.
         entries: The blackboard entries of the main tree that have a slot.
         documents: What it was made of.
+        values: What the ports of the main tree are, as they stand in XML.
     """
 
     name: str
@@ -63,6 +69,7 @@ class ParsedTree:
     texts: tuple[str, ...]
     entries: Mapping[str, int]
     documents: Documents
+    values: Mapping[str, str]
 
 
 class _Parser:
@@ -204,6 +211,8 @@ class _Parser:
             if port.name in given or autoremap:
                 continue
             if port.default is None:
+                if port.name in GIVEN:
+                    continue
                 raise BehaviorTreeError(
                     f"the port {port.name} must be given: the TreeNodesModel"
                     f" at {port.place} has no default for it",
@@ -328,9 +337,18 @@ def parse_documents(
     parser = _Parser(documents)
     scope = Scope(parser.entries)
     for port in documents.ports.get(documents.main, {}).values():
+        if port.name in GIVEN and port.default is not None:
+            raise BehaviorTreeError(
+                f"the port {port.name} of the main tree cannot have a"
+                f" default: {GIVEN[port.name]}",
+                port.place,
+            )
+    all_values = {}
+    for port in documents.main_ports().values():
         value = values.get(port.name, port.default)
         if value is not None:
             scope.constant(port.name, port.place, value)
+            all_values[port.name] = value
     parser.open_trees.append(documents.main)
     draft = parser.tree(documents.trees[documents.main], scope, 1)
     assembled = assemble(draft, parser.entries)
@@ -346,4 +364,5 @@ def parse_documents(
             if entry.set_by_nodes
         },
         documents,
+        all_values,
     )

@@ -28,6 +28,9 @@ PERSON_MEMORY = ("goal index",)
 
 Row = list[float]
 
+# The largest `behavior_status`.
+MAX_STATUS = 100
+
 
 def _default_command(
     human: HumanConfig, goal: Sequence[float] | None
@@ -111,12 +114,14 @@ class Moment:
         person: Whose tick it is.
         command: What the person is going to do, laid out as `layout.Command`;
             before any leaf writes, to walk to the current goal.
-        behavior_status: 1 while a reaction is active, else 0.
+        behavior_status: 0 while no reaction is active, else the state that
+            it is in, up to `MAX_STATUS`; most have the one state 1.
     """
 
     __slots__ = (
         "_human_states",
         "_memory",
+        "_noticed",
         "_robot_states",
         "_robots",
         "_self",
@@ -148,6 +153,7 @@ class Moment:
         self._robot_states = robot_states
         self._self: Row | None = None
         self._robots: list[Row] | None = None
+        self._noticed: Row | None = None
 
     @property
     def state(self) -> Row:
@@ -177,12 +183,22 @@ class Moment:
 
     @property
     def robot(self) -> Row | None:
-        """The row of the nearest robot; None if there are no robots."""
+        """The row of the robot to react to; None if there are no robots.
+
+        It is the one that a condition has noticed last in this tick; if none
+        has, the nearest one.
+        """
+        if self._noticed is not None:
+            return self._noticed
         robots = self.robots
         if len(robots) < 2:
             return robots[0] if robots else None
         x, y = self.state[X], self.state[Y]
         return min(robots, key=lambda row: math.hypot(row[X] - x, row[Y] - y))
+
+    def notice(self, index: int) -> None:
+        """Makes a robot, one of `robots`, the one to react to."""
+        self._noticed = self.robots[index]
 
     def clear_part(self, x: float, y: float) -> float:
         """Returns how far the person sees towards a point.

@@ -1,31 +1,20 @@
 """The actions of people who react to the robot.
 
-Their numbers are HuNavSim's. With several robots, people react to the nearest.
-An action of this kind fails if there is no robot.
+Their numbers are HuNavSim's. With several robots, people react to the one that
+a condition before has noticed, or else to the nearest. An action of this kind
+fails if there is no robot.
 """
 
 import math
 from typing import Annotated
 
+from hunav_drake.systems import columns
 from hunav_drake.systems.behavior.leaves import IGNORED, ROLES, Role
 from hunav_drake.systems.behavior.person import Moment
 from hunav_drake.systems.behavior.registry import register_action
 from hunav_drake.systems.behavior.status import Status
-from hunav_drake.systems.layout import RADIUS, YAW, Command, X, Y
+from hunav_drake.systems.layout import RADIUS, YAW, X, Y
 from hunav_drake.systems.schema import within
-
-# Plain integers: an enumeration costs a third of a tick.
-_DESIRED_SPEED = int(Command.DESIRED_SPEED)
-_GOAL_RADIUS = int(Command.GOAL_RADIUS)
-_GOAL_X = int(Command.GOAL_X)
-_GOAL_Y = int(Command.GOAL_Y)
-_HAS_GOAL = int(Command.HAS_GOAL)
-_HOLD = int(Command.HOLD)
-_MAX_SPEED = int(Command.MAX_SPEED)
-_ROBOT_REPULSION = int(Command.ROBOT_REPULSION)
-_ROBOT_ROLE = int(Command.ROBOT_ROLE)
-_TURN_RATE = int(Command.TURN_RATE)
-_YAW_TARGET = int(Command.YAW_TARGET)
 
 # How fast people turn to the robot, in rad/s.
 TURN_RATE = math.pi
@@ -43,8 +32,8 @@ def face(moment: Moment, x: float, y: float, turn_rate: float) -> None:
     """
     state, command = moment.state, moment.command
     dx, dy = x - state[X], y - state[Y]
-    command[_TURN_RATE] = turn_rate
-    command[_YAW_TARGET] = math.atan2(dy, dx) if dx or dy else state[YAW]
+    command[columns.TURN_RATE] = turn_rate
+    command[columns.YAW_TARGET] = math.atan2(dy, dx) if dx or dy else state[YAW]
 
 
 def walk_to(
@@ -52,12 +41,12 @@ def walk_to(
 ) -> None:
     """Walks to a point at a speed, instead of to the current goal."""
     command = moment.command
-    command[_GOAL_X] = x
-    command[_GOAL_Y] = y
-    command[_GOAL_RADIUS] = goal_radius
-    command[_HAS_GOAL] = 1.0
-    command[_DESIRED_SPEED] = speed
-    command[_MAX_SPEED] = speed
+    command[columns.GOAL_X] = x
+    command[columns.GOAL_Y] = y
+    command[columns.GOAL_RADIUS] = goal_radius
+    command[columns.HAS_GOAL] = 1.0
+    command[columns.DESIRED_SPEED] = speed
+    command[columns.MAX_SPEED] = speed
 
 
 @register_action("SurprisedNav", ignored=IGNORED)
@@ -66,7 +55,7 @@ def surprised_nav(moment: Moment, *, turn_rate: TurnRate = TURN_RATE) -> Status:
     robot = moment.robot
     if robot is None:
         return Status.FAILURE
-    moment.command[_HOLD] = 1.0
+    moment.command[columns.HOLD] = 1.0
     face(moment, robot[X], robot[Y], turn_rate)
     moment.behavior_status = 1
     return Status.SUCCESS
@@ -89,10 +78,10 @@ def scared_nav(
     if moment.robot is None:
         return Status.FAILURE
     command = moment.command
-    command[_ROBOT_ROLE] = ROLES[robot]
-    command[_ROBOT_REPULSION] = push * push_range
-    command[_DESIRED_SPEED] = speed
-    command[_MAX_SPEED] = speed
+    command[columns.ROBOT_ROLE] = ROLES[robot]
+    command[columns.ROBOT_REPULSION] = push * push_range
+    command[columns.DESIRED_SPEED] = speed
+    command[columns.MAX_SPEED] = speed
     moment.behavior_status = 1
     return Status.SUCCESS
 
@@ -117,13 +106,13 @@ def curious_nav(
         return Status.FAILURE
     state, command = moment.state, moment.command
     distance = math.hypot(row[X] - state[X], row[Y] - state[Y])
-    command[_ROBOT_ROLE] = ROLES[robot]
+    command[columns.ROBOT_ROLE] = ROLES[robot]
     if distance <= stop_distance:
-        command[_HOLD] = 1.0
+        command[columns.HOLD] = 1.0
         face(moment, row[X], row[Y], turn_rate)
     else:
         approach = speed * (distance / speed_distance)
-        approach = min(approach, command[_MAX_SPEED])
+        approach = min(approach, command[columns.MAX_SPEED])
         walk_to(moment, row[X], row[Y], row[RADIUS], approach)
     moment.behavior_status = 1
     return Status.SUCCESS
@@ -148,7 +137,7 @@ def threatening_nav(
     if row is None:
         return Status.FAILURE
     state = moment.state
-    moment.command[_ROBOT_ROLE] = ROLES[robot]
+    moment.command[columns.ROBOT_ROLE] = ROLES[robot]
     walk_to(
         moment,
         row[X] + goal_distance * math.cos(row[YAW]),

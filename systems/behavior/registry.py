@@ -9,9 +9,12 @@ takes its own numbers as a list in a second parameter::
         own[0] += 1
         return own[0] * moment.person.time_step >= seconds
 
-A condition returns whether it holds; an action returns a `Status`, or nothing
-for SUCCESS. A leaf must not keep anything elsewhere: then a tick depends on
-nothing but the state and the inputs.
+A condition returns whether it holds, as a truth or as SUCCESS or FAILURE; an
+action returns a `Status`, or nothing for SUCCESS. Instead of a function, an
+object with a method `__call__` is as good, and so is its class, of which one
+object is made, or a `functools.partial`, whose keywords are then no ports. A
+leaf must not keep anything elsewhere: then a tick depends on nothing but the
+state and the inputs.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -82,11 +85,16 @@ RESERVED = frozenset(
 )
 
 
+# Attributes that no port can have.
+_TAKEN = ("name", "ID")
+
+
 def register_condition(
     name: str,
     *,
     memory: Mapping[str, float] | None = None,
     ignored: Iterable[str] = (),
+    replace: bool = False,
 ) -> Callable[[F], F]:
     """Makes a function the condition of a name.
 
@@ -95,12 +103,15 @@ def register_condition(
         memory: What the condition remembers, with what it is at first. It is
             kept for as long as the tree lives.
         ignored: Attributes that are accepted and mean nothing.
+        replace: Whether the name may be that of another leaf, which is then
+            forgotten. Trees that are loaded already keep it. It is not needed
+            for code that runs again, as the cell of a notebook does.
 
     Raises:
         ValueError: If the name is taken or is no name, or if a parameter is
             not what a port can be.
     """
-    return _decorator(name, "Condition", memory, ignored)
+    return _decorator(name, "Condition", memory, ignored, replace)
 
 
 def register_action(
@@ -108,6 +119,7 @@ def register_action(
     *,
     memory: Mapping[str, float] | None = None,
     ignored: Iterable[str] = (),
+    replace: bool = False,
 ) -> Callable[[F], F]:
     """Makes a function the action of a name.
 
@@ -116,12 +128,13 @@ def register_action(
         memory: What the action remembers, with what it is at first. It begins
             anew when the action is halted while it is RUNNING.
         ignored: Attributes that are accepted and mean nothing.
+        replace: As for `register_condition`.
 
     Raises:
         ValueError: If the name is taken or is no name, or if a parameter is
             not what a port can be.
     """
-    return _decorator(name, "Action", memory, ignored)
+    return _decorator(name, "Action", memory, ignored, replace)
 
 
 def _decorator(
@@ -129,20 +142,63 @@ def _decorator(
     category: Category,
     memory: Mapping[str, float] | None,
     ignored: Iterable[str],
+    replace: bool,
 ) -> Callable[[F], F]:
+    if isinstance(ignored, str):
+        raise ValueError(
+            f"{name}: ignored must be several names, got the text {ignored!r};"
+            f" write [{ignored!r}]"
+        )
+
     def register(function: F) -> F:
         node_type = _leaf_type(
             name, category, function, dict(memory or {}), frozenset(ignored)
         )
         existing = _TYPES.get(name)
-        # Running a notebook's cell again is not a second registration.
-        same = existing and existing.source == node_type.source
-        if (existing and not same) or name in RESERVED or name in ALIASES:
+        is_language = existing is not None and existing.function is None
+        if is_language or name in RESERVED or name in ALIASES:
             raise ValueError(f"the node name {name!r} is taken; choose another")
+        if existing and not replace:
+            _check_runs_again(name, existing.function, function)
         _TYPES[name] = node_type
         return function
 
     return register
+
+
+def _check_runs_again(name: str, old: Any, new: Any) -> None:
+    """Checks that a leaf comes from the same code as the one before, run again.
+
+    Raises:
+        ValueError: If it does not.
+    """
+    if new is old:
+        return
+    module = _original(old).__module__
+    if _original(new).__module__ != module:
+        raise ValueError(
+            f"the node name {name!r} is taken by a leaf of {module}; choose"
+            " another, or say replace=True"
+        )
+    # Code that runs again defines anew what it defines.
+    if _code(new) is _code(old):
+        raise ValueError(
+            f"the node name {name!r} is taken by another leaf of the same"
+            " function or class; choose another, or say replace=True"
+        )
+
+
+def _original(function: Any) -> Any:
+    """Returns the function or class that says where a leaf comes from."""
+    while isinstance(function, functools.partial):
+        function = function.func
+    return function if hasattr(function, "__qualname__") else type(function)
+
+
+def _code(function: Any) -> Any:
+    """Returns what is made anew when a module or a cell runs again."""
+    original = _original(function)
+    return getattr(original, "__code__", original)
 
 
 def _leaf_type(
@@ -154,11 +210,32 @@ def _leaf_type(
 ) -> NodeType:
     if not re.fullmatch(r"[A-Za-z]\w*", name, re.ASCII):
         raise ValueError(f"a node name is letters and digits, got {name!r}")
-    hints = get_type_hints(function, include_extras=True)
-    parameters = inspect.signature(function).parameters.values()
+    if not callable(function):
+        raise ValueError(
+            f"{name}: a leaf is a function, or an object that can be called,"
+            f" got {function!r}"
+        )
+    original = _original(function)
+    leaf = function
+    if isinstance(function, type):
+        # Of a class, one object is the leaf.
+        try:
+            leaf = function()
+        except TypeError as error:
+            raise ValueError(
+                f"{name}: no object of {function.__name__} can be made without"
+                f" arguments ({error}); register one that you make"
+            ) from error
+    hints = get_type_hints(
+        original.__call__ if isinstance(original, type) else original,
+        include_extras=True,
+    )
+    fixed = leaf.keywords if isinstance(leaf, functools.partial) else {}
     positional = 0
     ports = {}
-    for parameter in parameters:
+    for parameter in inspect.signature(leaf).parameters.values():
+        if parameter.name in fixed:
+            continue
         if parameter.kind in (
             parameter.POSITIONAL_ONLY,
             parameter.POSITIONAL_OR_KEYWORD,
@@ -177,24 +254,36 @@ def _leaf_type(
             f" parameters (the moment{', its memory' if memory else ''}) and"
             f" its ports after a *, got {positional} positional"
         )
+    both = sorted(ignored & ports.keys())
+    if both:
+        raise ValueError(
+            f"{name}: {both[0]} is a port, and cannot be ignored as well"
+        )
     slots = dict(memory)
     if memory and category == "Action":
         slots = {RUNNING_SLOT: 0.0, **memory}
     return NodeType(
         name,
         category,
-        functools.partial(build_leaf, function),
-        (inspect.getdoc(function) or "").partition("\n")[0],
+        functools.partial(build_leaf, leaf),
+        (inspect.getdoc(original) or "").partition("\n")[0],
         ports=ports,
         ignored=ignored,
         slots=slots,
-        source=f"{function.__module__}.{function.__qualname__}",
+        source=f"{original.__module__}.{original.__qualname__}",
+        function=function,
     )
 
 
 def _port(
     name: str, parameter: inspect.Parameter, hints: Mapping[str, Any]
 ) -> Port:
+    if parameter.name in _TAKEN or parameter.name.startswith("_"):
+        raise ValueError(
+            f"{name}: no port can be called {parameter.name!r}: the attributes"
+            f" {' and '.join(_TAKEN)} of a node, and those that begin with _,"
+            " have meanings of their own; choose another name"
+        )
     annotation = hints.get(parameter.name)
     base = get_args(annotation)[0] if _is_annotated(annotation) else annotation
     literal = get_origin(base) is Literal and all(

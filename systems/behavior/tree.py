@@ -18,10 +18,14 @@ from hunav_drake.systems.behavior.node import (
 from hunav_drake.systems.behavior.parser import ParsedTree
 from hunav_drake.systems.behavior.person import Moment, Person
 from hunav_drake.systems.behavior.status import Status
+from hunav_drake.systems.behavior.written import find_fault, is_sound
 
 # Nodes that one tick may tick. Repeat in Repeat in Repeat ... would otherwise
 # let a small tree stop the simulation.
 MAX_WORK = 100_000
+
+# Where the leaves of this package are.
+_OUR_LEAVES = "hunav_drake.systems."
 
 Wrapper = Callable[[Node, TickFunction], TickFunction]
 
@@ -32,7 +36,8 @@ class Outcome(NamedTuple):
     Attributes:
         status: The status of the tree.
         command: What the person is going to do: see `layout.Command`.
-        behavior_status: 1 while a reaction is active, else 0.
+        behavior_status: 0 while no reaction is active, else the state that
+            it is in: see `Moment`.
         memory: The memory for the next tick.
     """
 
@@ -77,6 +82,7 @@ class Tree:
         texts: The texts that blackboard entries can hold; in the memory
             stands the index of each.
         documents: The XML elements that it was made of.
+        values: What its ports are, as they stand in XML.
     """
 
     def __init__(self, parsed: ParsedTree, file: str) -> None:
@@ -96,9 +102,16 @@ class Tree:
         self.slots = parsed.slots
         self.texts = parsed.texts
         self.documents = parsed.documents
+        self.values = parsed.values
         self._tick = _build(parsed.root, None).tick
         self._traced_tick = self._build_traced()
         self._initial = parsed.initial
+        # The leaves of this package write what they may; to look at it again
+        # would cost a tenth of their time.
+        self._has_foreign_leaves = any(
+            node.type.source and not node.type.source.startswith(_OUR_LEAVES)
+            for node in self.nodes
+        )
         self._given = {
             key: parsed.entries[key] for key in GIVEN if key in parsed.entries
         }
@@ -128,9 +141,12 @@ class Tree:
 
         Raises:
             BehaviorTreeError: If a node meets a blackboard entry that is not
-                set, or not of its port's type.
+                set, or not of its port's type; if a leaf raises an error,
+                which is then the cause; or if a leaf writes what cannot be:
+                a speed below 0, a number that is not finite.
+            TypeError: If a leaf does not return what it must.
         """
-        return _run(self._tick, person, memory, human_states, robot_states)
+        return self._run(self._tick, person, memory, human_states, robot_states)
 
     def trace(
         self,
@@ -155,7 +171,7 @@ class Tree:
             BehaviorTreeError: As `tick`.
         """
         count = len(self.slots)
-        outcome = _run(
+        outcome = self._run(
             self._traced_tick,
             person,
             [*memory, *[0.0] * len(self.nodes)],
@@ -164,6 +180,40 @@ class Tree:
         )
         statuses = tuple(Status(int(s)) for s in outcome.memory[count:])
         return outcome._replace(memory=outcome.memory[:count]), statuses
+
+    def _run(
+        self,
+        function: TickFunction,
+        person: Person,
+        memory: Sequence[float],
+        human_states: NDArray[np.float64],
+        robot_states: NDArray[np.float64],
+    ) -> Outcome:
+        after = list(memory)
+        moment = Moment(person, after, human_states, robot_states)
+        status = function(after, moment)
+        if self._has_foreign_leaves and not is_sound(moment, after):
+            fault = find_fault(moment, after, self.slots)
+            if fault:
+                again = Moment(person, list(memory), human_states, robot_states)
+                self._blame(list(memory), again)
+                raise self.root.error(fault)
+        return Outcome(status, moment.command, moment.behavior_status, after)
+
+    def _blame(self, memory: Memory, moment: Moment) -> None:
+        """Ticks once more, and raises the error of the leaf that is wrong."""
+
+        def wrap(node: Node, tick: TickFunction) -> TickFunction:
+            def checked(memory: Memory, moment: Moment) -> Status:
+                status = tick(memory, moment)
+                fault = find_fault(moment, memory, self.slots)
+                if fault:
+                    raise node.error(fault)
+                return status
+
+            return tick if node.children else checked
+
+        _build(self.root, wrap).tick(memory, moment)
 
     def _build_traced(self) -> TickFunction:
         """Returns the tick function that notes what each node says.
@@ -194,16 +244,3 @@ class Tree:
         return describe_tree(
             f"{self.name} ({self.file})", self.nodes, self.slots, self.texts
         )
-
-
-def _run(
-    function: TickFunction,
-    person: Person,
-    memory: Sequence[float],
-    human_states: NDArray[np.float64],
-    robot_states: NDArray[np.float64],
-) -> Outcome:
-    after = list(memory)
-    moment = Moment(person, after, human_states, robot_states)
-    status = function(after, moment)
-    return Outcome(status, moment.command, moment.behavior_status, after)

@@ -92,7 +92,7 @@ def declared_ports(
             ports = result.setdefault(tree.attributes["ID"], {})
             for element in tree.children:
                 name = element.attributes.get("name")
-                if element.tag in _PORT_TAGS and name and name not in GIVEN:
+                if element.tag in _PORT_TAGS and name:
                     ports[name] = TreePort(
                         name,
                         element.attributes.get("type", ""),
@@ -124,6 +124,10 @@ def port_texts(
 def _port_text(
     ports: Mapping[str, TreePort], name: str, value: Any, place: Place
 ) -> str:
+    if name in GIVEN:
+        raise TreePortError(
+            f"{name} cannot be set: {GIVEN[name]}", place, port=name
+        )
     port = ports.get(name)
     if port is None:
         error = unknown("port", name, ports, place, "")

@@ -1,10 +1,14 @@
-"""What people notice of robots."""
+"""What people notice of robots.
+
+A condition that holds has noticed a robot: of those that fit, the nearest. It
+is the one that the actions after it are about.
+"""
 
 import math
 from typing import Annotated
 
 from hunav_drake.systems.behavior.leaves import IGNORED
-from hunav_drake.systems.behavior.person import Moment
+from hunav_drake.systems.behavior.person import Moment, Row
 from hunav_drake.systems.behavior.registry import register_condition
 from hunav_drake.systems.layout import VX, VY, YAW, X, Y
 from hunav_drake.systems.schema import within
@@ -12,7 +16,7 @@ from hunav_drake.systems.schema import within
 # People see a little more than what lies before them, in radians.
 FIELD_OF_VIEW = 2 * (math.pi / 2 + 0.17)
 
-# A robot slower than this is not coming, in m/s.
+# A robot slower than this stands, in m/s.
 SLOW = 0.05
 
 # How nearly opposite two headings are that meet head-on: within 60 degrees.
@@ -21,24 +25,37 @@ _OPPOSITE = -math.cos(math.pi / 3)
 Distance = Annotated[float, within(0, 1e5, "m")]
 
 
-def _sees_a_robot(
+def course(robot: Row) -> tuple[float, float]:
+    """Returns the direction a robot drives in; if it stands, its heading."""
+    speed = math.hypot(robot[VX], robot[VY])
+    if speed < SLOW:
+        return math.cos(robot[YAW]), math.sin(robot[YAW])
+    return robot[VX] / speed, robot[VY] / speed
+
+
+def _robot_in_view(
     moment: Moment, distance: float, field_of_view: float, occlusion: bool
-) -> bool:
+) -> int:
+    """Returns the index of the nearest robot that is seen, or -1."""
     state = moment.state
-    for robot in moment.robots:
+    found = -1
+    for i, robot in enumerate(moment.robots):
         dx, dy = robot[X] - state[X], robot[Y] - state[Y]
-        if math.hypot(dx, dy) > distance:
+        away = math.hypot(dx, dy)
+        if away > distance or (found >= 0 and away == distance):
             continue
         bearing = math.atan2(dy, dx) - state[YAW]
         if abs(math.remainder(bearing, 2 * math.pi)) > field_of_view / 2:
             continue
         if not occlusion or moment.clear_part(robot[X], robot[Y]) > 1:
-            return True
-    return False
+            found, distance = i, away
+    return found
 
 
 @register_condition(
-    "IsRobotVisible", memory={"ticks left": 0.0}, ignored=IGNORED
+    "IsRobotVisible",
+    memory={"ticks left": 0.0, "robot": 0.0},
+    ignored=IGNORED,
 )
 def is_robot_visible(
     moment: Moment,
@@ -50,19 +67,37 @@ def is_robot_visible(
     ] = FIELD_OF_VIEW,
     occlusion: bool = True,
     memory: Annotated[float, within(0, 1e9, "s")] = 0.0,
+    track: bool = False,
 ) -> bool:
     """Holds if a robot's center is near, in view, and not behind a wall.
 
     Walls do not matter without `occlusion`. A person who loses sight of the
-    robot keeps it in mind for the time of `memory`.
+    robot keeps it in mind for the time of `memory`; with `track`, that time
+    does not run while the robot is merely out of view: near, and not behind a
+    wall.
     """
-    if _sees_a_robot(moment, distance, field_of_view, occlusion):
+    seen = _robot_in_view(moment, distance, field_of_view, occlusion)
+    if seen >= 0:
         own[0] = float(round(memory / moment.person.time_step))
+        own[1] = float(seen)
+        moment.notice(seen)
         return True
     if own[0] == 0:
         return False
-    own[0] -= 1
+    remembered = int(own[1])
+    moment.notice(remembered)
+    if not track or not _is_near(moment, remembered, distance, occlusion):
+        own[0] -= 1
     return True
+
+
+def _is_near(
+    moment: Moment, index: int, distance: float, occlusion: bool
+) -> bool:
+    state, robot = moment.state, moment.robots[index]
+    if math.hypot(robot[X] - state[X], robot[Y] - state[Y]) > distance:
+        return False
+    return not occlusion or moment.clear_part(robot[X], robot[Y]) > 1
 
 
 @register_condition("IsRobotApproaching", ignored=IGNORED)
@@ -73,26 +108,83 @@ def is_robot_approaching(
     width: Distance = 1.0,
     head_on: bool = False,
     occlusion: bool = True,
+    standing_distance: Distance = 0.0,
 ) -> bool:
-    """Holds if a robot in motion is about to pass near the person.
+    """Holds if a robot is about to pass near the person.
 
     The person is ahead of it, at most `distance` along its course and `width`
-    beside it. With `head_on`, the person faces it, too.
+    beside it. With `head_on`, the person faces it, too. A robot that stands
+    counts only up to `standing_distance`, as if it were to drive on.
     """
     state = moment.state
-    for robot in moment.robots:
-        speed = math.hypot(robot[VX], robot[VY])
-        if speed < SLOW:
-            continue
-        hx, hy = robot[VX] / speed, robot[VY] / speed
+    found, nearest = -1, math.inf
+    for i, robot in enumerate(moment.robots):
+        stands = math.hypot(robot[VX], robot[VY]) < SLOW
+        hx, hy = course(robot)
         rx, ry = state[X] - robot[X], state[Y] - robot[Y]
-        if not 0 < rx * hx + ry * hy <= distance:
+        along = rx * hx + ry * hy
+        if not 0 < along <= (standing_distance if stands else distance):
             continue
-        if abs(hx * ry - hy * rx) > width:
+        if abs(hx * ry - hy * rx) > width or along >= nearest:
             continue
         facing = hx * math.cos(state[YAW]) + hy * math.sin(state[YAW])
         if head_on and facing > _OPPOSITE:
             continue
         if not occlusion or moment.clear_part(robot[X], robot[Y]) > 1:
-            return True
-    return False
+            found, nearest = i, along
+    if found >= 0:
+        moment.notice(found)
+    return found >= 0
+
+
+@register_condition("IsRobotInTheWay", ignored=IGNORED)
+def is_robot_in_the_way(
+    moment: Moment,
+    *,
+    distance: Distance,
+    clearance: Distance = 1.0,
+    occlusion: bool = True,
+) -> bool:
+    """Holds if the straight way to the goal leads past a robot too closely.
+
+    The robot is at most `distance` away, between the person and the goal, and
+    nearer than `clearance` to the line from the one to the other. A robot so
+    near to the goal itself cannot be passed, and does not count.
+    """
+    state, goal = moment.state, moment.goal
+    if goal is None:
+        return False
+    found, nearest = -1, math.inf
+    for i, robot in enumerate(moment.robots):
+        if math.hypot(robot[X] - state[X], robot[Y] - state[Y]) > distance:
+            continue
+        ahead, beside = along_way(moment, robot)
+        if not 0 < ahead < nearest or abs(beside) >= clearance:
+            continue
+        left = math.hypot(goal[0] - state[X], goal[1] - state[Y]) - ahead
+        if left <= 0 or math.hypot(left, beside) < clearance:
+            continue
+        if not occlusion or moment.clear_part(robot[X], robot[Y]) > 1:
+            found, nearest = i, ahead
+    if found >= 0:
+        moment.notice(found)
+    return found >= 0
+
+
+def way(moment: Moment) -> tuple[float, float]:
+    """Returns the direction to the goal; without any way to go, the yaw."""
+    state, goal = moment.state, moment.goal
+    if goal is not None:
+        dx, dy = goal[0] - state[X], goal[1] - state[Y]
+        length = math.hypot(dx, dy)
+        if length > 0:
+            return dx / length, dy / length
+    return math.cos(state[YAW]), math.sin(state[YAW])
+
+
+def along_way(moment: Moment, robot: Row) -> tuple[float, float]:
+    """Returns how far ahead on the way a robot is, and how far to the left."""
+    gx, gy = way(moment)
+    state = moment.state
+    dx, dy = robot[X] - state[X], robot[Y] - state[Y]
+    return dx * gx + dy * gy, gx * dy - gy * dx

@@ -6,7 +6,6 @@ from xml.sax.saxutils import quoteattr
 
 from hunav_drake.systems.behavior.blackboard import reference
 from hunav_drake.systems.behavior.documents import Documents, TreeElement
-from hunav_drake.systems.behavior.draft import NOTES
 from hunav_drake.systems.behavior.errors import BehaviorTreeError
 from hunav_drake.systems.behavior.groot import tree_nodes_model
 from hunav_drake.systems.behavior.library import LoadTree
@@ -24,7 +23,7 @@ from hunav_drake.systems.behavior.registry import (
     SUBTREE_TAGS,
 )
 from hunav_drake.systems.behavior.tree import Tree
-from hunav_drake.systems.behavior.xml_source import XmlElement
+from hunav_drake.systems.behavior.xml_source import NOTES, XmlElement
 
 _INDENT = "  "
 
@@ -46,9 +45,9 @@ def ConvertTree(name_or_path: str | Path) -> str:
 def WriteTree(tree: Tree | Documents) -> str:
     """Returns the XML, in format 4, of a tree and of its subtrees.
 
-    It begins with the main tree, and ends with a <TreeNodesModel>, by which
-    Groot2 knows the leaves. Values that were given for ports when the tree
-    was loaded are not in it.
+    No file is written. The XML begins with the main tree, and ends with a
+    <TreeNodesModel>, by which Groot2 knows the leaves. Values that were given
+    for ports when the tree was loaded are not in it.
 
     Args:
         tree: The tree, or the documents of one.

@@ -13,6 +13,9 @@ from hunav_drake.systems.behavior.errors import BehaviorTreeError, Place
 # A tree of a thousand nodes is a tenth of this.
 MAX_BYTES = 1_000_000
 
+# The attributes that Groot writes for itself.
+NOTES = ("_description", "_fullpath", "_uid")
+
 # How deeply elements, and later nodes, may be nested. Each level of a tree is
 # a level of Python calls.
 MAX_DEPTH = 100

@@ -34,7 +34,14 @@ class BehaviorConfig:
             return data
         ports = {key: value for key, value in data.items() if key != "tree"}
         if isinstance(ports.get("ports"), Mapping):
-            ports |= ports.pop("ports")
+            own = ports.pop("ports")
+            twice = [str(name) for name in own if name in ports]
+            if twice:
+                raise ValueError(
+                    f"the port {twice[0]} is given twice, beside the tree and"
+                    " in ports; remove one of them"
+                )
+            ports |= own
         tree = {"tree": data["tree"]} if "tree" in data else {}
         return {**tree, "ports": ports}
 

@@ -226,6 +226,14 @@ FAULTS = {
     "tree of another type": ("{tree: 3}", "behavior.tree: must be text"),
     "number": ("3", "behavior: must be text, got 3"),
     "list of behaviors": ("[curious]", "behavior: must be text, got a list"),
+    "port given twice": (
+        "{tree: curious, ports: {distance: 3.0}, distance: 4.0}",
+        "the port distance is given twice, beside the tree and in ports",
+    ),
+    "port of the person": (
+        "{tree: curious, id: 3}",
+        "behavior.id: id cannot be set: it is the number of the person",
+    ),
     "missing file": ("none.xml", "none.xml: there is no such file"),
     "folder": (".xml", "there is no such file"),
     "faulty xml": (

@@ -379,3 +379,25 @@ def test_a_headless_trial_opens_no_meshcat():
         check=False,
     )
     assert done.returncode == 0, done.stderr
+
+
+def test_a_changed_tree_file_shows_in_the_provenance(tmp_path):
+    tree = tmp_path / "mine.xml"
+    text = """
+scenario: {humans: [{pose: [5, 5, 0], behavior: mine.xml}],
+           simulation: {duration: 1.0}}
+"""
+    (tmp_path / "mine.yaml").write_text(text)
+    hashes = []
+    for seconds in ("1.0", "1.0", "2.0"):
+        tree.write_text(
+            '<root BTCPP_format="4"><BehaviorTree ID="T">'
+            f'<TimeExpiredCondition seconds="{seconds}"/>'
+            "</BehaviorTree></root>"
+        )
+        scenario = LoadScenario(
+            filename=tmp_path / "mine.yaml", scenario_name="scenario"
+        )
+        provenance = RunTrial(scenario).provenance
+        hashes.append(provenance["behavior_sha256"])
+    assert hashes[0] == hashes[1] != hashes[2]

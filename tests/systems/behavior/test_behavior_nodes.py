@@ -47,18 +47,14 @@ def build_script(node, children):
 
 
 @pytest.fixture(autouse=True)
-def script(monkeypatch):
-    monkeypatch.setitem(
-        registry._TYPES,
+def script(node_types):
+    node_types["Script"] = NodeType(
         "Script",
-        NodeType(
-            "Script",
-            "Action",
-            build_script,
-            "Says what is written.",
-            ports={"results": Port("results", str)},
-            slots={"at": 0.0},
-        ),
+        "Action",
+        build_script,
+        "Says what is written.",
+        ports={"results": Port("results", str)},
+        slots={"at": 0.0},
     )
 
 

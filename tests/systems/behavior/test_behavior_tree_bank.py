@@ -85,6 +85,18 @@ def test_two_contexts_do_not_disturb_each_other_and_a_clone_goes_on_alike():
     np.testing.assert_array_equal(run(diagram, 8.0, clone), alone)
 
 
+def test_ports_have_getters():
+    trees = [LoadTree("regular")] * 2
+    dut = BehaviorTreeBank(trees, make_humans(2), num_robots=3)
+    assert dut.get_human_states_input_port().size() == 14
+    assert dut.get_robot_state_input_port().size() == 21
+    assert dut.get_commands_output_port().size() == 24
+    assert dut.get_behavior_status_output_port().size() == 2
+    dut = BehaviorTreeBank(trees, make_humans(2), num_robots=0)
+    with pytest.raises(ValueError, match="made with num_robots=0"):
+        dut.get_robot_state_input_port()
+
+
 def test_bad_arguments_are_refused():
     tree = LoadTree("regular")
     with pytest.raises(ValueError, match="a tree for each of 2 people, got 1"):

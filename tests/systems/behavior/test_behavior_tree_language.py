@@ -13,7 +13,6 @@ from hunav_drake.systems.behavior import (
     ParseTree,
     Person,
     Status,
-    registry,
 )
 from hunav_drake.systems.behavior.groot import tree_nodes_model
 from hunav_drake.systems.crowd.human_config import HumanConfig
@@ -73,15 +72,6 @@ PERSON = Person.from_config(
 ME = np.array([0, 0, 0, 0, 0, 0, 0.35])
 ROBOT = np.array([2.0, 0, 0, 0, 0, 0, 0.35])
 FAR_ROBOT = np.array([20.0, 0, 0, 0, 0, 0, 0.35])
-
-
-@pytest.fixture
-def leaves(monkeypatch):
-    """Lets a test register leaves that are gone after it."""
-    monkeypatch.setattr(registry, "_TYPES", dict(registry._TYPES))
-    monkeypatch.setattr(
-        "hunav_drake.systems.behavior.parser.NODE_TYPES", registry._TYPES
-    )
 
 
 def parse(body, version=4, **trees):
@@ -164,7 +154,9 @@ def test_formats_name_leaves_by_tag_or_by_id():
 
 
 def test_nodes_may_carry_the_notes_of_groot():
-    parse('<RegularNav _description="walks" _fullpath="a" _uid="3"/>')
+    noted = parse('<RegularNav _description="walks" _fullpath="a" _uid="3"/>')
+    assert noted.root.ports == parse("<RegularNav/>").root.ports
+    assert tick(noted) == tick(parse("<RegularNav/>"))
 
 
 @pytest.mark.parametrize(
@@ -297,7 +289,10 @@ def test_truth_from_the_blackboard():
 def test_shipped_tree_loads(name):
     dut = LoadTree(name)
     assert dut.file == str(BEHAVIORS[name])
-    assert tick(dut).status is Status.SUCCESS
+    # The robot stands in the way: whoever cooperates is walking past it.
+    passing = name == "cooperative"
+    assert tick(dut).status is (Status.RUNNING if passing else Status.SUCCESS)
+    assert tick(dut, robot=FAR_ROBOT).status is Status.SUCCESS
 
 
 @pytest.mark.parametrize("name", BEHAVIORS)
@@ -475,3 +470,41 @@ def test_subtree_takes_the_defaults_of_its_model(subtree, default, sees):
     )
     expected = Status.SUCCESS if sees else Status.FAILURE
     assert tick(dut).status is expected
+
+
+GIVEN_PORTS = """
+<root BTCPP_format="4" main_tree_to_execute="Main">
+  <BehaviorTree ID="Main">{main}</BehaviorTree>
+  <BehaviorTree ID="See"><IsRobotVisible distance="{{id}}"/></BehaviorTree>
+  <TreeNodesModel>
+    <SubTree ID="{tree}"><input_port name="id" {default}/></SubTree>
+  </TreeNodesModel>
+</root>
+"""
+
+
+def given_ports(tree, default, main='<SubTree ID="See"/>'):
+    return ParseTree(GIVEN_PORTS.format(tree=tree, default=default, main=main))
+
+
+@pytest.mark.parametrize(
+    ("distance", "status"), [(3, Status.SUCCESS), (1, Status.FAILURE)]
+)
+def test_subtree_may_have_a_port_named_id(distance, status):
+    assert tick(given_ports("See", f'default="{distance}"')).status is status
+
+
+def test_id_of_the_main_tree_is_that_of_the_person():
+    """A declaration is welcome, as files of HuNavSim have it."""
+    main = '<SubTree ID="See" id="{id}"/>'
+    assert tick(given_ports("Main", "", main)).status is Status.SUCCESS
+    with pytest.raises(
+        BehaviorTreeError,
+        match="<text>:6: the port id of the main tree cannot have a default",
+    ):
+        given_ports("Main", 'default="3"', main)
+
+
+def test_id_that_a_subtree_is_not_given_is_told_where_it_is_used():
+    with pytest.raises(BehaviorTreeError, match="sets the entry 'id'"):
+        given_ports("See", "")

@@ -123,13 +123,9 @@ def test_each_step_is_one_tick(dut):
         assert memory(context)[seconds] == pytest.approx(0.1 * (step + 1))
 
 
-def test_behavior_status_is_that_of_the_same_tick(monkeypatch):
-    from hunav_drake.systems.behavior import register_action, registry
-
-    monkeypatch.setattr(registry, "_TYPES", dict(registry._TYPES))
-    monkeypatch.setattr(
-        "hunav_drake.systems.behavior.parser.NODE_TYPES", registry._TYPES
-    )
+@pytest.mark.usefixtures("node_types")
+def test_behavior_status_is_that_of_the_same_tick():
+    from hunav_drake.systems.behavior import register_action
 
     @register_action("React")
     def react(moment):

@@ -9,7 +9,6 @@ from hunav_drake.systems.behavior import (
     Person,
     Status,
     register_action,
-    registry,
 )
 from hunav_drake.systems.crowd.human_config import HumanConfig
 
@@ -20,12 +19,8 @@ RUNNING, SKIPPED = Status.RUNNING, Status.SKIPPED
 
 
 @pytest.fixture(autouse=True)
-def leaves(monkeypatch):
-    """Lets a test register leaves that are gone after it."""
-    monkeypatch.setattr(registry, "_TYPES", dict(registry._TYPES))
-    monkeypatch.setattr(
-        "hunav_drake.systems.behavior.parser.NODE_TYPES", registry._TYPES
-    )
+def leaves(node_types):
+    """Registers the leaves of these tests."""
 
     @register_action("Run", memory={"ticks": 0.0})
     def run(moment, own, *, ticks: int = 1000):

@@ -23,7 +23,7 @@ import numpy as np
 import py_trees
 import pytest
 
-from hunav_drake.systems.behavior import ParseTree, Person, Status, registry
+from hunav_drake.systems.behavior import ParseTree, Person, Status
 from hunav_drake.systems.behavior.node import Built, NodeType, Port
 from hunav_drake.systems.crowd.human_config import HumanConfig
 
@@ -50,20 +50,14 @@ def build_drawn(node, children):
 
 
 @pytest.fixture(scope="module", autouse=True)
-def drawn():
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setitem(
-            registry._TYPES,
-            "Drawn",
-            NodeType(
-                "Drawn",
-                "Action",
-                build_drawn,
-                "Says what is drawn for the tick.",
-                ports={"results": Port("results", str)},
-            ),
-        )
-        yield
+def drawn(module_node_types):
+    module_node_types["Drawn"] = NodeType(
+        "Drawn",
+        "Action",
+        build_drawn,
+        "Says what is drawn for the tick.",
+        ports={"results": Port("results", str)},
+    )
 
 
 class Drawn(py_trees.behaviour.Behaviour):

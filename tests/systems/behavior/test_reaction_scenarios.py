@@ -1,8 +1,11 @@
 """The mark of each reaction, in its own scenario, with the robot driving."""
 
+import dataclasses
 import functools
+import math
 
 import numpy as np
+from pydrake.systems.analysis import Simulator
 import pytest
 
 from hunav_drake import (
@@ -11,7 +14,10 @@ from hunav_drake import (
     MakeTrialSimulator,
     RunTrial,
 )
+from hunav_drake.humans import MakeHumans
+from hunav_drake.systems.crowd import HumanConfig
 from hunav_drake.systems.layout import YAW, X, Y
+from hunav_drake.systems.obstacles import Obstacles
 
 REACTIONS = [
     "surprised",
@@ -89,6 +95,11 @@ def test_scared_person_keeps_farther_off_than_a_regular_one(time_step):
     scared = run("scared", time_step)
     regular = run("scared", time_step, "regular")
     assert distances(scared).min() > distances(regular).min() + 0.5
+    first, last, starts = phases(scared)
+    assert starts == 1
+    assert distances(scared)[first] <= 3.0
+    # It ends a second after the robot is 3 m away.
+    assert distances(scared)[last - 21] <= 3.0 < distances(scared)[last - 18]
     active = is_active(scared)
     slow = active[1:] & active[:-1]
     assert speeds(scared)[1:][slow].max() <= 0.6 + 1e-9
@@ -159,10 +170,97 @@ def test_cooperative_person_lets_the_robot_pass(time_step):
     assert np.hypot(*(cooperative.humans[-1, 0, :2] - [-7.0, 0.1])) < 0.5
 
 
+def test_scared_person_in_a_corridor_starts_once():
+    """It flees from the robot ahead, and from the one that it has passed."""
+    recording = run_in_corridor("scared", 2.6)
+    active = is_active(recording)
+    changes = recording.times[1:][np.diff(active)]
+    # It is driven back to the end, and has had enough after 40 s.
+    assert changes[1] - changes[0] == pytest.approx(40.0, abs=0.15)
+
+
+def run_in_corridor(reaction, width):
+    """Returns the recording of a reaction in a corridor of some width."""
+    scenario = LoadScenario(filename=f"reaction_{reaction}")
+    walls = []
+    for wall in scenario.world.walls:
+        x, y = wall.center
+        if wall.name in ("north", "south"):
+            y = math.copysign(width / 2 + wall.size[1] / 2, y)
+        walls.append(dataclasses.replace(wall, center=(x, y)))
+    world = dataclasses.replace(scenario.world, walls=walls)
+    scenario = dataclasses.replace(scenario, world=world)
+    return RunTrial(scenario).recording
+
+
+@pytest.mark.parametrize("width", [2.4, 2.6, 2.8, 3.0])
+def test_cooperative_person_does_not_walk_through_the_robot(width):
+    """In a narrow corridor the robot stops, to be polite."""
+    recording = run_in_corridor("cooperative", width)
+    # The person is 0.35 m wide to each side, as the robot, and squeezes past
+    # where the corridor leaves no more than 0.15 m to the wall.
+    assert distances(recording).min() > min(0.68, width / 2 - 0.5)
+    assert phases(recording)[2] == 1
+    stopped = (recording.robot[60:-60, 3] < 0.01).sum() * 0.1
+    assert (stopped > 5) == (width < 2.7)
+    assert np.hypot(*(recording.humans[-1, 0, :2] - [-7.0, 0.1])) < 0.5
+    assert recording.robot[-1, X] > 7.7
+
+
+@pytest.mark.parametrize("width", [2.4, 3.0])
+@pytest.mark.parametrize("stop", [-3.0, -1.0])
+def test_cooperative_person_passes_a_robot_that_has_stopped(width, stop):
+    """It comes, and stays where it is for good."""
+    edges = [
+        [[-20.0, side * width / 2], [20.0, side * width / 2]]
+        for side in (1, -1)
+    ]
+    human = HumanConfig(
+        pose=(7.0, 0.1, math.pi), goals=[(-7.0, 0.1)], behavior="cooperative"
+    )
+    people = MakeHumans(
+        [human], obstacles=Obstacles.from_shapes(edges, solid=[False, False])
+    )
+    simulator = Simulator(people)
+    context = simulator.get_mutable_context()
+    positions, active = [], []
+    for step in range(700):
+        x = min(-8.0 + 0.6 * 0.05 * step, stop)
+        robot = [x, 0.0, 0.0, 0.6 if x < stop else 0.0, 0.0, 0.0, 0.35]
+        people.GetInputPort("robot_state").FixValue(context, robot)
+        simulator.AdvanceTo(0.05 * (step + 0.5))
+        states = people.GetOutputPort("human_states").Eval(context)
+        positions.append([states[0] - x, states[1]])
+        active.append(people.GetOutputPort("behavior_status").Eval(context)[0])
+    assert np.hypot(*np.transpose(positions)).min() > 0.65
+    assert np.count_nonzero(np.diff(active)) <= 4
+    assert states[:2] == pytest.approx([-7.0, 0.1], abs=0.5)
+
+
+# How far apart two runs of a reaction may be, in rows of 0.05 s and meters:
+# of a whole reaction, and of its end position.
+SAME_OUTCOME = {
+    "surprised": (2, 0.05),
+    "scared": (4, 0.1),
+    "curious": (2, 0.2),
+    "threatening": (2, 0.2),
+    "distracted": (2, 0.05),
+    "cooperative": (8, 0.1),
+}
+
+
 @pytest.mark.parametrize("reaction", REACTIONS)
 def test_both_steps_have_the_same_outcome(reaction):
     coarse, fine = run(reaction, 0.05), run(reaction, 0.01)
+    rows, meters = SAME_OUTCOME[reaction]
     assert phases(coarse)[0] == pytest.approx(phases(fine)[0], abs=2)
+    assert phases(coarse)[2] == phases(fine)[2]
+    active = [np.count_nonzero(is_active(it)) for it in (coarse, fine)]
+    assert active[0] == pytest.approx(active[1], abs=rows)
+    nearest = [distances(it).min() for it in (coarse, fine)]
+    assert nearest[0] == pytest.approx(nearest[1], abs=0.05)
+    ends = [it.humans[-1, 0, :2] for it in (coarse, fine)]
+    np.testing.assert_allclose(*ends, atol=meters)
     assert coarse.times[-1] == pytest.approx(fine.times[-1], rel=0.1)
     first = slice(0, phases(coarse)[0])
     np.testing.assert_allclose(

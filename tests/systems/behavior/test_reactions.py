@@ -444,7 +444,176 @@ def test_patience_of_the_cooperative_ends():
         outcome = dut.tick(who, memory, at(0.0, y), creeping)
         memory = outcome.memory
         active.append(outcome.behavior_status)
-    assert active == [1, 1, 1, 1, 0, 0]
+    # One step aside, and four times 0.25 s.
+    assert active == [1, 1, 1, 1, 1, 0]
+
+
+def test_patience_of_the_cooperative_is_new_in_each_encounter():
+    dut = LoadTree("cooperative", {"patience": 1.0})
+    who = person(time_step=0.25)
+    memory = dut.initial_memory(who)
+    waits = []
+    # The first robot passes before patience ends, the others do not.
+    for count in (3, 9, 9):
+        for x in (4.0, *[3.0] * count, -3.0):
+            y = 0.0 if x == 4.0 else -1.1
+            robot = at(x, 0.0, math.pi, -0.5)
+            outcome = dut.tick(who, memory, at(0.0, y), robot)
+            memory = outcome.memory
+            waits.append(wish(outcome)[Command.HOLD])
+        assert sum(waits) == min(count, 4)
+        waits.clear()
+
+
+def test_cooperative_person_waits_for_a_robot_that_stops_near():
+    """And walks past it in the end, beside its course."""
+    dut = LoadTree("cooperative", {"patience": 2.0, "clearance": 0.7})
+    who = person(time_step=0.25)
+    outcome = dut.tick(
+        who,
+        dut.initial_memory(who),
+        at(0.0, 0.0),
+        at(2.5, 0.0, math.pi, -0.5),
+    )
+    # Patience is 8 ticks; the last of them already wants to walk on.
+    for count in range(12):
+        outcome = dut.tick(
+            who, outcome.memory, at(0.0, -0.69), at(2.0, 0.0, math.pi)
+        )
+        assert outcome.behavior_status == 1
+        assert wish(outcome)[Command.HOLD] == (count < 8)
+    assert wish(outcome)[Command.GOAL_X] < 1.0
+    assert wish(outcome)[Command.GOAL_Y] < -0.65
+
+
+def test_robot_that_stands_approaches_up_to_its_own_distance():
+    standing = at(3.0, 0.0, math.pi)
+    for distance, expected in ((2.9, Status.FAILURE), (3.1, Status.SUCCESS)):
+        dut = tree_of(
+            f'<IsRobotApproaching distance="9" standing_distance="{distance}"/>'
+        )
+        assert tick(dut, robot=standing).status is expected
+        away = at(3.0, 0.0, 0.0)
+        assert tick(dut, robot=away).status is Status.FAILURE
+
+
+IN_THE_WAY = {
+    "on it": (at(2.0, 0.0), True),
+    "beside it, but near": (at(2.0, 0.9), True),
+    "beside it": (at(2.0, -1.1), False),
+    "far ahead": (at(3.1, 0.0), False),
+    "behind": (at(-0.1, 0.0), False),
+    "at the goal": (at(8.5, 0.0), False),
+    "beyond the goal": (at(11.0, 0.0), False),
+    "no robot": (NO_ROBOT, False),
+}
+
+
+@pytest.mark.parametrize("name", IN_THE_WAY)
+def test_in_the_way_is_between_the_person_and_the_goal(name):
+    robot, expected = IN_THE_WAY[name]
+    far = "3" if "goal" not in name else "99"
+    dut = tree_of(f'<IsRobotInTheWay distance="{far}" clearance="1"/>')
+    outcome = tick(dut, robot=robot)
+    assert (outcome.status is Status.SUCCESS) == expected
+    assert tick(dut, person(goals=[]), robot=robot).status is Status.FAILURE
+
+
+def test_robot_behind_a_wall_is_not_in_the_way():
+    dut = tree_of('<IsRobotInTheWay distance="3"/>')
+    who = person(obstacles=WALL)
+    assert tick(dut, who, robot=at(2.0, 0.0)).status is Status.FAILURE
+
+
+@pytest.mark.parametrize(("y", "side"), [(0.2, 1), (0.0, -1), (-0.2, -1)])
+def test_passing_by_leads_past_the_robot_on_the_persons_side(y, side):
+    dut = tree_of('<PassBy distance="3" clearance="1.1"/>')
+    who = person(goals=[(9.0, y)])
+    human = at(0.0, y)
+    outcome = tick(dut, who, human, at(2.0, 0.0, math.pi))
+    assert outcome.status is Status.RUNNING
+    assert outcome.behavior_status == 1
+    command = wish(outcome)
+    assert command[Command.GOAL_X] > 0
+    assert command[Command.GOAL_Y] == pytest.approx(1.1 * side)
+    assert command[Command.ROBOT_ROLE] == RobotRole.OBSTACLE
+    for robot in (at(-0.1, 0.0), at(4.0, 0.0), NO_ROBOT):
+        assert tick(dut, who, human, robot).status is Status.SUCCESS
+
+
+class TestTwoRobots:
+    """The nearer is behind, unseen; the other is ahead."""
+
+    ROBOTS = np.concatenate([at(-1.0, 0.0), at(2.5, 0.5)])
+
+    @pytest.mark.parametrize("name", REACTIONS)
+    def test_reaction_is_to_the_robot_that_is_seen(self, name):
+        both = tick(LoadTree(name), robot=self.ROBOTS)
+        alone = tick(LoadTree(name), robot=self.ROBOTS[7:])
+        assert both.behavior_status == 1
+        assert both.command == alone.command
+
+    def test_of_those_in_view_the_nearest_counts(self):
+        robots = np.concatenate([at(3.5, 0.0), at(0.0, 2.0), at(2.5, 0.5)])
+        dut = LoadTree("surprised", {"field_of_view": 1.0})
+        command = wish(tick(dut, robot=robots))
+        assert command[Command.YAW_TARGET] == math.atan2(0.5, 2.5)
+
+    def test_robot_that_is_kept_in_mind_stays_the_one(self):
+        dut = LoadTree("surprised", {"memory": 5.0})
+        first = tick(dut, robot=self.ROBOTS)
+        turned = at(0.0, 0.0, math.pi / 2 + 1.3)
+        nobody = np.concatenate([at(0.0, -1.0), at(2.5, 0.5)])
+        later = tick(dut, None, turned, nobody, first.memory)
+        assert later.behavior_status == 1
+        assert wish(later)[Command.YAW_TARGET] == math.atan2(0.5, 2.5)
+
+    def test_person_stands_still_for_the_robot_that_comes(self):
+        dut = tree_of(
+            '<Sequence><IsRobotApproaching distance="5"/>'
+            "<StandStill/></Sequence>"
+        )
+        robots = np.concatenate([at(0.0, 1.0), at(3.0, 0.0, math.pi, -0.5)])
+        command = wish(tick(dut, robot=robots))
+        assert command[Command.YAW_TARGET] == 0.0
+
+
+@pytest.mark.parametrize(
+    ("memory", "expected"), [(0.0, [1, 0, 0, 0, 0]), (0.1, [1, 1, 1, 1, 0])]
+)
+def test_tracked_robot_is_noticed_while_it_is_near(memory, expected):
+    """Out of view, near: that takes no memory. Behind a wall, it does."""
+    dut = tree_of(
+        f'<IsRobotVisible distance="4" track="true" memory="{memory}"/>'
+    )
+    who = person(obstacles=WALL, time_step=0.05)
+    seen, kept = [], None
+    behind, far = at(-2.0, 0.0), at(-5.0, 0.0)
+    for robot in (at(0.5, 0.0), behind, far, far, far):
+        outcome = tick(dut, who, None, robot, kept)
+        kept = outcome.memory
+        seen.append(int(outcome.status is Status.SUCCESS))
+    assert seen == expected
+    # A wall ends it.
+    outcome = tick(dut, who, None, at(0.5, 0.0))
+    for _ in range(2):
+        outcome = tick(dut, who, None, at(2.0, 0.0), outcome.memory)
+    outcome = tick(dut, who, None, at(2.0, 0.0), outcome.memory)
+    assert outcome.status is Status.FAILURE
+
+
+@pytest.mark.parametrize(
+    ("seconds", "ticks"), [(0.0, 1), (0.25, 1), (0.3, 2), (1.0, 4)]
+)
+def test_standing_still_takes_its_time(seconds, ticks):
+    dut = tree_of(f'<StandStill seconds="{seconds}"/>')
+    who, memory, statuses = person(time_step=0.25), None, []
+    for _ in range(2 * ticks):
+        outcome = tick(dut, who, memory=memory)
+        memory = outcome.memory
+        statuses.append(outcome.status)
+    once = [*[Status.RUNNING] * (ticks - 1), Status.SUCCESS]
+    assert statuses == 2 * once
 
 
 @pytest.mark.parametrize("name", BEHAVIORS)

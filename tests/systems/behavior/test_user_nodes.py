@@ -1,5 +1,6 @@
 """Nodes of one's own: Python functions that XML files use by name."""
 
+from functools import partial
 from typing import Annotated, Literal
 
 import numpy as np
@@ -16,7 +17,6 @@ from hunav_drake.systems.behavior import (
     WriteTree,
     register_action,
     register_condition,
-    registry,
 )
 from hunav_drake.systems.crowd.human_config import HumanConfig
 from hunav_drake.systems.layout import YAW, Command, X
@@ -52,14 +52,8 @@ WAVING = """<?xml version="1.0"?>
 
 
 @pytest.fixture(autouse=True)
-def leaves(monkeypatch):
-    """Lets a test register leaves that are gone after it."""
-    monkeypatch.setattr(registry, "_TYPES", dict(registry._TYPES))
-    for module in ("parser", "writer"):
-        monkeypatch.setattr(
-            f"hunav_drake.systems.behavior.{module}.NODE_TYPES",
-            registry._TYPES,
-        )
+def leaves(node_types):
+    """Lets each test register leaves that are gone after it."""
 
 
 @pytest.fixture
@@ -274,14 +268,240 @@ def test_action_must_return_a_status(result):
         tick(parse("<Odd/>"))
 
 
-def test_same_function_can_be_registered_again():
-    """A notebook's cell runs more than once."""
+CELL = """
+@register_condition("Maybe")
+def {name}(moment):
+    return {result}
+"""
 
+
+def run_cell(name, result, module="__main__"):
+    """Runs a cell of a notebook, or a module anew."""
+    scope = {"register_condition": register_condition, "__name__": module}
+    exec(CELL.format(name=name, result=result), scope)
+
+
+@pytest.mark.parametrize("module", ["__main__", "my_leaves"])
+def test_code_that_runs_again_replaces_its_leaf(module):
+    """Also where the function has another name by now."""
+    run_cell("maybe", True, module)
+    run_cell("maybe", False, module)
+    assert tick(parse("<Maybe/>")).status is Status.FAILURE
+    run_cell("perhaps", True, module)
+    assert tick(parse("<Maybe/>")).status is Status.SUCCESS
+
+
+def test_same_function_can_be_registered_again():
+    def maybe(moment):
+        return False
+
+    register_condition("Maybe")(maybe)
+    register_condition("Maybe", ignored=["agent_id"])(maybe)
+    outcome = tick(parse('<Maybe agent_id="3"/>'))
+    assert outcome.status is Status.FAILURE
+
+
+def test_leaf_of_another_module_is_replaced_only_on_request():
+    run_cell("maybe", True, "my_leaves")
+    with pytest.raises(ValueError, match=r"leaf of my_leaves; .*replace=True"):
+        run_cell("maybe", False, "other_leaves")
+    with pytest.raises(ValueError, match=r"a leaf of hunav_drake\.systems"):
+        register_action("RegularNav")(lambda moment: None)
+    register_condition("Maybe", replace=True)(lambda moment: False)
+    assert tick(parse("<Maybe/>")).status is Status.FAILURE
+
+
+def test_functions_that_one_function_makes_do_not_replace_each_other():
     def make(result):
-        @register_condition("Maybe")
         def maybe(moment):
             return result
 
-    make(True)
-    make(False)
+        return maybe
+
+    register_condition("Maybe")(make(True))
+    with pytest.raises(ValueError, match="another leaf of the same function"):
+        register_condition("Maybe")(make(False))
+    assert tick(parse("<Maybe/>")).status is Status.SUCCESS
+    register_condition("Maybe", replace=True)(make(False))
     assert tick(parse("<Maybe/>")).status is Status.FAILURE
+
+
+@pytest.mark.parametrize("name", ["Sequence", "SubTree", "SequenceStar"])
+def test_nodes_of_the_language_cannot_be_replaced(name):
+    with pytest.raises(ValueError, match=f"{name}' is taken; choose"):
+        register_action(name, replace=True)(lambda moment: None)
+
+
+class Nearer:
+    """Holds if the robot is near.
+
+    And so on.
+    """
+
+    def __init__(self, most=3.0):
+        self.most = most
+
+    def __call__(self, moment, *, factor: float = 1.0) -> bool:
+        return moment.robot[X] < self.most * factor
+
+    def method(self, moment, *, factor: float = 1.0) -> bool:
+        return self(moment, factor=factor)
+
+
+def nearer(moment, *, most: float, factor: float = 1.0) -> bool:
+    """Holds if the robot is near."""
+    return moment.robot[X] < most * factor
+
+
+@pytest.mark.parametrize(
+    "leaf",
+    [Nearer(3.0), Nearer, Nearer(3.0).method, partial(nearer, most=3.0)],
+    ids=["object", "class", "method", "partial"],
+)
+def test_objects_that_can_be_called_are_leaves(leaf):
+    assert register_condition("IsNearer")(leaf) is leaf
+    assert tick(parse("<IsNearer/>")).status is Status.SUCCESS
+    dut = parse('<IsNearer factor="0.5"/>')
+    assert tick(dut).status is Status.FAILURE
+    with pytest.raises(BehaviorTreeError, match="there is no port 'most'"):
+        parse('<IsNearer most="1"/>')
+
+
+def test_two_objects_of_a_class_do_not_replace_each_other():
+    register_condition("IsNearer")(Nearer(3.0))
+    with pytest.raises(ValueError, match="same function or class"):
+        register_condition("IsNearer")(Nearer(1.0))
+
+
+def test_leaf_must_be_something_to_call():
+    with pytest.raises(ValueError, match=r"a leaf is a function.*got 3"):
+        register_condition("Three")(3)
+    with pytest.raises(ValueError, match="register one that you make"):
+        register_condition("Zip")(partial)
+
+
+@pytest.mark.parametrize("port", ["name", "ID", "_x"])
+def test_port_that_no_attribute_could_set_is_refused(port):
+    scope = {"register_action": register_action}
+    code = f"def leaf(moment, *, {port}: str = ''): pass"
+    exec(code, scope)
+    with pytest.raises(ValueError, match=f"no port can be called '{port}'"):
+        register_action("Leaf")(scope["leaf"])
+
+
+def test_ignored_attributes_are_several_names_and_no_ports():
+    with pytest.raises(ValueError, match=r"write \['agent_id'\]"):
+        register_action("Leaf", ignored="agent_id")
+    with pytest.raises(ValueError, match="x is a port, and cannot be ignored"):
+
+        @register_action("Leaf", ignored=["x"])
+        def leaf(moment, *, x: float = 1.0):
+            pass
+
+
+@pytest.mark.parametrize(
+    ("result", "status"),
+    [
+        (True, Status.SUCCESS),
+        (np.True_, Status.SUCCESS),
+        (Status.SUCCESS, Status.SUCCESS),
+        (False, Status.FAILURE),
+        (np.False_, Status.FAILURE),
+        (Status.FAILURE, Status.FAILURE),
+    ],
+)
+def test_condition_may_return_a_truth_or_a_status(result, status):
+    register_condition("Maybe")(lambda moment: result)
+    assert tick(parse("<Maybe/>")).status is status
+
+
+@pytest.mark.parametrize("result", [None, 1, "yes", Status.RUNNING, []])
+def test_condition_must_return_a_truth(result):
+    register_condition("Maybe")(lambda moment: result)
+    with pytest.raises(TypeError, match="<text>:2: condition Maybe must"):
+        tick(parse("\n<Maybe/>"))
+
+
+@pytest.mark.parametrize("register", [register_action, register_condition])
+def test_error_in_a_leaf_has_the_place_of_the_node(register):
+    register("Divide")(lambda moment: 1 / 0)
+    with pytest.raises(
+        BehaviorTreeError, match="<text>:2: <half>: ZeroDivisionError: div"
+    ) as caught:
+        tick(parse('\n<Divide name="half"/>'))
+    assert isinstance(caught.value.__cause__, ZeroDivisionError)
+
+
+def set_command(element, value):
+    def write(moment, own):
+        moment.command[element] = value
+
+    return write
+
+
+def set_status(value):
+    def write(moment, own):
+        moment.behavior_status = value
+
+    return write
+
+
+def set_memory(value):
+    def write(moment, own):
+        own[0] = value
+
+    return write
+
+
+WRONG = {
+    "NaN": (set_command(Command.GOAL_X, np.nan), "GOAL_X.*finite.*nan"),
+    "infinity": (set_command(Command.GOAL_Y, np.inf), "GOAL_Y.*finite.*inf"),
+    "text": (set_command(Command.HOLD, "yes"), "HOLD.*got 'yes'"),
+    "nothing": (set_command(Command.HOLD, None), "HOLD.*got None"),
+    "negative": (set_command(Command.MAX_SPEED, -1), "MAX_SPEED.*least 0"),
+    "radius": (set_command(Command.GOAL_RADIUS, -1), "GOAL_RADIUS.*least 0"),
+    "turn": (set_command(Command.TURN_RATE, -1.0), "TURN_RATE.*least 0"),
+    "role": (set_command(Command.ROBOT_ROLE, 7), "RobotRole, got 7"),
+    "long": (lambda moment, own: moment.command.append(1.0), "12.*got 13"),
+    "short": (lambda moment, own: moment.command.pop(), "12.*got 11"),
+    "status": (set_status(np.nan), "behavior_status must be in.*nan"),
+    "status text": (set_status("1"), "behavior_status must be in.*'1'"),
+    "large status": (set_status(101), "behavior_status must be in.*101"),
+    "memory": (set_memory(np.nan), "memory 'Odd: kept' must be.*nan"),
+    "memory text": (set_memory("a"), "memory 'Odd: kept' must be.*'a'"),
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_what_a_leaf_writes_is_checked_and_the_leaf_is_named(name):
+    function, words = WRONG[name]
+
+    @register_action("Odd", memory={"kept": 0.0})
+    def odd(moment, own):
+        function(moment, own)
+
+    body = "<Sequence><RegularNav/>\n<Odd/></Sequence>"
+    with pytest.raises(BehaviorTreeError, match=f"<text>:2: <Odd>: .*{words}"):
+        tick(parse(body))
+
+
+@pytest.mark.parametrize(
+    "function",
+    [
+        set_command(Command.HOLD, True),
+        set_command(Command.GOAL_X, np.float64(1e308)),
+        set_status(100),
+        set_status(True),
+        set_memory(np.inf),
+        set_memory(7),
+    ],
+)
+def test_what_is_right_passes(function):
+    register_action("Odd", memory={"kept": 0.0})(function)
+    body = (
+        '<Sequence><Odd/><SetBlackboard output_key="a" value="1"/>'
+        '<Inverter><SetBlackboard output_key="b" value="{c}"/></Inverter>'
+        '<ForceSuccess><Sequence><AlwaysFailure/><SetBlackboard value="1"'
+        ' output_key="c"/></Sequence></ForceSuccess></Sequence>'
+    )
+    assert tick(parse(body)).status is Status.SUCCESS

@@ -1,0 +1,77 @@
+"""Tells whether two trees are the same, wherever their files are."""
+
+import hashlib
+import json
+from typing import Any
+
+from hunav_drake.systems.behavior.documents import Documents
+from hunav_drake.systems.behavior.library import LoadBehavior
+from hunav_drake.systems.behavior.node import Constant, Node, Variable
+from hunav_drake.systems.behavior.tree import Tree
+from hunav_drake.systems.behavior.xml_source import NOTES, XmlElement
+from hunav_drake.systems.crowd.behavior_config import BehaviorConfig
+
+
+def tree_fingerprint(behavior: str | BehaviorConfig | Tree) -> str:
+    """Returns a SHA-256 of a tree with all that it includes.
+
+    It covers the elements of all files, the values of the ports, given or by
+    default, and which functions the leaves are, with their defaults; but not
+    where the files are, nor comments.
+
+    Args:
+        behavior: A tree, or what one is loaded from: as
+            `HumanConfig.behavior`.
+
+    Returns:
+        64 hexadecimal digits.
+
+    Raises:
+        BehaviorTreeError: If there is no such tree, or at the first fault in
+            it.
+    """
+    tree = behavior if isinstance(behavior, Tree) else LoadBehavior(behavior)
+    content = {
+        "main": tree.name,
+        "values": dict(tree.values),
+        "nodes": [_node(node) for node in tree.nodes],
+        "documents": _documents(tree.documents),
+    }
+    text = json.dumps(content, sort_keys=True, ensure_ascii=False)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _node(node: Node) -> list[Any]:
+    """Returns what the code says of a node, as far as its file does not."""
+    ports = {name: _value(value) for name, value in node.ports.items()}
+    slots = dict(node.type.slots)
+    return [node.type.name, node.type.source, ports, slots, len(node.children)]
+
+
+def _value(value: Constant | Variable) -> str:
+    if isinstance(value, Constant):
+        return repr(value.value)
+    return f"{{{value.key}}} {value.slot}"
+
+
+def _documents(documents: Documents) -> dict[str, Any]:
+    return {
+        "trees": {
+            name: [tree.format, _element(tree.element)]
+            for name, tree in documents.trees.items()
+        },
+        "ports": {
+            name: {port.name: [port.type, port.default] for port in it.values()}
+            for name, it in documents.ports.items()
+        },
+    }
+
+
+def _element(element: XmlElement) -> list[Any]:
+    attributes = {
+        name: text
+        for name, text in element.attributes.items()
+        if name not in NOTES
+    }
+    children = [_element(child) for child in element.children]
+    return [element.tag, attributes, children]

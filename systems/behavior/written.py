@@ -1,0 +1,84 @@
+"""What leaves may write in a tick: checked once, after each tick."""
+
+from collections.abc import Sequence
+import math
+from typing import Any
+
+from hunav_drake.systems.behavior.person import MAX_STATUS, Moment
+from hunav_drake.systems.columns import (
+    DESIRED_SPEED,
+    GOAL_RADIUS,
+    MAX_SPEED,
+    ROBOT_ROLE,
+    TURN_RATE,
+)
+from hunav_drake.systems.layout import COMMAND_SIZE, Command, RobotRole
+
+_NOT_NEGATIVE = (DESIRED_SPEED, MAX_SPEED, GOAL_RADIUS, TURN_RATE)
+_ROLES = frozenset(float(role) for role in RobotRole)
+
+
+def is_sound(moment: Moment, memory: Sequence[float]) -> bool:
+    """Tells at once that all is right; if not, `find_fault` looks closely.
+
+    Args:
+        moment: After a tick.
+        memory: The memory of the tree, likewise.
+    """
+    command = moment.command
+    try:
+        # Nothing adds up to a finite number with infinity or NaN in it.
+        total = sum(command)
+        kept = sum(memory)
+        return (
+            len(command) == COMMAND_SIZE
+            and total - total == 0
+            and kept == kept
+            and command[ROBOT_ROLE] in _ROLES
+            and command[DESIRED_SPEED] >= 0
+            and command[MAX_SPEED] >= 0
+            and command[GOAL_RADIUS] >= 0
+            and command[TURN_RATE] >= 0
+            and 0 <= moment.behavior_status <= MAX_STATUS
+        )
+    except (TypeError, ValueError):
+        return False
+
+
+def find_fault(
+    moment: Moment, memory: Sequence[float], slots: Sequence[str]
+) -> str:
+    """Returns what is wrong with what leaves have written; empty if nothing.
+
+    Args:
+        moment: After a tick.
+        memory: The memory of the tree, likewise.
+        slots: What each number of the memory is.
+    """
+    command = moment.command
+    if len(command) != COMMAND_SIZE:
+        return f"a command has {COMMAND_SIZE} numbers, got {len(command)}"
+    for name, value in zip(Command, command, strict=True):
+        what = f"command[Command.{name.name}]"
+        if not _is_number(value) or not math.isfinite(value):
+            return f"{what} must be a finite number, got {value!r}"
+        if name in _NOT_NEGATIVE and value < 0:
+            return f"{what} must be at least 0, got {value!r}"
+        if name is Command.ROBOT_ROLE and value not in _ROLES:
+            return f"{what} must be a RobotRole, got {value!r}"
+    status = moment.behavior_status
+    if not _is_number(status) or not 0 <= status <= MAX_STATUS:
+        return f"behavior_status must be in [0, {MAX_STATUS}], got {status!r}"
+    # (Infinity may mean "nothing yet" to a leaf, and does to the blackboard.)
+    for slot, value in zip(slots, memory, strict=False):
+        if not _is_number(value) or math.isnan(value):
+            return f"memory {slot!r} must be a number, got {value!r}"
+    return ""
+
+
+def _is_number(value: Any) -> bool:
+    try:
+        math.isnan(value)
+    except TypeError:
+        return False
+    return True
