@@ -52,7 +52,7 @@ def test_another_part_cannot_take_its_name(dut):
 def test_a_part_that_lacks_something_is_refused(dut):
     with pytest.raises(TypeError, match=r"Empty is no brush: it lacks paint"):
         dut.register("broad")(dataclasses.dataclass(type("Empty", (), {})))
-    with pytest.raises(TypeError, match="a brush is a dataclass, .*got 3"):
+    with pytest.raises(TypeError, match=r"a brush is a dataclass, .*got 3"):
         dut.register("broad")(3)
     assert not dut
 
