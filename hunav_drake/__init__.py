@@ -17,11 +17,12 @@ if TYPE_CHECKING:
         plot_trajectories,
         plot_zones,
     )
-    from hunav_drake.recording_readers import ReadRecording
-    from hunav_drake.report import WriteReport
-    from hunav_drake.result_files import LoadResults, WriteResult
-    from hunav_drake.results import TrialResult
-    from hunav_drake.run_table import ReadRuns
+    from hunav_drake.recordings.readers import ReadRecording
+    from hunav_drake.report.writing import WriteReport
+    from hunav_drake.results.files import LoadResults, WriteResult
+    from hunav_drake.results.run_table import ReadRuns
+    from hunav_drake.results.statistics import compare, summarize
+    from hunav_drake.results.trial_result import TrialResult
     from hunav_drake.scenario import (
         CheckScenario,
         ListScenarios,
@@ -37,7 +38,6 @@ if TYPE_CHECKING:
         MakeTrialSimulator,
         RunTrial,
     )
-    from hunav_drake.statistics import compare, summarize
     from hunav_drake.systems.crowd import HumanConfig
 
 __all__ = [
@@ -87,22 +87,22 @@ __getattr__ = lazy_exports(
         "HumanPorts": "hunav_drake.humans",
         "ListScenarios": "hunav_drake.scenario",
         "LoadContext": "hunav_drake.context_file",
-        "LoadResults": "hunav_drake.result_files",
+        "LoadResults": "hunav_drake.results.files",
         "LoadScenario": "hunav_drake.scenario",
         "MakeHumans": "hunav_drake.humans",
         "MakeTrialDiagram": "hunav_drake.simulation",
         "MakeTrialSimulator": "hunav_drake.simulation",
-        "ReadRecording": "hunav_drake.recording_readers",
-        "ReadRuns": "hunav_drake.run_table",
+        "ReadRecording": "hunav_drake.recordings.readers",
+        "ReadRuns": "hunav_drake.results.run_table",
         "RunTrial": "hunav_drake.simulation",
         "SaveContext": "hunav_drake.context_file",
         "SaveScenario": "hunav_drake.scenario",
         "Scenario": "hunav_drake.scenario",
         "ScenarioError": "hunav_drake.scenario",
-        "TrialResult": "hunav_drake.results",
-        "WriteReport": "hunav_drake.report",
-        "WriteResult": "hunav_drake.result_files",
-        "compare": "hunav_drake.statistics",
+        "TrialResult": "hunav_drake.results.trial_result",
+        "WriteReport": "hunav_drake.report.writing",
+        "WriteResult": "hunav_drake.results.files",
+        "compare": "hunav_drake.results.statistics",
         "find_approaches": "hunav_drake.plots",
         "plot_behavior_activity": "hunav_drake.plots",
         "plot_comparison": "hunav_drake.plots",
@@ -111,6 +111,6 @@ __getattr__ = lazy_exports(
         "plot_robot_speed": "hunav_drake.plots",
         "plot_trajectories": "hunav_drake.plots",
         "plot_zones": "hunav_drake.plots",
-        "summarize": "hunav_drake.statistics",
+        "summarize": "hunav_drake.results.statistics",
     },
 )

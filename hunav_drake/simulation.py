@@ -19,11 +19,15 @@ from pydrake.systems.primitives import ConstantVectorSource
 
 from hunav_drake.humans import AddHumans
 from hunav_drake.interrupts import interrupts_between_steps
-from hunav_drake.provenance import MakeProvenance
-from hunav_drake.results import EndReason, MakeTrialResult, TrialResult
+from hunav_drake.results.provenance import MakeProvenance
+from hunav_drake.results.trial_result import (
+    EndReason,
+    MakeTrialResult,
+    TrialResult,
+)
 from hunav_drake.scenario import CheckScenario, SaveScenario, name_humans
-from hunav_drake.scenario_error import Fault, ScenarioError, shown
-from hunav_drake.scenario_schema import Scenario
+from hunav_drake.scenario.error import Fault, ScenarioError, shown
+from hunav_drake.scenario.schema import Scenario
 from hunav_drake.systems.behavior.fingerprint import tree_fingerprint
 from hunav_drake.systems.crowd import HumanConfig
 from hunav_drake.systems.crowd.weights import draw_weights

@@ -13,10 +13,10 @@ from hunav_drake.plots.style import (
     note,
     shown,
 )
-from hunav_drake.quantity_text import label_text
-from hunav_drake.results import TrialResult
-from hunav_drake.run_table import tabulate_runs
-from hunav_drake.statistics import RATES, summarize
+from hunav_drake.results.quantity_text import label_text
+from hunav_drake.results.run_table import tabulate_runs
+from hunav_drake.results.statistics import RATES, summarize
+from hunav_drake.results.trial_result import TrialResult
 from hunav_drake.systems.evaluation.metrics import METRICS
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ def plot_comparison(
     """Draws the mean of a metric over runs, with its 95 % interval, as bars.
 
     The dots are the single runs. What has no value does not count. Rates are
-    in percent. See `hunav_drake.statistics.summarize`.
+    in percent. See `hunav_drake.results.statistics.summarize`.
 
     Args:
         runs: Results, or a table with a row per run, such as `metrics.csv`.

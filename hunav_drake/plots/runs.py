@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from hunav_drake.results import TrialResult
+from hunav_drake.results.trial_result import TrialResult
 from hunav_drake.systems.evaluation.recording import Recording
 
 Run = Recording | TrialResult

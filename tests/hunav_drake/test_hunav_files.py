@@ -7,9 +7,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from hunav_drake.hunav_files import HUNAV_NAMES
-from hunav_drake.result_files import WriteResult
-from hunav_drake.results import MakeTrialResult
+from hunav_drake.results.files import WriteResult
+from hunav_drake.results.hunav_files import HUNAV_NAMES
+from hunav_drake.results.trial_result import MakeTrialResult
 from hunav_drake.systems.evaluation.recording import Recording
 
 

@@ -2,13 +2,13 @@
 
 import pytest
 
-from hunav_drake.hunav_yaml import ImportAgents
 from hunav_drake.scenario import (
     LoadScenario,
     RobotConfig,
     SaveScenario,
     ScenarioError,
 )
+from hunav_drake.scenario.hunav_yaml import ImportAgents
 
 AGENTS = """\
 hunav_loader:

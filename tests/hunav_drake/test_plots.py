@@ -20,8 +20,8 @@ from hunav_drake.plots import (
     plot_trajectories,
     plot_zones,
 )
-from hunav_drake.results import MakeTrialResult
-from hunav_drake.statistics import summarize
+from hunav_drake.results.statistics import summarize
+from hunav_drake.results.trial_result import MakeTrialResult
 from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.systems.obstacles import Obstacles
 

@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from hunav_drake.recording_readers import ReadRecording
+from hunav_drake.recordings.readers import ReadRecording
 from hunav_drake.systems.evaluation.compute import (
     compute_metrics,
     compute_steps,

@@ -9,11 +9,11 @@ from PIL import Image
 import pytest
 
 from hunav_drake import cli
-from hunav_drake.quantity_text import label_text, number_text, unit_text
-from hunav_drake.report import WriteReport
-from hunav_drake.report_html import number
-from hunav_drake.result_files import LoadResults, WriteResult
-from hunav_drake.results import MakeTrialResult
+from hunav_drake.report.html import number
+from hunav_drake.report.writing import WriteReport
+from hunav_drake.results.files import LoadResults, WriteResult
+from hunav_drake.results.quantity_text import label_text, number_text, unit_text
+from hunav_drake.results.trial_result import MakeTrialResult
 from hunav_drake.systems.evaluation.metrics import METRICS
 from hunav_drake.systems.evaluation.recording import Recording
 
@@ -469,7 +469,7 @@ def test_a_damaged_table_is_found_before_the_run(tmp_path, capsys):
 def test_a_table_that_is_damaged_meanwhile_loses_no_run(
     tmp_path, capsys, monkeypatch
 ):
-    monkeypatch.setattr("hunav_drake.cli.check_out", lambda directory: None)
+    monkeypatch.setattr("hunav_drake.commands.run.check_out", lambda directory: None)
     (tmp_path / "metrics.csv").write_text("tag,x\na,1\nb\n")
     assert cli.main(["run", "passing", "--quiet", "--out", str(tmp_path)]) == 2
     assert "row 2" in capsys.readouterr().err

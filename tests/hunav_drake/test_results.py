@@ -11,23 +11,23 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from hunav_drake.provenance import MakeProvenance
-from hunav_drake.result_files import (
+from hunav_drake.results.files import (
     CheckTables,
     GetTag,
     LoadResult,
     LoadResults,
     WriteResult,
 )
-from hunav_drake.results import (
+from hunav_drake.results.provenance import MakeProvenance
+from hunav_drake.results.run_table import ReadRuns, tabulate_runs
+from hunav_drake.results.text_table import append_row, read_rows
+from hunav_drake.results.trial_result import (
     FormatMetricsTable,
     MakeTrialResult,
     TrialResult,
 )
-from hunav_drake.run_table import ReadRuns, tabulate_runs
 from hunav_drake.systems.evaluation.metrics import METRICS, register_metric
 from hunav_drake.systems.evaluation.recording import Recording
-from hunav_drake.text_table import append_row, read_rows
 
 # The children only write files; none of the threads' locks matters to them.
 forks = pytest.mark.filterwarnings(

@@ -6,8 +6,8 @@ import os
 import pytest
 import yaml
 
-from hunav_drake import yaml_source
-from hunav_drake.yaml_source import MAX_BYTES, parse_yaml, read_yaml
+from hunav_drake.scenario import yaml_source
+from hunav_drake.scenario.yaml_source import MAX_BYTES, parse_yaml, read_yaml
 
 TEXTS = """
 yes no on off y n 1:30 2026-01-31 0x1F 0o17 010 1_000 1.2.3 1e inf nan truE .e1

@@ -15,8 +15,8 @@ from hunav_drake import (
     MakeTrialDiagram,
     SaveScenario,
 )
-from hunav_drake.hunav_yaml import ImportAgents
 from hunav_drake.scenario import ScenarioError
+from hunav_drake.scenario.hunav_yaml import ImportAgents
 from hunav_drake.systems.crowd import SocialForceParameters
 from hunav_drake.systems.crowd.weights import WEIGHTS, draw_weights
 from hunav_drake.systems.draws import Purpose, draw_normal

@@ -7,8 +7,8 @@ import pytest
 import yaml
 
 from hunav_drake.cli import main
-from hunav_drake.result_files import WriteResult
-from hunav_drake.results import MakeTrialResult
+from hunav_drake.results.files import WriteResult
+from hunav_drake.results.trial_result import MakeTrialResult
 from hunav_drake.systems.evaluation.compute import (
     compute_by_behavior,
     compute_metrics,

@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from hunav_drake.hunav_files import HUNAV_NAMES
-from hunav_drake.hunav_yaml import BEHAVIOR_NAMES
-from hunav_drake.recording_readers import ReadRecording
+from hunav_drake.recordings.readers import ReadRecording
+from hunav_drake.results.hunav_files import HUNAV_NAMES
+from hunav_drake.scenario.hunav_yaml import BEHAVIOR_NAMES
 from hunav_drake.systems.evaluation.compute import compute_metrics, evaluate
 from hunav_drake.systems.evaluation.differences import DIFFERENCES
 from hunav_drake.systems.evaluation.metrics import METRICS, select_metrics

@@ -1,0 +1,53 @@
+"""What all commands of `hunav` share: exit codes, and bad input."""
+
+from pathlib import Path
+
+# The exit codes.
+DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+
+
+class InputError(Exception):
+    """Something that the caller gave cannot be used; the text says what."""
+
+
+def check_new(path: Path, *, force: bool) -> None:
+    """Finds out whether a file may be written.
+
+    Raises:
+        InputError: If there is one already, and not ``force``.
+    """
+    if path.exists() and not force:
+        raise InputError(f"{path} exists already; --force writes over it")
+
+
+def check_out(directory: Path) -> None:
+    """Finds out before the work whether its results can be kept.
+
+    Raises:
+        InputError: If nothing can be written to the folder, or a table there
+            is damaged.
+    """
+    import tempfile
+
+    from hunav_drake.results.files import CheckTables
+
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=directory):
+            pass
+    except OSError as error:
+        raise InputError(
+            f"--out {directory}: cannot write there: {error.strerror}. Name a"
+            " folder that you may write to."
+        ) from error
+    try:
+        CheckTables(directory)
+    except OSError as error:
+        raise InputError(
+            f"--out {directory}: cannot read {error.filename}: {error.strerror}"
+        ) from error
+    except ValueError as error:
+        raise InputError(
+            f"--out {directory}: {error}. Repair it, move it away, or name"
+            " another folder."
+        ) from error

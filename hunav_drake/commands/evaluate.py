@@ -1,0 +1,135 @@
+"""What `hunav evaluate` does."""
+
+from collections.abc import Sequence
+import dataclasses
+import math
+from pathlib import Path
+from typing import Any
+
+from hunav_drake.recordings.readers import ReadRecording
+from hunav_drake.results.provenance import MakeSourceProvenance
+from hunav_drake.results.trial_result import MakeTrialResult, TrialResult
+from hunav_drake.systems.evaluation.metrics import METRICS, select_metrics
+from hunav_drake.systems.evaluation.recording import (
+    GOAL_YAW_TOLERANCE,
+    Recording,
+)
+from hunav_drake.systems.obstacles import Obstacles
+
+# What `--walls` says of a place without any.
+NO_WALLS = "none"
+
+# The families of metrics of which some depend on walls.
+_OF_WALLS = ("clearance", "efficiency", "forces", "surprise")
+
+
+def evaluate_file(
+    filename: Path,
+    *,
+    metric_names: Sequence[str] = ("all",),
+    goal: str | None = None,
+    goal_tolerance: str | None = None,
+    walls: str | None = None,
+    reference: Path | None = None,
+) -> TrialResult:
+    """Computes the metrics of a recording.
+
+    Args:
+        filename: The recording: see `ReadRecording`.
+        metric_names: Names of metrics, their aliases, families, "paper" or
+            "all".
+        goal: A goal "x,y" or "x,y,yaw" instead of the recording's, in meters
+            and radians; without yaw any heading will do.
+        goal_tolerance: "distance" or "distance,yaw" instead of the
+            recording's, in meters and radians.
+        walls: A scenario, shipped or a file, whose walls those of the
+            recording are; or "none" if there are none.
+        reference: A recording of a robot that went the way it should.
+
+    Raises:
+        OSError: If a file cannot be read.
+        ValueError: If a file is not a recording, or a name, the goal, its
+            tolerance or the walls make no sense.
+    """
+    select_metrics(metric_names)
+    recording = ReadRecording(filename)
+    changes: dict[str, Any] = {}
+    if goal is not None:
+        changes |= _goal(goal, recording)
+    if goal_tolerance is not None:
+        if goal is None and recording.goal is None:
+            raise ValueError(
+                "--goal-tolerance: the recording has no goal; add --goal X,Y"
+            )
+        changes |= _tolerance(goal_tolerance)
+    if walls is not None:
+        changes |= {"obstacles": _walls(walls), "walls_known": True}
+    recording = dataclasses.replace(recording, **changes)
+    if reference is not None:
+        recording = recording.compared_with(ReadRecording(reference))
+    at_goal = bool(recording.derived.at_goal[-1])
+    return MakeTrialResult(
+        recording,
+        scenario_name=filename.name.split(".")[0],
+        metric_names=metric_names,
+        provenance=MakeSourceProvenance(filename),
+        end_reason="goal" if at_goal else "end",
+        end_message="the robot is at its goal"
+        if at_goal
+        else "the recording ends",
+        end_time=float(recording.times[-1] - recording.times[0]),
+    )
+
+
+def lacks_walls(result: TrialResult) -> bool:
+    """Tells whether a metric has no value since walls are not known."""
+    values = result.metrics
+    return not result.recording.walls_known and any(
+        METRICS[name].family in _OF_WALLS
+        for name in values.index[values.isna()]
+    )
+
+
+def _goal(text: str, recording: Recording) -> dict[str, Any]:
+    x, y, *yaw = _numbers("--goal", "X,Y", text)
+    tolerance = math.pi
+    if yaw:
+        # Any heading will do for a recording whose goal had none.
+        known = recording.goal_yaw_tolerance
+        tolerance = known if known < math.pi else GOAL_YAW_TOLERANCE
+    return {
+        "goal": (x, y, *(yaw or [0.0])),
+        "goal_yaw_tolerance": tolerance,
+    }
+
+
+def _tolerance(text: str) -> dict[str, Any]:
+    distance, *yaw = _numbers("--goal-tolerance", "D", text)
+    changes = {"goal_tolerance": distance}
+    return changes | ({"goal_yaw_tolerance": yaw[0]} if yaw else {})
+
+
+def _numbers(option: str, needed: str, text: str) -> list[float]:
+    """Returns the numbers of an option: the needed ones, and perhaps a yaw."""
+    count = needed.count(",") + 1
+    try:
+        numbers = [float(part) for part in text.split(",")]
+    except ValueError:
+        numbers = []
+    if len(numbers) not in (count, count + 1):
+        raise ValueError(
+            f"{option} must be {needed} or {needed},YAW in meters and radians,"
+            f" got {text!r}"
+        )
+    return numbers
+
+
+def _walls(text: str) -> Obstacles:
+    if text == NO_WALLS:
+        return Obstacles.from_points([])
+    from hunav_drake.scenario import LoadScenario
+
+    try:
+        return LoadScenario(filename=text).world.obstacles()
+    except ValueError as error:
+        raise ValueError(f"--walls: {error}") from error

@@ -1,0 +1,123 @@
+"""The commands `hunav evaluate` and `hunav metrics`.
+
+Everything heavy is imported where it is used, so that the command answers at
+once.
+"""
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from hunav_drake.commands.errors import DONE, InputError, check_out
+from hunav_drake.commands.options import add_format_option, add_import_option
+
+
+def add_metric_commands(commands: Any) -> None:
+    """Adds the two commands to those of a parser."""
+    evaluate = commands.add_parser(
+        "evaluate",
+        help="print the metrics of a recording",
+        description="Prints the metrics of a recording: a .npz of a trial, a"
+        " .csv with the columns time, agent, x, y (and yaw, vx, vy, omega,"
+        ' radius, behavior, group_id, behavior_status; the agent "robot" is'
+        " the robot), or a .json of HuNavSim's messages step by step.",
+    )
+    evaluate.set_defaults(function=_evaluate)
+    evaluate.add_argument("file", type=Path)
+    evaluate.add_argument(
+        "--metrics",
+        nargs="+",
+        metavar="NAME",
+        default=["all"],
+        help='names, families, "paper" or "all" (see `hunav metrics`)',
+    )
+    evaluate.add_argument(
+        "--goal",
+        metavar="X,Y[,YAW]",
+        help="instead of the recording's, in meters and radians;"
+        " --goal=-1,2 if it begins with a minus sign",
+    )
+    evaluate.add_argument(
+        "--goal-tolerance",
+        metavar="D[,YAW]",
+        help="how near to the goal and its heading is at the goal, in meters"
+        " and radians, instead of the recording's, or of 0.2 and 0.25",
+    )
+    evaluate.add_argument(
+        "--walls",
+        metavar="SCENARIO",
+        help='a scenario with the walls of the recording, or "none": a .csv or'
+        " .json does not tell them, and metrics that depend on them have no"
+        " value then",
+    )
+    evaluate.add_argument(
+        "--reference",
+        metavar="FILE",
+        type=Path,
+        help="a recording of a robot that went the way it should",
+    )
+    evaluate.add_argument(
+        "--out", metavar="DIR", type=Path, help="write tables there"
+    )
+    add_format_option(evaluate)
+    add_import_option(evaluate)
+
+    metrics = commands.add_parser("metrics", help="list or explain the metrics")
+    metrics.set_defaults(function=_list)
+    actions = metrics.add_subparsers(title="commands")
+    show = actions.add_parser("show", help="show the definition of a metric")
+    show.set_defaults(function=_show)
+    show.add_argument("name", nargs="+", help="metrics, families or all")
+    add_import_option(metrics)
+
+
+def _evaluate(options: argparse.Namespace) -> int:
+    if options.out is not None:
+        check_out(options.out)
+    from hunav_drake.commands.evaluate import evaluate_file, lacks_walls
+    from hunav_drake.results.files import WriteResult
+    from hunav_drake.results.trial_result import FormatMetricsTable
+
+    try:
+        result = evaluate_file(
+            options.file,
+            metric_names=options.metrics,
+            goal=options.goal,
+            goal_tolerance=options.goal_tolerance,
+            walls=options.walls,
+            reference=options.reference,
+        )
+    except OSError as error:
+        raise InputError(f"{error.filename}: {error.strerror}") from error
+    except ValueError as error:
+        raise InputError(str(error)) from error
+    print(FormatMetricsTable(result))
+    if lacks_walls(result):
+        print(
+            "\nThe walls are not known, so metrics that depend on them have no"
+            " value.\nGive them by --walls SCENARIO, or say --walls none."
+        )
+    if options.out is not None:
+        try:
+            written = WriteResult(result, options.out, format=options.format)
+        except (OSError, ValueError) as error:
+            raise InputError(f"--out {options.out}: {error}") from error
+        print(f"\nWrote {len(written)} files to {options.out}")
+    return DONE
+
+
+def _list(options: argparse.Namespace) -> int:
+    from hunav_drake.commands.metrics_text import list_metrics
+
+    print(list_metrics())
+    return DONE
+
+
+def _show(options: argparse.Namespace) -> int:
+    from hunav_drake.commands.metrics_text import show_metrics
+
+    try:
+        print(show_metrics(options.name))
+    except ValueError as error:
+        raise InputError(str(error)) from error
+    return DONE

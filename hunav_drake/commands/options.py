@@ -1,0 +1,73 @@
+"""Options that several commands of `hunav` have."""
+
+import argparse
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from hunav_drake.commands.errors import InputError
+
+if TYPE_CHECKING:
+    from hunav_drake.scenario import Scenario
+
+
+def add_import_option(parser: argparse.ArgumentParser) -> None:
+    """Adds the option that makes users' own code known."""
+    parser.add_argument(
+        "--import",
+        dest="imports",
+        action="append",
+        default=[],
+        metavar="MODULE",
+        help="first import a module or file.py that registers your own tree"
+        " nodes, motion models, planners or metrics",
+    )
+
+
+def add_scenario_options(parser: argparse.ArgumentParser) -> None:
+    """Adds the options that choose and change a scenario."""
+    parser.add_argument(
+        "--name", help="the scenario in a file that holds several"
+    )
+    parser.add_argument(
+        "--set",
+        dest="overrides",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="change the scenario: robot.radius=0.3, humans[0].behavior=...",
+    )
+
+
+def add_format_option(parser: argparse.ArgumentParser) -> None:
+    """Adds the option that tells which files `--out` writes."""
+    parser.add_argument(
+        "--format",
+        choices=("csv", "hunav"),
+        default="csv",
+        help="hunav: write HuNavSim's own text files besides the tables",
+    )
+
+
+def load_scenario(
+    scenario: str, options: Any, more: Sequence[str] = ()
+) -> "Scenario":
+    """Loads the scenario that the options choose, with their changes.
+
+    Args:
+        scenario: A shipped scenario, or a file.
+        options: Those of `add_scenario_options`.
+        more: Changes beside them, which come last.
+
+    Raises:
+        InputError: If it has faults.
+    """
+    from hunav_drake.scenario import LoadScenario, ScenarioError
+
+    try:
+        return LoadScenario(
+            filename=scenario,
+            scenario_name=options.name,
+            overrides=[*options.overrides, *more],
+        )
+    except ScenarioError as error:
+        raise InputError(str(error)) from error

@@ -1,0 +1,163 @@
+"""The command `hunav run`."""
+
+import argparse
+import contextlib
+import logging
+from pathlib import Path
+import sys
+import time
+from typing import TYPE_CHECKING, Any
+
+from hunav_drake.commands.errors import DONE, FAILED, InputError, check_out
+from hunav_drake.commands.options import (
+    add_format_option,
+    add_import_option,
+    add_scenario_options,
+    load_scenario,
+)
+
+if TYPE_CHECKING:
+    from hunav_drake.results.trial_result import TrialResult
+
+
+def add_run_command(commands: Any) -> None:
+    """Adds the command to those of `hunav`."""
+    run = commands.add_parser("run", help="run a trial and print its metrics")
+    run.set_defaults(function=_run)
+    run.add_argument(
+        "scenario", help="a shipped scenario (see `hunav list`), or a file"
+    )
+    add_scenario_options(run)
+    run.add_argument("--seed", type=_seed, help="instead of the scenario's")
+    run.add_argument("--planner", metavar="NAME", help="what drives the robot")
+    run.add_argument(
+        "--out",
+        metavar="DIR",
+        type=Path,
+        help="write tables, the recording, a report and a replay there; see"
+        " `hunav report`",
+    )
+    add_format_option(run)
+    run.add_argument(
+        "--no-replay", action="store_true", help="leave out the replay"
+    )
+    run.add_argument(
+        "--meshcat",
+        action="store_true",
+        help="show the trial in a browser, in real time",
+    )
+    run.add_argument(
+        "--quiet", action="store_true", help="no progress bar, no table"
+    )
+    add_import_option(run)
+
+
+def _seed(text: str) -> int:
+    if not text.isdecimal() or int(text) >= 2**63:
+        raise argparse.ArgumentTypeError(
+            f"must be a whole number in [0, 2^63), got {text!r}"
+        )
+    return int(text)
+
+
+def _run(options: argparse.Namespace) -> int:
+    more = [f"planner.name={options.planner}"] if options.planner else []
+    scenario = load_scenario(options.scenario, options, more)
+    if options.out is not None:
+        check_out(options.out)
+    from hunav_drake.results.trial_result import FormatMetricsTable
+    from hunav_drake.scenario import ScenarioError
+    from hunav_drake.simulation import RunTrial
+
+    replay = options.out is not None and not options.no_replay
+    meshcat = None
+    if options.meshcat or replay:
+        from hunav_drake.replay import SetView, StartMeshcatLocal
+
+        # Meshcat tells its address; only who wants to watch cares.
+        logging.getLogger("drake").setLevel(logging.WARNING)
+        meshcat = StartMeshcatLocal()
+        SetView(meshcat, scenario.world, scenario.humans, scenario.robot)
+    if options.meshcat and meshcat is not None:
+        print(f"Watch the trial at {meshcat.web_url()}", flush=True)
+
+    started = time.perf_counter()
+    with contextlib.ExitStack() as stack:
+        progress = None
+        if not options.quiet:
+            progress = stack.enter_context(
+                _ProgressBar(scenario.simulation.duration)
+            ).show
+        try:
+            result = RunTrial(
+                scenario,
+                options.seed,
+                meshcat=meshcat,
+                realtime_rate=1.0 if options.meshcat else 0.0,
+                progress=progress,
+            )
+        except ScenarioError as error:
+            raise InputError(str(error)) from error
+    elapsed = time.perf_counter() - started
+
+    text = FormatMetricsTable(result)
+    print(text.splitlines()[1] if options.quiet else text)
+    if not options.quiet:
+        rate = result.end_time / elapsed
+        print(f"\nTook {elapsed:.2f} s, {rate:.0f} times real time")
+    if options.out is not None:
+        _keep(result, options, meshcat if replay else None)
+    if options.meshcat and sys.stdin.isatty():
+        input("Press Enter to close the view. ")
+    completed = result.end_reason == "goal" or scenario.robot.goal is None
+    return DONE if completed else FAILED
+
+
+def _keep(
+    result: "TrialResult", options: argparse.Namespace, meshcat: Any
+) -> None:
+    """Writes the files of a run; its replay is what Meshcat has recorded."""
+    from hunav_drake.report.writing import WriteReport
+    from hunav_drake.results.files import GetTag, WriteResult
+
+    replay = None
+    try:
+        written = WriteResult(result, options.out, format=options.format)
+        tag = GetTag(written)
+        if meshcat is not None:
+            from hunav_drake.replay import SaveReplay
+
+            replay = options.out / f"replay_{tag}.html"
+            SaveReplay(meshcat, replay)
+        report = WriteReport(
+            result, options.out / f"report_{tag}.html", replay=replay
+        )
+    except (OSError, ValueError) as error:
+        raise InputError(f"--out {options.out}: {error}") from error
+    print(f"Wrote {len(written)} files to {options.out}")
+    print(f"Report, for a browser: {report}")
+    if replay is not None:
+        print(f"Replay, for a browser: {replay}")
+
+
+class _ProgressBar:
+    """Shows simulated seconds while a trial runs, if someone looks."""
+
+    def __init__(self, duration: float) -> None:
+        from tqdm import tqdm
+
+        self._bar = tqdm(
+            total=duration,
+            bar_format="{l_bar}{bar}| {n:.1f}/{total:.1f} s",
+            disable=None,
+            leave=False,
+        )
+
+    def __enter__(self) -> "_ProgressBar":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._bar.close()
+
+    def show(self, seconds: float) -> None:
+        self._bar.update(seconds - self._bar.n)

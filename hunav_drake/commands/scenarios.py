@@ -1,0 +1,96 @@
+"""The commands `hunav list`, `hunav check` and `hunav import`."""
+
+import argparse
+from pathlib import Path
+import sys
+from typing import Any
+
+from hunav_drake.commands.errors import (
+    BAD_INPUT,
+    DONE,
+    InputError,
+    check_new,
+)
+from hunav_drake.commands.options import (
+    add_import_option,
+    add_scenario_options,
+    load_scenario,
+)
+
+
+def add_scenario_commands(commands: Any) -> None:
+    """Adds the three commands to those of `hunav`."""
+    listing = commands.add_parser("list", help="list the shipped scenarios")
+    listing.set_defaults(function=_list)
+
+    check = commands.add_parser("check", help="check scenario files")
+    check.set_defaults(function=_check)
+    check.add_argument("scenario", nargs="+")
+    add_scenario_options(check)
+    add_import_option(check)
+
+    importing = commands.add_parser(
+        "import", help="make a scenario of HuNavSim's agents.yaml"
+    )
+    importing.set_defaults(function=_import)
+    importing.add_argument("agents", type=Path)
+    importing.add_argument(
+        "--metrics", type=Path, help="HuNavSim's metrics.yaml"
+    )
+    importing.add_argument(
+        "-o", "--output", type=Path, help="the file to write, else it is shown"
+    )
+    importing.add_argument(
+        "--force", action="store_true", help="write over an existing file"
+    )
+
+
+def _list(options: argparse.Namespace) -> int:
+    from hunav_drake.scenario import ListScenarios
+
+    scenarios = ListScenarios()
+    width = max(map(len, scenarios))
+    for name, description in scenarios.items():
+        print(f"{name:{width}}  {description}")
+    return DONE
+
+
+def _check(options: argparse.Namespace) -> int:
+    code = DONE
+    for name in options.scenario:
+        try:
+            scenario = load_scenario(name, options)
+        except InputError as error:
+            print(error, file=sys.stderr)
+            code = BAD_INPUT
+        else:
+            people = len(scenario.humans)
+            print(
+                f"{name}: ok ({people} {'person' if people == 1 else 'people'},"
+                f" {len(scenario.world.walls)} walls,"
+                f" planner {scenario.planner.name})"
+            )
+    return code
+
+
+def _import(options: argparse.Namespace) -> int:
+    from hunav_drake.scenario import SaveScenario, ScenarioError
+    from hunav_drake.scenario.hunav_yaml import ImportAgents
+
+    output: Path | None = options.output
+    if output is not None:
+        check_new(output, force=options.force)
+    try:
+        scenario = ImportAgents(
+            options.agents, metrics_filename=options.metrics
+        )
+        text = SaveScenario(scenario, output)
+    except ScenarioError as error:
+        raise InputError(str(error)) from error
+    except OSError as error:
+        raise InputError(f"{output}: {error.strerror}") from error
+    if output is None:
+        print(text, end="")
+    else:
+        print(f"Wrote {len(scenario.humans)} people to {output}")
+    return DONE

@@ -1,0 +1,115 @@
+"""The commands `hunav tree show`, `check` and `convert`."""
+
+import argparse
+from pathlib import Path
+import sys
+from typing import Any
+
+from hunav_drake.commands.errors import (
+    BAD_INPUT,
+    DONE,
+    InputError,
+    check_new,
+)
+from hunav_drake.commands.options import add_import_option
+
+
+def add_tree_commands(commands: Any) -> None:
+    """Adds the commands to those of `hunav`."""
+    tree = commands.add_parser("tree", help="look at behavior trees")
+    actions = tree.add_subparsers(title="commands", required=True)
+    file_help = "a tree file, or the name of a behavior"
+
+    show = actions.add_parser("show", help="show a tree and its memory")
+    show.set_defaults(function=_show)
+    show.add_argument("file", help=file_help)
+
+    check = actions.add_parser("check", help="check tree files")
+    check.set_defaults(function=_check)
+    check.add_argument("file", nargs="+", help=file_help)
+
+    convert = actions.add_parser(
+        "convert", help="write a tree in format 4 of BehaviorTree.CPP"
+    )
+    convert.set_defaults(function=_convert)
+    convert.add_argument("file", help=file_help)
+    convert.add_argument(
+        "-o", "--output", type=Path, help="the file to write, else it is shown"
+    )
+    convert.add_argument(
+        "--force", action="store_true", help="write over an existing file"
+    )
+    for command in (show, check, convert):
+        add_import_option(command)
+
+
+def _show(options: argparse.Namespace) -> int:
+    """Prints a tree, its ports, and the layout of its memory."""
+    from hunav_drake.systems.behavior import (
+        BehaviorTreeError,
+        LoadTree,
+        RenderBehaviorTree,
+    )
+
+    try:
+        tree = LoadTree(options.file)
+    except BehaviorTreeError as error:
+        raise InputError(str(error)) from error
+    print(f"{tree.name} ({tree.file})\n")
+    # Each line is a node.
+    for i, line in enumerate(str(RenderBehaviorTree(tree)).splitlines()):
+        print(f"{i:3d}  {line}")
+    ports = tree.documents.ports.get(tree.name, {})
+    if ports:
+        print("\nPorts:")
+        width = max(map(len, ports))
+        for name, port in ports.items():
+            default = "must be given" if port.default is None else port.default
+            print(f"  {name:{width}}  {default}")
+    print()
+    description = tree.Describe()
+    print(description[description.index("Memory:") :])
+    return DONE
+
+
+def _check(options: argparse.Namespace) -> int:
+    """Tells for each file whether it is a tree, and else its first fault."""
+    from hunav_drake.systems.behavior import BehaviorTreeError, LoadTree
+
+    code = DONE
+    for file in options.file:
+        try:
+            tree = LoadTree(file)
+        except BehaviorTreeError as error:
+            print(error, file=sys.stderr)
+            code = BAD_INPUT
+        else:
+            print(
+                f"{file}: ok ({tree.name}, {len(tree.nodes)}"
+                f" {'node' if len(tree.nodes) == 1 else 'nodes'},"
+                f" {len(tree.slots)} numbers of memory)"
+            )
+    return code
+
+
+def _convert(options: argparse.Namespace) -> int:
+    """Writes a tree in format 4 of BehaviorTree.CPP."""
+    from hunav_drake.systems.behavior import BehaviorTreeError, ConvertTree
+    from hunav_drake.systems.files import atomic_write
+
+    output: Path | None = options.output
+    try:
+        text = ConvertTree(options.file)
+    except BehaviorTreeError as error:
+        raise InputError(str(error)) from error
+    if output is None:
+        print(text, end="")
+        return DONE
+    check_new(output, force=options.force)
+    try:
+        with atomic_write(output) as stream:
+            stream.write(text.encode())
+    except OSError as error:
+        raise InputError(f"{output}: {error.strerror}") from error
+    print(f"Wrote {output}")
+    return DONE

@@ -1,0 +1,60 @@
+"""Loading what users have written: leaves, motion models, planners, metrics."""
+
+from collections.abc import Iterable
+import importlib
+import importlib.util
+from pathlib import Path
+import sys
+import traceback
+
+from hunav_drake.commands.errors import InputError
+
+
+def import_user_code(names: Iterable[str]) -> None:
+    """Imports modules, so that what they register is known.
+
+    Args:
+        names: Paths of Python files, or names of modules that are installed
+            or lie in the present folder.
+
+    Raises:
+        InputError: If one cannot be imported; it tells where.
+    """
+    for name in names:
+        try:
+            if name.endswith(".py"):
+                _import_file(Path(name))
+            else:
+                if str(Path.cwd()) not in sys.path:
+                    sys.path.insert(0, str(Path.cwd()))
+                importlib.import_module(name)
+        except OSError as error:
+            raise InputError(f"--import {name}: {error.strerror}") from error
+        except Exception as error:
+            raise InputError(
+                f"--import {name}: {_place(error)}{type(error).__name__}:"
+                f" {error}"
+            ) from error
+
+
+def _import_file(path: Path) -> None:
+    path.open().close()
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    if spec is None or spec.loader is None:
+        raise ImportError("is not a Python file")
+    module = importlib.util.module_from_spec(spec)
+    # As an import does, for what looks up the module of a class.
+    sys.modules[path.stem] = module
+    spec.loader.exec_module(module)
+
+
+def _place(error: Exception) -> str:
+    """Returns the line of the user's code where an error came from."""
+    if isinstance(error, SyntaxError):
+        return ""
+    frames = [
+        frame
+        for frame in traceback.extract_tb(error.__traceback__)
+        if frame.filename != __file__ and "importlib" not in frame.filename
+    ]
+    return f"{frames[0].filename}:{frames[0].lineno}: " if frames else ""

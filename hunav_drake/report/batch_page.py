@@ -1,0 +1,246 @@
+"""What a report tells of many trials."""
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import pandas as pd
+
+from hunav_drake.plots.comparison import comparison_height, plot_comparison
+from hunav_drake.plots.runs import run_names
+from hunav_drake.plots.series import plot_distance_to_people, plot_robot_speed
+from hunav_drake.plots.style import COLUMN
+from hunav_drake.plots.trajectories import (
+    plot_trajectories,
+    trajectories_height,
+)
+from hunav_drake.plots.zones import plot_zones, zones_height
+from hunav_drake.report.batch_tables import paired_tables, planner_tables
+from hunav_drake.report.html import escape, figure, number, table
+from hunav_drake.report.trial_page import (
+    LEGEND,
+    Parts,
+    provenance_table,
+    unit_of,
+)
+from hunav_drake.results.quantity_text import unit_text
+from hunav_drake.results.run_table import tabulate_runs
+from hunav_drake.results.trial_result import TrialResult
+from hunav_drake.systems.evaluation import names
+
+# What is compared in bars, and listed for each run, of what there is.
+_KEY_METRICS = (
+    names.TIME_TO_REACH_GOAL,
+    names.PATH_LENGTH,
+    names.MIN_DIST_TO_PEOPLE,
+    names.AVG_DIST_TO_CLOSEST_PERSON,
+    names.INTIMATE_SPACE_INTRUSIONS,
+    names.PERSONAL_SPACE_INTRUSIONS,
+    names.ROBOT_ON_PERSON_COLLISIONS,
+    names.TIME_NOT_MOVING,
+    names.SOCIAL_WORK,
+)
+
+# With more runs than this in a plot over time, nobody can tell the lines.
+_MOST_LINES = 6
+
+# The size of a plot over time, in inches.
+_SERIES = (COLUMN, 2.4)
+
+# How many of the values that differ between runs are listed.
+_MOST_VALUES = 4
+
+
+def batch_parts(
+    trials: Sequence[TrialResult], pages: Sequence[Mapping[str, str]]
+) -> Parts:
+    """Returns the parts of a report on several trials.
+
+    Args:
+        trials: The trials.
+        pages: For each of them, the addresses of its own pages, by what they
+            are.
+    """
+    runs = tabulate_runs(trials)
+    told = [f"{len(trials)} runs"]
+    for key, plural in (
+        ("scenario", "scenarios"),
+        ("planner", "planners"),
+        ("seed", "seeds"),
+    ):
+        count = runs[key].nunique()
+        if count > 1:
+            told.append(f"{count} {plural}")
+        elif str(runs[key].iloc[0]):
+            told.append(f"{key} {escape(runs[key].iloc[0])}")
+    sections = ["<h2>How the runs ended</h2>", _outcomes(runs)]
+    for i, scenario in enumerate(dict.fromkeys(runs["scenario"])):
+        own = [t for t in trials if t.scenario_name == scenario]
+        sections += _scenario(scenario, own, f"s{i}")
+    sections += [
+        "<h2>Runs</h2>",
+        f'<div class="wide">{_runs(runs, pages)}</div>',
+        "<h2>Provenance</h2>",
+        provenance_table(_common_provenance(trials)),
+    ]
+    return Parts([f'<p class="about">{", ".join(told)}</p>'], sections)
+
+
+def _outcomes(runs: pd.DataFrame) -> str:
+    rows = []
+    reasons = list(dict.fromkeys(["goal", *runs["end_reason"]]))
+    for (scenario, planner), own in runs.groupby(
+        ["scenario", "planner"], sort=False
+    ):
+        counts = Counter(own["end_reason"])
+        rows.append(
+            [
+                escape(scenario),
+                escape(planner),
+                str(len(own)),
+                *(str(counts[reason]) for reason in reasons),
+            ]
+        )
+    head = ["scenario", "planner", "runs", *map(escape, reasons)]
+    return table(head, rows, numbers=range(2, len(head)))
+
+
+def _scenario(scenario: str, trials: list[TrialResult], key: str) -> list[str]:
+    """Returns what is told of the trials of one scenario."""
+    runs = tabulate_runs(trials)
+    sections = [
+        f"<h2>{escape(scenario or 'Trials')}</h2>",
+        LEGEND,
+        "<p><small>Each value is the mean over the runs that have one, with"
+        " its 95&nbsp;% interval in brackets; n tells of how many, if not of"
+        " all.</small></p>",
+        *planner_tables(runs),
+        *paired_tables(runs, _KEY_METRICS),
+    ]
+    if runs["planner"].nunique() > 1:
+        sections += [
+            "<h3>Comparison</h3>",
+            "<p><small>Bars are means with 95&nbsp;% intervals, dots are single"
+            " runs.</small></p>",
+            '<div class="bars">',
+            *(
+                _bars(runs, name, f"{key}-{name.replace('+', '')}")
+                for name in _KEY_METRICS
+                if name in runs and runs[name].notna().any()
+            ),
+            "</div>",
+        ]
+    return [*sections, *_over_time(trials, key)]
+
+
+def _bars(runs: pd.DataFrame, name: str, key: str) -> str:
+    return figure(
+        key,
+        f"{name}: means and 95 % intervals by planner.",
+        (2.3, comparison_height(runs["planner"].nunique())),
+        lambda ax: plot_comparison(runs, name, ax=ax),
+        captioned=False,
+    )
+
+
+def _over_time(trials: list[TrialResult], key: str) -> list[str]:
+    """Returns plots of one run of each planner, with the same seed if any."""
+    first = trials[0].provenance.get("seed")
+    chosen: dict[Any, TrialResult] = {}
+    for trial in [
+        *(t for t in trials if t.provenance.get("seed") == first),
+        *trials,
+    ]:
+        chosen.setdefault(trial.provenance.get("planner"), trial)
+    shown = list(chosen.values())
+    if len(shown) == 1:
+        # Of one planner, the first runs.
+        shown = trials
+    shown = shown[:_MOST_LINES]
+    runs = dict(
+        zip(run_names(shown), (t.recording for t in shown), strict=True)
+    )
+    which = ", ".join(
+        dict.fromkeys(f"seed {t.provenance.get('seed', '?')}" for t in shown)
+    )
+    figures = [
+        figure(
+            f"{key}-trajectories",
+            f"The ways of the robots, and dotted those of people ({which}).",
+            (COLUMN, trajectories_height(runs)),
+            lambda ax: plot_trajectories(runs, ax=ax),
+            layout="compressed",
+        ),
+        figure(
+            f"{key}-distance",
+            f"The distance to the closest person, surface to surface ({which})."
+            " A triangle marks where an approach within 1.2 m is closest.",
+            _SERIES,
+            lambda ax: plot_distance_to_people(runs, ax=ax),
+        ),
+        figure(
+            f"{key}-speed",
+            f"The forward speed of the robot ({which}). Strips: a person is"
+            " within 1.2 m.",
+            _SERIES,
+            lambda ax: plot_robot_speed(runs, ax=ax),
+        ),
+        figure(
+            f"{key}-zones",
+            f"In which space of the closest person the robot was ({which}).",
+            (COLUMN, zones_height(len(runs))),
+            lambda ax: plot_zones(runs, ax=ax),
+        ),
+    ]
+    return ["<h3>Examples</h3>", '<div class="figures">', *figures, "</div>"]
+
+
+def _runs(runs: pd.DataFrame, pages: Sequence[Mapping[str, str]]) -> str:
+    shown = [name for name in _KEY_METRICS if name in runs]
+    about = ["scenario", "planner", "seed", "ended", "end_time"]
+    rows = [
+        [
+            *(escape(row[key]) for key in ("scenario", "planner", "seed")),
+            escape(row["end_reason"]),
+            number(float(row["end_time"])),
+            *(number(float(row[n]), unit_of(runs, n)) for n in shown),
+        ]
+        for _, row in runs.iterrows()
+    ]
+    links = [
+        ", ".join(f'<a href="{to}">{kind}</a>' for kind, to in own.items())
+        for own in pages
+    ]
+    units = {name: escape(unit_text(unit_of(runs, name))) for name in shown}
+    units["end_time"] = "s"
+    head = [
+        _breakable(name) + (f" ({units[name]})" if units.get(name) else "")
+        for name in about + shown
+    ]
+    first = 2
+    if any(links):
+        # Where they are seen without scrolling.
+        head.insert(2, "pages")
+        for row, link in zip(rows, links, strict=True):
+            row.insert(2, link)
+        first = 3
+    return table(head, rows, numbers=range(first, len(head)))
+
+
+def _breakable(name: str) -> str:
+    return escape(name.replace("_", " "))
+
+
+def _common_provenance(trials: Sequence[TrialResult]) -> dict[str, Any]:
+    """Returns what is the same for all, and what there is of the rest."""
+    found: dict[str, dict[str, None]] = {}
+    for trial in trials:
+        for key, value in trial.provenance.items():
+            found.setdefault(key, {})[str(value)] = None
+    result = {}
+    for key, values in found.items():
+        listed = list(values)
+        text = ", ".join(listed[:_MOST_VALUES])
+        more = len(listed) - _MOST_VALUES
+        result[key] = text + (f", and {more} more" if more > 0 else "")
+    return result

@@ -1,0 +1,96 @@
+"""A report on a trial, or on many: one HTML file that needs nothing else."""
+
+from collections.abc import Iterable, Mapping
+import os
+from pathlib import Path
+from types import MappingProxyType
+from urllib.parse import quote
+
+from hunav_drake.report.batch_page import batch_parts
+from hunav_drake.report.html import escape, page
+from hunav_drake.report.trial_page import trial_parts
+from hunav_drake.results.trial_result import TrialResult
+from hunav_drake.systems.files import atomic_write
+
+
+def WriteReport(
+    results: TrialResult | Iterable[TrialResult],
+    filename: str | Path,
+    *,
+    replay: str | Path | None = None,
+    title: str | None = None,
+    pages: str | Path | None = None,
+    left_out: Mapping[str, str] = MappingProxyType({}),
+) -> Path:
+    """Writes a report as one HTML file.
+
+    Of one trial it tells how it ended, all metrics, what happened in plots,
+    and where it comes from. Of several it compares scenarios and planners,
+    with intervals and run by run on equal seeds, and lists the runs. The file
+    has all pictures inside, and needs neither a network nor scripts. It
+    appears in one piece.
+
+    It links to the own pages of each run that there are, `report_<tag>.html`
+    and `replay_<tag>.html`, as `hunav run` writes them.
+
+    Args:
+        results: A trial, or several.
+        filename: The file to write; what is there already is replaced.
+        replay: The file of the replay of a single trial.
+        title: The heading; by default the name of the scenario.
+        pages: The folder with the own pages of the runs; by default that of
+            the file.
+        left_out: Why runs that belong here are not told of, by their tags.
+
+    Returns:
+        The path of the file.
+
+    Raises:
+        OSError: If the file cannot be written.
+        ValueError: If there are no results.
+    """
+    filename = Path(filename)
+    trials = [results] if isinstance(results, TrialResult) else list(results)
+    if not trials:
+        raise ValueError("a report needs at least one result, got none")
+    if title is None:
+        names = dict.fromkeys(t.scenario_name or "trial" for t in trials)
+        title = ", ".join(names)
+    folder = filename.parent if pages is None else Path(pages)
+    links = [_own_pages(trial.tag, folder, filename) for trial in trials]
+    if len(trials) == 1:
+        parts = trial_parts(trials[0])
+        address = links[0].get("replay")
+    else:
+        parts = batch_parts(trials, links)
+        address = None
+    if replay is not None:
+        address = _link(replay, filename)
+    head = [f"<h1>{escape(title)}</h1>", *parts.about]
+    if address is not None:
+        head.append(f'<p><a href="{address}">Watch the replay</a></p>')
+    for tag, reason in left_out.items():
+        head.append(
+            f'<p class="ended stuck"><strong>Left out: {escape(tag)}.</strong>'
+            f" {escape(reason)}</p>"
+        )
+    text = page(title, [*head, *parts.sections])
+    with atomic_write(filename) as file:
+        file.write(text.encode())
+    return filename
+
+
+def _own_pages(tag: str, folder: Path, filename: Path) -> dict[str, str]:
+    """Returns the addresses of what there is on a run, by what it is."""
+    paths = {k: folder / f"{k}_{tag}.html" for k in ("report", "replay")}
+    return {
+        kind: _link(path, filename)
+        for kind, path in paths.items()
+        if tag and path.exists()
+    }
+
+
+def _link(target: str | Path, page: Path) -> str:
+    """Returns the address of a file, as seen from a page."""
+    path = os.path.relpath(target, page.parent)
+    return escape(quote(Path(path).as_posix()))

@@ -1,0 +1,296 @@
+"""Statistics over runs: how good a planner is, and which one is better.
+
+The tables of runs are those that `WriteResult` adds rows to: a row per run,
+with columns that tell it from others and a column per metric. What is NaN or
+infinite is no value: it is left out, and `n` tells how many are left.
+"""
+
+from collections.abc import Callable, Hashable, Iterable
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+import pandas as pd
+
+from hunav_drake.results.intervals import (
+    mean_interval,
+    paired_rate_interval,
+    wilson_interval,
+)
+from hunav_drake.results.quantity_text import ROUNDING
+from hunav_drake.results.run_table import ABOUT
+from hunav_drake.systems.evaluation.metrics import METRICS
+from hunav_drake.systems.evaluation.names import COMPLETED
+
+Array = NDArray[np.float64]
+Names = str | Iterable[str]
+
+# Metrics that are 0 or 1, whose mean is a rate.
+RATES = (COMPLETED,)
+
+# With fewer pairs of runs than this none is called better: even if all of 5
+# point the same way, that happens by chance once in 16 times.
+LEAST_PAIRS = 6
+
+
+def summarize(
+    runs: pd.DataFrame,
+    by: Names = ("scenario", "planner"),
+    *,
+    metrics: Names | None = None,
+    rates: Names = RATES,
+    confidence: float = 0.95,
+    seed: int = 0,
+) -> pd.DataFrame:
+    """Describes each metric over runs of a kind.
+
+    Args:
+        runs: A row per run.
+        by: The columns that tell the kinds of runs apart; none to take all
+            runs together.
+        metrics: The columns to describe; by default all that have numbers and
+            are metrics.
+        rates: Those among them that are 0 or 1.
+        confidence: That of the intervals.
+        seed: The seed of the bootstrap.
+
+    Returns:
+        A row for each kind and metric, indexed by both, with the columns `n`
+        (runs in which the metric has a finite value), `mean`, `sd` (of the
+        sample, dividing by n - 1), `median`, and `low` and `high`: the
+        interval of the mean, `wilson_interval` for rates, else
+        `mean_interval`. What too few runs do not give is NaN.
+
+    Raises:
+        ValueError: If a column is missing, there is nothing to describe, or
+            `confidence` is not in (0, 1).
+    """
+    by = _listed(by)
+    _check_confidence(confidence)
+    names = _metric_columns(runs, by, metrics)
+    rates = set(_listed(rates))
+    kinds: Iterable[tuple[Any, pd.DataFrame]] = (
+        runs.groupby(by, sort=False, dropna=False) if by else [((), runs)]
+    )
+    rows = {}
+    for kind, part in kinds:
+        for name in names:
+            values = part[name].to_numpy(dtype=float)
+            values = values[np.isfinite(values)]
+            if name in rates:
+                _check_rate(name, values)
+                ends = wilson_interval(
+                    int(values.sum()), len(values), confidence
+                )
+            else:
+                ends = mean_interval(values, confidence, seed)
+            rows[(*kind, name)] = _describe(values) | dict(
+                zip(("low", "high"), ends, strict=True)
+            )
+    return _table(rows, [*by, "metric"])
+
+
+def compare(
+    runs: pd.DataFrame,
+    a: Hashable,
+    b: Hashable,
+    *,
+    on: str = "planner",
+    pair: Names = ("seed",),
+    by: Names = ("scenario",),
+    metrics: Names | None = None,
+    rates: Names = RATES,
+    confidence: float = 0.95,
+    seed: int = 0,
+) -> pd.DataFrame:
+    """Compares two planners, run by run, on the same seeds.
+
+    Of many metrics that do not differ, 1 in 20 shows a difference all the
+    same at a confidence of 0.95: choose beforehand the ones that matter.
+
+    Args:
+        runs: A row per run.
+        a: What the runs of the one have in the column `on`.
+        b: Likewise, of the other.
+        on: The column that tells the two apart.
+        pair: The columns in which runs that belong together are equal.
+        by: The columns that tell kinds of runs apart.
+        metrics: The columns to compare; by default all that have numbers and
+            are metrics.
+        rates: Those among them that are 0 or 1.
+        confidence: That of the intervals.
+        seed: The seed of the bootstrap.
+
+    Returns:
+        A row for each kind and metric, indexed by both, with the columns `n`
+        (pairs in which both have a finite value), `a` and `b` (the means over
+        those pairs), `difference` (b - a; rounding counts as 0), `sd` and
+        `median` of the differences, `low` and `high` (the interval of the mean
+        difference, `paired_rate_interval` for rates, else `mean_interval` over
+        pairs), and `better`: a or b, if there are at least `LEAST_PAIRS`
+        pairs, the interval leaves out 0, and the metric says what is better;
+        else None.
+
+    Raises:
+        ValueError: If a column is missing, a and b are the same, a run comes
+            twice, no run of the one has its like among those of the other, or
+            `confidence` is not in (0, 1).
+    """
+    by, pair, rates = _listed(by), _listed(pair), set(_listed(rates))
+    _check_confidence(confidence)
+    names = _metric_columns(runs, [*by, *pair, on], metrics)
+    one, other = _pairs(runs, (a, b), on, [*by, *pair], names)
+    kinds = one.index.to_frame(index=False)
+    groups: Iterable[tuple[Any, pd.DataFrame]] = (
+        kinds.groupby(by, sort=False, dropna=False) if by else [((), kinds)]
+    )
+    rows = {}
+    for kind, part in groups:
+        for name in names:
+            x = one[name].to_numpy(dtype=float)[part.index]
+            y = other[name].to_numpy(dtype=float)[part.index]
+            both = np.isfinite(x) & np.isfinite(y)
+            x, y = x[both], y[both]
+            gaps = np.where(np.isclose(x, y, ROUNDING, ROUNDING), 0.0, y - x)
+            if name in rates:
+                _check_rate(name, np.concatenate([x, y]))
+                low, high = paired_rate_interval(x, y, confidence)
+            else:
+                low, high = mean_interval(gaps, confidence, seed)
+            about = _describe(gaps)
+            rows[(*kind, name)] = {
+                "n": len(x),
+                "a": _or_nan(np.mean, x),
+                "b": _or_nan(np.mean, y),
+                "difference": about["mean"],
+                "sd": about["sd"],
+                "median": about["median"],
+                "low": low,
+                "high": high,
+                "better": _better(name, low, high, a, b)
+                if len(x) >= LEAST_PAIRS
+                else None,
+            }
+    table = _table(rows, [*by, "metric"])
+    # pandas would make NaN of None among texts.
+    table["better"] = pd.Series(
+        [row["better"] for row in rows.values()],
+        index=table.index,
+        dtype=object,
+    )
+    return table
+
+
+def _pairs(
+    runs: pd.DataFrame,
+    sides: tuple[Hashable, Hashable],
+    on: str,
+    keys: list[str],
+    names: list[str],
+) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Returns the runs of both sides that belong together, row by row."""
+    if sides[0] == sides[1]:
+        raise ValueError(f"{sides[0]!r} cannot be compared with itself")
+    tables = []
+    for side in sides:
+        part = runs[runs[on] == side]
+        if part.empty:
+            known = ", ".join(map(repr, runs[on].unique()))
+            raise ValueError(f"no run has the {on} {side!r}; there are {known}")
+        twice = part.duplicated(keys)
+        if twice.any():
+            first = part[twice].iloc[0][keys].to_dict()
+            raise ValueError(
+                f"the {on} {side!r} has more than one run with {first}; name"
+                " the columns in which they differ in `pair`"
+            )
+        tables.append(part.set_index(keys)[names])
+    one, other = tables
+    common = one.index[one.index.isin(other.index)]
+    if common.empty:
+        raise ValueError(
+            f"no two runs of {sides[0]!r} and {sides[1]!r} have the same"
+            f" {', '.join(keys)}"
+        )
+    return one.loc[common], other.loc[common]
+
+
+def _better(
+    name: str, low: float, high: float, a: Hashable, b: Hashable
+) -> Hashable:
+    metric = METRICS.get(name)
+    if metric is None or metric.direction == "none":
+        return None
+    # The difference is b - a.
+    if high < 0:
+        return b if metric.direction == "lower" else a
+    if low > 0:
+        return a if metric.direction == "lower" else b
+    return None
+
+
+def _describe(values: Array) -> dict[str, float]:
+    return {
+        "n": len(values),
+        "mean": _or_nan(np.mean, values),
+        "sd": float(values.std(ddof=1)) if len(values) > 1 else math.nan,
+        "median": _or_nan(np.median, values),
+    }
+
+
+def _or_nan(function: Callable[[Array], Any], values: Array) -> float:
+    return float(function(values)) if len(values) else math.nan
+
+
+def _listed(names: Names) -> list[str]:
+    return [names] if isinstance(names, str) else list(names)
+
+
+def _metric_columns(
+    runs: pd.DataFrame, keys: list[str], metrics: Names | None
+) -> list[str]:
+    names = (
+        _listed(metrics)
+        if metrics is not None
+        else [
+            name
+            for name in runs.columns
+            if name not in (*ABOUT, *keys)
+            and pd.api.types.is_numeric_dtype(runs[name])
+        ]
+    )
+    for name in [*keys, *names]:
+        if name not in runs:
+            raise ValueError(
+                f"the table of runs has no column {name!r}; it has"
+                f" {', '.join(map(str, runs.columns))}"
+            )
+    if runs.empty or not names:
+        raise ValueError(
+            f"there is nothing to describe: {len(runs)} runs, {len(names)}"
+            " metrics"
+        )
+    return names
+
+
+def _check_rate(name: str, values: Array) -> None:
+    if not np.isin(values, (0, 1)).all():
+        raise ValueError(
+            f"the column {name!r} is not a rate: it has values other than 0"
+            " and 1"
+        )
+
+
+def _check_confidence(confidence: float) -> None:
+    if not 0 < confidence < 1:
+        raise ValueError(f"confidence must be in (0, 1), got {confidence}")
+
+
+def _table(rows: dict[Any, dict[str, Any]], names: list[str]) -> pd.DataFrame:
+    table = pd.DataFrame(list(rows.values()))
+    table.index = pd.MultiIndex.from_tuples(list(rows), names=names)
+    table.attrs["units"] = {
+        row[-1]: METRICS[row[-1]].unit for row in rows if row[-1] in METRICS
+    }
+    return table

@@ -1,0 +1,185 @@
+"""The result of a trial, and how it is shown in a terminal."""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Literal
+import warnings
+
+import pandas as pd
+
+from hunav_drake.results.provenance import Provenance
+from hunav_drake.results.quantity_text import number_text, unit_text
+from hunav_drake.systems.evaluation.compute import (
+    evaluate,
+    evaluate_by_behavior,
+)
+from hunav_drake.systems.evaluation.metrics import METRICS, select_metrics
+from hunav_drake.systems.evaluation.recording import Recording
+
+# "end" is that of a recording from elsewhere, which does not tell.
+EndReason = Literal["goal", "timeout", "stuck", "end", "running"]
+
+# The widest line of a table in the terminal.
+_WIDTH = 80
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrialResult:
+    """All that is known of a trial that has ended.
+
+    Attributes:
+        scenario_name: The name of the scenario.
+        metrics: The values by name; units in `attrs["units"]`.
+        steps: A row per sample, indexed by time in seconds, and a column per
+            metric that has a series.
+        by_behavior: A row per behavior, with the metrics as if only the
+            people of that behavior were there.
+        steps_by_behavior: The steps for each behavior, and in the column
+            `behavior_active` whether it is 1 or 0.
+        recording: What happened.
+        provenance: Where it comes from: see `MakeProvenance`.
+        end_reason: Why the trial ended.
+        end_message: The same in words.
+        end_time: When it ended, in seconds of simulated time.
+        tag: What tells it from others in the folder that it was read from:
+            see `LoadResults`.
+    """
+
+    scenario_name: str
+    metrics: pd.Series
+    steps: pd.DataFrame
+    by_behavior: pd.DataFrame
+    steps_by_behavior: dict[str, pd.DataFrame]
+    recording: Recording
+    provenance: Provenance
+    end_reason: EndReason
+    end_message: str
+    end_time: float
+    tag: str = ""
+
+
+def MakeTrialResult(
+    recording: Recording,
+    *,
+    scenario_name: str = "",
+    metric_names: str | Iterable[str] = "all",
+    provenance: Provenance,
+    end_reason: EndReason,
+    end_message: str = "",
+    end_time: float | None = None,
+) -> TrialResult:
+    """Computes the metrics of a recording.
+
+    A metric that raises an error is NaN, and a warning names it: the rest of
+    the trial is not lost with it.
+
+    Args:
+        recording: What happened.
+        scenario_name: The name of the scenario.
+        metric_names: Names of metrics, their aliases, families, "paper" or
+            "all"; or one of these.
+        provenance: Where it comes from.
+        end_reason: Why the trial ended.
+        end_message: The same in words.
+        end_time: When it ended, in seconds; by default with the recording.
+
+    Returns:
+        The result.
+
+    Raises:
+        ValueError: If a name is unknown.
+    """
+    names = [metric.name for metric in select_metrics(metric_names)]
+    metrics, steps = _without_failures(
+        lambda some: evaluate(recording, some), names
+    )
+    # What failed for everyone is not tried again.
+    by_behavior, steps_by_behavior = _without_failures(
+        lambda some: evaluate_by_behavior(recording, some),
+        list(metrics.index),
+        " by behavior",
+    )
+    units = {name: METRICS[name].unit for name in names}
+    metrics = metrics.reindex(names)
+    by_behavior = by_behavior.reindex(columns=names)
+    metrics.attrs["units"] = units
+    by_behavior.attrs["units"] = dict(units)
+    return TrialResult(
+        scenario_name=scenario_name,
+        metrics=metrics,
+        steps=steps,
+        by_behavior=by_behavior,
+        steps_by_behavior=steps_by_behavior,
+        recording=recording,
+        provenance=dict(provenance),
+        end_reason=end_reason,
+        end_message=end_message,
+        end_time=float(recording.times[-1] if end_time is None else end_time),
+    )
+
+
+def _without_failures[Tables](
+    compute: Callable[[list[str]], Tables], names: list[str], how: str = ""
+) -> Tables:
+    """Returns what can be computed, and warns of metrics that cannot."""
+    try:
+        return compute(names)
+    except Exception:
+        # Only now, since it takes longer: which are they?
+        sound = []
+        for name in names:
+            try:
+                compute([name])
+            except Exception as error:
+                warnings.warn(
+                    f"no value{how}: {error}",
+                    RuntimeWarning,
+                    stacklevel=3,
+                )
+            else:
+                sound.append(name)
+        return compute(sound)
+
+
+def FormatMetricsTable(result: TrialResult) -> str:
+    """Returns the metrics as a table for the terminal.
+
+    One line per metric, by family: name, value, unit; "-" for no value. No
+    line is longer than 80 characters.
+    """
+    families: dict[str, list[str]] = {}
+    for name in result.metrics.index:
+        families.setdefault(METRICS[name].family, []).append(name)
+    lines = _heading(result)
+    for family, names in families.items():
+        lines += ["", family]
+        for name in names:
+            unit = METRICS[name].unit
+            value = _align(number_text(float(result.metrics[name]), unit))
+            lines.append(f"  {name:<36} {value} {unit_text(unit)}".rstrip())
+    return "\n".join(_shorten(line) for line in lines)
+
+
+def _heading(result: TrialResult) -> list[str]:
+    planner = result.provenance.get("planner")
+    parts = [
+        result.scenario_name or "trial",
+        f"planner {planner}" if planner else "",
+        f"seed {result.provenance['seed']}"
+        if "seed" in result.provenance
+        else "",
+    ]
+    ended = f"ended after {result.end_time:.2f} s: {result.end_reason}"
+    if result.end_message and result.end_message != result.end_reason:
+        ended += f" ({result.end_message})"
+    return [", ".join(part for part in parts if part), ended]
+
+
+def _align(number: str) -> str:
+    """Returns a number in a column of them, with the points in a line."""
+    whole, point, decimals = number.partition(".")
+    return f"{whole:>8}{point + decimals:<8}"
+
+
+def _shorten(line: str) -> str:
+    return line if len(line) <= _WIDTH else line[: _WIDTH - 3] + "..."

@@ -1,0 +1,43 @@
+"""Scenarios: loading, checking and saving trials."""
+
+from hunav_drake.scenario.checks import CheckScenario
+from hunav_drake.scenario.error import Fault, ScenarioError
+from hunav_drake.scenario.loading import (
+    ListScenarios,
+    LoadScenario,
+    name_humans,
+)
+from hunav_drake.scenario.schema import Scenario, SimulationConfig
+from hunav_drake.scenario.writer import SaveScenario
+from hunav_drake.systems.crowd.behavior_config import BehaviorConfig
+from hunav_drake.systems.crowd.crowd_config import CrowdConfig
+from hunav_drake.systems.crowd.human_config import HumanConfig
+from hunav_drake.systems.crowd.parameters import SocialForceParameters
+from hunav_drake.systems.evaluation.evaluator_config import EvaluatorConfig
+from hunav_drake.systems.planning.planner_config import PlannerConfig
+from hunav_drake.systems.robot.robot_config import RobotConfig, RobotLimits
+from hunav_drake.systems.world import Box, Polygon, Polyline, World
+
+__all__ = [
+    "BehaviorConfig",
+    "Box",
+    "CheckScenario",
+    "CrowdConfig",
+    "EvaluatorConfig",
+    "Fault",
+    "HumanConfig",
+    "ListScenarios",
+    "LoadScenario",
+    "PlannerConfig",
+    "Polygon",
+    "Polyline",
+    "RobotConfig",
+    "RobotLimits",
+    "SaveScenario",
+    "Scenario",
+    "ScenarioError",
+    "SimulationConfig",
+    "SocialForceParameters",
+    "World",
+    "name_humans",
+]

@@ -1,0 +1,273 @@
+"""What must hold of a scenario beyond the form of its parts."""
+
+from collections.abc import Iterator, Mapping
+import dataclasses as dc
+from typing import Any
+
+from pydantic import TypeAdapter, ValidationError
+
+from hunav_drake.scenario.error import (
+    Finding,
+    Loc,
+    ScenarioError,
+    path_text,
+    shown,
+    suggestion,
+)
+from hunav_drake.scenario.geometry import check_places, check_walls
+from hunav_drake.scenario.schema import Scenario
+from hunav_drake.scenario.validation import (
+    Check,
+    Places,
+    build_scenario,
+    schema_findings,
+)
+from hunav_drake.systems.checks import is_multiple, nearest_multiples
+from hunav_drake.systems.crowd.behavior_config import (
+    BehaviorConfig,
+    is_path,
+    is_xml,
+    tree_of,
+)
+
+# What a registry does not know is looked up at most so often: each time, it
+# is compared with every name.
+_MAX_UNKNOWN = 100
+
+
+def CheckScenario(scenario: Scenario) -> None:
+    """Checks a scenario, as LoadScenario() does for a file.
+
+    Args:
+        scenario: A scenario, perhaps one that was made or changed in Python.
+
+    Raises:
+        ScenarioError: If something does not fit the schema, or cannot be
+            simulated. The place of each fault is "scenario".
+        TypeError: If it is no Scenario at all.
+    """
+    if not isinstance(scenario, Scenario):
+        raise TypeError(
+            f"a Scenario is needed, got {type(scenario).__name__};"
+            " LoadScenario(filename='passing') gives one"
+        )
+    data = dc.asdict(scenario)
+    _, findings = build_scenario(data, ALL_CHECKS)
+    if findings:
+        places = Places()
+        raise ScenarioError(
+            "scenario", [places.fault(found, data) for found in findings]
+        )
+
+
+def check_people(scenario: Scenario) -> Iterator[Finding]:
+    """Looks for people who are mixed up, or who contradict themselves."""
+    names: dict[str, int] = {}
+    ids: dict[int, int] = {}
+    starts: dict[tuple[float, ...], int] = {}
+    for i, human in enumerate(scenario.humans):
+        loc: Loc = ("humans", i)
+        if human.name:
+            yield from _unique(scenario, names, human.name, loc, "name")
+        if human.id is not None:
+            yield from _unique(scenario, ids, human.id, loc, "id")
+        first = starts.setdefault(human.pose[:2], i)
+        if first != i:
+            other = path_text(scenario, ("humans", first))
+            yield Finding(
+                (*loc, "pose"),
+                f"starts on the same point as {other};"
+                f" move it by {2 * human.radius:g} m",
+                uses=(("humans", first, "pose"),),
+            )
+        if human.speed_limit < human.desired_speed:
+            yield Finding(
+                (*loc, "max_speed"),
+                f"must be at least desired_speed ({human.desired_speed:g}"
+                f" m/s), got {human.speed_limit:g}",
+                uses=((*loc, "desired_speed"),),
+            )
+
+
+def _unique(
+    scenario: Scenario, taken: dict[Any, int], value: Any, loc: Loc, key: str
+) -> Iterator[Finding]:
+    first = taken.setdefault(value, int(loc[1]))
+    if first != loc[1]:
+        other = path_text(scenario, ("humans", first))
+        yield Finding(
+            (*loc, key),
+            f"must be unique, but {shown(value)} is already the {key} of"
+            f" {other}",
+            uses=(("humans", first, key),),
+        )
+
+
+def check_times(scenario: Scenario) -> Iterator[Finding]:
+    """Looks for periods that the simulation's steps cannot keep."""
+    step = scenario.simulation.time_step
+    step_loc: Loc = ("simulation", "time_step")
+    for part, period in (
+        ("planner", scenario.planner.period),
+        ("evaluator", scenario.evaluator.period),
+    ):
+        if not is_multiple(period, step):
+            yield Finding(
+                (part, "period"),
+                f"must be a multiple of simulation.time_step ({step:g} s),"
+                f" got {period:g}; nearest: {nearest_multiples(period, step)}",
+                uses=(step_loc,),
+            )
+    duration = scenario.simulation.duration
+    if duration < step:
+        yield Finding(
+            ("simulation", "duration"),
+            f"must be at least simulation.time_step ({step:g} s),"
+            f" got {duration:g}",
+            uses=(step_loc,),
+        )
+
+
+def check_names(scenario: Scenario) -> Iterator[Finding]:
+    """Looks for names that nothing has, and parameters of what has one."""
+    yield from _check_behaviors(scenario)
+    yield from _check_motion_model(scenario)
+    yield from _check_planner(scenario)
+    yield from _check_metrics(scenario)
+
+
+def _check_behaviors(scenario: Scenario) -> Iterator[Finding]:
+    # Imported here, as below, for a scenario that is only read or written
+    # does without the systems.
+    from hunav_drake.systems.behavior import BEHAVIORS
+
+    # People often have the same behavior; each is looked at once.
+    known: dict[str, list[tuple[Loc, str]]] = {}
+    for i, human in enumerate(scenario.humans):
+        if isinstance(human.behavior, str) and human.behavior in BEHAVIORS:
+            continue
+        key = repr(human.behavior)
+        if key not in known:
+            if len(known) == _MAX_UNKNOWN:
+                return
+            known[key] = list(_behavior_faults(human.behavior))
+        whole: Loc = ("humans", i, "behavior")
+        for loc, message in known[key]:
+            yield Finding((*whole, *loc), message, uses=(whole,))
+
+
+def _behavior_faults(
+    behavior: str | BehaviorConfig,
+) -> Iterator[tuple[Loc, str]]:
+    """Looks for what is wrong with a behavior, each with its place in it."""
+    from hunav_drake.systems.behavior import (
+        BEHAVIORS,
+        CheckBehavior,
+        TreePortError,
+    )
+
+    tree = tree_of(behavior)
+    loc: Loc = () if isinstance(behavior, str) else ("tree",)
+    if tree not in BEHAVIORS and not is_xml(tree) and not is_path(tree):
+        yield (
+            loc,
+            f"there is no behavior {shown(tree)};"
+            f" {suggestion(tree, list(BEHAVIORS))}",
+        )
+        return
+    for error in CheckBehavior(behavior):
+        if isinstance(error, TreePortError):
+            yield (error.port,), error.message
+        else:
+            yield loc, str(error)
+
+
+def _check_planner(scenario: Scenario) -> Iterator[Finding]:
+    from hunav_drake.systems.planning import PLANNERS
+
+    yield from _check_choice(
+        ("planner", "name"),
+        "planner",
+        PLANNERS,
+        scenario.planner.name,
+        scenario.planner.parameters,
+    )
+
+
+def _check_motion_model(scenario: Scenario) -> Iterator[Finding]:
+    from hunav_drake.systems.crowd import MOTION_MODELS
+
+    yield from _check_choice(
+        ("crowd", "model"),
+        "motion model",
+        MOTION_MODELS,
+        scenario.crowd.model,
+        scenario.crowd.parameters,
+    )
+
+
+def _check_choice(
+    loc: Loc,
+    kind: str,
+    registry: Mapping[str, type[Any]],
+    name: str,
+    parameters: dict[str, Any],
+) -> Iterator[Finding]:
+    """Looks whether there is a part of that name, with those parameters.
+
+    Args:
+        loc: Where the name is; the parameters are beside it.
+        kind: What the part is called.
+        registry: The dataclasses of parameters by name.
+        name: What is chosen.
+        parameters: What differs from the dataclass's defaults.
+    """
+    if name not in registry:
+        yield Finding(
+            loc,
+            f"there is no {kind} {shown(name)};"
+            f" {suggestion(name, list(registry))}",
+        )
+        return
+    schema = registry[name]
+    known = [field.name for field in dc.fields(schema)]
+    for key in parameters:
+        if key not in known:
+            yield Finding(
+                (loc[0], "parameters", key),
+                f"unknown key; {suggestion(key, known)}",
+                uses=(loc,),
+            )
+    parameters = {key: parameters[key] for key in known if key in parameters}
+    try:
+        TypeAdapter(schema).validate_python(parameters)
+    except ValidationError as error:
+        for found in schema_findings(error, schema, (loc[0], "parameters")):
+            yield dc.replace(found, uses=(loc,))
+
+
+def _check_metrics(scenario: Scenario) -> Iterator[Finding]:
+    from hunav_drake.systems.evaluation import select_metrics
+
+    first: dict[str, int] = {}
+    for i, name in enumerate(scenario.evaluator.metrics):
+        first.setdefault(name, i)
+    unknown = 0
+    for name, i in first.items():
+        try:
+            select_metrics([name])
+        except ValueError as error:
+            yield Finding(("evaluator", "metrics", i), str(error))
+            unknown += 1
+            if unknown == _MAX_UNKNOWN:
+                return
+
+
+# What does not hang on the rest of the world, or on what is installed.
+OWN_CHECKS: tuple[Check, ...] = (check_people, check_times)
+ALL_CHECKS: tuple[Check, ...] = (
+    *OWN_CHECKS,
+    check_walls,
+    check_places,
+    check_names,
+)

@@ -1,0 +1,235 @@
+"""Scenario files: finding, loading and naming them."""
+
+from collections.abc import Mapping, Sequence
+import dataclasses as dc
+from importlib import resources
+import os
+from pathlib import Path
+from typing import Any
+
+from hunav_drake.scenario.checks import ALL_CHECKS
+from hunav_drake.scenario.error import (
+    Fault,
+    Loc,
+    ScenarioError,
+    child,
+    shown,
+    suggestion,
+)
+from hunav_drake.scenario.hunav_yaml import (
+    AGENTS_KEY,
+    HunavImport,
+    convert_agents,
+)
+from hunav_drake.scenario.overrides import apply_override, override_texts
+from hunav_drake.scenario.schema import Scenario
+from hunav_drake.scenario.validation import (
+    Places,
+    build_scenario,
+    document_faults,
+    override_place,
+)
+from hunav_drake.scenario.yaml_document import YamlDocument
+from hunav_drake.scenario.yaml_source import parse_yaml, read_yaml
+from hunav_drake.systems.crowd.behavior_config import (
+    is_path,
+)
+from hunav_drake.systems.crowd.people import name_people
+from hunav_drake.systems.suggest import nearest
+
+
+def LoadScenario(
+    *,
+    filename: str | Path | None = None,
+    data: str | bytes | None = None,
+    scenario_name: str | None = None,
+    overrides: Mapping[str, str] | Sequence[str] = (),
+) -> Scenario:
+    """Loads a scenario from a file or from text, and checks it.
+
+    Args:
+        filename: A file, or the name of a shipped scenario, such as
+            "passing". It may be one of HuNavSim's agents.yaml: see
+            ImportAgents().
+        data: The text of a file, instead of a file.
+        scenario_name: If given, the file is a mapping from names to
+            scenarios, and the one of this name is loaded.
+        overrides: Settings that replace what the file says, as on the
+            command line: "robot.radius=0.3", "humans[1].goals=[[1, 2]]", or
+            a mapping from such paths to values. The values are YAML.
+
+    Returns:
+        The scenario, in which each person has a name and a number. It is
+        called by `scenario_name` or as the file is, if not by itself.
+
+    Raises:
+        ScenarioError: If the file cannot be read, does not fit the schema, or
+            describes something that cannot be simulated. It lists all faults
+            with their places.
+        ValueError: If not exactly one of `filename` and `data` is given.
+    """
+    if (filename is None) == (data is None):
+        raise ValueError(
+            "LoadScenario() takes either filename or data, and one of them"
+        )
+    document = (
+        _read(filename)
+        if filename is not None
+        else parse_yaml(data or "", name="data")
+    )
+    if document.root is None:
+        raise ScenarioError(document.name, document_faults(document))
+    content = document.root.value
+    is_agents = isinstance(content, dict) and AGENTS_KEY in content
+    if is_agents and scenario_name is None:
+        agents = _load_agents(convert_agents(document), overrides)
+        return _name(agents, filename, None)
+    prefix = _prefix(document, scenario_name)
+    plain = document.plain(prefix)
+    if filename is not None and os.path.isfile(filename):
+        _find_trees(plain, Path(filename).resolve().parent)
+    faults = document_faults(document, prefix)
+    locs, override_faults = _override(plain, overrides)
+    scenario, findings = build_scenario(
+        plain, ALL_CHECKS, _inside(document.unread, prefix)
+    )
+    places = Places(document, prefix, overrides=locs)
+    faults += [places.fault(found, plain) for found in findings]
+    faults += override_faults
+    if scenario is None or faults:
+        raise ScenarioError(document.name, faults)
+    return _name(scenario, filename, scenario_name)
+
+
+def ListScenarios() -> dict[str, str]:
+    """Returns the names of the shipped scenarios with their descriptions."""
+    result = {}
+    for name in _shipped_names():
+        document = _read_shipped(name)
+        text = str(document.plain(("description",)) or "")
+        result[name] = " ".join(text.split())
+    return result
+
+
+def name_humans(scenario: Scenario) -> Scenario:
+    """Returns a scenario in which each person has a name and a number.
+
+    The argument is not changed. See `name_people`.
+    """
+    return dc.replace(scenario, humans=name_people(scenario.humans))
+
+
+def _load_agents(
+    imported: HunavImport, overrides: Mapping[str, str] | Sequence[str]
+) -> Scenario:
+    locs, faults = _override(imported.data, overrides)
+    if faults:
+        raise ScenarioError(imported.name, faults)
+    return imported.build(ALL_CHECKS, locs)
+
+
+def _find_trees(data: Any, folder: Path) -> None:
+    """Makes the paths of behavior trees absolute: they start at the file."""
+    humans = data.get("humans") if isinstance(data, dict) else None
+    for human in humans if isinstance(humans, list) else []:
+        holder, key = human, "behavior"
+        if isinstance(child(human, key), dict):
+            holder, key = human[key], "tree"
+        tree = child(holder, key)
+        if isinstance(tree, str) and is_path(tree):
+            holder[key] = str(folder / tree)
+
+
+def _name(
+    scenario: Scenario, filename: str | Path | None, scenario_name: str | None
+) -> Scenario:
+    """Returns the scenario with all names that were left to be given out."""
+    default = scenario_name or (Path(filename).stem if filename else "")
+    name = scenario.name or default[:64]
+    return name_humans(dc.replace(scenario, name=name))
+
+
+def _override(
+    data: Any, overrides: Mapping[str, str] | Sequence[str]
+) -> tuple[dict[Loc, str], list[Fault]]:
+    """Applies settings in order; returns what they set, and their faults."""
+    locs = {}
+    faults = []
+    for text in override_texts(overrides):
+        try:
+            locs[apply_override(data, text)] = text
+        except ValueError as error:
+            faults.append(Fault(override_place(text), 0, "", str(error)))
+    return locs, faults
+
+
+def _prefix(document: YamlDocument, scenario_name: str | None) -> Loc:
+    """Returns the way to the scenario of a name; checks that it is there."""
+    content = document.root.value if document.root else None
+    if scenario_name is None:
+        if names := _several(content):
+            fault = Fault(
+                document.name,
+                0,
+                "",
+                "holds several scenarios: choose one by scenario_name, or"
+                f" --name: {', '.join(map(shown, names[:20]))}",
+            )
+            raise ScenarioError(document.name, [fault])
+        return ()
+    if isinstance(content, dict) and scenario_name in content:
+        return (scenario_name,)
+    names = list(content) if isinstance(content, dict) else []
+    fault = Fault(
+        document.name,
+        0,
+        "",
+        f"there is no scenario {shown(scenario_name)} in it;"
+        f" {suggestion(scenario_name, names[:100])}",
+    )
+    raise ScenarioError(document.name, [*document_faults(document), fault])
+
+
+def _several(content: Any) -> list[str]:
+    """Returns the names of scenarios, if those are all that a file holds."""
+    parts = {field.name for field in dc.fields(Scenario)}
+    if not isinstance(content, dict) or not content or parts & set(content):
+        return []
+    for _, node in content.values():
+        keys = node.value
+        if not isinstance(keys, dict) or not parts & set(keys):
+            return []
+    return list(content)
+
+
+def _inside(locs: Sequence[Loc], prefix: Loc) -> list[Loc]:
+    """Returns the paths below a prefix, counted from it."""
+    size = len(prefix)
+    return [loc[size:] for loc in locs if loc[:size] == prefix]
+
+
+def _shipped_names() -> list[str]:
+    folder = resources.files("hunav_drake.scenarios")
+    names = (Path(entry.name) for entry in folder.iterdir())
+    return sorted(path.stem for path in names if path.suffix == ".yaml")
+
+
+def _read_shipped(name: str) -> YamlDocument:
+    file = resources.files("hunav_drake.scenarios") / f"{name}.yaml"
+    return parse_yaml(file.read_bytes(), name=file.name)
+
+
+def _read(filename: str | Path) -> YamlDocument:
+    """Reads a file, or else the shipped scenario of that name."""
+    shipped = _shipped_names()
+    is_file = os.path.isfile(filename)
+    if not is_file and str(filename) in shipped:
+        return _read_shipped(str(filename))
+    document = read_yaml(filename)
+    if not is_file:
+        line, finding = document.findings[0]
+        message = f"{finding.message}; shipped scenarios: {', '.join(shipped)}"
+        if near := nearest(Path(filename).stem, shipped):
+            message += f"; did you mean {near}?"
+        document.findings[0] = line, dc.replace(finding, message=message)
+    return document

@@ -1,0 +1,80 @@
+"""Puts settings from the command line into the plain data of a scenario."""
+
+from collections.abc import Mapping, Sequence
+import itertools
+import re
+from typing import Any
+
+from hunav_drake.scenario.error import Loc, path_text, shown
+from hunav_drake.scenario.yaml_source import parse_yaml
+
+# A part of a scenario, as in humans[1].goals[0]: names and places in lists.
+_KEY = r"[A-Za-z_][\w-]*"
+_PATH = re.compile(rf"{_KEY}(\.{_KEY}|\[[0-9]{{1,9}}\])*", re.ASCII)
+_STEP = re.compile(rf"({_KEY})|\[([0-9]+)\]", re.ASCII)
+_MAX_STEPS = 20
+
+
+def override_texts(overrides: Mapping[str, str] | Sequence[str]) -> list[str]:
+    """Returns settings as they are written: ["robot.radius=0.3"]."""
+    if isinstance(overrides, str):
+        return [overrides]
+    if isinstance(overrides, Mapping):
+        return [f"{path}={value}" for path, value in overrides.items()]
+    return list(overrides)
+
+
+def apply_override(data: Any, text: str) -> Loc:
+    """Sets one part of a scenario.
+
+    Mappings on the way are made where they are missing; members of lists are
+    not.
+
+    Args:
+        data: The plain data, which is changed.
+        text: A path, an equals sign, and a value in YAML.
+
+    Returns:
+        The path as steps.
+
+    Raises:
+        ValueError: If the text is not of that form, its value is not YAML, or
+            its path does not fit the data.
+    """
+    path, equals, value_text = text.partition("=")
+    path = path.strip()
+    loc: Loc = tuple(name or int(index) for name, index in _STEP.findall(path))
+    if not (equals and _PATH.fullmatch(path)) or len(loc) > _MAX_STEPS:
+        raise ValueError(
+            "must be a path and a value, as in robot.radius=0.3 or"
+            " humans[1].radius=0.4"
+        )
+    document = parse_yaml(value_text, name="value")
+    for _, finding in document.findings:
+        raise ValueError(f"the value {finding.message}")
+    target = data
+    for i, (step, following) in enumerate(itertools.pairwise(loc)):
+        keyed = isinstance(target, dict) and isinstance(step, str)
+        if keyed and isinstance(following, str) and target.get(step) is None:
+            target[step] = {}
+        target = _member(target, loc[: i + 1])
+    if not (isinstance(target, dict) and isinstance(loc[-1], str)):
+        _member(target, loc)
+    target[loc[-1]] = document.plain()
+    return loc
+
+
+def _member(data: Any, loc: Loc) -> Any:
+    """Returns the part of some data that the last step of a path leads to."""
+    step = loc[-1]
+    whole = path_text(None, loc[:-1]) or "the scenario"
+    if isinstance(step, str):
+        if not isinstance(data, dict):
+            raise ValueError(f"{whole} is {shown(data)}, not a mapping")
+        if step not in data:
+            raise ValueError(f"{path_text(None, loc)} is not given")
+    elif not isinstance(data, list):
+        raise ValueError(f"{whole} is {shown(data)}, not a list")
+    elif step >= len(data):
+        raise ValueError(f"{whole} has {len(data)} members, counted from 0")
+    return data[step]

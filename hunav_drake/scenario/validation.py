@@ -1,0 +1,291 @@
+"""Turns plain data into a Scenario, or into all that is wrong with it."""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+import copy
+import dataclasses as dc
+import re
+from types import NoneType, UnionType
+from typing import Any, Union, get_args, get_origin, get_type_hints
+
+from pydantic import TypeAdapter, ValidationError
+
+from hunav_drake.scenario.error import (
+    Fault,
+    Finding,
+    Loc,
+    path_text,
+    shown,
+    suggestion,
+)
+from hunav_drake.scenario.schema import Scenario
+from hunav_drake.scenario.yaml_document import YamlDocument
+
+# What looks for faults in a scenario that fits the schema.
+Check = Callable[[Scenario], Iterable[Finding]]
+
+# The schema's faults that are looked at: a file with more is not a scenario.
+_MAX_SCHEMA_FAULTS = 1000
+
+# What stands in for a person, or a wall, that does not fit the schema, while
+# the rest is checked: nobody in particular, and out of everybody's way.
+_SUBSTITUTE_HUMAN = {"pose": [0.0, 0.0, 0.0]}
+_SUBSTITUTE_WALL = {
+    "shape": "box",
+    "center": [1e5, 1e5],
+    "size": [1e-3, 1e-3],
+}
+
+_RULES = {
+    "bool_type": "must be true or false",
+    "dataclass_type": "must be a mapping",
+    "dict_type": "must be a mapping",
+    "finite_number": "must be a finite number",
+    "float_type": "must be a number",
+    "greater_than_equal": "must be at least {ge}",
+    "int_type": "must be a whole number",
+    "less_than_equal": "must be at most {le}",
+    "list_type": "must be a list",
+    "model_attributes_type": "must be a mapping",
+    "string_too_long": "must have at most {max_length} characters",
+    "string_type": "must be text",
+    "string_unicode": "must be text",
+    "too_long": "must be a list of at most {max_length}",
+    "too_short": "must be a list of at least {min_length}",
+    "tuple_type": "must be a list of numbers",
+}
+
+
+@dc.dataclass(frozen=True)
+class Places:
+    """Where the parts of a scenario were written.
+
+    Attributes:
+        document: The file or text; None for a scenario made in Python.
+        prefix: Where in the document the scenario is.
+        origins: For a file that does not have the form of a scenario, where
+            each of its parts comes from.
+        overrides: What was written on the command line for a part.
+    """
+
+    document: YamlDocument | None = None
+    prefix: Loc = ()
+    origins: Mapping[Loc, tuple[YamlDocument, Loc]] = dc.field(
+        default_factory=dict
+    )
+    overrides: Mapping[Loc, str] = dc.field(default_factory=dict)
+
+    def fault(self, finding: Finding, data: Any) -> Fault:
+        """Returns a finding with its place.
+
+        Args:
+            finding: What is wrong.
+            data: What it is about, as plain data or as a Scenario.
+        """
+        path = path_text(data, finding.loc)
+        for loc in (finding.loc, *finding.uses):
+            for size in range(len(loc), 0, -1):
+                if text := self.overrides.get(loc[:size]):
+                    return Fault(override_place(text), 0, path, finding.message)
+        if self.document is None:
+            return Fault("scenario", 0, path, finding.message)
+        document = self.document
+        # What is as by default was written nowhere; what it hangs on was.
+        parts = [(*self.prefix, *part) for part in (finding.loc, *finding.uses)]
+        loc = next(filter(document.find, parts), parts[0])
+        for size in range(len(finding.loc), 0, -1):
+            if origin := self.origins.get(finding.loc[:size]):
+                document, loc = origin
+                # The two outer keys are the same in all such files.
+                path = path_text(None, loc[2:])
+                break
+        return Fault(document.name, document.line(loc), path, finding.message)
+
+
+def override_place(text: str) -> str:
+    """Returns what messages call a setting from the command line."""
+    line = " ".join(text.split())
+    return f"--set {line if len(line) <= 60 else line[:57] + '...'}"
+
+
+def document_faults(document: YamlDocument, prefix: Loc = ()) -> list[Fault]:
+    """Returns what is wrong with the YAML of a document itself.
+
+    Args:
+        document: What was read.
+        prefix: The part that matters; faults elsewhere keep their full path.
+    """
+    whole, part = document.plain(), document.plain(prefix)
+    result = []
+    for line, finding in document.findings:
+        loc = finding.loc
+        if prefix and loc[: len(prefix)] == prefix:
+            path = path_text(part, loc[len(prefix) :])
+        else:
+            path = path_text(whole, loc)
+        result.append(Fault(document.name, line, path, finding.message))
+    return result
+
+
+def build_scenario(
+    data: Any, checks: Sequence[Check], known: Iterable[Loc] = ()
+) -> tuple[Scenario | None, list[Finding]]:
+    """Makes a scenario of plain data, and looks for all that is wrong.
+
+    Args:
+        data: Lists, mappings and scalars in the form of a Scenario.
+        checks: What a scenario must pass beyond the schema.
+        known: Parts that are known to be wrong already; nothing more is said
+            about them, nor about what hangs on them.
+
+    Returns:
+        The scenario, None unless all is well, and the findings.
+    """
+    findings: list[Finding] = []
+    scenario: Scenario | None
+    try:
+        scenario = TypeAdapter(Scenario).validate_python(data)
+    except ValidationError as error:
+        findings = schema_findings(error, Scenario)
+        scenario = _best_effort(data, [finding.loc for finding in findings])
+    silent = _Overlap(known)
+    findings = [found for found in findings if not silent.meets(found.loc)]
+    if scenario is None:
+        return None, findings
+    for check in checks:
+        silent = _Overlap([*known, *(found.loc for found in findings)])
+        findings += [
+            found
+            for found in check(scenario)
+            if not any(map(silent.meets, (found.loc, *found.uses)))
+        ]
+    return (scenario if not findings else None), findings
+
+
+def schema_findings(
+    error: ValidationError, schema: type, prefix: Loc = ()
+) -> list[Finding]:
+    """Returns what pydantic found, in this project's words.
+
+    Args:
+        error: What was raised when data were turned into a `schema`.
+        schema: The dataclass.
+        prefix: Where it is in the scenario.
+    """
+    result: dict[Loc, Finding] = {}
+    for item in error.errors(include_url=False)[:_MAX_SCHEMA_FAULTS]:
+        loc, owner = _clean(schema, item["loc"])
+        kind = item["type"]
+        if kind == "missing" and isinstance(loc[-1], int):
+            # All missing numbers are listed, the last one last.
+            got = len(item["input"])
+            message = f"must be {loc[-1] + 1} numbers, got {got}"
+            loc = loc[:-1]
+        elif kind == "missing":
+            message = "is missing"
+        elif kind == "unexpected_keyword_argument":
+            keys = [f.name for f in dc.fields(owner)] if owner else []
+            message = f"unknown key; {suggestion(str(loc[-1]), keys)}"
+        else:
+            message = _message(kind, item)
+        loc = prefix + loc
+        result[loc] = Finding(loc, message)
+    return list(result.values())
+
+
+def _message(kind: str, item: Mapping[str, Any]) -> str:
+    context = item.get("ctx", {})
+    value = item["input"]
+    if kind == "range":
+        return str(item["msg"])
+    if kind == "too_long" and context["field_type"] == "Tuple":
+        got = context["actual_length"]
+        return f"must be {context['max_length']} numbers, got {got}"
+    if kind in ("literal_error", "union_tag_invalid"):
+        text = context.get("expected") or context["expected_tags"]
+        words = re.findall("'([^']*)'", text)
+        value = context.get("tag", value)
+        hint = suggestion(value, words) if isinstance(value, str) else text
+        key = "shape: " if "tag" in context else ""
+        return f"{key}unknown value {shown(value)}; {hint}"
+    if kind == "union_tag_not_found":
+        return "shape is missing: box, polygon or polyline"
+    if kind in _RULES:
+        got = "a number too large" if _is_huge(value) else shown(value)
+        return f"{_RULES[kind].format(**context)}, got {got}"
+    return f"{item['msg']}, got {shown(value)}"
+
+
+def _is_huge(value: Any) -> bool:
+    return isinstance(value, int) and abs(value) > 10**300
+
+
+def _clean(
+    schema: type, steps: Sequence[str | int]
+) -> tuple[Loc, type[Any] | None]:
+    """Follows pydantic's path through a schema.
+
+    Returns:
+        The path without the names of a union's members, which pydantic puts
+        in, and the dataclass whose field the last step is.
+    """
+    loc: list[str | int] = []
+    owner: type[Any] | None = None
+    hint: Any = schema
+    for step in steps:
+        if get_origin(hint) in (Union, UnionType):
+            members = [m for m in get_args(hint) if m is not NoneType]
+            if len(members) > 1:
+                by_name = {m.__name__.lower(): m for m in members}
+                hint = by_name.get(str(step))
+                continue
+            hint = members[0]
+        loc.append(step)
+        owner = None
+        if isinstance(hint, type) and dc.is_dataclass(hint):
+            owner = hint
+            hint = get_type_hints(owner).get(str(step))
+        else:
+            hint = next(iter(get_args(hint)), None)
+    return tuple(loc), owner
+
+
+def _best_effort(data: Any, faulty: Iterable[Loc]) -> Scenario | None:
+    """Returns a scenario of what fits the schema, the rest by default."""
+    if not isinstance(data, dict):
+        return None
+    data = copy.deepcopy(data)
+    for loc in faulty:
+        if len(loc) >= 3 and loc[:2] == ("world", "walls"):
+            data["world"]["walls"][loc[2]] = dict(_SUBSTITUTE_WALL)
+        elif len(loc) >= 2 and loc[0] == "humans":
+            human = data["humans"][loc[1]]
+            if len(loc) == 2 or not isinstance(human, dict):
+                data["humans"][loc[1]] = dict(_SUBSTITUTE_HUMAN)
+            elif loc[2] == "pose":
+                human.update(_SUBSTITUTE_HUMAN)
+            else:
+                human.pop(loc[2], None)
+        elif len(loc) >= 2 and isinstance(data.get(loc[0]), dict):
+            data[loc[0]].pop(loc[1], None)
+        elif loc:
+            data.pop(loc[0], None)
+    try:
+        return TypeAdapter(Scenario).validate_python(data)
+    except ValidationError:
+        # More faults than are looked at: what is known is enough.
+        return None
+
+
+class _Overlap:
+    """Tells whether a part lies in one of some parts, or around one."""
+
+    def __init__(self, locs: Iterable[Loc]) -> None:
+        self._locs = set(locs)
+        self._around = {
+            loc[:size] for loc in self._locs for size in range(len(loc) + 1)
+        }
+
+    def meets(self, loc: Loc) -> bool:
+        return loc in self._around or any(
+            loc[:size] in self._locs for size in range(len(loc))
+        )

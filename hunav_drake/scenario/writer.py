@@ -1,0 +1,114 @@
+"""Writes a scenario as YAML that a person can read and change."""
+
+import dataclasses as dc
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from hunav_drake.scenario.schema import Scenario
+from hunav_drake.scenario.yaml_source import resolve
+from hunav_drake.systems.crowd.behavior_config import BehaviorConfig
+from hunav_drake.systems.files import atomic_write
+
+
+def SaveScenario(scenario: Scenario, filename: str | Path | None = None) -> str:
+    """Writes a scenario as YAML.
+
+    LoadScenario() makes an equal scenario of it, if all people have a name
+    and a number, as those of a loaded scenario have. Only what differs from
+    the defaults is written.
+
+    Args:
+        scenario: The scenario; it is not checked.
+        filename: The file to write, if any. It appears as a whole or not at
+            all, in place of the one that was there.
+
+    Returns:
+        The text.
+
+    Raises:
+        OSError: If the file cannot be written.
+        ValueError: If parameters of the planner or the crowd, or ports of a
+            behavior, hold something other than numbers, texts, flags, lists
+            and mappings.
+    """
+    data = _changed(scenario)
+    try:
+        text: str = yaml.dump(
+            data,
+            Dumper=_Dumper,
+            sort_keys=False,
+            allow_unicode=True,
+            width=80,
+        )
+    except yaml.YAMLError as error:
+        raise ValueError(
+            "planner.parameters and the ports of behaviors must hold numbers,"
+            " texts, flags, lists and mappings, to be written:"
+            f" {error.args[0]}, got {type(error.args[-1]).__name__}"
+        ) from error
+    if filename is not None:
+        with atomic_write(filename) as file:
+            file.write(text.encode())
+    return text
+
+
+def _changed(value: Any) -> Any:
+    """Returns a dataclass as plain data, without what is as by default."""
+    if isinstance(value, list | tuple):
+        return [_changed(item) for item in value]
+    if not dc.is_dataclass(value):
+        return value
+    if isinstance(value, BehaviorConfig) and not {"tree", "ports"} & set(
+        value.ports
+    ):
+        return {"tree": value.tree, **value.ports}
+    result = {}
+    for field in dc.fields(value):
+        item = getattr(value, field.name)
+        default = field.default
+        if field.default_factory is not dc.MISSING:
+            default = field.default_factory()
+        # A wall's shape tells which of the dataclasses it is.
+        if item != default or field.name == "shape":
+            result[field.name] = _changed(item)
+    return result
+
+
+class _Dumper(yaml.SafeDumper):
+    """Writes points in one line, and quotes text that reads as a number."""
+
+    def ignore_aliases(self, data: Any) -> bool:
+        return True
+
+
+def _represent_list(dumper: Any, items: list[Any]) -> Any:
+    flow = not any(isinstance(item, list | tuple | dict) for item in items)
+    return dumper.represent_sequence(
+        "tag:yaml.org,2002:seq", items, flow_style=flow
+    )
+
+
+def _represent_text(dumper: Any, text: str) -> Any:
+    # PyYAML follows YAML 1.1, in which 1e3, say, is text; and it reads the
+    # rarer line ends back as spaces unless they are escaped.
+    style = None if isinstance(resolve(text), str) else "'"
+    lines = text.split("\n")
+    if len(lines) > 1 and all(line.isprintable() for line in lines):
+        style = "|"
+    elif not text.isprintable():
+        style = '"'
+    return dumper.represent_scalar("tag:yaml.org,2002:str", text, style=style)
+
+
+def _represent_mapping(dumper: Any, items: dict[str, Any]) -> Any:
+    return dumper.represent_mapping(
+        "tag:yaml.org,2002:map", items.items(), flow_style=not items
+    )
+
+
+_Dumper.add_representer(list, _represent_list)
+_Dumper.add_representer(tuple, _represent_list)
+_Dumper.add_representer(str, _represent_text)
+_Dumper.add_representer(dict, _represent_mapping)
