@@ -34,11 +34,11 @@ if TYPE_CHECKING:
     from hunav_drake.services import AgentServices
     from hunav_drake.simulation import (
         GetTrialResult,
-        MakeTrialDiagram,
         MakeTrialSimulator,
         RunTrial,
     )
     from hunav_drake.systems.crowd import HumanConfig
+    from hunav_drake.trial_diagram import MakeTrialDiagram
 
 __all__ = [
     "AddHumans",
@@ -90,7 +90,7 @@ __getattr__ = lazy_exports(
         "LoadResults": "hunav_drake.results.files",
         "LoadScenario": "hunav_drake.scenario",
         "MakeHumans": "hunav_drake.humans",
-        "MakeTrialDiagram": "hunav_drake.simulation",
+        "MakeTrialDiagram": "hunav_drake.trial_diagram",
         "MakeTrialSimulator": "hunav_drake.simulation",
         "ReadRecording": "hunav_drake.recordings.readers",
         "ReadRuns": "hunav_drake.results.run_table",

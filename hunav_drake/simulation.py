@@ -1,4 +1,4 @@
-"""A whole trial: its diagram, and its run."""
+"""The run of a trial, and its result."""
 
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
@@ -12,12 +12,9 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import (
     Context,
     Diagram,
-    DiagramBuilder,
     EventStatus,
 )
-from pydrake.systems.primitives import ConstantVectorSource
 
-from hunav_drake.humans import AddHumans
 from hunav_drake.interrupts import interrupts_between_steps
 from hunav_drake.results.provenance import MakeProvenance
 from hunav_drake.results.trial_result import (
@@ -25,159 +22,17 @@ from hunav_drake.results.trial_result import (
     MakeTrialResult,
     TrialResult,
 )
-from hunav_drake.scenario import CheckScenario, SaveScenario, name_humans
+from hunav_drake.scenario import CheckScenario, SaveScenario
 from hunav_drake.scenario.error import Fault, ScenarioError, shown
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.systems.behavior.fingerprint import tree_fingerprint
-from hunav_drake.systems.crowd import HumanConfig
-from hunav_drake.systems.crowd.weights import draw_weights
-from hunav_drake.systems.draws import Purpose, draw_uniform
-from hunav_drake.systems.evaluation import Evaluator
 from hunav_drake.systems.evaluation.trial_monitor import (
-    TrialMonitor,
     TrialStatus,
 )
-from hunav_drake.systems.planning import (
-    LocalPlanner,
-    PlanningTask,
-    make_planner,
-)
-from hunav_drake.systems.robot import DifferentialDrive
-from hunav_drake.systems.scene import AddScene
+from hunav_drake.trial_diagram import MakeTrialDiagram
 
 if TYPE_CHECKING:
     from pydrake.geometry import Meshcat
-
-
-def MakeTrialDiagram(
-    scenario: Scenario, meshcat: "Meshcat | None" = None
-) -> Diagram:
-    """Makes the diagram of a trial: its whole state is one Context.
-
-    Args:
-        scenario: What happens. Its seed decides where people start, and what
-            their weights are if those are drawn.
-        meshcat: Where to show the trial; without one nothing is published.
-
-    Returns:
-        A diagram of the systems "humans" (`AddHumans`), "robot"
-        (`DifferentialDrive`), "planner" (`LocalPlanner`), "goal" (if there is
-        one), "evaluator" (`Evaluator`), "monitor" (`TrialMonitor`) and "scene"
-        (`AddScene`). It has no inputs; its outputs are "robot_state",
-        "human_states", "behavior_status", "forces", "velocity_command",
-        "planner_status", "metrics", "recording", "status" and "query".
-
-    Raises:
-        ScenarioError: If the scenario cannot be simulated.
-    """
-    CheckScenario(scenario)
-    scenario = name_humans(scenario)
-    robot_config = scenario.robot
-    time_step = scenario.simulation.time_step
-    obstacles = scenario.world.obstacles()
-    starters = _start(scenario)
-
-    builder = DiagramBuilder()
-    humans = AddHumans(
-        builder,
-        starters,
-        obstacles=obstacles,
-        config=scenario.crowd,
-        time_step=time_step,
-    )
-    robot = builder.AddNamedSystem(
-        "robot", DifferentialDrive(robot_config, time_step=time_step)
-    )
-    planner = builder.AddNamedSystem(
-        "planner",
-        LocalPlanner(
-            make_planner(scenario.planner.name, scenario.planner.parameters),
-            PlanningTask(
-                limits=robot_config.limits,
-                robot_radius=robot_config.radius,
-                goal_tolerance=robot_config.goal_tolerance,
-                goal_yaw_tolerance=robot_config.goal_yaw_tolerance,
-                obstacles=obstacles,
-                period=scenario.planner.period,
-            ),
-            num_humans=len(starters),
-            time_step=time_step,
-        ),
-    )
-    evaluator = builder.AddNamedSystem(
-        "evaluator",
-        Evaluator(
-            starters,
-            time_step=time_step,
-            period=scenario.evaluator.period,
-            goal_tolerance=robot_config.goal_tolerance,
-            goal_yaw_tolerance=robot_config.goal_yaw_tolerance,
-            obstacles=obstacles,
-        ),
-    )
-    monitor = builder.AddNamedSystem(
-        "monitor",
-        TrialMonitor(
-            goal_tolerance=robot_config.goal_tolerance,
-            goal_yaw_tolerance=robot_config.goal_yaw_tolerance,
-            stuck_time=scenario.simulation.stuck_time,
-            stuck_distance=scenario.simulation.stuck_distance,
-            time_step=time_step,
-        ),
-    )
-    scene = AddScene(
-        builder,
-        scenario.world,
-        starters,
-        robot_config,
-        time_step=time_step,
-        meshcat=meshcat,
-    )
-
-    robot_state = robot.get_robot_state_output_port()
-    builder.Connect(
-        planner.get_velocity_command_output_port(),
-        robot.get_velocity_command_input_port(),
-    )
-    for port in (
-        humans.robot_state,
-        planner.get_robot_state_input_port(),
-        evaluator.GetInputPort("robot_state"),
-        monitor.get_robot_state_input_port(),
-        scene.robot_state,
-    ):
-        builder.Connect(robot_state, port)
-    for port in (
-        planner.get_human_states_input_port(),
-        evaluator.GetInputPort("human_states"),
-        scene.human_states,
-    ):
-        builder.Connect(humans.human_states, port)
-    builder.Connect(
-        humans.behavior_status, evaluator.GetInputPort("behavior_status")
-    )
-    if robot_config.goal is not None:
-        goal = builder.AddNamedSystem(
-            "goal", ConstantVectorSource(robot_config.goal)
-        )
-        for system in (planner, evaluator, monitor):
-            builder.Connect(goal.get_output_port(), system.GetInputPort("goal"))
-    for name, port in (
-        ("robot_state", robot_state),
-        ("human_states", humans.human_states),
-        ("behavior_status", humans.behavior_status),
-        ("forces", humans.forces),
-        ("velocity_command", planner.get_velocity_command_output_port()),
-        ("planner_status", planner.get_status_output_port()),
-        ("metrics", evaluator.GetOutputPort("metrics")),
-        ("recording", evaluator.GetOutputPort("recording")),
-        ("status", monitor.get_status_output_port()),
-        ("query", scene.query_object),
-    ):
-        builder.ExportOutput(port, name)
-    diagram = builder.Build()
-    diagram.set_name("trial")
-    return diagram
 
 
 def MakeTrialSimulator(
@@ -355,20 +210,3 @@ _MESSAGES: dict[EndReason, str] = {
     "goal": "the robot has reached its goal",
     "stuck": "the robot no longer gets anywhere",
 }
-
-
-def _start(scenario: Scenario) -> list[HumanConfig]:
-    """Returns the people as the seed of the trial makes them."""
-    simulation = scenario.simulation
-    humans = draw_weights(scenario.humans, simulation.seed)
-    if not simulation.start_jitter:
-        return humans
-    starters = []
-    for human in humans:
-        offset = draw_uniform(
-            simulation.seed, human.id or 0, Purpose.START_JITTER, 2
-        )
-        dx, dy = (simulation.start_jitter * (2 * offset - 1)).tolist()
-        x, y, yaw = human.pose
-        starters.append(dataclasses.replace(human, pose=(x + dx, y + dy, yaw)))
-    return starters
