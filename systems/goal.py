@@ -1,33 +1,31 @@
 """What it is to be at a goal."""
 
-import numpy as np
-from numpy.typing import NDArray
-
-from hunav_drake.systems.angles import wrap_angles
-from hunav_drake.systems.layout import YAW, X, Y
+import math
+from typing import Any
 
 
 def is_at_goal(
-    states: NDArray[np.float64],
+    pose: tuple[Any, Any, Any],
     goal: tuple[float, float, float],
     *,
     tolerance: float,
     yaw_tolerance: float,
-) -> NDArray[np.bool_]:
-    """Tells where a robot is at its goal.
+) -> Any:
+    """Tells whether, or where, a robot is at its goal.
 
     Args:
-        states: Rows of the robot, shape (..., 7): see `layout`.
-        goal: The pose (x, y, yaw) to reach, in meters and radians.
-        tolerance: It is at the goal where it is closer than this, in meters,
+        pose: x, y and yaw of the robot, in meters and radians: numbers, or
+            arrays of one shape.
+        goal: The pose to reach, likewise.
+        tolerance: It is at the goal if it is closer than this, in meters,
         yaw_tolerance: and turned from the goal's heading by this at most, in
             radians.
 
     Returns:
-        Shape (...).
+        Truth, or an array of it.
     """
-    x, y, yaw = goal
-    away = np.hypot(states[..., X] - x, states[..., Y] - y)
-    turn = abs(wrap_angles(states[..., YAW] - yaw))
-    at_goal: NDArray[np.bool_] = (away < tolerance) & (turn <= yaw_tolerance)
-    return at_goal
+    dx = pose[0] - goal[0]
+    dy = pose[1] - goal[1]
+    turn = abs((pose[2] - goal[2] + math.pi) % (2 * math.pi) - math.pi)
+    # Without NumPy, which takes long for single numbers.
+    return (dx * dx + dy * dy < tolerance * tolerance) & (turn <= yaw_tolerance)

@@ -135,12 +135,14 @@ class Derived:
         recording = self._recording
         if recording.goal is None:
             return np.zeros(len(recording), dtype=np.bool_)
-        return is_at_goal(
-            recording.robot,
+        robot = recording.robot
+        at_goal: Mask = is_at_goal(
+            (robot[:, X], robot[:, Y], robot[:, YAW]),
             recording.goal,
             tolerance=recording.goal_tolerance,
             yaw_tolerance=recording.goal_yaw_tolerance,
         )
+        return at_goal
 
     @cached_property
     def present(self) -> Mask:

@@ -26,7 +26,7 @@ from hunav_drake.systems.evaluation.running_metrics import (
 )
 from hunav_drake.systems.evaluation.samples import Sample
 from hunav_drake.systems.goal import is_at_goal
-from hunav_drake.systems.layout import STATE_SIZE
+from hunav_drake.systems.layout import STATE_SIZE, YAW, X, Y
 from hunav_drake.systems.obstacles import Obstacles
 
 # When the recording begins.
@@ -331,7 +331,7 @@ class Evaluator(LeafSystem):
         goal = self._EvalGoal(context) if self._stop_at_goal else None
         return goal is not None and bool(
             is_at_goal(
-                sample.robot,
+                tuple(sample.robot[[X, Y, YAW]].tolist()),
                 goal,
                 tolerance=self._static["goal_tolerance"],
                 yaw_tolerance=self._static["goal_yaw_tolerance"],

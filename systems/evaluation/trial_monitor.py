@@ -14,7 +14,7 @@ from pydrake.systems.framework import (
 
 from hunav_drake.systems.checks import check_number, check_time_step
 from hunav_drake.systems.goal import is_at_goal
-from hunav_drake.systems.layout import STATE_SIZE, X, Y
+from hunav_drake.systems.layout import STATE_SIZE, YAW, X, Y
 
 
 class TrialStatus(IntEnum):
@@ -137,10 +137,10 @@ class TrialMonitor(LeafSystem):
     def _EvalStatus(self, context: Context) -> TrialStatus:
         if not self._goal.HasValue(context):
             return TrialStatus.RUNNING
-        robot = self._robot_state.Eval(context)
+        robot = self._robot_state.Eval(context).tolist()
         if is_at_goal(
-            robot,
-            self._goal.Eval(context),
+            (robot[X], robot[Y], robot[YAW]),
+            self._goal.Eval(context).tolist(),
             tolerance=self._goal_tolerance,
             yaw_tolerance=self._goal_yaw_tolerance,
         ):

@@ -469,7 +469,9 @@ def test_a_damaged_table_is_found_before_the_run(tmp_path, capsys):
 def test_a_table_that_is_damaged_meanwhile_loses_no_run(
     tmp_path, capsys, monkeypatch
 ):
-    monkeypatch.setattr("hunav_drake.commands.run.check_out", lambda directory: None)
+    monkeypatch.setattr(
+        "hunav_drake.commands.run.check_out", lambda directory: None
+    )
     (tmp_path / "metrics.csv").write_text("tag,x\na,1\nb\n")
     assert cli.main(["run", "passing", "--quiet", "--out", str(tmp_path)]) == 2
     assert "row 2" in capsys.readouterr().err

@@ -49,10 +49,14 @@ def test_the_back_is_a_positive_half_turn(turns):
     ],
 )
 def test_at_the_goal_are_both_tolerances_kept(pose, expected):
-    state = np.array([*pose, 9, 9, 9, 9.0])
     settings = {"tolerance": 0.3 - 1e-12, "yaw_tolerance": 0.5 + 1e-12}
     goal = (2.0, 3.0, 1.0)
-    assert bool(is_at_goal(state, goal, **settings)) is expected
-    many = is_at_goal(np.tile(state, (2, 3, 1)), goal, **settings)
+    assert is_at_goal(pose, goal, **settings) is expected
+    many = is_at_goal(tuple(np.full((2, 3), v) for v in pose), goal, **settings)
     assert many.shape == (2, 3)
     assert (many == expected).all()
+
+
+@given(st.floats(-1e3, 1e3))
+def test_a_tolerance_of_half_a_turn_takes_any_heading(yaw):
+    assert is_at_goal((0, 0, yaw), (0, 0, 0), tolerance=1, yaw_tolerance=PI)
