@@ -8,7 +8,14 @@ import zipfile
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.systems.framework import Context, Diagram, System
+from pydrake.systems.framework import (
+    Context,
+    Diagram,
+    InputPort,
+    InputPortIndex,
+    PortDataType,
+    System,
+)
 
 from hunav_drake.systems.files import atomic_write
 
@@ -33,8 +40,9 @@ def SaveContext(
 
     The file (.npz) holds the time, the state and the numeric parameters of all
     systems, among them the recording of an Evaluator, and the fixed values of
-    the diagram's input ports. It does not hold the diagram: keep the scenario,
-    or the code, beside it.
+    input ports. It does not hold the diagram: keep the scenario, or the code,
+    beside it. Nor does it hold abstract parameters, such as the geometry of a
+    scene: they are those of the diagram.
 
     Args:
         diagram: The root diagram.
@@ -45,7 +53,8 @@ def SaveContext(
         The file.
 
     Raises:
-        ValueError: If a system has an abstract state that is not `Storable`.
+        ValueError: If a system has an abstract state that is not `Storable`,
+            or an input port has a fixed value that is abstract.
         OSError: If the file cannot be written.
     """
     arrays = {
@@ -53,10 +62,15 @@ def SaveContext(
         "time": np.array(context.get_time()),
         "systems": np.array(json.dumps(_layout(diagram, context))),
     }
-    for i in range(diagram.num_input_ports()):
-        port = diagram.get_input_port(i)
-        if port.HasValue(context):
-            arrays[f"input/{i}"] = port.Eval(context)
+    for key, port in _free_ports(diagram):
+        own = port.get_system().GetMyContextFromRoot(context)
+        if port.HasValue(own):
+            if port.get_data_type() == PortDataType.kAbstractValued:
+                raise ValueError(
+                    f"{port.GetFullDescription()} has a fixed value that is"
+                    " abstract, which cannot be saved"
+                )
+            arrays[key] = port.Eval(own)
     for key, system in _leaves(diagram):
         own = system.GetMyContextFromRoot(context)
         for name, vector in _vectors(own):
@@ -99,9 +113,10 @@ def LoadContext(diagram: Diagram, filename: str | Path) -> Context:
         json.loads(str(arrays["systems"])), _layout(diagram, context), filename
     )
     context.SetTime(float(arrays["time"]))
-    for i in range(diagram.num_input_ports()):
-        if f"input/{i}" in arrays:
-            diagram.get_input_port(i).FixValue(context, arrays[f"input/{i}"])
+    for key, port in _free_ports(diagram):
+        if key in arrays:
+            own = port.get_system().GetMyMutableContextFromRoot(context)
+            port.FixValue(own, arrays[key])
     for key, system in _leaves(diagram):
         own = system.GetMyMutableContextFromRoot(context)
         for name, vector in _vectors(own, mutable=True):
@@ -130,6 +145,27 @@ def _read(path: Path) -> dict[str, NDArray[Any]]:
             f"{path}: is not a Context written by SaveContext, or is damaged"
         )
     return arrays
+
+
+def _free_ports(diagram: Diagram) -> Iterator[tuple[str, InputPort]]:
+    """Yields the input ports that may have a fixed value, each with a key."""
+    for i in range(diagram.num_input_ports()):
+        yield f"input/{i}", diagram.get_input_port(i)
+    yield from _free_inner_ports(diagram, "")
+
+
+def _free_inner_ports(
+    diagram: Diagram, prefix: str
+) -> Iterator[tuple[str, InputPort]]:
+    taken = set(diagram.connection_map())
+    for i in range(diagram.num_input_ports()):
+        taken |= set(diagram.GetInputPortLocators(InputPortIndex(i)))
+    for i, system in enumerate(diagram.GetSystems()):
+        for k in range(system.num_input_ports()):
+            if (system, InputPortIndex(k)) not in taken:
+                yield f"{prefix}{i}/input/{k}", system.get_input_port(k)
+        if isinstance(system, Diagram):
+            yield from _free_inner_ports(system, f"{prefix}{i}.")
 
 
 def _leaves(diagram: Diagram, prefix: str = "") -> Iterator[tuple[str, System]]:

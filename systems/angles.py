@@ -19,3 +19,10 @@ def wrap_angles(angles: Array) -> Array:
     turns = np.ceil((angles - np.pi) / (2 * np.pi))
     wrapped: Array = angles - 2 * np.pi * turns
     return wrapped
+
+
+def turn_between[Value: (float, NDArray[np.float64])](
+    first: Value, second: float
+) -> Value:
+    """Returns the least turn between two headings, in [0, pi], in radians."""
+    return abs((first - second + math.pi) % (2 * math.pi) - math.pi)

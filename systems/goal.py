@@ -1,16 +1,18 @@
 """What it is to be at a goal."""
 
-import math
-from typing import Any
+import numpy as np
+from numpy.typing import NDArray
+
+from hunav_drake.systems.angles import turn_between
 
 
-def is_at_goal(
-    pose: tuple[Any, Any, Any],
+def is_at_goal[Value: (float, NDArray[np.float64])](
+    pose: tuple[Value, Value, Value],
     goal: tuple[float, float, float],
     *,
     tolerance: float,
     yaw_tolerance: float,
-) -> Any:
+) -> bool | NDArray[np.bool_]:
     """Tells whether, or where, a robot is at its goal.
 
     Args:
@@ -24,8 +26,8 @@ def is_at_goal(
     Returns:
         Truth, or an array of it.
     """
-    dx = pose[0] - goal[0]
-    dy = pose[1] - goal[1]
-    turn = abs((pose[2] - goal[2] + math.pi) % (2 * math.pi) - math.pi)
-    # Without NumPy, which takes long for single numbers.
-    return (dx * dx + dy * dy < tolerance * tolerance) & (turn <= yaw_tolerance)
+    x, y, yaw = pose
+    dx, dy = x - goal[0], y - goal[1]
+    # In plain arithmetic: NumPy's functions take long for single numbers.
+    near = dx * dx + dy * dy < tolerance * tolerance
+    return near & (turn_between(yaw, goal[2]) <= yaw_tolerance)

@@ -4,13 +4,17 @@ from collections.abc import Callable, Iterator, Mapping
 import dataclasses
 from typing import Any
 
-from pydantic import ValidationError
+from pydantic import TypeAdapter, ValidationError
 
 from hunav_drake.systems.suggest import did_you_mean
 
 
 class Registry(Mapping[str, type[Any]]):
-    """Parts by name; each is the pydantic dataclass of its parameters."""
+    """Parts by name; each is the dataclass of its parameters.
+
+    Their values are checked by pydantic, also where the dataclass is a plain
+    one.
+    """
 
     def __init__(self, kind: str, needs: tuple[str, ...]) -> None:
         """Constructs a Registry that is empty.
@@ -90,7 +94,7 @@ class Registry(Mapping[str, type[Any]]):
                     f" (there are: {', '.join(sorted(accepted)) or 'none'})"
                 )
         try:
-            return part(**parameters)
+            return TypeAdapter(part).validate_python(dict(parameters))
         except ValidationError as error:
             first = error.errors()[0]
             loc = ".".join(map(str, first["loc"]))

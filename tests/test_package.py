@@ -7,6 +7,11 @@ import pytest
 
 PACKAGES = [
     "hunav_drake",
+    "hunav_drake.plots",
+    "hunav_drake.recordings",
+    "hunav_drake.report",
+    "hunav_drake.results",
+    "hunav_drake.scenario",
     "hunav_drake.systems",
     "hunav_drake.systems.behavior",
     "hunav_drake.systems.crowd",
@@ -21,6 +26,8 @@ PACKAGES = [
 def test_every_export_is_there_and_documented(name):
     package = importlib.import_module(name)
     assert package.__doc__
+    assert sorted(package.__all__) == sorted(set(package.__all__))
+    assert set(package.__all__) <= set(dir(package))
     for export in package.__all__:
         value = getattr(package, export)
         if isinstance(value, type | FunctionType):

@@ -19,9 +19,6 @@ from hunav_drake.systems.obstacles import Obstacles
 # What `--walls` says of a place without any.
 NO_WALLS = "none"
 
-# The families of metrics of which some depend on walls.
-_OF_WALLS = ("clearance", "efficiency", "forces", "surprise")
-
 
 def evaluate_file(
     filename: Path,
@@ -83,11 +80,19 @@ def evaluate_file(
 
 def lacks_walls(result: TrialResult) -> bool:
     """Tells whether a metric has no value since walls are not known."""
-    values = result.metrics
-    return not result.recording.walls_known and any(
-        METRICS[name].family in _OF_WALLS
-        for name in values.index[values.isna()]
-    )
+    if result.recording.walls_known:
+        return False
+    missing = result.metrics.index[result.metrics.isna()]
+    walled = dataclasses.replace(result.recording, walls_known=True)
+    return any(_has_value(name, walled) for name in missing)
+
+
+def _has_value(name: str, recording: Recording) -> bool:
+    try:
+        value, _ = METRICS[name].compute(recording)
+    except ValueError:
+        return False
+    return not math.isnan(value)
 
 
 def _goal(text: str, recording: Recording) -> dict[str, Any]:

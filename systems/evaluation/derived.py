@@ -136,13 +136,14 @@ class Derived:
         if recording.goal is None:
             return np.zeros(len(recording), dtype=np.bool_)
         robot = recording.robot
-        at_goal: Mask = is_at_goal(
-            (robot[:, X], robot[:, Y], robot[:, YAW]),
-            recording.goal,
-            tolerance=recording.goal_tolerance,
-            yaw_tolerance=recording.goal_yaw_tolerance,
+        return np.asarray(
+            is_at_goal(
+                (robot[:, X], robot[:, Y], robot[:, YAW]),
+                recording.goal,
+                tolerance=recording.goal_tolerance,
+                yaw_tolerance=recording.goal_yaw_tolerance,
+            )
         )
-        return at_goal
 
     @cached_property
     def present(self) -> Mask:

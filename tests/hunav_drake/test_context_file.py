@@ -5,12 +5,15 @@ import sys
 
 import numpy as np
 from pydrake.common.value import AbstractValue
+from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import ConstantVectorSource, Integrator
 import pytest
 
 from hunav_drake import (
+    AddHumans,
     GetTrialResult,
+    HumanConfig,
     LoadContext,
     LoadScenario,
     MakeTrialDiagram,
@@ -75,6 +78,8 @@ def make_own():
     second = builder.AddNamedSystem("second", Integrator(2))
     builder.Connect(source.get_output_port(), first.get_input_port())
     builder.ExportInput(second.get_input_port(), "rate")
+    free = builder.AddNamedSystem("free", Integrator(1))
+    builder.ExportOutput(free.get_output_port(), "integral")
     return builder.Build()
 
 
@@ -82,24 +87,69 @@ def test_any_diagram_has_its_state_parameters_and_inputs_kept(tmp_path):
     diagram = make_own()
     context = diagram.CreateDefaultContext()
     context.SetTime(3.0)
-    context.SetContinuousState([1.0, 2.0, 1 / 3])
+    context.SetContinuousState([1.0, 2.0, 1 / 3, 0.5])
     diagram.get_input_port().FixValue(context, [5.0, 6.0])
     source = diagram.GetSubsystemByName("source")
     own = source.GetMyMutableContextFromRoot(context)
     source.get_mutable_source_value(own).SetFromVector([7.0])
+    free = diagram.GetSubsystemByName("free")
+    free.get_input_port().FixValue(
+        free.GetMyMutableContextFromRoot(context), [8.0]
+    )
     SaveContext(diagram, context, tmp_path / "own.npz")
 
     other = make_own()
     loaded = LoadContext(other, tmp_path / "own.npz")
     assert loaded.get_time() == 3.0
     np.testing.assert_array_equal(
-        loaded.get_continuous_state_vector().CopyToVector(), [1, 2, 1 / 3]
+        loaded.get_continuous_state_vector().CopyToVector(), [1, 2, 1 / 3, 0.5]
     )
     np.testing.assert_array_equal(other.get_input_port().Eval(loaded), [5, 6])
+    free = other.GetSubsystemByName("free")
+    own = free.GetMyContextFromRoot(loaded)
+    assert free.get_input_port().Eval(own) == 8.0
     first = other.GetSubsystemByName("first")
     assert first.get_input_port().Eval(
         first.GetMyContextFromRoot(loaded)
     ) == pytest.approx(7.0)
+
+
+def test_people_whose_robot_is_fixed(tmp_path):
+    """A port of a diagram within the diagram has its value kept, too."""
+    builder = DiagramBuilder()
+    people = AddHumans(builder, [HumanConfig(pose=[0, 0, 0], goals=[[9, 0]])])
+    builder.ExportOutput(people.human_states, "human_states")
+    diagram = builder.Build()
+    simulator = Simulator(diagram)
+    humans = people.robot_state.get_system()
+    people.robot_state.FixValue(
+        humans.GetMyMutableContextFromRoot(simulator.get_mutable_context()),
+        [3.0, 0.1, 0, 0, 0, 0, 0.35],
+    )
+    simulator.AdvanceTo(2.0)
+    SaveContext(diagram, simulator.get_context(), tmp_path / "c.npz")
+    other = Simulator(diagram, LoadContext(diagram, tmp_path / "c.npz"))
+    states = []
+    for one in (simulator, other):
+        one.AdvanceTo(5.0)
+        states.append(diagram.get_output_port().Eval(one.get_context()))
+    np.testing.assert_array_equal(*states)
+
+
+def test_an_abstract_input_cannot_be_kept(tmp_path):
+    class Reader(LeafSystem):
+        def __init__(self):
+            super().__init__()
+            self.DeclareAbstractInputPort("text", AbstractValue.Make("a"))
+
+    builder = DiagramBuilder()
+    reader = builder.AddNamedSystem("reader", Reader())
+    builder.ExportInput(reader.get_input_port(), "text")
+    diagram = builder.Build()
+    context = diagram.CreateDefaultContext()
+    diagram.get_input_port().FixValue(context, AbstractValue.Make("b"))
+    with pytest.raises(ValueError, match=r"text.* has a fixed value that is"):
+        SaveContext(diagram, context, tmp_path / "c.npz")
 
 
 def test_a_context_of_another_diagram_is_refused(tmp_path):

@@ -78,3 +78,16 @@ def test_a_value_outside_its_range_is_told_in_one_line(dut):
     ) as info:
         dut.make("broad", {"gain": -1})
     assert "\n" not in str(info.value)
+
+
+def test_a_plain_dataclass_is_checked_too(dut):
+    @dut.register("plain")
+    @dataclasses.dataclass
+    class Plain:
+        gain: float = 2.0
+
+        def paint(self): ...
+
+    assert isinstance(dut.make("plain", {"gain": 3}), Plain)
+    with pytest.raises(ValueError, match=r"brush 'plain': gain: .*'wide'"):
+        dut.make("plain", {"gain": "wide"})
