@@ -5,6 +5,7 @@ All figures are of one run on one machine: compare the ratios. The crowd has
 """
 
 from collections.abc import Callable
+import dataclasses
 import math
 import time
 
@@ -19,6 +20,7 @@ from hunav_drake.systems.crowd import (
     HumanCrowd,
     Snapshot,
     SocialForceModel,
+    SocialForceParameters,
 )
 from hunav_drake.systems.layout import COMMAND_SIZE, Command
 from hunav_drake.systems.obstacles import Obstacles
@@ -47,7 +49,6 @@ def make_states(n: int) -> np.ndarray:
 def make_snapshot(n: int) -> Snapshot:
     """Returns a crowd that wants to go straight on."""
     states = make_states(n)
-    crowd = HumanCrowd([HumanConfig(pose=(0, 0, 0))], num_robots=0)
     command = np.zeros((n, COMMAND_SIZE))
     command[:, [Command.GOAL_X, Command.GOAL_Y]] = (
         states[:, :2] + 50 * states[:, 3:5]
@@ -59,7 +60,9 @@ def make_snapshot(n: int) -> Snapshot:
         states=states,
         radii=np.full(n, 0.35),
         command=command,
-        parameters=np.repeat(crowd._parameters, n, axis=0),
+        parameters=np.tile(
+            dataclasses.astuple(SocialForceParameters()), (n, 1)
+        ),
         robots=np.zeros((0, 7)),
         obstacles=Obstacles.from_points([]),
         obstacle_range=5.0,

@@ -126,7 +126,7 @@ def test_a_world_will_do_for_obstacles():
         ({"num_robots": True}, "num_robots must be a whole number, got bool"),
         ({"time_step": "0.05"}, "time_step must be a number, got str"),
         ({"config": {"model": "orca"}}, "config must be a CrowdConfig, got"),
-        ({"obstacles": [[0, 0]]}, "obstacles must be Obstacles, got list"),
+        ({"obstacles": [[0, 0]]}, "must be Obstacles or a World, got list"),
         ({"humans": [{"pose": [0, 0, 0]}]}, r"humans\[0\] must be a HumanConf"),
         ({"humans": 3}, "humans must be a sequence, got int"),
     ],
