@@ -1,6 +1,7 @@
 """A Context in a file: to stop a trial today and to go on tomorrow."""
 
 from collections.abc import Iterator
+import hashlib
 import json
 from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
@@ -17,6 +18,7 @@ from pydrake.systems.framework import (
     System,
 )
 
+from hunav_drake.systems.behavior import BehaviorTree, BehaviorTreeBank, Tree
 from hunav_drake.systems.files import atomic_write
 
 _FORMAT = "hunav_drake context 1"
@@ -42,7 +44,8 @@ def SaveContext(
     systems, among them the recording of an Evaluator, and the fixed values of
     input ports. It does not hold the diagram: keep the scenario, or the code,
     beside it. Nor does it hold abstract parameters, such as the geometry of a
-    scene: they are those of the diagram.
+    scene, nor what the output ports of a discrete MultibodyPlant tell of its
+    last step, such as contacts, which they tell again after the next one.
 
     Args:
         diagram: The root diagram.
@@ -75,14 +78,7 @@ def SaveContext(
         own = system.GetMyContextFromRoot(context)
         for name, vector in _vectors(own):
             arrays[f"{key}/{name}"] = vector.value()
-        for i in range(own.num_abstract_states()):
-            value = own.get_abstract_state(i).get_value()
-            if not isinstance(value, Storable):
-                raise ValueError(
-                    f"{system.GetSystemPathname()} has an abstract state of"
-                    f" type {type(value).__name__}, which cannot be saved: it"
-                    " lacks to_arrays() and from_arrays()"
-                )
+        for i, value in _abstract_states(system, own):
             for name, array in value.to_arrays().items():
                 arrays[f"{key}/abstract/{i}/{name}"] = array
     path = Path(filename)
@@ -94,9 +90,13 @@ def SaveContext(
 def LoadContext(diagram: Diagram, filename: str | Path) -> Context:
     """Reads a Context that `SaveContext` wrote.
 
+    What is in the file counts, as the goal of a trial, which is a parameter;
+    whatever else is different in the diagram is as it is there: a trial can go
+    on among other walls, or with another model of motion.
+
     Args:
-        diagram: A diagram made in the same way as the one that was saved: for
-            a trial, by `MakeTrialDiagram` from the same scenario.
+        diagram: A diagram of the same systems as the one that was saved: for a
+            trial, by `MakeTrialDiagram` from the same scenario.
         filename: The file.
 
     Returns:
@@ -109,9 +109,29 @@ def LoadContext(diagram: Diagram, filename: str | Path) -> Context:
     """
     arrays = _read(Path(filename))
     context = diagram.CreateDefaultContext()
-    _check_layout(
-        json.loads(str(arrays["systems"])), _layout(diagram, context), filename
-    )
+    try:
+        saved = json.loads(str(arrays["systems"]))
+        misfit = _misfit(saved, _layout(diagram, context))
+        if not misfit:
+            _fill(diagram, context, arrays)
+    except (LookupError, TypeError, ValueError) as error:
+        raise ValueError(f"{filename}: is damaged: {error!r}") from error
+    if misfit:
+        raise ValueError(
+            f"{filename}: {misfit}. Make the diagram as it was made when the"
+            " Context was saved."
+        )
+    return context
+
+
+def _fill(
+    diagram: Diagram, context: Context, arrays: dict[str, NDArray[Any]]
+) -> None:
+    """Sets all of a Context that a file holds.
+
+    Raises:
+        LookupError: If something is missing or too short.
+    """
     context.SetTime(float(arrays["time"]))
     for key, port in _free_ports(diagram):
         if key in arrays:
@@ -121,16 +141,14 @@ def LoadContext(diagram: Diagram, filename: str | Path) -> Context:
         own = system.GetMyMutableContextFromRoot(context)
         for name, vector in _vectors(own, mutable=True):
             vector.SetFromVector(arrays[f"{key}/{name}"])
-        for i in range(own.num_abstract_states()):
+        for i, value in _abstract_states(system, own):
             head = f"{key}/abstract/{i}/"
             stored = {
                 name.removeprefix(head): array
                 for name, array in arrays.items()
                 if name.startswith(head)
             }
-            value = own.get_abstract_state(i).get_value()
             own.SetAbstractState(i, value.from_arrays(stored))
-    return context
 
 
 def _read(path: Path) -> dict[str, NDArray[Any]]:
@@ -145,6 +163,32 @@ def _read(path: Path) -> dict[str, NDArray[Any]]:
             f"{path}: is not a Context written by SaveContext, or is damaged"
         )
     return arrays
+
+
+def _abstract_states(
+    system: System, context: Context
+) -> Iterator[tuple[int, Storable]]:
+    """Yields the abstract states of a leaf that are kept, by their index.
+
+    Raises:
+        ValueError: If there is one that cannot be.
+    """
+    for i in range(context.num_abstract_states()):
+        try:
+            value = context.get_abstract_state(i).get_value()
+        except RuntimeError as error:
+            # What a plant's output ports tell of its last step; the next step
+            # does not depend on it.
+            if "DiscreteStepMemory" in str(error):
+                continue
+            value = None
+        if not isinstance(value, Storable):
+            raise ValueError(
+                f"{system.GetSystemPathname()} has an abstract state of type"
+                f" {type(value).__name__}, which cannot be saved: it lacks"
+                " to_arrays() and from_arrays()"
+            )
+        yield i, value
 
 
 def _free_ports(diagram: Diagram) -> Iterator[tuple[str, InputPort]]:
@@ -217,27 +261,38 @@ def _layout(diagram: Diagram, context: Context) -> list[dict[str, Any]]:
                 "path": system.GetSystemPathname(),
                 "sizes": sizes,
                 "abstract": own.num_abstract_states(),
+                "trees": [_tree_layout(tree) for tree in _trees(system)],
             }
         )
     return layout
 
 
-def _check_layout(
-    saved: list[dict[str, Any]],
-    present: list[dict[str, Any]],
-    filename: str | Path,
-) -> None:
-    remedy = "Make the diagram as it was made when the Context was saved."
+def _trees(system: System) -> list[Tree]:
+    if isinstance(system, BehaviorTree):
+        return [system.tree()]
+    if isinstance(system, BehaviorTreeBank):
+        return system.trees()
+    return []
+
+
+def _tree_layout(tree: Tree) -> str:
+    """Returns which tree it is; equal ones have the same memory."""
+    slots = hashlib.sha256("\n".join(tree.slots).encode()).hexdigest()
+    return f"{tree.name} ({len(tree.slots)} numbers, {slots[:8]})"
+
+
+def _misfit(saved: list[dict[str, Any]], present: list[dict[str, Any]]) -> str:
+    """Returns what does not fit of a file and a diagram, or nothing."""
     for old, new in zip(saved, present, strict=False):
-        for what in ("key", "type", "sizes", "abstract"):
+        for what in ("key", "type", "sizes", "abstract", "trees"):
             if old[what] != new[what]:
-                raise ValueError(
-                    f"{filename}: does not fit the diagram at {new['path']}:"
-                    f" {what} {old[what]} in the file, {new[what]} in the"
-                    f" diagram. {remedy}"
+                return (
+                    f"does not fit the diagram at {new['path']}: {what}"
+                    f" {old[what]} in the file, {new[what]} in the diagram"
                 )
     if len(saved) != len(present):
-        raise ValueError(
-            f"{filename}: has {len(saved)} systems, the diagram"
-            f" {len(present)}. {remedy}"
+        return (
+            f"does not fit the diagram: {len(saved)} systems in the file,"
+            f" {len(present)} in the diagram"
         )
+    return ""

@@ -5,6 +5,7 @@ that are not finite; so nothing of the kind gets through to it.
 """
 
 import math
+import operator
 
 
 def check_number(
@@ -26,8 +27,15 @@ def check_number(
 
     Raises:
         ValueError: If it is not.
+        TypeError: If it is no number.
     """
-    if math.isfinite(value) and (value > low if low_open else value >= low):
+    try:
+        known = math.isfinite(value)
+    except TypeError as error:
+        raise TypeError(
+            f"{name} must be a number, got {value!r:.80}"
+        ) from error
+    if known and (value > low if low_open else value >= low):
         return value
     if low == 0.0:
         rule = "positive" if low_open else "at least 0"
@@ -50,7 +58,14 @@ def check_count(name: str, value: int) -> int:
 
     Raises:
         ValueError: If it is.
+        TypeError: If it is no whole number.
     """
+    try:
+        value = operator.index(value)
+    except TypeError as error:
+        raise TypeError(
+            f"{name} must be a whole number, got {value!r:.80}"
+        ) from error
     if value < 0:
         raise ValueError(f"{name} must be at least 0, got {value}")
     return value
@@ -58,14 +73,20 @@ def check_count(name: str, value: int) -> int:
 
 def is_multiple(period: float, time_step: float) -> bool:
     """Returns whether a period is some steps long, both in seconds."""
-    count = max(1, round(period / time_step))
+    ratio = period / time_step
+    if not math.isfinite(ratio):
+        return False
+    count = max(1, round(ratio))
     return abs(period - count * time_step) <= 1e-9 * period
 
 
 def nearest_multiples(period: float, time_step: float) -> str:
     """Returns what the period may be instead, for a message."""
-    below = max(1, math.floor(period / time_step)) * time_step
-    above = math.ceil(period / time_step) * time_step
+    ratio = period / time_step
+    if not math.isfinite(ratio):
+        return "fewer steps"
+    below = max(1, math.floor(ratio)) * time_step
+    above = max(1, math.ceil(ratio)) * time_step
     return " or ".join(dict.fromkeys((f"{below:.9g}", f"{above:.9g}")))
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping
 import dataclasses
+import importlib
 from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
@@ -16,16 +17,25 @@ class Registry(Mapping[str, type[Any]]):
     one.
     """
 
-    def __init__(self, kind: str, needs: tuple[str, ...]) -> None:
+    def __init__(
+        self, kind: str, needs: tuple[str, ...], home: str = ""
+    ) -> None:
         """Constructs a Registry that is empty.
 
         Args:
             kind: What the parts are called in messages.
             needs: The attributes that every part must have.
+            home: The module that registers the parts of the package. It is
+                loaded before one from elsewhere is registered, so that none
+                takes a name of theirs.
         """
         self._kind = kind
         self._needs = needs
+        self._home = home
         self._parts: dict[str, type[Any]] = {}
+
+    def __repr__(self) -> str:
+        return f"<{self._kind}s: {', '.join(sorted(self._parts))}>"
 
     def __getitem__(self, name: str) -> type[Any]:
         return self._parts[name]
@@ -46,6 +56,10 @@ class Registry(Mapping[str, type[Any]]):
             ValueError: If the name is taken.
             TypeError: If the part is no class, or lacks something.
         """
+        if not isinstance(name, str) or not name:
+            raise ValueError(
+                f"the name of a {self._kind} is a text, got {name!r:.80}"
+            )
 
         def add(part: type[T]) -> type[T]:
             if not (isinstance(part, type) and dataclasses.is_dataclass(part)):
@@ -59,6 +73,8 @@ class Registry(Mapping[str, type[Any]]):
                     f"{part.__qualname__} is no {self._kind}: it lacks"
                     f" {', '.join(missing)}"
                 )
+            if self._home and not part.__module__.startswith("hunav_drake."):
+                importlib.import_module(self._home)
             old = self._parts.get(name)
             if old is not None and _origin(old) != _origin(part):
                 raise ValueError(
@@ -77,11 +93,11 @@ class Registry(Mapping[str, type[Any]]):
             ValueError: If there is no such part or parameter, or if a value
                 is outside its range.
         """
-        if name not in self._parts:
+        if not isinstance(name, str) or name not in self._parts:
+            hint = did_you_mean(str(name), self._parts)
             known = ", ".join(sorted(self._parts))
             raise ValueError(
-                f"no {self._kind} {name!r}{did_you_mean(name, self._parts)}"
-                f" (there are: {known})"
+                f"no {self._kind} {name!r}{hint} (there are: {known})"
             )
         part = self._parts[name]
         whole = f"{self._kind} {name!r}"

@@ -68,7 +68,8 @@ def add_metric_commands(commands: Any) -> None:
     show = actions.add_parser("show", help="show the definition of a metric")
     show.set_defaults(function=_show)
     show.add_argument("name", nargs="+", help="metrics, families or all")
-    add_import_option(metrics)
+    for parser in (metrics, show):
+        add_import_option(parser)
 
 
 def _evaluate(options: argparse.Namespace) -> int:

@@ -16,7 +16,8 @@ def add_import_option(parser: argparse.ArgumentParser) -> None:
         "--import",
         dest="imports",
         action="append",
-        default=[],
+        # Without a default, it may stand before and after a second word.
+        default=argparse.SUPPRESS,
         metavar="MODULE",
         help="first import a module or file.py that registers your own tree"
         " nodes, motion models, planners or metrics",

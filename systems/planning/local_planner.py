@@ -15,6 +15,7 @@ from pydrake.systems.framework import (
 from hunav_drake.systems.checks import check_count, count_steps
 from hunav_drake.systems.layout import STATE_SIZE
 from hunav_drake.systems.planning.planner import (
+    Plan,
     Planner,
     PlannerStatus,
     PlanningTask,
@@ -145,6 +146,12 @@ class LocalPlanner(LeafSystem):
             self._goal.Eval(context),
             memory,
         )
+        if not isinstance(plan, Plan):
+            raise RuntimeError(
+                f"{self.GetSystemPathname()}, t = {context.get_time():.3f} s:"
+                f" {type(self._planner).__name__}.plan() must give a Plan, got"
+                f" {plan!r:.80}"
+            )
         finite = math.isfinite(plan.v) and math.isfinite(plan.omega)
         if not finite or len(plan.memory) != len(memory):
             raise RuntimeError(

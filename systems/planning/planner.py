@@ -99,7 +99,11 @@ class Planner(Protocol):
 
 
 # The planners by name; each is the dataclass of its parameters.
-PLANNERS = Registry("planner", needs=("plan", "memory_size"))
+PLANNERS = Registry(
+    "planner",
+    needs=("plan", "memory_size"),
+    home="hunav_drake.systems.planning.planners",
+)
 
 
 def register_planner[T](name: str) -> Callable[[type[T]], type[T]]:

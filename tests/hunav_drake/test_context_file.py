@@ -5,6 +5,9 @@ import sys
 
 import numpy as np
 from pydrake.common.value import AbstractValue
+from pydrake.multibody.math import SpatialVelocity
+from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
+from pydrake.multibody.tree import SpatialInertia
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import ConstantVectorSource, Integrator
@@ -21,6 +24,7 @@ from hunav_drake import (
     RunTrial,
     SaveContext,
 )
+from hunav_drake.systems.robot import AddBodyState
 
 
 def saved(scenario, time, path):
@@ -136,6 +140,35 @@ def test_people_whose_robot_is_fixed(tmp_path):
     np.testing.assert_array_equal(*states)
 
 
+def test_a_robot_of_a_plant_goes_on(tmp_path):
+    """Of a discrete plant, which keeps more than numbers."""
+    builder = DiagramBuilder()
+    plant, _ = AddMultibodyPlantSceneGraph(builder, time_step=0.01)
+    body = plant.AddRigidBody(
+        "cart", SpatialInertia.SolidCubeWithDensity(80.0, 0.4)
+    )
+    plant.mutable_gravity_field().set_gravity_vector([0, 0, 0])
+    plant.Finalize()
+    people = AddHumans(builder, [HumanConfig(pose=[4, 0, 3], goals=[[-9, 0]])])
+    robot = AddBodyState(builder, plant, body, radius=0.3)
+    builder.Connect(robot, people.robot_state)
+    builder.ExportOutput(people.human_states, "human_states")
+    diagram = builder.Build()
+    simulator = Simulator(diagram)
+    own = plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
+    plant.SetFreeBodySpatialVelocity(
+        own, body, SpatialVelocity([0, 0, 0.1], [0.5, 0, 0])
+    )
+    simulator.AdvanceTo(2.0)
+    SaveContext(diagram, simulator.get_context(), tmp_path / "c.npz")
+    other = Simulator(diagram, LoadContext(diagram, tmp_path / "c.npz"))
+    states = []
+    for one in (simulator, other):
+        one.AdvanceTo(5.0)
+        states.append(diagram.get_output_port().Eval(one.get_context()))
+    np.testing.assert_array_equal(*states)
+
+
 def test_an_abstract_input_cannot_be_kept(tmp_path):
     class Reader(LeafSystem):
         def __init__(self):
@@ -187,3 +220,29 @@ def test_a_state_that_cannot_be_kept_is_named(tmp_path):
     with pytest.raises(ValueError, match=r"secretive has an abstract state"):
         SaveContext(diagram, diagram.CreateDefaultContext(), tmp_path / "c.npz")
     assert not list(tmp_path.iterdir())
+
+
+def test_other_trees_are_refused(tmp_path):
+    """Also where they have as much memory."""
+    path = saved(
+        LoadScenario(filename="reaction_scared"), 1.0, tmp_path / "c.npz"
+    )
+    diagram = MakeTrialDiagram(LoadScenario(filename="reaction_curious"))
+    with pytest.raises(ValueError, match=r"c.npz: does not fit the diagram at"):
+        LoadContext(diagram, path)
+
+
+@pytest.mark.parametrize("lost", ["time", "systems", "0.0/discrete/0"])
+def test_a_damaged_file_is_refused(tmp_path, lost):
+    scenario = LoadScenario(filename="passing")
+    path = saved(scenario, 1.0, tmp_path / "c.npz")
+    with np.load(path) as file:
+        arrays = dict(file)
+    del arrays[lost]
+    np.savez(path, **arrays)
+    with pytest.raises(ValueError, match=r"c.npz: is damaged: KeyError"):
+        LoadContext(MakeTrialDiagram(scenario), path)
+    arrays[lost] = np.array("{")
+    np.savez(path, **arrays)
+    with pytest.raises(ValueError, match=r"c.npz: is damaged"):
+        LoadContext(MakeTrialDiagram(scenario), path)

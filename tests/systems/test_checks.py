@@ -77,6 +77,7 @@ def test_a_period_is_counted_in_steps(period, step, count):
         (0.0, "period must be positive"),
         (math.nan, "period must be positive"),
         (math.inf, "period must be positive"),
+        (1e-300, "nearest: 0.05$"),
     ],
 )
 def test_a_period_between_steps_is_refused(period, words):
@@ -95,3 +96,17 @@ def test_numbers_and_their_bounds():
         check_number("gain", 0, "m", low_open=True)
     with pytest.raises(ValueError, match="gain must be above 2, got 2"):
         check_number("gain", 2, low=2.0, low_open=True)
+
+
+def test_other_kinds_are_named():
+    for value in ("a", None, [1.0]):
+        with pytest.raises(TypeError, match="gain must be a number, got"):
+            check_number("gain", value)
+    for value in (1.5, "1", None, math.nan):
+        with pytest.raises(TypeError, match="num_robots must be a whole"):
+            check_count("num_robots", value)
+
+
+def test_a_step_too_small_for_its_period_is_refused():
+    with pytest.raises(ValueError, match="must be a multiple of time_step"):
+        count_steps(1e308, 1e-10)

@@ -1,4 +1,6 @@
 import dataclasses
+import subprocess
+import sys
 from typing import Annotated
 
 from pydantic import Field
@@ -91,3 +93,55 @@ def test_a_plain_dataclass_is_checked_too(dut):
     assert isinstance(dut.make("plain", {"gain": 3}), Plain)
     with pytest.raises(ValueError, match=r"brush 'plain': gain: .*'wide'"):
         dut.make("plain", {"gain": "wide"})
+
+
+@pytest.mark.parametrize(
+    ("package", "register", "name"),
+    [
+        ("planning", "register_planner", "pursuit"),
+        ("crowd", "register_motion_model", "orca"),
+    ],
+)
+def test_nobody_takes_the_name_of_a_part_of_the_package(
+    package, register, name
+):
+    """Also not before that part is loaded."""
+    code = f"""
+import dataclasses
+from hunav_drake.systems.{package} import {register}
+
+@dataclasses.dataclass
+class Mine:
+    memory_size = 0
+    def plan(self): ...
+    def forces(self): ...
+    def advance(self): ...
+
+try:
+    {register}({name!r})(Mine)
+except ValueError as error:
+    assert "is registered already, from hunav_drake" in str(error)
+else:
+    raise SystemExit("taken")
+"""
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+@pytest.mark.parametrize("name", ["", None, 5, ["x"]])
+def test_a_name_is_a_text(dut, name):
+    with pytest.raises(ValueError, match="the name of a brush is a text, got"):
+        dut.register(name)
+    with pytest.raises(ValueError, match="no brush"):
+        dut.make(name, {})
+
+
+def test_a_parameter_without_a_default_must_be_given(dut):
+    @dut.register("needy")
+    @dataclass
+    class Needy:
+        gain: float
+
+        def paint(self): ...
+
+    with pytest.raises(ValueError, match=r"brush .needy.: gain: .*required"):
+        dut.make("needy", {})

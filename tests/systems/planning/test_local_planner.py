@@ -146,3 +146,16 @@ def test_a_plan_that_cannot_be_is_told(v, memory, words):
     simulator = make_simulator(dut)
     with pytest.raises(RuntimeError, match=rf"t = 0.000 s: Wild.*{words}"):
         simulator.AdvanceTo(0.1)
+
+
+def test_what_is_no_plan_is_told():
+    class Sloppy:
+        memory_size = 0
+
+        def plan(self, task, robot, humans, goal, memory):
+            return 0.5, 0.0
+
+    dut = LocalPlanner(Sloppy(), make_task(), num_humans=0)
+    simulator = make_simulator(dut)
+    with pytest.raises(RuntimeError, match=r"must give a Plan, got \(0.5, 0"):
+        simulator.AdvanceTo(0.1)
