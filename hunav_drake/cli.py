@@ -9,6 +9,7 @@ from collections.abc import Sequence
 import io
 import os
 import sys
+import warnings
 
 from hunav_drake.commands.doctor import add_doctor_command
 from hunav_drake.commands.errors import (
@@ -16,13 +17,17 @@ from hunav_drake.commands.errors import (
     DONE,
     INTERRUPTED,
     InputError,
+    print_import_hint,
 )
 from hunav_drake.commands.metrics import add_metric_commands
 from hunav_drake.commands.report import add_report_command
 from hunav_drake.commands.run import add_run_command
 from hunav_drake.commands.scenarios import add_scenario_commands
 from hunav_drake.commands.tree import add_tree_commands
-from hunav_drake.commands.user_code import import_user_code
+from hunav_drake.commands.user_code import (
+    fault_of_user_code,
+    import_user_code,
+)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -35,15 +40,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
     options = _make_parser().parse_args(arguments)
+    imports = getattr(options, "imports", ())
     try:
-        import_user_code(getattr(options, "imports", ()))
-        code: int = options.function(options)
+        with warnings.catch_warnings():
+            warnings.showwarning = _show_warning  # type: ignore[assignment]
+            import_user_code(imports)
+            code: int = options.function(options)
         sys.stdout.flush()
     except KeyboardInterrupt:
         print("hunav: interrupted", file=sys.stderr)
         return INTERRUPTED
     except InputError as error:
         print(f"hunav: {error}", file=sys.stderr)
+        print_import_hint(error, options)
         return BAD_INPUT
     except BrokenPipeError:
         # Whoever read the output, as in `hunav list | head`, has had enough.
@@ -55,7 +64,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         print(f"hunav: {error}", file=sys.stderr)
         return BAD_INPUT
+    except Exception as error:
+        fault = fault_of_user_code(error) if imports else ""
+        if not fault:
+            raise
+        print(f"hunav: {fault}", file=sys.stderr)
+        return BAD_INPUT
     return code
+
+
+def _show_warning(message: Warning | str, *_: object) -> None:
+    print(f"hunav: warning: {message}", file=sys.stderr)
 
 
 def _make_parser() -> argparse.ArgumentParser:

@@ -1,13 +1,30 @@
 """What all commands of `hunav` share: exit codes, and bad input."""
 
+import argparse
 from pathlib import Path
+import re
+import sys
 
 # The exit codes.
 DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
+_UNKNOWN_PART = re.compile(
+    "there is no (planner|motion model|behavior|node|metric)"
+)
+
 
 class InputError(Exception):
     """Something that the caller gave cannot be used; the text says what."""
+
+
+def print_import_hint(error: Exception, options: argparse.Namespace) -> None:
+    """Tells how unknown parts are made known, if an error is about one."""
+    imports = getattr(options, "imports", ())
+    if not imports and _UNKNOWN_PART.search(str(error)):
+        print(
+            "hunav: parts of your own are made known by --import FILE",
+            file=sys.stderr,
+        )
 
 
 def check_new(path: Path, *, force: bool) -> None:

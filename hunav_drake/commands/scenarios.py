@@ -10,6 +10,7 @@ from hunav_drake.commands.errors import (
     DONE,
     InputError,
     check_new,
+    print_import_hint,
 )
 from hunav_drake.commands.options import (
     add_import_option,
@@ -62,6 +63,7 @@ def _check(options: argparse.Namespace) -> int:
             scenario = load_scenario(name, options)
         except InputError as error:
             print(error, file=sys.stderr)
+            print_import_hint(error, options)
             code = BAD_INPUT
         else:
             people = len(scenario.humans)

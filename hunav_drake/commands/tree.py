@@ -10,6 +10,7 @@ from hunav_drake.commands.errors import (
     DONE,
     InputError,
     check_new,
+    print_import_hint,
 )
 from hunav_drake.commands.options import add_import_option
 
@@ -82,6 +83,7 @@ def _check(options: argparse.Namespace) -> int:
             tree = LoadTree(file)
         except BehaviorTreeError as error:
             print(error, file=sys.stderr)
+            print_import_hint(error, options)
             code = BAD_INPUT
         else:
             print(

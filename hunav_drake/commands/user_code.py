@@ -9,6 +9,8 @@ import traceback
 
 from hunav_drake.commands.errors import InputError
 
+_PACKAGE = str(Path(__file__).resolve().parents[1])
+
 
 def import_user_code(names: Iterable[str]) -> None:
     """Imports modules, so that what they register is known.
@@ -35,6 +37,26 @@ def import_user_code(names: Iterable[str]) -> None:
                 f"--import {name}: {_place(error)}{type(error).__name__}:"
                 f" {error}"
             ) from error
+
+
+def fault_of_user_code(error: BaseException | None) -> str:
+    """Returns what went wrong in users' code, and where; or nothing.
+
+    Args:
+        error: What was raised, perhaps because of another error.
+    """
+    while error is not None:
+        frames = [
+            frame
+            for frame in traceback.extract_tb(error.__traceback__)
+            if not frame.filename.startswith((_PACKAGE, sys.prefix, "<"))
+            and sys.base_prefix not in frame.filename
+        ]
+        if frames:
+            place = f"{frames[-1].filename}:{frames[-1].lineno}"
+            return f"{place}: {type(error).__name__}: {error}"
+        error = error.__cause__
+    return ""
 
 
 def _import_file(path: Path) -> None:

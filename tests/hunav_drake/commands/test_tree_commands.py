@@ -82,8 +82,9 @@ def test_check_tells_the_fault_of_each_file(hunav, old, faulty, tmp_path):
 def test_fault_is_one_line(hunav, faulty, command):
     code, out, err = hunav("tree", command, faulty)
     assert (code, out) == (2, "")
-    assert err.startswith(f"hunav: {faulty}:2: ")
-    assert len(err.splitlines()) == 1
+    fault, *hint = err.splitlines()
+    assert fault.startswith(f"hunav: {faulty}:2: ")
+    assert hint == ["hunav: parts of your own are made known by --import FILE"]
 
 
 def test_convert_prints_format_4(hunav, old):

@@ -88,3 +88,53 @@ def test_an_unknown_module_is_bad_input(hunav):
     code, _, err = hunav("check", "passing", "--import", "no_such_module")
     assert code == 2
     assert "No module named 'no_such_module'" in err
+
+
+PLANNER = """
+from pydantic.dataclasses import dataclass
+from hunav_drake.systems.evaluation import register_metric
+from hunav_drake.systems.planning import register_planner
+
+@register_planner("{name}")
+@dataclass
+class Broken:
+    memory_size = 0
+
+    def plan(self, task, robot, humans, goal, memory):
+        return {body}
+
+@register_metric(name="{name}", unit="m", family="path", source="me")
+def broken(recording):
+    raise KeyError("nothing")
+"""
+
+
+def test_an_error_in_ones_own_code_is_told_in_a_line(hunav, tmp_path):
+    (tmp_path / "mine_1.py").write_text(
+        PLANNER.format(name="mine_1", body="robot[99]")
+    )
+    arguments = ("run", "passing", "--quiet", "--planner", "mine_1")
+    code, _, err = hunav(*arguments, "--import", "mine_1.py")
+    assert code == 2
+    assert err.startswith(f"hunav: {tmp_path}/mine_1.py:12: IndexError: index")
+    assert len(err.splitlines()) == 1
+
+
+def test_a_metric_of_ones_own_that_fails_is_a_warning(hunav, tmp_path):
+    (tmp_path / "mine_2.py").write_text(PLANNER.format(name="mine_2", body="1"))
+    code, _, err = hunav("run", "passing", "--quiet", "--import", "mine_2.py")
+    assert code == 0
+    assert "hunav: warning: no value: metric 'mine_2': KeyError" in err
+    assert "site-packages" not in err
+    assert "simulation.py" not in err
+
+
+@pytest.mark.parametrize(
+    "change", ["planner.name=mine", "crowd.model=mine", "humans[0].behavior=me"]
+)
+def test_what_is_unknown_may_be_imported(hunav, change):
+    code, _, err = hunav("check", "passing", "--set", change)
+    assert code == 2
+    assert "parts of your own are made known by --import FILE" in err
+    code, _, err = hunav("check", "passing", "--set", "robot.radus=1")
+    assert "--import" not in err
