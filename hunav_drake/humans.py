@@ -19,6 +19,7 @@ from hunav_drake.systems.behavior import (
     LoadBehavior,
 )
 from hunav_drake.systems.crowd import CrowdConfig, HumanConfig, HumanCrowd
+from hunav_drake.systems.crowd.people import name_people
 from hunav_drake.systems.crowd.weights import draw_weights
 from hunav_drake.systems.obstacles import Obstacles
 from hunav_drake.systems.world import World
@@ -58,7 +59,8 @@ def MakeHumans(
     """Makes a diagram of people: their crowd, and a behavior tree for each.
 
     Args:
-        humans: The people; there may be none.
+        humans: The people; there may be none. Those without a name or a number
+            are given some that are free: see `name_people`.
         obstacles: The walls that they feel and cannot see through, or the
             world that has them; none by default.
         config: How they take in the world.
@@ -82,10 +84,11 @@ def MakeHumans(
             `desired_speed`.
         TypeError: If an argument is of another kind.
     """
-    check_arguments(humans, obstacles, config, num_robots, time_step)
+    _check_arguments(humans, obstacles, config, num_robots, time_step)
     if isinstance(obstacles, World):
         obstacles = obstacles.obstacles()
-    humans = draw_weights(humans, seed)
+    # Before anything is made of them: crowd and trees know the same numbers.
+    humans = draw_weights(name_people(humans), seed)
     if separate_trees is None:
         separate_trees = len(humans) <= BANK_FROM
     builder = DiagramBuilder()
@@ -126,7 +129,7 @@ def MakeHumans(
     return diagram
 
 
-def check_arguments(
+def _check_arguments(
     humans: Any,
     obstacles: Any,
     config: Any,
@@ -139,7 +142,12 @@ def check_arguments(
         TypeError: If one is of another kind.
     """
     kinds: list[tuple[str, Any, Any, str]] = [
-        ("obstacles", obstacles, (Obstacles, World, type(None)), "Obstacles"),
+        (
+            "obstacles",
+            obstacles,
+            (Obstacles, World, type(None)),
+            "Obstacles or a World",
+        ),
         ("config", config, (CrowdConfig, type(None)), "a CrowdConfig"),
         ("num_robots", num_robots, numbers.Integral, "a whole number"),
         ("time_step", time_step, numbers.Real, "a number"),
@@ -231,20 +239,26 @@ def AddHumans(
 
     Args:
         builder: Where they are added.
-        humans: As for `MakeHumans`, like the others.
-        obstacles: Likewise.
-        config: Likewise.
-        num_robots: Likewise.
-        time_step: Likewise.
-        seed: Likewise.
-        separate_trees: Likewise.
+        humans: The people; there may be none.
+        obstacles: The walls that they feel and cannot see through, or the
+            world that has them; none by default.
+        config: How they take in the world.
+        num_robots: How many robots they meet.
+        time_step: The time between two steps, in seconds.
+        seed: What drawn weights follow from: see `MakeHumans`.
+        separate_trees: Whether each tree is a system: see `MakeHumans`.
         name: What the system is called; each in a diagram has its own name.
 
     Returns:
-        The ports; ``robot_state`` is left for the caller to connect.
+        The ports of the new system: ``robot_state``, left for the caller to
+        connect, takes the robots; ``human_states`` gives where people are,
+        ``behavior_status`` who reacts, ``forces`` what moves them. See
+        `HumanPorts` for their layouts.
 
     Raises:
+        BehaviorTreeError: If a behavior is not known, or faulty.
         ValueError: As `MakeHumans`, and if the name is taken.
+        TypeError: If an argument is of another kind.
     """
     # Drake would end the process when the diagram is built.
     if builder.HasSubsystemNamed(name):

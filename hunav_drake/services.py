@@ -1,7 +1,6 @@
 """People for another simulator: HuNavSim's services as calls."""
 
 from collections.abc import Sequence
-import itertools
 import numbers
 from typing import Any, NamedTuple
 
@@ -9,17 +8,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydrake.systems.framework import Context
 
-from hunav_drake.humans import MakeHumans
-from hunav_drake.systems.behavior import LoadBehavior
-from hunav_drake.systems.behavior.person import Person
+from hunav_drake.stepwise import Array, StepwiseHumans
 from hunav_drake.systems.crowd import CrowdConfig, HumanConfig
 from hunav_drake.systems.crowd.limits import LARGEST
-from hunav_drake.systems.crowd.people import name_people
+from hunav_drake.systems.crowd.people import people_ids
 from hunav_drake.systems.layout import STATE_SIZE
 from hunav_drake.systems.obstacles import Obstacles
 from hunav_drake.systems.world import World
-
-Array = NDArray[np.float64]
 
 # A duration is a number of steps if it is within this part of a step of one:
 # simulators keep their time in single precision, or add it up.
@@ -44,15 +39,16 @@ class _Round(NamedTuple):
     """A step of everybody that `move_agent` takes person by person.
 
     Attributes:
-        given: What the other simulator said: the states of people and robots.
-        memory: What people will have in mind.
-        agents: Where they will be, and what they react to.
+        given: What the other simulator said: the states of people and robots;
+            None if nothing was said, but one person goes on alone.
+        after: Everybody a step later.
+        status: What they react to in it.
         moved: Whose step has been taken; changed.
     """
 
-    given: tuple[bytes, bytes]
-    memory: Array
-    agents: Agents
+    given: tuple[bytes, bytes] | None
+    after: Context
+    status: NDArray[np.int64]
     moved: set[int]
 
 
@@ -103,41 +99,39 @@ class AgentServices:
             seed: What drawn weights follow from: see `MakeHumans`.
 
         Raises:
+            BehaviorTreeError: If a behavior is not known, or faulty.
             ValueError: If an argument is refused by `MakeHumans`, like two
                 people with the same number.
-            TypeError: Likewise.
+            TypeError: If an argument is of another kind.
         """
-        self._diagram = MakeHumans(
+        self._people = StepwiseHumans(
             humans,
             obstacles=obstacles,
             config=config,
             num_robots=num_robots,
             time_step=time_step,
             seed=seed,
-            separate_trees=False,
         )
-        self._ids = [human.id for human in name_people(humans)]
-        self._crowd = self._diagram.GetSubsystemByName("crowd")
-        self._bank = self._diagram.GetSubsystemByName("behaviors")
-        walls = (
-            obstacles.obstacles() if isinstance(obstacles, World) else obstacles
-        )
-        self._memories = _memory_slices(humans, time_step, walls)
+        self._ids = people_ids(humans)
         self._num_robots = num_robots
         self._time_step = time_step
-        self._context = self._diagram.CreateDefaultContext()
+        self._context = self._people.CreateContext()
         # What is left to do of a step, which the Context does not say yet: a
         # function of it and of what was given, and so no state of its own.
         self._round: _Round | None = None
 
     @property
     def context(self) -> Context:
-        """All that these services know; a clone of it can be put back."""
+        """All that these services know; a clone of it can be put back.
+
+        Raises:
+            RuntimeError: If what is put back is of other people.
+        """
         return self._context
 
     @context.setter
     def context(self, context: Context) -> None:
-        self._diagram.ValidateContext(context)
+        self._people.CheckContext(context)
         self._context = context.Clone()
         self._round = None
 
@@ -145,7 +139,7 @@ class AgentServices:
     def agents(self) -> Agents:
         """The people as they are known, with no reaction active."""
         status = np.zeros(len(self._ids), dtype=np.int64)
-        return Agents(self._states(self._context), status)
+        return Agents(self._people.GetStates(self._context), status)
 
     def compute_agents(
         self,
@@ -167,13 +161,19 @@ class AgentServices:
         Raises:
             ValueError: If an array does not have that shape or is not finite,
                 or if `dt` is not such a number.
+            TypeError: If `dt` is not a number at all, or if a leaf of one's
+                own does not return what it must.
+            BehaviorTreeError: If a leaf of one's own raises an error, or
+                writes what cannot be; people are then where the step before
+                has brought them.
         """
         steps = self._count_steps(dt)
-        self._receive(self._context, *self._read(humans, robot))
-        status = self.agents.behavior_status
+        context = self._context
+        self._receive(context, *self._read(humans, robot))
         for _ in range(steps):
-            status = self._step()
-        return Agents(self._states(self._context), status)
+            status = self._people.CalcStatus(context)
+            self._people.StepAll(context)
+        return Agents(self._people.GetStates(context), status)
 
     def compute_agent(self, agent_id: int, dt: float | None = None) -> Agents:
         """Returns where one person is `dt` later, going by what is known.
@@ -188,10 +188,16 @@ class AgentServices:
         Raises:
             ValueError: If nobody has that number, no call has told where the
                 robots are, or `dt` is not a whole number of steps.
+            TypeError: As `compute_agents`.
+            BehaviorTreeError: Likewise.
         """
         index = self._index(agent_id)
         steps = self._count_steps(dt)
-        self._check_robots_are_known()
+        if not self._people.AreRobotsKnown(self._context):
+            raise ValueError(
+                "robot: it is not known yet where the robots are: pass them to"
+                " reset_agents or to another call first"
+            )
         self._round = None
         return self._step_one(index, steps)
 
@@ -210,12 +216,14 @@ class AgentServices:
 
         Args:
             humans: As for `compute_agents`.
-            robot: Likewise.
+            robot: The robots, as for `compute_agents`.
             agent_id: The number of the person.
             dt: As for `compute_agents`.
 
         Raises:
             ValueError: As `compute_agents`, and if nobody has that number.
+            TypeError: As `compute_agents`.
+            BehaviorTreeError: Likewise.
         """
         index = self._index(agent_id)
         steps = self._count_steps(dt)
@@ -226,7 +234,7 @@ class AgentServices:
             self._receive(self._context, states, robots)
             self._round = self._begin(given)
         else:
-            self._set_states(states)
+            self._people.SetStates(self._context, states)
         return self._step_one(index, steps)
 
     def reset_agents(
@@ -245,11 +253,11 @@ class AgentServices:
         Raises:
             ValueError: If an array does not have its shape or is not finite.
         """
-        context = self._diagram.CreateDefaultContext()
-        start = self._states(context) if humans is None else humans
+        context = self._people.CreateContext()
+        start = self._people.GetStates(context) if humans is None else humans
         if robot is None:
             states = _rows(start, len(self._ids), "humans")
-            self._set_states(states, context)
+            self._people.SetStates(context, states)
         else:
             self._receive(context, *self._read(start, robot))
         self._context = context
@@ -259,7 +267,7 @@ class AgentServices:
     def _count_steps(self, dt: float | None) -> int:
         if dt is None:
             return 1
-        if not isinstance(dt, numbers.Real):
+        if not isinstance(dt, numbers.Real) or isinstance(dt, bool):
             raise TypeError(
                 f"dt must be a number, in seconds, got {type(dt).__name__}"
                 f" {dt!r}"
@@ -278,20 +286,10 @@ class AgentServices:
         try:
             return self._ids.index(agent_id)
         except ValueError:
-            numbers = ", ".join(map(str, self._ids[:20])) or "none"
+            known = ", ".join(map(str, self._ids[:20])) or "none"
             raise ValueError(
-                f"nobody has the number {agent_id}; there are: {numbers}"
+                f"nobody has the number {agent_id}; there are: {known}"
             ) from None
-
-    def _check_robots_are_known(self) -> None:
-        if self._num_robots == 0:
-            return
-        port = self._diagram.GetInputPort("robot_state")
-        if not port.HasValue(self._context):
-            raise ValueError(
-                "robot: it is not known yet where the robots are: pass them to"
-                " reset_agents or to another call first"
-            )
 
     def _read(
         self, humans: ArrayLike, robot: ArrayLike | None
@@ -306,47 +304,15 @@ class AgentServices:
     def _receive(self, context: Context, states: Array, robots: Array) -> None:
         """Takes over what the other simulator says."""
         self._round = None
-        if self._num_robots:
-            port = self._diagram.GetInputPort("robot_state")
-            port.FixValue(context, robots.ravel())
-        self._set_states(states, context)
+        self._people.FixRobots(context, robots)
+        self._people.SetStates(context, states)
 
-    def _set_states(
-        self, states: Array, context: Context | None = None
-    ) -> None:
-        self._crowd.SetStates(
-            self._crowd.GetMyMutableContextFromRoot(context or self._context),
-            states,
-        )
-
-    def _states(self, context: Context) -> Array:
-        port = self._diagram.GetOutputPort("human_states")
-        states: Array = port.Eval(context).reshape(-1, STATE_SIZE).copy()
-        return states
-
-    def _step(self) -> NDArray[np.int64]:
-        """Moves everybody by one step; returns what they reacted to in it."""
-        context = self._context
-        port = self._diagram.GetOutputPort("behavior_status")
-        status: NDArray[np.int64] = port.Eval(context).astype(np.int64)
-        context.SetDiscreteState(
-            self._diagram.EvalUniquePeriodicDiscreteUpdate(context)
-        )
-        context.SetTime(context.get_time() + self._time_step)
-        return status
-
-    def _begin(self, given: tuple[bytes, bytes]) -> _Round:
+    def _begin(self, given: tuple[bytes, bytes] | None) -> _Round:
         """Returns the step of everybody that is to be taken one by one."""
-        context = self._context
-        status = self._diagram.GetOutputPort("behavior_status").Eval(context)
-        updated = context.Clone()
-        updated.SetDiscreteState(
-            self._diagram.EvalUniquePeriodicDiscreteUpdate(context)
-        )
         return _Round(
             given=given,
-            memory=self._memory(updated),
-            agents=Agents(self._states(updated), status.astype(np.int64)),
+            after=self._people.CalcNext(self._context),
+            status=self._people.CalcStatus(self._context),
             moved=set(),
         )
 
@@ -356,50 +322,20 @@ class AgentServices:
         for _ in range(steps):
             now = self._round
             if now is None or index in now.moved:
-                now = self._begin((b"", b""))
+                now = self._begin(None)
                 self._round = None
             now.moved.add(index)
-            states = self._states(self._context)
-            states[index] = now.agents.states[index]
-            self._set_states(states)
-            memory = self._memory(self._context)
-            own = self._memories[index]
-            memory[own] = now.memory[own]
-            self._bank.GetMyMutableContextFromRoot(
-                self._context
-            ).SetDiscreteState(0, memory)
-            status = now.agents.behavior_status[index]
-        return Agents(self._states(self._context)[index], np.asarray(status))
-
-    def _memory(self, context: Context) -> Array:
-        """Returns what all people have in mind."""
-        own = self._bank.GetMyContextFromRoot(context)
-        memory: Array = own.get_discrete_state(0).value().copy()
-        return memory
-
-
-def _memory_slices(
-    humans: Sequence[HumanConfig],
-    time_step: float,
-    obstacles: Obstacles | None,
-) -> list[slice]:
-    """Returns where each person's memory is among those of a bank of trees."""
-    sizes = [
-        len(
-            LoadBehavior(human.behavior).initial_memory(
-                Person.from_config(
-                    human, i, time_step=time_step, obstacles=obstacles
-                )
-            )
-        )
-        for i, human in enumerate(humans)
-    ]
-    ends = np.cumsum([0, *sizes]).tolist()
-    return [slice(a, b) for a, b in itertools.pairwise(ends)]
+            self._people.StepOne(self._context, index, now.after)
+            status = now.status[index]
+        states = self._people.GetStates(self._context)
+        return Agents(states[index], np.asarray(status))
 
 
 def _rows(values: Any, count: int, name: str) -> Array:
-    rows = np.asarray(values, dtype=float)
+    try:
+        rows = np.asarray(values, dtype=float)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise ValueError(f"{name} must hold numbers: {error}") from error
     if rows.size != count * STATE_SIZE or (
         rows.ndim > 1 and rows.shape[-1] != STATE_SIZE
     ):

@@ -10,6 +10,7 @@ from hunav_drake.humans import AddHumans
 from hunav_drake.scenario import CheckScenario, name_humans
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.systems.crowd import HumanConfig
+from hunav_drake.systems.crowd.people import people_ids
 from hunav_drake.systems.crowd.weights import draw_weights
 from hunav_drake.systems.draws import Purpose, draw_uniform
 from hunav_drake.systems.evaluation import Evaluator
@@ -184,9 +185,9 @@ def _start(scenario: Scenario) -> list[HumanConfig]:
     if not simulation.start_jitter:
         return humans
     starters = []
-    for human in humans:
+    for human, human_id in zip(humans, people_ids(humans), strict=True):
         offset = draw_uniform(
-            simulation.seed, human.id or 0, Purpose.START_JITTER, 2
+            simulation.seed, human_id, Purpose.START_JITTER, 2
         )
         dx, dy = (simulation.start_jitter * (2 * offset - 1)).tolist()
         x, y, yaw = human.pose

@@ -20,6 +20,7 @@ from hunav_drake.systems.checks import check_count, check_time_step
 from hunav_drake.systems.crowd.human_config import HumanConfig
 from hunav_drake.systems.layout import COMMAND_SIZE, STATE_SIZE
 from hunav_drake.systems.obstacles import Obstacles
+from hunav_drake.systems.ports import DeclareRobotState, RequirePort
 
 
 class BehaviorTree(LeafSystem):
@@ -68,7 +69,7 @@ class BehaviorTree(LeafSystem):
 
         Args:
             tree: The tree; it can be that of other people, too.
-            human: The person.
+            human: The person; without a number, it has ``index + 1``.
             index: The row of the person in ``human_states``.
             num_humans: How many people ``human_states`` has.
             num_robots: How many robots ``robot_state`` has.
@@ -97,11 +98,7 @@ class BehaviorTree(LeafSystem):
         self._human_states = self.DeclareVectorInputPort(
             "human_states", num_humans * STATE_SIZE
         )
-        self._robot_state = (
-            self.DeclareVectorInputPort("robot_state", num_robots * STATE_SIZE)
-            if num_robots
-            else None
-        )
+        self._robot_state = DeclareRobotState(self, num_robots)
         memory = tree.initial_memory(self._person)
         self._memory = self.DeclareDiscreteState(memory)
         # The time is not among them: a held state gives a held command.
@@ -154,12 +151,9 @@ class BehaviorTree(LeafSystem):
         Raises:
             ValueError: If the system was made with no robots.
         """
-        if self._robot_state is None:
-            raise ValueError(
-                f"{self.GetSystemPathname()} has no port robot_state: it was"
-                " made with num_robots=0"
-            )
-        return self._robot_state
+        return RequirePort(
+            self, self._robot_state, "robot_state", "num_robots=0"
+        )
 
     def get_command_output_port(self) -> OutputPort:
         """Returns the port with what the person wants."""

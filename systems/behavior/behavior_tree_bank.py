@@ -4,6 +4,7 @@ from collections.abc import Sequence
 import itertools
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import (
     BasicVector,
@@ -20,8 +21,10 @@ from hunav_drake.systems.behavior.tree import Outcome, Tree
 from hunav_drake.systems.callbacks import weakly
 from hunav_drake.systems.checks import check_count, check_time_step
 from hunav_drake.systems.crowd.human_config import HumanConfig
+from hunav_drake.systems.crowd.people import name_people
 from hunav_drake.systems.layout import COMMAND_SIZE, STATE_SIZE
 from hunav_drake.systems.obstacles import Obstacles
+from hunav_drake.systems.ports import DeclareRobotState, RequirePort
 
 
 class BehaviorTreeBank(LeafSystem):
@@ -62,7 +65,8 @@ class BehaviorTreeBank(LeafSystem):
 
         Args:
             trees: One for each person; people may share a tree.
-            humans: The people, in the order of ``human_states``.
+            humans: The people, in the order of ``human_states``. Those without
+                a number have that of `people_ids`.
             num_robots: How many robots ``robot_state`` has.
             time_step: The time between two ticks, in seconds.
             obstacles: The walls that people cannot see through; none by
@@ -88,7 +92,9 @@ class BehaviorTreeBank(LeafSystem):
                     human, i, time_step=time_step, obstacles=obstacles
                 ),
             )
-            for i, (tree, human) in enumerate(zip(trees, humans, strict=True))
+            for i, (tree, human) in enumerate(
+                zip(trees, name_people(humans), strict=True)
+            )
         ]
         memories = [tree.initial_memory(p) for tree, p in self._people]
         ends = np.cumsum([0, *map(len, memories)]).tolist()
@@ -98,11 +104,7 @@ class BehaviorTreeBank(LeafSystem):
         self._human_states = self.DeclareVectorInputPort(
             "human_states", n * STATE_SIZE
         )
-        self._robot_state = (
-            self.DeclareVectorInputPort("robot_state", num_robots * STATE_SIZE)
-            if num_robots
-            else None
-        )
+        self._robot_state = DeclareRobotState(self, num_robots)
         self._memory = self.DeclareDiscreteState(
             np.array([number for memory in memories for number in memory])
         )
@@ -133,6 +135,10 @@ class BehaviorTreeBank(LeafSystem):
             period_sec=time_step, offset_sec=0.0, update=self._Update
         )
 
+    def trees(self) -> list[Tree]:
+        """Returns the trees, in the order of the people."""
+        return [tree for tree, _ in self._people]
+
     def get_human_states_input_port(self) -> InputPort:
         """Returns the port with the states of the people."""
         return self._human_states
@@ -143,12 +149,9 @@ class BehaviorTreeBank(LeafSystem):
         Raises:
             ValueError: If the system was made with no robots.
         """
-        if self._robot_state is None:
-            raise ValueError(
-                f"{self.GetSystemPathname()} has no port robot_state: it was"
-                " made with num_robots=0"
-            )
-        return self._robot_state
+        return RequirePort(
+            self, self._robot_state, "robot_state", "num_robots=0"
+        )
 
     def get_commands_output_port(self) -> OutputPort:
         """Returns the port with what the people want."""
@@ -157,6 +160,49 @@ class BehaviorTreeBank(LeafSystem):
     def get_behavior_status_output_port(self) -> OutputPort:
         """Returns the port with the states of the people's reactions."""
         return self._behavior_status
+
+    def GetMemory(self, context: Context, index: int) -> NDArray[np.float64]:
+        """Returns what a person has in mind.
+
+        Args:
+            context: Of this system.
+            index: The row of the person in ``human_states``.
+
+        Returns:
+            The memory of the person's tree, whose layout `Tree.Describe()`
+            prints; a copy.
+
+        Raises:
+            IndexError: If there is no such person.
+        """
+        memory = context.get_discrete_state(self._memory).value()
+        own: NDArray[np.float64] = memory[self._slices[index]].copy()
+        return own
+
+    def SetMemory(
+        self, context: Context, index: int, memory: ArrayLike
+    ) -> None:
+        """Makes a person have something else in mind.
+
+        Args:
+            context: Of this system, changed.
+            index: The row of the person in ``human_states``.
+            memory: What `GetMemory` gave, perhaps of another context.
+
+        Raises:
+            IndexError: If there is no such person.
+            ValueError: If it is not as long as the memory of that tree.
+        """
+        own = self._slices[index]
+        rows = np.asarray(memory, dtype=float)
+        if rows.shape != (own.stop - own.start,):
+            raise ValueError(
+                f"the memory of humans[{index}] has shape"
+                f" ({own.stop - own.start},), got {rows.shape}"
+            )
+        whole = context.get_discrete_state(self._memory).value().copy()
+        whole[own] = rows
+        context.SetDiscreteState(self._memory, whole)
 
     def _CalcTick(self, context: Context, value: AbstractValue) -> None:
         memory = context.get_discrete_state(self._memory).value().tolist()

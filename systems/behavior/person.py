@@ -86,7 +86,9 @@ class Person:
         """Makes a person of its configuration.
 
         Args:
-            human: The configuration.
+            human: The configuration. Alone, it does not tell which numbers
+                are taken: without one, the person has ``index + 1``. Of
+                several people, `name_people` knows better.
             index: The row of the person in `human_states`.
             time_step: The time between two ticks, in seconds.
             obstacles: What the person cannot see through; nothing by default.

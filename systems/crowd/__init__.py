@@ -12,7 +12,6 @@ if TYPE_CHECKING:
         HumanConfig,
     )
     from hunav_drake.systems.crowd.human_crowd import (
-        CrowdJacobian,
         HumanCrowd,
         HumanCrowd_,
     )
@@ -30,6 +29,9 @@ if TYPE_CHECKING:
     )
     from hunav_drake.systems.crowd.parameters import (
         SocialForceParameters,
+    )
+    from hunav_drake.systems.crowd.step import (
+        CrowdJacobian,
     )
     from hunav_drake.systems.crowd.weights import (
         draw_weights,
@@ -57,7 +59,7 @@ __getattr__ = lazy_exports(
     __name__,
     {
         "CrowdConfig": "hunav_drake.systems.crowd.crowd_config",
-        "CrowdJacobian": "hunav_drake.systems.crowd.human_crowd",
+        "CrowdJacobian": "hunav_drake.systems.crowd.step",
         "HeadedSocialForceModel": "hunav_drake.systems.crowd.models",
         "HumanConfig": "hunav_drake.systems.crowd.human_config",
         "HumanCrowd": "hunav_drake.systems.crowd.human_crowd",

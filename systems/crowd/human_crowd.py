@@ -1,8 +1,7 @@
 """The LeafSystem that moves the people."""
 
 from collections.abc import Sequence
-import dataclasses
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,16 +19,8 @@ from pydrake.systems.scalar_conversion import TemplateSystem
 from hunav_drake.systems.checks import check_count, check_time_step
 from hunav_drake.systems.crowd.crowd_config import CrowdConfig
 from hunav_drake.systems.crowd.human_config import HumanConfig
-from hunav_drake.systems.crowd.limits import limited
-from hunav_drake.systems.crowd.models import make_motion_model
-from hunav_drake.systems.crowd.motion_model import (
-    MotionModel,
-    Snapshot,
-    checked,
-)
-from hunav_drake.systems.crowd.parameters import SocialForceParameters
-from hunav_drake.systems.crowd.room import Room
-from hunav_drake.systems.crowd.social_force_model import SocialForceModel
+from hunav_drake.systems.crowd.motion_model import Snapshot
+from hunav_drake.systems.crowd.step import CrowdJacobian, CrowdStep
 from hunav_drake.systems.crowd.weights import check_drawn
 from hunav_drake.systems.layout import (
     COMMAND_SIZE,
@@ -39,22 +30,7 @@ from hunav_drake.systems.layout import (
     STATE_SIZE,
 )
 from hunav_drake.systems.obstacles import Obstacles
-
-
-class CrowdJacobian(NamedTuple):
-    """The derivatives of the next discrete state of a `HumanCrowd`.
-
-    A row is for an element of that state, (x, y, yaw, vx, vy, omega) of each
-    person. Where the step has a jump or a kink, the derivatives are those of
-    the side that it takes.
-
-    Attributes:
-        states: Shape (6n, 6n): by the present state, in the same order.
-        robots: Shape (6n, 7m): by port ``robot_state``.
-    """
-
-    states: NDArray[np.float64]
-    robots: NDArray[np.float64]
+from hunav_drake.systems.ports import DeclareRobotState, RequirePort
 
 
 @TemplateSystem.define("HumanCrowd_", T_list=[float, AutoDiffXd])
@@ -132,56 +108,49 @@ def HumanCrowd_(T: Any) -> type:
             check_time_step(time_step)
             check_count("num_robots", num_robots)
             check_drawn(humans)
-            n = len(humans)
             self._humans = tuple(humans)
-            self._obstacles = obstacles or Obstacles.from_shapes([], solid=[])
-            self._config = config or CrowdConfig()
-            self._num_robots = num_robots
-            self._one_command_port = one_command_port
-            self._time_step = time_step
-            model = make_motion_model(
-                self._config.model, self._config.parameters
+            # What a copy for another scalar type is made of, too.
+            self._options = {
+                "obstacles": obstacles,
+                "config": config,
+                "num_robots": num_robots,
+                "one_command_port": one_command_port,
+                "time_step": time_step,
+            }
+            self._step = CrowdStep(
+                humans,
+                obstacles=obstacles or Obstacles.from_shapes([], solid=[]),
+                config=config or CrowdConfig(),
+                time_step=time_step,
+                with_derivatives=T is not float,
             )
-            self._model = (
-                model
-                if T is float
-                else _differentiable(model, self._config.model)
-            )
-            self._radii = np.array([human.radius for human in humans])
-            self._parameters = np.array(
-                [dataclasses.astuple(human.forces) for human in humans]
-            ).reshape(n, len(dataclasses.fields(SocialForceParameters)))
-            # Models that are not ours get these, too.
-            self._radii.setflags(write=False)
-            self._parameters.setflags(write=False)
             self._no_robots = np.zeros((0, STATE_SIZE))
-            self._room = Room(
-                self._obstacles,
-                self._radii,
-                self._config,
-                margin=getattr(model, "safety_margin", 0.0),
+            self._DeclareInputs(num_robots, one_command_port)
+            self._DeclareStateAndOutputs()
+            self.DeclarePeriodicDiscreteUpdateEvent(
+                period_sec=time_step, offset_sec=0.0, update=self._Update
             )
 
-            self._robot_state = (
-                self.DeclareVectorInputPort(
-                    "robot_state", num_robots * STATE_SIZE
-                )
-                if num_robots
-                else None
-            )
-            self._commands = (
-                [self.DeclareVectorInputPort("commands", n * COMMAND_SIZE)]
+        def _DeclareInputs(
+            self, num_robots: int, one_command_port: bool
+        ) -> None:
+            n = len(self._humans)
+            self._robot_state = DeclareRobotState(self, num_robots)
+            self._one_command_port = one_command_port
+            sizes = (
+                {"commands": n * COMMAND_SIZE}
                 if one_command_port
-                else [
-                    self.DeclareVectorInputPort(f"command_{i}", COMMAND_SIZE)
-                    for i in range(n)
-                ]
+                else {f"command_{i}": COMMAND_SIZE for i in range(n)}
             )
-            start = np.zeros((n, MOTION_SIZE))
-            start[:, :3] = np.array([human.pose for human in humans]).reshape(
-                n, 3
-            )
-            self._state = self.DeclareDiscreteState(start.ravel())
+            self._commands = [
+                self.DeclareVectorInputPort(name, size)
+                for name, size in sizes.items()
+            ]
+
+        def _DeclareStateAndOutputs(self) -> None:
+            n = len(self._humans)
+            start = [(*human.pose, 0.0, 0.0, 0.0) for human in self._humans]
+            self._state = self.DeclareDiscreteState(np.array(start).ravel())
             state_ticket = self.discrete_state_ticket(self._state)
             self._human_states = self.DeclareVectorOutputPort(
                 "human_states",
@@ -198,9 +167,6 @@ def HumanCrowd_(T: Any) -> type:
                     self.all_input_ports_ticket(),
                 },
             )
-            self.DeclarePeriodicDiscreteUpdateEvent(
-                period_sec=time_step, offset_sec=0.0, update=self._Update
-            )
 
         def _construct_copy(self, other: Any, converter: Any = None) -> None:
             """Constructs the same crowd for another scalar type.
@@ -209,14 +175,7 @@ def HumanCrowd_(T: Any) -> type:
                 ValueError: If the model of motion has no derivatives.
             """
             Impl._construct(
-                self,
-                other._humans,
-                obstacles=other._obstacles,
-                config=other._config,
-                num_robots=other._num_robots,
-                one_command_port=other._one_command_port,
-                time_step=other._time_step,
-                converter=converter,
+                self, other._humans, **other._options, converter=converter
             )
 
         def get_robot_state_input_port(self) -> InputPort:
@@ -225,12 +184,9 @@ def HumanCrowd_(T: Any) -> type:
             Raises:
                 ValueError: If the crowd was made with no robots.
             """
-            if self._robot_state is None:
-                raise ValueError(
-                    f"{self.GetSystemPathname()} has no port robot_state: it"
-                    " was made with num_robots=0"
-                )
-            return self._robot_state
+            return RequirePort(
+                self, self._robot_state, "robot_state", "num_robots=0"
+            )
 
         def get_command_input_port(self, index: int) -> InputPort:
             """Returns the port with what person `index` wants.
@@ -238,12 +194,12 @@ def HumanCrowd_(T: Any) -> type:
             Raises:
                 ValueError: If the crowd was made with one port for all.
             """
-            if self._one_command_port:
-                raise ValueError(
-                    f"{self.GetSystemPathname()} has no port command_{index}:"
-                    " it was made with one_command_port=True"
-                )
-            return self._commands[index]
+            return RequirePort(
+                self,
+                None if self._one_command_port else self._commands[index],
+                f"command_{index}",
+                "one_command_port=True",
+            )
 
         def get_commands_input_port(self) -> InputPort:
             """Returns the port with what all people want.
@@ -251,12 +207,12 @@ def HumanCrowd_(T: Any) -> type:
             Raises:
                 ValueError: If the crowd was made with a port for each.
             """
-            if not self._one_command_port:
-                raise ValueError(
-                    f"{self.GetSystemPathname()} has no port commands: it was"
-                    " made with one_command_port=False"
-                )
-            return self._commands[0]
+            return RequirePort(
+                self,
+                self._commands[0] if self._one_command_port else None,
+                "commands",
+                "one_command_port=False",
+            )
 
         def get_human_states_output_port(self) -> OutputPort:
             """Returns the port with the states of the people."""
@@ -301,33 +257,14 @@ def HumanCrowd_(T: Any) -> type:
                 Two matrices: see `CrowdJacobian`.
 
             Raises:
+                TypeError: If this is a `HumanCrowd_[AutoDiffXd]`.
                 ValueError: If the model of motion has no derivatives.
             """
             if T is not float:
                 raise TypeError("CalcJacobian is for HumanCrowd_[float]")
-            # Few ask for it, and it takes a moment to load.
-            from hunav_drake.systems.crowd import jacobian
-
-            _differentiable(self._model, self._config.model)
-            snapshot = self._Look(context)
+            self._step.check_derivatives()
             forces = self._forces.Eval(context).reshape(-1, FORCES_SIZE)
-            derivatives = jacobian.step_jacobian(
-                snapshot.states,
-                snapshot.radii,
-                snapshot.command,
-                snapshot.parameters,
-                snapshot.robots,
-                snapshot.obstacles.segments,
-                snapshot.obstacles.first,
-                snapshot.obstacle_range,
-                snapshot.max_obstacles,
-                forces,
-                snapshot.time_step,
-            )
-            size = snapshot.states.size
-            moved = self._Advance(snapshot, forces)
-            self._room.chain(derivatives, snapshot.states, moved)
-            return CrowdJacobian(derivatives[:, :size], derivatives[:, size:])
+            return self._step.jacobian(self._Look(context), forces)
 
         def _GetState(self, context: Context) -> NDArray[Any]:
             """Returns the rows of the discrete state, not to be written to."""
@@ -340,53 +277,17 @@ def HumanCrowd_(T: Any) -> type:
             state.setflags(write=False)
             return state
 
-        def _GetRobots(self, context: Context) -> NDArray[Any]:
-            """Returns the rows of port robot_state, not to be written to."""
-            if self._robot_state is None:
-                return self._no_robots
-            robots: NDArray[Any] = self._robot_state.Eval(context)
-            robots = robots.reshape(-1, STATE_SIZE)
-            robots.setflags(write=False)
-            return limited(robots)
-
         def _Look(self, context: Context) -> Snapshot:
             """Returns the snapshot of a Context."""
-            states = limited(self._GetState(context))
             command = np.array([port.Eval(context) for port in self._commands])
-            command = self._room.guide(
-                states, limited(command.reshape(-1, COMMAND_SIZE))
-            )
-            radii, parameters = self._room.ease(
-                states, command, self._parameters
-            )
-            return Snapshot(
-                states=states,
-                radii=radii,
-                command=command,
-                parameters=parameters,
-                robots=self._GetRobots(context),
-                obstacles=self._obstacles,
-                obstacle_range=self._config.obstacle_range,
-                max_obstacles=self._config.max_obstacles,
-                time_step=self._time_step,
-            )
-
-        def _Forces(self, snapshot: Snapshot) -> NDArray[Any]:
-            """Returns what the model gives, of shape (n, FORCES_SIZE)."""
-            return checked(
-                self._model.forces(snapshot),
-                (len(self._humans), FORCES_SIZE),
-                *(self._config.model, "forces"),
-            )
-
-        def _Advance(
-            self, snapshot: Snapshot, forces: NDArray[Any]
-        ) -> NDArray[Any]:
-            """Returns what the model gives, of shape (n, MOTION_SIZE)."""
-            return checked(
-                self._model.advance(snapshot, forces),
-                (len(self._humans), MOTION_SIZE),
-                *(self._config.model, "advance"),
+            robots = self._no_robots
+            if self._robot_state is not None:
+                robots = self._robot_state.Eval(context).reshape(-1, STATE_SIZE)
+                robots.setflags(write=False)
+            return self._step.look(
+                self._GetState(context),
+                command.reshape(-1, COMMAND_SIZE),
+                robots,
             )
 
         def _CalcHumanStates(
@@ -395,18 +296,18 @@ def HumanCrowd_(T: Any) -> type:
             state = self._GetState(context)
             rows = np.empty((len(state), STATE_SIZE), dtype=state.dtype)
             rows[:, :MOTION_SIZE] = state
-            rows[:, RADIUS] = self._radii
+            rows[:, RADIUS] = self._step.radii
             output.SetFromVector(rows.ravel())
 
         def _CalcForces(self, context: Context, output: BasicVector) -> None:
-            output.SetFromVector(self._Forces(self._Look(context)).ravel())
+            forces = self._step.forces(self._Look(context))
+            output.SetFromVector(forces.ravel())
 
         def _Update(
             self, context: Context, discrete_state: DiscreteValues
         ) -> None:
             snapshot = self._Look(context)
-            moved = self._Advance(snapshot, self._Forces(snapshot))
-            moved = self._room.keep_out(snapshot.states, moved)
+            moved = self._step.advance(snapshot, self._step.forces(snapshot))
             discrete_state.set_value(self._state, moved.ravel())
 
     return Impl
@@ -415,17 +316,3 @@ def HumanCrowd_(T: Any) -> type:
 HumanCrowd = HumanCrowd_[float]
 # So are Drake's own systems called, in diagrams and by pickle.
 HumanCrowd.__name__ = HumanCrowd.__qualname__ = "HumanCrowd"
-
-
-def _differentiable(model: MotionModel, name: str) -> MotionModel:
-    """Returns the form of a model that takes scalars with derivatives.
-
-    Raises:
-        ValueError: If it has none.
-    """
-    if not isinstance(model, SocialForceModel):
-        raise ValueError(
-            "derivatives of a crowd need the motion model 'social_force';"
-            f" {name!r} has none"
-        )
-    return dataclasses.replace(model, kernel="numpy")

@@ -7,29 +7,35 @@ import itertools
 from hunav_drake.systems.crowd.human_config import HumanConfig
 
 
+def people_ids(humans: Sequence[HumanConfig]) -> list[int]:
+    """Returns the numbers of people, by which other programs know them.
+
+    Those who have none are given 1, 2, ... in order, without those that are
+    taken.
+    """
+    taken = {human.id for human in humans}
+    free = (k for k in itertools.count(1) if k not in taken)
+    return [next(free) if human.id is None else human.id for human in humans]
+
+
 def name_people(humans: Sequence[HumanConfig]) -> list[HumanConfig]:
     """Returns people who have names and numbers.
 
-    Those who have none are given "human_1", "human_2", ... and 1, 2, ... in
-    order, without those that are taken. The arguments are not changed.
+    Those who have none are given "human_1", "human_2", ... in order, without
+    those that are taken, and the numbers of `people_ids`. The arguments are
+    not changed.
     """
-    names = {human.name for human in humans}
-    ids = {human.id for human in humans}
-    free_names = (
-        name for k in itertools.count(1) if (name := f"human_{k}") not in names
+    taken = {human.name for human in humans}
+    free = (
+        name for k in itertools.count(1) if (name := f"human_{k}") not in taken
     )
-    free_ids = (k for k in itertools.count(1) if k not in ids)
     return [
-        dataclasses.replace(
-            human,
-            name=human.name or next(free_names),
-            id=next(free_ids) if human.id is None else human.id,
-        )
-        for human in humans
+        dataclasses.replace(human, name=human.name or next(free), id=number)
+        for human, number in zip(humans, people_ids(humans), strict=True)
     ]
 
 
-def check_people(humans: Sequence[HumanConfig]) -> None:
+def check_consistent(humans: Sequence[HumanConfig]) -> None:
     """Looks for people who are mixed up, or who contradict themselves.
 
     Raises:

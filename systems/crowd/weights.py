@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from hunav_drake.systems.crowd.human_config import ForcesMode, HumanConfig
 from hunav_drake.systems.crowd.parameters import SocialForceParameters
-from hunav_drake.systems.crowd.people import check_people, name_people
+from hunav_drake.systems.crowd.people import check_consistent, people_ids
 from hunav_drake.systems.draws import (
     Purpose,
     check_seed,
@@ -56,7 +56,7 @@ def draw_weights(humans: Sequence[HumanConfig], seed: int) -> list[HumanConfig]:
 
     Args:
         humans: The people. Those without a number have the one that
-            `name_people` gives.
+            `people_ids` gives.
         seed: The seed of the trial, in [0, 2^63).
 
     Returns:
@@ -65,13 +65,13 @@ def draw_weights(humans: Sequence[HumanConfig], seed: int) -> list[HumanConfig]:
 
     Raises:
         ValueError: If the seed is not such a number, or if people are mixed
-            up: see `check_people`.
+            up: see `check_consistent`.
     """
     check_seed(seed)
-    check_people(humans)
+    check_consistent(humans)
     return [
-        _draw(human, seed, named.id or 0)
-        for human, named in zip(humans, name_people(humans), strict=True)
+        _draw(human, seed, human_id)
+        for human, human_id in zip(humans, people_ids(humans), strict=True)
     ]
 
 

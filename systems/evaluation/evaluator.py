@@ -19,6 +19,7 @@ from pydrake.systems.framework import (
 from hunav_drake.systems.callbacks import weakly
 from hunav_drake.systems.checks import count_steps
 from hunav_drake.systems.crowd.human_config import HumanConfig
+from hunav_drake.systems.crowd.people import name_people, people_ids
 from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.systems.evaluation.running_metrics import (
     RunningMetric,
@@ -104,6 +105,7 @@ class Evaluator(LeafSystem):
 
         Args:
             humans: The people, in the order of ``human_states``; may be none.
+                Names and numbers are given out as by `name_people`.
             time_step: The time step that all systems share, in seconds.
             period: The time between two samples, in seconds: a multiple of
                 ``time_step``.
@@ -117,7 +119,8 @@ class Evaluator(LeafSystem):
 
         Raises:
             ValueError: If ``period`` is not a multiple of ``time_step``, one
-                of the numbers is not positive, or ``start`` is unknown.
+                of the numbers is not positive, ``start`` is unknown, or two
+                people have the same number.
         """
         super().__init__()
         if start not in get_args(Start):
@@ -363,12 +366,8 @@ class Evaluator(LeafSystem):
 def _describe(humans: Sequence[HumanConfig]) -> dict[str, Any]:
     """Returns what a Recording tells of people that does not change."""
     return {
-        "human_names": tuple(
-            h.name or f"human_{i}" for i, h in enumerate(humans, 1)
-        ),
-        "human_ids": tuple(
-            i if h.id is None else h.id for i, h in enumerate(humans, 1)
-        ),
+        "human_names": tuple(h.name for h in name_people(humans)),
+        "human_ids": tuple(people_ids(humans)),
         "behaviors": tuple(h.behavior_name for h in humans),
         "group_ids": tuple(h.group_id for h in humans),
     }

@@ -7,7 +7,9 @@ from pydrake.systems.primitives import ConstantVectorSource, Multiplexer
 import pytest
 
 from hunav_drake import AddHumans, AgentServices, HumanConfig, MakeHumans
+from hunav_drake.systems.behavior import BehaviorTreeBank, LoadBehavior
 from hunav_drake.systems.crowd import HumanCrowd, draw_weights
+from hunav_drake.systems.evaluation import Evaluator
 from hunav_drake.systems.obstacles import Obstacles
 from hunav_drake.systems.world import Polyline, World
 
@@ -167,6 +169,55 @@ def test_numbers_are_given_out_without_those_taken():
     assert first.forces.goal_factor != second.forces.goal_factor
     (one,) = draw_weights([HumanConfig(id=1, **mode)], 0)
     assert second.forces == one.forces
+
+
+# What a tree with this in it remembers at first: the index of the goal, which
+# is 0, and the number of the person.
+WITH_NUMBER = """
+<root BTCPP_format="4"><BehaviorTree ID="Main">
+  <SetBlackboard output_key="number" value="{id}"/>
+</BehaviorTree></root>
+"""
+# Who has no number has the first that is free, 2, and not that of the place.
+SOME_NUMBERS = [
+    HumanConfig(pose=[0, 0, 0], behavior=WITH_NUMBER),
+    HumanConfig(pose=[0, 2, 0], behavior=WITH_NUMBER, id=1),
+]
+
+
+def test_all_trees_know_the_same_numbers():
+    diagram = MakeHumans(SOME_NUMBERS, separate_trees=True)
+    root = diagram.CreateDefaultContext()
+    for name, number in [("behavior_0", 2), ("behavior_1", 1)]:
+        tree = diagram.GetSubsystemByName(name)
+        own = tree.GetMyContextFromRoot(root)
+        assert max(own.get_discrete_state(0).value()) == number
+    diagram = MakeHumans(SOME_NUMBERS, separate_trees=False)
+    bank = diagram.GetSubsystemByName("behaviors")
+    own = bank.GetMyContextFromRoot(diagram.CreateDefaultContext())
+    assert [max(bank.GetMemory(own, i)) for i in range(2)] == [2, 1]
+
+
+def test_a_bank_alone_gives_numbers_as_everybody_does():
+    trees = [LoadBehavior(WITH_NUMBER)] * 2
+    dut = BehaviorTreeBank(trees, SOME_NUMBERS)
+    context = dut.CreateDefaultContext()
+    assert [max(dut.GetMemory(context, i)) for i in range(2)] == [2, 1]
+
+
+def test_services_and_evaluator_know_the_numbers_of_the_trees():
+    services = AgentServices(SOME_NUMBERS)
+    services.reset_agents(robot=ROBOT)
+    for number, y in [(2, 0.0), (1, 2.0)]:
+        agent = services.compute_agent(number)
+        assert agent.states[1] == pytest.approx(y, abs=0.1)
+    dut = Evaluator(SOME_NUMBERS)
+    context = dut.CreateDefaultContext()
+    dut.GetInputPort("robot_state").FixValue(context, ROBOT)
+    dut.GetInputPort("human_states").FixValue(context, np.ones(14))
+    recording = dut.GetRecording(context)
+    assert recording.human_ids == (2, 1)
+    assert recording.human_names == ("human_1", "human_2")
 
 
 def test_a_crowd_alone_does_not_draw():

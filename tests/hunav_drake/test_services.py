@@ -274,6 +274,21 @@ def test_numbers_too_large_are_refused(dut):
         dut.compute_agents(states, ROBOT)
 
 
-def test_a_time_in_words_is_refused(dut):
-    with pytest.raises(TypeError, match=r"dt must be a number, .* got str"):
-        dut.compute_agents(dut.agents.states, ROBOT, "0.05")
+@pytest.mark.parametrize("dt", ["0.05", True])
+def test_a_time_that_is_no_number_is_refused(dut, dt):
+    # True counts as 1 in Python, and would be 20 steps.
+    states = dut.agents.states
+    calls = [
+        lambda: dut.compute_agents(states, ROBOT, dt),
+        lambda: dut.move_agent(states, ROBOT, 10, dt),
+        lambda: dut.compute_agent(10, dt),
+    ]
+    for call in calls:
+        with pytest.raises(TypeError, match=r"dt must be a number, .* got"):
+            call()
+
+
+@pytest.mark.parametrize("humans", ["here", {"x": 1}, [[0, 0], [0]], 10**400])
+def test_states_that_are_no_numbers_are_refused(dut, humans):
+    with pytest.raises(ValueError, match="humans must hold numbers: "):
+        dut.compute_agents(humans, ROBOT)

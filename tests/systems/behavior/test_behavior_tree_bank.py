@@ -103,3 +103,31 @@ def test_bad_arguments_are_refused():
         BehaviorTreeBank([tree], make_humans(2))
     with pytest.raises(ValueError, match="time_step must be positive"):
         BehaviorTreeBank([tree], make_humans(1), time_step=0.0)
+
+
+def test_what_one_has_in_mind_can_be_put_into_another_context():
+    trees = [LoadTree("regular"), LoadTree("surprised"), LoadTree("regular")]
+    dut = BehaviorTreeBank(trees, make_humans(3), num_robots=0)
+    context = dut.CreateDefaultContext()
+    first = [dut.GetMemory(context, i) for i in range(3)]
+    thoughts = np.arange(len(first[1])) + 1.0
+    dut.SetMemory(context, 1, thoughts)
+    np.testing.assert_array_equal(dut.GetMemory(context, 1), thoughts)
+    for i in (0, 2):
+        np.testing.assert_array_equal(dut.GetMemory(context, i), first[i])
+    # It is all that the state holds, and a copy.
+    state = context.get_discrete_state(0).value()
+    np.testing.assert_array_equal(
+        state, np.concatenate([first[0], thoughts, first[2]])
+    )
+    dut.GetMemory(context, 1)[:] = 0
+    np.testing.assert_array_equal(dut.GetMemory(context, 1), thoughts)
+
+
+def test_thoughts_of_another_tree_are_refused():
+    dut = BehaviorTreeBank([LoadTree("regular")], make_humans(1))
+    context = dut.CreateDefaultContext()
+    with pytest.raises(ValueError, match=r"memory of humans\[0\] has shape"):
+        dut.SetMemory(context, 0, np.zeros(99))
+    with pytest.raises(IndexError):
+        dut.GetMemory(context, 1)

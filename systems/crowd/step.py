@@ -1,0 +1,219 @@
+"""One step of a crowd, on arrays: what `HumanCrowd` computes, without ports."""
+
+from collections.abc import Sequence
+import dataclasses
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hunav_drake.systems.crowd.crowd_config import CrowdConfig
+from hunav_drake.systems.crowd.human_config import HumanConfig
+from hunav_drake.systems.crowd.limits import limited
+from hunav_drake.systems.crowd.models import make_motion_model
+from hunav_drake.systems.crowd.motion_model import (
+    MotionModel,
+    Snapshot,
+    checked,
+)
+from hunav_drake.systems.crowd.parameters import SocialForceParameters
+from hunav_drake.systems.crowd.room import Room
+from hunav_drake.systems.crowd.social_force_model import SocialForceModel
+from hunav_drake.systems.layout import FORCES_SIZE, MOTION_SIZE
+from hunav_drake.systems.obstacles import Obstacles
+
+# Of floats, or of scalars with derivatives.
+Array = NDArray[Any]
+
+
+class CrowdJacobian(NamedTuple):
+    """The derivatives of the next discrete state of a `HumanCrowd`.
+
+    A row is for an element of that state, (x, y, yaw, vx, vy, omega) of each
+    person. Where the step has a jump or a kink, the derivatives are those of
+    the side that it takes.
+
+    Attributes:
+        states: Shape (6n, 6n): by the present state, in the same order.
+        robots: Shape (6n, 7m): by port ``robot_state``.
+    """
+
+    states: NDArray[np.float64]
+    robots: NDArray[np.float64]
+
+
+class CrowdStep:
+    """What people of given bodies and manners do in a step, in a given room.
+
+    A step is `look`, `forces`, `advance`. Arrays may be of floats, or all of
+    AutoDiffXd. Nothing here changes after the construction, but for what the
+    room remembers about goals asked for before.
+
+    Attributes:
+        radii: Shape (n,), those of the people, in meters; read-only.
+    """
+
+    def __init__(
+        self,
+        humans: Sequence[HumanConfig],
+        *,
+        obstacles: Obstacles,
+        config: CrowdConfig,
+        time_step: float,
+        with_derivatives: bool = False,
+    ) -> None:
+        """Constructs a CrowdStep.
+
+        Args:
+            humans: The people.
+            obstacles: The walls.
+            config: How people move, and how they take in the world.
+            time_step: The length of the step, in seconds.
+            with_derivatives: Whether the arrays are of AutoDiffXd.
+
+        Raises:
+            ValueError: If ``config`` names a model that there is not, or one
+                without derivatives where they are asked for.
+        """
+        model = make_motion_model(config.model, config.parameters)
+        self._name = config.model
+        self._model = (
+            _differentiable(model, self._name) if with_derivatives else model
+        )
+        self._obstacles = obstacles
+        self._obstacle_range = config.obstacle_range
+        self._max_obstacles = config.max_obstacles
+        self._time_step = time_step
+        self.radii = np.array([human.radius for human in humans])
+        self._parameters = np.array(
+            [dataclasses.astuple(human.forces) for human in humans]
+        ).reshape(len(humans), len(dataclasses.fields(SocialForceParameters)))
+        # Models that are not ours get these, too.
+        self.radii.setflags(write=False)
+        self._parameters.setflags(write=False)
+        self._room = Room(
+            obstacles,
+            self.radii,
+            self._parameters,
+            config,
+            margin=getattr(model, "safety_margin", 0.0),
+        )
+
+    def look(self, states: Array, command: Array, robots: Array) -> Snapshot:
+        """Returns what people know when they decide how to move on.
+
+        Args:
+            states: Shape (n, 6), rows (x, y, yaw, vx, vy, omega) in W, in SI
+                units.
+            command: Shape (n, COMMAND_SIZE): see `layout.Command`.
+            robots: Shape (m, 7), rows of ``robot_state``.
+        """
+        states = limited(states)
+        command = self._room.guide(states, limited(command))
+        return Snapshot(
+            states=states,
+            radii=self.radii,
+            command=command,
+            parameters=self._parameters,
+            robots=limited(robots),
+            obstacles=self._obstacles,
+            obstacle_range=self._obstacle_range,
+            max_obstacles=self._max_obstacles,
+            time_step=self._time_step,
+            eased=self._room.ease(states, command),
+        )
+
+    def forces(self, snapshot: Snapshot) -> Array:
+        """Returns what moves the people: see `layout.FORCES`.
+
+        Returns:
+            Shape (n, FORCES_SIZE), in m/s^2.
+
+        Raises:
+            ValueError: If the model gives something else.
+        """
+        return checked(
+            self._model.forces(snapshot),
+            (len(snapshot.states), FORCES_SIZE),
+            self._name,
+            "forces",
+        )
+
+    def advance(self, snapshot: Snapshot, forces: Array) -> Array:
+        """Returns where forces bring the people, who enter no wall.
+
+        Args:
+            snapshot: What `look` gave.
+            forces: What `forces` gave for it.
+
+        Returns:
+            Shape (n, 6), like ``snapshot.states``.
+
+        Raises:
+            ValueError: If the model gives something else.
+        """
+        return self._room.keep_out(
+            snapshot.states, self._move(snapshot, forces)
+        )
+
+    def check_derivatives(self) -> None:
+        """Checks that the model of motion has derivatives.
+
+        Raises:
+            ValueError: If it has none.
+        """
+        _differentiable(self._model, self._name)
+
+    def jacobian(self, snapshot: Snapshot, forces: Array) -> CrowdJacobian:
+        """Returns the derivatives of what `advance` gives, from the formulas.
+
+        They are those of the social force model: see `check_derivatives`.
+
+        Args:
+            snapshot: What `look` gave, of floats.
+            forces: What `forces` gave for it.
+        """
+        # Few ask for it, and it takes a moment to load.
+        from hunav_drake.systems.crowd.jacobian import step_jacobian
+
+        derivatives = step_jacobian(
+            snapshot.states,
+            snapshot.radii,
+            snapshot.command,
+            snapshot.parameters,
+            snapshot.robots,
+            snapshot.at_walls,
+            snapshot.obstacles.segments,
+            snapshot.obstacles.first,
+            snapshot.obstacle_range,
+            snapshot.max_obstacles,
+            forces,
+            snapshot.time_step,
+        )
+        moved = self._move(snapshot, forces)
+        self._room.chain(derivatives, snapshot.states, moved)
+        size = snapshot.states.size
+        return CrowdJacobian(derivatives[:, :size], derivatives[:, size:])
+
+    def _move(self, snapshot: Snapshot, forces: Array) -> Array:
+        """Returns where forces bring the people, walls or not."""
+        return checked(
+            self._model.advance(snapshot, forces),
+            (len(snapshot.states), MOTION_SIZE),
+            self._name,
+            "advance",
+        )
+
+
+def _differentiable(model: MotionModel, name: str) -> MotionModel:
+    """Returns the form of a model that takes scalars with derivatives.
+
+    Raises:
+        ValueError: If it has none.
+    """
+    if not isinstance(model, SocialForceModel):
+        raise ValueError(
+            "derivatives of a crowd need the motion model 'social_force';"
+            f" {name!r} has none"
+        )
+    return dataclasses.replace(model, kernel="numpy")
