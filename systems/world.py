@@ -20,7 +20,7 @@ from hunav_drake.systems.schema import (
 )
 
 
-@dataclass(kw_only=True, config=CONFIG)
+@dataclass(kw_only=True, slots=True, config=CONFIG)
 class Box:
     """A solid rectangle: a wall with its thickness, a table, a shelf."""
 
@@ -50,7 +50,7 @@ class Box:
         return np.asarray(vertices, dtype=float)
 
 
-@dataclass(kw_only=True, config=CONFIG)
+@dataclass(kw_only=True, slots=True, config=CONFIG)
 class Polygon:
     """A solid simple polygon, in either direction of rotation."""
 
@@ -66,7 +66,7 @@ class Polygon:
         return np.array(self.points, dtype=float)
 
 
-@dataclass(kw_only=True, config=CONFIG)
+@dataclass(kw_only=True, slots=True, config=CONFIG)
 class Polyline:
     """A thin wall along a line of points, drawn 5 cm thick."""
 
@@ -85,7 +85,7 @@ class Polyline:
 Wall = Annotated[Box | Polygon | Polyline, Field(discriminator="shape")]
 
 
-@dataclass(kw_only=True, config=CONFIG)
+@dataclass(kw_only=True, slots=True, config=CONFIG)
 class World:
     """Everything that does not move."""
 

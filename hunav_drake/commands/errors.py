@@ -8,9 +8,7 @@ import sys
 # The exit codes.
 DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
-_UNKNOWN_PART = re.compile(
-    "there is no (planner|motion model|behavior|node|metric)"
-)
+_UNKNOWN_PART = re.compile("there is no (planner|motion model|node|metric) ")
 
 
 class InputError(Exception):

@@ -12,6 +12,10 @@ if TYPE_CHECKING:
     from hunav_drake.results.trial_result import TrialResult
 
 
+# How many of the runs that are left out are named in the terminal.
+_MOST_LINES = 5
+
+
 def add_report_command(commands: Any) -> None:
     """Adds the command to those of `hunav`."""
     report = commands.add_parser(
@@ -39,8 +43,11 @@ def _report(options: argparse.Namespace) -> int:
 
     directory: Path = options.directory
     results, left_out = _load(directory)
-    for tag, reason in left_out.items():
+    for tag, reason in list(left_out.items())[:_MOST_LINES]:
         print(f"hunav: left out the run {tag}: {reason}", file=sys.stderr)
+    if len(left_out) > _MOST_LINES:
+        more = len(left_out) - _MOST_LINES
+        print(f"hunav: ... and {more} more, see the page", file=sys.stderr)
     if not results:
         raise InputError(f"{directory}: there is no run to report on")
     try:

@@ -2,6 +2,7 @@
 
 import argparse
 import contextlib
+import dataclasses
 import logging
 from pathlib import Path
 import sys
@@ -36,6 +37,12 @@ def add_run_command(commands: Any) -> None:
         type=Path,
         help="write tables, the recording, a report and a replay there; see"
         " `hunav report`",
+    )
+    run.add_argument(
+        "--label",
+        metavar="NAME",
+        help="what tells this run from those of the same planner in statistics;"
+        " by default what --set changes",
     )
     add_format_option(run)
     run.add_argument(
@@ -119,7 +126,11 @@ def _keep(
     """Writes the files of a run; its replay is what Meshcat has recorded."""
     from hunav_drake.report.writing import WriteReport
     from hunav_drake.results.files import GetTag, WriteResult
+    from hunav_drake.results.settings import setting_text
 
+    label = options.label
+    setting = setting_text(options.overrides) if label is None else label
+    result = dataclasses.replace(result, setting=setting)
     replay = None
     try:
         written = WriteResult(result, options.out, format=options.format)

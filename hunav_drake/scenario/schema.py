@@ -19,7 +19,7 @@ from hunav_drake.systems.schema import CONFIG, Integer, Name, within
 from hunav_drake.systems.world import World
 
 
-@dataclass(kw_only=True, config=CONFIG)
+@dataclass(kw_only=True, slots=True, config=CONFIG)
 class SimulationConfig:
     """How long and how finely the trial runs."""
 
@@ -48,7 +48,7 @@ class SimulationConfig:
     ] = 0.5
 
 
-@dataclass(kw_only=True, config=CONFIG)
+@dataclass(kw_only=True, slots=True, config=CONFIG)
 class Scenario:
     """A trial: a world, people, a robot with its planner, and an evaluator."""
 

@@ -9,7 +9,7 @@ from pydantic.dataclasses import dataclass
 from hunav_drake.systems.schema import CONFIG, Integer, PositiveLength
 
 
-@dataclass(kw_only=True, config=CONFIG)
+@dataclass(kw_only=True, slots=True, config=CONFIG)
 class CrowdConfig:
     """How people move, and how they take in the world."""
 

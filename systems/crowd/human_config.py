@@ -26,7 +26,7 @@ from hunav_drake.systems.schema import (
 ForcesMode = Literal["custom", "default", "random_normal", "random_uniform"]
 
 
-@dataclass(kw_only=True, config=CONFIG)
+@dataclass(kw_only=True, slots=True, config=CONFIG)
 class HumanConfig:
     """One simulated person."""
 

@@ -11,7 +11,7 @@ Factor = Annotated[StrictFloat, within(0, 1e3)]
 Positive = Annotated[StrictFloat, within(1e-3, 1e3)]
 
 
-@dataclass(kw_only=True, config=CONFIG)
+@dataclass(kw_only=True, slots=True, config=CONFIG)
 class SocialForceParameters:
     """The weights and constants of the forces on one person.
 

@@ -9,7 +9,7 @@ from pydantic.dataclasses import dataclass
 from hunav_drake.systems.schema import CONFIG, within
 
 
-@dataclass(kw_only=True, config=CONFIG)
+@dataclass(kw_only=True, slots=True, config=CONFIG)
 class PlannerConfig:
     """The choice of a local planner."""
 

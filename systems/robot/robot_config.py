@@ -21,7 +21,7 @@ TurnAcceleration = Annotated[
 ]
 
 
-@dataclass(kw_only=True, config=CONFIG)
+@dataclass(kw_only=True, slots=True, config=CONFIG)
 class RobotLimits:
     """How fast a robot moves. The defaults are those of PAL's PMB2."""
 
@@ -37,7 +37,7 @@ class RobotLimits:
     max_turn_acceleration: TurnAcceleration = 2.09
 
 
-@dataclass(kw_only=True, config=CONFIG)
+@dataclass(kw_only=True, slots=True, config=CONFIG)
 class RobotConfig:
     """The robot of a trial."""
 

@@ -71,7 +71,7 @@ def test_check_tells_the_fault_of_each_file(hunav, old, faulty, tmp_path):
     missing = tmp_path / "missing.xml"
     code, out, err = hunav("tree", "check", faulty, missing, old)
     assert code == 2
-    first, second = err.splitlines()
+    first, _, second = err.splitlines()
     assert first.startswith(f"{faulty}:2: <RegularNaw>")
     assert "did you mean 'RegularNav'" in first
     assert str(missing) in second
