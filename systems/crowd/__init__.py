@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 from hunav_drake.systems.lazy import lazy_exports
 
 if TYPE_CHECKING:
+    from hunav_drake.systems.crowd.advance import advance_people
     from hunav_drake.systems.crowd.crowd_config import (
         CrowdConfig,
     )
@@ -50,6 +51,7 @@ __all__ = [
     "Snapshot",
     "SocialForceModel",
     "SocialForceParameters",
+    "advance_people",
     "draw_weights",
     "make_motion_model",
     "register_motion_model",
@@ -70,6 +72,7 @@ __getattr__ = lazy_exports(
         "Snapshot": "hunav_drake.systems.crowd.motion_model",
         "SocialForceModel": "hunav_drake.systems.crowd.models",
         "SocialForceParameters": "hunav_drake.systems.crowd.parameters",
+        "advance_people": "hunav_drake.systems.crowd.advance",
         "draw_weights": "hunav_drake.systems.crowd.weights",
         "make_motion_model": "hunav_drake.systems.crowd.models",
         "register_motion_model": "hunav_drake.systems.crowd.motion_model",

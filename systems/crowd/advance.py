@@ -1,0 +1,33 @@
+"""How people who feel forces move, whatever the forces are."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hunav_drake.systems.crowd import kernel
+from hunav_drake.systems.crowd.motion_model import Snapshot
+
+
+def advance_people(
+    snapshot: Snapshot, forces: NDArray[Any]
+) -> NDArray[np.float64]:
+    """Returns where forces bring people in one step, if they obey.
+
+    They keep the speed limit, stand still and turn as their commands say: see
+    `layout.Command`. A model of motion may have this for its ``advance``.
+
+    Args:
+        snapshot: How things stand.
+        forces: Shape (n, FORCES_SIZE): see `layout.FORCES`; the total counts.
+
+    Returns:
+        Shape (n, 6), like ``snapshot.states``.
+    """
+    states: NDArray[np.float64] = kernel.advance(
+        np.ascontiguousarray(snapshot.states, dtype=float),
+        np.ascontiguousarray(forces, dtype=float),
+        snapshot.command,
+        snapshot.time_step,
+    )
+    return states

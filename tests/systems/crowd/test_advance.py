@@ -1,0 +1,79 @@
+"""People with a model of one's own obey their commands."""
+
+import numpy as np
+from pydantic.dataclasses import dataclass
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder
+import pytest
+
+from hunav_drake import AddHumans, HumanConfig
+from hunav_drake.systems.crowd import (
+    MOTION_MODELS,
+    CrowdConfig,
+    advance_people,
+    register_motion_model,
+)
+from hunav_drake.systems.layout import FORCES_SIZE, TOTAL_FORCE, Command
+
+
+@pytest.fixture(autouse=True)
+def straight(monkeypatch):
+    monkeypatch.setattr(MOTION_MODELS, "_parts", dict(MOTION_MODELS))
+
+    @register_motion_model("straight")
+    @dataclass
+    class Straight:
+        time: float = 0.5
+
+        def forces(self, s):
+            way = s.command[:, :2] - s.states[:, :2]
+            way /= np.maximum(np.hypot(*way.T), 1e-9)[:, None]
+            way *= s.command[:, Command.HAS_GOAL, None]
+            wanted = 9 * way * s.command[:, Command.DESIRED_SPEED, None]
+            forces = np.zeros((len(s.states), FORCES_SIZE))
+            forces[:, TOTAL_FORCE:] = (wanted - s.states[:, 3:5]) / self.time
+            return forces
+
+        def advance(self, s, forces):
+            return advance_people(s, forces)
+
+
+def run(human, time, **kwargs):
+    builder = DiagramBuilder()
+    people = AddHumans(
+        builder,
+        [human],
+        config=CrowdConfig(model="straight", **kwargs),
+        num_robots=0,
+    )
+    builder.ExportOutput(people.human_states, "human_states")
+    diagram = builder.Build()
+    simulator = Simulator(diagram)
+    states = []
+    for t in np.arange(0, time, 0.05):
+        simulator.AdvanceTo(t)
+        states.append(diagram.get_output_port().Eval(simulator.get_context()))
+    return np.array(states)
+
+
+def test_a_person_stays_at_the_goal():
+    states = run(HumanConfig(pose=[0, 0, 0], goals=[[3, 4]]), 25.0)
+    assert np.hypot(*(states[-1, :2] - [3, 4])) < 1.0
+    assert np.hypot(*states[-1, 3:5]) < 1e-3
+
+
+def test_a_person_keeps_the_speed_limit_and_looks_ahead():
+    human = HumanConfig(pose=[0, 0, 0], goals=[[30, 40]], max_speed=1.4)
+    states = run(human, 5.0)
+    assert np.hypot(*states[:, 3:5].T).max() <= 1.4 + 1e-12
+    assert states[-1, 2] == pytest.approx(np.arctan2(4, 3))
+
+
+def test_a_person_who_is_to_stand_still_does():
+    tree = (
+        '<root BTCPP_format="4"><BehaviorTree ID="T"><Sequence>'
+        '<StandStill seconds="100"/></Sequence></BehaviorTree></root>'
+    )
+    human = HumanConfig(pose=[0, 0, 0], goals=[[9, 0]], behavior=tree)
+    states = run(human, 3.0)
+    np.testing.assert_array_equal(states[:, :2], 0)
