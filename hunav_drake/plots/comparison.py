@@ -13,11 +13,12 @@ from hunav_drake.plots.style import (
     note,
     shown,
 )
+from hunav_drake.results.metric_facts import unit_of
 from hunav_drake.results.quantity_text import label_text
 from hunav_drake.results.run_table import tabulate_runs
+from hunav_drake.results.settings import contenders
 from hunav_drake.results.statistics import RATES, summarize
 from hunav_drake.results.trial_result import TrialResult
-from hunav_drake.systems.evaluation.metrics import METRICS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -27,7 +28,7 @@ def plot_comparison(
     runs: pd.DataFrame | Iterable[TrialResult],
     metric: str,
     *,
-    by: str = "planner",
+    by: str | None = None,
     ax: "Axes | None" = None,
 ) -> "Axes":
     """Draws the mean of a metric over runs, with its 95 % interval, as bars.
@@ -38,16 +39,20 @@ def plot_comparison(
     Args:
         runs: Results, or a table with a row per run, such as `metrics.csv`.
         metric: A column of the table.
-        by: The column that tells what is compared; a bar for each value.
+        by: The column that tells what is compared; a bar for each value. By
+            default planners, and settings of them apart.
         ax: Where to draw; by default a new figure.
 
     Raises:
         ValueError: If the table does not have such columns.
     """
     table = runs if isinstance(runs, pd.DataFrame) else tabulate_runs(runs)
+    if by is None:
+        by = "planner"
+        if by in table:
+            table = table.assign(planner=contenders(table))
     statistics = summarize(table, by, metrics=metric).droplevel("metric")
-    units = table.attrs.get("units", {})
-    unit = METRICS[metric].unit if metric in METRICS else units.get(metric, "-")
+    unit = unit_of(table, metric)
     if metric in RATES:
         unit = "%"
         table = table.assign(**{metric: 100.0 * table[metric]})
@@ -71,9 +76,10 @@ def plot_comparison(
             ax.errorbar(
                 values["mean"],
                 row,
+                # A float is not always the mean of its copies.
                 xerr=[
-                    [values["mean"] - values["low"]],
-                    [values["high"] - values["mean"]],
+                    [max(0.0, values["mean"] - values["low"])],
+                    [max(0.0, values["high"] - values["mean"])],
                 ],
                 color="black",
                 lw=1.2,
@@ -85,13 +91,18 @@ def plot_comparison(
     if not (values < 0).any():
         # Where all is 0, there still is a scale.
         ax.set_xlim(left=0, right=None if (values > 0).any() else 1)
+    # A long name has room to the left of the bars.
+    ax.set_xlabel(label_text(metric, unit), loc="right")
     ax.set(
-        xlabel=label_text(metric, unit),
         yticks=rows,
         ylim=(len(rows) - 0.5, -0.5),
     )
     ax.set_yticklabels(
-        [shown(str(name)) for name in statistics.index],
+        # A planner, and below it its setting.
+        [
+            "\n".join(map(shown, str(n).split(", ", 1)))
+            for n in statistics.index
+        ],
         fontsize=SMALL_SIZE,
         parse_math=False,
     )

@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from hunav_drake.results.settings import short_settings
 from hunav_drake.results.trial_result import TrialResult
 from hunav_drake.systems.evaluation.recording import Recording
 
@@ -17,7 +18,7 @@ def recordings(data: Runs) -> dict[str, Recording]:
     """Returns the recordings by the names of their runs.
 
     A single run has no name. Results get theirs from what tells them apart:
-    scenario, planner, seed.
+    scenario, planner, setting, seed.
 
     Raises:
         TypeError: If the data are anything else than `Runs`.
@@ -42,13 +43,19 @@ def recordings(data: Runs) -> dict[str, Recording]:
 def run_names(results: list[TrialResult]) -> list[str]:
     """Returns a different name for each result, as short as may be.
 
-    It is made of what is not the same for all: scenario, planner, seed. What
-    is still equal then gets a number.
+    It is made of what is not the same for all: scenario, planner, setting,
+    seed. What is still equal then gets a number.
     """
     if len(results) == 1:
         return [""]
+    short = short_settings(dict.fromkeys(r.setting for r in results))
     parts = [
-        [r.scenario_name, _told(r, "planner"), _told(r, "seed", "seed ")]
+        [
+            r.scenario_name,
+            _told(r, "planner"),
+            short[r.setting],
+            _told(r, "seed", "seed "),
+        ]
         for r in results
     ]
     differs = [len(set(column)) > 1 for column in zip(*parts, strict=True)]

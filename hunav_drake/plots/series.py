@@ -25,6 +25,11 @@ _HEIGHT = 2.3
 # Numbers nearer to each other than this share of the time are not all written.
 _CROWDED = 0.14
 
+# The room below the closest approach, as a share of the axes: for a mark, and
+# for a mark with a number below it.
+_MARK_ROOM = 0.04
+_LABEL_ROOM = 0.17
+
 
 def plot_distance_to_people(
     data: Runs, *, near: float = NEAR, ax: "Axes | None" = None
@@ -35,7 +40,7 @@ def plot_distance_to_people(
     Perez-Higueras et al., "HuNavSim", 2023. The bands are the spaces of Hall
     1969. A triangle marks where each approach of a person is
     closest: see `find_approaches`; of a single run its distance is written
-    beside it.
+    below it.
 
     Args:
         data: One run, or several, each with a line of its own.
@@ -59,7 +64,7 @@ def plot_distance_to_people(
                 label=zone.name,
             )
     ax.plot([], [], "v", ms=4.5, color="0.3", label="closest")
-    top = 0.0
+    top, lowest = 0.0, np.inf
     for (name, run), style in zip(
         runs.items(), line_styles(len(runs)), strict=True
     ):
@@ -68,21 +73,28 @@ def plot_distance_to_people(
         ax.plot(run.times, gap, lw=1.2, label=shown(name) or None, **style)
         if np.isfinite(gap).any():
             top = max(top, float(np.nanmax(gap)))
-            _mark_minima(ax, run, near, style["color"], written=not name)
+            gaps = _mark_minima(ax, run, near, style["color"], written=not name)
+            lowest = min([lowest, *gaps])
     if top == 0.0 and not any(r.derived.present.any() for r in runs.values()):
         note(ax, "there are no people")
     _set_time_axis(ax, runs)
-    ax.set(
-        ylabel="distance to closest person (m)",
-        ylim=(0.0, max(1.5, 1.05 * top)),
+    top = max(1.5, 1.05 * top)
+    # Marks and what is written below them are not to be on the axis.
+    bottom = min(
+        0.0, lowest - (_LABEL_ROOM if "" in runs else _MARK_ROOM) * top
     )
+    ax.set(ylabel="distance to closest person (m)", ylim=(bottom, top))
+    if bottom < 0:
+        ax.axhline(0.0, color="0.6", lw=0.5, zorder=1)
+        ax.set_yticks([t for t in ax.get_yticks() if 0 <= t <= top])
     legend_outside(ax, columns=4)
     return ax
 
 
 def _mark_minima(
     ax: "Axes", run: Recording, near: float, color: str, *, written: bool
-) -> None:
+) -> list[float]:
+    """Marks where approaches are closest, and returns how close they are."""
     closest = run.derived.closest_gap
     # Of two people at one time, only the closer one is on the line.
     points = sorted(
@@ -90,8 +102,9 @@ def _mark_minima(
         for e in find_approaches(run, near=near)
         if e.gap <= closest[np.searchsorted(run.times, e.time)]
     )
+    gaps = [gap for _, gap in points]
     if not points:
-        return
+        return gaps
     ax.plot(
         *zip(*points, strict=True),
         ls="",
@@ -103,13 +116,14 @@ def _mark_minima(
         gid="minima",
     )
     if not written:
-        return
+        return gaps
     last = -np.inf
     span = run.times[-1] - run.times[0]
     for time, gap in points:
         if time - last >= _CROWDED * span:
             _write(ax, time, gap)
             last = time
+    return gaps
 
 
 def _write(ax: "Axes", time: float, gap: float) -> None:
@@ -118,9 +132,11 @@ def _write(ax: "Axes", time: float, gap: float) -> None:
     ax.annotate(
         f"{gap:.2f} m",
         (time, gap),
-        xytext=(0, 5),
+        # The line comes from above and goes back there.
+        xytext=(0, -4),
         textcoords="offset points",
         ha="center",
+        va="top",
         fontsize=SMALL_SIZE,
         zorder=5,
         path_effects=[withStroke(linewidth=2.5, foreground="white")],

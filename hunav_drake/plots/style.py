@@ -118,10 +118,17 @@ def legend_outside(
 
 def _fitting(ax: "Axes", labels: list[str], columns: int) -> int:
     """Returns how many columns of a legend fit above axes."""
-    room = 1.2 * 72.0 * ax.figure.get_figwidth() * ax.get_position().width
     # About, in points: a letter is somewhat wider than half its height, and
     # the handle and the gap are as wide as six.
-    widths = [0.57 * SMALL_SIZE * (len(label) + 6) for label in labels]
+    letter = 0.57 * SMALL_SIZE
+    whole = 72.0 * ax.figure.get_figwidth()
+    # Names to the left of the axes leave less room to them.
+    names = [len(tick.get_text()) for tick in ax.get_yticklabels()]
+    room = min(
+        1.2 * whole * ax.get_position().width,
+        whole - letter * max(names, default=0) - 5.0,
+    )
+    widths = [letter * (len(label) + 6) for label in labels]
     for count in range(min(columns, len(labels)), 1, -1):
         if sum(max(widths[c::count]) for c in range(count)) <= room:
             return count
@@ -131,7 +138,9 @@ def _fitting(ax: "Axes", labels: list[str], columns: int) -> int:
 def shown(name: str) -> str:
     """Returns a name as a label: short, and not hidden by Matplotlib."""
     if len(name) > _LONGEST:
-        name = name[: _LONGEST - 1] + "\u2026"
+        # What tells names apart is at either end: "a.speed=1" and "a.speed=2".
+        half = _LONGEST // 2
+        name = f"{name[: half - 1]}\u2026{name[-half:]}"
     # Labels that begin with an underscore are left out of legends.
     return f" {name}" if name.startswith("_") else name
 

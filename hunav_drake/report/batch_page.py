@@ -6,6 +6,7 @@ from typing import Any
 
 import pandas as pd
 
+from hunav_drake.plots.approaches import NEAR
 from hunav_drake.plots.comparison import comparison_height, plot_comparison
 from hunav_drake.plots.runs import run_names
 from hunav_drake.plots.series import plot_distance_to_people, plot_robot_speed
@@ -15,20 +16,22 @@ from hunav_drake.plots.trajectories import (
     trajectories_height,
 )
 from hunav_drake.plots.zones import plot_zones, zones_height
-from hunav_drake.report.batch_tables import paired_tables, planner_tables
-from hunav_drake.report.html import escape, figure, number, table
-from hunav_drake.report.trial_page import (
-    LEGEND,
-    Parts,
-    provenance_table,
-    unit_of,
+from hunav_drake.report.batch_tables import (
+    ambiguous_seeds,
+    paired_tables,
+    planner_tables,
 )
+from hunav_drake.report.html import escape, figure, number, table, wide
+from hunav_drake.report.trial_page import LEGEND, Parts, provenance_table
+from hunav_drake.results.metric_facts import is_built_in, unit_of
 from hunav_drake.results.quantity_text import unit_text
 from hunav_drake.results.run_table import tabulate_runs
+from hunav_drake.results.settings import contenders, has_settings
 from hunav_drake.results.trial_result import TrialResult
 from hunav_drake.systems.evaluation import names
 
-# What is compared in bars, and listed for each run, of what there is.
+# What is compared in bars, and listed for each run, of many metrics; metrics
+# of one's own are always.
 _KEY_METRICS = (
     names.TIME_TO_REACH_GOAL,
     names.PATH_LENGTH,
@@ -40,6 +43,9 @@ _KEY_METRICS = (
     names.TIME_NOT_MOVING,
     names.SOCIAL_WORK,
 )
+
+# So many metrics are not too many to show all of them.
+_FEW = 10
 
 # With more runs than this in a plot over time, nobody can tell the lines.
 _MOST_LINES = 6
@@ -61,11 +67,12 @@ def batch_parts(
         pages: For each of them, the addresses of its own pages, by what they
             are.
     """
-    runs = tabulate_runs(trials)
+    runs = _tabulate(trials)
     told = [f"{len(trials)} runs"]
     for key, plural in (
         ("scenario", "scenarios"),
         ("planner", "planners"),
+        ("setting", "settings"),
         ("seed", "seeds"),
     ):
         count = runs[key].nunique()
@@ -76,27 +83,44 @@ def batch_parts(
     sections = ["<h2>How the runs ended</h2>", _outcomes(runs)]
     for i, scenario in enumerate(dict.fromkeys(runs["scenario"])):
         own = [t for t in trials if t.scenario_name == scenario]
-        sections += _scenario(scenario, own, f"s{i}")
+        # Names are as short as they may be among all runs.
+        table = runs[runs["scenario"] == scenario]
+        sections += _scenario(scenario, own, table, f"s{i}")
     sections += [
         "<h2>Runs</h2>",
-        f'<div class="wide">{_runs(runs, pages)}</div>',
+        wide(_runs(runs, pages)),
         "<h2>Provenance</h2>",
         provenance_table(_common_provenance(trials)),
     ]
     return Parts([f'<p class="about">{", ".join(told)}</p>'], sections)
 
 
+def _tabulate(trials: Sequence[TrialResult]) -> pd.DataFrame:
+    """Returns the table of runs, with who drives in the column `contender`."""
+    runs = tabulate_runs(trials)
+    return runs.assign(contender=contenders(runs))
+
+
+def _key_metrics(runs: pd.DataFrame) -> list[str]:
+    """Returns which metrics are shown at once."""
+    recorded = list(runs.attrs["units"])
+    if len(recorded) <= _FEW:
+        return recorded
+    key = [name for name in _KEY_METRICS if name in recorded]
+    return key + [name for name in recorded if not is_built_in(name)]
+
+
 def _outcomes(runs: pd.DataFrame) -> str:
     rows = []
     reasons = list(dict.fromkeys(["goal", *runs["end_reason"]]))
-    for (scenario, planner), own in runs.groupby(
-        ["scenario", "planner"], sort=False
+    for (scenario, contender), own in runs.groupby(
+        ["scenario", "contender"], sort=False
     ):
         counts = Counter(own["end_reason"])
         rows.append(
             [
                 escape(scenario),
-                escape(planner),
+                escape(contender),
                 str(len(own)),
                 *(str(counts[reason]) for reason in reasons),
             ]
@@ -105,28 +129,31 @@ def _outcomes(runs: pd.DataFrame) -> str:
     return table(head, rows, numbers=range(2, len(head)))
 
 
-def _scenario(scenario: str, trials: list[TrialResult], key: str) -> list[str]:
+def _scenario(
+    scenario: str, trials: list[TrialResult], runs: pd.DataFrame, key: str
+) -> list[str]:
     """Returns what is told of the trials of one scenario."""
-    runs = tabulate_runs(trials)
+    metrics = _key_metrics(runs)
     sections = [
         f"<h2>{escape(scenario or 'Trials')}</h2>",
         LEGEND,
         "<p><small>Each value is the mean over the runs that have one, with"
         " its 95&nbsp;% interval in brackets; n tells of how many, if not of"
         " all.</small></p>",
+        *ambiguous_seeds(runs),
         *planner_tables(runs),
-        *paired_tables(runs, _KEY_METRICS),
+        *paired_tables(runs, metrics),
     ]
-    if runs["planner"].nunique() > 1:
+    if runs["contender"].nunique() > 1:
         sections += [
             "<h3>Comparison</h3>",
             "<p><small>Bars are means with 95&nbsp;% intervals, dots are single"
             " runs.</small></p>",
             '<div class="bars">',
             *(
-                _bars(runs, name, f"{key}-{name.replace('+', '')}")
-                for name in _KEY_METRICS
-                if name in runs and runs[name].notna().any()
+                _bars(runs, name, f"{key}-bars{i}")
+                for i, name in enumerate(metrics)
+                if runs[name].notna().any()
             ),
             "</div>",
         ]
@@ -137,24 +164,25 @@ def _bars(runs: pd.DataFrame, name: str, key: str) -> str:
     return figure(
         key,
         f"{name}: means and 95 % intervals by planner.",
-        (2.3, comparison_height(runs["planner"].nunique())),
+        (2.3, comparison_height(runs["contender"].nunique())),
         lambda ax: plot_comparison(runs, name, ax=ax),
         captioned=False,
     )
 
 
 def _over_time(trials: list[TrialResult], key: str) -> list[str]:
-    """Returns plots of one run of each planner, with the same seed if any."""
+    """Returns plots of one run of each contender, of one seed if may be."""
     first = trials[0].provenance.get("seed")
     chosen: dict[Any, TrialResult] = {}
     for trial in [
         *(t for t in trials if t.provenance.get("seed") == first),
         *trials,
     ]:
-        chosen.setdefault(trial.provenance.get("planner"), trial)
+        contender = (trial.provenance.get("planner"), trial.setting)
+        chosen.setdefault(contender, trial)
     shown = list(chosen.values())
     if len(shown) == 1:
-        # Of one planner, the first runs.
+        # Of one contender, the first runs.
         shown = trials
     shown = shown[:_MOST_LINES]
     runs = dict(
@@ -174,14 +202,15 @@ def _over_time(trials: list[TrialResult], key: str) -> list[str]:
         figure(
             f"{key}-distance",
             f"The distance to the closest person, surface to surface ({which})."
-            " A triangle marks where an approach within 1.2 m is closest.",
+            f" A triangle marks where an approach within {NEAR:g} m is"
+            " closest.",
             _SERIES,
             lambda ax: plot_distance_to_people(runs, ax=ax),
         ),
         figure(
             f"{key}-speed",
             f"The forward speed of the robot ({which}). Strips: a person is"
-            " within 1.2 m.",
+            f" within {NEAR:g} m.",
             _SERIES,
             lambda ax: plot_robot_speed(runs, ax=ax),
         ),
@@ -196,11 +225,14 @@ def _over_time(trials: list[TrialResult], key: str) -> list[str]:
 
 
 def _runs(runs: pd.DataFrame, pages: Sequence[Mapping[str, str]]) -> str:
-    shown = [name for name in _KEY_METRICS if name in runs]
-    about = ["scenario", "planner", "seed", "ended", "end_time"]
+    shown = _key_metrics(runs)
+    texts = ["scenario", "planner", "seed"]
+    if has_settings(runs):
+        texts.insert(2, "setting")
+    about = [*texts, "ended", "end_time"]
     rows = [
         [
-            *(escape(row[key]) for key in ("scenario", "planner", "seed")),
+            *(escape(row[key]) for key in texts),
             escape(row["end_reason"]),
             number(float(row["end_time"])),
             *(number(float(row[n]), unit_of(runs, n)) for n in shown),
@@ -217,13 +249,13 @@ def _runs(runs: pd.DataFrame, pages: Sequence[Mapping[str, str]]) -> str:
         _breakable(name) + (f" ({units[name]})" if units.get(name) else "")
         for name in about + shown
     ]
-    first = 2
+    first = texts.index("seed")
     if any(links):
         # Where they are seen without scrolling.
         head.insert(2, "pages")
         for row, link in zip(rows, links, strict=True):
             row.insert(2, link)
-        first = 3
+        first += 1
     return table(head, rows, numbers=range(first, len(head)))
 
 

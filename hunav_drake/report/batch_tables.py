@@ -1,18 +1,14 @@
 """The tables of statistics in a report on many trials."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import combinations
 import math
 
 import pandas as pd
 
-from hunav_drake.report.html import escape, number, table
-from hunav_drake.report.trial_page import (
-    family_of,
-    name_cell,
-    rows_by_family,
-    unit_of,
-)
+from hunav_drake.report.html import escape, number, table, wide
+from hunav_drake.report.trial_page import name_cell, rows_by_family
+from hunav_drake.results.metric_facts import family_of, unit_of
 from hunav_drake.results.quantity_text import unit_text
 from hunav_drake.results.statistics import (
     LEAST_PAIRS,
@@ -21,26 +17,30 @@ from hunav_drake.results.statistics import (
     summarize,
 )
 
-# With more planners than this only the first is compared with each other one:
-# there are too many pairs.
-_MOST_PLANNERS = 4
+# With more contenders than this only the first is compared with each other
+# one: there are too many pairs.
+_MOST_CONTENDERS = 4
+
+# How many tags and seeds are listed of those that are to be named.
+_MOST_LISTED = 5
 
 
 def planner_tables(runs: pd.DataFrame) -> list[str]:
     """Returns what each metric is on average for each planner.
 
     Args:
-        runs: The table of the runs in one scenario.
+        runs: The table of the runs in one scenario; the column `contender`
+            tells planners and their settings apart.
 
     Returns:
         A table of means and intervals, and one to unfold with the spread.
     """
-    planners = list(dict.fromkeys(runs["planner"]))
+    planners = list(dict.fromkeys(runs["contender"]))
     metrics = _metrics(runs)
     if not metrics:
         return []
-    counts = runs["planner"].value_counts()
-    statistics = summarize(runs, "planner", metrics=metrics)
+    counts = runs["contender"].value_counts()
+    statistics = summarize(runs, "contender", metrics=metrics)
     means: dict[str, list[list[str]]] = {}
     spread: dict[str, list[list[str]]] = {}
     for name in metrics:
@@ -51,9 +51,9 @@ def planner_tables(runs: pd.DataFrame) -> list[str]:
             cells.append(_mean(row, "mean", unit, factor))
             if 0 < row["n"] < counts[planner]:
                 cells[-1] += f" <small>n&nbsp;=&nbsp;{row['n']:.0f}</small>"
-            spread.setdefault(family_of(name), []).append(
+            spread.setdefault(family_of(runs, name), []).append(
                 [
-                    name_cell(name),
+                    name_cell(runs, name),
                     *([escape(planner)] if len(planners) > 1 else []),
                     f"{row['n']:.0f}",
                     _mean(row, "mean", unit, factor),
@@ -62,8 +62,8 @@ def planner_tables(runs: pd.DataFrame) -> list[str]:
                     escape(unit_text(unit)),
                 ]
             )
-        means.setdefault(family_of(name), []).append(
-            [name_cell(name), *cells, escape(unit_text(unit))]
+        means.setdefault(family_of(runs, name), []).append(
+            [name_cell(runs, name), *cells, escape(unit_text(unit))]
         )
     head = ["metric", *(escape(p or "value") for p in planners), "unit"]
     text = table(head, rows_by_family(means), numbers=range(1, len(head) - 1))
@@ -74,21 +74,23 @@ def planner_tables(runs: pd.DataFrame) -> list[str]:
     more = table(
         head, rows_by_family(spread), numbers=range(first, len(head) - 1)
     )
-    return [_wide(text), _folded("Spread over the runs", more)]
+    return [wide(text), _folded("Spread over the runs", more)]
 
 
 def paired_tables(runs: pd.DataFrame, key_metrics: Sequence[str]) -> list[str]:
     """Returns how planners differ on equal seeds.
 
     Args:
-        runs: The table of the runs in one scenario.
+        runs: The table of the runs in one scenario, as for `planner_tables`.
         key_metrics: What is shown at once; the rest is to unfold.
 
     Returns:
         Nothing for a single planner or without seeds.
     """
     seeded = runs[runs["seed"] != ""]
-    planners = list(dict.fromkeys(seeded["planner"]))
+    # Nobody can tell which of several runs to compare.
+    seeded = seeded[~seeded.duplicated(["contender", "seed"], keep=False)]
+    planners = list(dict.fromkeys(seeded["contender"]))
     if len(planners) < 2 or not _metrics(runs):
         return []
     parts = [
@@ -100,7 +102,9 @@ def paired_tables(runs: pd.DataFrame, key_metrics: Sequence[str]) -> list[str]:
     ]
     for a, b in _choose_pairs(planners):
         try:
-            compared = compare(seeded, a, b, metrics=_metrics(runs))
+            compared = compare(
+                seeded, a, b, on="contender", metrics=_metrics(runs)
+            )
         except ValueError as error:
             parts.append(
                 f"<p>{escape(a)} and {escape(b)} are not compared:"
@@ -112,7 +116,7 @@ def paired_tables(runs: pd.DataFrame, key_metrics: Sequence[str]) -> list[str]:
         rows = [_difference(runs, name, compared.loc[name]) for name in key]
         families: dict[str, list[list[str]]] = {}
         for name, row in compared.iterrows():
-            families.setdefault(family_of(str(name)), []).append(
+            families.setdefault(family_of(runs, str(name)), []).append(
                 _difference(runs, str(name), row)
             )
         head = [
@@ -123,14 +127,46 @@ def paired_tables(runs: pd.DataFrame, key_metrics: Sequence[str]) -> list[str]:
             "unit",
         ]
         if rows:
-            parts.append(_wide(table(head, rows, numbers=range(1, 5))))
+            parts.append(wide(table(head, rows, numbers=range(1, 5))))
         everything = table(head, rows_by_family(families), numbers=range(1, 5))
         parts.append(_folded(f"All metrics of {a} and {b}", everything))
     return parts
 
 
+def ambiguous_seeds(runs: pd.DataFrame) -> list[str]:
+    """Returns a note for each contender with several runs of one seed.
+
+    Args:
+        runs: The table of the runs in one scenario, as for `planner_tables`.
+    """
+    seeded = runs[runs["seed"] != ""]
+    several = seeded[seeded.duplicated(["contender", "seed"], keep=False)]
+    notes = []
+    for contender, own in several.groupby("contender", sort=False):
+        seeds = list(dict.fromkeys(own["seed"]))
+        who = f"{escape(contender)} has" if contender else "There are"
+        which = f"seed{'s' * (len(seeds) > 1)} {listed(seeds)}"
+        tags = f": {listed(own['tag'])}" if own["tag"].any() else ""
+        notes.append(
+            f"<p><strong>{who} several different runs of {which}</strong>"
+            f"{tags}. All of them count in the means, and none on equal seeds."
+            " Was something changed between them, such as the scenario? Runs"
+            " with a label of their own (<code>hunav run --label</code>) are"
+            " told apart.</p>"
+        )
+    return notes
+
+
+def listed(things: Iterable[object]) -> str:
+    """Returns the first of some things, and how many more there are."""
+    texts = [escape(thing) for thing in things]
+    more = len(texts) - _MOST_LISTED
+    told = ", ".join(texts[:_MOST_LISTED])
+    return f"{told} and {more} more" if more > 0 else told
+
+
 def _choose_pairs(planners: list[str]) -> Iterator[tuple[str, str]]:
-    if len(planners) <= _MOST_PLANNERS:
+    if len(planners) <= _MOST_CONTENDERS:
         yield from combinations(planners, 2)
     else:
         yield from ((planners[0], other) for other in planners[1:])
@@ -140,7 +176,7 @@ def _difference(runs: pd.DataFrame, name: str, row: pd.Series) -> list[str]:
     unit, factor = _unit(runs, name)
     better = row["better"]
     return [
-        name_cell(name),
+        name_cell(runs, name),
         _number(factor * row["a"], unit),
         _number(factor * row["b"], unit),
         _mean(row, "difference", unit, factor),
@@ -174,9 +210,5 @@ def _number(value: float, unit: str, scale: float = 0.0) -> str:
     return number(float(value), "" if unit == "-" else unit, scale=scale)
 
 
-def _wide(text: str) -> str:
-    return f'<div class="wide">{text}</div>'
-
-
 def _folded(title: str, text: str) -> str:
-    return f"<details><summary>{escape(title)}</summary>{_wide(text)}</details>"
+    return f"<details><summary>{escape(title)}</summary>{wide(text)}</details>"

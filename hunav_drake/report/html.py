@@ -143,6 +143,11 @@ def table(
     return "\n".join([*lines, "</tbody></table>"])
 
 
+def wide(text: str) -> str:
+    """Returns a table that scrolls where it is wider than the page."""
+    return f'<div class="wide">{text}</div>'
+
+
 def number(value: float, unit: str = "", *, scale: float = 0.0) -> str:
     """Returns what `number_text` does, as HTML; a dash for NaN."""
     text = number_text(value, unit, scale=scale)

@@ -10,6 +10,7 @@ from hunav_drake.plots.activity import (
     activity_height,
     plot_behavior_activity,
 )
+from hunav_drake.plots.approaches import NEAR
 from hunav_drake.plots.series import plot_distance_to_people, plot_robot_speed
 from hunav_drake.plots.style import COLUMN
 from hunav_drake.plots.trajectories import (
@@ -17,16 +18,39 @@ from hunav_drake.plots.trajectories import (
     trajectories_height,
 )
 from hunav_drake.plots.zones import plot_zones, zones_height
-from hunav_drake.report.html import escape, figure, number, table
+from hunav_drake.report.html import escape, figure, number, table, wide
+from hunav_drake.results.metric_facts import (
+    direction_of,
+    family_of,
+    is_built_in,
+    unit_of,
+)
 from hunav_drake.results.provenance import Provenance
 from hunav_drake.results.quantity_text import unit_text
 from hunav_drake.results.trial_result import TrialResult
+from hunav_drake.systems.evaluation import names
 from hunav_drake.systems.evaluation.metrics import METRICS
 
 # The height of plots over time, in inches.
 _SERIES = 2.3
 
-_ARROWS = {"lower": "↓", "higher": "↑", "none": ""}
+_ARROWS = {"lower": "↓", "higher": "↑"}
+
+# What no person has a part in, so that it is the same for any behavior. Of
+# metrics of one's own nobody knows.
+_ROBOT_FAMILIES = ("path", "goal", "efficiency", "clearance")
+_ROBOT_METRICS = (
+    names.TIME_NOT_MOVING,
+    names.AVG_ROBOT_LINEAR_SPEED,
+    names.AVG_ROBOT_ANGULAR_SPEED,
+    names.AVG_ROBOT_ACCELERATION,
+    names.AVG_ROBOT_JERK,
+    names.OBSTACLE_FORCE_ON_ROBOT,
+    f"{names.OBSTACLE_FORCE_ON_ROBOT}_rate",
+    names.AVG_DISPLACEMENT_ERROR,
+    names.FINAL_DISPLACEMENT_ERROR,
+    names.ASYMMETRIC_DTW,
+)
 
 LEGEND = (
     "<p><small>↓ less is better, ↑ more is better; &ndash; no value."
@@ -50,9 +74,13 @@ class Parts:
 def trial_parts(result: TrialResult) -> Parts:
     """Returns the parts of a report on one trial."""
     told = [
-        f"{key} {escape(result.provenance[key])}"
-        for key in ("planner", "seed")
-        if result.provenance.get(key, "") != ""
+        f"{key} {escape(value)}"
+        for key, value in (
+            ("planner", result.provenance.get("planner", "")),
+            ("setting", result.setting),
+            ("seed", result.provenance.get("seed", "")),
+        )
+        if value != ""
     ]
     run = result.recording
     n = run.num_humans
@@ -98,13 +126,14 @@ def _figures(result: TrialResult) -> list[str]:
             "distance",
             "The distance to the closest person, surface to surface. The bands"
             " are the spaces around a person; a triangle marks where an"
-            " approach within 1.2 m is closest.",
+            f" approach within {NEAR:g} m is closest.",
             (COLUMN, _SERIES),
             lambda ax: plot_distance_to_people(run, ax=ax),
         ),
         figure(
             "speed",
-            "The forward speed of the robot. Shaded: a person is within 1.2 m.",
+            "The forward speed of the robot. Shaded: a person is within"
+            f" {NEAR:g} m.",
             (COLUMN, _SERIES),
             lambda ax: plot_robot_speed(run, ax=ax),
         ),
@@ -132,9 +161,9 @@ def _metrics(metrics: pd.Series) -> str:
     families: dict[str, list[list[str]]] = {}
     for name in metrics.index:
         value = float(metrics[name])
-        families.setdefault(family_of(name), []).append(
+        families.setdefault(family_of(metrics, name), []).append(
             [
-                name_cell(name),
+                name_cell(metrics, name),
                 number(value, unit_of(metrics, name)),
                 escape(unit_text(unit_of(metrics, name))),
             ]
@@ -146,29 +175,14 @@ def _metrics(metrics: pd.Series) -> str:
     return '<div class="columns">' + "\n".join(tables) + "</div>"
 
 
-def family_of(name: str) -> str:
-    """Returns the family of a metric; one of another program may have none."""
-    return METRICS[name].family if name in METRICS else "other"
-
-
-def unit_of(metrics: pd.Series | pd.DataFrame, name: str) -> str:
-    """Returns the unit of a metric."""
-    units = metrics.attrs.get("units", {})
-    unit = units.get(name, METRICS[name].unit if name in METRICS else "")
-    return str(unit)
-
-
-def name_cell(name: str) -> str:
+def name_cell(metrics: pd.Series | pd.DataFrame, name: str) -> str:
     """Returns the name of a metric with its direction; it explains itself."""
-    if name not in METRICS:
-        return escape(name)
-    metric = METRICS[name]
-    arrow = _ARROWS[metric.direction]
-    first = metric.definition.split("\n\n")[0]
-    return (
-        f'<span title="{escape(" ".join(first.split()))}">{escape(name)}</span>'
-        + (f" {arrow}" if arrow else "")
-    )
+    arrow = _ARROWS.get(direction_of(metrics, name), "")
+    text = escape(name)
+    if name in METRICS:
+        first = METRICS[name].definition.split("\n\n")[0]
+        text = f'<span title="{escape(" ".join(first.split()))}">{text}</span>'
+    return f"{text} {arrow}".rstrip()
 
 
 def _people(result: TrialResult) -> list[str]:
@@ -204,7 +218,7 @@ def _people(result: TrialResult) -> list[str]:
     ]
     return [
         "<h2>People</h2>",
-        f'<div class="wide">{table(head, rows, numbers=[2, 3, 4, 5])}</div>',
+        wide(table(head, rows, numbers=[2, 3, 4, 5])),
     ]
 
 
@@ -214,15 +228,14 @@ def _by_behavior(result: TrialResult) -> list[str]:
         return []
     families: dict[str, list[list[str]]] = {}
     for name in by_behavior.columns:
+        if is_about_robot_alone(name):
+            continue
         values = by_behavior[name].to_numpy(dtype=float)
         everyone = float(result.metrics.get(name, math.nan))
-        # What is about the robot alone is the same with whomever.
-        if np.array_equal(values, np.full(len(values), everyone), True):
-            continue
         unit = unit_of(result.metrics, name)
-        families.setdefault(family_of(name), []).append(
+        families.setdefault(family_of(result.metrics, name), []).append(
             [
-                name_cell(name),
+                name_cell(result.metrics, name),
                 number(everyone, unit),
                 *(number(float(value), unit) for value in values),
                 escape(unit_text(unit)),
@@ -238,8 +251,15 @@ def _by_behavior(result: TrialResult) -> list[str]:
         "<h2>By behavior</h2>",
         "<p>The metrics as if only the people of one behavior were there. What"
         " is about the robot alone is left out.</p>",
-        f'<div class="wide">{text}</div>',
+        wide(text),
     ]
+
+
+def is_about_robot_alone(name: str) -> bool:
+    """Tells whether no person can make a difference to a metric."""
+    return is_built_in(name) and (
+        METRICS[name].family in _ROBOT_FAMILIES or name in _ROBOT_METRICS
+    )
 
 
 def rows_by_family(

@@ -7,8 +7,10 @@ from types import MappingProxyType
 from urllib.parse import quote
 
 from hunav_drake.report.batch_page import batch_parts
+from hunav_drake.report.batch_tables import listed
 from hunav_drake.report.html import escape, page
 from hunav_drake.report.trial_page import trial_parts
+from hunav_drake.results.repeats import drop_repeats
 from hunav_drake.results.trial_result import TrialResult
 from hunav_drake.systems.files import atomic_write
 
@@ -25,8 +27,9 @@ def WriteReport(
     """Writes a report as one HTML file.
 
     Of one trial it tells how it ended, all metrics, what happened in plots,
-    and where it comes from. Of several it compares scenarios and planners,
-    with intervals and run by run on equal seeds, and lists the runs. The file
+    and where it comes from. Of several it compares scenarios, planners and
+    their settings, with intervals and run by run on equal seeds, and lists the
+    runs; one that is another again counts once (`drop_repeats`). The file
     has all pictures inside, and needs neither a network nor scripts. It
     appears in one piece.
 
@@ -53,6 +56,7 @@ def WriteReport(
     trials = [results] if isinstance(results, TrialResult) else list(results)
     if not trials:
         raise ValueError("a report needs at least one result, got none")
+    trials, repeats = drop_repeats(trials)
     if title is None:
         names = dict.fromkeys(t.scenario_name or "trial" for t in trials)
         title = ", ".join(names)
@@ -74,10 +78,26 @@ def WriteReport(
             f'<p class="ended stuck"><strong>Left out: {escape(tag)}.</strong>'
             f" {escape(reason)}</p>"
         )
+    if repeats:
+        head.append(_repeats_note(repeats))
     text = page(title, [*head, *parts.sections])
     with atomic_write(filename) as file:
         file.write(text.encode())
     return filename
+
+
+def _repeats_note(repeats: list[tuple[TrialResult, TrialResult]]) -> str:
+    which = [
+        f"{again.tag} is {first.tag} again"
+        for again, first in repeats
+        if again.tag
+    ]
+    told = f" {listed(which)}." if which else ""
+    return (
+        f"<p><strong>{len(repeats)} of the runs"
+        f" {'is' if len(repeats) == 1 else 'are'} left out, being the same as"
+        f" others in everything.</strong>{told}</p>"
+    )
 
 
 def _own_pages(tag: str, folder: Path, filename: Path) -> dict[str, str]:

@@ -14,6 +14,12 @@ from typing import Any, Literal
 import pandas as pd
 
 from hunav_drake.results.hunav_files import write_hunav_files
+from hunav_drake.results.metric_facts import (
+    FACTS,
+    direction_of,
+    family_of,
+    unit_of,
+)
 from hunav_drake.results.run_table import ReadRuns, run_row
 from hunav_drake.results.text_table import append_row, locked, read_rows
 from hunav_drake.results.trial_result import MakeTrialResult, TrialResult
@@ -35,15 +41,18 @@ def WriteResult(
     directory: str | Path,
     *,
     tag: str | None = None,
+    label: str | None = None,
     format: Format = "csv",
 ) -> list[Path]:
     """Writes the files of a result into a folder, beside those of others.
 
-    `recording_<tag>.npz`, `result_<tag>.json` (provenance, end and metrics
-    with units), `steps_<tag>.csv`, `steps_<tag>_beh_<behavior>.csv`; and, last
-    of all, a row for this run in `metrics_beh_<behavior>.csv` and
-    `metrics.csv`: a run in the table is complete. Each file appears in one
-    piece. Many processes may write into one folder at a time.
+    `recording_<tag>.npz`, `result_<tag>.json` (provenance, end, and metrics
+    with what is known of them), `steps_<tag>.csv`,
+    `steps_<tag>_beh_<behavior>.csv`; and, last of all, a row for this run in
+    `metrics_beh_<behavior>.csv` and `metrics.csv`: a run in the table is
+    complete. Numbers in tables have all their digits, so that they are the
+    same again when read. Each file appears in one piece. Many processes may
+    write into one folder at a time.
 
     A behavior whose name is not fit for that of a file is told apart by a hash
     after what is left of it; the column `behavior` has its name. JSON knows no
@@ -57,6 +66,9 @@ def WriteResult(
             scenario, planner and seed, and a number if that is taken. Files
             with this tag of a run that is not in the table, since it was
             killed, are written over.
+        label: The setting, instead of the result's own: what tells this run
+            from those of the same planner in the same scenario that differ by
+            more than the seed. Statistics keep settings apart.
         format: With "hunav", the four kinds of text files of HuNavSim are
             written besides: see `write_hunav_files`.
 
@@ -69,6 +81,8 @@ def WriteResult(
             table in the folder is damaged. The recording is kept then.
     """
     directory = Path(directory)
+    if label is not None:
+        result = dataclasses.replace(result, setting=label)
     if tag is not None and (not tag or _safe(tag) != tag):
         raise ValueError(
             f"the tag must be of letters, digits and . _ + - only, got {tag!r}"
@@ -181,9 +195,13 @@ def LoadResult(directory: str | Path, tag: str) -> TrialResult:
         }
         metrics = pd.Series(values, dtype=float, name="value")
         metrics.index.name = "metric"
-        metrics.attrs["units"] = {
-            name: entry["unit"] for name, entry in summary["metrics"].items()
-        }
+        for fact, key in FACTS.items():
+            # Older files have no more than units.
+            metrics.attrs[key] = {
+                name: entry[fact]
+                for name, entry in summary["metrics"].items()
+                if fact == "unit" or fact in entry
+            }
         result = MakeTrialResult(
             recording,
             scenario_name=summary["scenario"],
@@ -196,7 +214,10 @@ def LoadResult(directory: str | Path, tag: str) -> TrialResult:
         )
     except (KeyError, TypeError, AttributeError, ValueError) as error:
         raise ValueError(f"{path}: is not a result: {error!r}") from error
-    return dataclasses.replace(result, metrics=metrics, tag=tag)
+    setting = str(summary.get("setting", ""))
+    return dataclasses.replace(
+        result, metrics=metrics, setting=setting, tag=tag
+    )
 
 
 def _write_files(result: TrialResult, directory: Path, tag: str) -> list[Path]:
@@ -230,17 +251,23 @@ def _write_rows(result: TrialResult, directory: Path, tag: str) -> list[Path]:
 
 
 def _summary(result: TrialResult, tag: str) -> dict[str, Any]:
-    units = result.metrics.attrs["units"]
+    metrics = result.metrics
     return {
         "tag": tag,
         "scenario": result.scenario_name,
+        "setting": result.setting,
         "end_reason": result.end_reason,
         "end_message": result.end_message,
         "end_time": result.end_time,
         "provenance": result.provenance,
         "metrics": {
-            name: {"value": _json_number(value), "unit": units[name]}
-            for name, value in result.metrics.items()
+            name: {
+                "value": _json_number(float(metrics[name])),
+                "unit": unit_of(metrics, name),
+                "family": family_of(metrics, name),
+                "direction": direction_of(metrics, name),
+            }
+            for name in metrics.index
         },
     }
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import pandas as pd
 
+from hunav_drake.results.metric_facts import FACTS
 from hunav_drake.results.trial_result import TrialResult
 
 # The columns that are no metrics. Tables by behavior have the last one too.
@@ -13,6 +14,7 @@ ABOUT = (
     "tag",
     "scenario",
     "planner",
+    "setting",
     "seed",
     "end_reason",
     "end_time",
@@ -20,7 +22,7 @@ ABOUT = (
 )
 
 # Those of them that are texts, even if they look like numbers.
-_TEXTS = ("tag", "scenario", "planner", "end_reason", "behavior")
+_TEXTS = ("tag", "scenario", "planner", "setting", "end_reason", "behavior")
 
 # What stands for no value in the others.
 _MISSING = ["", "nan", "NaN", "NA"]
@@ -34,6 +36,7 @@ def run_row(
         "tag": tag,
         "scenario": result.scenario_name,
         "planner": str(result.provenance.get("planner", "")),
+        "setting": result.setting,
         "seed": result.provenance.get("seed", ""),
         "end_reason": result.end_reason,
         "end_time": result.end_time,
@@ -49,14 +52,15 @@ def run_row(
 def tabulate_runs(results: Iterable[TrialResult]) -> pd.DataFrame:
     """Returns a table with a row per run: what it is, and its metrics.
 
-    The units of the metrics are in `attrs["units"]`.
+    What is known of the metrics is in `attrs`, by name: "units", "families"
+    and "directions".
     """
     results = list(results)
     table = pd.DataFrame([run_row(result, result.tag) for result in results])
-    units: dict[str, str] = {}
-    for result in results:
-        units |= result.metrics.attrs.get("units", {})
-    table.attrs["units"] = units
+    for key in FACTS.values():
+        table.attrs[key] = {}
+        for result in results:
+            table.attrs[key] |= result.metrics.attrs.get(key, {})
     return table
 
 
@@ -67,7 +71,7 @@ def ReadRuns(path: str | Path) -> pd.DataFrame:
         path: A `metrics.csv`, or the folder that it is in.
 
     Returns:
-        A row per run.
+        A row per run. Tables of older versions have no column `setting`.
 
     Raises:
         OSError: If it cannot be read.

@@ -18,9 +18,10 @@ from hunav_drake.results.intervals import (
     paired_rate_interval,
     wilson_interval,
 )
+from hunav_drake.results.metric_facts import direction_of, unit_of
 from hunav_drake.results.quantity_text import ROUNDING
 from hunav_drake.results.run_table import ABOUT
-from hunav_drake.systems.evaluation.metrics import METRICS
+from hunav_drake.results.settings import has_settings
 from hunav_drake.systems.evaluation.names import COMPLETED
 
 Array = NDArray[np.float64]
@@ -36,7 +37,7 @@ LEAST_PAIRS = 6
 
 def summarize(
     runs: pd.DataFrame,
-    by: Names = ("scenario", "planner"),
+    by: Names | None = None,
     *,
     metrics: Names | None = None,
     rates: Names = RATES,
@@ -47,8 +48,9 @@ def summarize(
 
     Args:
         runs: A row per run.
-        by: The columns that tell the kinds of runs apart; none to take all
-            runs together.
+        by: The columns that tell the kinds of runs apart, () to take all
+            runs together; by default scenario, planner, and setting if any
+            run has one.
         metrics: The columns to describe; by default all that have numbers and
             are metrics.
         rates: Those among them that are 0 or 1.
@@ -66,6 +68,8 @@ def summarize(
         ValueError: If a column is missing, there is nothing to describe, or
             `confidence` is not in (0, 1).
     """
+    if by is None:
+        by = ("scenario", "planner", *(["setting"] * has_settings(runs)))
     by = _listed(by)
     _check_confidence(confidence)
     names = _metric_columns(runs, by, metrics)
@@ -88,7 +92,7 @@ def summarize(
             rows[(*kind, name)] = _describe(values) | dict(
                 zip(("low", "high"), ends, strict=True)
             )
-    return _table(rows, [*by, "metric"])
+    return _table(runs, rows, [*by, "metric"])
 
 
 def compare(
@@ -150,29 +154,12 @@ def compare(
         for name in names:
             x = one[name].to_numpy(dtype=float)[part.index]
             y = other[name].to_numpy(dtype=float)[part.index]
-            both = np.isfinite(x) & np.isfinite(y)
-            x, y = x[both], y[both]
-            gaps = np.where(np.isclose(x, y, ROUNDING, ROUNDING), 0.0, y - x)
             if name in rates:
-                _check_rate(name, np.concatenate([x, y]))
-                low, high = paired_rate_interval(x, y, confidence)
-            else:
-                low, high = mean_interval(gaps, confidence, seed)
-            about = _describe(gaps)
-            rows[(*kind, name)] = {
-                "n": len(x),
-                "a": _or_nan(np.mean, x),
-                "b": _or_nan(np.mean, y),
-                "difference": about["mean"],
-                "sd": about["sd"],
-                "median": about["median"],
-                "low": low,
-                "high": high,
-                "better": _better(name, low, high, a, b)
-                if len(x) >= LEAST_PAIRS
-                else None,
-            }
-    table = _table(rows, [*by, "metric"])
+                _check_rate(name, x, y)
+            row = _describe_pairs(x, y, name in rates, confidence, seed)
+            better = _better(direction_of(runs, name), row)
+            rows[(*kind, name)] = row | {"better": {"a": a, "b": b}.get(better)}
+    table = _table(runs, rows, [*by, "metric"])
     # pandas would make NaN of None among texts.
     table["better"] = pd.Series(
         [row["better"] for row in rows.values()],
@@ -203,7 +190,8 @@ def _pairs(
             first = part[twice].iloc[0][keys].to_dict()
             raise ValueError(
                 f"the {on} {side!r} has more than one run with {first}; name"
-                " the columns in which they differ in `pair`"
+                " the columns in which they differ in `pair`, or choose the"
+                " runs beforehand"
             )
         tables.append(part.set_index(keys)[names])
     one, other = tables
@@ -216,18 +204,40 @@ def _pairs(
     return one.loc[common], other.loc[common]
 
 
-def _better(
-    name: str, low: float, high: float, a: Hashable, b: Hashable
-) -> Hashable:
-    metric = METRICS.get(name)
-    if metric is None or metric.direction == "none":
-        return None
+def _describe_pairs(
+    x: Array, y: Array, is_rate: bool, confidence: float, seed: int
+) -> dict[str, Any]:
+    """Returns what is told of a metric over pairs of runs."""
+    both = np.isfinite(x) & np.isfinite(y)
+    x, y = x[both], y[both]
+    gaps = np.where(np.isclose(x, y, ROUNDING, ROUNDING), 0.0, y - x)
+    if is_rate:
+        low, high = paired_rate_interval(x, y, confidence)
+    else:
+        low, high = mean_interval(gaps, confidence, seed)
+    about = _describe(gaps)
+    return {
+        "n": len(x),
+        "a": _or_nan(np.mean, x),
+        "b": _or_nan(np.mean, y),
+        "difference": about["mean"],
+        "sd": about["sd"],
+        "median": about["median"],
+        "low": low,
+        "high": high,
+    }
+
+
+def _better(direction: str, row: dict[str, Any]) -> str:
+    """Returns which of "a" and "b" is better; nothing if neither is."""
+    if direction == "none" or row["n"] < LEAST_PAIRS:
+        return ""
     # The difference is b - a.
-    if high < 0:
-        return b if metric.direction == "lower" else a
-    if low > 0:
-        return a if metric.direction == "lower" else b
-    return None
+    if row["high"] < 0:
+        return "b" if direction == "lower" else "a"
+    if row["low"] > 0:
+        return "a" if direction == "lower" else "b"
+    return ""
 
 
 def _describe(values: Array) -> dict[str, float]:
@@ -274,8 +284,9 @@ def _metric_columns(
     return names
 
 
-def _check_rate(name: str, values: Array) -> None:
-    if not np.isin(values, (0, 1)).all():
+def _check_rate(name: str, *values: Array) -> None:
+    found = np.concatenate(values)
+    if not np.isin(found[np.isfinite(found)], (0, 1)).all():
         raise ValueError(
             f"the column {name!r} is not a rate: it has values other than 0"
             " and 1"
@@ -287,10 +298,11 @@ def _check_confidence(confidence: float) -> None:
         raise ValueError(f"confidence must be in (0, 1), got {confidence}")
 
 
-def _table(rows: dict[Any, dict[str, Any]], names: list[str]) -> pd.DataFrame:
+def _table(
+    runs: pd.DataFrame, rows: dict[Any, dict[str, Any]], names: list[str]
+) -> pd.DataFrame:
     table = pd.DataFrame(list(rows.values()))
     table.index = pd.MultiIndex.from_tuples(list(rows), names=names)
-    table.attrs["units"] = {
-        row[-1]: METRICS[row[-1]].unit for row in rows if row[-1] in METRICS
-    }
+    units = {row[-1]: unit_of(runs, row[-1]) for row in rows}
+    table.attrs["units"] = {name: unit for name, unit in units.items() if unit}
     return table

@@ -7,13 +7,14 @@ import warnings
 
 import pandas as pd
 
+from hunav_drake.results.metric_facts import facts_of, family_of, unit_of
 from hunav_drake.results.provenance import Provenance
 from hunav_drake.results.quantity_text import number_text, unit_text
 from hunav_drake.systems.evaluation.compute import (
     evaluate,
     evaluate_by_behavior,
 )
-from hunav_drake.systems.evaluation.metrics import METRICS, select_metrics
+from hunav_drake.systems.evaluation.metrics import select_metrics
 from hunav_drake.systems.evaluation.recording import Recording
 
 # "end" is that of a recording from elsewhere, which does not tell.
@@ -29,7 +30,8 @@ class TrialResult:
 
     Attributes:
         scenario_name: The name of the scenario.
-        metrics: The values by name; units in `attrs["units"]`.
+        metrics: The values by name; in `attrs`, by name, their "units",
+            "families" and "directions".
         steps: A row per sample, indexed by time in seconds, and a column per
             metric that has a series.
         by_behavior: A row per behavior, with the metrics as if only the
@@ -41,6 +43,9 @@ class TrialResult:
         end_reason: Why the trial ended.
         end_message: The same in words.
         end_time: When it ended, in seconds of simulated time.
+        setting: What tells it from runs of the same planner in the same
+            scenario, but for the seed; empty if nothing does. Statistics keep
+            settings apart.
         tag: What tells it from others in the folder that it was read from:
             see `LoadResults`.
     """
@@ -55,6 +60,7 @@ class TrialResult:
     end_reason: EndReason
     end_message: str
     end_time: float
+    setting: str = ""
     tag: str = ""
 
 
@@ -99,11 +105,10 @@ def MakeTrialResult(
         list(metrics.index),
         " by behavior",
     )
-    units = {name: METRICS[name].unit for name in names}
     metrics = metrics.reindex(names)
     by_behavior = by_behavior.reindex(columns=names)
-    metrics.attrs["units"] = units
-    by_behavior.attrs["units"] = dict(units)
+    metrics.attrs |= facts_of(names)
+    by_behavior.attrs |= facts_of(names)
     return TrialResult(
         scenario_name=scenario_name,
         metrics=metrics,
@@ -149,12 +154,13 @@ def FormatMetricsTable(result: TrialResult) -> str:
     """
     families: dict[str, list[str]] = {}
     for name in result.metrics.index:
-        families.setdefault(METRICS[name].family, []).append(name)
+        family = family_of(result.metrics, name)
+        families.setdefault(family, []).append(name)
     lines = _heading(result)
     for family, names in families.items():
         lines += ["", family]
         for name in names:
-            unit = METRICS[name].unit
+            unit = unit_of(result.metrics, name)
             value = _align(number_text(float(result.metrics[name]), unit))
             lines.append(f"  {name:<36} {value} {unit_text(unit)}".rstrip())
     return "\n".join(_shorten(line) for line in lines)
@@ -165,6 +171,7 @@ def _heading(result: TrialResult) -> list[str]:
     parts = [
         result.scenario_name or "trial",
         f"planner {planner}" if planner else "",
+        f"setting {result.setting}" if result.setting else "",
         f"seed {result.provenance['seed']}"
         if "seed" in result.provenance
         else "",

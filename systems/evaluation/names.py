@@ -93,6 +93,7 @@ RESERVED = (
     "tag",
     "scenario",
     "planner",
+    "setting",
     "seed",
     "end_reason",
     "end_time",

@@ -4,6 +4,8 @@ import matplotlib as mpl
 
 mpl.use("Agg")
 
+import dataclasses
+
 from matplotlib.container import ErrorbarContainer
 import matplotlib.pyplot as plt
 import numpy as np
@@ -20,6 +22,7 @@ from hunav_drake.plots import (
     plot_trajectories,
     plot_zones,
 )
+from hunav_drake.plots.style import shown
 from hunav_drake.results.statistics import summarize
 from hunav_drake.results.trial_result import MakeTrialResult
 from hunav_drake.systems.evaluation.recording import Recording
@@ -404,3 +407,56 @@ def test_a_column_that_there_is_not_is_refused():
         plot_comparison(make_runs(), "speed")
     with pytest.raises(ValueError, match="no column 'robot'"):
         plot_comparison(make_runs(), "path_length", by="robot")
+
+
+def test_numbers_of_close_approaches_do_not_hide_the_line():
+    ax = plot_distance_to_people(make_recording((-2.0, 2.0), y=0.5))
+    ax.figure.canvas.draw()
+    (minima,) = artists(ax, "minima")
+    # It is a contact: the mark is above the axis, the number below the mark.
+    assert minima.get_ydata() == pytest.approx([0.0, 0.0], abs=0.11)
+    axes, mark = ax.get_window_extent(), minima.get_markersize()
+    dots = ax.figure.dpi / 72
+    for x, y, text in zip(*minima.get_data(), ax.texts, strict=True):
+        height = ax.transData.transform((x, y))[1]
+        assert height - mark / 2 * dots > axes.y0
+        box = text.get_window_extent()
+        assert axes.y0 <= box.y0
+        assert box.y1 < height
+    assert min(ax.get_yticks()) >= 0
+
+
+def test_marks_of_several_runs_are_above_the_axis():
+    runs = {k: make_recording((0.0,), y=0.5) for k in "ab"}
+    ax = plot_distance_to_people(runs)
+    ax.figure.canvas.draw()
+    height = ax.transData.transform((0.0, 0.0))[1] - ax.get_window_extent().y0
+    assert height > 4.5 / 2 * ax.figure.dpi / 72
+
+
+def test_settings_of_one_planner_have_bars_of_their_own():
+    results = [
+        dataclasses.replace(make_result(seed=seed), setting=f"a.speed={v}")
+        for v in (1, 2)
+        for seed in (0, 1)
+    ]
+    ax = plot_comparison(results, "path_length")
+    texts = [tick.get_text() for tick in ax.get_yticklabels()]
+    assert texts == ["pursuit\nspeed=1", "pursuit\nspeed=2"]
+    assert set(legend_texts(plot_robot_speed([results[0], results[2]]))) == {
+        "speed=1",
+        "speed=2",
+    }
+
+
+def test_long_names_keep_what_tells_them_apart():
+    names = [f"parameters.something.long={i}" for i in range(2)]
+    short = [shown(name) for name in names]
+    assert short == ["paramete\u2026ng.long=0", "paramete\u2026ng.long=1"]
+
+
+def test_a_legend_beside_long_names_stays_in_the_figure():
+    ax = plot_zones({f"cruise_speed=0.{i}": make_recording() for i in (3, 7)})
+    ax.figure.canvas.draw()
+    legend = ax.get_legend().get_window_extent()
+    assert legend.x1 <= ax.figure.bbox.x1 + 1

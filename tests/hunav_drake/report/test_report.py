@@ -357,7 +357,7 @@ def test_a_metric_of_another_program_keeps_its_value(tmp_path):
     (result,) = LoadResults(tmp_path)
     assert result.metrics["my_length"] == pytest.approx(4.0)
     html = WriteReport(result, tmp_path / "r.html").read_text()
-    assert "my_length 4.00 m" in visible(html)
+    assert "my_length ↓ 4.00 m" in visible(html)
 
 
 def test_a_folder_that_is_damaged_is_refused(tmp_path):
@@ -481,7 +481,7 @@ def test_a_table_that_is_damaged_meanwhile_loses_no_run(
 @pytest.fixture(scope="module")
 def screenshot():
     """The module that renders a page to a picture."""
-    path = Path(__file__).resolve().parents[1] / "screenshot.py"
+    path = Path(__file__).resolve().parents[2] / "screenshot.py"
     spec = importlib.util.spec_from_file_location("screenshot", path)
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)

@@ -1,0 +1,63 @@
+"""What is known of a metric: its unit, family and direction.
+
+A metric of somebody's own may not be registered where its results are read.
+So tables keep these facts in their `attrs`, and files of results have them
+too. Of the metrics of this package the registry knows best.
+"""
+
+from collections.abc import Iterable
+import functools
+from typing import Any
+
+import pandas as pd
+
+from hunav_drake.systems.evaluation import metrics as built_in
+from hunav_drake.systems.evaluation.metrics import METRICS
+
+# The facts, and what they are called in the `attrs` of a table.
+FACTS = {"unit": "units", "family": "families", "direction": "directions"}
+
+
+def facts_of(names: Iterable[str]) -> dict[str, dict[str, str]]:
+    """Returns the `attrs` of a table with some registered metrics."""
+    names = list(names)
+    return {
+        key: {name: str(getattr(METRICS[name], fact)) for name in names}
+        for fact, key in FACTS.items()
+    }
+
+
+def is_built_in(name: str) -> bool:
+    """Tells whether a metric is one of this package."""
+    if name not in METRICS:
+        return False
+    function: Any = METRICS[name].function
+    while isinstance(function, functools.partial):
+        function = function.func
+    module = str(getattr(function, "__module__", ""))
+    return module.startswith(f"{built_in.__name__}.")
+
+
+def unit_of(table: pd.Series | pd.DataFrame, name: str) -> str:
+    """Returns the unit of a metric in a table; nothing if it is not known."""
+    return _fact(table, name, "unit", "")
+
+
+def family_of(table: pd.Series | pd.DataFrame, name: str) -> str:
+    """Returns the family of a metric; "other" if it is not known."""
+    return _fact(table, name, "family", "other")
+
+
+def direction_of(table: pd.Series | pd.DataFrame, name: str) -> str:
+    """Returns whether "lower" or "higher" is better of a metric, or "none"."""
+    return _fact(table, name, "direction", "none")
+
+
+def _fact(
+    table: pd.Series | pd.DataFrame, name: str, fact: str, unknown: str
+) -> str:
+    told = table.attrs.get(FACTS[fact], {})
+    # Its owner may have changed it since the table was made.
+    if name in METRICS and (is_built_in(name) or name not in told):
+        return str(getattr(METRICS[name], fact))
+    return str(told.get(name, unknown))

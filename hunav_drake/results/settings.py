@@ -1,0 +1,67 @@
+"""Settings: what tells runs of one planner in one scenario apart."""
+
+from collections.abc import Iterable
+import re
+
+import pandas as pd
+
+# Changes of a scenario that other columns of the table of runs tell.
+_TOLD = ("planner.name", "simulation.seed")
+
+# The way to a key of a scenario, as in "planner.parameters.speed=0.3".
+_WAY = re.compile(r"[^\s;=,]*\.(?=[A-Za-z_][\w-]*(\[\d+\])*=)")
+
+
+def setting_text(changes: Iterable[str]) -> str:
+    """Returns changes of a scenario as one text, the same in any order.
+
+    Args:
+        changes: Texts such as "planner.parameters.cruise_speed=0.3"; of those
+            of one key the last one counts. What chooses planner and seed is
+            left out.
+    """
+    values = {}
+    for change in changes:
+        key, _, value = change.partition("=")
+        values[key.strip()] = " ".join(value.split())
+    told = sorted(key for key in values if key not in _TOLD)
+    return "; ".join(f"{key}={values[key]}" for key in told)
+
+
+def short_settings(settings: Iterable[str]) -> dict[str, str]:
+    """Returns settings without the ways to their keys, by the settings.
+
+    Where two of them would be the same then, they stay as they are.
+    """
+    short = {text: _WAY.sub("", text) for text in settings}
+    if len(set(short.values())) < len(short):
+        return {text: text for text in short}
+    return short
+
+
+def has_settings(runs: pd.DataFrame) -> bool:
+    """Tells whether a table of runs has any with a setting of its own."""
+    return "setting" in runs and bool((runs["setting"] != "").any())
+
+
+def contenders(runs: pd.DataFrame) -> pd.Series:
+    """Returns who drives in each run, such as "pursuit, cruise_speed=0.3".
+
+    Runs have the same name exactly if planner and setting are the same.
+
+    Args:
+        runs: A row per run, with the column `planner`; `setting` counts as
+            empty where it is missing.
+    """
+    if not has_settings(runs):
+        return runs["planner"].astype(str)
+    pairs = list(zip(runs["planner"], runs["setting"], strict=True))
+    short = short_settings(dict.fromkeys(setting for _, setting in pairs))
+    names: dict[tuple[str, str], str] = {}
+    for planner, setting in pairs:
+        if (planner, setting) not in names:
+            name = ", ".join(t for t in (planner, short[setting]) if t)
+            while name in names.values():
+                name += "'"
+            names[planner, setting] = name
+    return pd.Series([names[pair] for pair in pairs], index=runs.index)

@@ -1,0 +1,245 @@
+"""Reports on runs with settings, repeats, and metrics of one's own."""
+
+import dataclasses
+import re
+
+import numpy as np
+import pytest
+
+from hunav_drake import cli
+from hunav_drake.report.trial_page import is_about_robot_alone
+from hunav_drake.report.writing import WriteReport
+from hunav_drake.results.files import LoadResults, WriteResult
+from hunav_drake.results.run_table import ReadRuns
+from hunav_drake.results.trial_result import MakeTrialResult
+from hunav_drake.systems.evaluation.metrics import METRICS, register_metric
+from hunav_drake.systems.evaluation.recording import Recording
+from hunav_drake.systems.obstacles import Obstacles
+
+
+def make_result(seed=0, setting="", *, planner="pursuit", speed=1.0, **kwargs):
+    times = np.arange(11) * 0.1
+    robot = np.zeros((11, 7))
+    robot[:, 0] = (speed + 0.01 * seed) * times
+    robot[:, 6] = 0.35
+    humans = np.zeros((11, 2, 7))
+    humans[:, :, 1] = [1.5, -1.5]
+    humans[:, :, 6] = 0.25
+    result = MakeTrialResult(
+        Recording(
+            times=times,
+            robot=robot,
+            humans=humans,
+            behaviors=("regular", "scared"),
+        ),
+        scenario_name="passing",
+        provenance={
+            "seed": seed,
+            "planner": planner,
+            "scenario_sha256": f"{seed} {speed}",
+        },
+        end_reason="goal",
+        **({"metric_names": "paper"} | kwargs),
+    )
+    return dataclasses.replace(result, setting=setting)
+
+
+@pytest.fixture
+def own_metrics():
+    """Registers metrics, which the test may forget."""
+    before = dict(METRICS)
+    for name in ("my_x", "my-y(%)"):
+        register_metric(name=name, unit="m", family="mine", source="me")(
+            lambda recording: float(recording.robot[-1, 0])
+        )
+    yield
+    METRICS.clear()
+    METRICS.update(before)
+
+
+def report(results, folder):
+    html = WriteReport(results, folder / "r.html").read_text()
+    text = re.sub(r"<(style|svg).*?</\1>", "", html, flags=re.DOTALL)
+    return re.sub(r"\s+", " ", re.sub(r"<[^>]*>", " ", text)), html
+
+
+def section(text, start, end):
+    return text[text.index(start) :].partition(end)[0]
+
+
+def test_settings_of_one_planner_have_columns_of_their_own(tmp_path):
+    trials = [
+        make_result(seed, f"planner.parameters.cruise_speed={v}", speed=v)
+        for v in (0.3, 0.5)
+        for seed in range(3)
+    ]
+    text, html = report(trials, tmp_path)
+    assert "6 runs, scenario passing, planner pursuit, 2 settings" in text
+    slow, fast = (f"pursuit, cruise_speed={v}" for v in (0.3, 0.5))
+    assert f"metric {slow} {fast} unit" in text
+    assert f"passing {slow} 3 3" in text
+    # The mean over seeds of speed + 0.01 seed, in one second.
+    assert re.search(r"path_length ↓ 0.310 \[.*?\] 0.510 \[", text)
+    assert f"{fast} \N{MINUS SIGN} {slow}" in text
+    assert "Comparison" in text
+    # The list of runs has them in full.
+    assert "pursuit planner.parameters.cruise_speed=0.3 0 goal" in text
+    # In pictures the setting stands below the planner.
+    assert re.search(r">cruise_speed=0.3</(text|tspan)>", html)
+
+
+def test_without_settings_there_is_no_column_of_them(tmp_path):
+    text, _ = report([make_result(s) for s in range(2)], tmp_path)
+    assert "scenario planner seed ended" in text
+    assert "setting" not in text
+
+
+def test_the_same_run_counts_once(tmp_path):
+    trials = [
+        make_result(seed, planner=planner)
+        for planner in ("a", "b")
+        for seed in range(6)
+    ]
+    expected = section(report(trials, tmp_path)[0], "How the runs", "Proven")
+    tagged = [dataclasses.replace(t, tag=f"t{i}") for i, t in enumerate(trials)]
+    again = dataclasses.replace(trials[0], tag="again")
+    text, _ = report([*tagged, again], tmp_path)
+    assert section(text, "How the runs", "Proven") == expected
+    assert "12 runs" in text
+    assert "1 of the runs is left out" in text
+    assert "again is t0 again" in text
+    # With nothing else left it is a report on a single run.
+    assert "What happened" in report([tagged[0], again], tmp_path)[0]
+
+
+def test_different_runs_of_one_seed_are_told_of(tmp_path):
+    trials = [
+        make_result(seed, planner=planner)
+        for planner in ("a", "b")
+        for seed in range(3)
+    ]
+    other = dataclasses.replace(make_result(1, planner="b", speed=2), tag="<c>")
+    text, html = report([*trials, other], tmp_path)
+    assert (
+        "b has several different runs of seed 1 : , &lt;c&gt;. All of" in text
+    )
+    assert "<c>" not in html
+    assert "pair" not in section(text, "b has several", "On equal seeds")
+    # The other seeds are compared all the same.
+    equal = section(text, "On equal seeds", "All metrics")
+    assert re.search(r"path_length ↓ 1.01 1.01 0 \[0, 0\] 2 m", equal)
+
+
+def test_metrics_of_ones_own_are_never_left_out(tmp_path, own_metrics):
+    trials = [
+        make_result(seed, planner=planner, metric_names=["paper", "mine"])
+        for planner in ("a", "b")
+        for seed in range(2)
+    ]
+    for trial in trials:
+        WriteResult(trial, tmp_path)
+    METRICS.pop("my_x")
+    METRICS.pop("my-y(%)")
+    text, html = report(LoadResults(tmp_path), tmp_path)
+    for name in ("my_x", "my-y(%)"):
+        assert name in section(text, "On equal seeds", "All metrics")
+        assert f'aria-label="{name}: means' in html
+        runs = section(text, " Runs ", "Provenance")
+        assert f"{name.replace('_', ' ')} (m)" in runs
+    assert " mine " in text
+    # Of many metrics of this package some are chosen.
+    assert "completed" not in section(text, "On equal seeds", "All metrics")
+
+
+def test_of_few_metrics_all_are_shown(tmp_path):
+    trials = [
+        make_result(planner=planner, metric_names="goal") for planner in "ab"
+    ]
+    text, html = report(trials, tmp_path)
+    for name in trials[0].metrics.index:
+        assert name in section(text, "On equal seeds", "All metrics")
+    assert 'aria-label="completed: means' not in html
+
+
+def moving_recording():
+    """A robot and people that move differently, among walls."""
+    rng = np.random.default_rng(0)
+    times = np.arange(60) * 0.1
+    robot = np.zeros((60, 7))
+    robot[:, 0] = np.where(times < 5, times, 5) - 2
+    robot[:, 1] = 0.1 * np.sin(times)
+    robot[:, 3] = np.where(times < 5, 1.0, 0.0)
+    robot[:, 6] = 0.3
+    humans = np.zeros((60, 3, 7))
+    humans[:, :, 0] = [0, 1, 2] + 0.2 * times[:, None] * [-1, 1, -3]
+    humans[:, :, 1] = [0.3, 1.0, -1.5] + 0.1 * rng.normal(size=(60, 3))
+    humans[:, :, 3] = [-0.2, 0.2, -0.6]
+    humans[:, :, 6] = 0.25
+    return Recording(
+        times=times,
+        robot=robot,
+        humans=humans,
+        behaviors=("regular", "scared", "curious"),
+        goal=(3.0, 0.0, 0.0),
+        obstacles=Obstacles.from_shapes([[[-5, 3], [5, 3]]], solid=[False]),
+    )
+
+
+def test_nobody_changes_what_is_about_the_robot_alone():
+    result = MakeTrialResult(
+        moving_recording(), provenance={}, end_reason="end"
+    )
+    same = {
+        name
+        for name in METRICS
+        if np.array_equal(
+            result.by_behavior[name],
+            np.full(3, result.metrics[name]),
+            equal_nan=True,
+        )
+    }
+    alone = {name for name in METRICS if is_about_robot_alone(name)}
+    assert alone <= same
+    assert "min_dist_to_people" not in alone
+    # People could make a difference to the rest; to most of it these do.
+    assert len(same - alone) < 12, same - alone
+
+
+def test_what_happens_to_be_equal_is_shown_by_behavior(tmp_path):
+    result = make_result()
+    assert result.by_behavior["min_dist_to_people"].nunique() == 1
+    text, _ = report(result, tmp_path)
+    part = section(text, "By behavior", "Provenance")
+    assert re.search(r"min_dist_to_people ↑ 0.900 0.900 0.900 m", part)
+    for name in ("path_length", "completed", "avg_robot_jerk"):
+        assert name not in part
+
+
+def test_the_command_names_a_few_of_many_missing_runs(tmp_path, capsys):
+    for seed in range(16):
+        WriteResult(make_result(seed, metric_names="goal"), tmp_path)
+    for path in sorted(tmp_path.glob("recording_*.npz"))[:14]:
+        path.unlink()
+    assert cli.main(["report", str(tmp_path)]) == 0
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == 6
+    assert lines[-1] == "hunav: ... and 9 more, see the page"
+    assert (tmp_path / "report.html").read_text().count("Left out: ") == 14
+
+
+def test_the_command_tells_settings_apart(tmp_path):
+    change = "simulation.duration=0.5"
+    for more in (
+        ["--set", change],
+        ["--set", change, "--label", "short one"],
+        ["--set", change, "--label", ""],
+    ):
+        cli.main(
+            [
+                *("run", "passing", "--quiet", "--no-replay"),
+                *(*more, "--out", str(tmp_path)),
+            ]
+        )
+    assert list(ReadRuns(tmp_path)["setting"]) == [change, "short one", ""]
+    page = (tmp_path / "report_passing_pursuit_0_2.html").read_text()
+    assert "setting short one" in page

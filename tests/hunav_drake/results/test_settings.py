@@ -1,0 +1,226 @@
+import dataclasses
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from hunav_drake.results.files import LoadResult, LoadResults, WriteResult
+from hunav_drake.results.metric_facts import (
+    direction_of,
+    family_of,
+    is_built_in,
+    unit_of,
+)
+from hunav_drake.results.provenance import MakeProvenance
+from hunav_drake.results.repeats import drop_repeats
+from hunav_drake.results.run_table import ReadRuns, tabulate_runs
+from hunav_drake.results.settings import (
+    contenders,
+    setting_text,
+    short_settings,
+)
+from hunav_drake.results.statistics import compare, summarize
+from hunav_drake.results.trial_result import (
+    FormatMetricsTable,
+    MakeTrialResult,
+)
+from hunav_drake.systems.evaluation.metrics import METRICS, register_metric
+from hunav_drake.systems.evaluation.recording import Recording
+
+SLOW = "planner.parameters.cruise_speed=0.3"
+FAST = "planner.parameters.cruise_speed=0.7"
+
+
+def make_result(seed=0, setting="", *, speed=0.5, metrics="paper", text="a"):
+    times = np.arange(5) * 0.1
+    robot = np.zeros((5, 7))
+    robot[:, 0] = (speed + 0.01 * seed) * times
+    humans = np.zeros((5, 1, 7))
+    humans[:, :, 1] = 2.0
+    result = MakeTrialResult(
+        Recording(times=times, robot=robot, humans=humans),
+        scenario_name="passing",
+        metric_names=metrics,
+        provenance=MakeProvenance(f"{text} {seed}", seed, planner="pursuit"),
+        end_reason="goal",
+    )
+    return dataclasses.replace(result, setting=setting)
+
+
+@pytest.fixture
+def own_metric():
+    """Registers a metric, which the test may forget."""
+    before = dict(METRICS)
+
+    @register_metric(
+        name="my_speed",
+        unit="m/s",
+        family="mine",
+        source="me",
+        direction="higher",
+    )
+    def my_speed(recording):
+        """Returns how far the robot gets in a second."""
+        return float(recording.robot[-1, 0] / recording.times[-1])
+
+    yield "my_speed"
+    METRICS.clear()
+    METRICS.update(before)
+
+
+# --- settings ---
+
+
+def test_a_setting_is_what_was_changed_in_any_order():
+    a, b = "robot.radius=0.3", "planner.parameters.cruise_speed = 0.5"
+    told = "planner.parameters.cruise_speed=0.5; robot.radius=0.3"
+    assert setting_text([a, b]) == setting_text([b, a]) == told
+    # The last one counts, and other columns tell planner and seed.
+    assert setting_text(["x=1", "x=2"]) == "x=2"
+    assert setting_text(["planner.name=dwb", "simulation.seed=3"]) == ""
+    assert setting_text([]) == ""
+
+
+def test_a_setting_is_short_if_it_still_tells():
+    assert short_settings([SLOW, FAST, ""]) == {
+        SLOW: "cruise_speed=0.3",
+        FAST: "cruise_speed=0.7",
+        "": "",
+    }
+    assert short_settings(["humans[0].goals[1]=a.b; c.d=2", "v1.2"]) == {
+        "humans[0].goals[1]=a.b; c.d=2": "goals[1]=a.b; d=2",
+        "v1.2": "v1.2",
+    }
+    both = ["robot.radius=0.3", "planner.radius=0.3"]
+    assert short_settings(both) == {text: text for text in both}
+
+
+def test_contenders_have_one_name_each():
+    runs = pd.DataFrame(
+        {
+            "planner": ["a", "a", "a", "a, b", "a"],
+            "setting": ["", "x.b=1", "b", "", ""],
+        }
+    )
+    names = list(contenders(runs))
+    assert names == ["a", "a, b=1", "a, b", "a, b'", "a"]
+    assert list(contenders(runs[["planner"]])) == list(runs["planner"])
+
+
+def test_settings_are_kept_apart(tmp_path):
+    for setting, speed in ((SLOW, 0.3), (FAST, 0.7)):
+        for seed in range(6):
+            WriteResult(make_result(seed, setting, speed=speed), tmp_path)
+    runs = ReadRuns(tmp_path)
+    assert list(runs["setting"].unique()) == [SLOW, FAST]
+    table = summarize(runs).loc["passing", "pursuit"]
+    assert table.loc[(SLOW, "path_length"), "n"] == 6
+    # The mean over seeds 0 to 5 of (speed + 0.01 seed) 0.4 s.
+    for setting, speed in ((SLOW, 0.3), (FAST, 0.7)):
+        mean = table.loc[(setting, "path_length"), "mean"]
+        assert mean == pytest.approx(0.4 * (speed + 0.025))
+    row = compare(runs, SLOW, FAST, on="setting").loc["passing", "path_length"]
+    assert row["difference"] == pytest.approx(0.16)
+    assert row["better"] == SLOW
+    with pytest.raises(ValueError, match="more than one run with"):
+        compare(runs.assign(planner=["a"] * 11 + ["b"]), "a", "b")
+
+
+def test_a_label_is_a_setting(tmp_path):
+    WriteResult(make_result(setting="x"), tmp_path, tag="a")
+    WriteResult(make_result(setting="x"), tmp_path, tag="b", label="mine")
+    WriteResult(make_result(), tmp_path, tag="c")
+    assert [r.setting for r in LoadResults(tmp_path)] == ["x", "mine", ""]
+    assert list(ReadRuns(tmp_path)["setting"]) == ["x", "mine", ""]
+    assert "setting mine" in FormatMetricsTable(LoadResult(tmp_path, "b"))
+
+
+def test_tables_without_settings_can_be_read_and_added_to(tmp_path):
+    WriteResult(make_result(), tmp_path, tag="old")
+    path = tmp_path / "metrics.csv"
+    pd.read_csv(path).drop(columns="setting").to_csv(path, index=False)
+    json = tmp_path / "result_old.json"
+    json.write_text(json.read_text().replace('"setting": "",', ""))
+    assert LoadResult(tmp_path, "old").setting == ""
+    table = summarize(ReadRuns(tmp_path))
+    assert table.index.names == ["scenario", "planner", "metric"]
+    WriteResult(make_result(1, SLOW), tmp_path, tag="new")
+    runs = ReadRuns(tmp_path)
+    assert list(runs["setting"]) == ["", SLOW]
+    assert "setting" in summarize(runs).index.names
+    assert len(LoadResults(tmp_path)) == 2
+
+
+# --- repeats ---
+
+
+def test_a_run_that_repeats_another_is_dropped():
+    one, again = make_result(), make_result()
+    others = [
+        make_result(1),
+        make_result(setting="x"),
+        make_result(speed=0.6),
+        make_result(text="b"),
+    ]
+    kept, dropped = drop_repeats([one, *others, again])
+    assert kept == [one, *others]
+    assert dropped == [(again, one)]
+
+
+def test_without_a_hash_nobody_knows_what_repeats():
+    trials = [make_result(), make_result()]
+    for trial in trials:
+        del trial.provenance["scenario_sha256"]
+    assert drop_repeats(trials) == (trials, [])
+
+
+# --- what is known of metrics ---
+
+
+def test_all_of_this_package_are_built_in(own_metric):
+    assert [n for n in METRICS if not is_built_in(n)] == [own_metric]
+    assert not is_built_in("nothing")
+
+
+def test_a_metric_of_ones_own_is_known_without_its_code(tmp_path, own_metric):
+    names = ["path_length", own_metric]
+    for seed in range(6):
+        for label, speed in (("a", 0.5), ("b", 0.7)):
+            WriteResult(
+                make_result(seed, metrics=names, speed=speed),
+                tmp_path,
+                label=label,
+            )
+    del METRICS[own_metric]
+    results = LoadResults(tmp_path)
+    runs = tabulate_runs(results)
+    for table in (results[0].metrics, runs):
+        assert unit_of(table, own_metric) == "m/s"
+        assert family_of(table, own_metric) == "mine"
+        assert direction_of(table, own_metric) == "higher"
+        # The registry knows better.
+        table.attrs["units"]["path_length"] = "km"
+        assert unit_of(table, "path_length") == "m"
+    compared = compare(runs, "a", "b", on="setting").loc["passing"]
+    assert compared.loc[own_metric, "better"] == "b"
+    assert compared.attrs["units"][own_metric] == "m/s"
+    assert "mine" in FormatMetricsTable(results[0]).splitlines()
+
+
+def test_of_older_files_only_units_are_known(tmp_path, own_metric):
+    WriteResult(make_result(metrics=own_metric), tmp_path, tag="a")
+    path = tmp_path / "result_a.json"
+    lines = path.read_text().replace('"unit": "m/s",', '"unit": "m/s"')
+    lines = [
+        line
+        for line in lines.splitlines()
+        if '"family"' not in line and '"direction"' not in line
+    ]
+    path.write_text("\n".join(lines))
+    metrics = LoadResult(tmp_path, "a").metrics
+    assert family_of(metrics, own_metric) == "mine"
+    del METRICS[own_metric]
+    metrics = LoadResult(tmp_path, "a").metrics
+    assert unit_of(metrics, own_metric) == "m/s"
+    assert family_of(metrics, own_metric) == "other"
+    assert direction_of(metrics, own_metric) == "none"
