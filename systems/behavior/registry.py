@@ -105,11 +105,13 @@ def register_condition(
         ignored: Attributes that are accepted and mean nothing.
         replace: Whether the name may be that of another leaf, which is then
             forgotten. Trees that are loaded already keep it. It is not needed
-            for code that runs again, as the cell of a notebook does.
+            for code that runs again: a function of the same module and the
+            same name, or of a cell of a notebook.
 
     Raises:
-        ValueError: If the name is taken or is no name, or if a parameter is
-            not what a port can be.
+        ValueError: If the name is that of another leaf, and not `replace`; if
+            it is that of a node of the language, or no name; or if a
+            parameter is not what a port can be.
     """
     return _decorator(name, "Condition", memory, ignored, replace)
 
@@ -131,8 +133,7 @@ def register_action(
         replace: As for `register_condition`.
 
     Raises:
-        ValueError: If the name is taken or is no name, or if a parameter is
-            not what a port can be.
+        ValueError: As for `register_condition`.
     """
     return _decorator(name, "Action", memory, ignored, replace)
 
@@ -174,11 +175,11 @@ def _check_runs_again(name: str, old: Any, new: Any) -> None:
     """
     if new is old:
         return
-    module = _original(old).__module__
-    if _original(new).__module__ != module:
+    before, after = _original(old), _original(new)
+    if after.__module__ != before.__module__:
         raise ValueError(
-            f"the node name {name!r} is taken by a leaf of {module}; choose"
-            " another, or say replace=True"
+            f"the node name {name!r} is taken by a leaf of {before.__module__};"
+            " choose another, or say replace=True"
         )
     # Code that runs again defines anew what it defines.
     if _code(new) is _code(old):
@@ -186,6 +187,34 @@ def _check_runs_again(name: str, old: Any, new: Any) -> None:
             f"the node name {name!r} is taken by another leaf of the same"
             " function or class; choose another, or say replace=True"
         )
+    if _definition(after) == _definition(before):
+        return
+    # A changed cell is another file; what is typed in has none, as in "<stdin>".
+    file = _file(before)
+    if (
+        before.__module__ != "__main__"
+        or file == _file(after)
+        and not file.startswith("<")
+    ):
+        raise ValueError(
+            f"the node name {name!r} is taken by {before.__qualname__} of"
+            f" {before.__module__}; choose another, or say replace=True"
+        )
+
+
+def _definition(original: Any) -> tuple[str, int]:
+    """Returns what tells the definitions of a module apart."""
+    name: str = original.__qualname__
+    # (Functions without a name all have the same.)
+    nameless = name.endswith("<lambda>")
+    return name, original.__code__.co_firstlineno if nameless else 0
+
+
+def _file(original: Any) -> str:
+    """Returns the file with a function or class, as Python names it."""
+    function = original.__call__ if isinstance(original, type) else original
+    code = getattr(function, "__code__", None)
+    return code.co_filename if code else "<unknown>"
 
 
 def _original(function: Any) -> Any:

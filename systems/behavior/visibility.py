@@ -5,7 +5,7 @@ is the one that the actions after it are about.
 """
 
 import math
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 from hunav_drake.systems.behavior.leaves import IGNORED
 from hunav_drake.systems.behavior.person import Moment, Row
@@ -151,24 +151,57 @@ def is_robot_in_the_way(
     nearer than `clearance` to the line from the one to the other. A robot so
     near to the goal itself cannot be passed, and does not count.
     """
-    state, goal = moment.state, moment.goal
-    if goal is None:
-        return False
     found, nearest = -1, math.inf
-    for i, robot in enumerate(moment.robots):
-        if math.hypot(robot[X] - state[X], robot[Y] - state[Y]) > distance:
+    for it in before_goal(moment, distance, clearance):
+        if abs(it.beside) >= clearance or it.ahead >= nearest:
             continue
-        ahead, beside = along_way(moment, robot)
-        if not 0 < ahead < nearest or abs(beside) >= clearance:
-            continue
-        left = math.hypot(goal[0] - state[X], goal[1] - state[Y]) - ahead
-        if left <= 0 or math.hypot(left, beside) < clearance:
-            continue
+        robot = moment.robots[it.index]
         if not occlusion or moment.clear_part(robot[X], robot[Y]) > 1:
-            found, nearest = i, ahead
+            found, nearest = it.index, it.ahead
     if found >= 0:
         moment.notice(found)
     return found >= 0
+
+
+class OnWay(NamedTuple):
+    """Where a robot is with respect to a person's straight way to the goal.
+
+    Attributes:
+        ahead: How far ahead, in meters.
+        beside: How far to the left, in meters.
+        index: Its row of `Moment.robots`.
+    """
+
+    ahead: float
+    beside: float
+    index: int
+
+
+def before_goal(
+    moment: Moment, distance: float, clearance: float
+) -> list[OnWay]:
+    """Returns the robots ahead that are between the person and the goal.
+
+    Args:
+        moment: The moment.
+        distance: How far away robots are at most, in meters.
+        clearance: How near to the goal those are that cannot be passed, and
+            do not count, in meters.
+    """
+    state, goal = moment.state, moment.goal
+    if goal is None:
+        return []
+    gx, gy = way(moment)
+    length = math.hypot(goal[0] - state[X], goal[1] - state[Y])
+    found = []
+    for i, robot in enumerate(moment.robots):
+        dx, dy = robot[X] - state[X], robot[Y] - state[Y]
+        ahead, beside = dx * gx + dy * gy, gx * dy - gy * dx
+        if math.hypot(dx, dy) > distance or not 0 < ahead < length:
+            continue
+        if math.hypot(length - ahead, beside) >= clearance:
+            found.append(OnWay(ahead, beside, i))
+    return found
 
 
 def way(moment: Moment) -> tuple[float, float]:
@@ -180,11 +213,3 @@ def way(moment: Moment) -> tuple[float, float]:
         if length > 0:
             return dx / length, dy / length
     return math.cos(state[YAW]), math.sin(state[YAW])
-
-
-def along_way(moment: Moment, robot: Row) -> tuple[float, float]:
-    """Returns how far ahead on the way a robot is, and how far to the left."""
-    gx, gy = way(moment)
-    state = moment.state
-    dx, dy = robot[X] - state[X], robot[Y] - state[Y]
-    return dx * gx + dy * gy, gx * dy - gy * dx

@@ -1,13 +1,19 @@
 """What leaves may write in a tick: checked once, after each tick."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 import math
+import numbers
 from typing import Any
+
+import numpy as np
 
 from hunav_drake.systems.behavior.person import MAX_STATUS, Moment
 from hunav_drake.systems.columns import (
     DESIRED_SPEED,
     GOAL_RADIUS,
+    GROUP_ID,
+    HAS_GOAL,
+    HOLD,
     MAX_SPEED,
     ROBOT_ROLE,
     TURN_RATE,
@@ -16,6 +22,10 @@ from hunav_drake.systems.layout import COMMAND_SIZE, Command, RobotRole
 
 _NOT_NEGATIVE = (DESIRED_SPEED, MAX_SPEED, GOAL_RADIUS, TURN_RATE)
 _ROLES = frozenset(float(role) for role in RobotRole)
+_FLAGS = (HAS_GOAL, HOLD)
+
+# What numbers are most often; others are looked at closely.
+_PLAIN = frozenset({float, int, bool, np.float64})
 
 
 def is_sound(moment: Moment, memory: Sequence[float]) -> bool:
@@ -32,6 +42,8 @@ def is_sound(moment: Moment, memory: Sequence[float]) -> bool:
         kept = sum(memory)
         return (
             len(command) == COMMAND_SIZE
+            and _are_plain(command)
+            and _are_plain(memory)
             and total - total == 0
             and kept == kept
             and command[ROBOT_ROLE] in _ROLES
@@ -39,7 +51,13 @@ def is_sound(moment: Moment, memory: Sequence[float]) -> bool:
             and command[MAX_SPEED] >= 0
             and command[GOAL_RADIUS] >= 0
             and command[TURN_RATE] >= 0
+            and command[HAS_GOAL] in (0, 1)
+            and command[HOLD] in (0, 1)
+            and command[GROUP_ID] >= -1
+            and command[GROUP_ID] % 1 == 0
+            and type(moment.behavior_status) in _PLAIN
             and 0 <= moment.behavior_status <= MAX_STATUS
+            and moment.behavior_status % 1 == 0
         )
     except (TypeError, ValueError):
         return False
@@ -66,9 +84,20 @@ def find_fault(
             return f"{what} must be at least 0, got {value!r}"
         if name is Command.ROBOT_ROLE and value not in _ROLES:
             return f"{what} must be a RobotRole, got {value!r}"
+        if name in _FLAGS and value not in (0, 1):
+            return f"{what} must be 0 or 1, got {value!r}"
+        if name is Command.GROUP_ID and (value < -1 or value % 1 != 0):
+            return f"{what} must be a whole number, -1 or more, got {value!r}"
     status = moment.behavior_status
-    if not _is_number(status) or not 0 <= status <= MAX_STATUS:
-        return f"behavior_status must be in [0, {MAX_STATUS}], got {status!r}"
+    if (
+        not _is_number(status)
+        or not 0 <= status <= MAX_STATUS
+        or status % 1 != 0
+    ):
+        return (
+            f"behavior_status must be in [0, {MAX_STATUS}], a whole number, got"
+            f" {status!r}"
+        )
     # (Infinity may mean "nothing yet" to a leaf, and does to the blackboard.)
     for slot, value in zip(slots, memory, strict=False):
         if not _is_number(value) or math.isnan(value):
@@ -76,9 +105,9 @@ def find_fault(
     return ""
 
 
+def _are_plain(values: Iterable[Any]) -> bool:
+    return _PLAIN.issuperset(map(type, values))
+
+
 def _is_number(value: Any) -> bool:
-    try:
-        math.isnan(value)
-    except TypeError:
-        return False
-    return True
+    return isinstance(value, numbers.Real | np.bool_)

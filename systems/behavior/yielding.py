@@ -1,5 +1,6 @@
 """The actions of people who make way for the robot."""
 
+import itertools
 import math
 from typing import Annotated, NamedTuple
 
@@ -16,7 +17,8 @@ from hunav_drake.systems.behavior.registry import register_action
 from hunav_drake.systems.behavior.status import Status
 from hunav_drake.systems.behavior.visibility import (
     Distance,
-    along_way,
+    OnWay,
+    before_goal,
     course,
     way,
 )
@@ -30,6 +32,7 @@ from hunav_drake.systems.columns import (
 )
 from hunav_drake.systems.layout import RADIUS, X, Y
 from hunav_drake.systems.schema import within
+from hunav_drake.systems.sight import wall_on_line
 
 # What is left free between the body and a wall, in meters.
 _WALL_GAP = 0.15
@@ -40,13 +43,16 @@ _ARRIVED = 0.05
 # Someone less far beside the robot's course is on it, in meters.
 _BESIDE = 0.1
 
-
 # Nobody changes sides for less room than this, in meters.
 _WORTH = 0.1
 
 # How far ahead the point is that someone who passes the robot walks to, in
 # meters.
-_AHEAD = 0.5
+_AHEAD = 0.2
+
+# How much farther away a robot must be when passing ends, in meters: else it
+# would begin again at once.
+_LEEWAY = 0.5
 
 
 @register_action("StandStill", memory={"ticks": 0.0}, ignored=IGNORED)
@@ -109,37 +115,134 @@ def step_aside(
     return Status.RUNNING
 
 
-@register_action("PassBy", ignored=IGNORED)
+@register_action(
+    "PassBy",
+    memory={"chosen": 0.0, "point x": 0.0, "point y": 0.0},
+    ignored=IGNORED,
+)
 def pass_by(
     moment: Moment,
+    own: list[float],
     *,
     distance: Distance,
     clearance: PortDistance = 1.0,
     robot: Role = "obstacle",
 ) -> Status:
-    """Walks on towards the goal, past the robot at a distance of `clearance`.
+    """Walks on towards the goal, past all robots at a distance of `clearance`.
 
-    The side is chosen as by StepAside, with the person's way for the course;
-    where walls leave less room, the person passes between them and the robot.
-    The action runs until no robot is both ahead on the way and at most
-    `distance` away.
+    The side is the one that takes the person the least off the way, the
+    right-hand side of a robot right ahead, and is kept. Where walls or robots
+    leave less room, the person passes where there is most: first the nearest
+    robots, then those behind them. The point to walk to is never beyond a
+    wall; where two bodies hardly fit in, the body touches the wall there. The
+    action runs until no robot is between the person and the goal, at most
+    0.5 m farther away than `distance`.
     """
     state, command = moment.state, moment.command
-    ahead = [
-        (math.hypot(row[X] - state[X], row[Y] - state[Y]), row)
-        for row in moment.robots
-        if along_way(moment, row)[0] > 0
-    ]
-    away, row = min(ahead, default=(math.inf, state))
-    if away > distance or moment.goal is None:
+    robots = before_goal(moment, distance + _LEEWAY, clearance)
+    if not robots:
+        own[0] = 0.0
         return Status.SUCCESS
-    gx, gy = way(moment)
-    aside = _way_aside(moment, row, (-gx, -gy), clearance)
     command[ROBOT_ROLE] = ROLES[robot]
-    command[GOAL_X] = state[X] + _AHEAD * gx + aside.way * aside.nx
-    command[GOAL_Y] = state[Y] + _AHEAD * gy + aside.way * aside.ny
     moment.behavior_status = 1
+    gx, gy = way(moment)
+    usual = -_BESIDE
+    if own[0]:
+        usual = gx * (own[2] - state[Y]) - gy * (own[1] - state[X])
+    lane = _find_lane(moment, robots, clearance, usual)
+    # (Before the robot it may be narrower than beside it.)
+    reach = abs(lane) + state[RADIUS]
+    part = moment.clear_part(
+        state[X] - math.copysign(reach, lane) * gy,
+        state[Y] + math.copysign(reach, lane) * gx,
+    )
+    free = max(reach * part - state[RADIUS], 0.0)
+    lane = math.copysign(min(abs(lane), free), lane)
+    dx, dy = _AHEAD * gx - lane * gy, _AHEAD * gy + lane * gx
+    x, y = state[X] + dx, state[Y] + dy
+    # (The way around a wall across leads to the goal itself.)
+    if moment.clear_part(x + state[RADIUS] * gx, y + state[RADIUS] * gy) > 1:
+        own[:] = [1.0, x, y]
+        command[GOAL_X] = x
+        command[GOAL_Y] = y
+        command[GOAL_RADIUS] = 0.0
     return Status.RUNNING
+
+
+def _find_lane(
+    moment: Moment, robots: list[OnWay], clearance: float, usual: float
+) -> float:
+    """Returns how far to the left of the way to walk, past robots.
+
+    Args:
+        moment: The moment.
+        robots: The robots, of which there is one at least.
+        clearance: How far from all of them, if there is room.
+        usual: The lane to stay near to.
+    """
+    blocking = [it.ahead for it in robots if abs(it.beside) < clearance]
+    if not blocking:
+        return 0.0
+    room, lane = _widest_lane(moment, robots, clearance, usual)
+    if room < clearance - _WORTH:
+        # Not past all of them at once, but past those that are side by side.
+        first = min(blocking)
+        abreast = [it for it in robots if abs(it.ahead - first) < clearance]
+        _, lane = _widest_lane(moment, abreast, clearance, usual)
+    return lane
+
+
+def _widest_lane(
+    moment: Moment, robots: list[OnWay], clearance: float, usual: float
+) -> tuple[float, float]:
+    """Returns the room that the widest lane has, up to `clearance`, and it."""
+    beside = sorted(it.beside for it in robots)
+    left = _lane_at_wall(moment, robots, clearance, 1.0)
+    right = _lane_at_wall(moment, robots, clearance, -1.0)
+    lanes = [
+        *(b - clearance for b in beside),
+        *(b + clearance for b in beside),
+        *((a + b) / 2 for a, b in itertools.pairwise(beside)),
+    ]
+    rooms = [
+        (min(clearance, *(abs(lane - b) for b in beside)), lane)
+        for lane in (min(max(lane, right), left) for lane in lanes)
+    ]
+    enough = max(rooms)[0] - _WORTH
+    return min(
+        (it for it in rooms if it[0] >= enough),
+        key=lambda it: abs(it[1] - usual),
+    )
+
+
+def _lane_at_wall(
+    moment: Moment, robots: list[OnWay], clearance: float, side: float
+) -> float:
+    """Returns the last lane before the wall on a side: 1 left, -1 right.
+
+    The wall is the one beside the robot that is the nearest to it.
+    """
+    gx, gy = way(moment)
+    outermost = max(robots, key=lambda it: side * it.beside)
+    row, radius = moment.robots[outermost.index], moment.state[RADIUS]
+    reach = clearance + radius + _WALL_GAP
+    wall = reach * _clear_part(
+        moment, row[X], row[Y], -side * reach * gy, side * reach * gx
+    )
+    narrow = wall < row[RADIUS] + 2 * (radius + _WALL_GAP)
+    gap = 0.0 if narrow else _WALL_GAP
+    return outermost.beside + side * max(wall - radius - gap, 0.0)
+
+
+def _clear_part(
+    moment: Moment, x: float, y: float, dx: float, dy: float
+) -> float:
+    """Returns how much of a line is before the first wall, as a fraction."""
+    walls = moment.person.walls
+    if walls is None:
+        return math.inf
+    part: float = wall_on_line(x, y, x + dx, y + dy, walls)
+    return part
 
 
 class _Aside(NamedTuple):

@@ -92,7 +92,7 @@ def pair_force(dx, dy, dvx, dvy, k):
 
 
 @jit
-def point_force(x, y, ox, oy, radius, k):
+def point_force(x, y, ox, oy, radius, factor, k):
     """Returns the force of an obstacle's nearest point (ox, oy)."""
     dx = x - ox
     dy = y - oy
@@ -100,12 +100,12 @@ def point_force(x, y, ox, oy, radius, k):
     if distance == 0:
         return 0.0, 0.0
     depth = min(-(distance - radius) / k[SIGMA], MOST)
-    strength = k[K_OBSTACLE] * math.exp(depth)
+    strength = factor * math.exp(depth)
     return strength * (dx / distance), strength * (dy / distance)
 
 
 @jit
-def wall_force(x, y, radius, k, segments, first, reach, most):
+def wall_force(x, y, radius, factor, k, segments, first, reach, most):
     """Returns the sum over the shapes within reach, or the nearest `most`."""
     shapes = len(first) - 1
     fx = 0.0
@@ -117,7 +117,7 @@ def wall_force(x, y, radius, k, segments, first, reach, most):
                 x, y, segments, first[i], first[i + 1]
             )
             if d2 <= reach2:
-                gx, gy = point_force(x, y, ox, oy, radius, k)
+                gx, gy = point_force(x, y, ox, oy, radius, factor, k)
                 fx += gx
                 fy += gy
         return fx, fy
@@ -128,7 +128,9 @@ def wall_force(x, y, radius, k, segments, first, reach, most):
         i = np.argmin(points[:, 2])
         if points[i, 2] > reach2:
             break
-        gx, gy = point_force(x, y, points[i, 0], points[i, 1], radius, k)
+        gx, gy = point_force(
+            x, y, points[i, 0], points[i, 1], radius, factor, k
+        )
         fx += gx
         fy += gy
         points[i, 2] = math.inf
@@ -222,7 +224,10 @@ def add_robot_forces(x, y, vx, vy, radius, command, k, robots, out):
             out[SOCIAL_FORCE] += fx
             out[SOCIAL_FORCE + 1] += fy
         elif command[ROBOT_ROLE] == OBSTACLE:
-            fx, fy = point_force(x, y, robots[j, X], robots[j, Y], radius, k)
+            fx, fy = point_force(
+                *(x, y, robots[j, X], robots[j, Y]),
+                *(radius, k[K_OBSTACLE], k),
+            )
             out[OBSTACLE_FORCE] += fx
             out[OBSTACLE_FORCE + 1] += fy
         distance = math.sqrt(dx * dx + dy * dy)

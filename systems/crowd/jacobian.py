@@ -63,7 +63,18 @@ from hunav_drake.systems.nearest import (
 
 @jit
 def _own(
-    i, states, radii, command, k, segments, first, reach, most, robots, rows
+    i,
+    states,
+    radii,
+    felt,
+    command,
+    k,
+    segments,
+    first,
+    reach,
+    most,
+    robots,
+    rows,
 ):
     """Adds the derivatives by the own state, when those by others are there.
 
@@ -86,9 +97,7 @@ def _own(
         if distance >= SHORT:
             per_distance = 1 / distance
     turn = damping * command[i, DESIRED_SPEED] * per_distance
-    xx, xy, yy = wall_derivative(
-        x, y, radii[i], k, segments, first, reach, most
-    )
+    xx, xy, yy = wall_derivative(x, y, felt, k, segments, first, reach, most)
     xx += turn * ey * ey
     xy -= turn * ex * ey
     yy += turn * ex * ex
@@ -187,11 +196,20 @@ def _step(i, states, forces, command, time_step, rows, out, own):
 
 @jit_as(
     float64[:, ::1],
-    *(MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, MATRIX, INDICES),
+    *(MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, MATRIX, MATRIX, INDICES),
     *(REAL, INTEGER),
 )
 def force_jacobian(
-    states, radii, command, parameters, robots, segments, first, reach, most
+    states,
+    radii,
+    command,
+    parameters,
+    robots,
+    at_walls,
+    segments,
+    first,
+    reach,
+    most,
 ):
     """Returns the derivatives of the total forces on n people.
 
@@ -201,6 +219,7 @@ def force_jacobian(
         command: Likewise.
         parameters: Likewise.
         robots: Likewise.
+        at_walls: Likewise.
         segments: Likewise.
         first: Likewise.
         reach: Likewise.
@@ -223,6 +242,7 @@ def force_jacobian(
             i,
             states,
             radii,
+            at_walls[i],
             command,
             k,
             segments,
@@ -237,7 +257,7 @@ def force_jacobian(
 
 @jit_as(
     float64[:, ::1],
-    *(MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, MATRIX, INDICES),
+    *(MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, MATRIX, MATRIX, INDICES),
     *(REAL, INTEGER, MATRIX, REAL),
 )
 def step_jacobian(
@@ -246,6 +266,7 @@ def step_jacobian(
     command,
     parameters,
     robots,
+    at_walls,
     segments,
     first,
     reach,
@@ -261,6 +282,7 @@ def step_jacobian(
         command: Likewise.
         parameters: Likewise.
         robots: Likewise.
+        at_walls: Likewise.
         segments: Likewise.
         first: Likewise.
         reach: Likewise.
@@ -274,7 +296,8 @@ def step_jacobian(
     """
     n = len(states)
     rows = force_jacobian(
-        states, radii, command, parameters, robots, segments, first, reach, most
+        *(states, radii, command, parameters, robots, at_walls),
+        *(segments, first, reach, most),
     )
     result = np.empty((STATE * n, rows.shape[1]))
     for i in range(n):

@@ -33,13 +33,14 @@ from hunav_drake.systems.nearest import jit, nearest_on_segments
 
 
 @jit
-def point_derivative(dx, dy, radius, k, edge):
+def point_derivative(dx, dy, radius, factor, k, edge):
     """Returns the derivative of the force of an obstacle's nearest point.
 
     Args:
         dx: Where the person is from that point, in meters.
         dy: Likewise.
         radius: Of the person, in meters.
+        factor: How hard it pushes, in m/s^2.
         k: The parameters.
         edge: Whether the point moves along with the person, on an edge.
 
@@ -56,7 +57,7 @@ def point_derivative(dx, dy, radius, k, edge):
     if exponent >= MOST:
         exponent = MOST
         steep = 0.0
-    strength = k[K_OBSTACLE] * math.exp(exponent)
+    strength = factor * math.exp(exponent)
     away = strength * steep
     across = 0.0 if edge else strength / distance
     return (
@@ -67,15 +68,18 @@ def point_derivative(dx, dy, radius, k, edge):
 
 
 @jit
-def wall_derivative(x, y, radius, k, segments, first, reach, most):
-    """Returns the derivative of the sum over the walls: xx, xy, yy."""
+def wall_derivative(x, y, felt, k, segments, first, reach, most):
+    """Returns the derivative of the sum over the walls: xx, xy, yy.
+
+    They are felt with a radius and an obstacle factor: a row of `at_walls`.
+    """
     shapes = len(first) - 1
     xx = 0.0
     xy = 0.0
     yy = 0.0
     if most == 0 or most >= shapes:
         for i in range(shapes):
-            part = _shape_derivative(x, y, radius, k, segments, first, i, reach)
+            part = _shape_derivative(x, y, felt, k, segments, first, i, reach)
             xx += part[0]
             xy += part[1]
             yy += part[2]
@@ -86,7 +90,7 @@ def wall_derivative(x, y, radius, k, segments, first, reach, most):
             x, y, segments, first[i], first[i + 1]
         )[2]
     for i in np.argsort(distances, kind="mergesort")[:most]:
-        part = _shape_derivative(x, y, radius, k, segments, first, i, reach)
+        part = _shape_derivative(x, y, felt, k, segments, first, i, reach)
         xx += part[0]
         xy += part[1]
         yy += part[2]
@@ -94,7 +98,7 @@ def wall_derivative(x, y, radius, k, segments, first, reach, most):
 
 
 @jit
-def _shape_derivative(x, y, radius, k, segments, first, shape, reach):
+def _shape_derivative(x, y, felt, k, segments, first, shape, reach):
     """Returns the derivative of the force of one shape: xx, xy, yy."""
     best = math.inf
     dx = 0.0
@@ -114,7 +118,7 @@ def _shape_derivative(x, y, radius, k, segments, first, shape, reach):
             edge = length2 > 0 and 0 <= t <= length2
     if best > reach * reach:
         return 0.0, 0.0, 0.0
-    return point_derivative(dx, dy, radius, k, edge)
+    return point_derivative(dx, dy, felt[0], felt[1], k, edge)
 
 
 @jit
@@ -141,7 +145,9 @@ def add_robot_derivatives(i, states, radii, command, k, robots, rows, column):
         dx = robots[j, X] - x
         dy = robots[j, Y] - y
         if command[i, ROBOT_ROLE] == OBSTACLE:
-            xx, xy, yy = point_derivative(-dx, -dy, radii[i], k, False)
+            xx, xy, yy = point_derivative(
+                -dx, -dy, radii[i], k[K_OBSTACLE], k, False
+            )
             add_block(rows, column + ROBOT * j, -xx, -xy, -xy, -yy)
         distance = math.sqrt(dx * dx + dy * dy)
         if distance < nearest and distance > 0:

@@ -74,6 +74,7 @@ def _all_forces(
     command,
     parameters,
     robots,
+    at_walls,
     segments,
     first,
     reach,
@@ -109,7 +110,8 @@ def _all_forces(
             out[GOAL_FORCE + 1] = -vy / k[TAU]
 
         out[OBSTACLE_FORCE], out[OBSTACLE_FORCE + 1] = wall_force(
-            x, y, radii[i], k, segments, first, reach, most
+            *(x, y, at_walls[i, 0], at_walls[i, 1]),
+            *(k, segments, first, reach, most),
         )
         if len(people) == n:
             out[SOCIAL_FORCE] = people[i, 0]
@@ -151,11 +153,20 @@ def _all_forces(
 
 @jit_as(
     float64[:, ::1],
-    *(MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, MATRIX, INDICES),
+    *(MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, MATRIX, MATRIX, INDICES),
     *(REAL, INTEGER),
 )
 def social_forces(
-    states, radii, command, parameters, robots, segments, first, reach, most
+    states,
+    radii,
+    command,
+    parameters,
+    robots,
+    at_walls,
+    segments,
+    first,
+    reach,
+    most,
 ):
     """Returns the forces on n people, from one snapshot of all of them.
 
@@ -165,6 +176,7 @@ def social_forces(
         command: Shape (n, COMMAND_SIZE).
         parameters: Shape (n, 13): the fields of SocialForceParameters.
         robots: Shape (m, 7): rows of `robot_state`.
+        at_walls: Shape (n, 2): see `Snapshot`.
         segments: Shape (s, 4): see Obstacles.
         first: Shape (k + 1,): see Obstacles.
         reach: Shapes farther than this are not felt, in meters.
@@ -179,6 +191,7 @@ def social_forces(
         command,
         parameters,
         robots,
+        at_walls,
         segments,
         first,
         reach,
@@ -189,7 +202,7 @@ def social_forces(
 
 @jit_as(
     float64[:, ::1],
-    *(MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, MATRIX, INDICES),
+    *(MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, MATRIX, MATRIX, INDICES),
     *(REAL, INTEGER, REAL, MATRIX),
 )
 def fast_social_forces(
@@ -198,6 +211,7 @@ def fast_social_forces(
     command,
     parameters,
     robots,
+    at_walls,
     segments,
     first,
     reach,
@@ -218,6 +232,7 @@ def fast_social_forces(
         command,
         parameters,
         robots,
+        at_walls,
         segments,
         first,
         reach,

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from hunav_drake.systems.crowd.constants import K_OBSTACLE
 from hunav_drake.systems.obstacles import Obstacles
 from hunav_drake.systems.registry import Registry
 
@@ -25,6 +26,7 @@ class Snapshot(NamedTuple):
         obstacle_range: Walls farther than this are not felt, in meters.
         max_obstacles: How many walls are felt at most; 0 for all in range.
         time_step: In seconds.
+        eased: What `at_walls` gives; None without narrow passages.
     """
 
     states: Array
@@ -36,6 +38,20 @@ class Snapshot(NamedTuple):
     obstacle_range: float
     max_obstacles: int
     time_step: float
+    eased: Array | None = None
+
+    @property
+    def at_walls(self) -> Array:
+        """How people feel walls, and only walls.
+
+        Shape (n, 2): with what radius, in meters, and what obstacle factor,
+        in m/s^2. They are those of `radii` and `parameters`, but for people
+        who turn their shoulders in a narrow passage: see `passage.ease`. A
+        model that keeps to `radii` keeps people out of narrow doors.
+        """
+        if self.eased is not None:
+            return self.eased
+        return np.column_stack([self.radii, self.parameters[:, K_OBSTACLE]])
 
 
 @runtime_checkable
@@ -66,7 +82,11 @@ class MotionModel(Protocol):
 
 
 # The models by name; each is the dataclass of its parameters.
-MOTION_MODELS = Registry("motion model", needs=("forces", "advance"))
+MOTION_MODELS = Registry(
+    "motion model",
+    needs=("forces", "advance"),
+    home="hunav_drake.systems.crowd.models",
+)
 
 
 def register_motion_model[T](name: str) -> Callable[[type[T]], type[T]]:

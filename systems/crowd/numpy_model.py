@@ -148,6 +148,7 @@ class _Person:
         self.x, self.y = states[:, X], states[:, Y]
         self.vx, self.vy = states[:, VX], states[:, VY]
         self.radius = snapshot.radii[who]
+        self.at_walls = snapshot.at_walls[who]
         self.command = snapshot.command[who]
         self.k = SimpleNamespace(
             **dict(zip(_NAMES, snapshot.parameters[who].T, strict=True))
@@ -218,7 +219,11 @@ def _walls(me: _Person, snapshot: Snapshot) -> tuple[Array, Array]:
     felt = nearest <= snapshot.obstacle_range * snapshot.obstacle_range
     somebody = felt.any(axis=1)
     dx, dy, _ = _offsets(me.x, me.y, segments[index[somebody]])
-    fx, fy = obstacle_force_xy(dx, dy, me.radius, me.k)
+    radius, factor = me.at_walls.T
+    fx, fy = obstacle_force_xy(
+        *(dx, dy, radius),
+        SimpleNamespace(**{**vars(me.k), "obstacle_factor": factor}),
+    )
     felt = felt[somebody]
     return (
         me.x * 0.0 + choose(felt, fx, 0.0).sum(axis=0),

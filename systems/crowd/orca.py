@@ -216,11 +216,20 @@ def _wanted(states, radii, command, parameters, robots, time_step, relaxation):
 
 @jit_as(
     float64[:, ::1],
-    *(MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, MATRIX),
+    *(MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, MATRIX, MATRIX),
     *(REAL, REAL, VECTOR),
 )
 def orca_accelerations(
-    states, radii, command, parameters, robots, segments, sight, step, model
+    states,
+    radii,
+    command,
+    parameters,
+    robots,
+    at_walls,
+    segments,
+    sight,
+    step,
+    model,
 ):
     """Returns the accelerations to the velocities that n people choose.
 
@@ -230,6 +239,7 @@ def orca_accelerations(
         command: Shape (n, COMMAND_SIZE).
         parameters: Shape (n, 13): the fields of SocialForceParameters.
         robots: Shape (m, 7): rows of `robot_state`.
+        at_walls: Shape (n, 2): see `Snapshot`; the radii count.
         segments: Shape (s, 4): see Obstacles.
         sight: Walls farther than this do not count, in meters.
         step: The time step, in seconds.
@@ -265,7 +275,7 @@ def orca_accelerations(
             forces[i, TOTAL_FORCE + 1] = -own[1] / step
             continue
         walls = _avoid_walls(
-            *(rules, x, y, radii[i] + margin, cap, segments),
+            *(rules, x, y, at_walls[i, 0] + margin, cap, segments),
             *(sight, model[_WALL_HORIZON], step),
         )
         count = walls
@@ -368,6 +378,7 @@ class OrcaModel:
             snapshot.command,
             snapshot.parameters,
             snapshot.robots,
+            snapshot.at_walls,
             snapshot.obstacles.segments,
             snapshot.obstacle_range,
             snapshot.time_step,

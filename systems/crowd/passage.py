@@ -8,8 +8,7 @@ their shoulders, and mind the walls less.
 
 import math
 
-import numba
-from numba import float64, types
+from numba import float64
 import numpy as np
 
 from hunav_drake.systems.columns import (
@@ -19,16 +18,15 @@ from hunav_drake.systems.columns import (
     GOAL_Y,
     HAS_GOAL,
 )
-from hunav_drake.systems.crowd.constants import K_GOAL, K_OBSTACLE, TAU
+from hunav_drake.systems.crowd.constants import K_GOAL, TAU
 from hunav_drake.systems.crowd.force_terms import wall_force
-from hunav_drake.systems.crowd.sweep import crosses, nearest_on_path, out_of_box
+from hunav_drake.systems.crowd.sweep import out_of_box
 from hunav_drake.systems.layout import X, Y
 from hunav_drake.systems.nearest import (
     INDICES,
     INTEGER,
     MATRIX,
     REAL,
-    VECTOR,
     jit,
     jit_as,
     nearest_on_segments,
@@ -39,6 +37,18 @@ from hunav_drake.systems.nearest import (
 _AHEAD = 1.5
 _WIDEST = 2.0
 
+# Of the widest, the part from which on people ease less and less.
+_WIDE = 0.75
+
+# Of the narrowest way, the parts at which people begin to ease, and do so
+# wholly. (The map has said that there is a way, so this need not be sharp.)
+_NONE = 0.75
+_WHOLE = 0.9
+
+# Who would scrape a wall does not ease: from this distance on less and less,
+# in meters, and at half of it not at all.
+_SCRAPE = 0.08
+
 # The part of the half width of a passage that a body turns itself to fill.
 _FILLED = 0.9
 
@@ -48,72 +58,122 @@ _THINNEST = 0.05
 # The most that walls ahead may push back, as a part of the pull of the goal.
 _SHARE = 0.7
 
-# At how many places ahead their push is computed, and how far they are from
-# each other, in meters.
+# At how many places ahead passages are looked for.
 _STEPS = 16
-_STEP = _AHEAD / (_STEPS - 1)
-
-# Lengths that differ less are the same, in meters.
-_SAME = 1e-9
 
 
 @jit
-def _width(x, y, ex, ey, distance, radius, segments):
-    """Returns how wide the passage is that a person is in, or comes to.
+def _rise(value, low, high):
+    """Returns 0 below `low`, 1 above `high`, and goes straight between."""
+    return min(max((value - low) / (high - low), 0.0), 1.0)
+
+
+@jit
+def _passage(x, y, ex, ey, ahead, distance, segments):
+    """Returns how wide, and how clear of walls, the way of a person is.
 
     Args:
         x: Where the person is, in meters.
         y: Likewise.
         ex: The direction to the next waypoint, of length one.
         ey: Likewise.
+        ahead: How far the way is looked at, in meters.
         distance: That of the waypoint, in meters.
-        radius: Of the person, in meters.
         segments: Shape (s, 4): see `Obstacles`.
 
     Returns:
-        The sum of the distances to the nearest walls on the left and on the
-        right of the way straight ahead, in meters; infinity without walls on
-        both sides, and zero if a wall is before the waypoint. Walls that the
-        body has left behind, or that are beyond the waypoint and across, do
-        not count.
+        The least sum of the distances to walls on the left and on the right
+        of a place on the way, and the least distance of any, in meters. Walls
+        rather ahead or behind than beside are farther than they are, so that
+        the sum changes continuously when somebody moves or turns.
     """
-    qx = x + _AHEAD * ex
-    qy = y + _AHEAD * ey
-    left = math.inf
-    right = math.inf
+    left = np.full(_STEPS, math.inf)
+    right = np.full(_STEPS, math.inf)
+    clear = math.inf
+    qx = x + ahead * ex
+    qy = y + ahead * ey
     for s in range(len(segments)):
         if out_of_box(x, y, qx, qy, _WIDEST, segments, s):
             continue
-        near, where = nearest_on_path(x, y, qx, qy, segments, s)
-        if where < 0:
-            gx = x + distance * ex
-            gy = y + distance * ey
-            if crosses(x, y, gx, gy, segments, s):
-                return 0.0
-            continue
-        walked = where * _AHEAD
-        wx, wy, _ = nearest_on_segments(
-            x + walked * ex, y + walked * ey, segments, s, s + 1
+        for step in range(_STEPS):
+            px = x + step * ahead / (_STEPS - 1) * ex
+            py = y + step * ahead / (_STEPS - 1) * ey
+            wx, wy, d2 = nearest_on_segments(px, py, segments, s, s + 1)
+            near = math.sqrt(d2)
+            if step * ahead / (_STEPS - 1) <= distance:
+                clear = min(clear, near)
+            aside = ex * (wy - py) - ey * (wx - px)
+            if aside == 0:
+                continue
+            felt = near * math.sqrt(math.sqrt(near / abs(aside)))
+            if aside > 0:
+                left[step] = min(left[step], felt)
+            else:
+                right[step] = min(right[step], felt)
+    return (left + right).min(), clear
+
+
+@jit
+def _ease_one(x, y, own, command, k, margin, narrowest, walls, result):
+    """Writes with what radius, and how hard, one person feels the walls.
+
+    Args:
+        x: Where the person is, in meters.
+        y: Likewise.
+        own: The radius and the obstacle factor of the person.
+        command: Of the person.
+        k: The parameters.
+        margin: See `ease`, like the others.
+        narrowest: Likewise.
+        walls: The last four arguments there.
+        result: Receives the two; it has those of the person.
+    """
+    ex = command[GOAL_X] - x
+    ey = command[GOAL_Y] - y
+    distance = math.hypot(ex, ey)
+    speed = command[DESIRED_SPEED]
+    if command[HAS_GOAL] == 0 or distance <= command[GOAL_RADIUS] or speed <= 0:
+        return
+    ex /= distance
+    ey /= distance
+    # People stop at goals; of waypoints, they go on.
+    ahead = _AHEAD
+    if command[GOAL_RADIUS] > 0:
+        ahead = min(distance, _AHEAD)
+    segments, first, reach, most = walls
+    width, clear = _passage(x, y, ex, ey, ahead, distance, segments)
+    weight = _rise(width, _NONE * narrowest, _WHOLE * narrowest)
+    weight *= 1 - _rise(width, _WIDE * _WIDEST, _WIDEST)
+    weight *= _rise(clear, _SCRAPE / 2, _SCRAPE)
+    if weight == 0:
+        return
+    radius, factor = own
+    thin = max(_FILLED * width / 2 - margin, _THINNEST)
+    radius += weight * min(thin - radius, 0.0)
+    back = 0.0
+    for step in range(_STEPS):
+        walked = step * ahead / (_STEPS - 1)
+        fx, fy = wall_force(
+            *(x + walked * ex, y + walked * ey, radius, factor),
+            *(k, segments, first, reach, most),
         )
-        along = (wx - x) * ex + (wy - y) * ey
-        if along < -radius or along > _AHEAD + _SAME:
-            continue
-        if ex * (wy - y) - ey * (wx - x) > 0:
-            left = min(left, near)
-        else:
-            right = min(right, near)
-    return left + right
+        back = max(back, -(fx * ex + fy * ey))
+    pull = _SHARE * k[K_GOAL] * speed / k[TAU]
+    if back > pull:
+        factor *= 1 - weight * (1 - pull / back)
+    result[0] = radius
+    result[1] = factor
 
 
 @jit_as(
-    types.Tuple((numba.boolean, float64[:, ::1])),
-    *(MATRIX, MATRIX, VECTOR, MATRIX, REAL, REAL),
+    float64[:, ::1],
+    *(MATRIX, MATRIX, MATRIX, MATRIX, REAL, REAL),
     *(MATRIX, INDICES, REAL, INTEGER),
 )
 def ease(
     positions,
     command,
-    radii,
+    at_walls,
     parameters,
     margin,
     narrowest,
@@ -127,59 +187,32 @@ def ease(
     Somebody who walks between two walls, at most 2 m apart, has a body that
     fills 90 % of the passage at most, and the push of walls so much weaker
     that, within the next 1.5 m of the way, it is nowhere more than 70 % of the
-    goal's pull. For everybody else, all is as it was.
+    goal's pull. For everybody else, all is as it was. Between the two there
+    is no jump: it depends continuously on places and waypoints.
 
     Args:
         positions: Shape (n, 2 or more): x, y, ..., in meters.
         command: Shape (n, COMMAND_SIZE), with waypoints for goals.
-        radii: Shape (n,), in meters.
+        at_walls: Shape (n, 2): the radii in meters, and the obstacle factors
+            in m/s^2, of the people.
         parameters: Shape (n, 13): the fields of SocialForceParameters.
         margin: What a model keeps between bodies and walls, in meters.
-        narrowest: Passages narrower than this are none, in meters.
+        narrowest: Passages much narrower than this are none, in meters.
         segments: Shape (s, 4): see `Obstacles`.
         first: Shape (k + 1,): see `Obstacles`.
         reach: Shapes farther than this are not felt, in meters.
         most: How many shapes are felt at most; 0 for all within reach.
 
     Returns:
-        Whether anything has changed; and of shape (n, 2), the radius in
-        meters, and the obstacle factor in m/s^2.
+        Shape (n, 2), like `at_walls`.
     """
-    n = len(positions)
-    eased = np.empty((n, 2))
-    changed = False
-    for i in range(n):
-        eased[i, 0] = radii[i]
-        eased[i, 1] = parameters[i, K_OBSTACLE]
-        x = positions[i, X]
-        y = positions[i, Y]
-        ex = command[i, GOAL_X] - x
-        ey = command[i, GOAL_Y] - y
-        distance = math.hypot(ex, ey)
-        speed = command[i, DESIRED_SPEED]
-        if (
-            command[i, HAS_GOAL] == 0
-            or distance <= command[i, GOAL_RADIUS]
-            or speed <= 0
-        ):
-            continue
-        ex /= distance
-        ey /= distance
-        width = _width(x, y, ex, ey, distance, radii[i], segments)
-        if width < narrowest - _SAME or width > _WIDEST:
-            continue
-        thin = max(_FILLED * width / 2 - margin, _THINNEST)
-        eased[i, 0] = min(radii[i], thin)
-        back = 0.0
-        for step in range(_STEPS):
-            fx, fy = wall_force(
-                *(x + step * _STEP * ex, y + step * _STEP * ey, eased[i, 0]),
-                *(parameters[i], segments, first, reach, most),
-            )
-            back = max(back, -(fx * ex + fy * ey))
-        pull = _SHARE * parameters[i, K_GOAL] * speed / parameters[i, TAU]
-        if back > pull:
-            eased[i, 1] *= pull / back
-        if eased[i, 0] != radii[i] or back > pull:
-            changed = True
-    return changed, eased
+    eased = at_walls.copy()
+    for i in range(len(positions)):
+        _ease_one(
+            *(positions[i, X], positions[i, Y]),
+            (at_walls[i, 0], at_walls[i, 1]),
+            *(command[i], parameters[i], margin, narrowest),
+            (segments, first, reach, most),
+            eased[i],
+        )
+    return eased

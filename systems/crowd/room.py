@@ -36,6 +36,7 @@ class Room:
         self,
         obstacles: Obstacles,
         radii: NDArray[np.float64],
+        parameters: NDArray[np.float64],
         config: CrowdConfig,
         *,
         margin: float = 0.0,
@@ -45,13 +46,17 @@ class Room:
         Args:
             obstacles: The walls.
             radii: Shape (n,), those of the people, in meters.
+            parameters: Shape (n, 13), theirs: the fields of
+                SocialForceParameters.
             config: What it does, and how far walls are felt.
             margin: What the model of motion keeps between bodies and walls,
                 in meters.
         """
         walled = len(obstacles) > 0 and len(radii) > 0
         self._obstacles = obstacles
-        self._radii = radii
+        self._parameters = parameters
+        self._at_walls = np.column_stack([radii, parameters[:, K_OBSTACLE]])
+        self._at_walls.setflags(write=False)
         self._margin = margin
         self._reach = (config.obstacle_range, config.max_obstacles)
         self._walls = (
@@ -84,27 +89,26 @@ class Room:
         command[changed] = [AutoDiffXd(value) for value in guided[changed]]
         return command
 
-    def ease(
-        self, states: Array, command: Array, parameters: NDArray[np.float64]
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Returns radii (n,) and parameters (n, 13) for narrow passages.
+    def ease(self, states: Array, command: Array) -> NDArray[np.float64]:
+        """Returns with what radii, and how hard, people feel the walls.
 
-        Without route planning, they are as they were: see `passage.ease`.
+        Those of their own, unless ways are planned and somebody is in a
+        narrow passage: see `passage.ease`. What is eased has no derivatives.
+
+        Returns:
+            Shape (n, 2), in meters and m/s^2, read-only.
         """
         if self._routes is None:
-            return self._radii, parameters
+            return self._at_walls
         if states.dtype == object:
             states, command = _plain(states), _plain(command)
-        changed, eased = ease(
-            *(states, command, self._radii, parameters),
+        eased: NDArray[np.float64] = ease(
+            *(states, command, self._at_walls, self._parameters),
             *(self._margin, 2 * self._routes.sight),
             *(self._obstacles.segments, self._obstacles.first, *self._reach),
         )
-        if not changed:
-            return self._radii, parameters
-        parameters = parameters.copy()
-        parameters[:, K_OBSTACLE] = eased[:, 1]
-        return np.ascontiguousarray(eased[:, 0]), parameters
+        eased.setflags(write=False)
+        return eased
 
     def keep_out(self, before: Array, after: Array) -> Array:
         """Returns the states (n, 6) after a step that enters no wall."""

@@ -54,6 +54,7 @@ class SocialForceModel:
             snapshot.command,
             snapshot.parameters,
             snapshot.robots,
+            snapshot.at_walls,
             snapshot.obstacles.segments,
             snapshot.obstacles.first,
             snapshot.obstacle_range,

@@ -31,6 +31,12 @@ _SAME = 1e-9
 # with this part of it may lead on.
 SQUEEZED = 0.25
 
+# With this part of the clearance, ways lead on where they would turn back.
+_SLACK = 0.8
+
+# Who is nearer to a vertex than this part of the clearance is as good as there.
+_NEAR = 0.2
+
 
 @jit
 def _passes(px, py, qx, qy, near, where, segments, s):
@@ -205,6 +211,49 @@ def standing_place(gx, gy, clearance, segments, first, solid):
     return np.array([x, y])
 
 
+@jit
+def _turns_back(x, y, vx, vy, ox, oy, clearance):
+    """Tells whether one goes back to v before o, or is as good as at v.
+
+    In a door that is just a way, nobody should turn back for a hair.
+    """
+    vx -= x
+    vy -= y
+    ox -= x
+    oy -= y
+    leg = math.hypot(vx, vy)
+    along = vx * ox + vy * oy
+    return leg < _NEAR * clearance or along < -0.5 * leg * math.hypot(ox, oy)
+
+
+@jit
+def _choice(x, y, legs, ways, order, clearance, vertices, segments):
+    """Returns the vertex in sight with the shortest way, or -1.
+
+    Args:
+        x: Where the person is, in meters.
+        y: Likewise.
+        legs: Shape (m,): how far the vertices are, in meters.
+        ways: Shape (m,): how far the place is by way of them, in meters.
+        order: Shape (m,): the vertices, those with shorter ways first.
+        clearance: That of the legs, in meters.
+        vertices: Shape (m, 2), in meters.
+        segments: Shape (s, 4): see `Obstacles`.
+    """
+    choice = -1
+    for v in order:
+        if choice >= 0 and ways[v] > ways[choice] + _SAME:
+            break
+        # Of equal ways the one with the farther waypoint: a person who
+        # stands on a vertex looks on to the next.
+        if ways[v] < math.inf and (choice < 0 or legs[v] > legs[choice]):
+            vx = vertices[v, 0]
+            vy = vertices[v, 1]
+            if sees(x, y, vx, vy, clearance, segments):
+                choice = v
+    return choice
+
+
 @jit_as(
     float64[::1],
     *(VECTOR, VECTOR, VECTOR, REAL, VECTOR, REAL, MATRIX, MATRIX),
@@ -237,18 +286,20 @@ def waypoint(
         legs[v] = math.hypot(vertices[v, 0] - x, vertices[v, 1] - y)
     ways = legs + to_place
     order = np.argsort(ways)
-    for part in (1.0, SQUEEZED):
-        choice = -1
-        for v in order:
-            if choice >= 0 and ways[v] > ways[choice] + _SAME:
-                break
-            # Of equal ways the one with the farther waypoint: a person who
-            # stands on a vertex looks on to the next.
-            if ways[v] < math.inf and (choice < 0 or legs[v] > legs[choice]):
-                vx = vertices[v, 0]
-                vy = vertices[v, 1]
-                if sees(x, y, vx, vy, part * clearance, segments):
-                    choice = v
-        if choice >= 0:
-            return vertices[choice].copy()
-    return goal.copy()
+    choice = _choice(x, y, legs, ways, order, clearance, vertices, segments)
+    if choice >= 0 and legs[choice] < 2 * clearance:
+        slack = _SLACK * clearance
+        last = min(last_clearance, slack)
+        vx, vy = vertices[choice]
+        if _turns_back(x, y, vx, vy, place[0], place[1], clearance) and sees(
+            x, y, place[0], place[1], last, segments
+        ):
+            return place.copy()
+        other = _choice(x, y, legs, ways, order, slack, vertices, segments)
+        ox, oy = vertices[other]
+        if _turns_back(x, y, vx, vy, ox, oy, clearance):
+            choice = other
+    if choice < 0:
+        squeezed = SQUEEZED * clearance
+        choice = _choice(x, y, legs, ways, order, squeezed, vertices, segments)
+    return vertices[choice].copy() if choice >= 0 else goal.copy()

@@ -237,6 +237,54 @@ def test_cooperative_person_passes_a_robot_that_has_stopped(width, stop):
     assert states[:2] == pytest.approx([-7.0, 0.1], abs=0.5)
 
 
+def walk_past(robots, width=None):
+    """Returns the way of a cooperative person past robots that stand."""
+    edges = [
+        [[-5.0, side * width / 2], [15.0, side * width / 2]]
+        for side in ((1, -1) if width else ())
+    ]
+    people = MakeHumans(
+        [HumanConfig(goals=[(10.0, 0.0)], behavior="cooperative")],
+        obstacles=Obstacles.from_shapes(edges, solid=[False] * len(edges)),
+        num_robots=len(robots),
+    )
+    simulator = Simulator(people)
+    context = simulator.get_mutable_context()
+    rows = [[*xy, math.pi, 0.0, 0.0, 0.0, 0.3] for xy in robots]
+    people.GetInputPort("robot_state").FixValue(context, np.ravel(rows))
+    way, active = [], []
+    for step in range(300):
+        simulator.AdvanceTo(0.05 * (step + 0.5))
+        way.append(people.GetOutputPort("human_states").Eval(context)[:2])
+        active.append(people.GetOutputPort("behavior_status").Eval(context)[0])
+    assert way[-1] == pytest.approx([10.0, 0.0], abs=0.5)
+    assert np.count_nonzero(np.diff(active)) == 2
+    return np.array(way)
+
+
+# Of a person of 0.35 m radius and a robot of 0.3 m in the middle. A corridor
+# of less than 2 m is too narrow for both; just above, walls push the person
+# into the robot a little, as there is a force of walls and no hard contact.
+@pytest.mark.parametrize(
+    ("width", "overlap"),
+    [(1.8, 0.25), (2.0, 0.15), (2.2, 0.08), (2.4, 0.0), (3.0, -0.15)],
+)
+def test_cooperative_person_arrives_past_a_standing_robot(width, overlap):
+    way = walk_past([(5.0, 0.0)], width)
+    assert np.hypot(*(way - [5.0, 0.0]).T).min() > 0.65 - overlap
+    # It does not turn back.
+    assert np.diff(way[:, 0]).min() > -0.01
+
+
+@pytest.mark.parametrize("y", [0.3, 0.4, 0.6, 0.8])
+def test_cooperative_person_goes_around_two_robots_side_by_side(y):
+    robots = [(5.0, y), (5.0, -y)]
+    way = walk_past(robots)
+    for robot in robots:
+        assert np.hypot(*(way - robot).T).min() > 1.0
+    assert np.diff(way[:, 0]).min() > -0.01
+
+
 # How far apart two runs of a reaction may be, in rows of 0.05 s and meters:
 # of a whole reaction, and of its end position.
 SAME_OUTCOME = {

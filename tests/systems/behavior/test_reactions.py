@@ -541,6 +541,83 @@ def test_passing_by_leads_past_the_robot_on_the_persons_side(y, side):
         assert tick(dut, who, human, robot).status is Status.SUCCESS
 
 
+# Standing; without walls, the person walks along the x-axis.
+SIDE_BY_SIDE = [
+    [(2.0, 0.4), (2.0, -0.4)],
+    [(2.0, 0.8), (2.0, -0.8)],
+    [(2.0, 0.0), (2.0, 0.8), (2.0, -0.8)],
+    [(2.5, 0.3), (1.5, -1.3)],
+]
+
+
+@pytest.mark.parametrize("robots", SIDE_BY_SIDE)
+def test_passing_by_keeps_off_all_robots_ahead(robots):
+    dut = tree_of('<PassBy distance="3" clearance="1.1"/>')
+    rows = np.concatenate([at(x, y, math.pi) for x, y in robots])
+    outcome = tick(dut, person(goals=[(9.0, 0.0)]), robot=rows)
+    lane = wish(outcome)[Command.GOAL_Y]
+    assert min(abs(lane - y) for _, y in robots) == pytest.approx(1.1)
+    # Nobody goes farther out than that.
+    assert abs(lane) < 2.4
+
+
+def test_passing_by_keeps_to_its_side():
+    """Where the robot moves a little to that side, too."""
+    dut = tree_of('<PassBy distance="3" clearance="1.1"/>')
+    who = person(goals=[(9.0, 0.0)])
+    memory = None
+    for y in (-0.2, 0.0, 0.2, 0.3):
+        outcome = tick(dut, who, robot=at(2.0, y), memory=memory)
+        memory = outcome.memory
+        assert wish(outcome)[Command.GOAL_Y] == pytest.approx(y + 1.1)
+    outcome = tick(dut, who, robot=at(2.0, 0.3))
+    assert wish(outcome)[Command.GOAL_Y] == pytest.approx(0.3 - 1.1)
+
+
+@pytest.mark.parametrize("width", [1.0, 1.8, 2.0, 2.4, 3.0])
+@pytest.mark.parametrize("y", [0.0, 0.2])
+def test_passing_by_never_leads_beyond_a_wall(width, y):
+    walls = Obstacles.from_shapes(
+        [[[-9.0, s * width / 2], [9.0, s * width / 2]] for s in (1, -1)],
+        solid=[False, False],
+    )
+    dut = tree_of('<PassBy distance="3" clearance="1.1"/>')
+    who = person(goals=[(9.0, 0.0)], obstacles=walls)
+    command = wish(tick(dut, who, at(0.0, y), at(2.0, 0.0, math.pi)))
+    assert command[Command.GOAL_X] > 0
+    # A body of 0.35 m that touches the wall is just free of it.
+    assert abs(command[Command.GOAL_Y]) <= max(width / 2 - 0.35, y) + 1e-9
+
+
+def test_passing_by_chooses_the_wider_gap_between_robots_and_walls():
+    walls = Obstacles.from_shapes(
+        [[[-9.0, s * 1.5], [9.0, s * 1.5]] for s in (1, -1)],
+        solid=[False, False],
+    )
+    dut = tree_of('<PassBy distance="3" clearance="1.1"/>')
+    who = person(goals=[(9.0, 0.0)], obstacles=walls)
+    robots = np.concatenate([at(2.0, 1.1), at(2.0, -0.7)])
+    command = wish(tick(dut, who, robot=robots))
+    assert command[Command.GOAL_Y] == pytest.approx(0.2)
+
+
+def test_wall_across_is_walked_around_on_the_way_to_the_goal():
+    walls = Obstacles.from_shapes([[[0.5, 9.0], [0.5, -9.0]]], solid=[False])
+    dut = tree_of('<PassBy distance="3" clearance="1.1"/>')
+    who = person(goals=[(9.0, 0.0)], obstacles=walls)
+    command = wish(tick(dut, who, robot=at(2.0, 0.0)))
+    assert command[Command.GOAL_X] == 9.0
+    assert command[Command.ROBOT_ROLE] == RobotRole.OBSTACLE
+
+
+def test_passing_by_does_not_end_and_begin_again_at_its_distance():
+    dut = tree_of('<PassBy distance="3"/>')
+    near = tick(dut, person(goals=[(9.0, 0.0)]), robot=at(3.4, 0.0))
+    far = tick(dut, person(goals=[(9.0, 0.0)]), robot=at(3.6, 0.0))
+    assert near.status is Status.RUNNING
+    assert far.status is Status.SUCCESS
+
+
 class TestTwoRobots:
     """The nearer is behind, unseen; the other is ahead."""
 

@@ -275,20 +275,42 @@ def {name}(moment):
 """
 
 
-def run_cell(name, result, module="__main__"):
+def run_cell(name, result, module="__main__", file="<string>"):
     """Runs a cell of a notebook, or a module anew."""
     scope = {"register_condition": register_condition, "__name__": module}
-    exec(CELL.format(name=name, result=result), scope)
+    code = compile(CELL.format(name=name, result=result), file, "exec")
+    exec(code, scope)
 
 
 @pytest.mark.parametrize("module", ["__main__", "my_leaves"])
 def test_code_that_runs_again_replaces_its_leaf(module):
-    """Also where the function has another name by now."""
     run_cell("maybe", True, module)
     run_cell("maybe", False, module)
     assert tick(parse("<Maybe/>")).status is Status.FAILURE
-    run_cell("perhaps", True, module)
+
+
+@pytest.mark.parametrize(
+    "files", [("<stdin>", "<stdin>"), ("/tmp/cell_1.py", "/tmp/cell_2.py")]
+)
+def test_changed_cell_replaces_its_leaf(files):
+    """Also where the function has another name by now."""
+    run_cell("maybe", False, file=files[0])
+    run_cell("perhaps", True, file=files[1])
     assert tick(parse("<Maybe/>")).status is Status.SUCCESS
+
+
+@pytest.mark.parametrize("module", ["__main__", "my_leaves"])
+def test_another_function_of_a_file_replaces_a_leaf_only_on_request(module):
+    run_cell("maybe", True, module, "my_leaves.py")
+    with pytest.raises(ValueError, match=f"maybe of {module}; .*replace=True"):
+        run_cell("perhaps", False, module, "my_leaves.py")
+    assert tick(parse("<Maybe/>")).status is Status.SUCCESS
+
+
+def test_function_without_a_name_replaces_another_only_on_request():
+    register_condition("Maybe")(lambda moment: True)
+    with pytest.raises(ValueError, match="lambda.*replace=True"):
+        register_condition("Maybe")(lambda moment: False)
 
 
 def test_same_function_can_be_registered_again():
@@ -467,6 +489,21 @@ WRONG = {
     "status": (set_status(np.nan), "behavior_status must be in.*nan"),
     "status text": (set_status("1"), "behavior_status must be in.*'1'"),
     "large status": (set_status(101), "behavior_status must be in.*101"),
+    "flag": (set_command(Command.HAS_GOAL, 0.3), "HAS_GOAL.*0 or 1, got 0.3"),
+    "hold": (set_command(Command.HOLD, -1), "HOLD.*0 or 1, got -1"),
+    "group": (set_command(Command.GROUP_ID, -7.0), "GROUP_ID.*whole.*-7"),
+    "half a group": (
+        set_command(Command.GROUP_ID, 1.5),
+        "GROUP_ID.*whole.*1.5",
+    ),
+    "list": (set_command(Command.GOAL_X, np.array([1.0])), "GOAL_X.*array"),
+    "complex": (set_command(Command.GOAL_X, 1j), "GOAL_X.*got 1j"),
+    "half a status": (
+        set_status(1.5),
+        "behavior_status.*whole number, got 1.5",
+    ),
+    "status list": (set_status(np.array([1.0])), "behavior_status.*array"),
+    "memory list": (set_memory(np.array([1.0])), "memory 'Odd: kept'.*array"),
     "memory": (set_memory(np.nan), "memory 'Odd: kept' must be.*nan"),
     "memory text": (set_memory("a"), "memory 'Odd: kept' must be.*'a'"),
 }
@@ -490,6 +527,10 @@ def test_what_a_leaf_writes_is_checked_and_the_leaf_is_named(name):
     [
         set_command(Command.HOLD, True),
         set_command(Command.GOAL_X, np.float64(1e308)),
+        set_command(Command.GOAL_X, np.float32(1.5)),
+        set_command(Command.GROUP_ID, 3),
+        set_status(np.int64(2)),
+        set_memory(np.bool_(True)),
         set_status(100),
         set_status(True),
         set_memory(np.inf),

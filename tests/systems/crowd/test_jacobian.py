@@ -73,6 +73,7 @@ def make_crowd(rng, n, m, *, most=0, same=False):
 def arguments(snapshot):
     return (
         *snapshot[:5],
+        snapshot.at_walls,
         snapshot.obstacles.segments,
         snapshot.obstacles.first,
         snapshot.obstacle_range,

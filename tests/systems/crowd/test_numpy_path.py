@@ -85,6 +85,7 @@ def crowds(draw, *, scale=1.0, speed_scale=1.0):
 def kernel_forces(snapshot):
     return kernel.social_forces(
         *snapshot[:5],
+        snapshot.at_walls,
         snapshot.obstacles.segments,
         snapshot.obstacles.first,
         snapshot.obstacle_range,

@@ -133,10 +133,10 @@ def ease(world, *, p=(2.0, 0.0), goal=(6.0, 0.0), planned=True, **command):
     room = Room(
         world.obstacles(),
         np.array([0.35]),
+        parameters,
         CrowdConfig(route_planning=planned),
     )
-    radii, eased = room.ease(states, rows, parameters)
-    return radii[0], eased[0, 2]
+    return tuple(room.ease(states, rows)[0])
 
 
 @pytest.mark.parametrize("width", [1.0, 1.2, 2.0])
