@@ -189,13 +189,10 @@ def _check_runs_again(name: str, old: Any, new: Any) -> None:
         )
     if _definition(after) == _definition(before):
         return
-    # A changed cell is another file; what is typed in has none, as in "<stdin>".
+    # A changed cell has another file; what is typed in, a name such as <stdin>.
     file = _file(before)
-    if (
-        before.__module__ != "__main__"
-        or file == _file(after)
-        and not file.startswith("<")
-    ):
+    typed_in = file.startswith("<") or file != _file(after)
+    if before.__module__ != "__main__" or not typed_in:
         raise ValueError(
             f"the node name {name!r} is taken by {before.__qualname__} of"
             f" {before.__module__}; choose another, or say replace=True"

@@ -155,9 +155,9 @@ def is_robot_in_the_way(
     for it in before_goal(moment, distance, clearance):
         if abs(it.beside) >= clearance or it.ahead >= nearest:
             continue
-        robot = moment.robots[it.index]
+        robot = moment.robots[it.row]
         if not occlusion or moment.clear_part(robot[X], robot[Y]) > 1:
-            found, nearest = it.index, it.ahead
+            found, nearest = it.row, it.ahead
     if found >= 0:
         moment.notice(found)
     return found >= 0
@@ -169,12 +169,12 @@ class OnWay(NamedTuple):
     Attributes:
         ahead: How far ahead, in meters.
         beside: How far to the left, in meters.
-        index: Its row of `Moment.robots`.
+        row: Its place in `Moment.robots`.
     """
 
     ahead: float
     beside: float
-    index: int
+    row: int
 
 
 def before_goal(

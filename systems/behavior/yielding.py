@@ -197,8 +197,12 @@ def _widest_lane(
 ) -> tuple[float, float]:
     """Returns the room that the widest lane has, up to `clearance`, and it."""
     beside = sorted(it.beside for it in robots)
-    left = _lane_at_wall(moment, robots, clearance, 1.0)
-    right = _lane_at_wall(moment, robots, clearance, -1.0)
+    left, left_gap = _wall_beside(moment, robots, clearance, 1.0)
+    right, right_gap = _wall_beside(moment, robots, clearance, -1.0)
+    # Where two bodies hardly fit in, one touches the wall, on either side.
+    narrow = min(left_gap, right_gap) < 2 * (moment.state[RADIUS] + _WALL_GAP)
+    off = moment.state[RADIUS] + (0.0 if narrow else _WALL_GAP)
+    left, right = max(left - off, beside[-1]), min(right + off, beside[0])
     lanes = [
         *(b - clearance for b in beside),
         *(b + clearance for b in beside),
@@ -215,23 +219,22 @@ def _widest_lane(
     )
 
 
-def _lane_at_wall(
+def _wall_beside(
     moment: Moment, robots: list[OnWay], clearance: float, side: float
-) -> float:
-    """Returns the last lane before the wall on a side: 1 left, -1 right.
+) -> tuple[float, float]:
+    """Returns where the wall is beside robots, on a side: 1 left, -1 right.
 
-    The wall is the one beside the robot that is the nearest to it.
+    Returns:
+        Its lane, and the gap between it and the body of the nearest robot.
     """
     gx, gy = way(moment)
     outermost = max(robots, key=lambda it: side * it.beside)
-    row, radius = moment.robots[outermost.index], moment.state[RADIUS]
-    reach = clearance + radius + _WALL_GAP
+    row = moment.robots[outermost.row]
+    reach = clearance + moment.state[RADIUS] + _WALL_GAP
     wall = reach * _clear_part(
         moment, row[X], row[Y], -side * reach * gy, side * reach * gx
     )
-    narrow = wall < row[RADIUS] + 2 * (radius + _WALL_GAP)
-    gap = 0.0 if narrow else _WALL_GAP
-    return outermost.beside + side * max(wall - radius - gap, 0.0)
+    return outermost.beside + side * wall, wall - row[RADIUS]
 
 
 def _clear_part(

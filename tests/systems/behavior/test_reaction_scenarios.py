@@ -243,8 +243,11 @@ def walk_past(robots, width=None):
         [[-5.0, side * width / 2], [15.0, side * width / 2]]
         for side in ((1, -1) if width else ())
     ]
+    human = HumanConfig(
+        pose=(0.0, 0.0, 0.0), goals=[(10.0, 0.0)], behavior="cooperative"
+    )
     people = MakeHumans(
-        [HumanConfig(goals=[(10.0, 0.0)], behavior="cooperative")],
+        [human],
         obstacles=Obstacles.from_shapes(edges, solid=[False] * len(edges)),
         num_robots=len(robots),
     )

@@ -589,6 +589,18 @@ def test_passing_by_never_leads_beyond_a_wall(width, y):
     assert abs(command[Command.GOAL_Y]) <= max(width / 2 - 0.35, y) + 1e-9
 
 
+def test_passing_by_takes_the_side_where_two_bodies_fit_in():
+    """The robot is a little to the right, of 0.35 m, in 2.4 m."""
+    walls = Obstacles.from_shapes(
+        [[[-9.0, s * 1.2], [9.0, s * 1.2]] for s in (1, -1)],
+        solid=[False, False],
+    )
+    dut = tree_of('<PassBy distance="3" clearance="1.1"/>')
+    who = person(goals=[(9.0, 0.0)], obstacles=walls)
+    command = wish(tick(dut, who, robot=at(2.0, -0.08)))
+    assert command[Command.GOAL_Y] == pytest.approx(0.85)
+
+
 def test_passing_by_chooses_the_wider_gap_between_robots_and_walls():
     walls = Obstacles.from_shapes(
         [[[-9.0, s * 1.5], [9.0, s * 1.5]] for s in (1, -1)],

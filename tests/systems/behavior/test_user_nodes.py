@@ -309,7 +309,7 @@ def test_another_function_of_a_file_replaces_a_leaf_only_on_request(module):
 
 def test_function_without_a_name_replaces_another_only_on_request():
     register_condition("Maybe")(lambda moment: True)
-    with pytest.raises(ValueError, match="lambda.*replace=True"):
+    with pytest.raises(ValueError, match=r"lambda.*replace=True"):
         register_condition("Maybe")(lambda moment: False)
 
 
