@@ -247,8 +247,9 @@ def HumanCrowd_(T: Any) -> type:
 
             Those by what people and robots do now, from the formulas, with
             the commands as they are: in one call of compiled code, what
-            `HumanCrowd_[AutoDiffXd]` would tell. In narrow passages, how hard
-            walls push counts as constant: see `passage.ease`.
+            `HumanCrowd_[AutoDiffXd]` would tell. Near doors under 1 m, if
+            ways are planned, they are approximate, and so are those: see
+            `CrowdJacobian`.
 
             Args:
                 context: Its inputs must be connected or fixed.

@@ -1,6 +1,7 @@
 """What a model of human motion is, and the register of models."""
 
 from collections.abc import Callable, Mapping
+import math
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
@@ -121,7 +122,7 @@ def checked(
         function: Which of its functions gave it.
 
     Raises:
-        ValueError: If it is not made of numbers, or has another shape.
+        ValueError: If it is not made of finite numbers, or has another shape.
     """
     try:
         result = np.ascontiguousarray(array)
@@ -136,5 +137,12 @@ def checked(
         raise ValueError(
             f"the motion model {model!r} must give an array of shape {shape} by"
             f" {function}(), got {result.shape}"
+        )
+    # A sum is finite only if all are, unless they are beyond all use.
+    if result.dtype != object and not math.isfinite(result.sum()):
+        bad = int(np.flatnonzero(~np.isfinite(result).all(axis=1))[0])
+        raise ValueError(
+            f"the motion model {model!r} must give finite numbers by"
+            f" {function}(), got {result[bad].tolist()} for humans[{bad}]"
         )
     return result

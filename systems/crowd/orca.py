@@ -340,6 +340,10 @@ class OrcaModel:
     `relaxation_time`, under the forces of the group and of the robot's push,
     which are those of the social force model.
 
+    Crowds do not drain through doors of about a body's width: they arch in
+    front of a door of 1 m, through which 6 to 10 of 30 people get in 60 s. Nor
+    do two who meet in a door that holds one body give way to each other.
+
     All walls within `obstacle_range` count: `max_obstacles` does not. People
     on the very point of a wall are not moved by it, nor people by someone in
     the same place with the same velocity.

@@ -34,7 +34,8 @@ SQUEEZED = 0.25
 # With this part of the clearance, ways lead on where they would turn back.
 _SLACK = 0.8
 
-# Who is nearer to a vertex than this part of the clearance is as good as there.
+# Who is nearer to a vertex than this part of the clearance does not step aside
+# to it.
 _NEAR = 0.2
 
 
@@ -213,7 +214,7 @@ def standing_place(gx, gy, clearance, segments, first, solid):
 
 @jit
 def _turns_back(x, y, vx, vy, ox, oy, clearance):
-    """Tells whether one goes back to v before o, or is as good as at v.
+    """Tells whether one goes back to v before o, or, near v, aside to it.
 
     In a door that is just a way, nobody should turn back for a hair.
     """
@@ -223,7 +224,8 @@ def _turns_back(x, y, vx, vy, ox, oy, clearance):
     oy -= y
     leg = math.hypot(vx, vy)
     along = vx * ox + vy * oy
-    return leg < _NEAR * clearance or along < -0.5 * leg * math.hypot(ox, oy)
+    cosine = 0.0 if leg < _NEAR * clearance else -0.5
+    return along < cosine * leg * math.hypot(ox, oy)
 
 
 @jit
@@ -289,12 +291,7 @@ def waypoint(
     choice = _choice(x, y, legs, ways, order, clearance, vertices, segments)
     if choice >= 0 and legs[choice] < 2 * clearance:
         slack = _SLACK * clearance
-        last = min(last_clearance, slack)
         vx, vy = vertices[choice]
-        if _turns_back(x, y, vx, vy, place[0], place[1], clearance) and sees(
-            x, y, place[0], place[1], last, segments
-        ):
-            return place.copy()
         other = _choice(x, y, legs, ways, order, slack, vertices, segments)
         ox, oy = vertices[other]
         if _turns_back(x, y, vx, vy, ox, oy, clearance):

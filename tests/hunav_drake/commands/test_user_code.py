@@ -5,6 +5,9 @@ import sys
 import pytest
 
 from hunav_drake import cli
+from hunav_drake.systems.crowd import MOTION_MODELS
+from hunav_drake.systems.evaluation import METRICS
+from hunav_drake.systems.planning import PLANNERS
 
 CODE = """
 import numpy as np
@@ -27,6 +30,17 @@ class Statues:
 def is_full_moon(moment):
     return False
 """
+
+
+@pytest.fixture(autouse=True)
+def parts_of_the_package():
+    """What a test makes known is forgotten after it."""
+    parts = (METRICS, MOTION_MODELS._parts, PLANNERS._parts)
+    before = [dict(part) for part in parts]
+    yield
+    for part, known in zip(parts, before, strict=True):
+        part.clear()
+        part.update(known)
 
 
 @pytest.fixture

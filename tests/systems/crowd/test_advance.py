@@ -10,6 +10,7 @@ from hunav_drake import AddHumans, HumanConfig
 from hunav_drake.systems.crowd import (
     MOTION_MODELS,
     CrowdConfig,
+    HumanCrowd,
     advance_people,
     register_motion_model,
 )
@@ -77,3 +78,23 @@ def test_a_person_who_is_to_stand_still_does():
     human = HumanConfig(pose=[0, 0, 0], goals=[[9, 0]], behavior=tree)
     states = run(human, 3.0)
     np.testing.assert_array_equal(states[:, :2], 0)
+
+
+def test_what_is_not_finite_is_told_with_the_person():
+    @register_motion_model("wild")
+    @dataclass
+    class Wild:
+        def forces(self, s):
+            return np.zeros((len(s.states), FORCES_SIZE))
+
+        def advance(self, s, forces):
+            return np.full((len(s.states), 6), np.nan)
+
+    human = HumanConfig(pose=[0, 0, 0], goals=[[3, 4]])
+    crowd = HumanCrowd([human], config=CrowdConfig(model="wild"), num_robots=0)
+    simulator = Simulator(crowd)
+    context = simulator.get_mutable_context()
+    crowd.get_command_input_port(0).FixValue(context, np.zeros(12))
+    words = r"'wild' must give finite numbers by advance\(\).* humans\[0\]"
+    with pytest.raises(ValueError, match=words):
+        simulator.AdvanceTo(0.1)

@@ -6,7 +6,7 @@ from pydrake.systems.framework import DiagramBuilder
 import pytest
 
 from hunav_drake import AddHumans, HumanConfig
-from hunav_drake.systems.crowd import CrowdConfig
+from hunav_drake.systems.crowd import CrowdConfig, HumanCrowd
 from hunav_drake.systems.crowd.room import Room
 from hunav_drake.systems.crowd.route import RouteMap, route_clearance
 from hunav_drake.systems.layout import COMMAND_SIZE, Command
@@ -168,3 +168,91 @@ def test_the_narrower_the_door_the_less_walls_push():
 )
 def test_who_passes_no_door_feels_walls_as_ever(case):
     assert ease(**{"world": room_with_a_door(0.7), **case}) == (0.35, 10.0)
+
+
+def test_what_is_felt_of_walls_changes_without_jumps():
+    """Through a narrow door and out of it, straight and at a slant."""
+    world = room_with_a_door(0.6)
+    for slope in (0.0, 0.1, -0.3):
+        x = np.linspace(1.5, 4.5, 601)
+        felt = np.array(
+            [
+                ease(world, p=(at, slope * (at - 3)), goal=(9, 6 * slope))
+                for at in x
+            ]
+        )
+        assert felt[:, 0].min() < 0.28
+        assert abs(np.diff(felt[:, 0])).max() < 0.01
+        assert abs(np.diff(felt[:, 1])).max() < 1
+
+
+@pytest.mark.parametrize("width", [0.6, 0.7, 0.9, 1.2])
+@pytest.mark.parametrize("model", MODELS)
+def test_nobody_is_stuck_or_thrown_at_a_door(model, width):
+    """From many places; more than 1.25 g is a throw."""
+    crowd_step = 0.05
+    for y in (-2.0, 0.0, 1.25, 2.5):
+        human = HumanConfig(pose=[0, y, 0], goals=[[6, -y / 2]])
+        builder = DiagramBuilder()
+        ports = AddHumans(
+            builder,
+            [human],
+            obstacles=room_with_a_door(width),
+            config=CrowdConfig(model=model),
+            num_robots=0,
+            time_step=crowd_step,
+        )
+        builder.ExportOutput(ports.human_states, "human_states")
+        diagram = builder.Build()
+        simulator = Simulator(diagram)
+        states = []
+        for k in range(300):
+            simulator.AdvanceTo(k * crowd_step)
+            port = diagram.GetOutputPort("human_states")
+            states.append(port.Eval(simulator.get_context()))
+        states = np.array(states)
+        away = np.hypot(states[:, 0] - 6, states[:, 1] + y / 2)
+        assert away.min() < 0.5
+        change = np.diff(states[:, 3:5], axis=0) / crowd_step
+        assert np.hypot(*change.T).max() < 1.25 * 9.81
+
+
+@pytest.mark.parametrize("width", [0.6, 0.7, 0.8])
+def test_people_who_meet_in_a_door_are_as_large_as_ever(width):
+    there = HumanConfig(pose=[0, 0, 0], goals=[[6, 0]])
+    back = HumanConfig(pose=[6, 0, 3.14], goals=[[0, 0]])
+    places = walks(
+        there, back, world=room_with_a_door(width), model="orca", time=15
+    )
+    apart = [np.hypot(*(pair[0] - pair[1])) for pair in places]
+    assert min(apart) > 2 * 0.35
+
+
+@pytest.mark.parametrize(("planned", "exact"), [(True, False), (False, True)])
+def test_at_doors_derivatives_are_approximate_if_ways_are_planned(
+    planned, exact
+):
+    dut = HumanCrowd(
+        [HumanConfig(pose=[2, 0, 0])],
+        obstacles=room_with_a_door(0.7).obstacles(),
+        num_robots=0,
+        one_command_port=True,
+        config=CrowdConfig(route_planning=planned),
+    )
+    context = dut.CreateDefaultContext()
+    command = np.zeros(COMMAND_SIZE)
+    command[:4] = 6, 0, 0.3, 1
+    command[Command.DESIRED_SPEED] = 1.2
+    command[Command.MAX_SPEED] = 1.5
+    command[Command.GROUP_ID] = -1
+    dut.get_commands_input_port().FixValue(context, command)
+
+    def speed(x):
+        dut.SetStates(context, [[x, 0.03, 0, 0.8, 0.05, 0]])
+        update = dut.EvalUniquePeriodicDiscreteUpdate(context)
+        return update.get_vector(0).CopyToVector()[3]
+
+    expected = (speed(2.5 + 1e-6) - speed(2.5 - 1e-6)) / 2e-6
+    dut.SetStates(context, [[2.5, 0.03, 0, 0.8, 0.05, 0]])
+    result = dut.CalcJacobian(context).states[3, 0]
+    assert (abs(result - expected) < 1e-5) == exact

@@ -32,6 +32,7 @@ def kernel_forces(p, v, *, parameters, points=()):
         command,
         np.array([dataclasses.astuple(parameters)] * n),
         np.zeros((0, 7)),
+        np.tile([0.35, parameters.obstacle_factor], (n, 1)),
         np.hstack([points, points]),
         np.arange(len(points) + 1),
         1e5,
