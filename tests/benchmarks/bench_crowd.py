@@ -56,7 +56,7 @@ def make_snapshot(n: int) -> Snapshot:
     command[:, Command.HAS_GOAL] = 1
     command[:, [Command.DESIRED_SPEED, Command.MAX_SPEED]] = 1.4
     command[:, Command.GROUP_ID] = -1
-    return Snapshot(
+    snapshot = Snapshot(
         states=states,
         radii=np.full(n, 0.35),
         command=command,
@@ -69,6 +69,8 @@ def make_snapshot(n: int) -> Snapshot:
         max_obstacles=0,
         time_step=TIME_STEP,
     )
+    # As HumanCrowd has it, once for all steps.
+    return snapshot._replace(eased=snapshot.at_walls)
 
 
 def best(function: Callable[[], object], *, least: float = 0.15) -> float:
