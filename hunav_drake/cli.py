@@ -43,6 +43,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     imports = getattr(options, "imports", ())
     try:
         with warnings.catch_warnings():
+            # Only the message is used, so its type does not name the rest.
             warnings.showwarning = _show_warning  # type: ignore[assignment]
             import_user_code(imports)
             code: int = options.function(options)
