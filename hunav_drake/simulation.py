@@ -26,9 +26,7 @@ from hunav_drake.scenario import CheckScenario, SaveScenario
 from hunav_drake.scenario.error import Fault, ScenarioError, shown
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.systems.behavior.fingerprint import tree_fingerprint
-from hunav_drake.systems.evaluation.trial_monitor import (
-    TrialStatus,
-)
+from hunav_drake.systems.evaluation.trial_monitor import TrialStatus
 from hunav_drake.trial_diagram import MakeTrialDiagram
 
 if TYPE_CHECKING:

@@ -9,13 +9,12 @@ from pydrake.systems.primitives import ConstantVectorSource
 from hunav_drake.humans import AddHumans
 from hunav_drake.scenario import CheckScenario, name_humans
 from hunav_drake.scenario.schema import Scenario
-from hunav_drake.systems.crowd import HumanConfig
-from hunav_drake.systems.crowd.people import people_ids
-from hunav_drake.systems.crowd.weights import draw_weights
-from hunav_drake.systems.draws import Purpose, draw_uniform
+from hunav_drake.systems.common.random_streams import Purpose, draw_uniform
 from hunav_drake.systems.evaluation import Evaluator
 from hunav_drake.systems.evaluation.trial_monitor import TrialMonitor
-from hunav_drake.systems.obstacles import Obstacles
+from hunav_drake.systems.people import HumanConfig
+from hunav_drake.systems.people.names import people_ids
+from hunav_drake.systems.people.weights import draw_weights
 from hunav_drake.systems.planning import (
     LocalPlanner,
     PlanningTask,
@@ -23,6 +22,7 @@ from hunav_drake.systems.planning import (
 )
 from hunav_drake.systems.robot import DifferentialDrive
 from hunav_drake.systems.scene import AddScene
+from hunav_drake.systems.world.obstacles import Obstacles
 
 if TYPE_CHECKING:
     from pydrake.geometry import Meshcat

@@ -14,7 +14,7 @@ from hunav_drake.systems.evaluation.recording import (
     GOAL_YAW_TOLERANCE,
     Recording,
 )
-from hunav_drake.systems.obstacles import Obstacles
+from hunav_drake.systems.world.obstacles import Obstacles
 
 # What `--walls` says of a place without any.
 NO_WALLS = "none"

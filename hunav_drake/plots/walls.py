@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 from hunav_drake.plots.style import WALL
-from hunav_drake.systems.obstacles import Obstacles
+from hunav_drake.systems.world.obstacles import Obstacles
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -6,10 +6,7 @@ import math
 import numpy as np
 import pandas as pd
 
-from hunav_drake.plots.activity import (
-    activity_height,
-    plot_behavior_activity,
-)
+from hunav_drake.plots.activity import activity_height, plot_behavior_activity
 from hunav_drake.plots.approaches import NEAR
 from hunav_drake.plots.series import plot_distance_to_people, plot_robot_speed
 from hunav_drake.plots.style import COLUMN

@@ -16,19 +16,19 @@ from pydrake.systems.framework import (
     State,
 )
 
-from hunav_drake.systems.callbacks import weakly
-from hunav_drake.systems.checks import count_steps
-from hunav_drake.systems.crowd.human_config import HumanConfig
-from hunav_drake.systems.crowd.people import name_people, people_ids
+from hunav_drake.systems.common.callbacks import weakly
+from hunav_drake.systems.common.checks import count_steps
+from hunav_drake.systems.common.goal import is_at_goal
+from hunav_drake.systems.common.layout import STATE_SIZE, YAW, X, Y
 from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.systems.evaluation.running_metrics import (
     RunningMetric,
     running_values,
 )
 from hunav_drake.systems.evaluation.samples import Sample
-from hunav_drake.systems.goal import is_at_goal
-from hunav_drake.systems.layout import STATE_SIZE, YAW, X, Y
-from hunav_drake.systems.obstacles import Obstacles
+from hunav_drake.systems.people.human_config import HumanConfig
+from hunav_drake.systems.people.names import name_people, people_ids
+from hunav_drake.systems.world.obstacles import Obstacles
 
 # When the recording begins.
 Start = Literal["at_once", "at_goal_command", "by_trigger"]

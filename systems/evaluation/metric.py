@@ -20,9 +20,9 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from hunav_drake.systems.common.suggest import did_you_mean, nearest
 from hunav_drake.systems.evaluation.names import RESERVED, TABLE_I
 from hunav_drake.systems.evaluation.recording import Recording
-from hunav_drake.systems.suggest import did_you_mean, nearest
 
 Array = NDArray[np.float64]
 Direction = Literal["lower", "higher", "none"]

@@ -10,13 +10,13 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from hunav_drake.systems.common.layout import RADIUS, STATE_SIZE, X, Y
+from hunav_drake.systems.common.suggest import did_you_mean
 from hunav_drake.systems.evaluation import recording_file
-from hunav_drake.systems.evaluation.derived import Derived
-from hunav_drake.systems.evaluation.encounters import Encounters
-from hunav_drake.systems.evaluation.way import Way
-from hunav_drake.systems.layout import RADIUS, STATE_SIZE, X, Y
-from hunav_drake.systems.obstacles import Obstacles
-from hunav_drake.systems.suggest import did_you_mean
+from hunav_drake.systems.evaluation.encounter_features import Encounters
+from hunav_drake.systems.evaluation.features import Derived
+from hunav_drake.systems.evaluation.path_features import Way
+from hunav_drake.systems.world.obstacles import Obstacles
 
 Array = NDArray[np.float64]
 
@@ -30,7 +30,7 @@ class Recording:
     """What happened in a trial, at N + 1 instants, to a robot and n people.
 
     Everything is in SI units and radians, in the world frame W; the rows of
-    states are those of `hunav_drake.systems.layout.STATE_FIELDS`. A recording
+    states are those of `common.layout.STATE_FIELDS`. A recording
     does not change: its arrays are read-only, so copies share them.
 
     Attributes:

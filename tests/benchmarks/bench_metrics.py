@@ -9,13 +9,13 @@ import time
 import numpy as np
 from pydrake.systems.analysis import Simulator
 
-from hunav_drake.systems.crowd.human_config import HumanConfig
 from hunav_drake.systems.evaluation import Evaluator, Recording
 from hunav_drake.systems.evaluation.compute import (
     evaluate,
     evaluate_by_behavior,
 )
-from hunav_drake.systems.obstacles import Obstacles
+from hunav_drake.systems.people.human_config import HumanConfig
+from hunav_drake.systems.world.obstacles import Obstacles
 
 # What HuNavSim's evaluator takes for the same on one core of a 2-core EPYC,
 # in ms: all metrics, and those of all behaviors with their files.

@@ -77,7 +77,7 @@ def test_blocks_meet_through_ports(path):
             "from hunav_drake.systems.crowd.human_crowd import HumanCrowd",
             "another system",
         ),
-        ("def f():\n    import hunav_drake.systems.crowd.room", "room"),
+        ("def f():\n    import hunav_drake.systems.crowd.walls.room", "room"),
         ("from hunav_drake.humans import AddHumans", "the application"),
         ("from hunav_drake import AddHumans", "the application"),
     ],
@@ -93,7 +93,7 @@ def test_a_breach_is_found(line, words):
     [
         "from hunav_drake.systems.crowd import HumanConfig",
         "from hunav_drake.systems.robot import RobotConfig",
-        "from hunav_drake.systems.world import World",
+        "from hunav_drake.systems.world.shapes import World",
         "from pydrake.systems.framework import LeafSystem",
     ],
 )

@@ -7,7 +7,7 @@ nearest wall: 0 where they overlap, also inside of a solid.
 import numpy as np
 from numpy.typing import NDArray
 
-from hunav_drake.systems.evaluation.derived import CONTACT_GAP
+from hunav_drake.systems.evaluation.features import CONTACT_GAP
 from hunav_drake.systems.evaluation.metric import register_metric
 from hunav_drake.systems.evaluation.metrics import reduce
 from hunav_drake.systems.evaluation.metrics.efficiency import FRANCIS

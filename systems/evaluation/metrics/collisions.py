@@ -5,6 +5,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from hunav_drake.systems.common.layout import VX, VY, X, Y
 from hunav_drake.systems.evaluation.metric import register_metric
 from hunav_drake.systems.evaluation.metrics.goal import SEAN
 from hunav_drake.systems.evaluation.names import (
@@ -12,7 +13,6 @@ from hunav_drake.systems.evaluation.names import (
     ROBOT_ON_PERSON_COLLISIONS,
 )
 from hunav_drake.systems.evaluation.recording import Recording
-from hunav_drake.systems.layout import VX, VY, X, Y
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

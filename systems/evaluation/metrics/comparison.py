@@ -8,6 +8,7 @@ loaded where it is used, so that metrics can be listed without it.
 import numpy as np
 from numpy.typing import NDArray
 
+from hunav_drake.systems.common.layout import X, Y
 from hunav_drake.systems.evaluation.metric import register_metric
 from hunav_drake.systems.evaluation.metrics import reduce
 from hunav_drake.systems.evaluation.metrics.efficiency import GAO_HUANG
@@ -17,9 +18,8 @@ from hunav_drake.systems.evaluation.names import (
     FINAL_DISPLACEMENT_ERROR,
     TOPOLOGICAL_COMPLEXITY,
 )
+from hunav_drake.systems.evaluation.path_features import polyline_length
 from hunav_drake.systems.evaluation.recording import Recording
-from hunav_drake.systems.evaluation.way import polyline_length
-from hunav_drake.systems.layout import X, Y
 
 Array = NDArray[np.float64]
 

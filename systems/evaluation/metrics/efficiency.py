@@ -3,7 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from hunav_drake.systems.angles import wrap_angles
+from hunav_drake.systems.common.angles import wrap_angles
+from hunav_drake.systems.common.layout import YAW
 from hunav_drake.systems.evaluation.metric import register_metric
 from hunav_drake.systems.evaluation.metrics import reduce
 from hunav_drake.systems.evaluation.metrics.path import since_previous
@@ -14,9 +15,8 @@ from hunav_drake.systems.evaluation.names import (
     STALLED_TIME,
     SUCCESS_WEIGHTED_PATH_LENGTH,
 )
+from hunav_drake.systems.evaluation.path_features import polyline_length
 from hunav_drake.systems.evaluation.recording import Recording
-from hunav_drake.systems.evaluation.way import polyline_length
-from hunav_drake.systems.layout import YAW
 
 Array = NDArray[np.float64]
 

@@ -9,7 +9,7 @@ their number, so each has a companion that does not: its rate.
 import numpy as np
 from numpy.typing import NDArray
 
-from hunav_drake.systems.evaluation.derived import mean_of_present
+from hunav_drake.systems.evaluation.features import mean_of_present
 from hunav_drake.systems.evaluation.metrics.rates import register_sum_and_rate
 from hunav_drake.systems.evaluation.names import (
     OBSTACLE_FORCE_ON_AGENTS,

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from hunav_drake.systems.evaluation.derived import mean_of_present
+from hunav_drake.systems.evaluation.features import mean_of_present
 from hunav_drake.systems.evaluation.metric import register_metric
 from hunav_drake.systems.evaluation.metrics import reduce
 from hunav_drake.systems.evaluation.metrics.goal import SEAN

@@ -7,7 +7,7 @@ between. d is the distance of the centers, taken to be at least 0.05 m.
 import numpy as np
 from numpy.typing import NDArray
 
-from hunav_drake.systems.evaluation.encounters import HALF_FIELD_OF_VIEW
+from hunav_drake.systems.evaluation.encounter_features import HALF_FIELD_OF_VIEW
 from hunav_drake.systems.evaluation.metrics.danger import (
     LEAST_DISTANCE,
     SINGAMANENI,

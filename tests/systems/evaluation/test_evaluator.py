@@ -9,12 +9,12 @@ from pydrake.systems.primitives import TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 import pytest
 
-from hunav_drake.systems.crowd.human_config import HumanConfig
 from hunav_drake.systems.evaluation import Evaluator, RunningMetric
 from hunav_drake.systems.evaluation.compute import compute_metrics
 from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.systems.evaluation.samples import Sample
-from hunav_drake.systems.obstacles import Obstacles
+from hunav_drake.systems.people.human_config import HumanConfig
+from hunav_drake.systems.world.obstacles import Obstacles
 
 HUMANS = [
     HumanConfig(pose=(0, 1, 0), behavior="scared", group_id=4),

@@ -14,9 +14,9 @@ from pydrake.systems.primitives import (
 from pydrake.trajectories import PiecewisePolynomial
 import pytest
 
-from hunav_drake.systems.crowd.human_config import HumanConfig
 from hunav_drake.systems.evaluation import Evaluator, RunningMetric
 from hunav_drake.systems.evaluation.compute import compute_metrics
+from hunav_drake.systems.people.human_config import HumanConfig
 
 NOWHERE = [math.nan] * 3
 

@@ -18,7 +18,7 @@ from hunav_drake.systems.evaluation.metrics.comparison import (
     warped_distance,
 )
 from hunav_drake.systems.evaluation.recording import Recording
-from hunav_drake.systems.obstacles import Obstacles
+from hunav_drake.systems.world.obstacles import Obstacles
 
 R = 0.35
 PI = math.pi

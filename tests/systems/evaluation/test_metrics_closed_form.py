@@ -5,15 +5,18 @@ import math
 import numpy as np
 import pytest
 
-from hunav_drake.systems.crowd.parameters import SocialForceParameters
-from hunav_drake.systems.crowd.social_force import obstacle_force, pair_force
+from hunav_drake.systems.crowd.social_force.forces import (
+    obstacle_force,
+    pair_force,
+)
 from hunav_drake.systems.evaluation.compute import (
     compute_metrics,
     compute_steps,
 )
 from hunav_drake.systems.evaluation.metrics import METRICS
 from hunav_drake.systems.evaluation.recording import Recording
-from hunav_drake.systems.obstacles import Obstacles, nearest_points
+from hunav_drake.systems.people.parameters import SocialForceParameters
+from hunav_drake.systems.world.obstacles import Obstacles, nearest_points
 
 R = 0.35
 

@@ -9,11 +9,11 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
+from hunav_drake.hunavsim.agents_yaml import BEHAVIOR_NAMES
+from hunav_drake.hunavsim.differences import DIFFERENCES
+from hunav_drake.hunavsim.result_files import HUNAV_NAMES
 from hunav_drake.recordings.readers import ReadRecording
-from hunav_drake.results.hunav_files import HUNAV_NAMES
-from hunav_drake.scenario.hunav_yaml import BEHAVIOR_NAMES
 from hunav_drake.systems.evaluation.compute import compute_metrics, evaluate
-from hunav_drake.systems.evaluation.differences import DIFFERENCES
 from hunav_drake.systems.evaluation.metrics import METRICS, select_metrics
 from hunav_drake.systems.evaluation.names import (
     AVG_DIST_TO_CLOSEST_PERSON,

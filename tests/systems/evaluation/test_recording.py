@@ -1,15 +1,14 @@
 import copy
 import pickle
 
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from hypothesis.extra import numpy as hnp
 import numpy as np
 import pytest
 
 from hunav_drake.systems.evaluation import recording_file
 from hunav_drake.systems.evaluation.recording import Recording
-from hunav_drake.systems.obstacles import Obstacles
+from hunav_drake.systems.world.obstacles import Obstacles
 
 
 def make_recording(samples=3, n=2, **kwargs) -> Recording:
