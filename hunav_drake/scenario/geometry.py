@@ -6,24 +6,14 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+import shapely
 
 from hunav_drake.scenario.error import Finding, Loc, path_text
 from hunav_drake.scenario.schema import Scenario
-from hunav_drake.systems.world.obstacles import (
-    Obstacles,
-    inside,
-    nearest_points,
-)
 from hunav_drake.systems.world.shapes import Polygon, Polyline, Wall
 
 # Points nearer to each other than this, in meters, are the same.
 _SAME = 1e-9
-
-# The most pairs of a wall and a place to keep free of it that are looked at.
-_MAX_PAIRS = 10**7
-
-# How many pairs of a polygon's sides are compared at once.
-_BLOCK = 20_000
 
 
 def check_walls(scenario: Scenario) -> Iterator[Finding]:
@@ -56,7 +46,6 @@ def _check_polygon(points: NDArray[np.float64], loc: Loc) -> Iterator[Finding]:
             "repeats points[0]; the last corner joins the first by itself",
         )
         return
-    p, q = points, np.roll(points, -1, axis=0)
     centered = points - points.mean(axis=0)
     extent = float(np.abs(centered).max())
     # Singular values: how far the corners spread along and across a line.
@@ -64,8 +53,7 @@ def _check_polygon(points: NDArray[np.float64], loc: Loc) -> Iterator[Finding]:
     if spread[1] <= _SAME * max(extent, 1.0):
         yield Finding(loc, "must enclose an area; the corners lie on a line")
         return
-    if crossing := _crossing_sides(p, q):
-        i, j = crossing
+    for i, j in _crossing_sides(points)[:1]:
         yield Finding(
             loc,
             f"must not cross itself; the side from points[{i}] meets the side"
@@ -73,59 +61,26 @@ def _check_polygon(points: NDArray[np.float64], loc: Loc) -> Iterator[Finding]:
         )
 
 
-def _crossing_sides(
-    p: NDArray[np.float64], q: NDArray[np.float64]
-) -> tuple[int, int] | None:
-    """Returns two sides of a polygon that meet where they should not.
+def _crossing_sides(points: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Returns the sides of a polygon that meet where they should not.
 
     Args:
-        p: Where the sides begin, shape (n, 2).
-        q: Where they end, shape (n, 2).
+        points: The corners, shape (n, 2). Side i begins at corner i.
+
+    Returns:
+        Shape (m, 2): rows (i, j), i < j, in their order.
     """
-    low, high = np.minimum(p, q), np.maximum(p, q)
-    near = np.all(
-        (low[:, None] <= high[None]) & (low[None] <= high[:, None]), axis=-1
-    )
-    i, j = np.nonzero(np.triu(near, 1))
-    # In blocks, for most polygons that cross themselves do so early.
-    for start in range(0, len(i), _BLOCK):
-        block = slice(start, start + _BLOCK)
-        meets = _meets(p, q, i[block], j[block])
-        if meets.any():
-            k = start + int(np.argmax(meets))
-            return int(i[k]), int(j[k])
-    return None
-
-
-def _meets(
-    p: NDArray[np.float64],
-    q: NDArray[np.float64],
-    i: NDArray[np.int64],
-    j: NDArray[np.int64],
-) -> NDArray[np.bool_]:
-    """Tells which sides i and j > i meet, but for a corner that they share."""
-    along = q - p
-
-    def splits(i: NDArray[np.int64], j: NDArray[np.int64]) -> NDArray[np.bool_]:
-        """Tells whether the line of each i has the ends of j on both sides."""
-        ahead = np.sign(_cross(along[i], p[j] - p[i]))
-        behind = np.sign(_cross(along[i], q[j] - p[i]))
-        result: NDArray[np.bool_] = ahead * behind <= 0
-        return result
-
-    # Neighbors meet elsewhere only by doubling back.
-    neighbors = (j == i + 1) | (j == i + len(p) - 1)
-    doubling = (_cross(along[i], along[j]) == 0) & (
-        np.sum(along[i] * along[j], axis=1) < 0
-    )
-    return np.where(neighbors, doubling, splits(i, j) & splits(j, i))
-
-
-def _cross(
-    a: NDArray[np.float64], b: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    result: NDArray[np.float64] = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
-    return result
+    ends = np.stack([points, np.roll(points, -1, axis=0)], axis=1)
+    sides = shapely.linestrings(ends)
+    pairs = shapely.STRtree(sides).query(sides, predicate="intersects").T
+    pairs = np.unique(pairs[pairs[:, 0] < pairs[:, 1]], axis=0)
+    # Neighbors share a corner. They meet elsewhere only by doubling back.
+    apart = pairs[:, 1] - pairs[:, 0]
+    wrong = (apart > 1) & (apart < len(points) - 1)
+    i, j = pairs[~wrong].T
+    wrong[~wrong] = shapely.relate_pattern(sides[i], sides[j], "1********")
+    crossing: NDArray[np.int64] = pairs[wrong]
+    return crossing
 
 
 class _Spot(NamedTuple):
@@ -183,59 +138,50 @@ def _check_robot_and_people(scenario: Scenario) -> Iterator[Finding]:
 
 def _check_spots(scenario: Scenario, spots: list[_Spot]) -> Iterator[Finding]:
     """Reports the first wall that takes up each spot."""
-    if len(spots) * len(scenario.world.walls) > _MAX_PAIRS:
-        yield Finding(
-            ("world", "walls"),
-            f"are too many for {len(spots)} starts and goals: at most"
-            f" {_MAX_PAIRS // len(spots)}, got {len(scenario.world.walls)}",
-            uses=(("humans",),),
-        )
-        return
-    positions = np.array([spot.position for spot in spots], dtype=float)
-    radii = np.array([spot.radius for spot in spots])
-    free = np.full(len(spots), True)
-    # Wall by wall, and only what is near: files may hold many of both.
-    for w, wall in enumerate(scenario.world.walls):
-        vertices = wall.vertices()
-        low, high = vertices.min(axis=0), vertices.max(axis=0)
-        reach = radii[:, None]
-        near = np.all(
-            (positions > low - reach) & (positions < high + reach), axis=1
-        )
-        indices = np.flatnonzero(free & near)
-        if not len(indices):
-            continue
-        depths, ways = _depths(wall, positions[indices], radii[indices])
-        for i, depth, way in zip(indices, depths, ways, strict=True):
-            if depth > _SAME:
-                free[i] = False
-                spot, loc = spots[i], ("world", "walls", w)
-                message = _message(path_text(scenario, loc), spot, depth, way)
-                yield Finding(spot.loc, message, uses=(*spot.uses, loc))
+    shapes = [_shape(wall) for wall in scenario.world.walls]
+    places = shapely.points([spot.position for spot in spots])
+    near = shapely.STRtree(shapes).query(
+        places, predicate="dwithin", distance=[spot.radius for spot in spots]
+    )
+    taken = set()
+    for w, i in sorted(zip(near[1].tolist(), near[0].tolist(), strict=True)):
+        depth, way = _depth(shapes[w], places[i], spots[i].radius)
+        if i not in taken and depth > _SAME:
+            taken.add(i)
+            spot, loc = spots[i], ("world", "walls", w)
+            message = _message(path_text(scenario, loc), spot, depth, way)
+            yield Finding(spot.loc, message, uses=(*spot.uses, loc))
 
 
-def _depths(
-    wall: Wall, points: NDArray[np.float64], radii: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Returns how far discs reach into a wall, and the way out.
+def _shape(wall: Wall) -> shapely.Geometry:
+    vertices = wall.vertices()
+    if isinstance(wall, Polyline):
+        return shapely.linestrings(vertices)
+    return shapely.polygons(vertices)
+
+
+def _depth(
+    shape: shapely.Geometry, place: shapely.Point, radius: float
+) -> tuple[float, NDArray[np.float64]]:
+    """Returns how far a disc reaches into a wall, and the way out.
 
     Args:
-        wall: The wall.
-        points: The centers of the discs, shape (n, 2), in meters.
-        radii: Shape (n,), in meters.
+        shape: A polygon or a line, in meters.
+        place: The center of the disc, in meters.
+        radius: Of the disc, in meters.
 
     Returns:
-        The depths, shape (n,), in meters, negative for a free disc; and unit
-        vectors, shape (n, 2), zero where the center is on the outline.
+        The depth, in meters, negative for a free disc; and a unit vector,
+        shape (2,), zero where the center is on the outline.
     """
-    solid = not isinstance(wall, Polyline)
-    shape = Obstacles.from_shapes([wall.vertices()], solid=[solid])
-    away = points - nearest_points(shape, points)[:, 0]
-    within = inside(shape, points)[:, 0]
-    distances = np.linalg.norm(away, axis=1)
-    away /= np.where(distances > 0, distances, 1.0)[:, None]
-    sign = np.where(within, -1.0, 1.0)
-    return radii - sign * distances, away * sign[:, None]
+    solid = isinstance(shape, shapely.Polygon)
+    outline = shape.boundary if solid else shape
+    ends = shapely.get_coordinates(shapely.shortest_line(outline, place))
+    away = ends[1] - ends[0]
+    distance = float(np.hypot(*away))
+    sign = -1.0 if solid and shape.contains(place) else 1.0
+    way = sign * away / distance if distance > 0 else away
+    return radius - sign * distance, way
 
 
 def _message(

@@ -18,7 +18,7 @@ from hunav_drake.systems.common.layout import (
 )
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.world.obstacles import Obstacles
-from hunav_drake.systems.world.ray_cast import wall_on_line
+from hunav_drake.systems.world.ray_cast import ray_cast
 
 # The memory of every tree begins with what belongs to the person, not to a
 # node: the number of the current goal in the person's list; as many as there
@@ -61,8 +61,8 @@ class Person:
         time_step: The time between two ticks, in seconds.
         commands: For each goal, and for none, the command to walk to it and
             do nothing else: see `layout.Command`.
-        walls: Shape (s, 4): what the person cannot see through, as segments;
-            see `Obstacles`. None if there is nothing of the kind.
+        walls: What the person cannot see through: `Obstacles.table`. None if
+            there is nothing of the kind.
     """
 
     index: int
@@ -103,7 +103,7 @@ class Person:
             commands=tuple(
                 _default_command(human, goal) for goal in [*human.goals, None]
             ),
-            walls=obstacles.segments if obstacles else None,
+            walls=obstacles.table if obstacles else None,
         )
 
 
@@ -206,8 +206,8 @@ class Moment:
         """Returns how far the person sees towards a point.
 
         Args:
-            x: The point in W, in meters.
-            y: Likewise.
+            x: The x of the point in W, in meters.
+            y: The y of the point in W, in meters.
 
         Returns:
             The fraction of the way at which the first wall is, in [0, 1];
@@ -217,7 +217,7 @@ class Moment:
         if walls is None:
             return math.inf
         state = self.state
-        part: float = wall_on_line(state[X], state[Y], x, y, walls)
+        part: float = ray_cast(state[X], state[Y], x, y, walls)
         return part
 
     @property

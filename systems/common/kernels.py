@@ -17,6 +17,7 @@ VECTOR = numba.types.Array(numba.float64, 1, "C", readonly=True)
 MATRIX = numba.types.Array(numba.float64, 2, "C", readonly=True)
 INDICES = numba.types.Array(numba.int64, 1, "C", readonly=True)
 FLAGS = numba.types.Array(numba.boolean, 1, "C", readonly=True)
+WALLS = VECTOR  # `Obstacles.table`: `opened` by `systems/world/walls.py`.
 REAL = numba.float64
 INTEGER = numba.int64
 

@@ -5,26 +5,28 @@ import math
 from numba import boolean
 import numpy as np
 
-from hunav_drake.systems.common.kernels import MATRIX, REAL, jit, jit_as
+from hunav_drake.systems.common.kernels import MATRIX, REAL, WALLS, jit, jit_as
 from hunav_drake.systems.world.nearest import nearest_on_segments
-from hunav_drake.systems.world.ray_cast import wall_on_line
+from hunav_drake.systems.world.ray_cast import first_hit
+from hunav_drake.systems.world.walls import opened
 
 
-@jit_as(boolean[::1], MATRIX, MATRIX)
-def lines_blocked(lines, segments):
+@jit_as(boolean[::1], MATRIX, WALLS)
+def lines_blocked(lines, table):
     """Tells which straight lines meet a wall.
 
     Args:
         lines: Shape (m, 4): rows (x0, y0, x1, y1), in meters.
-        segments: Shape (s, 4): see `Obstacles`.
+        table: `Obstacles.table`.
 
     Returns:
         Shape (m,).
     """
+    walls = opened(table)
     blocked = np.empty(len(lines), dtype=np.bool_)
     for i in range(len(lines)):
-        part = wall_on_line(
-            lines[i, 0], lines[i, 1], lines[i, 2], lines[i, 3], segments
+        part = first_hit(
+            lines[i, 0], lines[i, 1], lines[i, 2], lines[i, 3], walls
         )
         blocked[i] = part < math.inf
     return blocked

@@ -123,8 +123,8 @@ class Encounters:
         As if there were no walls, if they are not known.
         """
         visible: Mask = self.angle_of_view <= HALF_FIELD_OF_VIEW
-        segments = self._recording.obstacles.segments
-        if len(segments):
+        obstacles = self._recording.obstacles
+        if len(obstacles):
             # Only who has walls waits for compiled code to be loaded.
             from hunav_drake.systems.evaluation.curves import lines_blocked
 
@@ -135,7 +135,7 @@ class Encounters:
                     self._recording.robot[sample, : Y + 1],
                 ]
             )
-            visible[sample, person] = ~lines_blocked(lines, segments)
+            visible[sample, person] = ~lines_blocked(lines, obstacles.table)
         return visible
 
     @cached_property

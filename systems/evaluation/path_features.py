@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hunav_drake.systems.common.layout import RADIUS, Y
-from hunav_drake.systems.world.obstacles import inside, nearest_points
+from hunav_drake.systems.world.obstacles import inside, nearest_wall
 
 if TYPE_CHECKING:
     from hunav_drake.systems.evaluation.recording import Recording
@@ -48,7 +48,7 @@ class Way:
         if recording.nearest_walls is not None:
             walls = recording.nearest_walls[:, 0]
         else:
-            walls = nearest_points(recording.obstacles, p)
+            walls = nearest_wall(recording.obstacles, p)[:, None]
         distance = np.fmin.reduce(
             np.hypot(
                 walls[..., 0] - p[:, None, 0], walls[..., 1] - p[:, None, 1]
@@ -108,7 +108,7 @@ class Way:
 
         # Only who has walls in the way needs to know about corners.
         straight = start[None], goal[None], self._clearance
-        if not blocked(*straight, recording.obstacles.segments)[0]:
+        if not blocked(*straight, recording.obstacles.table)[0]:
             return np.array([start, goal])
         route = self._route_map
         points = [start]
@@ -118,7 +118,7 @@ class Way:
                 way = np.array(points)
                 # The map names the goal itself where there is no way to it,
                 # and lets people squeeze through where a robot cannot.
-                legs = way[:-1], way[1:], route.sight, route.segments
+                legs = way[:-1], way[1:], route.sight, route.obstacles.table
                 return None if blocked(*legs).any() else way
         return None
 

@@ -2,31 +2,35 @@
 
 import math
 
-from hunav_drake.systems.common.kernels import MATRIX, REAL, jit_as
-from hunav_drake.systems.world.nearest import nearest_on_segments
+from hunav_drake.systems.common.kernels import REAL, WALLS, jit_as
+from hunav_drake.systems.world.nearest import nearest_within
+from hunav_drake.systems.world.walls import opened
 
 
-@jit_as(REAL, REAL, REAL, REAL, REAL, REAL, MATRIX)
-def clearance_ahead(x, y, heading, radius, reach, segments):
+@jit_as(REAL, REAL, REAL, REAL, REAL, REAL, WALLS)
+def clearance_ahead(x, y, heading, radius, reach, table):
     """Returns how far a disc can move straight ahead before it touches.
 
     Sphere tracing: at every point the disc may move on by its distance to the
     nearest segment.
 
     Args:
-        x: Where the center is, in meters.
-        y: Likewise.
+        x: The x of the center, in meters.
+        y: The y of the center, in meters.
         heading: The direction of motion, in radians.
         radius: The radius of the disc, in meters.
         reach: The result is never more than this, in meters.
-        segments: Shape (s, 4): see Obstacles.
+        table: `Obstacles.table`.
     """
+    walls = opened(table)
     cx = math.cos(heading)
     cy = math.sin(heading)
     moved = 0.0
     while moved < reach:
-        _, _, d2 = nearest_on_segments(
-            x + moved * cx, y + moved * cy, segments, 0, len(segments)
+        # Farther walls do not matter.
+        far = reach - moved + radius + 1e-3
+        _, _, d2 = nearest_within(
+            x + moved * cx, y + moved * cy, far * far, walls
         )
         free = math.sqrt(d2) - radius
         if free < 1e-3:

@@ -122,7 +122,7 @@ class PursuitPlanner:
             robot[YAW],
             task.robot_radius,
             self.lookahead,
-            task.obstacles.segments,
+            task.obstacles.table,
         )
         if not len(humans):
             return free

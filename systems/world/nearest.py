@@ -1,11 +1,23 @@
-"""The nearest point of a wall, compiled by numba."""
+"""The nearest points of walls, compiled by numba."""
 
 import math
 
 import numba
 import numpy as np
 
-from hunav_drake.systems.common.kernels import INDICES, MATRIX, jit, jit_as
+from hunav_drake.systems.common.kernels import (
+    INTEGER,
+    MATRIX,
+    REAL,
+    WALLS,
+    jit,
+    jit_as,
+)
+from hunav_drake.systems.world.walls import (
+    distance2_to_box,
+    opened,
+    runs_in,
+)
 
 
 @jit
@@ -13,8 +25,8 @@ def nearest_on_segments(x, y, segments, lo, hi):
     """Returns the nearest point (x, y) of some segments, and its distance^2.
 
     Args:
-        x: Where from, in meters.
-        y: Likewise.
+        x: The x to be near to, in meters.
+        y: The y to be near to, in meters.
         segments: Shape (s, 4): see `Obstacles`.
         lo: The first segment.
         hi: The one after the last; with none the distance is infinite.
@@ -42,25 +54,209 @@ def nearest_on_segments(x, y, segments, lo, hi):
     return best_x, best_y, best
 
 
-@jit_as(numba.float64[:, :, ::1], MATRIX, MATRIX, INDICES)
-def nearest_on_shapes(points, segments, first):
+@jit
+def shapes_within(x, y, reach, most, walls):
+    """Returns the nearest points of the shapes that a person feels.
+
+    Args:
+        x: Where the person is, in meters.
+        y: Where the person is, in meters.
+        reach: Shapes farther than this are left out, in meters.
+        most: How many shapes count at most, the nearest; 0 for all.
+        walls: See `Walls`.
+
+    Returns:
+        Shape (n, 4): rows (x, y, squared distance, segment), in the order of
+        the shapes, or from near to far if `most` leaves some out.
+    """
+    edge = reach * (1 + 1e-12) + 1e-12 * (abs(x) + abs(y))
+    runs = runs_in(x - edge, y - edge, x + edge, y + edge, walls)
+    found = np.empty((len(runs), 4))
+    count = 0
+    i = 0
+    while i < len(runs):
+        shape = walls.runs[runs[i], 2]
+        best = math.inf
+        while i < len(runs) and walls.runs[runs[i], 2] == shape:
+            run = runs[i]
+            i += 1
+            if distance2_to_box(x, y, walls.boxes, walls.runs[run, 3]) >= best:
+                continue
+            for s in range(walls.runs[run, 0], walls.runs[run, 1]):
+                px, py, d2 = nearest_on_segments(x, y, walls.segments, s, s + 1)
+                if d2 < best:
+                    best = d2
+                    found[count, 0] = px
+                    found[count, 1] = py
+                    found[count, 2] = d2
+                    found[count, 3] = s
+        if best <= reach * reach:
+            count += 1
+    found = found[:count]
+    if most == 0 or most >= len(walls.solid):
+        return found
+    return found[np.argsort(found[:, 2], kind="mergesort")[:most]]
+
+
+@jit
+def nearest_within(x, y, bound, walls):
+    """Returns the nearest point (x, y) of all walls, and its distance^2.
+
+    Args:
+        x: The x to be near to, in meters.
+        y: The y to be near to, in meters.
+        bound: A squared distance: walls farther than that do not count. With
+            none, the distance is infinite.
+        walls: See `Walls`.
+    """
+    best = bound
+    best_x = 0.0
+    best_y = 0.0
+    best_run = len(walls.runs)
+    box = 0
+    while box < len(walls.boxes):
+        if distance2_to_box(x, y, walls.boxes, box) > best:
+            box = walls.links[box, 0]
+            continue
+        run = walls.links[box, 1]
+        if run >= 0:
+            px, py, d2 = nearest_on_segments(
+                x, y, walls.segments, walls.runs[run, 0], walls.runs[run, 1]
+            )
+            if d2 < best or (d2 == best and run < best_run):
+                best = d2
+                best_x = px
+                best_y = py
+                best_run = run
+        box += 1
+    return best_x, best_y, best if best_run < len(walls.runs) else math.inf
+
+
+@jit
+def straddles(x, y, segments, s):
+    """Tells whether a ray from a point along +x meets segment `s`.
+
+    A point is inside a closed outline if it does so an odd number of times.
+    """
+    y0 = segments[s, 1]
+    y1 = segments[s, 3]
+    if (y0 > y) == (y1 > y):
+        return False
+    x0 = segments[s, 0]
+    return x < x0 + (y - y0) / (y1 - y0) * (segments[s, 2] - x0)
+
+
+@jit
+def inside_shape(x, y, walls, k):
+    """Tells whether a point is inside shape `k`; a thin wall has no inside."""
+    if not walls.solid[k]:
+        return False
+    odd = False
+    for s in range(walls.first[k], walls.first[k + 1]):
+        odd ^= straddles(x, y, walls.segments, s)
+    return odd
+
+
+@jit
+def inside_any(x, y, walls):
+    """Tells whether a point is inside a solid."""
+    runs = runs_in(x, y, math.inf, y, walls)
+    odd = False
+    for i in range(len(runs)):
+        run = runs[i]
+        shape = walls.runs[run, 2]
+        if walls.solid[shape]:
+            for s in range(walls.runs[run, 0], walls.runs[run, 1]):
+                odd ^= straddles(x, y, walls.segments, s)
+        last = i + 1 == len(runs) or walls.runs[runs[i + 1], 2] != shape
+        if last and odd:
+            return True
+    return False
+
+
+@jit_as(numba.float64[:, :, ::1], MATRIX, WALLS)
+def nearest_on_shapes(points, table):
     """Returns the nearest point of each shape to each point.
 
     Args:
         points: Shape (m, 2), in meters.
-        segments: Shape (s, 4): see `Obstacles`.
-        first: Shape (k + 1,): see `Obstacles`.
+        table: See `wall_table`.
 
     Returns:
         Shape (m, k, 2), in meters.
     """
-    shapes = len(first) - 1
+    walls = opened(table)
+    shapes = len(walls.solid)
     nearest = np.empty((len(points), shapes, 2))
     for i in range(len(points)):
         for k in range(shapes):
             x, y, _ = nearest_on_segments(
-                points[i, 0], points[i, 1], segments, first[k], first[k + 1]
+                *(points[i, 0], points[i, 1], walls.segments),
+                *(walls.first[k], walls.first[k + 1]),
             )
             nearest[i, k, 0] = x
             nearest[i, k, 1] = y
     return nearest
+
+
+@jit_as(numba.float64[:, ::1], MATRIX, WALLS)
+def nearest_on_walls(points, table):
+    """Returns the nearest point of all walls to each point.
+
+    Args:
+        points: Shape (m, 2), in meters.
+        table: See `wall_table`.
+
+    Returns:
+        Shape (m, 2), in meters; NaN without walls.
+    """
+    walls = opened(table)
+    nearest = np.full((len(points), 2), np.nan)
+    for i in range(len(points)):
+        x, y, d2 = nearest_within(points[i, 0], points[i, 1], math.inf, walls)
+        if d2 < math.inf:
+            nearest[i, 0] = x
+            nearest[i, 1] = y
+    return nearest
+
+
+@jit_as(numba.boolean[:, ::1], MATRIX, WALLS)
+def inside_shapes(points, table):
+    """Tells which points (m, 2) lie inside each of k shapes: shape (m, k)."""
+    walls = opened(table)
+    within = np.empty((len(points), len(walls.solid)), dtype=np.bool_)
+    for i in range(len(points)):
+        for k in range(len(walls.solid)):
+            within[i, k] = inside_shape(points[i, 0], points[i, 1], walls, k)
+    return within
+
+
+@jit_as(numba.float64[:, ::1], REAL, REAL, REAL, INTEGER, INTEGER, WALLS)
+def signed_distances(left, bottom, resolution, rows, columns, table):
+    """Returns the distances of places on a grid to the nearest wall.
+
+    Args:
+        left: The x of the first column, in meters.
+        bottom: The y of the first row, in meters.
+        resolution: The distance between two places, in meters.
+        rows: How many y there are.
+        columns: How many x there are.
+        table: See `wall_table`.
+
+    Returns:
+        Shape (rows, columns), in meters: negative inside solids, infinite
+        without walls.
+    """
+    walls = opened(table)
+    result = np.empty((rows, columns))
+    for i in range(rows):
+        y = bottom + i * resolution
+        bound = math.inf
+        for j in range(columns):
+            x = left + j * resolution
+            _, _, d2 = nearest_within(x, y, bound, walls)
+            distance = math.sqrt(d2)
+            # The next place is nearer than this to the same wall.
+            bound = (distance + resolution) ** 2 * (1 + 1e-9)
+            result[i, j] = -distance if inside_any(x, y, walls) else distance
+    return result

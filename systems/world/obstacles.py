@@ -2,17 +2,24 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from typing import Self
+from functools import cached_property
+import hashlib
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from hunav_drake.systems.world.wall_table import wall_table
 
-@dataclass(frozen=True)
+if TYPE_CHECKING:
+    from hunav_drake.systems.world.distance_field import DistanceField
+
+
+@dataclass(frozen=True, eq=False)
 class Obstacles:
     """Shapes made of segments, and points as segments of no length.
 
-    The arrays cannot be written to.
+    The arrays cannot be written to. Obstacles with the same content are equal.
 
     Attributes:
         segments: Shape (s, 4), rows (x0, y0, x1, y1) in W, in meters. The
@@ -61,6 +68,52 @@ class Obstacles:
     def __len__(self) -> int:
         return len(self.solid)
 
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Obstacles):
+            return NotImplemented
+        return self is other or self.digest == other.digest
+
+    def __hash__(self) -> int:
+        return hash(self.digest)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # What follows from the arrays is not sent to other processes.
+        return type(self), (self.segments, self.first, self.solid)
+
+    @cached_property
+    def table(self) -> NDArray[np.float64]:
+        """The walls, and an index of them, for compiled code: `wall_table`."""
+        return wall_table(self.segments, self.first, self.solid)
+
+    @cached_property
+    def digest(self) -> str:
+        """A hash of the content, the same in every process."""
+        content = hashlib.sha256()
+        for field in fields(self):
+            array = np.ascontiguousarray(getattr(self, field.name))
+            content.update(f"{array.shape}{array.dtype.str}".encode())
+            content.update(array.tobytes())
+        return content.hexdigest()
+
+    def distance_field(
+        self, resolution: float, bounds: tuple[float, float, float, float]
+    ) -> "DistanceField":
+        """Returns the distances to the nearest wall on a grid, computed once.
+
+        Args:
+            resolution: The distance between two places, in meters.
+            bounds: The least x and y and the largest x and y that the grid
+                covers, in W, in meters. It begins at the first two.
+
+        Raises:
+            ValueError: If the resolution is not positive, the bounds are not
+                in order, or the grid has more than 25 million places.
+        """
+        # Here, for a scenario can be read without loading numba.
+        from hunav_drake.systems.world.distance_field import distance_field
+
+        return distance_field(self, resolution, bounds)
+
 
 def nearest_points(
     obstacles: Obstacles, points: ArrayLike
@@ -79,9 +132,31 @@ def nearest_points(
 
     p = np.ascontiguousarray(points, dtype=float)
     nearest: NDArray[np.float64] = nearest_on_shapes(
-        p.reshape(-1, 2), obstacles.segments, obstacles.first
+        p.reshape(-1, 2), obstacles.table
     )
     return nearest.reshape(*p.shape[:-1], len(obstacles), 2)
+
+
+def nearest_wall(
+    obstacles: Obstacles, points: ArrayLike
+) -> NDArray[np.float64]:
+    """Returns the nearest point of all walls to each of some points.
+
+    Args:
+        obstacles: The walls.
+        points: Shape (..., 2), in meters.
+
+    Returns:
+        Shape (..., 2), in meters, NaN if there are no walls. The outline
+        counts, also from inside.
+    """
+    from hunav_drake.systems.world.nearest import nearest_on_walls
+
+    p = np.ascontiguousarray(points, dtype=float)
+    nearest: NDArray[np.float64] = nearest_on_walls(
+        p.reshape(-1, 2), obstacles.table
+    )
+    return nearest.reshape(p.shape)
 
 
 def inside(obstacles: Obstacles, points: ArrayLike) -> NDArray[np.bool_]:
@@ -94,13 +169,8 @@ def inside(obstacles: Obstacles, points: ArrayLike) -> NDArray[np.bool_]:
     Returns:
         Shape (..., k). Even-odd rule; a thin wall has no inside.
     """
-    p = np.asarray(points, dtype=float)
-    result = np.zeros((*p.shape[:-1], len(obstacles)), dtype=np.bool_)
-    for i in np.flatnonzero(obstacles.solid):
-        s = obstacles.segments[obstacles.first[i] : obstacles.first[i + 1]]
-        x, y = p[..., None, 0], p[..., None, 1]
-        straddles = (s[:, 1] > y) != (s[:, 3] > y)
-        dy = np.where(s[:, 3] == s[:, 1], 1.0, s[:, 3] - s[:, 1])
-        crossing = s[:, 0] + (y - s[:, 1]) / dy * (s[:, 2] - s[:, 0])
-        result[..., i] = np.sum(straddles & (x < crossing), axis=-1) % 2 == 1
-    return result
+    from hunav_drake.systems.world.nearest import inside_shapes
+
+    p = np.ascontiguousarray(points, dtype=float)
+    within: NDArray[np.bool_] = inside_shapes(p.reshape(-1, 2), obstacles.table)
+    return within.reshape(*p.shape[:-1], len(obstacles))

@@ -4,44 +4,65 @@ import math
 
 from numba import float64
 
-from hunav_drake.systems.common.kernels import MATRIX, REAL, jit_as
+from hunav_drake.systems.common.kernels import REAL, WALLS, jit, jit_as
+from hunav_drake.systems.world.walls import beyond, opened
 
 
-@jit_as(float64, REAL, REAL, REAL, REAL, MATRIX)
-def wall_on_line(px, py, qx, qy, segments):
+@jit
+def first_hit(px, py, qx, qy, walls):
+    """Returns what `ray_cast` does, given the parts of a table."""
+    best = math.inf
+    dx = qx - px
+    dy = qy - py
+    # The end of what is left of the line.
+    ex = qx
+    ey = qy
+    box = 0
+    while box < len(walls.boxes):
+        if beyond(px, py, ex, ey, 0.0, walls.boxes, box):
+            box = walls.links[box, 0]
+            continue
+        run = walls.links[box, 1]
+        box += 1
+        if run < 0:
+            continue
+        for s in range(walls.runs[run, 0], walls.runs[run, 1]):
+            ax = walls.segments[s, 0] - px
+            ay = walls.segments[s, 1] - py
+            bx = walls.segments[s, 2] - px
+            by = walls.segments[s, 3] - py
+            # On which side of the line the ends of the segment are.
+            a = dx * ay - dy * ax
+            b = dx * by - dy * bx
+            if (a >= 0) == (b >= 0):
+                continue
+            # Where the segment meets the line through p and q.
+            part = a / (a - b)
+            hx = ax + part * (bx - ax)
+            hy = ay + part * (by - ay)
+            along = (hx * dx + hy * dy) / (dx * dx + dy * dy)
+            if 0 <= along <= 1 and along < best:
+                best = along
+                ex = px + best * dx
+                ey = py + best * dy
+    return best
+
+
+@jit_as(float64, REAL, REAL, REAL, REAL, WALLS)
+def ray_cast(px, py, qx, qy, table):
     """Returns how much of the line from p to q is before the first wall.
 
     A wall that only touches the line counts or not as if the line were moved
     by a hair, so that no line slips through the joint of two segments.
 
     Args:
-        px: Where from, in meters.
-        py: Likewise.
-        qx: Where to, in meters.
-        qy: Likewise.
-        segments: Shape (s, 4): see `Obstacles`.
+        px: The x of its start, in meters.
+        py: The y of its start, in meters.
+        qx: The x of its end, in meters.
+        qy: The y of its end, in meters.
+        table: `Obstacles.table`.
 
     Returns:
         The fraction of the line, in [0, 1]; infinity if no wall is on it.
     """
-    best = math.inf
-    dx = qx - px
-    dy = qy - py
-    for s in range(len(segments)):
-        ax = segments[s, 0] - px
-        ay = segments[s, 1] - py
-        bx = segments[s, 2] - px
-        by = segments[s, 3] - py
-        # On which side of the line the ends of the segment are.
-        a = dx * ay - dy * ax
-        b = dx * by - dy * bx
-        if (a >= 0) == (b >= 0):
-            continue
-        # Where the segment meets the line through p and q.
-        part = a / (a - b)
-        hx = ax + part * (bx - ax)
-        hy = ay + part * (by - ay)
-        along = (hx * dx + hy * dy) / (dx * dx + dy * dy)
-        if 0 <= along <= 1 and along < best:
-            best = along
-    return best
+    return first_hit(px, py, qx, qy, opened(table))

@@ -1,17 +1,18 @@
 """Ways around walls: a visibility graph of the corners of the world."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, field
 import functools
 import math
-from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hunav_drake.systems.common.layout import Command
 from hunav_drake.systems.world import visibility_graph
+from hunav_drake.systems.world.corners import corner_vertices
 from hunav_drake.systems.world.obstacles import Obstacles
+from hunav_drake.systems.world.route_files import kept
 
 Array = NDArray[np.float64]
 
@@ -22,11 +23,13 @@ _LARGEST_CLEARANCE = 0.3
 # vertex comes in sight before the last one is reached.
 _SIGHT = 0.95
 
-# Ways are remembered for so many goals.
+# Ways are remembered for so many goals, and so many maps.
 _MOST_GOALS = 1024
+_MOST_MAPS = 8
 
-# Smaller angles are straight on, in radians.
-_STRAIGHT = 1e-6
+# From so many segments on, maps are kept on disk. Smaller ones are made in
+# less time than a file takes.
+KEPT_FROM = 400
 
 
 def route_clearance(radii: ArrayLike) -> float:
@@ -53,22 +56,17 @@ class RouteMap:
     nobody turns back halfway.
 
     Attributes:
-        segments: Shape (s, 4): see `Obstacles`. Points do not stop a way, and
-            are left out.
-        first: Shape (k + 1,): see `Obstacles`.
-        solid: Shape (k,): see `Obstacles`.
+        obstacles: The walls, without points: those do not stop a way.
         sight: The least distance of a way to walls, in meters.
         vertices: Shape (m, 2): places around convex corners, in meters.
-        lengths: Shape (m, m): the lengths of the shortest ways between them,
-            in meters; infinity where there is none.
+        ways: Shape (e, 3): rows (i, j, length), the straight ways between
+            vertices that see each other, in meters.
     """
 
-    segments: Array
-    first: NDArray[np.int64]
-    solid: NDArray[np.bool_]
+    obstacles: Obstacles
     sight: float
     vertices: Array
-    lengths: Array
+    ways: Array
 
     # What `_ways_to` gives for a goal, kept for the goals asked for last. It
     # is a pure function, so this changes no result, and threads may share it.
@@ -77,20 +75,21 @@ class RouteMap:
     )
 
     def __post_init__(self) -> None:
-        ways = functools.partial(
-            _ways_to,
-            *(self.sight, self.segments, self.first, self.solid),
-            *(self.vertices, self.lengths),
+        ways_to = functools.partial(
+            _ways_to, self.sight, self.vertices, self.ways, self.obstacles.table
         )
         object.__setattr__(
-            self, "_goal", functools.lru_cache(maxsize=_MOST_GOALS)(ways)
+            self, "_goal", functools.lru_cache(maxsize=_MOST_GOALS)(ways_to)
         )
 
-    @classmethod
+    @staticmethod
     def from_obstacles(
-        cls, obstacles: Obstacles, *, clearance: float = _LARGEST_CLEARANCE
-    ) -> Self:
-        """Makes the map of a world.
+        obstacles: Obstacles, *, clearance: float = _LARGEST_CLEARANCE
+    ) -> "RouteMap":
+        """Returns the map of a world.
+
+        The maps asked for last are kept in memory, and those of large worlds
+        on disk: see `route_files.py`.
 
         Args:
             obstacles: The walls.
@@ -102,35 +101,7 @@ class RouteMap:
         """
         if not 0 < clearance < math.inf:
             raise ValueError(f"clearance must be positive, got {clearance} m")
-        from scipy.sparse.csgraph import shortest_path
-
-        s = obstacles.segments
-        long = (s[:, 0] != s[:, 2]) | (s[:, 1] != s[:, 3])
-        first = np.concatenate([[0], np.cumsum(long)])[obstacles.first]
-        segments = np.ascontiguousarray(s[long])
-        solid = obstacles.solid
-        sight = _SIGHT * clearance
-        found: list[Array] = []
-        for k in range(len(solid)):
-            shape = segments[first[k] : first[k + 1]]
-            for corner, normal, turn in _corners(shape, bool(solid[k])):
-                # Where there is no room for the points of a wide bend, those
-                # of a closer one may still have it.
-                for parts in (1, 2, 4):
-                    points = _bend(corner, normal, turn, clearance, parts)
-                    free = visibility_graph.free_points(
-                        points, sight, segments, first, solid
-                    )
-                    found.append(points[free])
-                    if free.all():
-                        break
-        vertices = np.vstack([np.zeros((0, 2)), *found])
-        _, which = np.unique(vertices.round(9), axis=0, return_index=True)
-        vertices = vertices[np.sort(which)]
-        lengths = visibility_graph.straight_lengths(vertices, sight, segments)
-        if len(vertices):
-            lengths = shortest_path(lengths, directed=False)
-        return cls(segments, first, solid, sight, vertices, lengths)
+        return _route_map(obstacles, float(clearance))
 
     def next_waypoint(self, p: ArrayLike, goal: ArrayLike) -> Array:
         """Returns the point to walk to next, for one person.
@@ -156,7 +127,9 @@ class RouteMap:
         """
         p = np.ascontiguousarray(positions, dtype=float)
         result = np.array(goals, dtype=float, order="C")
-        blocked = visibility_graph.blocked(p, result, self.sight, self.segments)
+        blocked = visibility_graph.blocked(
+            p, result, self.sight, self.obstacles.table
+        )
         for i in np.flatnonzero(blocked):
             result[i] = self._waypoint(p[i], result[i])
         return result
@@ -177,7 +150,7 @@ class RouteMap:
         """
         p = np.ascontiguousarray(positions, dtype=float)
         blocked = visibility_graph.needs_way(
-            p, command, self.sight, self.segments
+            p, command, self.sight, self.obstacles.table
         )
         if not blocked.any():
             return command
@@ -195,89 +168,81 @@ class RouteMap:
         """Returns the next waypoint to a goal that is not seen from p."""
         known = self._goal(float(goal[0]), float(goal[1]))
         result: Array = visibility_graph.waypoint(
-            *(p, goal, *known, self.sight, self.vertices, self.segments)
+            *(p, goal, *known, self.sight, self.vertices, self.obstacles.table)
         )
         return result
 
 
+@functools.lru_cache(maxsize=_MOST_MAPS)
+def _route_map(obstacles: Obstacles, clearance: float) -> RouteMap:
+    walls = _without_points(obstacles)
+    sight = _SIGHT * clearance
+
+    def build() -> tuple[Array, Array]:
+        vertices = corner_vertices(walls, clearance, sight)
+        ways: Array = visibility_graph.straight_ways(
+            vertices, sight, walls.table
+        )
+        return vertices, ways
+
+    if len(walls.segments) < KEPT_FROM:
+        return RouteMap(walls, sight, *build())
+    return RouteMap(walls, sight, *kept(f"{walls.digest} {clearance!r}", build))
+
+
+def _without_points(obstacles: Obstacles) -> Obstacles:
+    s = obstacles.segments
+    long = (s[:, 0] != s[:, 2]) | (s[:, 1] != s[:, 3])
+    if long.all():
+        return obstacles
+    first = np.concatenate([[0], np.cumsum(long)])[obstacles.first]
+    return Obstacles(np.ascontiguousarray(s[long]), first, obstacles.solid)
+
+
 def _ways_to(
-    sight: float,
-    segments: Array,
-    first: NDArray[np.int64],
-    solid: NDArray[np.bool_],
-    vertices: Array,
-    lengths: Array,
-    x: float,
-    y: float,
+    sight: float, vertices: Array, ways: Array, table: Array, x: float, y: float
 ) -> tuple[Array, float, Array]:
     """Returns what is the same on all ways to a goal (x, y).
 
     The place to go to, the clearance of the last leg, and the length of the
-    way from each vertex: see `visibility`.
+    way from each vertex, infinite where there is none.
     """
-    place: Array = visibility_graph.standing_place(
-        x, y, sight, segments, first, solid
-    )
+    place: Array = visibility_graph.standing_place(x, y, sight, table)
     for last in (sight, visibility_graph.SQUEEZED * sight):
-        to_place: Array = visibility_graph.lengths_to_goal(
-            *(*place, last, vertices, lengths, segments)
+        legs: Array = visibility_graph.straight_lengths(
+            *(*place, last, vertices, table)
         )
-        if np.isfinite(to_place).any():
-            break
-    return place, last, to_place
+        if np.isfinite(legs).any():
+            return place, last, _shortest(legs, ways)
+    return place, last, legs
 
 
-def _corners(
-    segments: Array, solid: bool
-) -> Iterator[tuple[Array, float, float]]:
-    """Yields the convex corners of a shape that people walk around.
+def _shortest(legs: Array, ways: Array) -> Array:
+    """Returns the lengths of the shortest ways from vertices to a place.
 
     Args:
-        segments: Shape (s, 4), none of length zero, one after the other.
-        solid: Whether they close around a solid.
+        legs: Shape (m,): those of the straight ways, in meters; infinity
+            where there is none.
+        ways: Shape (e, 3): see `RouteMap`.
 
-    Yields:
-        A corner (2,), the direction of the normal of the wall before it, and
-        the angle by which the normal turns there, in radians. The end of a
-        thin wall turns by pi.
+    Returns:
+        Shape (m,), in meters.
     """
-    if len(segments) == 0:
-        return
-    if solid and _area(segments) < 0:
-        segments = segments[::-1, [2, 3, 0, 1]]
-    angles = np.arctan2(
-        segments[:, 3] - segments[:, 1], segments[:, 2] - segments[:, 0]
+    from scipy.sparse import csr_array
+    from scipy.sparse.csgraph import dijkstra
+
+    m = len(legs)
+    seen = np.flatnonzero(np.isfinite(legs))
+    i, j = ways[:, :2].astype(np.int32).T
+    graph = csr_array(
+        (
+            np.concatenate([ways[:, 2], legs[seen]]),
+            (
+                np.concatenate([i, np.full(len(seen), m)]),
+                np.concatenate([j, seen]),
+            ),
+        ),
+        shape=(m + 1, m + 1),
     )
-    closed = bool((segments[0, :2] == segments[-1, 2:]).all())
-    if not closed:
-        yield segments[0, :2], angles[0] + math.pi / 2, math.pi
-        yield segments[-1, 2:], angles[-1] - math.pi / 2, math.pi
-    for i in range(0 if closed else 1, len(segments)):
-        turn = math.remainder(angles[i] - angles[i - 1], 2 * math.pi)
-        # To the left of a solid's outline is its inside.
-        if turn > _STRAIGHT or (turn < -_STRAIGHT and not solid):
-            side = math.copysign(math.pi / 2, turn)
-            yield segments[i, :2], angles[i - 1] - side, turn
-
-
-def _area(segments: Array) -> float:
-    """Returns twice the area of an outline, positive if it turns left."""
-    x0, y0, x1, y1 = (segments - np.tile(segments[0, :2], 2)).T
-    return float(np.sum(x0 * y1 - x1 * y0))
-
-
-def _bend(
-    corner: Array, normal: float, turn: float, clearance: float, parts: int
-) -> Array:
-    """Returns the points of a way around a corner, at the clearance from it.
-
-    They are the corners of a polygon around the arc with that radius, with
-    `parts` of them for each quarter turn or less.
-    """
-    count = parts * math.ceil(abs(turn) / (math.pi / 2) - _STRAIGHT)
-    angles = normal + turn * (np.arange(count) + 0.5) / count
-    radius = clearance / math.cos(turn / count / 2)
-    points: Array = corner + radius * np.column_stack(
-        [np.cos(angles), np.sin(angles)]
-    )
-    return points
+    lengths: Array = dijkstra(graph, directed=False, indices=m)[:m]
+    return lengths

@@ -1,12 +1,18 @@
-"""How near a straight path comes to walls, compiled by numba.
-
-Walls are the arrays of `Obstacles`: `segments`, `first` and `solid`.
-"""
+"""How near a straight path comes to walls, compiled by numba."""
 
 import math
 
 from hunav_drake.systems.common.kernels import jit
-from hunav_drake.systems.world.nearest import nearest_on_segments
+from hunav_drake.systems.world.nearest import (
+    inside_any,
+    inside_shape,
+    nearest_on_segments,
+)
+from hunav_drake.systems.world.walls import (
+    beyond,
+    distance2_to_box,
+    out_of_box,
+)
 
 # The offsets that a place near a wall is tried at, the most roomy first.
 _OFFSETS = (1.0, 0.25, 0.0625)
@@ -20,21 +26,6 @@ def distance_to(x, y, segments, s):
     """Returns the distance of a point from segment `s`, in meters."""
     _, _, d2 = nearest_on_segments(x, y, segments, s, s + 1)
     return math.sqrt(d2)
-
-
-@jit
-def out_of_box(px, py, qx, qy, reach, segments, s):
-    """Tells whether a path is farther than `reach` by its bounds alone."""
-    x0 = segments[s, 0]
-    y0 = segments[s, 1]
-    x1 = segments[s, 2]
-    y1 = segments[s, 3]
-    return (
-        min(x0, x1) > max(px, qx) + reach
-        or max(x0, x1) < min(px, qx) - reach
-        or min(y0, y1) > max(py, qy) + reach
-        or max(y0, y1) < min(py, qy) - reach
-    )
 
 
 @jit
@@ -100,56 +91,46 @@ def path_distance(px, py, qx, qy, segments, s):
 
 
 @jit
-def straddles(x, y, segments, s):
-    """Tells whether a ray from a point along +x meets segment `s`.
-
-    A point is inside a closed outline if it does so an odd number of times.
-    """
-    y0 = segments[s, 1]
-    y1 = segments[s, 3]
-    if (y0 > y) == (y1 > y):
-        return False
-    x0 = segments[s, 0]
-    return x < x0 + (y - y0) / (y1 - y0) * (segments[s, 2] - x0)
-
-
-@jit
-def inside_shape(x, y, segments, first, solid, k):
-    """Tells whether a point is inside shape `k`; a thin wall has no inside."""
-    if not solid[k]:
-        return False
-    odd = False
-    for s in range(first[k], first[k + 1]):
-        odd ^= straddles(x, y, segments, s)
-    return odd
-
-
-@jit
-def is_free(x, y, distance, segments, first, solid):
+def is_free(x, y, distance, walls):
     """Tells whether a point is outside all solids, and that far from walls."""
-    for k in range(len(solid)):
-        _, _, d2 = nearest_on_segments(x, y, segments, first[k], first[k + 1])
-        if d2 < distance * distance:
-            return False
-        if inside_shape(x, y, segments, first, solid, k):
-            return False
-    return True
-
-
-@jit
-def _leaves_freely(px, py, qx, qy, segments, first, solid):
-    """Tells whether a path crosses no shape but those that p is inside."""
-    for k in range(len(solid)):
-        if inside_shape(px, py, segments, first, solid, k):
+    reach = distance + 1e-12 * (abs(x) + abs(y))
+    box = 0
+    while box < len(walls.boxes):
+        if out_of_box(x, y, x, y, reach, walls.boxes, box):
+            box = walls.links[box, 0]
             continue
-        for s in range(first[k], first[k + 1]):
-            if crosses(px, py, qx, qy, segments, s):
+        run = walls.links[box, 1]
+        if run >= 0:
+            _, _, d2 = nearest_on_segments(
+                x, y, walls.segments, walls.runs[run, 0], walls.runs[run, 1]
+            )
+            if d2 < distance * distance:
                 return False
+        box += 1
+    return not inside_any(x, y, walls)
+
+
+@jit
+def _leaves_freely(px, py, qx, qy, walls):
+    """Tells whether a path crosses no shape but those that p is inside."""
+    box = 0
+    while box < len(walls.boxes):
+        if beyond(px, py, qx, qy, 0.0, walls.boxes, box):
+            box = walls.links[box, 0]
+            continue
+        run = walls.links[box, 1]
+        box += 1
+        if run >= 0:
+            for s in range(walls.runs[run, 0], walls.runs[run, 1]):
+                if crosses(
+                    px, py, qx, qy, walls.segments, s
+                ) and not inside_shape(px, py, walls, walls.runs[run, 2]):
+                    return False
     return True
 
 
 @jit
-def nearest_free(x, y, hx, hy, offset, segments, first, solid):
+def nearest_free(x, y, hx, hy, offset, walls):
     """Returns a place near a point inside a solid, or on a wall, that is free.
 
     Of the nearest points and the ends of all segments, it lies beside the
@@ -157,14 +138,12 @@ def nearest_free(x, y, hx, hy, offset, segments, first, solid):
     of that. No other wall lies between the point and its place.
 
     Args:
-        x: The point, in meters.
-        y: Likewise.
-        hx: A direction that decides between equally near places.
-        hy: Likewise.
+        x: The x of the point, in meters.
+        y: The y of the point, in meters.
+        hx: The x of a direction that decides between equally near places.
+        hy: The y of that direction.
         offset: The distance from the walls that the place has if it can.
-        segments: Shape (s, 4): see `Obstacles`.
-        first: Shape (k + 1,): see `Obstacles`.
-        solid: Shape (k,): see `Obstacles`.
+        walls: See `Walls`.
 
     Returns:
         The place (x, y) and whether there is one; else the point itself.
@@ -173,44 +152,50 @@ def nearest_free(x, y, hx, hy, offset, segments, first, solid):
     best_along = -math.inf
     best_x = x
     best_y = y
-    for s in range(len(segments)):
-        ex = segments[s, 2] - segments[s, 0]
-        ey = segments[s, 3] - segments[s, 1]
-        for which in range(3):
-            bx, by, _ = nearest_on_segments(x, y, segments, s, s + 1)
-            if which > 0:
-                bx = segments[s, 2 * which - 2]
-                by = segments[s, 2 * which - 1]
-            nx = -ey
-            ny = ex
-            if nx == 0 and ny == 0:
-                nx = x - bx
-                ny = y - by
-            if nx == 0 and ny == 0:
-                nx = hx
-                ny = hy
-            length = math.hypot(nx, ny)
-            if length == 0:
-                nx = length = 1.0
-            away = math.hypot(bx - x, by - y)
-            for side in (-1.0, 1.0):
-                gx = side * offset * nx / length
-                gy = side * offset * ny / length
-                along = (bx + gx - x) * hx + (by + gy - y) * hy
-                if away > best + _SAME or (
-                    away > best - _SAME and along <= best_along
-                ):
-                    continue
-                for fraction in _OFFSETS:
-                    qx = bx + fraction * gx
-                    qy = by + fraction * gy
-                    room = fraction * offset * (1 - _SAME)
-                    if is_free(
-                        qx, qy, room, segments, first, solid
-                    ) and _leaves_freely(x, y, qx, qy, segments, first, solid):
-                        best = away
-                        best_along = along
-                        best_x = qx
-                        best_y = qy
-                        break
+    segments = walls.segments
+    for run in range(len(walls.runs)):
+        # (Rounding of the square root is less than the tolerance.)
+        box2 = distance2_to_box(x, y, walls.boxes, walls.runs[run, 3])
+        if math.sqrt(box2) > best + 2 * _SAME:
+            continue
+        for s in range(walls.runs[run, 0], walls.runs[run, 1]):
+            ex = segments[s, 2] - segments[s, 0]
+            ey = segments[s, 3] - segments[s, 1]
+            for which in range(3):
+                bx, by, _ = nearest_on_segments(x, y, segments, s, s + 1)
+                if which > 0:
+                    bx = segments[s, 2 * which - 2]
+                    by = segments[s, 2 * which - 1]
+                nx = -ey
+                ny = ex
+                if nx == 0 and ny == 0:
+                    nx = x - bx
+                    ny = y - by
+                if nx == 0 and ny == 0:
+                    nx = hx
+                    ny = hy
+                length = math.hypot(nx, ny)
+                if length == 0:
+                    nx = length = 1.0
+                away = math.hypot(bx - x, by - y)
+                for side in (-1.0, 1.0):
+                    gx = side * offset * nx / length
+                    gy = side * offset * ny / length
+                    along = (bx + gx - x) * hx + (by + gy - y) * hy
+                    if away > best + _SAME or (
+                        away > best - _SAME and along <= best_along
+                    ):
+                        continue
+                    for fraction in _OFFSETS:
+                        qx = bx + fraction * gx
+                        qy = by + fraction * gy
+                        room = fraction * offset * (1 - _SAME)
+                        if is_free(qx, qy, room, walls) and _leaves_freely(
+                            x, y, qx, qy, walls
+                        ):
+                            best = away
+                            best_along = along
+                            best_x = qx
+                            best_y = qy
+                            break
     return best_x, best_y, best < math.inf

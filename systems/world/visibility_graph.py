@@ -7,22 +7,22 @@ from numba import float64
 import numpy as np
 
 from hunav_drake.systems.common.kernels import (
-    FLAGS,
-    INDICES,
     MATRIX,
     REAL,
     VECTOR,
+    WALLS,
     jit,
     jit_as,
 )
 from hunav_drake.systems.common.layout import Command
 from hunav_drake.systems.world.sweep import (
+    crosses,
     distance_to,
     is_free,
     nearest_free,
     nearest_on_path,
-    out_of_box,
 )
+from hunav_drake.systems.world.walls import beyond, opened, out_of_box
 
 # Lengths that differ less are the same, in meters.
 _SAME = 1e-9
@@ -40,26 +40,37 @@ _NEAR = 0.2
 
 
 @jit
-def _passes(px, py, qx, qy, near, where, segments, s):
+def _passes(px, py, qx, qy, near, where, walls, s):
     """Tells whether a path first nears and then leaves walls at segment `s`.
 
     It does not where another wall is nearer, or as near and so from an end of
     the path on.
 
     Args:
-        px: The path from p to q, in meters.
-        py: Likewise.
-        qx: Likewise.
-        qy: Likewise.
-        near: What `nearest_on_path` gives for segment `s`.
-        where: Likewise.
-        segments: Shape (s, 4): see `Obstacles`.
+        px: The x of the start of the path, in meters.
+        py: The y of the start of the path, in meters.
+        qx: The x of the end of the path, in meters.
+        qy: The y of the end of the path, in meters.
+        near: How near the path comes to segment `s`, in meters.
+        where: At what part of the path: see `nearest_on_path`.
+        walls: See `Walls`.
         s: A segment that is nearest to neither end.
     """
     x = px + where * (qx - px)
     y = py + where * (qy - py)
-    for r in range(len(segments)):
-        if r != s and not out_of_box(x, y, x, y, near + _SAME, segments, r):
+    segments = walls.segments
+    box = 0
+    while box < len(walls.boxes):
+        if out_of_box(x, y, x, y, near + _SAME, walls.boxes, box):
+            box = walls.links[box, 0]
+            continue
+        run = walls.links[box, 1]
+        box += 1
+        if run < 0:
+            continue
+        for r in range(walls.runs[run, 0], walls.runs[run, 1]):
+            if r == s or out_of_box(x, y, x, y, near + _SAME, segments, r):
+                continue
             other = distance_to(x, y, segments, r)
             if other < near - _SAME or (
                 other <= near + _SAME
@@ -74,65 +85,86 @@ def _passes(px, py, qx, qy, near, where, segments, s):
 
 
 @jit
-def sees(px, py, qx, qy, clearance, segments):
+def _stops(px, py, qx, qy, clearance, walls, s):
+    """Tells whether segment `s` is in the way: see `sees`."""
+    segments = walls.segments
+    if out_of_box(px, py, qx, qy, clearance, segments, s):
+        return False
+    near, where = nearest_on_path(px, py, qx, qy, segments, s)
+    if near >= clearance - _SAME:
+        return False
+    return where < 0 or (
+        near < distance_to(px, py, segments, s) - _SAME
+        and near < distance_to(qx, qy, segments, s) - _SAME
+        and _passes(px, py, qx, qy, near, where, walls, s)
+    )
+
+
+@jit
+def blocker(px, py, qx, qy, clearance, walls):
+    """Returns a segment that is in the way from p to q, or -1: see `sees`."""
+    box = 0
+    while box < len(walls.boxes):
+        if beyond(px, py, qx, qy, clearance, walls.boxes, box):
+            box = walls.links[box, 0]
+            continue
+        run = walls.links[box, 1]
+        box += 1
+        if run >= 0:
+            for s in range(walls.runs[run, 0], walls.runs[run, 1]):
+                if _stops(px, py, qx, qy, clearance, walls, s):
+                    return s
+    return -1
+
+
+@jit
+def sees(px, py, qx, qy, clearance, walls):
     """Tells whether the straight way from p to q keeps its clearance.
 
     It may begin beside walls, and leave them, and end beside walls, and draw
     near to them, but not pass them more closely than the clearance. So
     whoever sees a point sees it from the whole way to it.
     """
-    for s in range(len(segments)):
-        if out_of_box(px, py, qx, qy, clearance, segments, s):
-            continue
-        near, where = nearest_on_path(px, py, qx, qy, segments, s)
-        if near >= clearance - _SAME:
-            continue
-        if where < 0:
-            return False
-        if (
-            near < distance_to(px, py, segments, s) - _SAME
-            and near < distance_to(qx, qy, segments, s) - _SAME
-            and _passes(px, py, qx, qy, near, where, segments, s)
-        ):
-            return False
-    return True
+    return blocker(px, py, qx, qy, clearance, walls) < 0
 
 
-@jit_as(numba.boolean[::1], MATRIX, MATRIX, REAL, MATRIX)
-def blocked(positions, goals, clearance, segments):
+@jit_as(numba.boolean[::1], MATRIX, MATRIX, REAL, WALLS)
+def blocked(positions, goals, clearance, table):
     """Tells whose straight way is not free.
 
     Args:
         positions: Shape (n, 2 or more): x, y, ..., in meters.
         goals: Shape (n, 2), in meters.
         clearance: In meters.
-        segments: Shape (s, 4): see `Obstacles`.
+        table: `Obstacles.table`.
 
     Returns:
         Shape (n,).
     """
+    walls = opened(table)
     result = np.empty(len(positions), dtype=np.bool_)
     for i in range(len(positions)):
         result[i] = not sees(
             *(positions[i, 0], positions[i, 1], goals[i, 0], goals[i, 1]),
-            *(clearance, segments),
+            *(clearance, walls),
         )
     return result
 
 
-@jit_as(numba.boolean[::1], MATRIX, MATRIX, REAL, MATRIX)
-def needs_way(positions, command, clearance, segments):
+@jit_as(numba.boolean[::1], MATRIX, MATRIX, REAL, WALLS)
+def needs_way(positions, command, clearance, table):
     """Tells who has a goal, is not there, and cannot walk straight to it.
 
     Args:
         positions: Shape (n, 2 or more): x, y, ..., in meters.
         command: Shape (n, COMMAND_SIZE).
         clearance: In meters.
-        segments: Shape (s, 4): see `Obstacles`.
+        table: `Obstacles.table`.
 
     Returns:
         Shape (n,).
     """
+    walls = opened(table)
     result = np.empty(len(positions), dtype=np.bool_)
     for i in range(len(positions)):
         x = positions[i, 0]
@@ -142,73 +174,77 @@ def needs_way(positions, command, clearance, segments):
         result[i] = (
             command[i, Command.HAS_GOAL] != 0
             and math.hypot(gx - x, gy - y) > command[i, Command.GOAL_RADIUS]
-            and not sees(x, y, gx, gy, clearance, segments)
+            and not sees(x, y, gx, gy, clearance, walls)
         )
     return result
 
 
-@jit_as(numba.boolean[::1], MATRIX, REAL, MATRIX, INDICES, FLAGS)
-def free_points(points, clearance, segments, first, solid):
+@jit_as(numba.boolean[::1], MATRIX, REAL, WALLS)
+def free_points(points, clearance, table):
     """Tells which points (m, 2) have their clearance from every wall."""
+    walls = opened(table)
     result = np.empty(len(points), dtype=np.bool_)
     for i in range(len(points)):
-        result[i] = is_free(
-            points[i, 0], points[i, 1], clearance, segments, first, solid
-        )
+        result[i] = is_free(points[i, 0], points[i, 1], clearance, walls)
     return result
 
 
-@jit_as(float64[:, ::1], MATRIX, REAL, MATRIX)
-def straight_lengths(points, clearance, segments):
-    """Returns the lengths of the straight ways between points (m, 2).
+@jit_as(float64[:, ::1], MATRIX, REAL, WALLS)
+def straight_ways(points, clearance, table):
+    """Returns the straight ways between points (m, 2) that see each other.
 
     Returns:
-        Shape (m, m), in meters; infinity where there is no way.
+        Shape (e, 3): rows (i, j, length), j < i, in meters.
     """
+    walls = opened(table)
     m = len(points)
-    lengths = np.full((m, m), np.inf)
+    found = np.empty((4 * m + 8, 3))
+    count = 0
     for i in range(m):
+        px, py = points[i, 0], points[i, 1]
+        # What hid one point often hides the next.
+        last = -1
         for j in range(i):
-            px, py = points[i, 0], points[i, 1]
             qx, qy = points[j, 0], points[j, 1]
-            if sees(px, py, qx, qy, clearance, segments):
-                lengths[i, j] = lengths[j, i] = math.hypot(px - qx, py - qy)
-    return lengths
+            if last >= 0 and crosses(px, py, qx, qy, walls.segments, last):
+                continue
+            last = blocker(px, py, qx, qy, clearance, walls)
+            if last >= 0:
+                continue
+            if count == len(found):
+                longer = np.empty((2 * count, 3))
+                longer[:count] = found
+                found = longer
+            found[count, 0] = i
+            found[count, 1] = j
+            found[count, 2] = math.hypot(px - qx, py - qy)
+            count += 1
+    return found[:count].copy()
 
 
-@jit_as(float64[::1], REAL, REAL, REAL, MATRIX, MATRIX, MATRIX)
-def lengths_to_goal(gx, gy, clearance, vertices, lengths, segments):
-    """Returns the length of the shortest way from each vertex to a goal.
-
-    Args:
-        gx: The goal, in meters.
-        gy: Likewise.
-        clearance: That of the last leg, in meters.
-        vertices: Shape (m, 2), in meters.
-        lengths: Shape (m, m): the shortest ways between them.
-        segments: Shape (s, 4): see `Obstacles`.
+@jit_as(float64[::1], REAL, REAL, REAL, MATRIX, WALLS)
+def straight_lengths(x, y, clearance, points, table):
+    """Returns the lengths of the straight ways from (x, y) to points (m, 2).
 
     Returns:
-        Shape (m,), in meters; infinity where there is no way.
+        Shape (m,), in meters; infinity for points that one does not see.
     """
-    m = len(vertices)
-    result = np.full(m, np.inf)
-    for u in range(m):
-        ux = vertices[u, 0]
-        uy = vertices[u, 1]
-        if sees(gx, gy, ux, uy, clearance, segments):
-            last = math.hypot(gx - ux, gy - uy)
-            for v in range(m):
-                result[v] = min(result[v], lengths[u, v] + last)
+    walls = opened(table)
+    result = np.full(len(points), np.inf)
+    for i in range(len(points)):
+        px, py = points[i, 0], points[i, 1]
+        if sees(x, y, px, py, clearance, walls):
+            result[i] = math.hypot(x - px, y - py)
     return result
 
 
-@jit_as(float64[::1], REAL, REAL, REAL, MATRIX, INDICES, FLAGS)
-def standing_place(gx, gy, clearance, segments, first, solid):
+@jit_as(float64[::1], REAL, REAL, REAL, WALLS)
+def standing_place(gx, gy, clearance, table):
     """Returns the place (2,) to go to for a goal: itself, or outside solids."""
-    if is_free(gx, gy, 0.0, segments, first, solid):
+    walls = opened(table)
+    if is_free(gx, gy, 0.0, walls):
         return np.array([gx, gy])
-    x, y, _ = nearest_free(gx, gy, 0.0, 0.0, clearance, segments, first, solid)
+    x, y, _ = nearest_free(gx, gy, 0.0, 0.0, clearance, walls)
     return np.array([x, y])
 
 
@@ -229,18 +265,18 @@ def _turns_back(x, y, vx, vy, ox, oy, clearance):
 
 
 @jit
-def _choice(x, y, legs, ways, order, clearance, vertices, segments):
+def _choice(x, y, legs, ways, order, clearance, vertices, walls):
     """Returns the vertex in sight with the shortest way, or -1.
 
     Args:
-        x: Where the person is, in meters.
-        y: Likewise.
+        x: The x of the person, in meters.
+        y: The y of the person, in meters.
         legs: Shape (m,): how far the vertices are, in meters.
         ways: Shape (m,): how far the place is by way of them, in meters.
         order: Shape (m,): the vertices, those with shorter ways first.
         clearance: That of the legs, in meters.
         vertices: Shape (m, 2), in meters.
-        segments: Shape (s, 4): see `Obstacles`.
+        walls: See `Walls`.
     """
     choice = -1
     for v in order:
@@ -251,17 +287,17 @@ def _choice(x, y, legs, ways, order, clearance, vertices, segments):
         if ways[v] < math.inf and (choice < 0 or legs[v] > legs[choice]):
             vx = vertices[v, 0]
             vy = vertices[v, 1]
-            if sees(x, y, vx, vy, clearance, segments):
+            if sees(x, y, vx, vy, clearance, walls):
                 choice = v
     return choice
 
 
 @jit_as(
     float64[::1],
-    *(VECTOR, VECTOR, VECTOR, REAL, VECTOR, REAL, MATRIX, MATRIX),
+    *(VECTOR, VECTOR, VECTOR, REAL, VECTOR, REAL, MATRIX, WALLS),
 )
 def waypoint(
-    p, goal, place, last_clearance, to_place, clearance, vertices, segments
+    p, goal, place, last_clearance, to_place, clearance, vertices, table
 ):
     """Returns the point (2,) to walk to next, on the way to a goal.
 
@@ -270,14 +306,16 @@ def waypoint(
         goal: Shape (2,), in meters.
         place: Shape (2,): what `standing_place` gives for the goal.
         last_clearance: That of the last leg, in meters.
-        to_place: Shape (m,): what `lengths_to_goal` gives for the place.
+        to_place: Shape (m,): the length of the shortest way from each vertex
+            to the place, in meters; infinity where there is none.
         clearance: That of the other legs, in meters.
         vertices: Shape (m, 2), in meters.
-        segments: Shape (s, 4): see `Obstacles`.
+        table: `Obstacles.table`.
     """
+    walls = opened(table)
     x = p[0]
     y = p[1]
-    if sees(x, y, place[0], place[1], last_clearance, segments):
+    if sees(x, y, place[0], place[1], last_clearance, walls):
         # In front of the furniture that the goal is in, people lean towards
         # the goal, and come to rest there.
         near = math.hypot(place[0] - x, place[1] - y) < 2 * clearance
@@ -288,15 +326,15 @@ def waypoint(
         legs[v] = math.hypot(vertices[v, 0] - x, vertices[v, 1] - y)
     ways = legs + to_place
     order = np.argsort(ways)
-    choice = _choice(x, y, legs, ways, order, clearance, vertices, segments)
+    choice = _choice(x, y, legs, ways, order, clearance, vertices, walls)
     if choice >= 0 and legs[choice] < 2 * clearance:
         slack = _SLACK * clearance
         vx, vy = vertices[choice]
-        other = _choice(x, y, legs, ways, order, slack, vertices, segments)
+        other = _choice(x, y, legs, ways, order, slack, vertices, walls)
         ox, oy = vertices[other]
         if _turns_back(x, y, vx, vy, ox, oy, clearance):
             choice = other
     if choice < 0:
         squeezed = SQUEEZED * clearance
-        choice = _choice(x, y, legs, ways, order, squeezed, vertices, segments)
+        choice = _choice(x, y, legs, ways, order, squeezed, vertices, walls)
     return vertices[choice].copy() if choice >= 0 else goal.copy()

@@ -24,7 +24,7 @@ from hunav_drake.systems.behavior.nodes.status import Status
 from hunav_drake.systems.behavior.tick_context import Moment, Row
 from hunav_drake.systems.common.layout import RADIUS, Command, X, Y
 from hunav_drake.systems.common.schema import within
-from hunav_drake.systems.world.ray_cast import wall_on_line
+from hunav_drake.systems.world.ray_cast import ray_cast
 
 # What is left free between the body and a wall, in meters.
 _WALL_GAP = 0.15
@@ -236,7 +236,7 @@ def _clear_part(
     walls = moment.person.walls
     if walls is None:
         return math.inf
-    part: float = wall_on_line(x, y, x + dx, y + dy, walls)
+    part: float = ray_cast(x, y, x + dx, y + dy, walls)
     return part
 
 

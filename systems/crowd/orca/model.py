@@ -14,7 +14,14 @@ import numpy as np
 from pydantic import Field, StrictFloat
 from pydantic.dataclasses import dataclass
 
-from hunav_drake.systems.common.kernels import MATRIX, REAL, VECTOR, jit, jit_as
+from hunav_drake.systems.common.kernels import (
+    MATRIX,
+    REAL,
+    VECTOR,
+    WALLS,
+    jit,
+    jit_as,
+)
 from hunav_drake.systems.common.layout import (
     COHERENCE_FORCE,
     FORCES_SIZE,
@@ -49,6 +56,7 @@ from hunav_drake.systems.crowd.social_force.force_terms import (
     add_robot_forces,
 )
 from hunav_drake.systems.world.nearest import nearest_on_segments
+from hunav_drake.systems.world.walls import opened, runs_in
 
 # The fields of OrcaModel in order.
 (
@@ -74,10 +82,10 @@ def _avoid(rule, ex, ey, own, vx, vy, reach, share, horizon, time_step):
     Args:
         rule: Receives (nx, ny, b): see `velocity_program`.
         ex: Where the disc is, seen from the person, in meters.
-        ey: Likewise.
+        ey: Its y, in meters.
         own: The velocity of the person, in m/s.
         vx: How much faster the person is than the disc, in m/s.
-        vy: Likewise.
+        vy: Its y, in m/s.
         reach: The distance to keep, in meters.
         share: The share of the change that the person makes.
         horizon: The time ahead that they must not touch in, in seconds.
@@ -118,7 +126,7 @@ def _avoid(rule, ex, ey, own, vx, vy, reach, share, horizon, time_step):
 
 
 @jit
-def _avoid_walls(rules, x, y, reach, speed, segments, sight, horizon, step):
+def _avoid_walls(rules, x, y, reach, speed, walls, sight, horizon, step):
     """Writes the rules by which a person avoids walls.
 
     Each segment lies behind the line through its point nearest to the person,
@@ -126,11 +134,11 @@ def _avoid_walls(rules, x, y, reach, speed, segments, sight, horizon, step):
 
     Args:
         rules: Receives rows (nx, ny, b).
-        x: Where the person is, in meters.
-        y: Likewise.
+        x: The x of the person, in meters.
+        y: The y of the person, in meters.
         reach: The distance to keep, in meters.
         speed: The largest speed, in m/s.
-        segments: Shape (s, 4): see Obstacles.
+        walls: See `Walls`.
         sight: Walls farther than this do not count, in meters.
         horizon: The time ahead that nobody must touch a wall in, in seconds.
         step: The time in which a person who does comes off it, in seconds.
@@ -139,19 +147,22 @@ def _avoid_walls(rules, x, y, reach, speed, segments, sight, horizon, step):
         How many.
     """
     sight = min(sight, reach + speed * horizon)
+    edge = sight + 1e-12 * (abs(x) + abs(y) + sight)
+    runs = runs_in(x - edge, y - edge, x + edge, y + edge, walls)
     count = 0
-    for s in range(len(segments)):
-        px, py, d2 = nearest_on_segments(x, y, segments, s, s + 1)
-        if d2 > sight * sight:
-            continue
-        distance = math.sqrt(d2)
-        if distance < _TINY:
-            continue
-        gap = distance - reach
-        rules[count, 0] = (x - px) / distance
-        rules[count, 1] = (y - py) / distance
-        rules[count, 2] = -gap / (horizon if gap > 0 else step)
-        count += 1
+    for i in range(len(runs)):
+        for s in range(walls.runs[runs[i], 0], walls.runs[runs[i], 1]):
+            px, py, d2 = nearest_on_segments(x, y, walls.segments, s, s + 1)
+            if d2 > sight * sight:
+                continue
+            distance = math.sqrt(d2)
+            if distance < _TINY:
+                continue
+            gap = distance - reach
+            rules[count, 0] = (x - px) / distance
+            rules[count, 1] = (y - py) / distance
+            rules[count, 2] = -gap / (horizon if gap > 0 else step)
+            count += 1
     return count
 
 
@@ -206,7 +217,7 @@ def _wanted(states, radii, command, parameters, robots, time_step, relaxation):
 
 @jit_as(
     float64[:, ::1],
-    *(MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, MATRIX, MATRIX),
+    *(MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, MATRIX, WALLS),
     *(REAL, REAL, VECTOR),
 )
 def orca_accelerations(
@@ -216,7 +227,7 @@ def orca_accelerations(
     parameters,
     robots,
     at_walls,
-    segments,
+    table,
     sight,
     step,
     model,
@@ -230,7 +241,7 @@ def orca_accelerations(
         parameters: Shape (n, 13): the fields of SocialForceParameters.
         robots: Shape (m, 7): rows of `robot_state`.
         at_walls: Shape (n, 2): see `Snapshot`; the radii count.
-        segments: Shape (s, 4): see Obstacles.
+        table: `Obstacles.table`.
         sight: Walls farther than this do not count, in meters.
         step: The time step, in seconds.
         model: Shape (7,): the fields of OrcaModel.
@@ -238,6 +249,7 @@ def orca_accelerations(
     Returns:
         Shape (n, FORCES_SIZE), in m/s^2: the total, and zeros.
     """
+    walls = opened(table)
     n = len(states)
     forces = np.zeros((n, FORCES_SIZE))
     if n == 0:
@@ -253,7 +265,7 @@ def orca_accelerations(
     sine = math.sin(model[_EPSILON])
     nearest = np.empty(most)
     found = np.empty(n, np.int64)
-    rules = np.empty((len(segments) + n + len(robots), 3))
+    rules = np.empty((len(walls.segments) + n + len(robots), 3))
     scratch = np.empty(rules.shape)
     for i in range(n):
         x = states[i, X]
@@ -264,11 +276,11 @@ def orca_accelerations(
             forces[i, TOTAL_FORCE] = -own[0] / step
             forces[i, TOTAL_FORCE + 1] = -own[1] / step
             continue
-        walls = _avoid_walls(
-            *(rules, x, y, at_walls[i, 0] + margin, cap, segments),
+        hard = _avoid_walls(
+            *(rules, x, y, at_walls[i, 0] + margin, cap, walls),
             *(sight, model[_WALL_HORIZON], step),
         )
-        count = walls
+        count = hard
         neighbors = find_neighbors(i, x, y, cells, far, most, nearest, found)
         for a in range(neighbors + len(robots)):
             share = 0.5
@@ -304,7 +316,7 @@ def orca_accelerations(
                 *(reach, share, model[_HORIZON], step),
             )
         vx, vy = best_velocity(
-            *(rules, walls, count, cap, wanted[i, 0], wanted[i, 1]),
+            *(rules, hard, count, cap, wanted[i, 0], wanted[i, 1]),
             scratch,
         )
         forces[i, TOTAL_FORCE] = (vx - own[0]) / step
@@ -373,7 +385,7 @@ class OrcaModel:
             snapshot.parameters,
             snapshot.robots,
             snapshot.at_walls,
-            snapshot.obstacles.segments,
+            snapshot.obstacles.table,
             snapshot.obstacle_range,
             snapshot.time_step,
             np.array(dataclasses.astuple(self), dtype=float),

@@ -40,7 +40,7 @@ from hunav_drake.systems.people.parameters import (
     SIGMA,
     N,
 )
-from hunav_drake.systems.world.nearest import nearest_on_segments
+from hunav_drake.systems.world.nearest import shapes_within
 
 
 @jit
@@ -103,35 +103,17 @@ def point_force(x, y, ox, oy, radius, factor, k):
 
 
 @jit
-def wall_force(x, y, radius, factor, k, segments, first, reach, most):
+def wall_force(x, y, radius, factor, k, walls, reach, most):
     """Returns the sum over the shapes within reach, or the nearest `most`."""
-    shapes = len(first) - 1
     fx = 0.0
     fy = 0.0
-    reach2 = reach * reach
-    if most == 0 or most >= shapes:
-        for i in range(shapes):
-            ox, oy, d2 = nearest_on_segments(
-                x, y, segments, first[i], first[i + 1]
-            )
-            if d2 <= reach2:
-                gx, gy = point_force(x, y, ox, oy, radius, factor, k)
-                fx += gx
-                fy += gy
+    if len(walls.solid) == 0:
         return fx, fy
-    points = np.empty((shapes, 3))
-    for i in range(shapes):
-        points[i] = nearest_on_segments(x, y, segments, first[i], first[i + 1])
-    for _ in range(most):
-        i = np.argmin(points[:, 2])
-        if points[i, 2] > reach2:
-            break
-        gx, gy = point_force(
-            x, y, points[i, 0], points[i, 1], radius, factor, k
-        )
+    near = shapes_within(x, y, reach, most, walls)
+    for i in range(len(near)):
+        gx, gy = point_force(x, y, near[i, 0], near[i, 1], radius, factor, k)
         fx += gx
         fy += gy
-        points[i, 2] = math.inf
     return fx, fy
 
 

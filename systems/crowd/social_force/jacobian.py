@@ -12,11 +12,11 @@ from numba import float64
 import numpy as np
 
 from hunav_drake.systems.common.kernels import (
-    INDICES,
     INTEGER,
     MATRIX,
     REAL,
     VECTOR,
+    WALLS,
     jit,
     jit_as,
 )
@@ -44,6 +44,7 @@ from hunav_drake.systems.crowd.social_force.jacobian_terms import (
     wall_derivative,
 )
 from hunav_drake.systems.people.parameters import K_GOAL, TAU
+from hunav_drake.systems.world.walls import opened
 
 
 @jit
@@ -54,8 +55,7 @@ def _own(
     felt,
     command,
     k,
-    segments,
-    first,
+    walls,
     reach,
     most,
     robots,
@@ -85,7 +85,7 @@ def _own(
         if distance >= SHORT:
             per_distance = 1 / distance
     turn = damping * command[i, Command.DESIRED_SPEED] * per_distance
-    xx, xy, yy = wall_derivative(x, y, felt, k, segments, first, reach, most)
+    xx, xy, yy = wall_derivative(x, y, felt, k, walls, reach, most)
     xx += turn * ey * ey
     xy -= turn * ex * ey
     yy += turn * ex * ex
@@ -184,7 +184,7 @@ def _step(i, states, forces, command, time_step, rows, out, own):
 
 @jit_as(
     float64[:, ::1],
-    *(MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, MATRIX, MATRIX, INDICES),
+    *(MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, MATRIX, WALLS),
     *(REAL, INTEGER),
 )
 def force_jacobian(
@@ -194,29 +194,28 @@ def force_jacobian(
     parameters,
     robots,
     at_walls,
-    segments,
-    first,
+    table,
     reach,
     most,
 ):
     """Returns the derivatives of the total forces on n people.
 
     Args:
-        states: As for `kernel.social_forces`, like all the others.
-        radii: Likewise.
-        command: Likewise.
-        parameters: Likewise.
-        robots: Likewise.
-        at_walls: Likewise.
-        segments: Likewise.
-        first: Likewise.
-        reach: Likewise.
-        most: Likewise.
+        states: Shape (n, 6): x, y, yaw, vx, vy, omega.
+        radii: Shape (n,), in meters.
+        command: Shape (n, COMMAND_SIZE).
+        parameters: Shape (n, 13): the fields of SocialForceParameters.
+        robots: Shape (m, 7): rows of `robot_state`.
+        at_walls: Shape (n, 2): see `Snapshot`.
+        table: `Obstacles.table`.
+        reach: Shapes farther than this are not felt, in meters.
+        most: How many shapes are felt at most; 0 for all within reach.
 
     Returns:
         Shape (2n, 6n + 7m): a row for each x and y of the total forces. See
         the module for the columns.
     """
+    walls = opened(table)
     n = len(states)
     result = np.zeros((2 * n, STATE * n + ROBOT * len(robots)))
     add_pairs(states, command, parameters, robots, result)
@@ -233,8 +232,7 @@ def force_jacobian(
             at_walls[i],
             command,
             k,
-            segments,
-            first,
+            walls,
             reach,
             most,
             robots,
@@ -245,7 +243,7 @@ def force_jacobian(
 
 @jit_as(
     float64[:, ::1],
-    *(MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, MATRIX, MATRIX, INDICES),
+    *(MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, MATRIX, WALLS),
     *(REAL, INTEGER, MATRIX, REAL),
 )
 def step_jacobian(
@@ -255,8 +253,7 @@ def step_jacobian(
     parameters,
     robots,
     at_walls,
-    segments,
-    first,
+    table,
     reach,
     most,
     forces,
@@ -265,16 +262,15 @@ def step_jacobian(
     """Returns the derivatives of the next states of n people.
 
     Args:
-        states: As for `kernel.social_forces`, like the others.
-        radii: Likewise.
-        command: Likewise.
-        parameters: Likewise.
-        robots: Likewise.
-        at_walls: Likewise.
-        segments: Likewise.
-        first: Likewise.
-        reach: Likewise.
-        most: Likewise.
+        states: Shape (n, 6): x, y, yaw, vx, vy, omega.
+        radii: Shape (n,), in meters.
+        command: Shape (n, COMMAND_SIZE).
+        parameters: Shape (n, 13): the fields of SocialForceParameters.
+        robots: Shape (m, 7): rows of `robot_state`.
+        at_walls: Shape (n, 2): see `Snapshot`.
+        table: `Obstacles.table`.
+        reach: Shapes farther than this are not felt, in meters.
+        most: How many shapes are felt at most; 0 for all within reach.
         forces: Shape (n, FORCES_SIZE): what `social_forces` gives.
         time_step: In seconds.
 
@@ -285,7 +281,7 @@ def step_jacobian(
     n = len(states)
     rows = force_jacobian(
         *(states, radii, command, parameters, robots, at_walls),
-        *(segments, first, reach, most),
+        *(table, reach, most),
     )
     result = np.empty((STATE * n, rows.shape[1]))
     for i in range(n):

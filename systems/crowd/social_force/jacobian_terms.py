@@ -9,8 +9,6 @@ derivative.
 
 import math
 
-import numpy as np
-
 from hunav_drake.systems.common.kernels import jit
 from hunav_drake.systems.common.layout import Command, RobotRole, X, Y
 from hunav_drake.systems.crowd.social_force.constants import (
@@ -26,7 +24,7 @@ from hunav_drake.systems.people.parameters import (
     K_REPULSION,
     SIGMA,
 )
-from hunav_drake.systems.world.nearest import nearest_on_segments
+from hunav_drake.systems.world.nearest import shapes_within
 
 
 @jit
@@ -65,57 +63,30 @@ def point_derivative(dx, dy, radius, factor, k, edge):
 
 
 @jit
-def wall_derivative(x, y, felt, k, segments, first, reach, most):
+def wall_derivative(x, y, felt, k, walls, reach, most):
     """Returns the derivative of the sum over the walls: xx, xy, yy.
 
     They are felt with a radius and an obstacle factor: a row of `at_walls`.
     """
-    shapes = len(first) - 1
     xx = 0.0
     xy = 0.0
     yy = 0.0
-    if most == 0 or most >= shapes:
-        for i in range(shapes):
-            part = _shape_derivative(x, y, felt, k, segments, first, i, reach)
-            xx += part[0]
-            xy += part[1]
-            yy += part[2]
-        return xx, xy, yy
-    distances = np.empty(shapes)
-    for i in range(shapes):
-        distances[i] = nearest_on_segments(
-            x, y, segments, first[i], first[i + 1]
-        )[2]
-    for i in np.argsort(distances, kind="mergesort")[:most]:
-        part = _shape_derivative(x, y, felt, k, segments, first, i, reach)
+    near = shapes_within(x, y, reach, most, walls)
+    for i in range(len(near)):
+        sx, sy, ex, ey = walls.segments[int(near[i, 3])]
+        ax = ex - sx
+        ay = ey - sy
+        t = (x - sx) * ax + (y - sy) * ay
+        length2 = ax * ax + ay * ay
+        # The nearest point slides along, unless it is an end.
+        edge = length2 > 0 and 0 <= t <= length2
+        part = point_derivative(
+            *(x - near[i, 0], y - near[i, 1], felt[0], felt[1], k, edge)
+        )
         xx += part[0]
         xy += part[1]
         yy += part[2]
     return xx, xy, yy
-
-
-@jit
-def _shape_derivative(x, y, felt, k, segments, first, shape, reach):
-    """Returns the derivative of the force of one shape: xx, xy, yy."""
-    best = math.inf
-    dx = 0.0
-    dy = 0.0
-    edge = False
-    for s in range(first[shape], first[shape + 1]):
-        px, py, d2 = nearest_on_segments(x, y, segments, s, s + 1)
-        if d2 < best:
-            best = d2
-            dx = x - px
-            dy = y - py
-            ax = segments[s, 2] - segments[s, 0]
-            ay = segments[s, 3] - segments[s, 1]
-            t = (x - segments[s, 0]) * ax + (y - segments[s, 1]) * ay
-            length2 = ax * ax + ay * ay
-            # The nearest point slides along, unless it is an end.
-            edge = length2 > 0 and 0 <= t <= length2
-    if best > reach * reach:
-        return 0.0, 0.0, 0.0
-    return point_derivative(dx, dy, felt[0], felt[1], k, edge)
 
 
 @jit

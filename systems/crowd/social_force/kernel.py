@@ -11,11 +11,11 @@ from numba import float64
 import numpy as np
 
 from hunav_drake.systems.common.kernels import (
-    INDICES,
     INTEGER,
     MATRIX,
     REAL,
     VECTOR,
+    WALLS,
     jit,
     jit_as,
 )
@@ -48,6 +48,7 @@ from hunav_drake.systems.crowd.social_force.force_terms import (
     wrap,
 )
 from hunav_drake.systems.people.parameters import K_GOAL, TAU
+from hunav_drake.systems.world.walls import opened
 
 # Stands for forces of people that are not known.
 NOT_GIVEN = np.zeros((0, 2))
@@ -61,13 +62,13 @@ def _all_forces(
     parameters,
     robots,
     at_walls,
-    segments,
-    first,
+    table,
     reach,
     most,
     people,
 ):
     """Computes all forces; those of people unless they are given."""
+    walls = opened(table)
     n = len(states)
     forces = np.zeros((n, FORCES_SIZE))
     directions = np.zeros((n, 2))
@@ -100,7 +101,7 @@ def _all_forces(
 
         out[OBSTACLE_FORCE], out[OBSTACLE_FORCE + 1] = wall_force(
             *(x, y, at_walls[i, 0], at_walls[i, 1]),
-            *(k, segments, first, reach, most),
+            *(k, walls, reach, most),
         )
         if len(people) == n:
             out[SOCIAL_FORCE] = people[i, 0]
@@ -142,7 +143,7 @@ def _all_forces(
 
 @jit_as(
     float64[:, ::1],
-    *(MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, MATRIX, MATRIX, INDICES),
+    *(MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, MATRIX, WALLS),
     *(REAL, INTEGER),
 )
 def social_forces(
@@ -152,8 +153,7 @@ def social_forces(
     parameters,
     robots,
     at_walls,
-    segments,
-    first,
+    table,
     reach,
     most,
 ):
@@ -166,8 +166,7 @@ def social_forces(
         parameters: Shape (n, 13): the fields of SocialForceParameters.
         robots: Shape (m, 7): rows of `robot_state`.
         at_walls: Shape (n, 2): see `Snapshot`.
-        segments: Shape (s, 4): see Obstacles.
-        first: Shape (k + 1,): see Obstacles.
+        table: `Obstacles.table`.
         reach: Shapes farther than this are not felt, in meters.
         most: How many shapes are felt at most; 0 for all within reach.
 
@@ -181,8 +180,7 @@ def social_forces(
         parameters,
         robots,
         at_walls,
-        segments,
-        first,
+        table,
         reach,
         most,
         NOT_GIVEN,
@@ -191,7 +189,7 @@ def social_forces(
 
 @jit_as(
     float64[:, ::1],
-    *(MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, MATRIX, MATRIX, INDICES),
+    *(MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, MATRIX, WALLS),
     *(REAL, INTEGER, REAL, MATRIX),
 )
 def fast_social_forces(
@@ -201,8 +199,7 @@ def fast_social_forces(
     parameters,
     robots,
     at_walls,
-    segments,
-    first,
+    table,
     reach,
     most,
     error,
@@ -222,8 +219,7 @@ def fast_social_forces(
         parameters,
         robots,
         at_walls,
-        segments,
-        first,
+        table,
         reach,
         most,
         people,

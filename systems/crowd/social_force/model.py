@@ -55,8 +55,7 @@ class SocialForceModel:
             snapshot.parameters,
             snapshot.robots,
             snapshot.at_walls,
-            snapshot.obstacles.segments,
-            snapshot.obstacles.first,
+            snapshot.obstacles.table,
             snapshot.obstacle_range,
             snapshot.max_obstacles,
         )

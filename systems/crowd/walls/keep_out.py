@@ -12,22 +12,20 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hunav_drake.systems.common.kernels import (
-    FLAGS,
-    INDICES,
     MATRIX,
     VECTOR,
+    WALLS,
     jit,
     jit_as,
 )
 from hunav_drake.systems.common.layout import VX, VY, X, Y
-from hunav_drake.systems.world.nearest import nearest_on_segments
+from hunav_drake.systems.world.nearest import inside_any, nearest_on_segments
 from hunav_drake.systems.world.sweep import (
     distance_to,
     nearest_free,
-    out_of_box,
     path_distance,
-    straddles,
 )
+from hunav_drake.systems.world.walls import opened, out_of_box, runs_in
 
 # The distance that centers of large bodies keep from walls, in meters: it lets
 # everybody through a door of 0.8 m, which is as wide as a large body.
@@ -132,18 +130,24 @@ def _allowed(x, y, normals, m):
 
 
 @jit
-def _slide(x, y, dx, dy, vx, vy, margin, tolerance, segments):
+def _slide(x, y, dx, dy, vx, vy, margin, tolerance, walls):
     """Returns position and velocity after a displacement along walls."""
     reach = math.sqrt(dx * dx + dy * dy) + margin
-    near = np.empty(len(segments), dtype=np.int64)
-    keep = np.empty(len(segments))
+    segments = walls.segments
+    runs = runs_in(x - reach, y - reach, x + reach, y + reach, walls)
+    most = 0
+    for i in range(len(runs)):
+        most += walls.runs[runs[i], 1] - walls.runs[runs[i], 0]
+    near = np.empty(most, dtype=np.int64)
+    keep = np.empty(most)
     m = 0
-    for s in range(len(segments)):
-        if not out_of_box(x, y, x, y, reach, segments, s):
-            near[m] = s
-            # Whoever is nearer already comes no nearer.
-            keep[m] = min(margin, distance_to(x, y, segments, s))
-            m += 1
+    for i in range(len(runs)):
+        for s in range(walls.runs[runs[i], 0], walls.runs[runs[i], 1]):
+            if not out_of_box(x, y, x, y, reach, segments, s):
+                near[m] = s
+                # Whoever is nearer already comes no nearer.
+                keep[m] = min(margin, distance_to(x, y, segments, s))
+                m += 1
     normals = np.empty((m, 2))
     start_x = x
     start_y = y
@@ -191,8 +195,47 @@ def _slide(x, y, dx, dy, vx, vy, margin, tolerance, segments):
     return x, y, vx, vy
 
 
-@jit_as(float64[:, ::1], MATRIX, MATRIX, VECTOR, MATRIX, INDICES, FLAGS)
-def keep_out_of_walls(before, after, margins, segments, first, solid):
+@jit
+def _touches(x, y, to_x, to_y, margin, tolerance, walls):
+    """Tells whether a person stands on a wall, and whether a step meets one.
+
+    Args:
+        x: The x of the person, in meters.
+        y: The y of the person, in meters.
+        to_x: The x that the step leads to, in meters.
+        to_y: The y that the step leads to, in meters.
+        margin: See `wall_margins`.
+        tolerance: How much nearer than that does not count, in meters.
+        walls: See `Walls`.
+    """
+    segments = walls.segments
+    stands = False
+    meets = False
+    box = 0
+    while box < len(walls.boxes):
+        if out_of_box(x, y, to_x, to_y, margin, walls.boxes, box):
+            box = walls.links[box, 0]
+            continue
+        run = walls.links[box, 1]
+        box += 1
+        if run < 0:
+            continue
+        for s in range(walls.runs[run, 0], walls.runs[run, 1]):
+            if out_of_box(x, y, to_x, to_y, margin, segments, s):
+                continue
+            distance = distance_to(x, y, segments, s)
+            if distance < _SKIN:
+                stands = True
+            elif (
+                path_distance(x, y, to_x, to_y, segments, s)
+                < min(margin, distance) - tolerance
+            ):
+                meets = True
+    return stands, meets
+
+
+@jit_as(float64[:, ::1], MATRIX, MATRIX, VECTOR, WALLS)
+def keep_out_of_walls(before, after, margins, table):
     """Returns where people get to in a step without entering a wall.
 
     The straight line from before to after comes no nearer to a wall than the
@@ -211,13 +254,12 @@ def keep_out_of_walls(before, after, margins, segments, first, solid):
         before: Shape (n, 6): x, y, yaw, vx, vy, omega.
         after: Shape (n, 6): the states proposed.
         margins: Shape (n,), in meters: see `wall_margins`.
-        segments: Shape (s, 4): see `Obstacles`.
-        first: Shape (k + 1,): see `Obstacles`.
-        solid: Shape (k,): see `Obstacles`.
+        table: `Obstacles.table`.
 
     Returns:
         Shape (n, 6).
     """
+    walls = opened(table)
     result = after.copy()
     for i in range(len(before)):
         x = before[i, X]
@@ -227,34 +269,17 @@ def keep_out_of_walls(before, after, margins, segments, first, solid):
         margin = margins[i]
         scale = abs(x) + abs(y) + abs(to_x) + abs(to_y)
         tolerance = 1e-12 + 1e-14 * scale
-        stuck = False
-        meets = False
-        for k in range(len(solid)):
-            within = False
-            for s in range(first[k], first[k + 1]):
-                if solid[k]:
-                    within ^= straddles(x, y, segments, s)
-                if out_of_box(x, y, to_x, to_y, margin, segments, s):
-                    continue
-                distance = distance_to(x, y, segments, s)
-                if distance < _SKIN:
-                    stuck = True
-                elif (
-                    path_distance(x, y, to_x, to_y, segments, s)
-                    < min(margin, distance) - tolerance
-                ):
-                    meets = True
-            stuck |= within
-        if stuck:
+        stands, meets = _touches(x, y, to_x, to_y, margin, tolerance, walls)
+        if stands or inside_any(x, y, walls):
             result[i, X], result[i, Y], _ = nearest_free(
-                x, y, to_x - x, to_y - y, margin, segments, first, solid
+                x, y, to_x - x, to_y - y, margin, walls
             )
             result[i, VX] = 0.0
             result[i, VY] = 0.0
         elif meets:
             result[i, X], result[i, Y], result[i, VX], result[i, VY] = _slide(
                 *(x, y, to_x - x, to_y - y, after[i, VX], after[i, VY]),
-                *(margin, tolerance, segments),
+                *(margin, tolerance, walls),
             )
     return result
 
@@ -263,9 +288,7 @@ def wall_derivatives(
     before: NDArray[np.float64],
     after: NDArray[np.float64],
     margins: NDArray[np.float64],
-    segments: NDArray[np.float64],
-    first: NDArray[np.int64],
-    solid: NDArray[np.bool_],
+    table: NDArray[np.float64],
 ) -> NDArray[np.float64]:
     """Returns the derivatives of `keep_out_of_walls`, with its arguments.
 
@@ -276,10 +299,11 @@ def wall_derivatives(
         Shape (n, 6, 12): of the result with respect to the rows of `before`
         and `after`, one after the other.
     """
-    walls = (margins, segments, first, solid)
     result = np.zeros((len(before), 6, 12))
     result[:, :, 6:] = np.eye(6)
-    meets = (keep_out_of_walls(before, after, *walls) != after).any(axis=1)
+    meets = (keep_out_of_walls(before, after, margins, table) != after).any(
+        axis=1
+    )
     if meets.any():
         both = np.hstack([before, after])
         for column in (X, Y, 6 + X, 6 + Y, 6 + VX, 6 + VY):
@@ -290,7 +314,7 @@ def wall_derivatives(
                 p, q = np.ascontiguousarray(
                     moved.reshape(-1, 2, 6).swapaxes(0, 1)
                 )
-                ends.append(keep_out_of_walls(p, q, *walls))
+                ends.append(keep_out_of_walls(p, q, margins, table))
             slope = (ends[1] - ends[0]) / (2 * _DIFFERENCE)
             result[meets, :, column] = slope[meets]
     return result

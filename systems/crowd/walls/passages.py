@@ -12,10 +12,10 @@ from numba import float64
 import numpy as np
 
 from hunav_drake.systems.common.kernels import (
-    INDICES,
     INTEGER,
     MATRIX,
     REAL,
+    WALLS,
     jit,
     jit_as,
 )
@@ -23,7 +23,7 @@ from hunav_drake.systems.common.layout import Command, X, Y
 from hunav_drake.systems.crowd.social_force.force_terms import wall_force
 from hunav_drake.systems.people.parameters import K_GOAL, TAU
 from hunav_drake.systems.world.nearest import nearest_on_segments
-from hunav_drake.systems.world.sweep import out_of_box
+from hunav_drake.systems.world.walls import opened, out_of_box
 
 # How far ahead people look for passages, and how wide the widest is, in
 # meters. Farther walls hardly push.
@@ -62,17 +62,17 @@ def _rise(value, low, high):
 
 
 @jit
-def _passage(x, y, ex, ey, ahead, distance, segments):
+def _passage(x, y, ex, ey, ahead, distance, walls):
     """Returns how wide, and how clear of walls, the way of a person is.
 
     Args:
-        x: Where the person is, in meters.
-        y: Likewise.
-        ex: The direction to the next waypoint, of length one.
-        ey: Likewise.
+        x: The x of the person, in meters.
+        y: The y of the person, in meters.
+        ex: The x of the direction to the next waypoint, of length one.
+        ey: The y of that direction.
         ahead: How far the way is looked at, in meters.
         distance: That of the waypoint, in meters.
-        segments: Shape (s, 4): see `Obstacles`.
+        walls: See `Walls`.
 
     Returns:
         The least sum of the distances to walls on the left and on the right
@@ -85,40 +85,76 @@ def _passage(x, y, ex, ey, ahead, distance, segments):
     clear = math.inf
     qx = x + ahead * ex
     qy = y + ahead * ey
-    for s in range(len(segments)):
-        if out_of_box(x, y, qx, qy, _WIDEST, segments, s):
+    box = 0
+    while box < len(walls.boxes):
+        if out_of_box(x, y, qx, qy, _WIDEST, walls.boxes, box):
+            box = walls.links[box, 0]
             continue
-        for step in range(_STEPS):
-            px = x + step * ahead / (_STEPS - 1) * ex
-            py = y + step * ahead / (_STEPS - 1) * ey
-            wx, wy, d2 = nearest_on_segments(px, py, segments, s, s + 1)
-            near = math.sqrt(d2)
-            if step * ahead / (_STEPS - 1) <= distance:
-                clear = min(clear, near)
-            aside = ex * (wy - py) - ey * (wx - px)
-            if aside == 0:
+        run = walls.links[box, 1]
+        box += 1
+        if run < 0:
+            continue
+        for s in range(walls.runs[run, 0], walls.runs[run, 1]):
+            if out_of_box(x, y, qx, qy, _WIDEST, walls.segments, s):
                 continue
-            felt = near * math.sqrt(math.sqrt(near / abs(aside)))
-            if aside > 0:
-                left[step] = min(left[step], felt)
-            else:
-                right[step] = min(right[step], felt)
+            near = _beside(
+                x, y, ex, ey, ahead, distance, walls.segments, s, left, right
+            )
+            clear = min(clear, near)
     return (left + right).min(), clear
 
 
 @jit
-def _ease_one(x, y, own, command, k, margin, narrowest, walls, result):
+def _beside(x, y, ex, ey, ahead, distance, segments, s, left, right):
+    """Lowers the distances of walls, left and right, to those of a segment.
+
+    Args:
+        x: The x of the person, in meters.
+        y: The y of the person, in meters.
+        ex: The x of the direction to the next waypoint.
+        ey: The y of that direction.
+        ahead: How far the way is looked at, in meters.
+        distance: That of the waypoint, in meters.
+        segments: Shape (s, 4): see `Obstacles`.
+        s: The segment.
+        left: Shape (_STEPS,), in meters, changed.
+        right: Shape (_STEPS,), in meters, changed.
+
+    Returns:
+        The least distance of the segment up to the waypoint, in meters.
+    """
+    clear = math.inf
+    for step in range(_STEPS):
+        px = x + step * ahead / (_STEPS - 1) * ex
+        py = y + step * ahead / (_STEPS - 1) * ey
+        wx, wy, d2 = nearest_on_segments(px, py, segments, s, s + 1)
+        near = math.sqrt(d2)
+        if step * ahead / (_STEPS - 1) <= distance:
+            clear = min(clear, near)
+        aside = ex * (wy - py) - ey * (wx - px)
+        if aside == 0:
+            continue
+        felt = near * math.sqrt(math.sqrt(near / abs(aside)))
+        if aside > 0:
+            left[step] = min(left[step], felt)
+        else:
+            right[step] = min(right[step], felt)
+    return clear
+
+
+@jit
+def _ease_one(x, y, own, command, k, margin, narrowest, felt, result):
     """Writes with what radius, and how hard, one person feels the walls.
 
     Args:
-        x: Where the person is, in meters.
-        y: Likewise.
+        x: The x of the person, in meters.
+        y: The y of the person, in meters.
         own: The radius and the obstacle factor of the person.
         command: Of the person.
         k: The parameters.
-        margin: See `ease`, like the others.
-        narrowest: Likewise.
-        walls: The last four arguments there.
+        margin: What a model keeps between bodies and walls, in meters.
+        narrowest: Passages much narrower than this are none, in meters.
+        felt: The walls, how far they are felt, and how many: see `ease`.
         result: Receives the two; it has those of the person.
     """
     ex = command[Command.GOAL_X] - x
@@ -137,8 +173,8 @@ def _ease_one(x, y, own, command, k, margin, narrowest, walls, result):
     ahead = _AHEAD
     if command[Command.GOAL_RADIUS] > 0:
         ahead = min(distance, _AHEAD)
-    segments, first, reach, most = walls
-    width, clear = _passage(x, y, ex, ey, ahead, distance, segments)
+    walls, reach, most = felt
+    width, clear = _passage(x, y, ex, ey, ahead, distance, walls)
     weight = _rise(width, _NONE * narrowest, _WHOLE * narrowest)
     weight *= 1 - _rise(width, _WIDE * _WIDEST, _WIDEST)
     weight *= _rise(clear, _SCRAPE / 2, _SCRAPE)
@@ -152,7 +188,7 @@ def _ease_one(x, y, own, command, k, margin, narrowest, walls, result):
         walked = step * ahead / (_STEPS - 1)
         fx, fy = wall_force(
             *(x + walked * ex, y + walked * ey, radius, factor),
-            *(k, segments, first, reach, most),
+            *(k, walls, reach, most),
         )
         back = max(back, -(fx * ex + fy * ey))
     pull = _SHARE * k[K_GOAL] * speed / k[TAU]
@@ -165,7 +201,7 @@ def _ease_one(x, y, own, command, k, margin, narrowest, walls, result):
 @jit_as(
     float64[:, ::1],
     *(MATRIX, MATRIX, MATRIX, MATRIX, REAL, REAL),
-    *(MATRIX, INDICES, REAL, INTEGER),
+    *(WALLS, REAL, INTEGER),
 )
 def ease(
     positions,
@@ -174,8 +210,7 @@ def ease(
     parameters,
     margin,
     narrowest,
-    segments,
-    first,
+    table,
     reach,
     most,
 ):
@@ -195,21 +230,21 @@ def ease(
         parameters: Shape (n, 13): the fields of SocialForceParameters.
         margin: What a model keeps between bodies and walls, in meters.
         narrowest: Passages much narrower than this are none, in meters.
-        segments: Shape (s, 4): see `Obstacles`.
-        first: Shape (k + 1,): see `Obstacles`.
+        table: `Obstacles.table`.
         reach: Shapes farther than this are not felt, in meters.
         most: How many shapes are felt at most; 0 for all within reach.
 
     Returns:
         Shape (n, 2), like `at_walls`.
     """
+    walls = opened(table)
     eased = at_walls.copy()
     for i in range(len(positions)):
         _ease_one(
             *(positions[i, X], positions[i, Y]),
             (at_walls[i, 0], at_walls[i, 1]),
             *(command[i], parameters[i], margin, narrowest),
-            (segments, first, reach, most),
+            (walls, reach, most),
             eased[i],
         )
     return eased

@@ -60,12 +60,7 @@ class Room:
         self._margin = margin
         self._reach = (config.obstacle_range, config.max_obstacles)
         self._walls = (
-            (
-                wall_margins(radii),
-                obstacles.segments,
-                obstacles.first,
-                obstacles.solid,
-            )
+            (wall_margins(radii), obstacles.table)
             if config.keep_out_of_walls and walled
             else None
         )
@@ -105,7 +100,7 @@ class Room:
         eased: NDArray[np.float64] = ease(
             *(states, command, self._at_walls, self._parameters),
             *(self._margin, 2 * self._routes.sight),
-            *(self._obstacles.segments, self._obstacles.first, *self._reach),
+            *(self._obstacles.table, *self._reach),
         )
         eased.setflags(write=False)
         return eased

@@ -77,8 +77,7 @@ def arguments(snapshot):
     return (
         *snapshot[:5],
         snapshot.at_walls,
-        snapshot.obstacles.segments,
-        snapshot.obstacles.first,
+        snapshot.obstacles.table,
         snapshot.obstacle_range,
         snapshot.max_obstacles,
     )

@@ -85,8 +85,7 @@ def kernel_forces(snapshot):
     return kernel.social_forces(
         *snapshot[:5],
         snapshot.at_walls,
-        snapshot.obstacles.segments,
-        snapshot.obstacles.first,
+        snapshot.obstacles.table,
         snapshot.obstacle_range,
         snapshot.max_obstacles,
     )

@@ -82,9 +82,7 @@ class Crowd:
                 before,
                 self.states,
                 wall_margins(self.radii),
-                self.obstacles.segments,
-                self.obstacles.first,
-                self.obstacles.solid,
+                self.obstacles.table,
             )
         return before
 

@@ -35,9 +35,7 @@ def step(obstacles, start, displacement, *, velocity=None, margin=MARGIN):
         before,
         after,
         np.array([margin]),
-        obstacles.segments,
-        obstacles.first,
-        obstacles.solid,
+        obstacles.table,
     )[0]
 
 
@@ -407,26 +405,24 @@ def test_people_are_independent():
     before = np.zeros((40, 6))
     before[:, :2] = rng.uniform(-2, 2, (40, 2))
     after = before + rng.normal(size=(40, 6))
-    arrays = (TABLE.segments, TABLE.first, TABLE.solid)
+    walls = TABLE.table
     margins = np.linspace(0.01, 0.1, 40)
-    together = keep_out_of_walls(before, after, margins, *arrays)
+    together = keep_out_of_walls(before, after, margins, walls)
     for i in range(40):
         alone = keep_out_of_walls(
-            before[i : i + 1], after[i : i + 1], margins[i : i + 1], *arrays
+            before[i : i + 1], after[i : i + 1], margins[i : i + 1], walls
         )
         np.testing.assert_array_equal(together[i], alone[0])
 
 
 def test_without_walls_or_people_nothing_happens():
     nothing = Obstacles.from_shapes([], solid=[])
-    arrays = (nothing.segments, nothing.first, nothing.solid)
+    walls = nothing.table
     after = np.arange(12.0).reshape(2, 6)
-    result = keep_out_of_walls(
-        np.zeros((2, 6)), after, np.full(2, 0.1), *arrays
-    )
+    result = keep_out_of_walls(np.zeros((2, 6)), after, np.full(2, 0.1), walls)
     np.testing.assert_array_equal(result, after)
     assert keep_out_of_walls(
-        np.zeros((0, 6)), np.zeros((0, 6)), np.zeros(0), *arrays
+        np.zeros((0, 6)), np.zeros((0, 6)), np.zeros(0), walls
     ).shape == (0, 6)
 
 
@@ -446,9 +442,7 @@ def derivatives(obstacles, start, displacement):
         before,
         after,
         np.array([MARGIN]),
-        obstacles.segments,
-        obstacles.first,
-        obstacles.solid,
+        obstacles.table,
     )[0]
 
 

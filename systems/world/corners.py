@@ -1,0 +1,113 @@
+"""Where ways lead around corners: the vertices of a visibility graph."""
+
+from collections.abc import Iterator
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hunav_drake.systems.world import visibility_graph
+from hunav_drake.systems.world.obstacles import Obstacles
+
+Array = NDArray[np.float64]
+
+# Smaller angles are straight on, in radians.
+_STRAIGHT = 1e-6
+
+
+def corner_vertices(
+    obstacles: Obstacles, clearance: float, sight: float
+) -> Array:
+    """Returns places around the convex corners of a world.
+
+    Args:
+        obstacles: The walls, none of their segments of length zero.
+        clearance: How far around corners they lie, in meters.
+        sight: The least distance that they have from all walls, in meters.
+
+    Returns:
+        Shape (m, 2), in meters, in the order of the corners.
+    """
+    corners = [
+        corner
+        for solid, lo, hi in zip(
+            obstacles.solid, obstacles.first, obstacles.first[1:], strict=False
+        )
+        for corner in _corners(obstacles.segments[lo:hi], bool(solid))
+    ]
+    found: list[list[Array]] = [[] for _ in corners]
+    # Where there is no room for the points of a wide bend, those of a closer
+    # one may still have it.
+    left = range(len(corners))
+    for parts in (1, 2, 4):
+        bends = [_bend(*corners[i], clearance, parts) for i in left]
+        points = np.vstack([np.zeros((0, 2)), *bends])
+        free = visibility_graph.free_points(points, sight, obstacles.table)
+        ends = np.cumsum([len(bend) for bend in bends])[:-1]
+        frees = np.split(free, ends) if bends else []
+        for i, bend, roomy in zip(left, bends, frees, strict=True):
+            found[i].append(bend[roomy])
+        left = [
+            i for i, roomy in zip(left, frees, strict=True) if not roomy.all()
+        ]
+    vertices = np.vstack(
+        [np.zeros((0, 2)), *(bend for bends in found for bend in bends)]
+    )
+    _, which = np.unique(vertices.round(9), axis=0, return_index=True)
+    return vertices[np.sort(which)]
+
+
+def _corners(
+    segments: Array, solid: bool
+) -> Iterator[tuple[Array, float, float]]:
+    """Yields the convex corners of a shape that people walk around.
+
+    Args:
+        segments: Shape (s, 4), none of length zero, one after the other.
+        solid: Whether they close around a solid.
+
+    Yields:
+        A corner (2,), the direction of the normal of the wall before it, and
+        the angle by which the normal turns there, in radians. The end of a
+        thin wall turns by pi.
+    """
+    if len(segments) == 0:
+        return
+    if solid and _area(segments) < 0:
+        segments = segments[::-1, [2, 3, 0, 1]]
+    angles = np.arctan2(
+        segments[:, 3] - segments[:, 1], segments[:, 2] - segments[:, 0]
+    )
+    closed = bool((segments[0, :2] == segments[-1, 2:]).all())
+    if not closed:
+        yield segments[0, :2], angles[0] + math.pi / 2, math.pi
+        yield segments[-1, 2:], angles[-1] - math.pi / 2, math.pi
+    for i in range(0 if closed else 1, len(segments)):
+        turn = math.remainder(angles[i] - angles[i - 1], 2 * math.pi)
+        # To the left of a solid's outline is its inside.
+        if turn > _STRAIGHT or (turn < -_STRAIGHT and not solid):
+            side = math.copysign(math.pi / 2, turn)
+            yield segments[i, :2], angles[i - 1] - side, turn
+
+
+def _area(segments: Array) -> float:
+    """Returns twice the area of an outline, positive if it turns left."""
+    x0, y0, x1, y1 = (segments - np.tile(segments[0, :2], 2)).T
+    return float(np.sum(x0 * y1 - x1 * y0))
+
+
+def _bend(
+    corner: Array, normal: float, turn: float, clearance: float, parts: int
+) -> Array:
+    """Returns the points of a way around a corner, at the clearance from it.
+
+    They are the corners of a polygon around the arc with that radius, with
+    `parts` of them for each quarter turn or less.
+    """
+    count = parts * math.ceil(abs(turn) / (math.pi / 2) - _STRAIGHT)
+    angles = normal + turn * (np.arange(count) + 0.5) / count
+    radius = clearance / math.cos(turn / count / 2)
+    points: Array = corner + radius * np.column_stack(
+        [np.cos(angles), np.sin(angles)]
+    )
+    return points

@@ -1,0 +1,146 @@
+"""Which walls are near, compiled by numba: how kernels read `wall_table`.
+
+A query goes through the boxes of the table in their order. One that cannot
+matter is left out with all that is in it, by `links[box, 0]`; the others come
+down to runs of segments. What is left out never changes a result, not even
+its last bit.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from hunav_drake.systems.common.kernels import jit
+
+# The part of coordinates that rounding may change.
+_ROUNDING = 1e-12
+
+
+class Walls(NamedTuple):
+    """The parts of a table: see `wall_table`.
+
+    Attributes:
+        segments: Shape (s, 4): see `Obstacles`.
+        first: Shape (k + 1,): see `Obstacles`.
+        solid: Shape (k,): 1 for a solid shape, else 0.
+        boxes: Shape (m, 4): rows (x0, y0, x1, y1), in meters.
+        runs: Shape (r, 4): rows (first segment, end, shape, box).
+        links: Shape (m, 2): rows (next box outside of this one, run or -1).
+    """
+
+    segments: np.ndarray
+    first: np.ndarray
+    solid: np.ndarray
+    boxes: np.ndarray
+    runs: np.ndarray
+    links: np.ndarray
+
+
+@jit
+def opened(table):
+    """Returns the parts of a table, as views."""
+    sizes = table[:4].view(np.int64)
+    segments = 4 + 4 * sizes[0]
+    boxes = segments + 4 * sizes[3]
+    first = boxes + sizes[1] + 1
+    solid = first + sizes[1]
+    runs = solid + 4 * sizes[2]
+    links = runs + 2 * sizes[3]
+    return Walls(
+        table[4:segments].reshape((sizes[0], 4)),
+        table[boxes:first].view(np.int64),
+        table[first:solid].view(np.int64),
+        table[segments:boxes].reshape((sizes[3], 4)),
+        table[solid:runs].view(np.int64).reshape((sizes[2], 4)),
+        table[runs:links].view(np.int64).reshape((sizes[3], 2)),
+    )
+
+
+@jit
+def out_of_box(px, py, qx, qy, reach, rows, i):
+    """Tells whether a path is farther than `reach` by its bounds alone.
+
+    Args:
+        px: The x of its start, in meters.
+        py: The y of its start, in meters.
+        qx: The x of its end, in meters.
+        qy: The y of its end, in meters.
+        reach: In meters.
+        rows: Shape (m, 4): segments or boxes.
+        i: Which of them the path is compared with.
+    """
+    x0 = rows[i, 0]
+    y0 = rows[i, 1]
+    x1 = rows[i, 2]
+    y1 = rows[i, 3]
+    return (
+        min(x0, x1) > max(px, qx) + reach
+        or max(x0, x1) < min(px, qx) - reach
+        or min(y0, y1) > max(py, qy) + reach
+        or max(y0, y1) < min(py, qy) - reach
+    )
+
+
+@jit
+def beyond(px, py, qx, qy, reach, boxes, box):
+    """Tells whether a box is surely farther than `reach` from a long path.
+
+    Args:
+        px: The x of its start, in meters.
+        py: The y of its start, in meters.
+        qx: The x of its end, in meters.
+        qy: The y of its end, in meters.
+        reach: In meters.
+        boxes: Shape (m, 4): see `Walls`.
+        box: One of them.
+    """
+    reach += _ROUNDING * (abs(px) + abs(py) + abs(qx) + abs(qy))
+    if out_of_box(px, py, qx, qy, reach, boxes, box):
+        return True
+    # The corners of the box are all on one side of the path.
+    dx = qx - px
+    dy = qy - py
+    rx = 0.5 * (boxes[box, 0] + boxes[box, 2]) - px
+    ry = 0.5 * (boxes[box, 1] + boxes[box, 3]) - py
+    wide = abs(dx) * (boxes[box, 3] - boxes[box, 1])
+    high = abs(dy) * (boxes[box, 2] - boxes[box, 0])
+    reach += _ROUNDING * (abs(rx) + abs(ry))
+    # (The length of the path is at most the sum of both parts.)
+    return abs(dx * ry - dy * rx) > 0.5 * (wide + high) + reach * (
+        abs(dx) + abs(dy)
+    )
+
+
+@jit
+def distance2_to_box(x, y, boxes, box):
+    """Returns less than the squared distance of a point from all in a box."""
+    dx = max(boxes[box, 0] - x, x - boxes[box, 2], 0.0)
+    dy = max(boxes[box, 1] - y, y - boxes[box, 3], 0.0)
+    return (dx * dx + dy * dy) * (1 - _ROUNDING)
+
+
+@jit
+def runs_in(x0, y0, x1, y1, walls):
+    """Returns the runs with a box that meets a rectangle, in their order."""
+    found = np.empty(len(walls.runs), dtype=np.int64)
+    count = 0
+    ascending = True
+    box = 0
+    while box < len(walls.boxes):
+        if (
+            walls.boxes[box, 0] > x1
+            or walls.boxes[box, 2] < x0
+            or walls.boxes[box, 1] > y1
+            or walls.boxes[box, 3] < y0
+        ):
+            box = walls.links[box, 0]
+            continue
+        run = walls.links[box, 1]
+        if run >= 0:
+            ascending = ascending and (count == 0 or found[count - 1] < run)
+            found[count] = run
+            count += 1
+        box += 1
+    if not ascending:
+        found[:count].sort()
+    return found[:count]
