@@ -2,6 +2,7 @@
 
 import numpy as np
 import shapely
+import shapely.affinity
 
 from hunav_drake.systems.world.obstacles import Obstacles
 
@@ -18,18 +19,16 @@ def walls() -> list[shapely.Polygon]:
     width, height = SIZE[0] / ROOMS[0], SIZE[1] / ROOMS[1]
     pieces = []
     for i in range(ROOMS[0] + 1):
-        for j in range(ROOMS[1]):
-            x, y = i * width, j * height
-            gap = DOOR if 0 < i < ROOMS[0] else 0.0
-            for lo, hi in ((y, y + 1.0), (y + 1.0 + gap, y + height)):
-                pieces.append(
-                    shapely.box(x, lo, x + THICK, hi + THICK * (hi != y + 1))
-                )
+        for y in height * np.arange(ROOMS[1]):
+            x = i * width
+            door = y + 1.0, y + 1.0 + DOOR * (0 < i < ROOMS[0])
+            for lo, hi in ((y, door[0]), (door[1], y + height)):
+                pieces.append(shapely.box(x, lo, x + THICK, hi))
     for j in range(ROOMS[1] + 1):
-        for i in range(ROOMS[0]):
-            x, y = i * width, j * height
-            gap = DOOR if 0 < j < ROOMS[1] else 0.0
-            for lo, hi in ((x, x + 2.0), (x + 2.0 + gap, x + width)):
+        for x in width * np.arange(ROOMS[0]):
+            y = j * height
+            door = x + 2.0, x + 2.0 + DOOR * (0 < j < ROOMS[1])
+            for lo, hi in ((x, door[0]), (door[1], x + width + THICK)):
                 pieces.append(shapely.box(lo, y, hi, y + THICK))
     return list(shapely.get_parts(shapely.union_all(pieces)))
 
@@ -48,6 +47,18 @@ def furniture(rng: np.random.Generator) -> shapely.Polygon:
     covered = shapely.contains_xy(shape, x + PIXEL / 2, y + PIXEL / 2)
     x, y = x[covered] + center[0], y[covered] + center[1]
     return shapely.union_all(shapely.box(x, y, x + PIXEL, y + PIXEL)).buffer(0)
+
+
+def coarse(pieces: int = 10, seed: int = 0) -> Obstacles:
+    """Returns the same extent with few boxes, of four segments each."""
+    rng = np.random.default_rng(seed)
+    low = rng.uniform((1, 1), np.subtract(SIZE, 4), (pieces, 2))
+    high = low + rng.uniform(0.2, 3.0, (pieces, 2))
+    boxes = shapely.box(*low.T, *high.T)
+    return Obstacles.from_shapes(
+        [shapely.get_coordinates(box)[:-1] for box in boxes],
+        solid=[True] * pieces,
+    )
 
 
 def house(segments: int, seed: int = 0) -> Obstacles:
