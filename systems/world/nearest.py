@@ -55,6 +55,33 @@ def nearest_on_segments(x, y, segments, lo, hi):
 
 
 @jit
+def _nearest_in_run(x, y, run, best, row, walls):
+    """Writes the nearest point of a run, if it is nearer than the best so far.
+
+    Args:
+        x: The x to be near to, in meters.
+        y: The y to be near to, in meters.
+        run: Which run.
+        best: The squared distance of the best so far.
+        row: That best, a row as `shapes_within` gives it; changed.
+        walls: See `Walls`.
+
+    Returns:
+        The squared distance of the better one. Of equal ones that is the
+        segment with the lower number.
+    """
+    for s in range(walls.runs[run, 0], walls.runs[run, 1]):
+        px, py, d2 = nearest_on_segments(x, y, walls.segments, s, s + 1)
+        if d2 < best or (d2 == best and s < row[3]):
+            best = d2
+            row[0] = px
+            row[1] = py
+            row[2] = d2
+            row[3] = s
+    return best
+
+
+@jit
 def shapes_within(x, y, reach, most, walls):
     """Returns the nearest points of the shapes that a person feels.
 
@@ -73,23 +100,27 @@ def shapes_within(x, y, reach, most, walls):
     runs = runs_in(x - edge, y - edge, x + edge, y + edge, walls)
     found = np.empty((len(runs), 4))
     count = 0
-    i = 0
-    while i < len(runs):
-        shape = walls.runs[runs[i], 2]
-        best = math.inf
-        while i < len(runs) and walls.runs[runs[i], 2] == shape:
-            run = runs[i]
-            i += 1
-            if distance2_to_box(x, y, walls.boxes, walls.runs[run, 3]) >= best:
-                continue
-            for s in range(walls.runs[run, 0], walls.runs[run, 1]):
-                px, py, d2 = nearest_on_segments(x, y, walls.segments, s, s + 1)
-                if d2 < best:
-                    best = d2
-                    found[count, 0] = px
-                    found[count, 1] = py
-                    found[count, 2] = d2
-                    found[count, 3] = s
+    lower = np.empty(len(runs))
+    hi = 0
+    while hi < len(runs):
+        lo = hi
+        shape = walls.runs[runs[lo], 2]
+        nearest = lo
+        while hi < len(runs) and walls.runs[runs[hi], 2] == shape:
+            box = walls.runs[runs[hi], 3]
+            lower[hi] = distance2_to_box(x, y, walls.boxes, box)
+            if lower[hi] < lower[nearest]:
+                nearest = hi
+            hi += 1
+        if lower[nearest] > edge * edge:
+            continue
+        # The nearest box first, so that few others need a look.
+        best = _nearest_in_run(
+            x, y, runs[nearest], math.inf, found[count], walls
+        )
+        for i in range(lo, hi):
+            if i != nearest and lower[i] <= best:
+                best = _nearest_in_run(x, y, runs[i], best, found[count], walls)
         if best <= reach * reach:
             count += 1
     found = found[:count]

@@ -34,6 +34,9 @@ SQUEEZED = 0.25
 # With this part of the clearance, ways lead on where they would turn back.
 _SLACK = 0.8
 
+# How many segments are remembered for what they hide.
+_HIDERS = 6
+
 # Who is nearer to a vertex than this part of the clearance does not step aside
 # to it.
 _NEAR = 0.2
@@ -90,6 +93,15 @@ def _stops(px, py, qx, qy, clearance, walls, s):
     segments = walls.segments
     if out_of_box(px, py, qx, qy, clearance, segments, s):
         return False
+    # Both ends on one side of the line, and farther away from it than that.
+    dx = qx - px
+    dy = qy - py
+    a = dx * (segments[s, 1] - py) - dy * (segments[s, 0] - px)
+    b = dx * (segments[s, 3] - py) - dy * (segments[s, 2] - px)
+    if (a > 0) == (b > 0) and min(a * a, b * b) > clearance * clearance * (
+        dx * dx + dy * dy
+    ):
+        return False
     near, where = nearest_on_path(px, py, qx, qy, segments, s)
     if near >= clearance - _SAME:
         return False
@@ -126,6 +138,34 @@ def sees(px, py, qx, qy, clearance, walls):
     whoever sees a point sees it from the whole way to it.
     """
     return blocker(px, py, qx, qy, clearance, walls) < 0
+
+
+@jit
+def _sees_past(px, py, qx, qy, clearance, walls, hiders):
+    """Tells what `sees` does, for one of many points seen from p.
+
+    What hid one point often hides the next.
+
+    Args:
+        px: The x of the start of the path, in meters.
+        py: The y of the start of the path, in meters.
+        qx: The x of the end of the path, in meters.
+        qy: The y of the end of the path, in meters.
+        clearance: In meters.
+        walls: See `Walls`.
+        hiders: Segments that hid other points, or -1, and in the last element
+            which of them is replaced next; at first all -1. Changed.
+    """
+    for i in range(_HIDERS):
+        if hiders[i] >= 0 and crosses(
+            px, py, qx, qy, walls.segments, hiders[i]
+        ):
+            return False
+    s = blocker(px, py, qx, qy, clearance, walls)
+    if s >= 0:
+        hiders[-1] = (hiders[-1] + 1) % _HIDERS
+        hiders[hiders[-1]] = s
+    return s < 0
 
 
 @jit_as(numba.boolean[::1], MATRIX, MATRIX, REAL, WALLS)
@@ -202,14 +242,10 @@ def straight_ways(points, clearance, table):
     count = 0
     for i in range(m):
         px, py = points[i, 0], points[i, 1]
-        # What hid one point often hides the next.
-        last = -1
+        hiders = np.full(_HIDERS + 1, -1)
         for j in range(i):
             qx, qy = points[j, 0], points[j, 1]
-            if last >= 0 and crosses(px, py, qx, qy, walls.segments, last):
-                continue
-            last = blocker(px, py, qx, qy, clearance, walls)
-            if last >= 0:
+            if not _sees_past(px, py, qx, qy, clearance, walls, hiders):
                 continue
             if count == len(found):
                 longer = np.empty((2 * count, 3))
@@ -265,7 +301,7 @@ def _turns_back(x, y, vx, vy, ox, oy, clearance):
 
 
 @jit
-def _choice(x, y, legs, ways, order, clearance, vertices, walls):
+def _choice(x, y, legs, ways, clearance, vertices, walls):
     """Returns the vertex in sight with the shortest way, or -1.
 
     Args:
@@ -273,13 +309,25 @@ def _choice(x, y, legs, ways, order, clearance, vertices, walls):
         y: The y of the person, in meters.
         legs: Shape (m,): how far the vertices are, in meters.
         ways: Shape (m,): how far the place is by way of them, in meters.
-        order: Shape (m,): the vertices, those with shorter ways first.
         clearance: That of the legs, in meters.
         vertices: Shape (m, 2), in meters.
         walls: See `Walls`.
     """
+    if len(ways) == 0:
+        return -1
+    hiders = np.full(_HIDERS + 1, -1)
+    # One that is near is likely to be seen, and spares a look at many others.
+    nearest = np.argmin(legs)
+    shortest = math.inf
+    for i in range(-1, len(ways)):
+        v = nearest if i < 0 else i
+        if ways[v] < shortest and _sees_past(
+            x, y, vertices[v, 0], vertices[v, 1], clearance, walls, hiders
+        ):
+            shortest = ways[v]
     choice = -1
-    for v in order:
+    alike = np.flatnonzero(ways <= shortest + 1e3 * _SAME)
+    for v in alike[np.argsort(ways[alike], kind="mergesort")]:
         if choice >= 0 and ways[v] > ways[choice] + _SAME:
             break
         # Of equal ways the one with the farther waypoint: a person who
@@ -325,16 +373,15 @@ def waypoint(
     for v in range(count):
         legs[v] = math.hypot(vertices[v, 0] - x, vertices[v, 1] - y)
     ways = legs + to_place
-    order = np.argsort(ways)
-    choice = _choice(x, y, legs, ways, order, clearance, vertices, walls)
+    choice = _choice(x, y, legs, ways, clearance, vertices, walls)
     if choice >= 0 and legs[choice] < 2 * clearance:
         slack = _SLACK * clearance
         vx, vy = vertices[choice]
-        other = _choice(x, y, legs, ways, order, slack, vertices, walls)
+        other = _choice(x, y, legs, ways, slack, vertices, walls)
         ox, oy = vertices[other]
         if _turns_back(x, y, vx, vy, ox, oy, clearance):
             choice = other
     if choice < 0:
         squeezed = SQUEEZED * clearance
-        choice = _choice(x, y, legs, ways, order, squeezed, vertices, walls)
+        choice = _choice(x, y, legs, ways, squeezed, vertices, walls)
     return vertices[choice].copy() if choice >= 0 else goal.copy()

@@ -17,7 +17,7 @@ from hunav_drake.systems.evaluation.curves import lines_blocked
 from hunav_drake.systems.world.obstacles import Obstacles, inside, nearest_wall
 from hunav_drake.systems.world.routes import RouteMap, _route_map
 from tests.benchmarks.bench_crowd import TIME_STEP, best, simulate
-from tests.benchmarks.house import SIZE, coarse, house
+from tests.benchmarks.house import SIZE, house, plan
 
 PEOPLE = 20
 
@@ -70,7 +70,7 @@ def timed_map(world: Obstacles) -> tuple[float, RouteMap]:
 
 def main() -> None:
     """Prints the tables."""
-    small, large = coarse(), house(2000)
+    small, large = plan(), house(2000)
     RouteMap.from_obstacles(small).next_waypoint((0, 0), SIZE)
 
     print("A step of 20 people, in us; ratio to that with few segments")

@@ -14,23 +14,23 @@ DOOR = 1.0
 PIXEL = 0.1
 
 
-def walls() -> list[shapely.Polygon]:
-    """Returns the walls, with a door between any two neighboring rooms."""
+def lines() -> list[tuple[float, float, float, float]]:
+    """Returns the walls as lines, with a door between any two rooms."""
     width, height = SIZE[0] / ROOMS[0], SIZE[1] / ROOMS[1]
-    pieces = []
+    result = []
     for i in range(ROOMS[0] + 1):
-        for y in height * np.arange(ROOMS[1]):
-            x = i * width
-            door = y + 1.0, y + 1.0 + DOOR * (0 < i < ROOMS[0])
-            for lo, hi in ((y, door[0]), (door[1], y + height)):
-                pieces.append(shapely.box(x, lo, x + THICK, hi))
+        doors = ROOMS[1] * (0 < i < ROOMS[0])
+        cuts = [0.0, SIZE[1]]
+        cuts += [j * height + at for j in range(doors) for at in (1, 1 + DOOR)]
+        pairs = np.sort(cuts).reshape(-1, 2)
+        result += [(i * width, lo, i * width, hi) for lo, hi in pairs]
     for j in range(ROOMS[1] + 1):
-        for x in width * np.arange(ROOMS[0]):
-            y = j * height
-            door = x + 2.0, x + 2.0 + DOOR * (0 < j < ROOMS[1])
-            for lo, hi in ((x, door[0]), (door[1], x + width + THICK)):
-                pieces.append(shapely.box(lo, y, hi, y + THICK))
-    return list(shapely.get_parts(shapely.union_all(pieces)))
+        doors = ROOMS[0] * (0 < j < ROOMS[1])
+        cuts = [0.0, SIZE[0]]
+        cuts += [i * width + at for i in range(doors) for at in (2, 2 + DOOR)]
+        pairs = np.sort(cuts).reshape(-1, 2)
+        result += [(lo, j * height, hi, j * height) for lo, hi in pairs]
+    return result
 
 
 def furniture(rng: np.random.Generator) -> shapely.Polygon:
@@ -49,28 +49,26 @@ def furniture(rng: np.random.Generator) -> shapely.Polygon:
     return shapely.union_all(shapely.box(x, y, x + PIXEL, y + PIXEL)).buffer(0)
 
 
-def coarse(pieces: int = 10, seed: int = 0) -> Obstacles:
-    """Returns the same extent with few boxes, of four segments each."""
-    rng = np.random.default_rng(seed)
-    low = rng.uniform((1, 1), np.subtract(SIZE, 4), (pieces, 2))
-    high = low + rng.uniform(0.2, 3.0, (pieces, 2))
-    boxes = shapely.box(*low.T, *high.T)
-    return Obstacles.from_shapes(
-        [shapely.get_coordinates(box)[:-1] for box in boxes],
-        solid=[True] * pieces,
-    )
+def plan() -> Obstacles:
+    """Returns the walls as lines: about 40 segments."""
+    shapes = np.reshape(lines(), (-1, 2, 2))
+    return Obstacles.from_shapes(list(shapes), solid=[False] * len(shapes))
 
 
 def house(segments: int, seed: int = 0) -> Obstacles:
     """Returns the walls of a house, and furniture up to so many segments."""
     rng = np.random.default_rng(seed)
+    walls = shapely.linestrings(np.reshape(lines(), (-1, 2, 2)))
+    thick = shapely.union_all(
+        shapely.buffer(walls, THICK / 2, cap_style="square")
+    )
+    # A wall may go around rooms: its outlines are lines.
     shapes = [
-        np.array(ring.coords)[:-1]
-        for part in walls()
+        shapely.get_coordinates(ring)
+        for part in shapely.get_parts(thick)
         for ring in (part.exterior, *part.interiors)
     ]
     solid = [False] * len(shapes)
-    shapes = [np.vstack([ring, ring[:1]]) for ring in shapes]
     count = sum(len(shape) - 1 for shape in shapes)
     while count < segments:
         piece = furniture(rng)

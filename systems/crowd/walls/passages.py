@@ -9,7 +9,6 @@ their shoulders, and mind the walls less.
 import math
 
 from numba import float64
-import numpy as np
 
 from hunav_drake.systems.common.kernels import (
     INTEGER,
@@ -23,7 +22,12 @@ from hunav_drake.systems.common.layout import Command, X, Y
 from hunav_drake.systems.crowd.social_force.force_terms import wall_force
 from hunav_drake.systems.people.parameters import K_GOAL, TAU
 from hunav_drake.systems.world.nearest import nearest_on_segments
-from hunav_drake.systems.world.walls import opened, out_of_box
+from hunav_drake.systems.world.walls import (
+    distance2_to_box,
+    opened,
+    out_of_box,
+    runs_in,
+)
 
 # How far ahead people look for passages, and how wide the widest is, in
 # meters. Farther walls hardly push.
@@ -80,66 +84,46 @@ def _passage(x, y, ex, ey, ahead, distance, walls):
         rather ahead or behind than beside are farther than they are, so that
         the sum changes continuously when somebody moves or turns.
     """
-    left = np.full(_STEPS, math.inf)
-    right = np.full(_STEPS, math.inf)
+    width = math.inf
     clear = math.inf
     qx = x + ahead * ex
     qy = y + ahead * ey
-    box = 0
-    while box < len(walls.boxes):
-        if out_of_box(x, y, qx, qy, _WIDEST, walls.boxes, box):
-            box = walls.links[box, 0]
-            continue
-        run = walls.links[box, 1]
-        box += 1
-        if run < 0:
-            continue
-        for s in range(walls.runs[run, 0], walls.runs[run, 1]):
-            if out_of_box(x, y, qx, qy, _WIDEST, walls.segments, s):
-                continue
-            near = _beside(
-                x, y, ex, ey, ahead, distance, walls.segments, s, left, right
-            )
-            clear = min(clear, near)
-    return (left + right).min(), clear
-
-
-@jit
-def _beside(x, y, ex, ey, ahead, distance, segments, s, left, right):
-    """Lowers the distances of walls, left and right, to those of a segment.
-
-    Args:
-        x: The x of the person, in meters.
-        y: The y of the person, in meters.
-        ex: The x of the direction to the next waypoint.
-        ey: The y of that direction.
-        ahead: How far the way is looked at, in meters.
-        distance: That of the waypoint, in meters.
-        segments: Shape (s, 4): see `Obstacles`.
-        s: The segment.
-        left: Shape (_STEPS,), in meters, changed.
-        right: Shape (_STEPS,), in meters, changed.
-
-    Returns:
-        The least distance of the segment up to the waypoint, in meters.
-    """
-    clear = math.inf
+    runs = runs_in(
+        *(min(x, qx) - _WIDEST, min(y, qy) - _WIDEST),
+        *(max(x, qx) + _WIDEST, max(y, qy) + _WIDEST),
+        walls,
+    )
     for step in range(_STEPS):
-        px = x + step * ahead / (_STEPS - 1) * ex
-        py = y + step * ahead / (_STEPS - 1) * ey
-        wx, wy, d2 = nearest_on_segments(px, py, segments, s, s + 1)
-        near = math.sqrt(d2)
-        if step * ahead / (_STEPS - 1) <= distance:
-            clear = min(clear, near)
-        aside = ex * (wy - py) - ey * (wx - px)
-        if aside == 0:
-            continue
-        felt = near * math.sqrt(math.sqrt(near / abs(aside)))
-        if aside > 0:
-            left[step] = min(left[step], felt)
-        else:
-            right[step] = min(right[step], felt)
-    return clear
+        walked = step * ahead / (_STEPS - 1)
+        px = x + walked * ex
+        py = y + walked * ey
+        left = math.inf
+        right = math.inf
+        for i in range(len(runs)):
+            lo, hi, _, box = walls.runs[runs[i]]
+            # What is farther than all found so far changes nothing.
+            found = max(left, right, clear if walked <= distance else 0.0)
+            if distance2_to_box(px, py, walls.boxes, box) > found * found:
+                continue
+            for s in range(lo, hi):
+                if out_of_box(x, y, qx, qy, _WIDEST, walls.segments, s):
+                    continue
+                wx, wy, d2 = nearest_on_segments(
+                    px, py, walls.segments, s, s + 1
+                )
+                near = math.sqrt(d2)
+                if walked <= distance:
+                    clear = min(clear, near)
+                aside = ex * (wy - py) - ey * (wx - px)
+                if aside == 0:
+                    continue
+                felt = near * math.sqrt(math.sqrt(near / abs(aside)))
+                if aside > 0:
+                    left = min(left, felt)
+                else:
+                    right = min(right, felt)
+        width = min(width, left + right)
+    return width, clear
 
 
 @jit
