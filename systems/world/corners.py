@@ -38,7 +38,7 @@ def corner_vertices(
     found: list[list[Array]] = [[] for _ in corners]
     # Where there is no room for the points of a wide bend, those of a closer
     # one may still have it.
-    left = range(len(corners))
+    left = list(range(len(corners)))
     for parts in (1, 2, 4):
         bends = [_bend(*corners[i], clearance, parts) for i in left]
         points = np.vstack([np.zeros((0, 2)), *bends])

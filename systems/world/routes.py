@@ -75,6 +75,9 @@ class RouteMap:
     )
 
     def __post_init__(self) -> None:
+        # All diagrams of a process share it.
+        self.vertices.setflags(write=False)
+        self.ways.setflags(write=False)
         ways_to = functools.partial(
             _ways_to, self.sight, self.vertices, self.ways, self.obstacles.table
         )
