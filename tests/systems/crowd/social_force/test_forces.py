@@ -14,6 +14,7 @@ from hunav_drake.systems.crowd.social_force.forces import (
 )
 from hunav_drake.systems.crowd.social_force.kernel import social_forces
 from hunav_drake.systems.people.parameters import SocialForceParameters
+from hunav_drake.systems.world.obstacles import Obstacles
 
 place = st.tuples(*[st.floats(-20, 20)] * 2)
 velocity = st.tuples(*[st.floats(-3, 3)] * 2)
@@ -35,8 +36,7 @@ def kernel_forces(p, v, *, parameters, points=()):
         np.array([dataclasses.astuple(parameters)] * n),
         np.zeros((0, 7)),
         np.tile([0.35, parameters.obstacle_factor], (n, 1)),
-        np.hstack([points, points]),
-        np.arange(len(points) + 1),
+        Obstacles.from_points(points).table,
         1e5,
         0,
     )[0].reshape(8, 2)
