@@ -22,10 +22,11 @@ from hunav_drake.results.trial_result import (
     MakeTrialResult,
     TrialResult,
 )
-from hunav_drake.scenario import CheckScenario, SaveScenario
+from hunav_drake.scenario import SaveScenario
 from hunav_drake.scenario.error import Fault, ScenarioError, shown
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.systems.behavior.fingerprint import tree_fingerprint
+from hunav_drake.systems.common.registry import name_of
 from hunav_drake.systems.evaluation.trial_monitor import TrialStatus
 from hunav_drake.trial_diagram import MakeTrialDiagram
 
@@ -105,8 +106,7 @@ def RunTrial(
     Raises:
         ScenarioError: If the scenario cannot be simulated.
     """
-    CheckScenario(scenario)
-    if seed is not None:
+    if seed is not None and isinstance(scenario, Scenario):
         scenario = _reseed(scenario, seed)
     diagram = MakeTrialDiagram(scenario, meshcat)
     with (
@@ -162,7 +162,7 @@ def GetTrialResult(
         provenance=MakeProvenance(
             SaveScenario(scenario),
             seed=scenario.simulation.seed,
-            planner=scenario.planner.name,
+            planner=name_of(scenario.planner),
             behavior_sha256=_behavior_sha256(scenario),
         ),
         end_reason=reason,

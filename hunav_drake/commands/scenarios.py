@@ -57,6 +57,8 @@ def _list(options: argparse.Namespace) -> int:
 
 
 def _check(options: argparse.Namespace) -> int:
+    from hunav_drake.systems.common.registry import name_of
+
     code = DONE
     for name in options.scenario:
         try:
@@ -70,7 +72,7 @@ def _check(options: argparse.Namespace) -> int:
             print(
                 f"{name}: ok ({people} {'person' if people == 1 else 'people'},"
                 f" {len(scenario.world.walls)} walls,"
-                f" planner {scenario.planner.name})"
+                f" planner {name_of(scenario.planner)})"
             )
     return code
 

@@ -1,10 +1,7 @@
 """What must hold of a scenario beyond the form of its parts."""
 
-from collections.abc import Iterator, Mapping
-import dataclasses as dc
+from collections.abc import Iterator
 from typing import Any
-
-from pydantic import TypeAdapter, ValidationError
 
 from hunav_drake.scenario.error import (
     Finding,
@@ -20,8 +17,8 @@ from hunav_drake.scenario.validation import (
     Check,
     Places,
     build_scenario,
-    schema_findings,
 )
+from hunav_drake.scenario.writer import plain
 from hunav_drake.systems.common.checks import is_multiple, nearest_multiples
 from hunav_drake.systems.people.behavior_choice import (
     BehaviorConfig,
@@ -35,11 +32,14 @@ from hunav_drake.systems.people.behavior_choice import (
 _MAX_UNKNOWN = 100
 
 
-def CheckScenario(scenario: Scenario) -> None:
+def CheckScenario(scenario: Scenario) -> Scenario:
     """Checks a scenario, as LoadScenario() does for a file.
 
     Args:
         scenario: A scenario, perhaps one that was made or changed in Python.
+
+    Returns:
+        An equal scenario in which each person has a name and a number.
 
     Raises:
         ScenarioError: If something does not fit the schema, or cannot be
@@ -51,13 +51,14 @@ def CheckScenario(scenario: Scenario) -> None:
             f"a Scenario is needed, got {type(scenario).__name__};"
             " LoadScenario(filename='passing') gives one"
         )
-    data = dc.asdict(scenario)
-    _, findings = build_scenario(data, ALL_CHECKS)
-    if findings:
+    data = plain(scenario)
+    checked, findings = build_scenario(data, ALL_CHECKS)
+    if checked is None:
         places = Places()
         raise ScenarioError(
             "scenario", [places.fault(found, data) for found in findings]
         )
+    return checked
 
 
 def check_people(scenario: Scenario) -> Iterator[Finding]:
@@ -129,10 +130,8 @@ def check_times(scenario: Scenario) -> Iterator[Finding]:
 
 
 def check_names(scenario: Scenario) -> Iterator[Finding]:
-    """Looks for names that nothing has, and parameters of what has one."""
+    """Looks for behaviors and metrics that there are not."""
     yield from _check_behaviors(scenario)
-    yield from _check_motion_model(scenario)
-    yield from _check_planner(scenario)
     yield from _check_metrics(scenario)
 
 
@@ -180,70 +179,6 @@ def _behavior_faults(
             yield (error.port,), error.message
         else:
             yield loc, str(error)
-
-
-def _check_planner(scenario: Scenario) -> Iterator[Finding]:
-    from hunav_drake.systems.planning import PLANNERS
-
-    yield from _check_choice(
-        ("planner", "name"),
-        "planner",
-        PLANNERS,
-        scenario.planner.name,
-        scenario.planner.parameters,
-    )
-
-
-def _check_motion_model(scenario: Scenario) -> Iterator[Finding]:
-    from hunav_drake.systems.crowd import MOTION_MODELS
-
-    yield from _check_choice(
-        ("crowd", "model"),
-        "motion model",
-        MOTION_MODELS,
-        scenario.crowd.model,
-        scenario.crowd.parameters,
-    )
-
-
-def _check_choice(
-    loc: Loc,
-    kind: str,
-    registry: Mapping[str, type[Any]],
-    name: str,
-    parameters: dict[str, Any],
-) -> Iterator[Finding]:
-    """Looks whether there is a part of that name, with those parameters.
-
-    Args:
-        loc: Where the name is; the parameters are beside it.
-        kind: What the part is called.
-        registry: The dataclasses of parameters by name.
-        name: What is chosen.
-        parameters: What differs from the dataclass's defaults.
-    """
-    if name not in registry:
-        yield Finding(
-            loc,
-            f"there is no {kind} {shown(name)};"
-            f" {suggestion(name, list(registry))}",
-        )
-        return
-    schema = registry[name]
-    known = [field.name for field in dc.fields(schema)]
-    for key in parameters:
-        if key not in known:
-            yield Finding(
-                (loc[0], "parameters", key),
-                f"unknown key; {suggestion(key, known)}",
-                uses=(loc,),
-            )
-    parameters = {key: parameters[key] for key in known if key in parameters}
-    try:
-        TypeAdapter(schema).validate_python(parameters)
-    except ValidationError as error:
-        for found in schema_findings(error, schema, (loc[0], "parameters")):
-            yield dc.replace(found, uses=(loc,))
 
 
 def _check_metrics(scenario: Scenario) -> Iterator[Finding]:

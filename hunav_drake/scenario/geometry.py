@@ -228,8 +228,7 @@ def _depths(
         The depths, shape (n,), in meters, negative for a free disc; and unit
         vectors, shape (n, 2), zero where the center is on the outline.
     """
-    solid = not isinstance(wall, Polyline)
-    shape = Obstacles.from_shapes([wall.vertices()], solid=[solid])
+    shape = Obstacles.from_shapes([wall.vertices()], solid=[wall.solid])
     away = points - nearest_points(shape, points)[:, 0]
     within = inside(shape, points)[:, 0]
     distances = np.linalg.norm(away, axis=1)

@@ -101,8 +101,8 @@ def HumanCrowd_(T: Any) -> type:
             Raises:
                 ValueError: If ``time_step`` is not positive, ``num_robots`` is
                     negative, weights of ``humans`` are still to be drawn, or
-                    ``config`` names a model that there is not, or one without
-                    the derivatives that AutoDiffXd asks for.
+                    the model of ``config`` is without the derivatives that
+                    AutoDiffXd asks for.
             """
             LeafSystem_[T].__init__(self, converter=converter)
             check_time_step(time_step)

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hunav_drake.systems.common.layout import FORCES_SIZE, MOTION_SIZE
+from hunav_drake.systems.common.registry import name_of
 from hunav_drake.systems.crowd.crowd_config import CrowdConfig
 from hunav_drake.systems.crowd.limits import limited
-from hunav_drake.systems.crowd.models import make_motion_model
 from hunav_drake.systems.crowd.motion_model import (
     MotionModel,
     Snapshot,
@@ -75,11 +75,11 @@ class CrowdStep:
             with_derivatives: Whether the arrays are of AutoDiffXd.
 
         Raises:
-            ValueError: If ``config`` names a model that there is not, or one
-                without derivatives where they are asked for.
+            ValueError: If derivatives are asked for, and the model of
+                ``config`` has none.
         """
-        model = make_motion_model(config.model, config.parameters)
-        self._name = config.model
+        model = config.model
+        self._name = name_of(model)
         self._model = (
             _differentiable(model, self._name) if with_derivatives else model
         )
