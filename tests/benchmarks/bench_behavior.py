@@ -35,7 +35,7 @@ from hunav_drake.systems.common.layout import (
 from hunav_drake.systems.crowd import HumanCrowd
 from hunav_drake.systems.evaluation import Evaluator
 from hunav_drake.systems.people import HumanConfig
-from hunav_drake.systems.robot import DifferentialDrive, RobotConfig
+from hunav_drake.systems.robot import DifferentialDrive, DifferentialDriveConfig
 
 TIME_STEP = 0.05
 HUMAN = HumanConfig(
@@ -241,7 +241,7 @@ def seconds_of_a_diagram(n, kind):
     builder = DiagramBuilder()
     crowd = builder.AddSystem(HumanCrowd(humans))
     robot = builder.AddSystem(
-        DifferentialDrive(RobotConfig(start=(-2.0, -2.0, 0.0)))
+        DifferentialDrive(DifferentialDriveConfig(start=(-2.0, -2.0, 0.0)))
     )
     drive = builder.AddSystem(ConstantVectorSource([0.3, 0.02]))
     evaluator = builder.AddSystem(Evaluator(humans))

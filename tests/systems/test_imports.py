@@ -92,7 +92,7 @@ def test_a_breach_is_found(line, words):
     "line",
     [
         "from hunav_drake.systems.crowd import HumanConfig",
-        "from hunav_drake.systems.robot import RobotConfig",
+        "from hunav_drake.systems.robot import DifferentialDriveConfig",
         "from hunav_drake.systems.world.shapes import World",
         "from pydrake.systems.framework import LeafSystem",
     ],

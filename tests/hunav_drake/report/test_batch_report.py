@@ -69,7 +69,7 @@ def section(text, start, end):
 
 def test_settings_of_one_planner_have_columns_of_their_own(tmp_path):
     trials = [
-        make_result(seed, f"planner.parameters.cruise_speed={v}", speed=v)
+        make_result(seed, f"planner.cruise_speed={v}", speed=v)
         for v in (0.3, 0.5)
         for seed in range(3)
     ]
@@ -83,7 +83,7 @@ def test_settings_of_one_planner_have_columns_of_their_own(tmp_path):
     assert f"{fast} \N{MINUS SIGN} {slow}" in text
     assert "Comparison" in text
     # The list of runs has them in full.
-    assert "pursuit planner.parameters.cruise_speed=0.3 0 goal" in text
+    assert "pursuit planner.cruise_speed=0.3 0 goal" in text
     # In pictures the setting stands below the planner.
     assert re.search(r">cruise_speed=0.3</(text|tspan)>", html)
 

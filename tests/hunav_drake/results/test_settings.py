@@ -24,8 +24,8 @@ from hunav_drake.results.trial_result import FormatMetricsTable, MakeTrialResult
 from hunav_drake.systems.evaluation.metrics import METRICS, register_metric
 from hunav_drake.systems.evaluation.recording import Recording
 
-SLOW = "planner.parameters.cruise_speed=0.3"
-FAST = "planner.parameters.cruise_speed=0.7"
+SLOW = "planner.cruise_speed=0.3"
+FAST = "planner.cruise_speed=0.7"
 
 
 def make_result(seed=0, setting="", *, speed=0.5, metrics="paper", text="a"):
@@ -69,8 +69,8 @@ def own_metric():
 
 
 def test_a_setting_is_what_was_changed_in_any_order():
-    a, b = "robot.radius=0.3", "planner.parameters.cruise_speed = 0.5"
-    told = "planner.parameters.cruise_speed=0.5; robot.radius=0.3"
+    a, b = "robot.radius=0.3", "planner.cruise_speed = 0.5"
+    told = "planner.cruise_speed=0.5; robot.radius=0.3"
     assert setting_text([a, b]) == setting_text([b, a]) == told
     # The last one counts, and other columns tell planner and seed.
     assert setting_text(["x=1", "x=2"]) == "x=2"

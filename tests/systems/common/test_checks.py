@@ -1,3 +1,4 @@
+import dataclasses
 import math
 
 import pytest
@@ -19,7 +20,7 @@ from hunav_drake.systems.planning import (
 )
 from hunav_drake.systems.robot import (
     DifferentialDrive,
-    RobotConfig,
+    DifferentialDriveConfig,
     RobotLimits,
 )
 from hunav_drake.systems.world.obstacles import Obstacles
@@ -30,14 +31,16 @@ TASK = PlanningTask(
     goal_tolerance=0.25,
     goal_yaw_tolerance=0.3,
     obstacles=Obstacles.from_points([]),
-    period=0.05,
+    num_humans=0,
 )
 SYSTEMS = {
     "HumanCrowd": lambda **k: HumanCrowd([], **k),
     "BehaviorTreeBank": lambda **k: BehaviorTreeBank([], [], **k),
-    "DifferentialDrive": lambda **k: DifferentialDrive(RobotConfig(), **k),
+    "DifferentialDrive": lambda **k: DifferentialDrive(
+        DifferentialDriveConfig(), **k
+    ),
     "LocalPlanner": lambda **k: LocalPlanner(
-        PursuitPlanner(), TASK, num_humans=0, **k
+        PursuitPlanner(), dataclasses.replace(TASK, **k)
     ),
     "Evaluator": lambda **k: Evaluator([], **k),
     "TrialMonitor": lambda **k: TrialMonitor(

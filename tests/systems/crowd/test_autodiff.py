@@ -20,6 +20,7 @@ from hunav_drake.systems.common.layout import COMMAND_SIZE, Command, RobotRole
 from hunav_drake.systems.crowd import (
     CrowdConfig,
     HumanCrowd,
+    MotionModel,
     register_motion_model,
 )
 from hunav_drake.systems.crowd.human_crowd import HumanCrowd_
@@ -277,7 +278,7 @@ def test_a_diagram_with_a_crowd_converts():
 def test_a_model_without_derivatives_says_so():
     @register_motion_model("test_autodiff: everybody stands")
     @dataclasses.dataclass
-    class Standing:
+    class Standing(MotionModel):
         def forces(self, snapshot):
             return np.zeros((len(snapshot.states), 16))
 

@@ -72,7 +72,7 @@ def eval_forces(agents, index, *, epsilon, kernel="fast"):
         [make_human(agent, epsilon=epsilon) for agent in agents],
         obstacles=Obstacles.from_points(agents[index].get("obstacles", [])),
         config=CrowdConfig(
-            parameters={"kernel": kernel},
+            model={"name": "social_force", "kernel": kernel},
             obstacle_range=1e5,
             route_planning=False,
         ),
