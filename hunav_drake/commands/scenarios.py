@@ -1,6 +1,7 @@
-"""The commands `hunav list`, `hunav check` and `hunav import`."""
+"""The commands `hunav list`, `check`, `schema` and `import`."""
 
 import argparse
+import json
 from pathlib import Path
 import sys
 from typing import Any
@@ -20,7 +21,7 @@ from hunav_drake.commands.options import (
 
 
 def add_scenario_commands(commands: Any) -> None:
-    """Adds the three commands to those of `hunav`."""
+    """Adds the commands to those of `hunav`."""
     listing = commands.add_parser("list", help="list the shipped scenarios")
     listing.set_defaults(function=_list)
 
@@ -29,6 +30,18 @@ def add_scenario_commands(commands: Any) -> None:
     check.add_argument("scenario", nargs="+")
     add_scenario_options(check)
     add_import_option(check)
+
+    schema = commands.add_parser(
+        "schema", help="show the JSON schema of scenarios, for editors"
+    )
+    schema.set_defaults(function=_schema)
+    schema.add_argument(
+        "-o", "--output", type=Path, help="the file to write, else it is shown"
+    )
+    schema.add_argument(
+        "--force", action="store_true", help="write over an existing file"
+    )
+    add_import_option(schema)
 
     importing = commands.add_parser(
         "import", help="make a scenario of HuNavSim's agents.yaml"
@@ -75,6 +88,25 @@ def _check(options: argparse.Namespace) -> int:
                 f" planner {name_of(scenario.planner)})"
             )
     return code
+
+
+def _schema(options: argparse.Namespace) -> int:
+    from hunav_drake.scenario.json_schema import scenario_json_schema
+    from hunav_drake.systems.common.files import atomic_write
+
+    output: Path | None = options.output
+    text = json.dumps(scenario_json_schema(), indent=2)
+    if output is None:
+        print(text)
+        return DONE
+    check_new(output, force=options.force)
+    try:
+        with atomic_write(output) as file:
+            file.write(f"{text}\n".encode())
+    except OSError as error:
+        raise InputError(f"{output}: {error.strerror}") from error
+    print(f"Wrote the schema to {output}")
+    return DONE
 
 
 def _import(options: argparse.Namespace) -> int:

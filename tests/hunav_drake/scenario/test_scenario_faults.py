@@ -191,7 +191,7 @@ CASES = {
         WALLS + "    - {shape: boxx}\n",
         3,
         "world.walls[0]",
-        "unknown value 'boxx'; did you mean 'box'?",
+        "there is no wall shape 'boxx'; did you mean 'box'?",
     ),
     "wall as list": (WALLS + "    - []\n", 3, "world.walls[0]", "a mapping"),
     "key of a wall": (
@@ -585,7 +585,14 @@ def test_an_error_can_be_pickled():
     assert (
         copy.faults
         == error.faults
-        == (Fault("data", 1, "robot", "must be a mapping, got 5"),)
+        == (
+            Fault(
+                "data",
+                1,
+                "robot",
+                "must be a mapping, or the name of a robot, got 5",
+            ),
+        )
     )
     assert error.faults[0].place == "data:1"
 

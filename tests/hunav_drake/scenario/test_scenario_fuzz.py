@@ -46,7 +46,8 @@ humans[1].pose humans[1].pose[2] humans[0].goals humans[0].goals[0][1]
 humans[0].forces humans[0].forces.n humans[0].id humans[1].name
 humans[0].behavior humans[1].max_speed robot robot.start robot.goal
 robot.limits robot.radius planner planner.name planner.period
-planner.parameters planner.x crowd.model crowd.model.name crowd.model.kernel evaluator.period evaluator.metrics
+planner.parameters planner.x crowd.model crowd.model.name crowd.model.kernel
+evaluator.period evaluator.metrics
 simulation.time_step simulation.duration simulation.seed crowd
 crowd.max_obstacles other
 """
