@@ -404,6 +404,8 @@ def test_a_memory_that_no_file_can_hold_is_refused(tmp_path):
     @register_planner("secretive")
     @dataclass
     class Secretive(Planner):
+        initial_memory = ()
+
         def plan(self, task, view, memory):
             return Plan(0.0, 0.0, PlannerStatus.DRIVING, (1, Unsaveable()))
 
@@ -414,7 +416,7 @@ def test_a_memory_that_no_file_can_hold_is_refused(tmp_path):
     simulator.AdvanceTo(0.1)
     with pytest.raises(
         ValueError,
-        match=r"the planner remembers holds .*Unsaveable.* cannot be",
+        match=r"planner remembers holds .*Unsaveable.* cannot be",
     ):
         SaveContext(diagram, simulator.get_context(), tmp_path / "a.npz")
     assert list(tmp_path.iterdir()) == []

@@ -8,7 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hunav_drake.systems.common.value_arrays import from_arrays, to_arrays
-from hunav_drake.systems.planning.planner import Plan, Planner, PlannerStatus
+from hunav_drake.systems.planning.planner import (
+    NO_PATH,
+    Plan,
+    Planner,
+    PlannerStatus,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,13 +58,25 @@ def idle(planner: Planner) -> Decision:
     )
 
 
-def plan_fault(plan: Any) -> str:
-    """Returns what keeps something from being a plan, or nothing."""
+def plan_fault(plan: Any, *, keeps: bool = True) -> str:
+    """Returns what keeps something from being a plan, or nothing.
+
+    Args:
+        plan: What a planner gave.
+        keeps: Whether its planner has an initial memory.
+    """
     if not isinstance(plan, Plan):
         return f"must give a Plan, got {plan!r:.80}"
     if not (math.isfinite(plan.v) and math.isfinite(plan.omega)):
         return f"must give finite v and omega, got {plan}"
-    path = plan.path
+    path, memory = plan.path, plan.memory
+    if not keeps:
+        if memory is None and path is NO_PATH:
+            return ""
+        return (
+            "must not give a memory or a path without an initial_memory; give"
+            f" its class one that is not None. Got {plan}"
+        )
     if not (
         isinstance(path, np.ndarray)
         and path.ndim == 2
@@ -71,7 +88,6 @@ def plan_fault(plan: Any) -> str:
             "must give a path that is an array of finite numbers of shape"
             f" (k, 2) or (k, 3), got {path!r:.80}"
         )
-    memory = plan.memory
     is_array = isinstance(memory, np.ndarray)
     if isinstance(memory, list | dict | set | bytearray) or (
         is_array and memory.flags.writeable

@@ -17,6 +17,7 @@ from hunav_drake.systems.common.layout import STATE_SIZE
 from hunav_drake.systems.planning.decision import Decision, idle, plan_fault
 from hunav_drake.systems.planning.planner import (
     NO_PATH,
+    Plan,
     Planner,
     PlanningTask,
     View,
@@ -52,8 +53,8 @@ class LocalPlanner(LeafSystem):
     ``path`` what the planner means to follow since it last decided: a
     read-only array of shape (k, 2) or (k, 3), rows (x, y) or (x, y, yaw).
 
-    The abstract state holds what was decided last, with the planner's memory;
-    the discrete state (v, omega, status), which follow one update later.
+    The discrete state holds (v, omega, status). For a planner that remembers,
+    the abstract state holds the whole plan that was decided last.
     """
 
     def __init__(self, planner: Planner, task: PlanningTask) -> None:
@@ -87,10 +88,6 @@ class LocalPlanner(LeafSystem):
             if planner.scan_size
             else None
         )
-        self._idle = idle(planner)
-        self._decision = self.DeclareAbstractState(
-            AbstractValue.Make(self._idle)
-        )
         self._state = self.DeclareDiscreteState(3)
         ticket = self.discrete_state_ticket(self._state)
         self._velocity_command = self.DeclareVectorOutputPort(
@@ -102,19 +99,25 @@ class LocalPlanner(LeafSystem):
         self._status = self.DeclareVectorOutputPort(
             "status", 1, self._CalcStatus, prerequisites_of_calc={ticket}
         )
+        self._idle = idle(planner)
+        self._decision = None
+        if planner.initial_memory is not None:
+            self._decision = self.DeclareAbstractState(
+                AbstractValue.Make(self._idle)
+            )
+            # At an instant, Drake makes this update first. Systems that are
+            # updated with the one below still see the old command.
+            self.DeclarePeriodicUnrestrictedUpdateEvent(
+                period_sec=task.time_step, offset_sec=0.0, update=self._Decide
+            )
+        self.DeclarePeriodicDiscreteUpdateEvent(
+            period_sec=task.time_step, offset_sec=0.0, update=self._Command
+        )
         self._path = self.DeclareAbstractOutputPort(
             "path",
             alloc=lambda: AbstractValue.Make(NO_PATH),
             calc=weakly(self._CalcPath),
-            prerequisites_of_calc={self.abstract_state_ticket(self._decision)},
-        )
-        # At an instant, Drake makes these updates one after the other. Those
-        # of other systems, made with the second, still see the old command.
-        self.DeclarePeriodicUnrestrictedUpdateEvent(
-            period_sec=task.time_step, offset_sec=0.0, update=self._Decide
-        )
-        self.DeclarePeriodicDiscreteUpdateEvent(
-            period_sec=task.time_step, offset_sec=0.0, update=self._Command
+            prerequisites_of_calc={self.xa_ticket()},
         )
 
     def get_robot_state_input_port(self) -> InputPort:
@@ -152,32 +155,44 @@ class LocalPlanner(LeafSystem):
         output.SetFromVector(state[2:3])
 
     def _CalcPath(self, context: Context, output: AbstractValue) -> None:
-        output.set_value(self._Decided(context).plan.path)
+        output.set_value(self._Decided(context).path)
 
-    def _Decided(self, context: Context) -> Decision:
+    def _Decided(self, context: Context) -> Plan:
+        """Returns the plan that was decided last; idle if none is kept."""
+        if self._decision is None:
+            return self._idle.plan
         value = context.get_abstract_state(self._decision).get_value()
         assert isinstance(value, Decision)
-        return value
+        return value.plan
+
+    def _IsDue(self, context: Context) -> bool:
+        tick = round(context.get_time() / self._task.time_step)
+        return tick % self._ticks_per_cycle == 0
+
+    def _Plan(self, context: Context) -> Plan:
+        """Returns what the planner decides now.
+
+        Raises:
+            RuntimeError: If that cannot be.
+        """
+        if not self._goal.HasValue(context):
+            return self._idle.plan
+        plan = self._planner.plan(
+            self._task, self._Look(context), self._Decided(context).memory
+        )
+        if fault := plan_fault(plan, keeps=self._decision is not None):
+            raise RuntimeError(
+                f"{self.GetSystemPathname()}, t = {context.get_time():.3f} s:"
+                f" {type(self._planner).__name__}.plan() {fault}"
+            )
+        return plan
 
     def _Decide(self, context: Context, state: State) -> None:
-        tick = round(context.get_time() / self._task.time_step)
-        if tick % self._ticks_per_cycle:
-            return
-        decision = self._idle
-        if self._goal.HasValue(context):
-            plan = self._planner.plan(
-                self._task,
-                self._Look(context),
-                self._Decided(context).plan.memory,
-            )
-            if fault := plan_fault(plan):
-                raise RuntimeError(
-                    f"{self.GetSystemPathname()}, t = {context.get_time():.3f}"
-                    f" s: {type(self._planner).__name__}.plan() {fault}"
-                )
+        if self._IsDue(context):
+            plan = self._Plan(context)
             plan.path.setflags(write=False)
-            decision = Decision(plan)
-        state.get_mutable_abstract_state(self._decision).set_value(decision)
+            decided = state.get_mutable_abstract_state(self._decision)
+            decided.set_value(Decision(plan))
 
     def _Look(self, context: Context) -> View:
         arrays = [self._robot_state.Eval(context)]
@@ -192,5 +207,9 @@ class LocalPlanner(LeafSystem):
     def _Command(
         self, context: Context, discrete_state: DiscreteValues
     ) -> None:
-        plan = self._Decided(context).plan
-        discrete_state.set_value(self._state, [plan.v, plan.omega, plan.status])
+        if self._IsDue(context):
+            keeps = self._decision is not None
+            plan = self._Decided(context) if keeps else self._Plan(context)
+            discrete_state.set_value(
+                self._state, [plan.v, plan.omega, plan.status]
+            )

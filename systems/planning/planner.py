@@ -170,7 +170,9 @@ class Planner(PlannerConfig):
     NamedTuples, frozen dataclasses and read-only arrays are saved with it.
     """
 
-    # What it remembers before the first cycle, and while there is no goal.
+    # What it remembers before the first cycle, and while there is no goal. With
+    # None, it decides by what it sees alone: it gives no memory and no path,
+    # and a trial is faster by some 50 us per step.
     initial_memory: ClassVar[Any] = None
 
     # How many distances of a lidar it asks for; 0 for no port ``scan``.

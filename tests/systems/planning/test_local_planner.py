@@ -158,8 +158,10 @@ def test_the_path_is_what_was_decided_last():
     assert len(path_of(dut, clone)) == 2
 
 
-def plan_that_gives(plan):
+def plan_that_gives(plan, memory=()):
     class Wild(Planner):
+        initial_memory = memory
+
         def plan(self, task, view, memory):
             return plan
 
@@ -190,6 +192,15 @@ def test_a_plan_that_cannot_be_is_told(plan, words):
     dut = LocalPlanner(plan_that_gives(plan), make_task())
     simulator = make_simulator(dut)
     with pytest.raises(RuntimeError, match=rf"t = 0.000 s: Wild.*{words}"):
+        simulator.AdvanceTo(0.1)
+
+
+@pytest.mark.parametrize("more", [{"memory": 1}, {"path": np.zeros((1, 2))}])
+def test_nothing_is_lost_of_who_declares_no_memory(more):
+    plan = Plan(0.5, 0.0, DRIVING, **more)
+    dut = LocalPlanner(plan_that_gives(plan, None), make_task())
+    simulator = make_simulator(dut)
+    with pytest.raises(RuntimeError, match=r"Wild.* without an initial_memory"):
         simulator.AdvanceTo(0.1)
 
 
