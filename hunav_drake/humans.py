@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 import numbers
+from types import NoneType
 from typing import Any, NamedTuple
 
 from pydrake.systems.framework import (
@@ -18,6 +19,7 @@ from hunav_drake.systems.behavior import (
     BehaviorTreeBank,
     LoadBehavior,
 )
+from hunav_drake.systems.common.checks import check_kind
 from hunav_drake.systems.crowd import CrowdConfig, HumanCrowd
 from hunav_drake.systems.people import HumanConfig
 from hunav_drake.systems.people.names import name_people
@@ -131,39 +133,21 @@ def MakeHumans(
 
 
 def _check_arguments(
-    humans: Any,
-    obstacles: Any,
-    config: Any,
-    num_robots: Any,
-    time_step: Any,
+    humans: Any, obstacles: Any, config: Any, num_robots: Any, time_step: Any
 ) -> None:
     """Checks of what kind the arguments of `MakeHumans` are.
 
     Raises:
         TypeError: If one is of another kind.
     """
-    kinds: list[tuple[str, Any, Any, str]] = [
-        (
-            "obstacles",
-            obstacles,
-            (Obstacles, World, type(None)),
-            "Obstacles or a World",
-        ),
-        ("config", config, (CrowdConfig, type(None)), "a CrowdConfig"),
-        ("num_robots", num_robots, numbers.Integral, "a whole number"),
-        ("time_step", time_step, numbers.Real, "a number"),
-        ("humans", humans, Sequence, "a sequence"),
-    ]
-    if isinstance(humans, Sequence):
-        kinds += [
-            (f"humans[{i}]", human, HumanConfig, "a HumanConfig")
-            for i, human in enumerate(humans)
-        ]
-    for name, value, kind, words in kinds:
-        if not isinstance(value, kind) or isinstance(value, bool):
-            raise TypeError(
-                f"{name} must be {words}, got {type(value).__name__} {value!r}"
-            )
+    known = (Obstacles, World, NoneType)
+    check_kind("obstacles", obstacles, known, "Obstacles or a World")
+    check_kind("config", config, (CrowdConfig, NoneType), "a CrowdConfig")
+    check_kind("num_robots", num_robots, numbers.Integral, "a whole number")
+    check_kind("time_step", time_step, numbers.Real, "a number")
+    check_kind("humans", humans, Sequence, "a sequence")
+    for i, human in enumerate(humans):
+        check_kind(f"humans[{i}]", human, HumanConfig, "a HumanConfig")
 
 
 def _AddTrees(

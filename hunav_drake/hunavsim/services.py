@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from pydrake.systems.framework import Context
 
 from hunav_drake.hunavsim.stepwise import Array, StepwiseHumans
+from hunav_drake.systems.common.checks import check_kind
 from hunav_drake.systems.common.layout import STATE_SIZE
 from hunav_drake.systems.crowd import CrowdConfig
 from hunav_drake.systems.crowd.limits import LARGEST
@@ -268,11 +269,7 @@ class AgentServices:
     def _count_steps(self, dt: float | None) -> int:
         if dt is None:
             return 1
-        if not isinstance(dt, numbers.Real) or isinstance(dt, bool):
-            raise TypeError(
-                f"dt must be a number, in seconds, got {type(dt).__name__}"
-                f" {dt!r}"
-            )
+        check_kind("dt", dt, numbers.Real, "a number, in seconds")
         steps = dt / self._time_step
         count = round(steps) if np.isfinite(steps) else 0
         if count < 1 or abs(steps - count) > _TOLERANCE:
