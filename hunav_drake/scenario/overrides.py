@@ -55,8 +55,11 @@ def apply_override(data: Any, text: str) -> Loc:
         raise ValueError(f"the value {finding.message}")
     target = data
     for i, (step, following) in enumerate(itertools.pairwise(loc)):
-        keyed = isinstance(target, dict) and isinstance(step, str)
-        if keyed and isinstance(following, str):
+        if (
+            isinstance(target, dict)
+            and isinstance(step, str)
+            and isinstance(following, str)
+        ):
             _make_mapping(target, step, loc[: i + 1])
         target = _member(target, loc[: i + 1])
     if not (isinstance(target, dict) and isinstance(loc[-1], str)):

@@ -256,7 +256,7 @@ class Registry(Mapping[str, type[Any]]):
 
 
 @functools.cache
-def _adapter(choice: type[Any]) -> TypeAdapter[Any]:
+def _adapter(choice: Any) -> TypeAdapter[Any]:
     return TypeAdapter(choice)
 
 

@@ -166,7 +166,7 @@ class LocalPlanner(LeafSystem):
         return value.plan
 
     def _IsDue(self, context: Context) -> bool:
-        tick = round(context.get_time() / self._task.time_step)
+        tick: int = round(context.get_time() / self._task.time_step)
         return tick % self._ticks_per_cycle == 0
 
     def _Plan(self, context: Context) -> Plan:

@@ -4,7 +4,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple
+from typing import Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,9 +16,6 @@ from hunav_drake.systems.common.registry import Registry
 from hunav_drake.systems.common.schema import CONFIG, within
 from hunav_drake.systems.robot.robot_config import RobotLimits
 from hunav_drake.systems.world.obstacles import Obstacles
-
-if TYPE_CHECKING:
-    from pydrake.systems.framework import DiagramBuilder, System
 
 Array = NDArray[np.float64]
 
@@ -76,7 +73,7 @@ class PlannerConfig(ABC):
     period: Annotated[StrictFloat, within(0, 10, "s", low_open=True)] = 0.05
 
     @abstractmethod
-    def MakeSystem(self, task: PlanningTask) -> "System":
+    def MakeSystem(self, task: PlanningTask) -> Any:
         """Makes the planner: a LeafSystem or a Diagram with these ports.
 
         Inputs: ``robot_state`` takes the row (x, y, yaw, vx, vy, omega,
@@ -93,15 +90,15 @@ class PlannerConfig(ABC):
 
     def AddToBuilder(
         self,
-        builder: "DiagramBuilder",
+        builder: Any,
         task: PlanningTask,
         *,
         name: str = "planner",
-    ) -> "System":
+    ) -> Any:
         """Adds the planner to a builder, and returns it.
 
         Args:
-            builder: Where it is added.
+            builder: A DiagramBuilder.
             task: What it is to know of the robot and the world.
             name: What the system is called.
 
@@ -188,7 +185,7 @@ class Planner(PlannerConfig):
             memory: What the last cycle remembered.
         """
 
-    def MakeSystem(self, task: PlanningTask) -> "System":
+    def MakeSystem(self, task: PlanningTask) -> Any:
         """Makes a `LocalPlanner` that decides by `plan`."""
         from hunav_drake.systems.planning.local_planner import LocalPlanner
 

@@ -3,7 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import field
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated, Any
 
 from pydantic import StrictFloat
 from pydantic.dataclasses import dataclass
@@ -17,9 +17,6 @@ from hunav_drake.systems.common.schema import (
     PositiveSpeed,
     within,
 )
-
-if TYPE_CHECKING:
-    from pydrake.systems.framework import DiagramBuilder, System
 
 Acceleration = Annotated[StrictFloat, within(0, 100, "m/s^2", low_open=True)]
 TurnRate = Annotated[StrictFloat, within(0, 100, "rad/s", low_open=True)]
@@ -69,7 +66,7 @@ class RobotConfig(ABC):
     ] = 0.25
 
     @abstractmethod
-    def MakeSystem(self, *, time_step: float) -> "System":
+    def MakeSystem(self, *, time_step: float) -> Any:
         """Makes the robot: a LeafSystem or a Diagram with these ports.
 
         Input ``velocity_command`` takes (v, omega), in m/s and rad/s; output
@@ -81,15 +78,15 @@ class RobotConfig(ABC):
 
     def AddToBuilder(
         self,
-        builder: "DiagramBuilder",
+        builder: Any,
         *,
         time_step: float,
         name: str = "robot",
-    ) -> "System":
+    ) -> Any:
         """Adds the robot to a builder, and returns it.
 
         Args:
-            builder: Where it is added.
+            builder: A DiagramBuilder.
             time_step: The time between two updates, in seconds.
             name: What the system is called.
 
