@@ -39,30 +39,18 @@ def check_out(directory: Path) -> None:
     """Finds out before the work whether its results can be kept.
 
     Raises:
-        InputError: If nothing can be written to the folder, or a table there
-            is damaged.
+        InputError: If nothing can be written to the folder.
     """
     import tempfile
 
-    from hunav_drake.results.files import CheckTables
+    from hunav_drake.results.run_folders import RUNS
 
     try:
-        directory.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=directory):
+        (directory / RUNS).mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=directory / RUNS):
             pass
     except OSError as error:
         raise InputError(
             f"--out {directory}: cannot write there: {error.strerror}. Name a"
             " folder that you may write to."
-        ) from error
-    try:
-        CheckTables(directory)
-    except OSError as error:
-        raise InputError(
-            f"--out {directory}: cannot read {error.filename}: {error.strerror}"
-        ) from error
-    except ValueError as error:
-        raise InputError(
-            f"--out {directory}: {error}. Repair it, move it away, or name"
-            " another folder."
         ) from error

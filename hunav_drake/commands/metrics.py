@@ -57,7 +57,7 @@ def add_metric_commands(commands: Any) -> None:
         help="a recording of a robot that went the way it should",
     )
     evaluate.add_argument(
-        "--out", metavar="DIR", type=Path, help="write tables there"
+        "--out", metavar="DIR", type=Path, help="write the run to DIR/runs"
     )
     add_format_option(evaluate)
     add_import_option(evaluate)
@@ -100,10 +100,10 @@ def _evaluate(options: argparse.Namespace) -> int:
         )
     if options.out is not None:
         try:
-            written = WriteResult(result, options.out, format=options.format)
+            folder = WriteResult(result, options.out, format=options.format)
         except (OSError, ValueError) as error:
             raise InputError(f"--out {options.out}: {error}") from error
-        print(f"\nWrote {len(written)} files to {options.out}")
+        print(f"\nWrote the run to {folder}")
     return DONE
 
 

@@ -35,8 +35,8 @@ def add_run_command(commands: Any) -> None:
         "--out",
         metavar="DIR",
         type=Path,
-        help="write tables, the recording, a report and a replay there; see"
-        " `hunav report`",
+        help="write metrics, recording, report and replay to a folder of this"
+        " run in DIR/runs; see `hunav report`",
     )
     run.add_argument(
         "--label",
@@ -125,30 +125,32 @@ def _keep(
 ) -> None:
     """Writes the files of a run; its replay is what Meshcat has recorded."""
     from hunav_drake.report.writing import WriteReport
-    from hunav_drake.results.files import GetTag, WriteResult
+    from hunav_drake.results.files import WriteResult
     from hunav_drake.results.settings import setting_text
 
     label = options.label
     setting = setting_text(options.overrides) if label is None else label
     result = dataclasses.replace(result, setting=setting)
-    replay = None
-    try:
-        written = WriteResult(result, options.out, format=options.format)
-        tag = GetTag(written)
+
+    def add_pages(folder: Path) -> None:
+        replay = None
         if meshcat is not None:
             from hunav_drake.replay import SaveReplay
 
-            replay = options.out / f"replay_{tag}.html"
+            replay = folder / "replay.html"
             SaveReplay(meshcat, replay)
-        report = WriteReport(
-            result, options.out / f"report_{tag}.html", replay=replay
+        WriteReport(result, folder / "report.html", replay=replay)
+
+    try:
+        folder = WriteResult(
+            result, options.out, format=options.format, add=add_pages
         )
     except (OSError, ValueError) as error:
         raise InputError(f"--out {options.out}: {error}") from error
-    print(f"Wrote {len(written)} files to {options.out}")
-    print(f"Report, for a browser: {report}")
-    if replay is not None:
-        print(f"Replay, for a browser: {replay}")
+    print(f"Wrote the run to {folder}")
+    print(f"Report, for a browser: {folder / 'report.html'}")
+    if meshcat is not None:
+        print(f"Replay, for a browser: {folder / 'replay.html'}")
 
 
 class _ProgressBar:

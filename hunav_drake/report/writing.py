@@ -10,7 +10,8 @@ from hunav_drake.report.batch_page import batch_parts
 from hunav_drake.report.batch_tables import listed
 from hunav_drake.report.html import escape, page
 from hunav_drake.report.trial_page import trial_parts
-from hunav_drake.results.repeats import drop_repeats
+from hunav_drake.results.duplicate_runs import drop_duplicate_runs
+from hunav_drake.results.run_folders import find_pages
 from hunav_drake.results.trial_result import TrialResult
 from hunav_drake.systems.files import atomic_write
 
@@ -29,20 +30,19 @@ def WriteReport(
     Of one trial it tells how it ended, all metrics, what happened in plots,
     and where it comes from. Of several it compares scenarios, planners and
     their settings, with intervals and run by run on equal seeds, and lists the
-    runs; one that is another again counts once (`drop_repeats`). The file
+    runs; one that is another again counts once (`drop_duplicate_runs`). The file
     has all pictures inside, and needs neither a network nor scripts. It
     appears in one piece.
 
-    It links to the own pages of each run that there are, `report_<tag>.html`
-    and `replay_<tag>.html`, as `hunav run` writes them.
+    It links to the report and the replay of each run, where they are.
 
     Args:
         results: A trial, or several.
         filename: The file to write; what is there already is replaced.
         replay: The file of the replay of a single trial.
         title: The heading; by default the name of the scenario.
-        pages: The folder with the own pages of the runs; by default that of
-            the file.
+        pages: The folder of results with the pages of the runs; by default
+            the folder of the file.
         left_out: Why runs that belong here are not told of, by their tags.
 
     Returns:
@@ -56,12 +56,15 @@ def WriteReport(
     trials = [results] if isinstance(results, TrialResult) else list(results)
     if not trials:
         raise ValueError("a report needs at least one result, got none")
-    trials, repeats = drop_repeats(trials)
+    trials, repeats = drop_duplicate_runs(trials)
     if title is None:
         names = dict.fromkeys(t.scenario_name or "trial" for t in trials)
         title = ", ".join(names)
     folder = filename.parent if pages is None else Path(pages)
-    links = [_own_pages(trial.tag, folder, filename) for trial in trials]
+    links = [
+        {k: _link(p, filename) for k, p in find_pages(folder, t.tag).items()}
+        for t in trials
+    ]
     if len(trials) == 1:
         parts = trial_parts(trials[0])
         address = links[0].get("replay")
@@ -98,16 +101,6 @@ def _repeats_note(repeats: list[tuple[TrialResult, TrialResult]]) -> str:
         f" {'is' if len(repeats) == 1 else 'are'} left out, being the same as"
         f" others in everything.</strong>{told}</p>"
     )
-
-
-def _own_pages(tag: str, folder: Path, filename: Path) -> dict[str, str]:
-    """Returns the addresses of what there is on a run, by what it is."""
-    paths = {k: folder / f"{k}_{tag}.html" for k in ("report", "replay")}
-    return {
-        kind: _link(path, filename)
-        for kind, path in paths.items()
-        if tag and path.exists()
-    }
 
 
 def _link(target: str | Path, page: Path) -> str:
