@@ -70,4 +70,4 @@ def test_runs_a_trial(wheel, tmp_path):
     assert where.stdout.startswith(str(place))
     result = run("-m", "hunav_drake.cli", "run", "passing", "--out", "out")
     assert result.returncode == 0, result.stderr
-    assert (tmp_path / "out" / "replay_passing_pursuit_0.html").exists()
+    assert (tmp_path / "out/runs/passing_pursuit_0/replay.html").exists()

@@ -30,9 +30,9 @@ def WriteReport(
     Of one trial it tells how it ended, all metrics, what happened in plots,
     and where it comes from. Of several it compares scenarios, planners and
     their settings, with intervals and run by run on equal seeds, and lists the
-    runs; one that is another again counts once (`drop_duplicate_runs`). The file
-    has all pictures inside, and needs neither a network nor scripts. It
-    appears in one piece.
+    runs; duplicate runs count once (`drop_duplicate_runs`). The file has all
+    pictures inside, and needs neither a network nor scripts. It appears in one
+    piece.
 
     It links to the report and the replay of each run, where they are.
 

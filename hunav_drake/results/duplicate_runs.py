@@ -22,9 +22,9 @@ def drop_duplicate_runs(
 ) -> tuple[list[TrialResult], list[tuple[TrialResult, TrialResult]]]:
     """Leaves out duplicate runs, which would count twice in statistics.
 
-    A run is a duplicate of another if the hashes of what was run, planner, setting and
-    seed are the same, and all metrics are equal. Without such a hash nobody
-    can tell.
+    A run is a duplicate of another if the hashes of what was run, planner,
+    setting and seed are the same, and all metrics are equal. Without such a
+    hash nobody can tell.
 
     Returns:
         The runs that are left, and pairs of a duplicate and the run that it

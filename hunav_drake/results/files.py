@@ -154,7 +154,8 @@ def load_results(
         _make_result(tag, summaries[tag], recording)
         for tag, recording in recordings.items()
     ]
-    return results, damaged | more
+    damaged |= more
+    return results, {tag: damaged[tag] for tag in found if tag in damaged}
 
 
 def read_summaries(

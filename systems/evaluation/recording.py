@@ -14,7 +14,13 @@ from hunav_drake.systems.evaluation import recording_file
 from hunav_drake.systems.evaluation.derived import Derived
 from hunav_drake.systems.evaluation.encounters import Encounters
 from hunav_drake.systems.evaluation.way import Way
-from hunav_drake.systems.layout import RADIUS, STATE_SIZE, X, Y
+from hunav_drake.systems.layout import (
+    RADIUS,
+    STATE_FIELDS,
+    STATE_SIZE,
+    X,
+    Y,
+)
 from hunav_drake.systems.obstacles import Obstacles
 from hunav_drake.systems.suggest import did_you_mean
 
@@ -23,6 +29,15 @@ Array = NDArray[np.float64]
 # How near to the goal's heading is at the goal where the goal has one and
 # nothing else is told, in radians.
 GOAL_YAW_TOLERANCE = 0.25
+
+# No number in a recording is larger, in SI units, and no radius in meters:
+# beyond that sums, powers and forces of them would not be finite.
+LARGEST = 1e10
+LARGEST_RADIUS = 100.0
+
+# The times of two samples are at least as far apart, in seconds: speeds and
+# accelerations of less would not be finite.
+SHORTEST_INTERVAL = 1e-20
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -61,8 +76,8 @@ class Recording:
             a clock of its own.
 
     Raises:
-        ValueError: If an array has a wrong shape, a number that is not
-            finite, or times that do not increase.
+        ValueError: If an array has a wrong shape, a number is not finite or
+            beyond `LARGEST` (`LARGEST_RADIUS`), or times do not increase.
     """
 
     times: Array
@@ -95,13 +110,16 @@ class Recording:
         _check_states(robot, humans)
         status = np.zeros((samples, n), dtype=np.int64)
         if self.behavior_status is not None:
-            status[:] = _array(
-                "behavior_status", self.behavior_status, (samples, n)
-            )
+            told = _array("behavior_status", self.behavior_status, (samples, n))
+            _check_numbers("behavior_status", told, whole=True)
+            status[:] = told
         nearest = self.nearest_walls
         if nearest is not None:
             nearest = _array(
                 "nearest_walls", nearest, (samples, n + 1, None, 2)
+            )
+            _check_numbers(
+                "nearest_walls", nearest[~np.isnan(nearest).all(axis=-1)]
             )
             nearest.setflags(write=False)
         reference = self.reference_path
@@ -126,11 +144,13 @@ class Recording:
             goal=_checked_goal(self.goal),
         )
         for name in ("goal_tolerance", "goal_yaw_tolerance"):
-            if not getattr(self, name) > 0:
+            tolerance = float(_array(name, getattr(self, name), ()))
+            if not 0 < tolerance <= LARGEST:
                 raise ValueError(
-                    f"recording.{name}: must be positive, got"
-                    f" {getattr(self, name)}"
+                    f"recording.{name}: must be positive, and at most"
+                    f" {LARGEST:g}, got {tolerance}"
                 )
+            self._set(**{name: tolerance})
 
     def _set(self, **values: Any) -> None:
         # The way of dataclasses themselves to fill in a frozen one.
@@ -273,6 +293,8 @@ def _restore(cls: type[Recording], values: dict[str, Any]) -> Recording:
 def _array(name: str, value: ArrayLike, shape: tuple[int | None, ...]) -> Array:
     """Returns a copy of an array, after a check of its shape."""
     try:
+        if np.iscomplexobj(value):
+            raise TypeError("it has complex numbers")
         array = np.array(value, dtype=float, order="C")
     except (TypeError, ValueError) as error:
         raise ValueError(
@@ -292,19 +314,29 @@ def _array(name: str, value: ArrayLike, shape: tuple[int | None, ...]) -> Array:
 
 def _checked_path(path: ArrayLike) -> Array:
     array = _array("reference_path", path, (None, 3))
-    if not len(array) or not np.isfinite(array).all():
-        raise ValueError(
-            "recording.reference_path: must have rows, all of finite numbers"
-        )
+    if not len(array):
+        raise ValueError("recording.reference_path: must have rows")
+    _check_numbers("reference_path", array)
     _check_increasing("reference_path: its times", array[:, 0])
     array.setflags(write=False)
     return array
 
 
+def _check_numbers(name: str, array: Array, *, whole: bool = False) -> None:
+    good = np.abs(array) <= LARGEST
+    if whole:
+        good &= array == np.trunc(array)
+    if not good.all():
+        raise ValueError(
+            f"recording.{name}: must be finite, {'whole, ' if whole else ''}"
+            f"and at most {LARGEST:g} in size, got"
+            f" {array[tuple(np.argwhere(~good)[0])]}"
+        )
+
+
 def _check_increasing(name: str, times: Array) -> None:
-    if not np.isfinite(times).all():
-        raise ValueError(f"recording.{name}: must be finite")
-    late = np.flatnonzero(np.diff(times) <= 0)
+    _check_numbers(name, times)
+    late = np.flatnonzero(np.diff(times) < SHORTEST_INTERVAL)
     if late.size:
         k = int(late[0])
         raise ValueError(
@@ -315,43 +347,50 @@ def _check_increasing(name: str, times: Array) -> None:
 
 
 def _check_states(robot: Array, humans: Array) -> None:
-    bad = np.flatnonzero(~np.isfinite(robot).all(axis=1))
-    if bad.size:
+    low, high = np.full((2, STATE_SIZE), [[-LARGEST], [LARGEST]])
+    low[RADIUS], high[RADIUS] = 0, LARGEST_RADIUS
+    states = np.concatenate([robot[:, None], humans], axis=1)
+    missing = np.isnan(states).all(axis=2)
+    missing[:, 0] = False
+    bad = ~((low <= states) & (states <= high)) & ~missing[..., None]
+    if bad.any():
+        k, i, column = np.argwhere(bad)[0].tolist()
+        who = f"humans: person {i - 1}" if i else "robot: it"
         raise ValueError(
-            f"recording.robot: must be finite, but sample {bad[0]} is"
-            f" {robot[bad[0]].tolist()}"
+            f"recording.{who} at sample {k}: {STATE_FIELDS[column]} must be"
+            f" finite, in [{low[column]:g}, {high[column]:g}], got"
+            f" {states[k, i, column]}"
+            + ("; a missing person has a row of NaN" if i else "")
         )
-    finite = np.isfinite(humans).all(axis=2) | np.isnan(humans).all(axis=2)
-    if not finite.all():
-        k, i = np.argwhere(~finite)[0].tolist()
-        raise ValueError(
-            "recording.humans: a row must be finite, or all NaN for a"
-            f" missing person, but person {i} at sample {k} is"
-            f" {humans[k, i].tolist()}"
-        )
-    if (robot[:, RADIUS] < 0).any() or (humans[..., RADIUS] < 0).any():
-        raise ValueError("recording: a radius must not be negative")
 
 
 def _per_human(name: str, values: Sequence[Any], default: list[Any]) -> Any:
-    if not len(values):
+    try:
+        values = tuple(values)
+    except TypeError as error:
+        raise ValueError(f"recording.{name}: is no list: {error}") from error
+    if not values:
         return tuple(default)
     if len(values) != len(default):
         raise ValueError(
             f"recording.{name}: needs one for each of {len(default)} people,"
             f" got {len(values)}"
         )
+    if isinstance(default[0], str):
+        return tuple(map(str, values))
+    numbers = _array(name, values, (len(values),))
+    _check_numbers(name, numbers, whole=True)
     if name == "human_ids" and len(set(values)) != len(values):
         raise ValueError(f"recording.human_ids: must differ, got {values}")
-    return tuple(type(d)(v) for d, v in zip(default, values, strict=True))
+    return tuple(map(int, values))
 
 
 def _checked_goal(goal: Any) -> tuple[float, float, float] | None:
     if goal is None:
         return None
-    x, y, yaw = _array("goal", goal, (3,)).tolist()
-    if not all(map(math.isfinite, (x, y, yaw))):
-        raise ValueError(f"recording.goal: must be finite, got {goal}")
+    array = _array("goal", goal, (3,))
+    _check_numbers("goal", array)
+    x, y, yaw = array.tolist()
     return x, y, yaw
 
 

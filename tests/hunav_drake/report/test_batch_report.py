@@ -218,7 +218,7 @@ def test_what_happens_to_be_equal_is_shown_by_behavior(tmp_path):
 def test_the_command_names_a_few_of_many_missing_runs(tmp_path, capsys):
     for seed in range(16):
         WriteResult(make_result(seed, metric_names="goal"), tmp_path)
-    for path in sorted(tmp_path.glob("recording_*.npz"))[:14]:
+    for path in sorted(tmp_path.glob("runs/*/recording.npz"))[:14]:
         path.unlink()
     assert cli.main(["report", str(tmp_path)]) == 0
     lines = capsys.readouterr().err.splitlines()
@@ -241,5 +241,5 @@ def test_the_command_tells_settings_apart(tmp_path):
             ]
         )
     assert list(ReadRuns(tmp_path)["setting"]) == [change, "short one", ""]
-    page = (tmp_path / "report_passing_pursuit_0_2.html").read_text()
+    page = (tmp_path / "runs/passing_pursuit_0_2/report.html").read_text()
     assert "setting short one" in page
