@@ -68,14 +68,13 @@ def read(path: str | Path) -> dict[str, Any]:
         ValueError: If the file is not a recording. The text names the array,
             what it must be, and what it is.
     """
-    try:
-        with np.load(path, allow_pickle=False) as archive:
-            arrays = {name: archive[name] for name in archive.files}
-    except OSError:
-        raise
-    # A damaged archive may fail anywhere in the unpacking.
-    except Exception as error:
-        raise ValueError(f"{path}: is not a recording: {error}") from error
+    with Path(path).open("rb") as file:
+        try:
+            with np.load(file, allow_pickle=False) as archive:
+                arrays = {name: archive[name] for name in archive.files}
+        # A damaged archive may fail anywhere in the unpacking.
+        except Exception as error:
+            raise ValueError(f"{path}: is not a recording: {error}") from error
     if str(arrays.get("format")) != FORMAT:
         raise ValueError(
             f"{path}: is not a recording of this version; expected the format"
