@@ -7,11 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hunav_drake.systems.evaluation.recording import (
-    LARGEST,
-    LARGEST_RADIUS,
-    Recording,
-)
+from hunav_drake.systems.evaluation.recording import LARGEST, Recording
 from hunav_drake.systems.layout import (
     OMEGA,
     RADIUS,
@@ -179,9 +175,8 @@ def _numbers(name: str, cells: tuple[str, ...], lines: list[int]) -> Array:
             values[i] = float(cell)
         except ValueError:
             values[i] = np.nan
-    largest = LARGEST_RADIUS if name == "radius" else LARGEST
-    good = np.abs(values) <= largest
-    what = f"a finite number, at most {largest:g} in size"
+    good = np.abs(values) <= LARGEST
+    what = f"a finite number, at most {LARGEST:g} in size"
     if name in _WHOLE:
         what = "a whole number"
         good &= values == np.trunc(values)

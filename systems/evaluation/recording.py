@@ -30,10 +30,9 @@ Array = NDArray[np.float64]
 # nothing else is told, in radians.
 GOAL_YAW_TOLERANCE = 0.25
 
-# No number in a recording is larger, in SI units, and no radius in meters:
-# beyond that sums, powers and forces of them would not be finite.
+# No number in a recording is larger, in SI units: far beyond that, sums and
+# powers of them are not finite.
 LARGEST = 1e10
-LARGEST_RADIUS = 100.0
 
 # The times of two samples are at least as far apart, in seconds: speeds and
 # accelerations of less would not be finite.
@@ -77,7 +76,7 @@ class Recording:
 
     Raises:
         ValueError: If an array has a wrong shape, a number is not finite or
-            beyond `LARGEST` (`LARGEST_RADIUS`), or times do not increase.
+            beyond `LARGEST`, or times do not increase.
     """
 
     times: Array
@@ -340,25 +339,25 @@ def _check_increasing(name: str, times: Array) -> None:
     if late.size:
         k = int(late[0])
         raise ValueError(
-            f"recording.{name}: must increase strictly, but sample"
-            f" {k + 1} at {times[k + 1]} s follows sample {k} at"
-            f" {times[k]} s"
+            f"recording.{name}: must increase strictly, by at least"
+            f" {SHORTEST_INTERVAL:g} s, but sample {k + 1} at {times[k + 1]} s"
+            f" follows sample {k} at {times[k]} s"
         )
 
 
 def _check_states(robot: Array, humans: Array) -> None:
-    low, high = np.full((2, STATE_SIZE), [[-LARGEST], [LARGEST]])
-    low[RADIUS], high[RADIUS] = 0, LARGEST_RADIUS
+    low = np.full(STATE_SIZE, -LARGEST)
+    low[RADIUS] = 0
     states = np.concatenate([robot[:, None], humans], axis=1)
     missing = np.isnan(states).all(axis=2)
     missing[:, 0] = False
-    bad = ~((low <= states) & (states <= high)) & ~missing[..., None]
+    bad = ~((low <= states) & (states <= LARGEST)) & ~missing[..., None]
     if bad.any():
         k, i, column = np.argwhere(bad)[0].tolist()
         who = f"humans: person {i - 1}" if i else "robot: it"
         raise ValueError(
             f"recording.{who} at sample {k}: {STATE_FIELDS[column]} must be"
-            f" finite, in [{low[column]:g}, {high[column]:g}], got"
+            f" finite, in [{low[column]:g}, {LARGEST:g}], got"
             f" {states[k, i, column]}"
             + ("; a missing person has a row of NaN" if i else "")
         )

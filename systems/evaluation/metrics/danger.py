@@ -24,6 +24,9 @@ SINGAMANENI = "Singamaneni, Favier & Alami 2023"
 # would grow without bounds.
 LEAST_DISTANCE = 0.05
 
+# The same for the sine of an angle.
+LEAST_SINE = 1e-9
+
 
 @register_metric(
     name=MIN_TIME_TO_COLLISION,
@@ -64,13 +67,15 @@ def danger_panic_cost(recording: Recording) -> Array:
     sum_{k,i} |V| / ((d - R) |sin a|), where a is the angle between P and V
     and d = |P| |sin a| the distance at which the centers pass. Only where
     d > R: who is on a collision course is counted by the fear. d - R is taken
-    to be at least 0.05 m. 0 without people. Series: the sum over people.
+    to be at least 0.05 m, and |sin a| 1e-9. 0 without people. Series: the sum
+    over people.
     """
     pairs = recording.encounters
     passing = pairs.passing_distance
     passes = passing > pairs.reach
     miss = np.maximum(passing - pairs.reach, LEAST_DISTANCE)
     sine = np.where(passes, passing / np.where(passes, pairs.distance, 1), 1)
+    sine = np.maximum(sine, LEAST_SINE)
     cost = np.where(passes, pairs.relative_speed / (miss * sine), 0.0)
     return cost.sum(axis=1)
 

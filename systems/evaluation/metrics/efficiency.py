@@ -26,6 +26,9 @@ FRANCIS = "Francis et al. 2025"
 # For shorter legs of a way nobody has to turn, in meters.
 _LEG = 0.01
 
+# A path that is shorter is rounding, in meters.
+_STILL = 1e-9
+
 
 @register_metric(
     name=PATH_IRREGULARITY,
@@ -41,11 +44,11 @@ def path_irregularity(recording: Recording) -> float:
     the path and A the least rotation of a robot that drives forward: from the
     first heading into the shortest way around the walls to the last position,
     along it, and from there to the last heading. Legs of less than 1 cm need
-    no rotation. NaN if the robot never moved, if walls leave no way, or if
-    they are not known.
+    no rotation. NaN if the robot never moved (1e-9 m), if walls leave no way,
+    or if they are not known.
     """
     way = recording.way
-    if not way.length or way.shortest_to_end is None:
+    if way.length < _STILL or way.shortest_to_end is None:
         return np.nan
     legs = np.diff(way.shortest_to_end, axis=0)
     legs = legs[np.hypot(legs[:, 0], legs[:, 1]) >= _LEG]
