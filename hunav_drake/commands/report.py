@@ -39,8 +39,9 @@ def _report(options: argparse.Namespace) -> int:
     from hunav_drake.results.files import load_results
 
     directory: Path = options.directory
+    left_out: dict[str, str] = {}
     try:
-        results, left_out = load_results(directory)
+        results = load_results(directory, left_out)
     except OSError as error:
         raise InputError(f"{error.filename}: {error.strerror}") from error
     for tag, reason in list(left_out.items())[:_MOST_LINES]:

@@ -37,7 +37,7 @@ def plot_comparison(
     in percent. See `hunav_drake.results.statistics.summarize`.
 
     Args:
-        runs: Results, or a table with a row per run, such as `metrics.csv`.
+        runs: Results, or a table with a row per run, such as `ReadRuns` gives.
         metric: A column of the table.
         by: The column that tells what is compared; a bar for each value. By
             default planners, and settings of them apart.

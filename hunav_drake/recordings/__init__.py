@@ -1,4 +1,4 @@
-"""Recordings from elsewhere, in their formats."""
+"""Reads recordings, also those of other programs."""
 
 from typing import TYPE_CHECKING
 

@@ -1,4 +1,4 @@
-"""What a trial gives: tables, files, and statistics over many."""
+"""Results of trials: a folder per run, tables and statistics over runs."""
 
 from typing import TYPE_CHECKING
 

@@ -122,70 +122,45 @@ def LoadResults(directory: str | Path) -> list[TrialResult]:
 
     Raises:
         OSError: If there are no results.
-        ValueError: If a run is damaged. No metric is computed then, and no
+        ValueError: If runs are damaged. No metric is computed then, and no
             recording is read unless all summaries are sound.
     """
-    return load_results(directory, skip_damaged=False)[0]
+    return load_results(directory)
 
 
 def load_results(
-    directory: str | Path, *, skip_damaged: bool = True
-) -> tuple[list[TrialResult], dict[str, str]]:
-    """Reads results as `LoadResults`, and tells which runs are damaged.
+    directory: str | Path, damaged: dict[str, str] | None = None
+) -> list[TrialResult]:
+    """Reads results as `LoadResults`, but may go on without damaged runs.
 
-    Returns:
-        The results of sound runs, and what is wrong with others, by tag.
-
-    Raises:
-        OSError: If there are no results.
-        ValueError: If a run is damaged, unless `skip_damaged`.
+    Args:
+        directory: The folder of results.
+        damaged: Gets what is wrong with damaged runs, by their tags; without
+            it they are an error.
     """
-    found = _find_some(directory)
-    summaries, damaged = _read_each(found, lambda r: read_summary(r.summary))
-    if not skip_damaged:
-        refuse_damaged(damaged)
-    recordings, more = _read_each(
-        {tag: found[tag] for tag in summaries},
-        lambda r: Recording.load(r.recording),
+    found = _find(directory)
+    summaries = _read(found, lambda run: read_summary(run.summary), damaged)
+    sound = {tag: found[tag] for tag in summaries}
+    recordings = _read(
+        sound, lambda run: Recording.load(run.recording), damaged
     )
-    if not skip_damaged:
-        refuse_damaged(more)
-    results = [
+    return [
         _make_result(tag, summaries[tag], recording)
         for tag, recording in recordings.items()
     ]
-    damaged |= more
-    return results, {tag: damaged[tag] for tag in found if tag in damaged}
 
 
-def read_summaries(
-    directory: str | Path,
-) -> tuple[dict[str, RunSummary], dict[str, str]]:
-    """Reads the summaries of all runs, and no recording.
-
-    Returns:
-        The summaries of sound runs, and what is wrong with others, by tag.
+def read_summaries(directory: str | Path) -> dict[str, RunSummary]:
+    """Reads the summaries of all runs by their tags, and no recording.
 
     Raises:
         OSError: If there are no results.
+        ValueError: If runs are damaged.
     """
-    return _read_each(
-        _find_some(directory), lambda run: read_summary(run.summary)
-    )
+    return _read(_find(directory), lambda run: read_summary(run.summary))
 
 
-def refuse_damaged(damaged: dict[str, str]) -> None:
-    """Raises a ValueError that names damaged runs, if there are any."""
-    if damaged:
-        texts = list(damaged.values())
-        more = len(texts) - _MOST_NAMED
-        raise ValueError(
-            "\n".join(texts[:_MOST_NAMED])
-            + (f"\n... and {more} more" if more > 0 else "")
-        )
-
-
-def _find_some(directory: str | Path) -> dict[str, RunFiles]:
+def _find(directory: str | Path) -> dict[str, RunFiles]:
     found = find_runs(directory)
     if not found:
         raise FileNotFoundError(
@@ -197,19 +172,31 @@ def _find_some(directory: str | Path) -> dict[str, RunFiles]:
     return found
 
 
-def _read_each[Content](
-    runs: dict[str, RunFiles], read: Callable[[RunFiles], Content]
-) -> tuple[dict[str, Content], dict[str, str]]:
-    contents, damaged = {}, {}
-    remedy = "Delete the damaged run, and repeat it."
+def _read[Content](
+    runs: dict[str, RunFiles],
+    read: Callable[[RunFiles], Content],
+    damaged: dict[str, str] | None = None,
+) -> dict[str, Content]:
+    """Reads a part of each run: see `load_results`."""
+    contents, faults = {}, {}
     for tag, run in runs.items():
         try:
             contents[tag] = read(run)
         except OSError as error:
-            damaged[tag] = f"{error.filename}: {error.strerror}. {remedy}"
+            faults[tag] = f"{error.filename}: {error.strerror}"
         except ValueError as error:
-            damaged[tag] = f"{error}. {remedy}"
-    return contents, damaged
+            faults[tag] = str(error)
+    texts = [
+        f"{fault}. Delete the damaged run, and repeat it."
+        for fault in faults.values()
+    ]
+    if damaged is not None:
+        damaged |= zip(faults, texts, strict=True)
+    elif texts:
+        more = len(texts) - _MOST_NAMED
+        end = [f"... and {more} more"] if more > 0 else []
+        raise ValueError("\n".join(texts[:_MOST_NAMED] + end))
+    return contents
 
 
 def _make_result(

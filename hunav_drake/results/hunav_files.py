@@ -1,4 +1,4 @@
-"""The files of HuNavSim's evaluator: tables of text, separated by tabs.
+"""The files of HuNavSim's evaluator, as texts with tabs between the cells.
 
 They have HuNavSim's names of files and columns, for programs that read those.
 Only the metrics that HuNavSim has are in them; the values are those of this

@@ -2,10 +2,17 @@
 
 import math
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Any, Literal
 
 import pandas as pd
-from pydantic import BaseModel, ConfigDict, FiniteFloat, ValidationError
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    FiniteFloat,
+    PlainSerializer,
+    ValidationError,
+)
 
 from hunav_drake.results.metric_facts import (
     FACTS,
@@ -16,8 +23,23 @@ from hunav_drake.results.metric_facts import (
 from hunav_drake.results.provenance import Provenance
 from hunav_drake.results.trial_result import EndReason, TrialResult
 
-# JSON has finite numbers only: None is NaN.
-JsonNumber = FiniteFloat | Literal["Infinity", "-Infinity"] | None
+
+def _from_json(value: Any) -> Any:
+    if value is None:
+        return math.nan
+    return float(value) if value in ("Infinity", "-Infinity") else value
+
+
+def _to_json(value: float) -> float | str | None:
+    if math.isfinite(value):
+        return value
+    return None if math.isnan(value) else f"{'-' * (value < 0)}Infinity"
+
+
+# JSON has finite numbers only.
+JsonNumber = Annotated[
+    float, BeforeValidator(_from_json), PlainSerializer(_to_json)
+]
 
 
 class MetricEntry(BaseModel):
@@ -50,7 +72,7 @@ class RunSummary(BaseModel):
     def metric_values(self) -> pd.Series:
         """Returns the metrics by name, with facts on them in `attrs`."""
         entries = self.metrics
-        values = {name: from_json(e.value) for name, e in entries.items()}
+        values = {name: entry.value for name, entry in entries.items()}
         series = pd.Series(values, dtype=float, name="value")
         series.index.name = "metric"
         for fact, key in FACTS.items():
@@ -74,7 +96,7 @@ def make_summary(result: TrialResult) -> RunSummary:
             "provenance": result.provenance,
             "metrics": {
                 name: {
-                    "value": to_json(value),
+                    "value": value,
                     "unit": unit_of(metrics, name),
                     "family": family_of(metrics, name),
                     "direction": direction_of(metrics, name),
@@ -82,7 +104,7 @@ def make_summary(result: TrialResult) -> RunSummary:
                 for name, value in metrics.items()
             },
             "by_behavior": {
-                str(behavior): {k: to_json(v) for k, v in values.items()}
+                str(behavior): values.to_dict()
                 for behavior, values in result.by_behavior.iterrows()
             },
         }
@@ -106,17 +128,3 @@ def read_summary(path: Path) -> RunSummary:
         raise ValueError(
             f"{path}: is not a result: {place}: {fault['msg']}, got {got}"
         ) from error
-
-
-def to_json(value: float) -> JsonNumber:
-    """Returns a number as JSON can hold it."""
-    if math.isnan(value):
-        return None
-    if math.isinf(value):
-        return "Infinity" if value > 0 else "-Infinity"
-    return float(value)
-
-
-def from_json(value: JsonNumber) -> float:
-    """Returns a number from what `to_json` made of it."""
-    return math.nan if value is None else float(value)

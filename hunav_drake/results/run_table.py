@@ -1,4 +1,4 @@
-"""The table of runs: a row per run, what it was and its metrics."""
+"""The table of runs, made when it is read: a row per run, with its metrics."""
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -6,14 +6,10 @@ from typing import Any
 
 import pandas as pd
 
-from hunav_drake.results.files import read_summaries, refuse_damaged
+from hunav_drake.results.files import read_summaries
 from hunav_drake.results.metric_facts import FACTS
 from hunav_drake.results.run_folders import find_runs
-from hunav_drake.results.run_summary import (
-    RunSummary,
-    from_json,
-    make_summary,
-)
+from hunav_drake.results.run_summary import RunSummary, make_summary
 from hunav_drake.results.trial_result import TrialResult
 from hunav_drake.systems.files import atomic_write
 
@@ -59,9 +55,7 @@ def ReadRuns(path: str | Path, *, by_behavior: bool = False) -> pd.DataFrame:
     path = Path(path)
     if path.is_dir():
         if find_runs(path) or not (path / "metrics.csv").exists():
-            summaries, damaged = read_summaries(path)
-            refuse_damaged(damaged)
-            return _table(summaries.items(), by_behavior)
+            return _table(read_summaries(path).items(), by_behavior)
         # A table of an older version, without its runs.
         path = path / "metrics.csv"
     try:
@@ -127,9 +121,7 @@ def _table(
             facts[key] |= metrics.attrs[key]
         if by_behavior:
             rows += [
-                about
-                | {"behavior": behavior}
-                | {name: from_json(value) for name, value in values.items()}
+                about | {"behavior": behavior} | values
                 for behavior, values in run.by_behavior.items()
             ]
         else:

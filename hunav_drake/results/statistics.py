@@ -1,8 +1,8 @@
 """Statistics over runs: how good a planner is, and which one is better.
 
-The tables of runs are those that `WriteResult` adds rows to: a row per run,
-with columns that tell it from others and a column per metric. What is NaN or
-infinite is no value: it is left out, and `n` tells how many are left.
+The tables of runs are those that `ReadRuns` gives: a row per run, with columns
+that tell it from others and a column per metric. What is NaN or infinite is no
+value: it is left out, and `n` tells how many are left.
 """
 
 from collections.abc import Callable, Hashable, Iterable
@@ -116,7 +116,7 @@ def compare(
     Args:
         runs: A row per run.
         a: What the runs of the one have in the column `on`.
-        b: Likewise, of the other.
+        b: What the runs of the other have in it.
         on: The column that tells the two apart.
         pair: The columns in which runs that belong together are equal.
         by: The columns that tell kinds of runs apart.

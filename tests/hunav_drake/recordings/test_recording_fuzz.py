@@ -160,7 +160,7 @@ def test_the_smallest_numbers():
 
 
 @pytest.mark.parametrize("value", [1e9, 1e155, -1e308])
-@pytest.mark.parametrize("name", ["times", "robot", "humans", "goal"])
+@pytest.mark.parametrize("name", ["robot", "humans", "goal"])
 def test_the_largest_numbers(name, value):
     """Each is refused where it stands, or gives finite metrics."""
     whole = getattr(make_recording(), name)
@@ -329,7 +329,8 @@ def test_changed_folders_of_results(tmp_path):
             path.write_text(json.dumps(document))
         else:
             path.write_bytes(mutate_bytes(rng, whole))
-        results, damaged = load_results(tmp_path)
+        damaged = {}
+        results = load_results(tmp_path, damaged)
         outcomes.append(bool(results))
         if damaged:
             assert str(path) in damaged["a"]
