@@ -57,10 +57,13 @@ def MakeTrialSimulator(
         _skip_done_updates(diagram, context)
         simulator = Simulator(diagram, context)
     status = diagram.GetOutputPort("status")
+    trial = diagram.GetSubsystemByName("monitor")
 
     def monitor(root_context: Context) -> EventStatus:
         if progress is not None:
             progress(root_context.get_time())
+        if not trial.IsStep(trial.GetMyContextFromRoot(root_context)):
+            return EventStatus.DidNothing()
         value = TrialStatus(int(status.Eval(root_context)[0]))
         if value == TrialStatus.RUNNING:
             return EventStatus.DidNothing()
