@@ -125,7 +125,9 @@ def LoadContext(diagram: Diagram, filename: str | Path) -> Context:
     try:
         _fill(diagram, context, arrays)
     except ValueError as error:
-        raise ValueError(f"{filename}: is damaged: {error}. {remedy}") from error
+        raise ValueError(
+            f"{filename}: is damaged: {error}. {remedy}"
+        ) from error
     if not intact:
         raise ValueError(
             f"{filename}: is damaged: its content is not what SaveContext"

@@ -134,7 +134,7 @@ def layout(diagram: Diagram, context: Context) -> list[dict[str, Any]]:
 def misfit(saved: list[dict[str, Any]], present: list[dict[str, Any]]) -> str:
     """Returns what does not fit of a file and a diagram, or nothing."""
     for old, new in zip(saved, present, strict=False):
-        for what in ("key", "type", "sizes", "abstract", "memory"):
+        for what in ("key", "type", "memory", "sizes", "abstract"):
             differing = (old[what], new[what])
             if what == "memory":
                 # Of many trees, the first that is another one.

@@ -61,7 +61,11 @@ def with_value(value, at=0):
     ("ending", "change", "message"),
     [
         ("time", lambda t: t * np.nan, "the time must be finite, got nan"),
-        ("time", lambda t: t * 1j, r"'time' must be float64 of shape \(\), got"),
+        (
+            "time",
+            lambda t: t * 1j,
+            r"'time' must be float64 of shape \(\), got",
+        ),
         (
             "0.0/discrete/0",
             with_value(np.nan),

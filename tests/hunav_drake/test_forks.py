@@ -11,6 +11,7 @@ from hunav_drake import (
     MakeTrialSimulator,
 )
 
+
 @pytest.fixture(scope="module")
 def trial():
     """Returns a diagram, and how its trial ends."""
@@ -19,8 +20,11 @@ def trial():
     simulator = MakeTrialSimulator(diagram)
     simulator.AdvanceTo(scenario.simulation.duration)
     end = simulator.get_context()
-    return scenario, diagram, end.get_time(), GetTrialResult(
-        scenario, diagram, end
+    return (
+        scenario,
+        diagram,
+        end.get_time(),
+        GetTrialResult(scenario, diagram, end),
     )
 
 
