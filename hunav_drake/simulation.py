@@ -43,6 +43,7 @@ def MakeTrialSimulator(
 ) -> Simulator:
     """Makes a simulator that ends a trial at the goal, or when it is stuck.
 
+    It ends at a whole time step, wherever runs stop and others go on.
     Once it has ended a trial, each further `AdvanceTo` goes on by one step.
 
     Args:

@@ -15,8 +15,10 @@ def test_the_compact_set_is_small_and_has_every_kind():
     assert kinds == {"reference", "crowd", "metrics", "metrics_hand"}
 
 
-@pytest.mark.parametrize("name", CASES)
-def test_a_compact_case_is_a_part_of_the_full_one(name):
-    if not (FULL / f"{name}.json.gz").is_file():
-        pytest.skip(f"no {name} at HUNAV_REFERENCE ({FULL})")
-    assert json.loads(read_compact(name)) == reduce(name, read_full(name))
+def test_the_compact_set_is_a_part_of_the_full_one():
+    names = [name for name in CASES if (FULL / f"{name}.json.gz").is_file()]
+    if not names:
+        pytest.skip(f"no recorded results at HUNAV_REFERENCE ({FULL})")
+    for name in names:
+        expected = reduce(name, read_full(name))
+        assert json.loads(read_compact(name)) == expected, name

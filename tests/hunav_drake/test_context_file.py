@@ -130,6 +130,27 @@ def test_any_diagram_has_its_state_parameters_and_inputs_kept(tmp_path):
     ) == pytest.approx(7.0)
 
 
+@pytest.mark.parametrize(
+    ("value", "words"),
+    [
+        ([np.nan], "first: continuous: must be finite, but number 0 is nan"),
+        ([-np.inf], "first: continuous: must be finite, but number 0 is -inf"),
+        ([1.0, 2.0], r"must be float64 of shape \(1,\), got"),
+        ([1], r"must be float64 of shape \(1,\), got int64"),
+        ([2.0], "its content is not what SaveContext wrote"),
+    ],
+)
+def test_a_damaged_integrator_is_refused(tmp_path, value, words):
+    diagram = make_own()
+    path = tmp_path / "own.npz"
+    SaveContext(diagram, diagram.CreateDefaultContext(), path)
+    with np.load(path) as file:
+        arrays = dict(file)
+    np.savez(path, **arrays | {"1/continuous": np.array(value)})
+    with pytest.raises(ValueError, match=rf"own\.npz: is damaged: .*{words}"):
+        LoadContext(diagram, path)
+
+
 def test_people_whose_robot_is_fixed(tmp_path):
     """A port of a diagram within the diagram has its value kept, too."""
     builder = DiagramBuilder()
