@@ -20,7 +20,7 @@ from hunav_drake.commands.options import (
 
 
 def add_scenario_commands(commands: Any) -> None:
-    """Adds the three commands to those of `hunav`."""
+    """Adds the commands `hunav list`, `hunav check` and `hunav import`."""
     listing = commands.add_parser("list", help="list the shipped scenarios")
     listing.set_defaults(function=_list)
 
@@ -31,18 +31,21 @@ def add_scenario_commands(commands: Any) -> None:
     add_import_option(check)
 
     importing = commands.add_parser(
-        "import", help="make a scenario of HuNavSim's agents.yaml"
+        "import", help="convert an agents.yaml of HuNavSim to a scenario"
     )
     importing.set_defaults(function=_import)
     importing.add_argument("agents", type=Path)
     importing.add_argument(
-        "--metrics", type=Path, help="HuNavSim's metrics.yaml"
+        "--metrics", type=Path, help="the metrics.yaml of HuNavSim"
     )
     importing.add_argument(
-        "-o", "--output", type=Path, help="the file to write, else it is shown"
+        "-o",
+        "--output",
+        type=Path,
+        help="the file to write; by default printed",
     )
     importing.add_argument(
-        "--force", action="store_true", help="write over an existing file"
+        "--force", action="store_true", help="overwrite an existing file"
     )
 
 

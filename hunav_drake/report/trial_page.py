@@ -168,7 +168,7 @@ def _people(result: TrialResult) -> Table | None:
         "group",
         "minimum distance (m)",
         "at time (s)",
-        "reaction time (s)",
+        "time reacting (s)",
     ]
     return Table(head, {"": rows}, numbers=[2, 3, 4, 5])
 

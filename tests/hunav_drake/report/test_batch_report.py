@@ -223,7 +223,7 @@ def test_the_command_names_a_few_of_many_missing_runs(tmp_path, capsys):
     assert cli.main(["report", str(tmp_path)]) == 0
     lines = capsys.readouterr().err.splitlines()
     assert len(lines) == 6
-    assert lines[-1] == "hunav: ... and 9 more, see the page"
+    assert lines[-1] == "hunav: ... and 9 more: see the report"
     assert (tmp_path / "report.html").read_text().count("Left out: ") == 14
 
 
