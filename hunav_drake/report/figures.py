@@ -6,8 +6,6 @@ import re
 from typing import TYPE_CHECKING, NamedTuple
 import warnings
 
-from markupsafe import Markup
-
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
@@ -17,11 +15,11 @@ class ReportFigure(NamedTuple):
 
     Attributes:
         caption: What is to be seen, as text.
-        svg: The plot.
+        svg: The plot as markup, in which Matplotlib has escaped all text.
     """
 
     caption: str
-    svg: Markup
+    svg: str
 
 
 def make_figure(
@@ -63,7 +61,7 @@ def make_figure(
     return ReportFigure(caption, _inline(stream.getvalue(), name))
 
 
-def _inline(svg: str, name: str) -> Markup:
+def _inline(svg: str, name: str) -> str:
     """Returns a picture as a part of a page, with ids of its own."""
     svg = svg[svg.index("<svg") :].strip()
     # A page knows these names by itself.
@@ -72,5 +70,4 @@ def _inline(svg: str, name: str) -> Markup:
     svg = re.sub(r'<g id="[^"]*"', "<g", svg)
     svg = re.sub(r'\bid="', f'id="{name}-', svg)
     svg = re.sub(r'href="#', f'href="#{name}-', svg)
-    # Matplotlib has escaped what is text in it.
-    return Markup(svg.replace("url(#", f"url(#{name}-"))
+    return svg.replace("url(#", f"url(#{name}-")
