@@ -31,8 +31,8 @@ from hunav_drake.results.statistics import LEAST_PAIRS
 from hunav_drake.results.trial_result import TrialResult
 from hunav_drake.systems.evaluation import names
 
-# What is compared in bars, and listed for each run, of many metrics; metrics
-# of one's own are always.
+# If there are many metrics, bars and the list of runs show only these and those
+# that users have registered.
 _KEY_METRICS = (
     names.TIME_TO_REACH_GOAL,
     names.PATH_LENGTH,
@@ -45,16 +45,16 @@ _KEY_METRICS = (
     names.SOCIAL_WORK,
 )
 
-# So many metrics are not too many to show all of them.
+# Up to this number of metrics, all are shown.
 _FEW = 10
 
-# With more runs than this in a plot over time, nobody can tell the lines.
+# More lines than this in a plot over time could not be told apart.
 _MOST_LINES = 6
 
 # The size of a plot over time, in inches.
 _SERIES = (COLUMN, 2.4)
 
-# How many of the values that differ between runs are listed.
+# At most this many different values of an entry are listed.
 _MOST_VALUES = 4
 
 
@@ -87,7 +87,7 @@ def batch_content(
         "scenarios": [
             _scenario(
                 [t for t in trials if t.scenario_name == name],
-                # Names are as short as they may be among all runs.
+                # The names come from all runs, so that they are the same here.
                 runs[runs["scenario"] == name],
                 f"s{i}",
             )
@@ -99,7 +99,7 @@ def batch_content(
 
 
 def _tabulate(trials: Sequence[TrialResult]) -> pd.DataFrame:
-    """Returns the table of runs, with who drives in the column `contender`."""
+    """Returns the table of runs; `contender` is a planner with its settings."""
     runs = tabulate_runs(trials)
     return runs.assign(contender=contenders(runs))
 
@@ -169,7 +169,7 @@ def _over_time(trials: list[TrialResult], key: str) -> list[ReportFigure]:
         chosen.setdefault(contender, trial)
     shown = list(chosen.values())
     if len(shown) == 1:
-        # Of one contender, the first runs.
+        # A single contender is shown by its first runs.
         shown = trials
     shown = shown[:_MOST_LINES]
     runs = dict(
@@ -231,7 +231,7 @@ def _runs(runs: pd.DataFrame, pages: Sequence[Mapping[str, str]]) -> Table:
         for name in shown
     ]
     if any(pages):
-        # Where they are seen without scrolling.
+        # Here they are seen without scrolling.
         head.insert(2, "pages")
         for row, links in zip(rows, pages, strict=True):
             row.insert(2, links)

@@ -11,8 +11,8 @@ from hunav_drake.report.tables import Cell, Estimate, MetricRows, Table, number
 from hunav_drake.results.metric_facts import unit_of
 from hunav_drake.results.statistics import RATES, compare, summarize
 
-# With more contenders than this only the first is compared with each other
-# one: there are too many pairs.
+# With more contenders (planners with their settings) than this, only the first
+# is compared with each of the others: there would be too many pairs.
 _MOST_CONTENDERS = 4
 
 
@@ -76,7 +76,7 @@ def paired_tables(
         Nothing for a single planner or without seeds.
     """
     seeded = runs[runs["seed"] != ""]
-    # Nobody can tell which of several runs to compare.
+    # It is unclear which of several runs of a seed to compare.
     seeded = seeded[~seeded.duplicated(["contender", "seed"], keep=False)]
     planners = list(dict.fromkeys(seeded["contender"]))
     metrics = _metrics(runs)
@@ -163,7 +163,7 @@ def _metrics(runs: pd.DataFrame) -> list[str]:
 
 
 def _unit(runs: Any, name: str) -> tuple[str, float]:
-    """Returns the unit to show a metric in, and what to multiply it with."""
+    """Returns the unit that a metric is shown in, and the factor to it."""
     return ("%", 100.0) if name in RATES else (unit_of(runs, name), 1.0)
 
 
@@ -178,5 +178,5 @@ def _estimate(
 
 
 def _number(value: float, unit: str, scale: float = 0.0) -> str:
-    # A mean of counts is no count.
+    # The mean of counts need not be whole.
     return number(float(value), "" if unit == "-" else unit, scale=scale)

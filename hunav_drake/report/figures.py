@@ -49,7 +49,7 @@ def make_figure(
     # same drawing is the same text.
     settings = {"svg.fonttype": "none", "svg.hashsalt": name}
     with mpl.rc_context(settings), warnings.catch_warnings():
-        # Only the size of such a letter is not known here.
+        # The browser has the letters; only their size is unknown here.
         warnings.filterwarnings("ignore", "Glyph .* missing from font")
         drawing = Figure(figsize=size, layout=layout)
         ax = drawing.subplots()
@@ -62,11 +62,11 @@ def make_figure(
 
 
 def _inline(svg: str, name: str) -> str:
-    """Returns a picture as a part of a page, with ids of its own."""
+    """Returns an SVG to embed in a page, with unique ids."""
     svg = svg[svg.index("<svg") :].strip()
-    # A page knows these names by itself.
+    # HTML needs no namespaces.
     svg = re.sub(r' xmlns(:\w+)?="[^"]*"', "", svg)
-    # The names of groups are of no use, and would be those of other pictures.
+    # The ids of groups are not used, and would not be unique in the page.
     svg = re.sub(r'<g id="[^"]*"', "<g", svg)
     svg = re.sub(r'\bid="', f'id="{name}-', svg)
     svg = re.sub(r'href="#', f'href="#{name}-', svg)

@@ -93,7 +93,7 @@ class MetricRows:
 
 
 def metric_cell(metrics: pd.Series | pd.DataFrame, name: str) -> Metric:
-    """Returns the name of a metric with what a reader needs to know of it."""
+    """Returns the name of a metric with its direction and definition."""
     definition = ""
     if name in METRICS:
         first = METRICS[name].definition.split("\n\n")[0]
@@ -103,7 +103,7 @@ def metric_cell(metrics: pd.Series | pd.DataFrame, name: str) -> Metric:
 
 
 def provenance_table(provenance: Mapping[str, Any]) -> Table:
-    """Returns the table of what must be equal for a trial to repeat."""
+    """Returns the table of all that determines the result of a trial."""
     rows = [[k.replace("_", " "), str(v)] for k, v in provenance.items()]
     return Table([], {"": rows}, kind="provenance")
 

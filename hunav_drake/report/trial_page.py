@@ -33,8 +33,8 @@ from hunav_drake.systems.evaluation.metrics import METRICS
 # The height of plots over time, in inches.
 _SERIES = 2.3
 
-# What no person has a part in, so that it is the same for any behavior. Of
-# metrics of one's own nobody knows.
+# Metrics that do not depend on people, so that they are the same for any
+# behavior. Of metrics that users have registered this is not known.
 _ROBOT_FAMILIES = ("path", "goal", "efficiency", "clearance")
 _ROBOT_METRICS = (
     names.TIME_NOT_MOVING,
@@ -145,7 +145,7 @@ def _people(result: TrialResult) -> Table | None:
         return None
     gaps = run.derived.gaps
     active = np.asarray(run.behavior_status) != 0
-    # Each sample stands for the time until the next.
+    # Each sample covers the time until the next one.
     intervals = np.append(run.derived.intervals, 0.0)
     rows = []
     for i, name in enumerate(run.human_names):
@@ -193,7 +193,7 @@ def _by_behavior(result: TrialResult) -> Table | None:
 
 
 def is_about_robot_alone(name: str) -> bool:
-    """Tells whether no person can make a difference to a metric."""
+    """Returns whether a metric does not depend on any person."""
     return is_built_in(name) and (
         METRICS[name].family in _ROBOT_FAMILIES or name in _ROBOT_METRICS
     )
