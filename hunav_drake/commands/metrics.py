@@ -24,7 +24,7 @@ def add_metric_commands(commands: Any) -> None:
         " the messages of HuNavSim at each step.",
     )
     evaluate.set_defaults(function=_evaluate)
-    evaluate.add_argument("file", type=Path)
+    evaluate.add_argument("file", type=Path, help="the recording")
     evaluate.add_argument(
         "--metrics",
         nargs="+",

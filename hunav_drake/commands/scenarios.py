@@ -26,7 +26,9 @@ def add_scenario_commands(commands: Any) -> None:
 
     check = commands.add_parser("check", help="check scenario files")
     check.set_defaults(function=_check)
-    check.add_argument("scenario", nargs="+")
+    check.add_argument(
+        "scenario", nargs="+", help="a shipped scenario or a file"
+    )
     add_scenario_options(check)
     add_import_option(check)
 
@@ -34,7 +36,9 @@ def add_scenario_commands(commands: Any) -> None:
         "import", help="convert an agents.yaml of HuNavSim to a scenario"
     )
     importing.set_defaults(function=_import)
-    importing.add_argument("agents", type=Path)
+    importing.add_argument(
+        "agents", type=Path, help="the agents.yaml of HuNavSim"
+    )
     importing.add_argument(
         "--metrics", type=Path, help="the metrics.yaml of HuNavSim"
     )
