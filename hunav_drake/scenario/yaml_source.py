@@ -53,9 +53,12 @@ _NOT_TEXT = re.compile(
 )
 _CORE_TAG = "tag:yaml.org,2002:"
 _TAGS = {
-    yaml.ScalarNode: ("str", "int", "float", "bool", "null"),
-    yaml.SequenceNode: ("seq",),
-    yaml.MappingNode: ("map",),
+    kind: frozenset(_CORE_TAG + name for name in names.split())
+    for kind, names in (
+        (yaml.ScalarNode, "str int float bool null"),
+        (yaml.SequenceNode, "seq"),
+        (yaml.MappingNode, "map"),
+    )
 }
 # Tags of our own, which no document can write: of words without quotes, and of
 # aliases.
@@ -176,8 +179,9 @@ class _Composer(Composer, BaseResolver):
         node.anchor = event.anchor
         return node
 
-
-_Composer.add_implicit_resolver(_PLAIN, re.compile(""), None)
+    def resolve(self, kind: Any, value: Any, implicit: Any) -> Any:
+        is_plain = kind is yaml.ScalarNode and implicit[0]
+        return _PLAIN if is_plain else super().resolve(kind, value, implicit)
 
 
 class _Reader:
@@ -263,7 +267,7 @@ class _Reader:
         return YamlNode(line, None)
 
     def _check_tag(self, node: Any, line: int, loc: Loc) -> None:
-        if node.tag not in [_CORE_TAG + name for name in _TAGS[type(node)]]:
+        if node.tag not in _TAGS[type(node)]:
             tag = node.tag.replace(_CORE_TAG, "!!")
             self._report(line, f"unknown tag {shown(tag)}", loc)
             self._document.unread.append(loc)
