@@ -16,45 +16,30 @@ import pandas as pd
 from hunav_drake.hunavsim.agents_yaml import BEHAVIOR_NAMES
 from hunav_drake.results.text_table import append_row
 from hunav_drake.systems.common.files import atomic_write
-from hunav_drake.systems.evaluation.names import (
-    AVG_DIST_TO_CLOSEST_PERSON,
-    AVG_ROBOT_ACCELERATION,
-    AVG_ROBOT_JERK,
-    BEHAVIOR_ACTIVE,
-    COMPLETED,
-    FINAL_DIST_TO_TARGET,
-    GROUP_SOCIAL_SPACE_INTRUSIONS,
-    MAX_DIST_TO_PEOPLE,
-    MIN_DIST_TO_PEOPLE,
-    MIN_DIST_TO_TARGET,
-    PERSON_ON_ROBOT_COLLISIONS,
-    ROBOT_ON_PERSON_COLLISIONS,
-    SOCIAL_SPACE_INTRUSIONS,
-    TABLE_I,
-)
+from hunav_drake.systems.evaluation.metric import TABLE_I
 
 # HuNavSim's names where they are others.
 _RENAMED = {
-    AVG_DIST_TO_CLOSEST_PERSON: "avg_distance_to_closest_person",
-    MIN_DIST_TO_PEOPLE: "minimum_distance_to_people",
-    MAX_DIST_TO_PEOPLE: "maximum_distance_to_people",
-    SOCIAL_SPACE_INTRUSIONS: "social_space_intrusions",
-    GROUP_SOCIAL_SPACE_INTRUSIONS: "group_social_space_intrusions",
-    MIN_DIST_TO_TARGET: "minimum_distance_to_target",
-    FINAL_DIST_TO_TARGET: "final_distance_to_target",
-    ROBOT_ON_PERSON_COLLISIONS: "robot_on_person_collision",
-    PERSON_ON_ROBOT_COLLISIONS: "person_on_robot_collision",
-    AVG_ROBOT_ACCELERATION: "avg_acceleration",
-    AVG_ROBOT_JERK: "avg_overacceleration",
+    "avg_dist_to_closest_person": "avg_distance_to_closest_person",
+    "min_dist_to_people": "minimum_distance_to_people",
+    "max_dist_to_people": "maximum_distance_to_people",
+    "social+_space_intrusions": "social_space_intrusions",
+    "group_social+_space_intrusions": "group_social_space_intrusions",
+    "min_dist_to_target": "minimum_distance_to_target",
+    "final_dist_to_target": "final_distance_to_target",
+    "robot_on_person_collisions": "robot_on_person_collision",
+    "person_on_robot_collisions": "person_on_robot_collision",
+    "avg_robot_acceleration": "avg_acceleration",
+    "avg_robot_jerk": "avg_overacceleration",
 }
 
 # HuNavSim's names by those here.
 HUNAV_NAMES = {
-    name: _RENAMED.get(name, name) for name in (*TABLE_I, MAX_DIST_TO_PEOPLE)
+    name: _RENAMED.get(name, name) for name in (*TABLE_I, "max_dist_to_people")
 }
 
 # These are whole numbers.
-_COUNTS = (ROBOT_ON_PERSON_COLLISIONS, PERSON_ON_ROBOT_COLLISIONS)
+_COUNTS = ("robot_on_person_collisions", "person_on_robot_collisions")
 
 
 def write_hunav_files(
@@ -121,8 +106,8 @@ def _steps(steps: pd.DataFrame) -> str:
     names = [name for name in steps.columns if name in HUNAV_NAMES]
     table = steps[names].rename(columns=HUNAV_NAMES)
     table.insert(0, "time_stamps", steps.index - steps.index[0])
-    if BEHAVIOR_ACTIVE in steps:
-        table[BEHAVIOR_ACTIVE] = steps[BEHAVIOR_ACTIVE].astype(int)
+    if "behavior_active" in steps:
+        table["behavior_active"] = steps["behavior_active"].astype(int)
     text = io.StringIO(newline="")
     table.to_csv(text, sep="\t", index=False, na_rep="nan", lineterminator="\n")
     return text.getvalue()
@@ -131,6 +116,6 @@ def _steps(steps: pd.DataFrame) -> str:
 def _cell(name: str, value: float) -> str:
     if math.isnan(value):
         return "nan"
-    if name == COMPLETED:
+    if name == "completed":
         return str(bool(value))
     return f"{value:.0f}" if name in _COUNTS else repr(float(value))

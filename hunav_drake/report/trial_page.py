@@ -25,7 +25,6 @@ from hunav_drake.results.metric_facts import (
 from hunav_drake.results.provenance import Provenance
 from hunav_drake.results.quantity_text import unit_text
 from hunav_drake.results.trial_result import TrialResult
-from hunav_drake.systems.evaluation import names
 from hunav_drake.systems.evaluation.metrics import METRICS
 
 # The height of plots over time, in inches.
@@ -37,16 +36,16 @@ _ARROWS = {"lower": "↓", "higher": "↑"}
 # metrics of one's own nobody knows.
 _ROBOT_FAMILIES = ("path", "goal", "efficiency", "clearance")
 _ROBOT_METRICS = (
-    names.TIME_NOT_MOVING,
-    names.AVG_ROBOT_LINEAR_SPEED,
-    names.AVG_ROBOT_ANGULAR_SPEED,
-    names.AVG_ROBOT_ACCELERATION,
-    names.AVG_ROBOT_JERK,
-    names.OBSTACLE_FORCE_ON_ROBOT,
-    f"{names.OBSTACLE_FORCE_ON_ROBOT}_rate",
-    names.AVG_DISPLACEMENT_ERROR,
-    names.FINAL_DISPLACEMENT_ERROR,
-    names.ASYMMETRIC_DTW,
+    "time_not_moving",
+    "avg_robot_linear_speed",
+    "avg_robot_angular_speed",
+    "avg_robot_acceleration",
+    "avg_robot_jerk",
+    "obstacle_force_on_robot",
+    "obstacle_force_on_robot_rate",
+    "avg_displacement_error",
+    "final_displacement_error",
+    "asymmetric_dtw",
 )
 
 LEGEND = (
@@ -186,10 +185,10 @@ def _people(result: TrialResult) -> list[str]:
     run = result.recording
     if not run.num_humans:
         return []
-    gaps = run.derived.gaps
+    gaps = run.features.gaps
     active = np.asarray(run.behavior_status) != 0
     # Each sample stands for the time until the next.
-    intervals = np.append(run.derived.intervals, 0.0)
+    intervals = np.append(run.features.intervals, 0.0)
     rows = []
     for i, name in enumerate(run.human_names):
         seen = np.isfinite(gaps[:, i]).any()
