@@ -106,6 +106,15 @@ def RunTrial(
         ScenarioError: If the scenario cannot be simulated.
     """
     CheckScenario(scenario)
+    if scenario.evaluator.start == "by_trigger":
+        fault = Fault(
+            "RunTrial",
+            0,
+            "evaluator.start",
+            "by_trigger waits for the input port trigger, which RunTrial()"
+            " leaves unconnected; use MakeTrialDiagram(), or another start",
+        )
+        raise ScenarioError("RunTrial", [fault])
     if seed is not None:
         scenario = _reseed(scenario, seed)
     diagram = MakeTrialDiagram(scenario, meshcat)
