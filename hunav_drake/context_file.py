@@ -19,7 +19,7 @@ from pydrake.systems.framework import (
 )
 
 from hunav_drake.systems.behavior import BehaviorTree, BehaviorTreeBank, Tree
-from hunav_drake.systems.files import atomic_write
+from hunav_drake.systems.common.files import atomic_write
 
 _FORMAT = "hunav_drake context 1"
 

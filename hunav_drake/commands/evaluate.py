@@ -14,7 +14,7 @@ from hunav_drake.systems.evaluation.recording import (
     GOAL_YAW_TOLERANCE,
     Recording,
 )
-from hunav_drake.systems.obstacles import Obstacles
+from hunav_drake.systems.world.obstacles import Obstacles
 
 # The value of `--walls` for a place without walls.
 NO_WALLS = "none"
@@ -64,7 +64,7 @@ def evaluate_file(
     recording = dataclasses.replace(recording, **changes)
     if reference is not None:
         recording = recording.compared_with(ReadRecording(reference))
-    at_goal = bool(recording.derived.at_goal[-1])
+    at_goal = bool(recording.features.at_goal[-1])
     return MakeTrialResult(
         recording,
         scenario_name=filename.name.split(".")[0],

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 import shutil
 import textwrap
 
-from hunav_drake.systems.evaluation.differences import DIFFERENCES
+from hunav_drake.hunavsim.differences import DIFFERENCES
 from hunav_drake.systems.evaluation.metrics import METRICS, select_metrics
 
 _DIRECTIONS = {

@@ -83,8 +83,8 @@ def _check(options: argparse.Namespace) -> int:
 
 
 def _import(options: argparse.Namespace) -> int:
+    from hunav_drake.hunavsim.agents_yaml import ImportAgents
     from hunav_drake.scenario import SaveScenario, ScenarioError
-    from hunav_drake.scenario.hunav_yaml import ImportAgents
 
     output: Path | None = options.output
     if output is not None:

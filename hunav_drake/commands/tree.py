@@ -104,7 +104,7 @@ def _check(options: argparse.Namespace) -> int:
 def _convert(options: argparse.Namespace) -> int:
     """Writes a tree in format 4 of BehaviorTree.CPP."""
     from hunav_drake.systems.behavior import BehaviorTreeError, ConvertTree
-    from hunav_drake.systems.files import atomic_write
+    from hunav_drake.systems.common.files import atomic_write
 
     output: Path | None = options.output
     try:

@@ -47,7 +47,7 @@ def plot_behavior_activity(data: Run, *, ax: "Axes | None" = None) -> "Axes":
     }
     active = np.asarray(run.behavior_status) != 0
     for i in range(n):
-        present = run.derived.present[:, i]
+        present = run.features.present[:, i]
         for flags, color, height in (
             (present, "#e0e0e0", 0.3),
             (present & active[:, i], colors[run.behaviors[i]], 0.75),

@@ -47,7 +47,7 @@ def find_approaches(
     """
     if not near > 0:
         raise ValueError(f"near must be positive, got {near}")
-    times, gaps = recording.times, recording.derived.gaps
+    times, gaps = recording.times, recording.features.gaps
     found = []
     for person in range(recording.num_humans):
         for first, last in runs_of(gaps[:, person] < near):

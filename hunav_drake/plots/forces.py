@@ -15,7 +15,7 @@ from hunav_drake.plots.style import (
     legend_outside,
     new_axes,
 )
-from hunav_drake.systems.layout import (
+from hunav_drake.systems.common.layout import (
     FORCES,
     FORCES_SIZE,
     RADIUS,
@@ -24,7 +24,7 @@ from hunav_drake.systems.layout import (
     X,
     Y,
 )
-from hunav_drake.systems.obstacles import Obstacles
+from hunav_drake.systems.world.obstacles import Obstacles
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

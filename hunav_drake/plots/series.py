@@ -68,14 +68,14 @@ def plot_distance_to_people(
     for (name, run), style in zip(
         runs.items(), line_styles(len(runs)), strict=True
     ):
-        gap = run.derived.closest_gap
+        gap = run.features.closest_gap
         style = style if name else {"color": "black", "ls": "-"}
         ax.plot(run.times, gap, lw=1.2, label=shown(name) or None, **style)
         if np.isfinite(gap).any():
             top = max(top, float(np.nanmax(gap)))
             gaps = _mark_minima(ax, run, near, style["color"], written=not name)
             lowest = min([lowest, *gaps])
-    if top == 0.0 and not any(r.derived.present.any() for r in runs.values()):
+    if top == 0.0 and not any(r.features.present.any() for r in runs.values()):
         note(ax, "there are no people")
     _set_time_axis(ax, runs)
     top = max(1.5, 1.05 * top)
@@ -95,7 +95,7 @@ def _mark_minima(
     ax: "Axes", run: Recording, near: float, color: str, *, written: bool
 ) -> list[float]:
     """Marks the closest point of each approach, and returns the gaps."""
-    closest = run.derived.closest_gap
+    closest = run.features.closest_gap
     # Of two people at one time, only the closer one is on the line.
     points = sorted(
         (e.time, e.gap)
@@ -166,7 +166,7 @@ def plot_robot_speed(
         raise ValueError(f"near must be positive, got {near}")
     runs = recordings(data)
     ax = new_axes(ax, _HEIGHT)
-    speeds = [run.derived.forward_speed for run in runs.values()]
+    speeds = [run.features.forward_speed for run in runs.values()]
     low = min([0.0, *(float(s.min()) for s in speeds)])
     high = max([0.1, *(float(s.max()) for s in speeds)])
     styles = line_styles(len(runs))
@@ -176,7 +176,7 @@ def plot_robot_speed(
         ax.plot(
             run.times, speeds[i], lw=1.2, label=shown(name) or None, **style
         )
-        when = spans(run, run.derived.closest_gap < near)
+        when = spans(run, run.features.closest_gap < near)
         if name:
             # Strips of the same height in a row under the lowest speed.
             strip = 0.05 * (high - low)

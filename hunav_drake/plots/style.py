@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from hunav_drake.systems.obstacles import Obstacles
+    from hunav_drake.systems.world.obstacles import Obstacles
 
 # The width of a column of a paper, in inches.
 COLUMN = 3.4

@@ -17,8 +17,8 @@ from hunav_drake.plots.style import (
     new_axes,
     shown,
 )
+from hunav_drake.systems.common.layout import RADIUS, X, Y
 from hunav_drake.systems.evaluation.recording import Recording
-from hunav_drake.systems.layout import RADIUS, X, Y
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

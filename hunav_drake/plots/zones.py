@@ -108,7 +108,7 @@ def zones_height(num_runs: int) -> float:
 
 def zone_shares(recording: Recording) -> list[float]:
     """Returns the share of samples in each of `ZONES`, in percent."""
-    gap = recording.derived.closest_gap
+    gap = recording.features.closest_gap
     return [
         100.0 * float(np.mean((zone.low <= gap) & (gap < zone.high)))
         for zone in ZONES

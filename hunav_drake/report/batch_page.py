@@ -29,20 +29,19 @@ from hunav_drake.results.run_table import tabulate_runs
 from hunav_drake.results.settings import contenders, has_settings
 from hunav_drake.results.statistics import LEAST_PAIRS
 from hunav_drake.results.trial_result import TrialResult
-from hunav_drake.systems.evaluation import names
 
 # If there are many metrics, bars and the list of runs show only these and those
 # that users have registered.
 _KEY_METRICS = (
-    names.TIME_TO_REACH_GOAL,
-    names.PATH_LENGTH,
-    names.MIN_DIST_TO_PEOPLE,
-    names.AVG_DIST_TO_CLOSEST_PERSON,
-    names.INTIMATE_SPACE_INTRUSIONS,
-    names.PERSONAL_SPACE_INTRUSIONS,
-    names.ROBOT_ON_PERSON_COLLISIONS,
-    names.TIME_NOT_MOVING,
-    names.SOCIAL_WORK,
+    "time_to_reach_goal",
+    "path_length",
+    "min_dist_to_people",
+    "avg_dist_to_closest_person",
+    "intimate_space_intrusions",
+    "personal_space_intrusions",
+    "robot_on_person_collisions",
+    "time_not_moving",
+    "social_work",
 )
 
 # Up to this number of metrics, all are shown.

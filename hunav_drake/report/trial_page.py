@@ -5,10 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from hunav_drake.plots.activity import (
-    activity_height,
-    plot_behavior_activity,
-)
+from hunav_drake.plots.activity import activity_height, plot_behavior_activity
 from hunav_drake.plots.approaches import NEAR
 from hunav_drake.plots.series import plot_distance_to_people, plot_robot_speed
 from hunav_drake.plots.style import COLUMN
@@ -27,7 +24,6 @@ from hunav_drake.report.tables import (
 )
 from hunav_drake.results.metric_facts import is_built_in, unit_of
 from hunav_drake.results.trial_result import TrialResult
-from hunav_drake.systems.evaluation import names
 from hunav_drake.systems.evaluation.metrics import METRICS
 
 # The height of plots over time, in inches.
@@ -37,16 +33,16 @@ _SERIES = 2.3
 # behavior. Of metrics that users have registered this is not known.
 _ROBOT_FAMILIES = ("path", "goal", "efficiency", "clearance")
 _ROBOT_METRICS = (
-    names.TIME_NOT_MOVING,
-    names.AVG_ROBOT_LINEAR_SPEED,
-    names.AVG_ROBOT_ANGULAR_SPEED,
-    names.AVG_ROBOT_ACCELERATION,
-    names.AVG_ROBOT_JERK,
-    names.OBSTACLE_FORCE_ON_ROBOT,
-    f"{names.OBSTACLE_FORCE_ON_ROBOT}_rate",
-    names.AVG_DISPLACEMENT_ERROR,
-    names.FINAL_DISPLACEMENT_ERROR,
-    names.ASYMMETRIC_DTW,
+    "time_not_moving",
+    "avg_robot_linear_speed",
+    "avg_robot_angular_speed",
+    "avg_robot_acceleration",
+    "avg_robot_jerk",
+    "obstacle_force_on_robot",
+    "obstacle_force_on_robot_rate",
+    "avg_displacement_error",
+    "final_displacement_error",
+    "asymmetric_dtw",
 )
 
 
@@ -143,10 +139,10 @@ def _people(result: TrialResult) -> Table | None:
     run = result.recording
     if not run.num_humans:
         return None
-    gaps = run.derived.gaps
+    gaps = run.features.gaps
     active = np.asarray(run.behavior_status) != 0
     # Each sample covers the time until the next one.
-    intervals = np.append(run.derived.intervals, 0.0)
+    intervals = np.append(run.features.intervals, 0.0)
     rows = []
     for i, name in enumerate(run.human_names):
         seen = np.isfinite(gaps[:, i]).any()

@@ -12,7 +12,7 @@ from hunav_drake.report.batch_page import batch_content
 from hunav_drake.report.trial_page import trial_content
 from hunav_drake.results.repeats import drop_repeats
 from hunav_drake.results.trial_result import TrialResult
-from hunav_drake.systems.files import atomic_write
+from hunav_drake.systems.common.files import atomic_write
 
 
 def WriteReport(

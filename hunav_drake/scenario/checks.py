@@ -22,8 +22,8 @@ from hunav_drake.scenario.validation import (
     build_scenario,
     schema_findings,
 )
-from hunav_drake.systems.checks import is_multiple, nearest_multiples
-from hunav_drake.systems.crowd.behavior_config import (
+from hunav_drake.systems.common.checks import is_multiple, nearest_multiples
+from hunav_drake.systems.people.behavior_choice import (
     BehaviorConfig,
     is_path,
     is_xml,

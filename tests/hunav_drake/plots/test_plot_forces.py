@@ -12,8 +12,8 @@ import pytest
 
 from hunav_drake.plots import plot_forces
 from hunav_drake.plots.forces import _COLORS
-from hunav_drake.systems.layout import FORCES
-from hunav_drake.systems.obstacles import Obstacles
+from hunav_drake.systems.common.layout import FORCES
+from hunav_drake.systems.world.obstacles import Obstacles
 
 STATES = np.array(
     [[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.3], [2.0, 1.0, np.pi, 0, 0, 0, 0.4]]

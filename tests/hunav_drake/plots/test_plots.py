@@ -26,7 +26,7 @@ from hunav_drake.plots.style import shown
 from hunav_drake.results.statistics import summarize
 from hunav_drake.results.trial_result import MakeTrialResult
 from hunav_drake.systems.evaluation.recording import Recording
-from hunav_drake.systems.obstacles import Obstacles
+from hunav_drake.systems.world.obstacles import Obstacles
 
 
 @pytest.fixture(autouse=True)

@@ -15,7 +15,7 @@ from hunav_drake.results.run_table import ReadRuns
 from hunav_drake.results.trial_result import MakeTrialResult
 from hunav_drake.systems.evaluation.metrics import METRICS, register_metric
 from hunav_drake.systems.evaluation.recording import Recording
-from hunav_drake.systems.obstacles import Obstacles
+from hunav_drake.systems.world.obstacles import Obstacles
 
 
 def make_result(seed=0, setting="", *, planner="pursuit", speed=1.0, **kwargs):
