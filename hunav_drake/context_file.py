@@ -23,7 +23,7 @@ from hunav_drake.context_layout import (
     vectors,
 )
 from hunav_drake.systems.behavior import BehaviorTree, BehaviorTreeBank
-from hunav_drake.systems.files import atomic_write
+from hunav_drake.systems.common.files import atomic_write
 
 _FORMAT = "hunav_drake context 2"
 

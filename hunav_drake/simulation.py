@@ -26,9 +26,7 @@ from hunav_drake.scenario import CheckScenario, SaveScenario
 from hunav_drake.scenario.error import Fault, ScenarioError, shown
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.systems.behavior.fingerprint import tree_fingerprint
-from hunav_drake.systems.evaluation.trial_monitor import (
-    TrialStatus,
-)
+from hunav_drake.systems.evaluation.trial_monitor import TrialStatus
 from hunav_drake.trial_diagram import MakeTrialDiagram
 
 if TYPE_CHECKING:
@@ -112,6 +110,15 @@ def RunTrial(
         ScenarioError: If the scenario cannot be simulated.
     """
     CheckScenario(scenario)
+    if scenario.evaluator.start == "by_trigger":
+        fault = Fault(
+            "RunTrial",
+            0,
+            "evaluator.start",
+            "by_trigger waits for the input port trigger, which RunTrial()"
+            " leaves unconnected; use MakeTrialDiagram(), or another start",
+        )
+        raise ScenarioError("RunTrial", [fault])
     if seed is not None:
         scenario = _reseed(scenario, seed)
     diagram = MakeTrialDiagram(scenario, meshcat)

@@ -12,27 +12,27 @@ if TYPE_CHECKING:
     from hunav_drake.results.trial_result import TrialResult
 
 
-# How many of the runs that are left out are named in the terminal.
+# How many of the runs that are left out are listed in the terminal.
 _MOST_LINES = 5
 
 
 def add_report_command(commands: Any) -> None:
-    """Adds the command to those of `hunav`."""
+    """Adds the command `hunav report`."""
     report = commands.add_parser(
         "report",
-        help="make a report on all runs of a folder",
-        description="Writes a page on all runs of a folder, which links to the"
-        " report and the replay of each.",
+        help="write a report on all runs of a folder",
+        description="Writes a report on all runs of a folder as a web page,"
+        " which links to the report and the replay of each run.",
     )
     report.set_defaults(function=_report)
     report.add_argument(
-        "directory", type=Path, help="what `hunav run --out` has written to"
+        "directory", type=Path, help="a folder written by `hunav run --out`"
     )
     report.add_argument(
         "-o",
         "--output",
         type=Path,
-        help="the file to write; report.html in the folder by default",
+        help="the file to write; by default report.html in the folder",
     )
     report.add_argument("--title", help="the heading of the report")
     add_import_option(report)
@@ -47,7 +47,7 @@ def _report(options: argparse.Namespace) -> int:
         print(f"hunav: left out the run {tag}: {reason}", file=sys.stderr)
     if len(left_out) > _MOST_LINES:
         more = len(left_out) - _MOST_LINES
-        print(f"hunav: ... and {more} more, see the page", file=sys.stderr)
+        print(f"hunav: ... and {more} more: see the report", file=sys.stderr)
     if not results:
         raise InputError(f"{directory}: there is no run to report on")
     try:
@@ -66,7 +66,7 @@ def _report(options: argparse.Namespace) -> int:
 
 
 def _load(directory: Path) -> tuple[list["TrialResult"], dict[str, str]]:
-    """Returns the results of a folder, and why others cannot be read."""
+    """Returns the results of a folder, and why any cannot be read, by tag."""
     from hunav_drake.results.files import ListTags, LoadResult
 
     results, left_out = [], {}

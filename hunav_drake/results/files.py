@@ -13,7 +13,6 @@ from typing import Any, Literal
 
 import pandas as pd
 
-from hunav_drake.results.hunav_files import write_hunav_files
 from hunav_drake.results.metric_facts import (
     FACTS,
     direction_of,
@@ -23,9 +22,9 @@ from hunav_drake.results.metric_facts import (
 from hunav_drake.results.run_table import ReadRuns, run_row
 from hunav_drake.results.text_table import append_row, locked, read_rows
 from hunav_drake.results.trial_result import MakeTrialResult, TrialResult
+from hunav_drake.systems.common.files import atomic_write
 from hunav_drake.systems.evaluation.metrics import METRICS
 from hunav_drake.systems.evaluation.recording import Recording
-from hunav_drake.systems.files import atomic_write
 
 Format = Literal["csv", "hunav"]
 
@@ -97,6 +96,9 @@ def WriteResult(
             CheckTables(directory)
             more = []
             if format == "hunav":
+                # That module knows this package.
+                from hunav_drake.hunavsim.result_files import write_hunav_files
+
                 more = write_hunav_files(
                     directory,
                     tag,

@@ -10,7 +10,7 @@ import os
 from pathlib import Path
 from typing import Any
 
-from hunav_drake.systems.files import atomic_write
+from hunav_drake.systems.common.files import atomic_write
 
 
 @contextmanager

@@ -22,14 +22,14 @@ from hunav_drake.scenario.validation import (
     build_scenario,
     schema_findings,
 )
-from hunav_drake.systems.checks import is_multiple, nearest_multiples
-from hunav_drake.systems.crowd.behavior_config import (
+from hunav_drake.systems.common.checks import is_multiple, nearest_multiples
+from hunav_drake.systems.common.schema import MAX_COORDINATE
+from hunav_drake.systems.people.behavior_choice import (
     BehaviorConfig,
     is_path,
     is_xml,
     tree_of,
 )
-from hunav_drake.systems.schema import MAX_COORDINATE
 
 # What a registry does not know is looked up at most so often: each time, it
 # is compared with every name.

@@ -13,14 +13,14 @@ from pydrake.systems.framework import (
     ValueProducer,
 )
 
-from hunav_drake.systems.behavior.person import Person
+from hunav_drake.systems.behavior.tick_context import Person
 from hunav_drake.systems.behavior.tree import Outcome, Tree
-from hunav_drake.systems.callbacks import weakly
-from hunav_drake.systems.checks import check_count, check_time_step
-from hunav_drake.systems.crowd.human_config import HumanConfig
-from hunav_drake.systems.layout import COMMAND_SIZE, STATE_SIZE
-from hunav_drake.systems.obstacles import Obstacles
-from hunav_drake.systems.ports import DeclareRobotState, RequirePort
+from hunav_drake.systems.common.callbacks import weakly
+from hunav_drake.systems.common.checks import check_count, check_time_step
+from hunav_drake.systems.common.layout import COMMAND_SIZE, STATE_SIZE
+from hunav_drake.systems.common.ports import DeclareRobotState, RequirePort
+from hunav_drake.systems.people.human_config import HumanConfig
+from hunav_drake.systems.world.obstacles import Obstacles
 
 
 class BehaviorTree(LeafSystem):
@@ -39,7 +39,7 @@ class BehaviorTree(LeafSystem):
 
     Port ``human_states`` takes n rows (x, y, yaw, vx, vy, omega, radius) of
     all people, and ``robot_state`` m such rows of the robots, in W, in SI
-    units: see `hunav_drake.systems.layout`. Without robots there is no port
+    units: see `common.layout`. Without robots there is no port
     ``robot_state``. Port ``command`` gives what the person wants, laid out as
     `layout.Command`; ``behavior_status`` gives 0 while no reaction is active,
     else the state that it is in, most often 1: see `Moment`. Port ``status``

@@ -16,15 +16,15 @@ from pydrake.systems.framework import (
     ValueProducer,
 )
 
-from hunav_drake.systems.behavior.person import Person
+from hunav_drake.systems.behavior.tick_context import Person
 from hunav_drake.systems.behavior.tree import Outcome, Tree
-from hunav_drake.systems.callbacks import weakly
-from hunav_drake.systems.checks import check_count, check_time_step
-from hunav_drake.systems.crowd.human_config import HumanConfig
-from hunav_drake.systems.crowd.people import name_people
-from hunav_drake.systems.layout import COMMAND_SIZE, STATE_SIZE
-from hunav_drake.systems.obstacles import Obstacles
-from hunav_drake.systems.ports import DeclareRobotState, RequirePort
+from hunav_drake.systems.common.callbacks import weakly
+from hunav_drake.systems.common.checks import check_count, check_time_step
+from hunav_drake.systems.common.layout import COMMAND_SIZE, STATE_SIZE
+from hunav_drake.systems.common.ports import DeclareRobotState, RequirePort
+from hunav_drake.systems.people.human_config import HumanConfig
+from hunav_drake.systems.people.names import name_people
+from hunav_drake.systems.world.obstacles import Obstacles
 
 
 class BehaviorTreeBank(LeafSystem):

@@ -8,22 +8,22 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hunav_drake.systems.behavior.blackboard import GIVEN
-from hunav_drake.systems.behavior.conditions import build_with_conditions
 from hunav_drake.systems.behavior.describe import describe_tree
-from hunav_drake.systems.behavior.node import (
+from hunav_drake.systems.behavior.language.blackboard import GIVEN
+from hunav_drake.systems.behavior.language.parser import ParsedTree
+from hunav_drake.systems.behavior.nodes.conditions import build_with_conditions
+from hunav_drake.systems.behavior.nodes.node import (
     Built,
     Memory,
     Node,
     TickFunction,
 )
-from hunav_drake.systems.behavior.parser import ParsedTree
-from hunav_drake.systems.behavior.person import (
+from hunav_drake.systems.behavior.nodes.status import Status
+from hunav_drake.systems.behavior.tick_context import (
     GOAL_INDEX,
     Moment,
     Person,
 )
-from hunav_drake.systems.behavior.status import Status
 from hunav_drake.systems.behavior.written import find_fault, is_sound
 
 # Nodes that one tick may tick. Repeat in Repeat in Repeat ... would otherwise
@@ -175,7 +175,7 @@ class Tree:
         Args:
             person: Whose tick it is.
             memory: What the tick before gave, or `initial_memory`.
-            human_states: Shape (7n,): see `hunav_drake.systems.layout`.
+            human_states: Shape (7n,): see `common.layout`.
             robot_states: Shape (7m,), likewise.
 
         Raises:
@@ -199,7 +199,7 @@ class Tree:
         Args:
             person: Whose tick it is.
             memory: What the tick before gave, or `initial_memory`.
-            human_states: Shape (7n,): see `hunav_drake.systems.layout`.
+            human_states: Shape (7n,): see `common.layout`.
             robot_states: Shape (7m,), likewise.
 
         Returns:

@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from hunav_drake.systems.files import atomic_write
-from hunav_drake.systems.obstacles import Obstacles
+from hunav_drake.systems.common.files import atomic_write
+from hunav_drake.systems.world.obstacles import Obstacles
 
 FORMAT = "hunav_drake recording 1"
 _TEXTS = ("human_names", "behaviors")

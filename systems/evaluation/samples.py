@@ -12,9 +12,9 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from hunav_drake.systems.evaluation.derived import CONTACT_GAP, surface_gaps
+from hunav_drake.systems.common.layout import STATE_SIZE, X, Y
+from hunav_drake.systems.evaluation.features import CONTACT_GAP, surface_gaps
 from hunav_drake.systems.evaluation.recording import Recording
-from hunav_drake.systems.layout import STATE_SIZE, X, Y
 
 Array = NDArray[np.float64]
 

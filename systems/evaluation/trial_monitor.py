@@ -12,9 +12,9 @@ from pydrake.systems.framework import (
     OutputPort,
 )
 
-from hunav_drake.systems.checks import check_number, check_time_step
-from hunav_drake.systems.goal import is_at_goal
-from hunav_drake.systems.layout import STATE_SIZE, YAW, X, Y
+from hunav_drake.systems.common.checks import check_number, check_time_step
+from hunav_drake.systems.common.goal import is_at_goal
+from hunav_drake.systems.common.layout import STATE_SIZE, YAW, X, Y
 
 
 class TrialStatus(IntEnum):

@@ -13,8 +13,8 @@ from pydrake.systems.framework import (
     OutputPort,
 )
 
-from hunav_drake.systems.checks import check_count, count_steps
-from hunav_drake.systems.layout import STATE_SIZE
+from hunav_drake.systems.common.checks import check_count, count_steps
+from hunav_drake.systems.common.layout import STATE_SIZE
 from hunav_drake.systems.planning.planner import (
     PLANNERS,
     Plan,

@@ -12,10 +12,11 @@ from hunav_drake.systems.behavior import (
     BehaviorTreeBank,
     LoadBehavior,
 )
-from hunav_drake.systems.crowd import HumanCrowd, draw_weights
+from hunav_drake.systems.crowd import HumanCrowd
 from hunav_drake.systems.evaluation import Evaluator
-from hunav_drake.systems.obstacles import Obstacles
-from hunav_drake.systems.world import Polyline, World
+from hunav_drake.systems.people import draw_weights
+from hunav_drake.systems.world.obstacles import Obstacles
+from hunav_drake.systems.world.shapes import Polyline, World
 
 ROBOT = [3.0, 0.5, 0.0, 0.0, 0.0, 0.0, 0.3]
 

@@ -39,14 +39,10 @@ from pydrake.systems.framework import DiagramBuilder
 import pytest
 
 from hunav_drake.systems.behavior import BehaviorTree, LoadTree
-from hunav_drake.systems.crowd import (
-    CrowdConfig,
-    HumanConfig,
-    HumanCrowd,
-    SocialForceParameters,
-)
-from hunav_drake.systems.layout import Command
-from hunav_drake.systems.obstacles import Obstacles
+from hunav_drake.systems.common.layout import Command
+from hunav_drake.systems.crowd import CrowdConfig, HumanCrowd
+from hunav_drake.systems.people import HumanConfig, SocialForceParameters
+from hunav_drake.systems.world.obstacles import Obstacles
 from tests.recorded import read_recorded, recorded_names
 
 TRACES = recorded_names("crowd")

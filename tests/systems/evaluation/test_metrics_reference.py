@@ -8,18 +8,12 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from hunav_drake.recordings.hunav_json import parse_json
-from hunav_drake.results.hunav_files import HUNAV_NAMES
-from hunav_drake.scenario.hunav_yaml import BEHAVIOR_NAMES
+from hunav_drake.hunavsim.agents_yaml import BEHAVIOR_NAMES
+from hunav_drake.hunavsim.differences import DIFFERENCES
+from hunav_drake.hunavsim.recording_json import parse_json
+from hunav_drake.hunavsim.result_files import HUNAV_NAMES
 from hunav_drake.systems.evaluation.compute import compute_metrics, evaluate
-from hunav_drake.systems.evaluation.differences import DIFFERENCES
 from hunav_drake.systems.evaluation.metrics import METRICS, select_metrics
-from hunav_drake.systems.evaluation.names import (
-    AVG_DIST_TO_CLOSEST_PERSON,
-    FINAL_DIST_TO_TARGET,
-    MIN_DIST_TO_PEOPLE,
-    MIN_DIST_TO_TARGET,
-)
 from hunav_drake.systems.evaluation.recording import Recording
 from tests.recorded import read_recorded, recorded_names
 
@@ -96,7 +90,9 @@ def test_values_agree(case, request):
         if name not in case.final:
             # The original failed at a step without people.
             assert "h19" in request.node.name
-        elif "h19" in request.node.name and here == AVG_DIST_TO_CLOSEST_PERSON:
+        elif (
+            "h19" in request.node.name and here == "avg_dist_to_closest_person"
+        ):
             # The original counts a step without people as a distance of 0.
             samples = len(case.recording)
             expected = case.final[name] * samples / (samples - 1)
@@ -220,8 +216,8 @@ def test_completed_agrees_where_there_is_a_goal(case):
 def test_nothing_is_said_about_a_goal_that_is_not_there():
     case = load_case("metrics_hand/h17_no_goal")
     values = compute_metrics(case.recording)
-    assert values[[MIN_DIST_TO_TARGET, FINAL_DIST_TO_TARGET]].isna().all()
-    assert values[MIN_DIST_TO_PEOPLE] > 0
+    assert values[["min_dist_to_target", "final_dist_to_target"]].isna().all()
+    assert values["min_dist_to_people"] > 0
 
 
 @pytest.mark.parametrize(
