@@ -1,7 +1,7 @@
 """The command `hunav`.
 
-Everything heavy is imported where it is used, so that the command answers at
-once.
+Heavy modules are imported where they are used, so that the command starts
+fast.
 """
 
 import argparse
@@ -24,10 +24,7 @@ from hunav_drake.commands.report import add_report_command
 from hunav_drake.commands.run import add_run_command
 from hunav_drake.commands.scenarios import add_scenario_commands
 from hunav_drake.commands.tree import add_tree_commands
-from hunav_drake.commands.user_code import (
-    fault_of_user_code,
-    import_user_code,
-)
+from hunav_drake.commands.user_code import fault_of_user_code, import_user_code
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -18,11 +18,12 @@ from hunav_drake.systems.behavior import (
     BehaviorTreeBank,
     LoadBehavior,
 )
-from hunav_drake.systems.crowd import CrowdConfig, HumanConfig, HumanCrowd
-from hunav_drake.systems.crowd.people import name_people
-from hunav_drake.systems.crowd.weights import draw_weights
-from hunav_drake.systems.obstacles import Obstacles
-from hunav_drake.systems.world import World
+from hunav_drake.systems.crowd import CrowdConfig, HumanCrowd
+from hunav_drake.systems.people import HumanConfig
+from hunav_drake.systems.people.names import name_people
+from hunav_drake.systems.people.weights import draw_weights
+from hunav_drake.systems.world.obstacles import Obstacles
+from hunav_drake.systems.world.shapes import World
 
 # More people than this share a bank of trees.
 BANK_FROM = 20

@@ -21,11 +21,11 @@ import numpy as np
 from numpy.typing import NDArray
 from pydrake.geometry import Meshcat, MeshcatParams, MeshcatVisualizer
 
-from hunav_drake.systems.crowd.human_config import HumanConfig
-from hunav_drake.systems.files import atomic_write
+from hunav_drake.systems.common.files import atomic_write
+from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.robot.robot_config import RobotConfig
 from hunav_drake.systems.scene.bounds import Bounds, scene_bounds
-from hunav_drake.systems.world import World
+from hunav_drake.systems.world.shapes import World
 
 # The camera: a long lens from high enough that walls of 1 m hide little.
 _FIELD_OF_VIEW = math.radians(32.0)

@@ -26,9 +26,7 @@ from hunav_drake.scenario import CheckScenario, SaveScenario
 from hunav_drake.scenario.error import Fault, ScenarioError, shown
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.systems.behavior.fingerprint import tree_fingerprint
-from hunav_drake.systems.evaluation.trial_monitor import (
-    TrialStatus,
-)
+from hunav_drake.systems.evaluation.trial_monitor import TrialStatus
 from hunav_drake.trial_diagram import MakeTrialDiagram
 
 if TYPE_CHECKING:
@@ -43,6 +41,7 @@ def MakeTrialSimulator(
 ) -> Simulator:
     """Makes a simulator that ends a trial at the goal, or when it is stuck.
 
+    It ends at a whole time step, wherever runs stop and others go on.
     Once it has ended a trial, each further `AdvanceTo` goes on by one step.
 
     Args:
@@ -57,10 +56,13 @@ def MakeTrialSimulator(
         _skip_done_updates(diagram, context)
         simulator = Simulator(diagram, context)
     status = diagram.GetOutputPort("status")
+    trial = diagram.GetSubsystemByName("monitor")
 
     def monitor(root_context: Context) -> EventStatus:
         if progress is not None:
             progress(root_context.get_time())
+        if not trial.IsStep(trial.GetMyContextFromRoot(root_context)):
+            return EventStatus.DidNothing()
         value = TrialStatus(int(status.Eval(root_context)[0]))
         if value == TrialStatus.RUNNING:
             return EventStatus.DidNothing()
@@ -108,6 +110,15 @@ def RunTrial(
         ScenarioError: If the scenario cannot be simulated.
     """
     CheckScenario(scenario)
+    if scenario.evaluator.start == "by_trigger":
+        fault = Fault(
+            "RunTrial",
+            0,
+            "evaluator.start",
+            "by_trigger waits for the input port trigger, which RunTrial()"
+            " leaves unconnected; use MakeTrialDiagram(), or another start",
+        )
+        raise ScenarioError("RunTrial", [fault])
     if seed is not None:
         scenario = _reseed(scenario, seed)
     diagram = MakeTrialDiagram(scenario, meshcat)

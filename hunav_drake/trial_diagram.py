@@ -9,13 +9,12 @@ from pydrake.systems.primitives import ConstantVectorSource
 from hunav_drake.humans import AddHumans
 from hunav_drake.scenario import CheckScenario, name_humans
 from hunav_drake.scenario.schema import Scenario
-from hunav_drake.systems.crowd import HumanConfig
-from hunav_drake.systems.crowd.people import people_ids
-from hunav_drake.systems.crowd.weights import draw_weights
-from hunav_drake.systems.draws import Purpose, draw_uniform
+from hunav_drake.systems.common.random_streams import Purpose, draw_uniform
 from hunav_drake.systems.evaluation import Evaluator
 from hunav_drake.systems.evaluation.trial_monitor import TrialMonitor
-from hunav_drake.systems.obstacles import Obstacles
+from hunav_drake.systems.people import HumanConfig
+from hunav_drake.systems.people.names import people_ids
+from hunav_drake.systems.people.weights import draw_weights
 from hunav_drake.systems.planning import (
     LocalPlanner,
     PlanningTask,
@@ -23,6 +22,7 @@ from hunav_drake.systems.planning import (
 )
 from hunav_drake.systems.robot import DifferentialDrive
 from hunav_drake.systems.scene import AddScene
+from hunav_drake.systems.world.obstacles import Obstacles
 
 if TYPE_CHECKING:
     from pydrake.geometry import Meshcat
@@ -42,7 +42,8 @@ def MakeTrialDiagram(
         A diagram of the systems "humans" (`AddHumans`), "robot"
         (`DifferentialDrive`), "planner" (`LocalPlanner`), "goal" (if there is
         one), "evaluator" (`Evaluator`), "monitor" (`TrialMonitor`) and "scene"
-        (`AddScene`). It has no inputs; its outputs are "robot_state",
+        (`AddScene`). It has no inputs, but for "trigger" if that begins the
+        recording (`EvaluatorConfig.start`); its outputs are "robot_state",
         "human_states", "behavior_status", "forces", "velocity_command",
         "planner_status", "metrics", "recording", "status" and "query".
 
@@ -120,6 +121,8 @@ def MakeTrialDiagram(
         ("query", scene.query_object),
     ):
         builder.ExportOutput(port, name)
+    if scenario.evaluator.start == "by_trigger":
+        builder.ExportInput(evaluator.GetInputPort("trigger"), "trigger")
     diagram = builder.Build()
     diagram.set_name("trial")
     return diagram
@@ -157,7 +160,7 @@ def _AddEvaluator(
     evaluator = Evaluator(
         humans,
         time_step=scenario.simulation.time_step,
-        period=scenario.evaluator.period,
+        config=scenario.evaluator,
         goal_tolerance=scenario.robot.goal_tolerance,
         goal_yaw_tolerance=scenario.robot.goal_yaw_tolerance,
         obstacles=obstacles,

@@ -1,37 +1,6 @@
 """The building blocks of a trial: Drake systems, each usable alone."""
 
-from typing import TYPE_CHECKING
+import lazy_loader
 
-from hunav_drake.systems.lazy import lazy_exports
-
-if TYPE_CHECKING:
-    from hunav_drake.systems.behavior import BehaviorTree
-    from hunav_drake.systems.crowd import HumanCrowd
-    from hunav_drake.systems.evaluation import Evaluator
-    from hunav_drake.systems.evaluation.trial_monitor import TrialMonitor
-    from hunav_drake.systems.planning import LocalPlanner
-    from hunav_drake.systems.robot import DifferentialDrive
-    from hunav_drake.systems.scene import AddScene
-
-__all__ = [
-    "AddScene",
-    "BehaviorTree",
-    "DifferentialDrive",
-    "Evaluator",
-    "HumanCrowd",
-    "LocalPlanner",
-    "TrialMonitor",
-]
-
-__getattr__ = lazy_exports(
-    __name__,
-    {
-        "AddScene": "hunav_drake.systems.scene",
-        "BehaviorTree": "hunav_drake.systems.behavior",
-        "DifferentialDrive": "hunav_drake.systems.robot",
-        "Evaluator": "hunav_drake.systems.evaluation",
-        "HumanCrowd": "hunav_drake.systems.crowd",
-        "LocalPlanner": "hunav_drake.systems.planning",
-        "TrialMonitor": "hunav_drake.systems.evaluation.trial_monitor",
-    },
-)
+# What the stub beside this file lists is loaded when it is first asked for.
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

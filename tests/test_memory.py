@@ -16,7 +16,7 @@ import gc
 from pathlib import Path
 import resource
 
-from hunav_drake import LoadScenario, RunTrial
+from hunav_drake import (LoadScenario, RunTrial)
 
 scenario = LoadScenario(
     filename="passing", overrides=["simulation.duration=1.0"]

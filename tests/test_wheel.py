@@ -39,6 +39,8 @@ def test_holds_the_systems_and_their_data(wheel):
     names = zipfile.ZipFile(wheel).namelist()
     for name in (
         "hunav_drake/py.typed",
+        "hunav_drake/report/templates/style.css",
+        "hunav_drake/report/templates/trial.html",
         "hunav_drake/scenarios/passing.yaml",
         "hunav_drake/systems/behavior/trees/regular.xml",
         "hunav_drake/systems/crowd/human_crowd.py",

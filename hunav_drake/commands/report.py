@@ -13,7 +13,7 @@ _MOST_LINES = 5
 
 
 def add_report_command(commands: Any) -> None:
-    """Adds the command to those of `hunav`."""
+    """Adds the command `hunav report`."""
     report = commands.add_parser(
         "report",
         help="make a report on all runs of a folder",
@@ -23,7 +23,7 @@ def add_report_command(commands: Any) -> None:
     )
     report.set_defaults(function=_report)
     report.add_argument(
-        "directory", type=Path, help="what `hunav run --out` has written to"
+        "directory", type=Path, help="a folder written by `hunav run --out`"
     )
     report.add_argument(
         "-o",
@@ -48,7 +48,7 @@ def _report(options: argparse.Namespace) -> int:
         print(f"hunav: left out the run {tag}: {reason}", file=sys.stderr)
     if len(left_out) > _MOST_LINES:
         more = len(left_out) - _MOST_LINES
-        print(f"hunav: ... and {more} more, see the page", file=sys.stderr)
+        print(f"hunav: ... and {more} more: see the report", file=sys.stderr)
     if not results:
         raise InputError(f"{directory}: there is no run to report on")
     # Only now, for these take long to load.

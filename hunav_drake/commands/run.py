@@ -22,15 +22,21 @@ if TYPE_CHECKING:
 
 
 def add_run_command(commands: Any) -> None:
-    """Adds the command to those of `hunav`."""
+    """Adds the command `hunav run`."""
     run = commands.add_parser("run", help="run a trial and print its metrics")
     run.set_defaults(function=_run)
     run.add_argument(
-        "scenario", help="a shipped scenario (see `hunav list`), or a file"
+        "scenario", help="a shipped scenario (see `hunav list`) or a file"
     )
     add_scenario_options(run)
-    run.add_argument("--seed", type=_seed, help="instead of the scenario's")
-    run.add_argument("--planner", metavar="NAME", help="what drives the robot")
+    run.add_argument(
+        "--seed", type=_seed, help="the seed, instead of the scenario's"
+    )
+    run.add_argument(
+        "--planner",
+        metavar="NAME",
+        help="the planner of the robot, instead of the scenario's",
+    )
     run.add_argument(
         "--out",
         metavar="DIR",
@@ -41,20 +47,19 @@ def add_run_command(commands: Any) -> None:
     run.add_argument(
         "--label",
         metavar="NAME",
-        help="what tells this run from those of the same planner in statistics;"
-        " by default what --set changes",
+        help="a name for the settings of this run, which keeps it apart from"
+        " other runs of the planner in statistics; by default the values of"
+        " --set",
     )
     add_format_option(run)
-    run.add_argument(
-        "--no-replay", action="store_true", help="leave out the replay"
-    )
+    run.add_argument("--no-replay", action="store_true", help="write no replay")
     run.add_argument(
         "--meshcat",
         action="store_true",
         help="show the trial in a browser, in real time",
     )
     run.add_argument(
-        "--quiet", action="store_true", help="no progress bar, no table"
+        "--quiet", action="store_true", help="show no progress bar and no table"
     )
     add_import_option(run)
 
@@ -81,7 +86,7 @@ def _run(options: argparse.Namespace) -> int:
     if options.meshcat or replay:
         from hunav_drake.replay import SetView, StartMeshcatLocal
 
-        # Meshcat tells its address; only who wants to watch cares.
+        # Meshcat logs its address, which matters only with --meshcat.
         logging.getLogger("drake").setLevel(logging.WARNING)
         meshcat = StartMeshcatLocal()
         SetView(meshcat, scenario.world, scenario.humans, scenario.robot)
@@ -123,7 +128,7 @@ def _run(options: argparse.Namespace) -> int:
 def _keep(
     result: "TrialResult", options: argparse.Namespace, meshcat: Any
 ) -> None:
-    """Writes the files of a run; its replay is what Meshcat has recorded."""
+    """Writes the files of a run; Meshcat holds the recorded replay."""
     from hunav_drake.report.writing import WriteReport
     from hunav_drake.results.files import WriteResult
     from hunav_drake.results.settings import setting_text
@@ -154,7 +159,7 @@ def _keep(
 
 
 class _ProgressBar:
-    """Shows simulated seconds while a trial runs, if someone looks."""
+    """Shows the simulated seconds of a trial, if the output is a terminal."""
 
     def __init__(self, duration: float) -> None:
         from tqdm import tqdm

@@ -5,7 +5,7 @@ import gzip
 from pathlib import Path
 import zlib
 
-from hunav_drake.recordings.hunav_json import parse_json
+from hunav_drake.hunavsim.recording_json import parse_json
 from hunav_drake.recordings.tidy_csv import parse_csv
 from hunav_drake.systems.evaluation.recording import Recording
 

@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hunav_drake.systems.evaluation.recording import LARGEST, Recording
-from hunav_drake.systems.layout import (
+from hunav_drake.systems.common.layout import (
     OMEGA,
     RADIUS,
     STATE_FIELDS,
@@ -19,7 +18,8 @@ from hunav_drake.systems.layout import (
     X,
     Y,
 )
-from hunav_drake.systems.suggest import nearest
+from hunav_drake.systems.common.suggest import nearest
+from hunav_drake.systems.evaluation.recording import LARGEST, Recording
 
 Array = NDArray[np.float64]
 

@@ -1,21 +1,5 @@
-"""Reports in HTML, on a run or on many."""
+"""Reports on one run or many, as HTML."""
 
-from typing import TYPE_CHECKING
+from hunav_drake.report.writing import WriteReport
 
-from hunav_drake.systems.lazy import lazy_exports
-
-if TYPE_CHECKING:
-    from hunav_drake.report.writing import (
-        WriteReport,
-    )
-
-__all__ = [
-    "WriteReport",
-]
-
-__getattr__ = lazy_exports(
-    __name__,
-    {
-        "WriteReport": "hunav_drake.report.writing",
-    },
-)
+__all__ = ["WriteReport"]

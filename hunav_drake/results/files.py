@@ -9,7 +9,7 @@ from pathlib import Path
 import re
 from typing import Literal
 
-from hunav_drake.results.hunav_files import hunav_texts
+from hunav_drake.hunavsim.result_files import hunav_texts
 from hunav_drake.results.run_folders import (
     RUNS,
     RunFiles,

@@ -11,7 +11,7 @@ from hunav_drake.results.metric_facts import FACTS
 from hunav_drake.results.run_folders import find_runs
 from hunav_drake.results.run_summary import RunSummary, make_summary
 from hunav_drake.results.trial_result import TrialResult
-from hunav_drake.systems.files import atomic_write
+from hunav_drake.systems.common.files import atomic_write
 
 # The columns that are no metrics. Only tables by behavior have the last one.
 ABOUT = (

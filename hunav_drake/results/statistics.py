@@ -22,13 +22,12 @@ from hunav_drake.results.metric_facts import direction_of, unit_of
 from hunav_drake.results.quantity_text import ROUNDING
 from hunav_drake.results.run_table import ABOUT
 from hunav_drake.results.settings import has_settings
-from hunav_drake.systems.evaluation.names import COMPLETED
 
 Array = NDArray[np.float64]
 Names = str | Iterable[str]
 
 # Metrics that are 0 or 1, whose mean is a rate.
-RATES = (COMPLETED,)
+RATES = ("completed",)
 
 # With fewer pairs of runs than this none is called better: even if all of 5
 # point the same way, that happens by chance once in 16 times.

@@ -9,14 +9,14 @@ from hunav_drake.scenario.loading import (
 )
 from hunav_drake.scenario.schema import Scenario, SimulationConfig
 from hunav_drake.scenario.writer import SaveScenario
-from hunav_drake.systems.crowd.behavior_config import BehaviorConfig
 from hunav_drake.systems.crowd.crowd_config import CrowdConfig
-from hunav_drake.systems.crowd.human_config import HumanConfig
-from hunav_drake.systems.crowd.parameters import SocialForceParameters
 from hunav_drake.systems.evaluation.evaluator_config import EvaluatorConfig
+from hunav_drake.systems.people.behavior_choice import BehaviorConfig
+from hunav_drake.systems.people.human_config import HumanConfig
+from hunav_drake.systems.people.parameters import SocialForceParameters
 from hunav_drake.systems.planning.planner_config import PlannerConfig
 from hunav_drake.systems.robot.robot_config import RobotConfig, RobotLimits
-from hunav_drake.systems.world import Box, Polygon, Polyline, World
+from hunav_drake.systems.world.shapes import Box, Polygon, Polyline, World
 
 __all__ = [
     "BehaviorConfig",

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import re
 from typing import Any
 
-from hunav_drake.systems.suggest import nearest
+from hunav_drake.systems.common.suggest import nearest
 
 # The way to a part of a scenario: field names, and places in lists.
 Loc = tuple[str | int, ...]

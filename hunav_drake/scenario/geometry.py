@@ -9,8 +9,12 @@ from numpy.typing import NDArray
 
 from hunav_drake.scenario.error import Finding, Loc, path_text
 from hunav_drake.scenario.schema import Scenario
-from hunav_drake.systems.obstacles import Obstacles, inside, nearest_points
-from hunav_drake.systems.world import Polygon, Polyline, Wall
+from hunav_drake.systems.world.obstacles import (
+    Obstacles,
+    inside,
+    nearest_points,
+)
+from hunav_drake.systems.world.shapes import Polygon, Polyline, Wall
 
 # Points nearer to each other than this, in meters, are the same.
 _SAME = 1e-9

@@ -5,7 +5,7 @@ import dataclasses as dc
 from importlib import resources
 import os
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from hunav_drake.scenario.checks import ALL_CHECKS
 from hunav_drake.scenario.error import (
@@ -15,11 +15,6 @@ from hunav_drake.scenario.error import (
     child,
     shown,
     suggestion,
-)
-from hunav_drake.scenario.hunav_yaml import (
-    AGENTS_KEY,
-    HunavImport,
-    convert_agents,
 )
 from hunav_drake.scenario.overrides import apply_override, override_texts
 from hunav_drake.scenario.schema import Scenario
@@ -31,11 +26,12 @@ from hunav_drake.scenario.validation import (
 )
 from hunav_drake.scenario.yaml_document import YamlDocument
 from hunav_drake.scenario.yaml_source import parse_yaml, read_yaml
-from hunav_drake.systems.crowd.behavior_config import (
-    is_path,
-)
-from hunav_drake.systems.crowd.people import name_people
-from hunav_drake.systems.suggest import nearest
+from hunav_drake.systems.common.suggest import nearest
+from hunav_drake.systems.people.behavior_choice import is_path
+from hunav_drake.systems.people.names import name_people
+
+if TYPE_CHECKING:
+    from hunav_drake.hunavsim.agents_yaml import HunavImport
 
 
 def LoadScenario(
@@ -79,6 +75,9 @@ def LoadScenario(
     )
     if document.root is None:
         raise ScenarioError(document.name, document_faults(document))
+    # HuNavSim's own files; here, for that module knows this package.
+    from hunav_drake.hunavsim.agents_yaml import AGENTS_KEY, convert_agents
+
     content = document.root.value
     is_agents = isinstance(content, dict) and AGENTS_KEY in content
     if is_agents and scenario_name is None:
@@ -120,7 +119,7 @@ def name_humans(scenario: Scenario) -> Scenario:
 
 
 def _load_agents(
-    imported: HunavImport, overrides: Mapping[str, str] | Sequence[str]
+    imported: "HunavImport", overrides: Mapping[str, str] | Sequence[str]
 ) -> Scenario:
     locs, faults = _override(imported.data, overrides)
     if faults:

@@ -10,13 +10,13 @@ from typing import Annotated
 from pydantic import Field, StrictFloat, StrictStr
 from pydantic.dataclasses import dataclass
 
+from hunav_drake.systems.common.schema import CONFIG, Integer, Name, within
 from hunav_drake.systems.crowd.crowd_config import CrowdConfig
-from hunav_drake.systems.crowd.human_config import HumanConfig
 from hunav_drake.systems.evaluation.evaluator_config import EvaluatorConfig
+from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.planning.planner_config import PlannerConfig
 from hunav_drake.systems.robot.robot_config import RobotConfig
-from hunav_drake.systems.schema import CONFIG, Integer, Name, within
-from hunav_drake.systems.world import World
+from hunav_drake.systems.world.shapes import World
 
 
 @dataclass(kw_only=True, slots=True, config=CONFIG)

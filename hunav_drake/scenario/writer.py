@@ -8,8 +8,8 @@ import yaml
 
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.scenario.yaml_source import resolve
-from hunav_drake.systems.crowd.behavior_config import BehaviorConfig
-from hunav_drake.systems.files import atomic_write
+from hunav_drake.systems.common.files import atomic_write
+from hunav_drake.systems.people.behavior_choice import BehaviorConfig
 
 
 def SaveScenario(scenario: Scenario, filename: str | Path | None = None) -> str:

@@ -4,6 +4,11 @@ from hunav_drake.systems.behavior.behavior_tree import BehaviorTree
 from hunav_drake.systems.behavior.behavior_tree_bank import BehaviorTreeBank
 from hunav_drake.systems.behavior.errors import BehaviorTreeError
 from hunav_drake.systems.behavior.fingerprint import tree_fingerprint
+from hunav_drake.systems.behavior.language.tree_ports import (
+    TreePort,
+    TreePortError,
+)
+from hunav_drake.systems.behavior.language.writer import ConvertTree, WriteTree
 from hunav_drake.systems.behavior.library import (
     BEHAVIORS,
     CheckBehavior,
@@ -11,21 +16,16 @@ from hunav_drake.systems.behavior.library import (
     LoadTree,
     ParseTree,
 )
-from hunav_drake.systems.behavior.person import Moment, Person
-from hunav_drake.systems.behavior.registry import (
+from hunav_drake.systems.behavior.nodes.registry import (
     NODE_TYPES,
     register_action,
     register_condition,
 )
-from hunav_drake.systems.behavior.render import (
-    RenderBehaviorTree,
-    TreeDrawing,
-)
-from hunav_drake.systems.behavior.status import Status
+from hunav_drake.systems.behavior.nodes.status import Status
+from hunav_drake.systems.behavior.render import RenderBehaviorTree, TreeDrawing
+from hunav_drake.systems.behavior.tick_context import Moment, Person
 from hunav_drake.systems.behavior.tree import Outcome, Tree
-from hunav_drake.systems.behavior.tree_ports import TreePort, TreePortError
-from hunav_drake.systems.behavior.writer import ConvertTree, WriteTree
-from hunav_drake.systems.crowd.behavior_config import BehaviorConfig
+from hunav_drake.systems.people.behavior_choice import BehaviorConfig
 
 __all__ = [
     "BEHAVIORS",

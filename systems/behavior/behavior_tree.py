@@ -1,7 +1,7 @@
 """The LeafSystem that decides what a person does."""
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import (
     BasicVector,
@@ -13,14 +13,14 @@ from pydrake.systems.framework import (
     ValueProducer,
 )
 
-from hunav_drake.systems.behavior.person import Person
+from hunav_drake.systems.behavior.tick_context import Person
 from hunav_drake.systems.behavior.tree import Outcome, Tree
-from hunav_drake.systems.callbacks import weakly
-from hunav_drake.systems.checks import check_count, check_time_step
-from hunav_drake.systems.crowd.human_config import HumanConfig
-from hunav_drake.systems.layout import COMMAND_SIZE, STATE_SIZE
-from hunav_drake.systems.obstacles import Obstacles
-from hunav_drake.systems.ports import DeclareRobotState, RequirePort
+from hunav_drake.systems.common.callbacks import weakly
+from hunav_drake.systems.common.checks import check_count, check_time_step
+from hunav_drake.systems.common.layout import COMMAND_SIZE, STATE_SIZE
+from hunav_drake.systems.common.ports import DeclareRobotState, RequirePort
+from hunav_drake.systems.people.human_config import HumanConfig
+from hunav_drake.systems.world.obstacles import Obstacles
 
 
 class BehaviorTree(LeafSystem):
@@ -39,7 +39,7 @@ class BehaviorTree(LeafSystem):
 
     Port ``human_states`` takes n rows (x, y, yaw, vx, vy, omega, radius) of
     all people, and ``robot_state`` m such rows of the robots, in W, in SI
-    units: see `hunav_drake.systems.layout`. Without robots there is no port
+    units: see `common.layout`. Without robots there is no port
     ``robot_state``. Port ``command`` gives what the person wants, laid out as
     `layout.Command`; ``behavior_status`` gives 0 while no reaction is active,
     else the state that it is in, most often 1: see `Moment`. Port ``status``
@@ -93,6 +93,7 @@ class BehaviorTree(LeafSystem):
         self._person = Person.from_config(
             human, index, time_step=time_step, obstacles=obstacles
         )
+        self._num_robots = num_robots
         self._no_robots = np.zeros(0)
 
         self._human_states = self.DeclareVectorInputPort(
@@ -140,6 +141,19 @@ class BehaviorTree(LeafSystem):
     def tree(self) -> Tree:
         """Returns the tree."""
         return self._tree
+
+    def DescribeMemory(self) -> list[str]:
+        """Returns what the meaning of the state depends on."""
+        return [self._tree.describe_memory(self._person, self._num_robots)]
+
+    def CheckMemory(self, memory: ArrayLike) -> None:
+        """Checks that numbers can be the state of this system.
+
+        Raises:
+            ValueError: If they cannot: see `Tree.check_memory`.
+        """
+        numbers = np.asarray(memory, dtype=float).tolist()
+        self._tree.check_memory(self._person, numbers)
 
     def get_human_states_input_port(self) -> InputPort:
         """Returns the port with the states of the people."""

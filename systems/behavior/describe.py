@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 
-from hunav_drake.systems.behavior.node import Constant, Node, Variable
+from hunav_drake.systems.behavior.nodes.node import Constant, Node, Variable
 
 
 def describe_port(value: Constant | Variable) -> str:

@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from typing import NamedTuple
 
-from hunav_drake.systems import suggest
+from hunav_drake.systems.common import suggest
 
 
 class Place(NamedTuple):

@@ -4,12 +4,12 @@ import hashlib
 import json
 from typing import Any
 
-from hunav_drake.systems.behavior.documents import Documents
+from hunav_drake.systems.behavior.language.documents import Documents
+from hunav_drake.systems.behavior.language.xml_source import NOTES, XmlElement
 from hunav_drake.systems.behavior.library import LoadBehavior
-from hunav_drake.systems.behavior.node import Constant, Node, Variable
+from hunav_drake.systems.behavior.nodes.node import Constant, Node, Variable
 from hunav_drake.systems.behavior.tree import Tree
-from hunav_drake.systems.behavior.xml_source import NOTES, XmlElement
-from hunav_drake.systems.crowd.behavior_config import BehaviorConfig
+from hunav_drake.systems.people.behavior_choice import BehaviorConfig
 
 
 def tree_fingerprint(behavior: str | BehaviorConfig | Tree) -> str:

@@ -7,24 +7,24 @@ from typing import Any
 
 # The leaves register themselves.
 from hunav_drake.systems.behavior import leaves as _leaves  # noqa: F401
-from hunav_drake.systems.behavior import reactions as _reactions  # noqa: F401
-from hunav_drake.systems.behavior import visibility as _visibility  # noqa: F401
-from hunav_drake.systems.behavior import yielding as _yielding  # noqa: F401
-from hunav_drake.systems.behavior.documents import (
-    Documents,
-    is_file,
-    load_documents,
-    read_file,
-)
 from hunav_drake.systems.behavior.errors import (
     BehaviorTreeError,
     Place,
     unknown,
 )
-from hunav_drake.systems.behavior.parser import parse_documents
+from hunav_drake.systems.behavior.language.documents import (
+    Documents,
+    is_file,
+    load_documents,
+    read_file,
+)
+from hunav_drake.systems.behavior.language.parser import parse_documents
+from hunav_drake.systems.behavior.language.tree_ports import (
+    TreePortError,
+    port_texts,
+)
 from hunav_drake.systems.behavior.tree import Tree
-from hunav_drake.systems.behavior.tree_ports import TreePortError, port_texts
-from hunav_drake.systems.crowd.behavior_config import (
+from hunav_drake.systems.people.behavior_choice import (
     BehaviorConfig,
     is_path,
     is_xml,

@@ -8,10 +8,10 @@ import shutil
 from typing import Any
 
 from hunav_drake.systems.behavior.describe import describe_ports
-from hunav_drake.systems.behavior.node import Node
-from hunav_drake.systems.behavior.status import Status
+from hunav_drake.systems.behavior.nodes.node import Node
+from hunav_drake.systems.behavior.nodes.status import Status
 from hunav_drake.systems.behavior.tree import Tree
-from hunav_drake.systems.files import atomic_write
+from hunav_drake.systems.common.files import atomic_write
 
 # Colors that colorblind people can tell apart: fill, line. (M. Okabe and
 # K. Ito, "Color Universal Design", 2008; the fills are lighter, for the text.)

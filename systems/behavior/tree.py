@@ -1,23 +1,29 @@
 """A parsed behavior tree, and how it ticks."""
 
 from collections.abc import Callable, Iterator, Sequence
+import hashlib
+import math
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hunav_drake.systems.behavior.blackboard import GIVEN
-from hunav_drake.systems.behavior.conditions import build_with_conditions
 from hunav_drake.systems.behavior.describe import describe_tree
-from hunav_drake.systems.behavior.node import (
+from hunav_drake.systems.behavior.language.blackboard import GIVEN
+from hunav_drake.systems.behavior.language.parser import ParsedTree
+from hunav_drake.systems.behavior.nodes.conditions import build_with_conditions
+from hunav_drake.systems.behavior.nodes.node import (
     Built,
     Memory,
     Node,
     TickFunction,
 )
-from hunav_drake.systems.behavior.parser import ParsedTree
-from hunav_drake.systems.behavior.person import Moment, Person
-from hunav_drake.systems.behavior.status import Status
+from hunav_drake.systems.behavior.nodes.status import Status
+from hunav_drake.systems.behavior.tick_context import (
+    GOAL_INDEX,
+    Moment,
+    Person,
+)
 from hunav_drake.systems.behavior.written import find_fault, is_sound
 
 # Nodes that one tick may tick. Repeat in Repeat in Repeat ... would otherwise
@@ -124,6 +130,39 @@ class Tree:
             memory[slot] = values[key]
         return memory
 
+    def describe_memory(self, person: Person, num_robots: int) -> str:
+        """Returns all that the meaning of a memory depends on, in words."""
+        slots = hashlib.sha256("\n".join(self.slots).encode()).hexdigest()
+        return (
+            f"of tree {self.name} ({len(self.slots)} numbers, {slots[:8]}) for"
+            f" person {person.id} with {len(person.goals)} goals,"
+            f" {num_robots} robots and a time step of {person.time_step} s"
+        )
+
+    def check_memory(self, person: Person, memory: Sequence[float]) -> None:
+        """Checks that numbers can be a person's memory.
+
+        Raises:
+            ValueError: If they are too few or too many, one is NaN, or the
+                person has no such goal.
+        """
+        if len(memory) != len(self.slots):
+            raise ValueError(
+                f"the memory of tree {self.name} has {len(self.slots)} numbers,"
+                f" got {len(memory)}"
+            )
+        # (Infinity may mean "nothing yet" to a leaf, and does to the
+        # blackboard.)
+        for slot, value in zip(self.slots, memory, strict=True):
+            if math.isnan(value):
+                raise ValueError(f"memory {slot!r} must be a number, got NaN")
+        goal, count = memory[GOAL_INDEX], len(person.goals)
+        if not 0 <= goal <= count or goal % 1:
+            raise ValueError(
+                f"the goal index of person {person.id} must be a whole number"
+                f" in [0, {count}], got {goal}"
+            )
+
     def tick(
         self,
         person: Person,
@@ -136,7 +175,7 @@ class Tree:
         Args:
             person: Whose tick it is.
             memory: What the tick before gave, or `initial_memory`.
-            human_states: Shape (7n,): see `hunav_drake.systems.layout`.
+            human_states: Shape (7n,): see `common.layout`.
             robot_states: Shape (7m,), likewise.
 
         Raises:
@@ -160,7 +199,7 @@ class Tree:
         Args:
             person: Whose tick it is.
             memory: What the tick before gave, or `initial_memory`.
-            human_states: Shape (7n,): see `hunav_drake.systems.layout`.
+            human_states: Shape (7n,): see `common.layout`.
             robot_states: Shape (7m,), likewise.
 
         Returns:

@@ -7,22 +7,17 @@ from typing import Any
 
 import numpy as np
 
-from hunav_drake.systems.behavior.person import MAX_STATUS, Moment
-from hunav_drake.systems.columns import (
-    DESIRED_SPEED,
-    GOAL_RADIUS,
-    GROUP_ID,
-    HAS_GOAL,
-    HOLD,
-    MAX_SPEED,
-    ROBOT_ROLE,
-    TURN_RATE,
-)
-from hunav_drake.systems.layout import COMMAND_SIZE, Command, RobotRole
+from hunav_drake.systems.behavior.tick_context import MAX_STATUS, Moment
+from hunav_drake.systems.common.layout import COMMAND_SIZE, Command, RobotRole
 
-_NOT_NEGATIVE = (DESIRED_SPEED, MAX_SPEED, GOAL_RADIUS, TURN_RATE)
+_NOT_NEGATIVE = (
+    Command.DESIRED_SPEED,
+    Command.MAX_SPEED,
+    Command.GOAL_RADIUS,
+    Command.TURN_RATE,
+)
 _ROLES = frozenset(float(role) for role in RobotRole)
-_FLAGS = (HAS_GOAL, HOLD)
+_FLAGS = (Command.HAS_GOAL, Command.HOLD)
 
 # What numbers are most often; others are looked at closely.
 _PLAIN = frozenset({float, int, bool, np.float64})
@@ -46,15 +41,15 @@ def is_sound(moment: Moment, memory: Sequence[float]) -> bool:
             and _are_plain(memory)
             and total - total == 0
             and kept == kept
-            and command[ROBOT_ROLE] in _ROLES
-            and command[DESIRED_SPEED] >= 0
-            and command[MAX_SPEED] >= 0
-            and command[GOAL_RADIUS] >= 0
-            and command[TURN_RATE] >= 0
-            and command[HAS_GOAL] in (0, 1)
-            and command[HOLD] in (0, 1)
-            and command[GROUP_ID] >= -1
-            and command[GROUP_ID] % 1 == 0
+            and command[Command.ROBOT_ROLE] in _ROLES
+            and command[Command.DESIRED_SPEED] >= 0
+            and command[Command.MAX_SPEED] >= 0
+            and command[Command.GOAL_RADIUS] >= 0
+            and command[Command.TURN_RATE] >= 0
+            and command[Command.HAS_GOAL] in (0, 1)
+            and command[Command.HOLD] in (0, 1)
+            and command[Command.GROUP_ID] >= -1
+            and command[Command.GROUP_ID] % 1 == 0
             and type(moment.behavior_status) in _PLAIN
             and 0 <= moment.behavior_status <= MAX_STATUS
             and moment.behavior_status % 1 == 0

@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hunav_drake.systems.crowd import kernel
 from hunav_drake.systems.crowd.motion_model import Snapshot
+from hunav_drake.systems.crowd.social_force import kernel
 
 
 def advance_people(

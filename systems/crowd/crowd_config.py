@@ -6,7 +6,7 @@ from typing import Annotated, Any
 from pydantic import Field, StrictBool, StrictStr
 from pydantic.dataclasses import dataclass
 
-from hunav_drake.systems.schema import CONFIG, Integer, PositiveLength
+from hunav_drake.systems.common.schema import CONFIG, Integer, PositiveLength
 
 
 @dataclass(kw_only=True, slots=True, config=CONFIG)

@@ -11,39 +11,28 @@ from numba import float64
 from pydantic import StrictFloat
 from pydantic.dataclasses import dataclass
 
-from hunav_drake.systems.columns import (
-    GOAL_RADIUS,
-    GOAL_X,
-    GOAL_Y,
-    HAS_GOAL,
-    HOLD,
-    MAX_SPEED,
-    TURN_RATE,
-)
-from hunav_drake.systems.crowd import kernel
-from hunav_drake.systems.crowd.constants import (
-    K_GOAL,
-    TAU,
-)
-from hunav_drake.systems.crowd.force_terms import wrap
-from hunav_drake.systems.crowd.motion_model import (
-    Array,
-    Snapshot,
-    register_motion_model,
-)
-from hunav_drake.systems.crowd.social_force_model import SocialForceModel
-from hunav_drake.systems.layout import (
+from hunav_drake.systems.common.kernels import MATRIX, REAL, jit, jit_as
+from hunav_drake.systems.common.layout import (
     GOAL_FORCE,
     OMEGA,
     TOTAL_FORCE,
     VX,
     VY,
     YAW,
+    Command,
     X,
     Y,
 )
-from hunav_drake.systems.nearest import MATRIX, REAL, jit, jit_as
-from hunav_drake.systems.schema import CONFIG, within
+from hunav_drake.systems.common.schema import CONFIG, within
+from hunav_drake.systems.crowd.motion_model import (
+    Array,
+    Snapshot,
+    register_motion_model,
+)
+from hunav_drake.systems.crowd.social_force import kernel
+from hunav_drake.systems.crowd.social_force.force_terms import wrap
+from hunav_drake.systems.crowd.social_force.model import SocialForceModel
+from hunav_drake.systems.people.parameters import K_GOAL, TAU
 
 # What the forces are computed by. (The model here is not one of that kind:
 # people move in another way, with other derivatives.)
@@ -95,10 +84,13 @@ def _without_braking(fx, fy, x, y, command):
     It is zero without a goal. Of a force that points back from the goal, only
     the part across counts: who slows down does not turn around.
     """
-    gx = command[GOAL_X] - x
-    gy = command[GOAL_Y] - y
+    gx = command[Command.GOAL_X] - x
+    gy = command[Command.GOAL_Y] - y
     distance = math.sqrt(gx * gx + gy * gy)
-    if command[HAS_GOAL] == 0 or distance <= command[GOAL_RADIUS]:
+    if (
+        command[Command.HAS_GOAL] == 0
+        or distance <= command[Command.GOAL_RADIUS]
+    ):
         return 0.0, 0.0
     ex = gx / distance
     ey = gy / distance
@@ -148,7 +140,7 @@ def headed_advance(
     """
     result = kernel.advance(states, forces, command, time_step)
     for i in range(len(states)):
-        if command[i, HOLD] != 0 or command[i, TURN_RATE] > 0:
+        if command[i, Command.HOLD] != 0 or command[i, Command.TURN_RATE] > 0:
             continue
         yaw = states[i, YAW]
         c = math.cos(yaw)
@@ -190,7 +182,7 @@ def headed_advance(
         )
 
         speed = math.sqrt(forward * forward + side * side)
-        cap = command[i, MAX_SPEED]
+        cap = command[i, Command.MAX_SPEED]
         if speed > cap:
             forward = forward / speed * cap
             side = side / speed * cap

@@ -16,21 +16,21 @@ from pydrake.systems.framework import (
 )
 from pydrake.systems.scalar_conversion import TemplateSystem
 
-from hunav_drake.systems.checks import check_count, check_time_step
-from hunav_drake.systems.crowd.crowd_config import CrowdConfig
-from hunav_drake.systems.crowd.human_config import HumanConfig
-from hunav_drake.systems.crowd.motion_model import Snapshot
-from hunav_drake.systems.crowd.step import CrowdJacobian, CrowdStep
-from hunav_drake.systems.crowd.weights import check_drawn
-from hunav_drake.systems.layout import (
+from hunav_drake.systems.common.checks import check_count, check_time_step
+from hunav_drake.systems.common.layout import (
     COMMAND_SIZE,
     FORCES_SIZE,
     MOTION_SIZE,
     RADIUS,
     STATE_SIZE,
 )
-from hunav_drake.systems.obstacles import Obstacles
-from hunav_drake.systems.ports import DeclareRobotState, RequirePort
+from hunav_drake.systems.common.ports import DeclareRobotState, RequirePort
+from hunav_drake.systems.crowd.crowd_config import CrowdConfig
+from hunav_drake.systems.crowd.motion_model import Snapshot
+from hunav_drake.systems.crowd.step import CrowdJacobian, CrowdStep
+from hunav_drake.systems.people.human_config import HumanConfig
+from hunav_drake.systems.people.weights import check_drawn
+from hunav_drake.systems.world.obstacles import Obstacles
 
 
 @TemplateSystem.define("HumanCrowd_", T_list=[float, AutoDiffXd])
@@ -59,7 +59,7 @@ def HumanCrowd_(T: Any) -> type:
 
         Port ``robot_state`` takes m rows (x, y, yaw, vx, vy, omega, radius) of
         the robots, and ``human_states`` gives n such rows of the people, in W,
-        in SI units: see `hunav_drake.systems.layout`. Without robots there is
+        in SI units: see `common.layout`. Without robots there is
         no port ``robot_state``. Port ``command_i`` takes what person i wants,
         laid out as `layout.Command`; with ``one_command_port`` there is port
         ``commands`` instead, which takes those of all, one after the other.

@@ -10,7 +10,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from hunav_drake.systems.nearest import MATRIX, jit_as
+from hunav_drake.systems.common.kernels import MATRIX, jit_as
 
 # In SI units: numbers of a greater size count as this.
 LARGEST = 1e12

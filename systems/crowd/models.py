@@ -1,14 +1,12 @@
 """The models of human motion that come with the package, by name."""
 
-from hunav_drake.systems.crowd.headed_social_force import (
-    HeadedSocialForceModel,
-)
+from hunav_drake.systems.crowd.headed_social_force import HeadedSocialForceModel
 from hunav_drake.systems.crowd.motion_model import (
     MOTION_MODELS,
     make_motion_model,
 )
-from hunav_drake.systems.crowd.orca import OrcaModel
-from hunav_drake.systems.crowd.social_force_model import SocialForceModel
+from hunav_drake.systems.crowd.orca.model import OrcaModel
+from hunav_drake.systems.crowd.social_force.model import SocialForceModel
 
 __all__ = [
     "MOTION_MODELS",

@@ -7,9 +7,9 @@ from typing import Any, NamedTuple, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hunav_drake.systems.crowd.constants import K_OBSTACLE
-from hunav_drake.systems.obstacles import Obstacles
-from hunav_drake.systems.registry import Registry
+from hunav_drake.systems.common.registry import Registry
+from hunav_drake.systems.people.parameters import K_OBSTACLE
+from hunav_drake.systems.world.obstacles import Obstacles
 
 Array = NDArray[np.float64]
 

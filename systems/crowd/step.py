@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from hunav_drake.systems.common.layout import FORCES_SIZE, MOTION_SIZE
 from hunav_drake.systems.crowd.crowd_config import CrowdConfig
-from hunav_drake.systems.crowd.human_config import HumanConfig
 from hunav_drake.systems.crowd.limits import limited
 from hunav_drake.systems.crowd.models import make_motion_model
 from hunav_drake.systems.crowd.motion_model import (
@@ -16,11 +16,11 @@ from hunav_drake.systems.crowd.motion_model import (
     Snapshot,
     checked,
 )
-from hunav_drake.systems.crowd.parameters import SocialForceParameters
-from hunav_drake.systems.crowd.room import Room
-from hunav_drake.systems.crowd.social_force_model import SocialForceModel
-from hunav_drake.systems.layout import FORCES_SIZE, MOTION_SIZE
-from hunav_drake.systems.obstacles import Obstacles
+from hunav_drake.systems.crowd.social_force.model import SocialForceModel
+from hunav_drake.systems.crowd.walls.room import Room
+from hunav_drake.systems.people.human_config import HumanConfig
+from hunav_drake.systems.people.parameters import SocialForceParameters
+from hunav_drake.systems.world.obstacles import Obstacles
 
 # Of floats, or of scalars with derivatives.
 Array = NDArray[Any]
@@ -177,7 +177,9 @@ class CrowdStep:
             forces: What `forces` gave for it.
         """
         # Few ask for it, and it takes a moment to load.
-        from hunav_drake.systems.crowd.jacobian import step_jacobian
+        from hunav_drake.systems.crowd.social_force.jacobian import (
+            step_jacobian,
+        )
 
         derivatives = step_jacobian(
             snapshot.states,

@@ -5,14 +5,9 @@ import math
 from numba import boolean
 import numpy as np
 
-from hunav_drake.systems.nearest import (
-    MATRIX,
-    REAL,
-    jit,
-    jit_as,
-    nearest_on_segments,
-)
-from hunav_drake.systems.sight import wall_on_line
+from hunav_drake.systems.common.kernels import MATRIX, REAL, jit, jit_as
+from hunav_drake.systems.world.nearest import nearest_on_segments
+from hunav_drake.systems.world.ray_cast import wall_on_line
 
 
 @jit_as(boolean[::1], MATRIX, MATRIX)

@@ -10,19 +10,19 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hunav_drake.systems.evaluation import recording_file
-from hunav_drake.systems.evaluation.derived import Derived
-from hunav_drake.systems.evaluation.encounters import Encounters
-from hunav_drake.systems.evaluation.way import Way
-from hunav_drake.systems.layout import (
+from hunav_drake.systems.common.layout import (
     RADIUS,
     STATE_FIELDS,
     STATE_SIZE,
     X,
     Y,
 )
-from hunav_drake.systems.obstacles import Obstacles
-from hunav_drake.systems.suggest import did_you_mean
+from hunav_drake.systems.common.suggest import did_you_mean
+from hunav_drake.systems.evaluation import recording_file
+from hunav_drake.systems.evaluation.encounter_features import EncounterFeatures
+from hunav_drake.systems.evaluation.features import Features
+from hunav_drake.systems.evaluation.path_features import PathFeatures
+from hunav_drake.systems.world.obstacles import Obstacles
 
 Array = NDArray[np.float64]
 
@@ -44,7 +44,7 @@ class Recording:
     """What happened in a trial, at N + 1 instants, to a robot and n people.
 
     Everything is in SI units and radians, in the world frame W; the rows of
-    states are those of `hunav_drake.systems.layout.STATE_FIELDS`. A recording
+    states are those of `common.layout.STATE_FIELDS`. A recording
     does not change: its arrays are read-only, so copies share them.
 
     Attributes:
@@ -177,19 +177,19 @@ class Recording:
         return self.walls_known or self.nearest_walls is not None
 
     @cached_property
-    def derived(self) -> Derived:
+    def features(self) -> Features:
         """Quantities that several metrics share, each computed once."""
-        return Derived(self)
+        return Features(self)
 
     @cached_property
-    def way(self) -> Way:
+    def path_features(self) -> PathFeatures:
         """The same for the robot's path and the walls."""
-        return Way(self)
+        return PathFeatures(self)
 
     @cached_property
-    def encounters(self) -> Encounters:
+    def encounters(self) -> EncounterFeatures:
         """The same for the motion of robot and people to each other."""
-        return Encounters(self)
+        return EncounterFeatures(self)
 
     def compared_with(self, reference: "Recording") -> Self:
         """Returns the same trial, with the robot's path of another to compare.
@@ -231,7 +231,7 @@ class Recording:
             values["nearest_walls"] = self.nearest_walls[:, rows]
         part = type(self)(**values)
         # What has nothing to do with people is not computed again.
-        part.__dict__["way"] = self.way
+        part.__dict__["way"] = self.path_features
         return part
 
     def save(self, path: str | Path) -> None:

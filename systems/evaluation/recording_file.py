@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hunav_drake.systems.files import atomic_write
-from hunav_drake.systems.obstacles import Obstacles
+from hunav_drake.systems.common.files import atomic_write
+from hunav_drake.systems.world.obstacles import Obstacles
 
 FORMAT = "hunav_drake recording 1"
 

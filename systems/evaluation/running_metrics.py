@@ -6,8 +6,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from hunav_drake.systems.common.layout import X, Y
 from hunav_drake.systems.evaluation.samples import Sample
-from hunav_drake.systems.layout import X, Y
 
 
 class RunningMetric(IntEnum):

@@ -12,9 +12,9 @@ from pydrake.systems.framework import (
     OutputPort,
 )
 
-from hunav_drake.systems.checks import check_number, check_time_step
-from hunav_drake.systems.goal import is_at_goal
-from hunav_drake.systems.layout import STATE_SIZE, YAW, X, Y
+from hunav_drake.systems.common.checks import check_number, check_time_step
+from hunav_drake.systems.common.goal import is_at_goal
+from hunav_drake.systems.common.layout import STATE_SIZE, YAW, X, Y
 
 
 class TrialStatus(IntEnum):
@@ -86,7 +86,7 @@ class TrialMonitor(LeafSystem):
         self._stuck_distance = check_number(
             "stuck_distance", stuck_distance, "m", low_open=True
         )
-        check_time_step(time_step)
+        self._time_step = check_time_step(time_step)
         self._robot_state = self.DeclareVectorInputPort(
             "robot_state", STATE_SIZE
         )
@@ -130,6 +130,18 @@ class TrialMonitor(LeafSystem):
         """
         (time,) = context.get_discrete_state(self._updated).value()
         return bool(time == context.get_time())
+
+    def IsStep(self, context: Context) -> bool:
+        """Tells whether the present instant is one of the updates.
+
+        Between two, the state is that of the next already, but its time is
+        yet to come: no trial ends there.
+
+        Args:
+            context: This system's own context.
+        """
+        time = context.get_time()
+        return bool(time == round(time / self._time_step) * self._time_step)
 
     def _CalcStatus(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector([self._EvalStatus(context)])

@@ -2,12 +2,8 @@
 
 import math
 
-from hunav_drake.systems.nearest import (
-    MATRIX,
-    REAL,
-    jit_as,
-    nearest_on_segments,
-)
+from hunav_drake.systems.common.kernels import MATRIX, REAL, jit_as
+from hunav_drake.systems.world.nearest import nearest_on_segments
 
 
 @jit_as(REAL, REAL, REAL, REAL, REAL, REAL, MATRIX)

@@ -1,5 +1,6 @@
 """The LeafSystem that drives the robot."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -12,9 +13,10 @@ from pydrake.systems.framework import (
     OutputPort,
 )
 
-from hunav_drake.systems.checks import check_count, count_steps
-from hunav_drake.systems.layout import STATE_SIZE
+from hunav_drake.systems.common.checks import check_count, count_steps
+from hunav_drake.systems.common.layout import STATE_SIZE
 from hunav_drake.systems.planning.planner import (
+    PLANNERS,
     Plan,
     Planner,
     PlannerStatus,
@@ -118,6 +120,24 @@ class LocalPlanner(LeafSystem):
     def get_status_output_port(self) -> OutputPort:
         """Returns the port that tells what the planner is doing."""
         return self._status
+
+    def DescribeMemory(self) -> list[str]:
+        """Returns what the state depends on: the planner and its parameters.
+
+        A planner that is not a dataclass is told by its class alone.
+        """
+        planner = self._planner
+        kind = type(planner)
+        name = next(
+            (name for name, part in PLANNERS.items() if part is kind), ""
+        )
+        parameters = ""
+        if dataclasses.is_dataclass(planner):
+            parameters = ", ".join(
+                f"{field.name}={getattr(planner, field.name)!r}"
+                for field in dataclasses.fields(planner)
+            )
+        return [f"of planner {name or kind.__qualname__}({parameters})"]
 
     def _CalcVelocityCommand(
         self, context: Context, output: BasicVector

@@ -8,9 +8,9 @@ from typing import Any, ClassVar, NamedTuple, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from hunav_drake.systems.obstacles import Obstacles
-from hunav_drake.systems.registry import Registry
+from hunav_drake.systems.common.registry import Registry
 from hunav_drake.systems.robot.robot_config import RobotLimits
+from hunav_drake.systems.world.obstacles import Obstacles
 
 Array = NDArray[np.float64]
 

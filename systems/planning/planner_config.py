@@ -6,7 +6,7 @@ from typing import Annotated, Any
 from pydantic import StrictFloat, StrictStr
 from pydantic.dataclasses import dataclass
 
-from hunav_drake.systems.schema import CONFIG, within
+from hunav_drake.systems.common.schema import CONFIG, within
 
 
 @dataclass(kw_only=True, slots=True, config=CONFIG)

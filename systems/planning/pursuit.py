@@ -7,8 +7,15 @@ import numpy as np
 from pydantic import StrictFloat
 from pydantic.dataclasses import dataclass
 
-from hunav_drake.systems.angles import wrap_angle
-from hunav_drake.systems.layout import RADIUS, YAW, X, Y
+from hunav_drake.systems.common.angles import wrap_angle
+from hunav_drake.systems.common.layout import RADIUS, YAW, X, Y
+from hunav_drake.systems.common.schema import (
+    CONFIG,
+    Length,
+    PositiveLength,
+    PositiveSpeed,
+    within,
+)
 from hunav_drake.systems.planning.clearance import clearance_ahead
 from hunav_drake.systems.planning.planner import (
     Array,
@@ -16,13 +23,6 @@ from hunav_drake.systems.planning.planner import (
     PlannerStatus,
     PlanningTask,
     register_planner,
-)
-from hunav_drake.systems.schema import (
-    CONFIG,
-    Length,
-    PositiveLength,
-    PositiveSpeed,
-    within,
 )
 
 

@@ -17,7 +17,7 @@ from pydrake.systems.framework import (
     OutputPort,
 )
 
-from hunav_drake.systems.layout import STATE_SIZE
+from hunav_drake.systems.common.layout import STATE_SIZE
 
 
 class BodyState(LeafSystem):

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 from pydantic import StrictFloat
 from pydantic.dataclasses import dataclass
 
-from hunav_drake.systems.schema import (
+from hunav_drake.systems.common.schema import (
     CONFIG,
     BodyRadius,
     Pose,

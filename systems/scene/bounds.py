@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hunav_drake.systems.crowd.human_config import HumanConfig
+from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.robot.robot_config import RobotConfig
-from hunav_drake.systems.world import World
+from hunav_drake.systems.world.shapes import World
 
 
 @dataclass(frozen=True)

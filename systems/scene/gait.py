@@ -9,8 +9,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from hunav_drake.systems.layout import STATE_SIZE, VX, VY, YAW, X, Y
-from hunav_drake.systems.nearest import jit
+from hunav_drake.systems.common.kernels import jit
+from hunav_drake.systems.common.layout import STATE_SIZE, VX, VY, YAW, X, Y
 
 Array = NDArray[np.float64]
 

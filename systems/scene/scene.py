@@ -14,8 +14,8 @@ from pydrake.multibody.tree import Joint
 from pydrake.systems.framework import DiagramBuilder, InputPort, OutputPort
 from pydrake.systems.rendering import MultibodyPositionToGeometryPose
 
-from hunav_drake.systems.checks import check_number, check_time_step
-from hunav_drake.systems.crowd.human_config import HumanConfig
+from hunav_drake.systems.common.checks import check_number, check_time_step
+from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.robot.robot_config import RobotConfig
 from hunav_drake.systems.scene.bounds import scene_bounds
 from hunav_drake.systems.scene.human_body import AddHumanBody
@@ -27,7 +27,7 @@ from hunav_drake.systems.scene.surroundings import (
     AddGoalMarks,
     AddWalls,
 )
-from hunav_drake.systems.world import World
+from hunav_drake.systems.world.shapes import World
 
 if TYPE_CHECKING:
     from pydrake.geometry import Meshcat, MeshcatVisualizer

@@ -11,8 +11,8 @@ from pydrake.systems.framework import (
     OutputPort,
 )
 
-from hunav_drake.systems.checks import check_time_step
-from hunav_drake.systems.layout import STATE_SIZE, YAW
+from hunav_drake.systems.common.checks import check_time_step
+from hunav_drake.systems.common.layout import STATE_SIZE, YAW
 from hunav_drake.systems.scene.gait import (
     advance_gait,
     initial_gait,
@@ -33,7 +33,7 @@ class SceneKinematics(LeafSystem):
         - positions
 
     Port `human_states` takes the states of `n` people (size 7n, see
-    `hunav_drake.systems.layout`), and `robot_state` that of the robot (size
+    `common.layout`), and `robot_state` that of the robot (size
     7); without a robot there is no such port. Port `positions` gives the
     generalized positions of the scene's plant.
 

@@ -5,8 +5,8 @@ import itertools
 import math
 
 import numpy as np
-from pydrake.geometry import Box as BoxShape
 from pydrake.geometry import (
+    Box as BoxShape,
     Cylinder,
     GeometryInstance,
     MakePhongIllustrationProperties,
@@ -17,13 +17,13 @@ from pydrake.geometry import (
 from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.multibody.plant import MultibodyPlant
 
-from hunav_drake.systems.crowd.human_config import HumanConfig
+from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.robot.robot_config import RobotConfig
 from hunav_drake.systems.scene.bounds import Bounds
 from hunav_drake.systems.scene.drake_mesh import MakeInMemoryMesh
 from hunav_drake.systems.scene.meshes import TriangleMesh, extrude, join, lay
 from hunav_drake.systems.scene.palette import FLOOR, ROBOT_ACCENT, TOPS, WALL
-from hunav_drake.systems.world import Box, Polyline, Wall
+from hunav_drake.systems.world.shapes import Box, Polyline, Wall
 
 # Below the tiles is a slab, deep enough not to shine through, in meters.
 _SLAB_DEPTH = 0.01

@@ -23,9 +23,7 @@ from hunav_drake.systems.behavior import (
     ParseTree,
     Person,
 )
-from hunav_drake.systems.crowd import HumanConfig, HumanCrowd
-from hunav_drake.systems.evaluation import Evaluator
-from hunav_drake.systems.layout import (
+from hunav_drake.systems.common.layout import (
     COMMAND_SIZE,
     RADIUS,
     STATE_SIZE,
@@ -34,6 +32,9 @@ from hunav_drake.systems.layout import (
     X,
     Y,
 )
+from hunav_drake.systems.crowd import HumanCrowd
+from hunav_drake.systems.evaluation import Evaluator
+from hunav_drake.systems.people import HumanConfig
 from hunav_drake.systems.robot import DifferentialDrive, RobotConfig
 
 TIME_STEP = 0.05

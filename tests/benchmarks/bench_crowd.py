@@ -15,16 +15,16 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
 from hunav_drake import AddHumans, AgentServices, HumanConfig
+from hunav_drake.systems.common.layout import COMMAND_SIZE, Command
 from hunav_drake.systems.crowd import (
     CrowdConfig,
     HumanCrowd,
     Snapshot,
     SocialForceModel,
-    SocialForceParameters,
 )
-from hunav_drake.systems.layout import COMMAND_SIZE, Command
-from hunav_drake.systems.obstacles import Obstacles
-from hunav_drake.systems.world import Box, World
+from hunav_drake.systems.people import SocialForceParameters
+from hunav_drake.systems.world.obstacles import Obstacles
+from hunav_drake.systems.world.shapes import Box, World
 
 PEOPLE = (5, 20, 50, 100, 200, 500, 1000, 2000, 10000)
 DENSITY = 0.3

@@ -7,11 +7,16 @@ from pydrake.systems.primitives import ConstantVectorSource, Multiplexer
 import pytest
 
 from hunav_drake import AddHumans, AgentServices, HumanConfig, MakeHumans
-from hunav_drake.systems.behavior import BehaviorTreeBank, LoadBehavior
-from hunav_drake.systems.crowd import HumanCrowd, draw_weights
+from hunav_drake.systems.behavior import (
+    BEHAVIORS,
+    BehaviorTreeBank,
+    LoadBehavior,
+)
+from hunav_drake.systems.crowd import HumanCrowd
 from hunav_drake.systems.evaluation import Evaluator
-from hunav_drake.systems.obstacles import Obstacles
-from hunav_drake.systems.world import Polyline, World
+from hunav_drake.systems.people import draw_weights
+from hunav_drake.systems.world.obstacles import Obstacles
+from hunav_drake.systems.world.shapes import Polyline, World
 
 ROBOT = [3.0, 0.5, 0.0, 0.0, 0.0, 0.0, 0.3]
 
@@ -142,6 +147,20 @@ def test_arguments_of_another_kind_are_told(kwargs, message):
 def test_a_seed_out_of_range_is_told(seed):
     with pytest.raises(ValueError, match=r"seed must be a whole number in"):
         MakeHumans(make_humans(1), seed=seed)
+
+
+@pytest.mark.parametrize("separate_trees", [True, False])
+@pytest.mark.parametrize("behavior", BEHAVIORS)
+def test_people_without_robots_walk_to_their_goals(behavior, separate_trees):
+    humans = [
+        HumanConfig(pose=[0, y, 0], goals=[[9, y]], behavior=behavior)
+        for y in (0, 2)
+    ]
+    states, status, _ = simulate(
+        humans, num_robots=0, separate_trees=separate_trees
+    )
+    assert (states.reshape(2, 7)[:, 0] > 2).all()
+    assert not status.any()
 
 
 @pytest.mark.parametrize(

@@ -3,8 +3,7 @@ import importlib.util
 from pathlib import Path
 import re
 
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 import matplotlib.image
 import numpy as np
 from pydrake.systems.analysis import Simulator
@@ -14,10 +13,10 @@ from pydrake.trajectories import PiecewisePolynomial
 import pytest
 
 from hunav_drake import replay as mut
-from hunav_drake.systems.crowd.human_config import HumanConfig
+from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.robot.robot_config import RobotConfig
 from hunav_drake.systems.scene import AddScene, Bounds
-from hunav_drake.systems.world import Box, World
+from hunav_drake.systems.world.shapes import Box, World
 
 CORRIDOR = World(
     walls=[

@@ -9,11 +9,6 @@ from numpy.typing import NDArray
 
 from hunav_drake.systems.evaluation.metric import register_metric
 from hunav_drake.systems.evaluation.metrics.rates import register_sum_and_rate
-from hunav_drake.systems.evaluation.names import (
-    DANGER_FEAR_COST,
-    DANGER_PANIC_COST,
-    MIN_TIME_TO_COLLISION,
-)
 from hunav_drake.systems.evaluation.recording import Recording
 
 Array = NDArray[np.float64]
@@ -29,7 +24,6 @@ LEAST_SINE = 1e-9
 
 
 @register_metric(
-    name=MIN_TIME_TO_COLLISION,
     unit="s",
     family="danger",
     direction="higher",
@@ -81,8 +75,8 @@ def danger_panic_cost(recording: Recording) -> Array:
 
 
 for _name, _function in (
-    (DANGER_FEAR_COST, danger_fear_cost),
-    (DANGER_PANIC_COST, danger_panic_cost),
+    ("danger_fear_cost", danger_fear_cost),
+    ("danger_panic_cost", danger_panic_cost),
 ):
     register_sum_and_rate(
         _function, name=_name, unit="1/s", family="danger", source=SINGAMANENI

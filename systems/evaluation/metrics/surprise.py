@@ -7,18 +7,13 @@ between. d is the distance of the centers, taken to be at least 0.05 m.
 import numpy as np
 from numpy.typing import NDArray
 
-from hunav_drake.systems.evaluation.encounters import HALF_FIELD_OF_VIEW
+from hunav_drake.systems.evaluation.encounter_features import HALF_FIELD_OF_VIEW
 from hunav_drake.systems.evaluation.metrics.danger import (
     LEAST_DISTANCE,
     SINGAMANENI,
 )
 from hunav_drake.systems.evaluation.metrics.proxemics import INTIMATE
 from hunav_drake.systems.evaluation.metrics.rates import register_sum_and_rate
-from hunav_drake.systems.evaluation.names import (
-    SURPRISE_REACT_COST,
-    SURPRISE_SHOCK_COST,
-    SURPRISE_VISIBILITY_COST,
-)
 from hunav_drake.systems.evaluation.recording import Recording
 
 Array = NDArray[np.float64]
@@ -76,9 +71,9 @@ def surprise_react_cost(recording: Recording) -> Array:
 
 
 for _name, _function in (
-    (SURPRISE_VISIBILITY_COST, surprise_visibility_cost),
-    (SURPRISE_SHOCK_COST, surprise_shock_cost),
-    (SURPRISE_REACT_COST, surprise_react_cost),
+    ("surprise_visibility_cost", surprise_visibility_cost),
+    ("surprise_shock_cost", surprise_shock_cost),
+    ("surprise_react_cost", surprise_react_cost),
 ):
     register_sum_and_rate(
         _function, name=_name, unit="-", family="surprise", source=SINGAMANENI

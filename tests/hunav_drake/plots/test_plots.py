@@ -26,7 +26,7 @@ from hunav_drake.plots.style import shown
 from hunav_drake.results.statistics import summarize
 from hunav_drake.results.trial_result import MakeTrialResult
 from hunav_drake.systems.evaluation.recording import Recording
-from hunav_drake.systems.obstacles import Obstacles
+from hunav_drake.systems.world.obstacles import Obstacles
 
 
 @pytest.fixture(autouse=True)
@@ -118,7 +118,7 @@ def test_what_is_no_run_is_refused(plot):
         ),
         (plot_robot_speed, "time (s)", "robot speed (m/s)"),
         (plot_trajectories, "x (m)", "y (m)"),
-        (plot_zones, "share of the time (%)", ""),
+        (plot_zones, "share of time (%)", ""),
         (plot_behavior_activity, "time (s)", ""),
     ],
 )

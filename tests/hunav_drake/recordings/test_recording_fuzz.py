@@ -19,7 +19,7 @@ from hunav_drake.systems.evaluation.compute import (
 )
 from hunav_drake.systems.evaluation.metrics import select_metrics
 from hunav_drake.systems.evaluation.recording import LARGEST, Recording
-from hunav_drake.systems.obstacles import Obstacles
+from hunav_drake.systems.world.obstacles import Obstacles
 
 # How often each kind of file is changed; more find more, and take longer.
 ROUNDS = 60

@@ -1,3 +1,4 @@
+from html import unescape
 import importlib.util
 import os
 from pathlib import Path
@@ -9,7 +10,7 @@ from PIL import Image
 import pytest
 
 from hunav_drake import cli
-from hunav_drake.report.html import number
+from hunav_drake.report.tables import number
 from hunav_drake.report.writing import WriteReport
 from hunav_drake.results.files import LoadResults, WriteResult
 from hunav_drake.results.quantity_text import label_text, number_text, unit_text
@@ -61,7 +62,7 @@ def make_batch(**kwargs):
 def visible(html):
     """The text of a page without tags, styles and pictures."""
     html = re.sub(r"<(style|svg).*?</\1>", "", html, flags=re.DOTALL)
-    return re.sub(r"\s+", " ", re.sub(r"<[^>]*>", " ", html))
+    return " ".join(unescape(re.sub(r"<[^>]*>", " ", html)).split())
 
 
 def assert_stands_alone(html):
@@ -98,8 +99,8 @@ def test_a_trial_is_told_in_full(tmp_path):
         assert name in text
         assert METRICS[name].family in text
     assert re.search(r"path_length ↓ 4.00 m ", text)
-    assert re.search(r"luis scared &ndash; 0.900 3.00 0", text)
-    assert "everyone regular scared unit" in text
+    assert re.search("luis scared \N{EN DASH} 0.900 3.00 0", text)
+    assert "all people regular scared unit" in text
     assert html.count("<svg") == 5
     assert "Watch the replay" not in html
 
@@ -135,7 +136,7 @@ def test_statistics_are_told_in_full(tmp_path):
     text = visible(html)
     # Mean of 6, or of 4 where only so many have a value.
     assert re.search(r"path_length ↓ 10.03 \[10.01, 10.05\] 10.53", text)
-    assert "time_to_reach_goal ↓ 21.50 [19.45, 23.55] n&nbsp;=&nbsp;4" in text
+    assert "time_to_reach_goal ↓ 21.50 [19.45, 23.55] n = 4" in text
     assert re.search(r"completed ↑ 83.3 \[43.6, 97.0\] 83.3 .*? %", text)
     # The spread: n, mean, standard deviation, median.
     assert "path_length ↓ pursuit 6 10.03 [10.01, 10.05] 0.022 10.03 m" in text
@@ -212,7 +213,7 @@ def test_metrics_without_any_value_are_dashes(tmp_path):
     result.metrics[:] = np.nan
     for results in (result, [result, result]):
         html = WriteReport(results, tmp_path / "r.html").read_text()
-        assert re.search(r"path_length ↓ &ndash; ", visible(html))
+        assert re.search("path_length ↓ \N{EN DASH} ", visible(html))
 
 
 @pytest.mark.filterwarnings("error")
@@ -232,7 +233,7 @@ def test_names_are_shown_as_they_are(tmp_path):
         html = WriteReport(results, tmp_path / "r.html").read_text()
         assert_stands_alone(html)
         assert "<b>" not in html
-        assert "&lt;b&gt;&quot;&amp;&#x27;&lt;/b&gt;" in html
+        assert "&lt;b&gt;&#34;&amp;&#39;&lt;/b&gt;" in html
 
 
 def test_the_report_links_to_the_replay_beside_it(tmp_path):
@@ -284,17 +285,17 @@ def test_a_report_on_nothing_is_refused(tmp_path):
 @pytest.mark.parametrize(
     ("value", "unit", "text"),
     [
-        (np.nan, "m", "&ndash;"),
-        (np.inf, "s", "&infin;"),
+        (np.nan, "m", "\N{EN DASH}"),
+        (np.inf, "s", "\N{INFINITY}"),
         (3.0, "-", "3"),
         (0.0, "m", "0"),
         (12.345, "%", "12.3"),
         (0.12345, "m", "0.123"),
-        (-1.2345, "m", "&minus;1.23"),
+        (-1.2345, "m", "\N{MINUS SIGN}1.23"),
         (123.45, "m", "123.5"),
         (1234.5, "m", "1234"),
-        (1.2e-7, "m", "1.2&times;10⁻⁷"),
-        (1.2e7, "m", "1.2&times;10⁷"),
+        (1.2e-7, "m", "1.2\N{MULTIPLICATION SIGN}10⁻⁷"),
+        (1.2e7, "m", "1.2\N{MULTIPLICATION SIGN}10⁷"),
     ],
 )
 def test_numbers_have_sensible_digits(value, unit, text):

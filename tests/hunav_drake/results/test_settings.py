@@ -20,10 +20,7 @@ from hunav_drake.results.settings import (
     short_settings,
 )
 from hunav_drake.results.statistics import compare, summarize
-from hunav_drake.results.trial_result import (
-    FormatMetricsTable,
-    MakeTrialResult,
-)
+from hunav_drake.results.trial_result import FormatMetricsTable, MakeTrialResult
 from hunav_drake.systems.evaluation.metrics import METRICS, register_metric
 from hunav_drake.systems.evaluation.recording import Recording
 

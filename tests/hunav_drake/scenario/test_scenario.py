@@ -361,7 +361,7 @@ def test_nobody_walks_through_the_tables_of_the_cafe():
 
 
 def test_people_of_the_cafe_are_those_of_the_original(reference):
-    from hunav_drake.scenario.hunav_yaml import ImportAgents
+    from hunav_drake.hunavsim.agents_yaml import ImportAgents
 
     original = ImportAgents(reference / "hunav/agents.yaml")
     same = [dc.replace(human, name="") for human in original.humans]

@@ -4,7 +4,7 @@ from contextlib import contextmanager
 
 import pytest
 
-from hunav_drake.systems.behavior import registry
+from hunav_drake.systems.behavior.nodes import registry
 
 
 @contextmanager

@@ -5,9 +5,9 @@ from pydrake.systems.primitives import ConstantVectorSource
 import pytest
 
 from hunav_drake.systems.behavior import BehaviorTree, LoadTree, ParseTree
-from hunav_drake.systems.crowd.human_config import HumanConfig
+from hunav_drake.systems.common.layout import COMMAND_SIZE, Command, RobotRole
 from hunav_drake.systems.crowd.human_crowd import HumanCrowd
-from hunav_drake.systems.layout import COMMAND_SIZE, Command, RobotRole
+from hunav_drake.systems.people.human_config import HumanConfig
 
 # Sees the robot for half a second, then walks on. A tick lasts 0.1 s here.
 SHY = ParseTree("""

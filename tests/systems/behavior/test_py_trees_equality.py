@@ -17,15 +17,14 @@ Leaves say what is drawn for them and for the tick, whether they were ticked
 before or not; py_trees knows no SKIPPED.
 """
 
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 import numpy as np
 import py_trees
 import pytest
 
 from hunav_drake.systems.behavior import ParseTree, Person, Status
-from hunav_drake.systems.behavior.node import Built, NodeType, Port
-from hunav_drake.systems.crowd.human_config import HumanConfig
+from hunav_drake.systems.behavior.nodes.node import Built, NodeType, Port
+from hunav_drake.systems.people.human_config import HumanConfig
 
 TICKS = 8
 PERSON = Person.from_config(HumanConfig(pose=(0.0, 0.0, 0.0)), 0, time_step=0.1)

@@ -15,7 +15,7 @@ from hunav_drake.systems.behavior import (
     RenderBehaviorTree,
     Status,
 )
-from hunav_drake.systems.crowd.human_config import HumanConfig
+from hunav_drake.systems.people.human_config import HumanConfig
 
 needs_dot = pytest.mark.skipif(
     shutil.which("dot") is None, reason="Graphviz is not installed"

@@ -6,11 +6,11 @@ import pytest
 
 from hunav_drake.systems.behavior import (
     BEHAVIORS,
-    BehaviorConfig,
     LoadTree,
     register_condition,
     tree_fingerprint,
 )
+from hunav_drake.systems.people import BehaviorConfig
 
 INNER = """<root BTCPP_format="4">
   <BehaviorTree ID="Look">

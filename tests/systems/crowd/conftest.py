@@ -3,9 +3,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from hunav_drake.systems.crowd import Snapshot, SocialForceParameters
-from hunav_drake.systems.layout import COMMAND_SIZE, Command, RobotRole
-from hunav_drake.systems.obstacles import Obstacles
+from hunav_drake.systems.common.layout import COMMAND_SIZE, Command, RobotRole
+from hunav_drake.systems.crowd import Snapshot
+from hunav_drake.systems.people import SocialForceParameters
+from hunav_drake.systems.world.obstacles import Obstacles
 
 NO_WALLS = Obstacles.from_shapes([], solid=[])
 

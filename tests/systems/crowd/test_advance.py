@@ -7,6 +7,7 @@ from pydrake.systems.framework import DiagramBuilder
 import pytest
 
 from hunav_drake import AddHumans, HumanConfig
+from hunav_drake.systems.common.layout import FORCES_SIZE, TOTAL_FORCE, Command
 from hunav_drake.systems.crowd import (
     MOTION_MODELS,
     CrowdConfig,
@@ -14,7 +15,6 @@ from hunav_drake.systems.crowd import (
     advance_people,
     register_motion_model,
 )
-from hunav_drake.systems.layout import FORCES_SIZE, TOTAL_FORCE, Command
 
 
 @pytest.fixture(autouse=True)

@@ -16,16 +16,15 @@ from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import ConstantVectorSource
 import pytest
 
+from hunav_drake.systems.common.layout import COMMAND_SIZE, Command, RobotRole
 from hunav_drake.systems.crowd import (
     CrowdConfig,
-    HumanConfig,
     HumanCrowd,
-    SocialForceParameters,
     register_motion_model,
 )
 from hunav_drake.systems.crowd.human_crowd import HumanCrowd_
-from hunav_drake.systems.layout import COMMAND_SIZE, Command, RobotRole
-from hunav_drake.systems.obstacles import Obstacles
+from hunav_drake.systems.people import HumanConfig, SocialForceParameters
+from hunav_drake.systems.world.obstacles import Obstacles
 
 WALLS = Obstacles.from_shapes(
     [

@@ -11,8 +11,8 @@ from pydrake.systems.framework import DiagramBuilder
 import pytest
 
 from hunav_drake import AddHumans, HumanConfig
-from hunav_drake.systems.obstacles import inside
-from hunav_drake.systems.world import Box, World
+from hunav_drake.systems.world.obstacles import inside
+from hunav_drake.systems.world.shapes import Box, World
 
 TIME_STEP = 0.05
 

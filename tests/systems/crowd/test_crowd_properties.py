@@ -2,18 +2,14 @@
 
 import math
 
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 import numpy as np
 from pydrake.systems.analysis import Simulator
 
-from hunav_drake.systems.crowd import (
-    HumanConfig,
-    HumanCrowd,
-    SocialForceParameters,
-)
-from hunav_drake.systems.layout import COMMAND_SIZE, Command
-from hunav_drake.systems.obstacles import Obstacles, inside
+from hunav_drake.systems.common.layout import COMMAND_SIZE, Command
+from hunav_drake.systems.crowd import HumanCrowd
+from hunav_drake.systems.people import HumanConfig, SocialForceParameters
+from hunav_drake.systems.world.obstacles import Obstacles, inside
 
 # A room of 10 m by 8 m with two tables and a thin wall.
 ROOM = [

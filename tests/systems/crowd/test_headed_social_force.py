@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
+from hunav_drake.systems.common.layout import Command
 from hunav_drake.systems.crowd import HeadedSocialForceModel, SocialForceModel
 from hunav_drake.systems.crowd.headed_social_force import _turn
-from hunav_drake.systems.layout import Command
 
 
 @pytest.fixture

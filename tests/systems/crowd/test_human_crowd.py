@@ -4,13 +4,10 @@ import numpy as np
 from pydrake.systems.analysis import Simulator
 import pytest
 
-from hunav_drake.systems.crowd import (
-    HumanConfig,
-    HumanCrowd,
-    SocialForceParameters,
-)
-from hunav_drake.systems.layout import COMMAND_SIZE, Command, RobotRole
-from hunav_drake.systems.obstacles import Obstacles
+from hunav_drake.systems.common.layout import COMMAND_SIZE, Command, RobotRole
+from hunav_drake.systems.crowd import HumanCrowd
+from hunav_drake.systems.people import HumanConfig, SocialForceParameters
+from hunav_drake.systems.world.obstacles import Obstacles
 
 ROBOT = [3.0, 0.4, math.pi, -0.5, 0.0, 0.0, 0.35]
 WALL = Obstacles.from_shapes([[[-5.0, -1.0], [9.0, -1.0]]], solid=[False])

@@ -3,31 +3,30 @@
 from dataclasses import dataclass
 import math
 
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 import numpy as np
 from pydrake.systems.analysis import Simulator
 import pytest
 
 from hunav_drake import LoadScenario, RunTrial
-from hunav_drake.systems.crowd import (
-    MOTION_MODELS,
-    CrowdConfig,
-    HumanConfig,
-    HumanCrowd,
-    MotionModel,
-    make_motion_model,
-    motion_model,
-    register_motion_model,
-)
-from hunav_drake.systems.layout import (
+from hunav_drake.systems.common.layout import (
     COMMAND_SIZE,
     FORCES_SIZE,
     TOTAL_FORCE,
     Command,
     RobotRole,
 )
-from hunav_drake.systems.obstacles import Obstacles
+from hunav_drake.systems.crowd import (
+    MOTION_MODELS,
+    CrowdConfig,
+    HumanCrowd,
+    MotionModel,
+    make_motion_model,
+    motion_model,
+    register_motion_model,
+)
+from hunav_drake.systems.people import HumanConfig
+from hunav_drake.systems.world.obstacles import Obstacles
 
 NAMES = sorted(MOTION_MODELS)
 

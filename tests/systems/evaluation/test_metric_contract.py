@@ -9,7 +9,7 @@ import pytest
 
 from hunav_drake.systems.evaluation.metrics import METRICS
 from hunav_drake.systems.evaluation.recording import Recording
-from hunav_drake.systems.obstacles import Obstacles
+from hunav_drake.systems.world.obstacles import Obstacles
 
 WALLS = Obstacles.from_shapes(
     [[[1, -1], [2, -1], [2, 1], [1, 1]], [[0, 3], [4, 3]]], solid=[True, False]

@@ -15,9 +15,12 @@ from hunav_drake.systems.evaluation.compute import (
     compute_metrics,
     compute_steps,
 )
-from hunav_drake.systems.evaluation.metric import register_metric
+from hunav_drake.systems.evaluation.metric import (
+    RESERVED,
+    TABLE_I,
+    register_metric,
+)
 from hunav_drake.systems.evaluation.metrics import METRICS, select_metrics
-from hunav_drake.systems.evaluation.names import RESERVED, TABLE_I
 from hunav_drake.systems.evaluation.recording import Recording
 
 FAMILIES = {

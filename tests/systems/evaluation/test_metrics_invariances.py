@@ -10,7 +10,7 @@ from hunav_drake.systems.evaluation.compute import (
     compute_steps,
 )
 from hunav_drake.systems.evaluation.recording import Recording
-from hunav_drake.systems.obstacles import Obstacles
+from hunav_drake.systems.world.obstacles import Obstacles
 
 WALLS = [
     np.array([[-3.0, -3.0], [-2.0, -3.0], [-2.0, 3.0], [-3.0, 3.0]]),

@@ -5,7 +5,6 @@ from pydantic.dataclasses import dataclass
 from pydrake.systems.analysis import Simulator
 import pytest
 
-from hunav_drake.systems.obstacles import Obstacles
 from hunav_drake.systems.planning import (
     PLANNERS,
     LocalPlanner,
@@ -17,6 +16,7 @@ from hunav_drake.systems.planning import (
     register_planner,
 )
 from hunav_drake.systems.robot import RobotLimits
+from hunav_drake.systems.world.obstacles import Obstacles
 
 
 @dataclass

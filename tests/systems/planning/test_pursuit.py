@@ -3,13 +3,13 @@ import math
 import numpy as np
 import pytest
 
-from hunav_drake.systems.obstacles import Obstacles
 from hunav_drake.systems.planning import (
     PlannerStatus,
     PlanningTask,
     PursuitPlanner,
 )
 from hunav_drake.systems.robot import RobotLimits
+from hunav_drake.systems.world.obstacles import Obstacles
 
 NO_WALLS = Obstacles.from_shapes([], solid=[])
 NOBODY = np.zeros((0, 7))

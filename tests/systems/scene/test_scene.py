@@ -2,19 +2,18 @@ import subprocess
 import sys
 
 import numpy as np
-from pydrake.geometry import Box as BoxShape
-from pydrake.geometry import GeometrySet, Mesh, Role
+from pydrake.geometry import Box as BoxShape, GeometrySet, Mesh, Role
 from pydrake.math import RigidTransform
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 import pytest
 
-from hunav_drake.systems.crowd.human_config import HumanConfig
+from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.robot.robot_config import RobotConfig
 from hunav_drake.systems.scene import AddScene, SceneKinematics, scene_bounds
 from hunav_drake.systems.scene.gait import FIGURE_SIZE, SHIN, THIGH
 from hunav_drake.systems.scene.scene import frame_period
-from hunav_drake.systems.world import Box, Polygon, Polyline, World
+from hunav_drake.systems.world.shapes import Box, Polygon, Polyline, World
 
 STATES = np.array(
     [
@@ -411,7 +410,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from hunav_drake.systems.robot.robot_config import RobotConfig
 from hunav_drake.systems.scene import AddScene
-from hunav_drake.systems.world import World
+from hunav_drake.systems.world.shapes import World
 
 builder = DiagramBuilder()
 ports = AddScene(builder, World(), [], RobotConfig())

@@ -1,0 +1,41 @@
+from .context_file import LoadContext as LoadContext, SaveContext as SaveContext
+from .humans import (
+    AddHumans as AddHumans,
+    HumanPorts as HumanPorts,
+    MakeHumans as MakeHumans,
+)
+from .hunavsim.services import AgentServices as AgentServices
+from .plots import (
+    find_approaches as find_approaches,
+    plot_behavior_activity as plot_behavior_activity,
+    plot_comparison as plot_comparison,
+    plot_distance_to_people as plot_distance_to_people,
+    plot_forces as plot_forces,
+    plot_robot_speed as plot_robot_speed,
+    plot_trajectories as plot_trajectories,
+    plot_zones as plot_zones,
+)
+from .recordings.readers import ReadRecording as ReadRecording
+from .report.writing import WriteReport as WriteReport
+from .results.files import (
+    LoadResults as LoadResults,
+    WriteResult as WriteResult,
+)
+from .results.run_table import ReadRuns as ReadRuns
+from .results.statistics import compare as compare, summarize as summarize
+from .results.trial_result import TrialResult as TrialResult
+from .scenario import (
+    CheckScenario as CheckScenario,
+    ListScenarios as ListScenarios,
+    LoadScenario as LoadScenario,
+    SaveScenario as SaveScenario,
+    Scenario as Scenario,
+    ScenarioError as ScenarioError,
+)
+from .simulation import (
+    GetTrialResult as GetTrialResult,
+    MakeTrialSimulator as MakeTrialSimulator,
+    RunTrial as RunTrial,
+)
+from .systems.people import HumanConfig as HumanConfig
+from .trial_diagram import MakeTrialDiagram as MakeTrialDiagram

@@ -1,0 +1,1 @@
+"""All that knows HuNavSim: its files, services and differences."""

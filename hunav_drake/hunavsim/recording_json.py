@@ -1,0 +1,272 @@
+"""Reads recordings from the messages of HuNavSim, step by step."""
+
+from collections.abc import Mapping
+import json
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hunav_drake.hunavsim.agents_yaml import BEHAVIOR_NAMES
+from hunav_drake.systems.common.layout import STATE_SIZE
+from hunav_drake.systems.evaluation.recording import (
+    GOAL_YAW_TOLERANCE,
+    Recording,
+)
+
+Array = NDArray[np.float64]
+
+# What every entry of the robot or an agent has.
+_STATE_KEYS = (
+    "x",
+    "y",
+    "yaw",
+    "vx",
+    "vy",
+    "linear_vel",
+    "angular_vel",
+    "radius",
+)
+
+# What does not change of an agent, and what it is if it is not told.
+_CONSTANT = {"behavior": 1, "group_id": -1}
+
+_SECOND = 10**9
+
+
+def parse_json(text: str) -> Recording:
+    """Makes a recording of messages: see `ReadRecording`.
+
+    Args:
+        text: The messages, in JSON.
+
+    Raises:
+        ValueError: If it is not such a text. It names the place.
+    """
+    try:
+        document = json.loads(text)
+    except (json.JSONDecodeError, RecursionError) as error:
+        raise ValueError(f"is not JSON: {error}") from error
+    steps, place, goal, radius = _find_steps(document)
+    people = _find_people(steps, place)
+    settings: dict[str, Any] = {}
+    if goal is not None:
+        x, y = _numbers(goal, 2, "robot_goal")
+        settings["goal"] = (x, y, 0.0)
+        if len(goal) > 2:
+            settings["goal"] = (x, y, _number(goal[2], "robot_goal"))
+            settings["goal_yaw_tolerance"] = GOAL_YAW_TOLERANCE
+    if radius is not None:
+        settings["goal_tolerance"] = _number(radius, "robot_goal_radius")
+    return Recording(
+        times=_stamps(steps, place),
+        **_bodies(steps, place, list(people)),
+        walls_known=False,
+        human_ids=tuple(people),
+        behaviors=tuple(map(_behavior, people.values())),
+        group_ids=tuple(a.get("group_id", -1) for a in people.values()),
+        **settings,
+    )
+
+
+def _find_people(steps: list[Any], place: str) -> dict[Any, Mapping[str, Any]]:
+    """Returns the first entry of each agent by its id, after a check of all."""
+    people: dict[Any, Mapping[str, Any]] = {}
+    first: dict[Any, str] = {}
+    for k, step in enumerate(steps):
+        where = f"{place}[{k}]"
+        _check_keys(step, ("sec", "nanosec", "robot", "agents"), where)
+        _check_state(step["robot"], f"{where}.robot")
+        ids = []
+        for i, agent in enumerate(_list(step["agents"], f"{where}.agents")):
+            at = f"{where}.agents[{i}]"
+            _check_state(agent, at, "id")
+            id = agent["id"]
+            if id in ids:
+                raise ValueError(f"{at}: the id {id} is taken")
+            ids.append(id)
+            known = people.setdefault(id, agent)
+            first.setdefault(id, at)
+            for key, default in _CONSTANT.items():
+                old, new = known.get(key, default), agent.get(key, default)
+                if old != new:
+                    raise ValueError(
+                        f"{at}.{key}: must not change, but is {new!r} here and"
+                        f" {old!r} in {first[id]}"
+                    )
+    return people
+
+
+def _find_steps(document: Any) -> tuple[list[Any], str, Any, Any]:
+    """Returns the steps, where they are, and the goal and its radius."""
+    place = "steps"
+    steps = document
+    holders: list[dict[str, Any]] = []
+    if isinstance(document, dict):
+        for holder in (document, *map(document.get, ("input", "expected"))):
+            if isinstance(holder, dict):
+                holders.append(holder)
+        for key in ("published", "steps", "input"):
+            if key in document:
+                place, steps = key, document[key]
+                break
+        else:
+            raise ValueError(
+                "is not a recording: it needs a list of steps, or one under"
+                ' "published", "steps" or "input"'
+            )
+        if isinstance(steps, dict):
+            _check_keys(steps, ("steps",), place)
+            place, steps = f"{place}.steps", steps["steps"]
+    if not _list(steps, place):
+        raise ValueError(f"{place}: needs at least one step")
+
+    def find(key: str) -> Any:
+        return next((h[key] for h in holders if h.get(key) is not None), None)
+
+    return steps, place, find("robot_goal"), find("robot_goal_radius")
+
+
+def _stamps(steps: list[Any], place: str) -> Array:
+    """Returns the times since the first step, in seconds.
+
+    In whole nanoseconds, since those are lost in a number of seconds that is
+    as large as the time of day. A stamp that is repeated is moved on by one.
+    """
+    stamps: list[int] = []
+    times: list[int] = []
+    for k, step in enumerate(steps):
+        where = f"{place}[{k}]"
+        second = _number(step["sec"], f"{where}.sec")
+        part = _number(step["nanosec"], f"{where}.nanosec")
+        whole = math.floor(second)
+        stamp = whole * _SECOND + round((second - whole) * _SECOND + part)
+        if stamps and stamp < stamps[-1]:
+            raise ValueError(
+                f"{where}: is at {stamp / _SECOND} s, after a step at"
+                f" {stamps[-1] / _SECOND} s"
+            )
+        stamps.append(stamp)
+        times.append(max(stamp, times[-1] + 1) if times else stamp)
+    return np.array([(time - times[0]) / _SECOND for time in times])
+
+
+def _bodies(steps: list[Any], place: str, ids: list[Any]) -> dict[str, Any]:
+    """Returns the arrays of a Recording, rows of people in the order of ids."""
+    row = {id: i for i, id in enumerate(ids)}
+    samples, n = len(steps), len(ids)
+    robot = np.empty((samples, STATE_SIZE))
+    humans = np.full((samples, n, STATE_SIZE), np.nan)
+    status = np.zeros((samples, n))
+    points: dict[tuple[int, int], Array] = {}
+    for k, step in enumerate(steps):
+        where = f"{place}[{k}]"
+        robot[k] = _state(step["robot"], f"{where}.robot", forward=True)
+        _add_points(points, (k, 0), step["robot"], f"{where}.robot")
+        for a, agent in enumerate(step["agents"]):
+            at = f"{where}.agents[{a}]"
+            i = row[agent["id"]]
+            humans[k, i] = _state(agent, at)
+            status[k, i] = _number(agent.get("behavior_state", 0), at)
+            _add_points(points, (k, 1 + i), agent, at)
+    told = any(
+        "closest_obs" in body
+        for step in steps
+        for body in (step["robot"], *step["agents"])
+    )
+    most = max(map(len, points.values()), default=0)
+    walls = np.full((samples, 1 + n, most, 2), np.nan)
+    for index, near in points.items():
+        walls[index][: len(near)] = near
+    return {
+        "robot": robot,
+        "humans": humans,
+        "behavior_status": status,
+        "nearest_walls": walls if told else None,
+    }
+
+
+def _add_points(
+    points: dict[tuple[int, int], Array],
+    index: tuple[int, int],
+    body: Mapping[str, Any],
+    place: str,
+) -> None:
+    near = _list(body.get("closest_obs", []), f"{place}.closest_obs")
+    if near:
+        points[index] = np.array(
+            [_numbers(p, 2, f"{place}.closest_obs") for p in near]
+        )
+
+
+def _state(
+    body: Mapping[str, Any], place: str, *, forward: bool = False
+) -> list[float]:
+    """Returns the row of a robot or a person.
+
+    HuNavSim takes speeds from a field of their own, which is rounded to single
+    precision: the velocity gets that length. That of the robot is along its
+    heading.
+    """
+    x, y, yaw, vx, vy, speed, omega, radius = (
+        _number(body[key], f"{place}.{key}") for key in _STATE_KEYS
+    )
+    along = yaw if forward or vx == vy == 0 else math.atan2(vy, vx)
+    return [
+        *(x, y, yaw, speed * math.cos(along), speed * math.sin(along)),
+        *(omega, radius),
+    ]
+
+
+def _behavior(agent: Mapping[str, Any]) -> str:
+    behavior = agent.get("behavior", 1)
+    name = BEHAVIOR_NAMES.get(behavior) if type(behavior) is int else None
+    return name or str(behavior)
+
+
+def _check_state(body: Any, place: str, *more: str) -> None:
+    _check_keys(body, (*_STATE_KEYS, *more), place)
+    if type(body.get("id", 0)) is not int:
+        raise ValueError(
+            f"{place}.id: must be a whole number, got {body['id']!r}"
+        )
+    if type(body.get("group_id", -1)) is not int:
+        raise ValueError(
+            f"{place}.group_id: must be a whole number, got"
+            f" {body['group_id']!r}"
+        )
+
+
+def _check_keys(value: Any, keys: tuple[str, ...], place: str) -> None:
+    if not isinstance(value, dict):
+        raise ValueError(f"{place}: must be an object, got {value!r:.40}")
+    for key in keys:
+        if key not in value:
+            raise ValueError(f"{place}: has no {key!r}")
+
+
+def _list(value: Any, place: str) -> list[Any]:
+    if not isinstance(value, list):
+        raise ValueError(f"{place}: must be a list, got {value!r:.40}")
+    return value
+
+
+def _numbers(value: Any, count: int, place: str) -> list[float]:
+    """Returns the first numbers of a list."""
+    values = _list(value, place)
+    if len(values) < count:
+        raise ValueError(f"{place}: needs {count} numbers, got {value!r:.40}")
+    return [_number(v, place) for v in values[:count]]
+
+
+def _number(value: Any, place: str) -> float:
+    # What is not finite is written as "nan" or "inf" in JSON.
+    if not isinstance(value, bool) and isinstance(value, int | float | str):
+        try:
+            number = float(value)
+        except (ValueError, OverflowError):
+            number = math.nan
+        if math.isfinite(number):
+            return number
+    raise ValueError(f"{place}: must be a finite number, got {value!r:.40}")

@@ -1,0 +1,91 @@
+"""The files of HuNavSim's evaluator, as texts with tabs between the cells.
+
+They have HuNavSim's names of files and columns, for programs that read those.
+Only the metrics that HuNavSim has are in them; the values are those of this
+package, and what has no value is nan.
+"""
+
+import math
+
+import pandas as pd
+
+from hunav_drake.hunavsim.agents_yaml import BEHAVIOR_NAMES
+from hunav_drake.results.trial_result import TrialResult
+from hunav_drake.systems.evaluation.metric import TABLE_I
+
+# HuNavSim's names where they are others.
+_RENAMED = {
+    "avg_dist_to_closest_person": "avg_distance_to_closest_person",
+    "min_dist_to_people": "minimum_distance_to_people",
+    "max_dist_to_people": "maximum_distance_to_people",
+    "social+_space_intrusions": "social_space_intrusions",
+    "group_social+_space_intrusions": "group_social_space_intrusions",
+    "min_dist_to_target": "minimum_distance_to_target",
+    "final_dist_to_target": "final_distance_to_target",
+    "robot_on_person_collisions": "robot_on_person_collision",
+    "person_on_robot_collisions": "person_on_robot_collision",
+    "avg_robot_acceleration": "avg_acceleration",
+    "avg_robot_jerk": "avg_overacceleration",
+}
+
+# HuNavSim's names by those here.
+HUNAV_NAMES = {
+    name: _RENAMED.get(name, name) for name in (*TABLE_I, "max_dist_to_people")
+}
+
+# These are whole numbers.
+_COUNTS = ("robot_on_person_collisions", "person_on_robot_collisions")
+
+
+def hunav_texts(result: TrialResult, tag: str) -> dict[str, str]:
+    """Returns HuNavSim's files of a run, by their names.
+
+    `metrics_steps_<tag>.txt` has a row per sample, with the time since the
+    first; `metrics_beh_<number>_steps_<tag>.txt` the same for the people of a
+    behavior by its number, with the column `behavior_active`; `metrics.txt`
+    and `metrics_beh_<number>.txt` have one row, for the whole run. Behaviors
+    that HuNavSim does not have are left out.
+
+    Args:
+        result: The run.
+        tag: The `experiment_tag`, which tells this run from others.
+    """
+    numbers = {name: number for number, name in BEHAVIOR_NAMES.items()}
+    texts = {
+        "metrics.txt": _row(result.metrics, tag),
+        f"metrics_steps_{tag}.txt": _steps(result.steps),
+    }
+    for behavior, steps in result.steps_by_behavior.items():
+        if behavior in numbers:
+            stem = f"metrics_beh_{numbers[behavior]}"
+            texts[f"{stem}.txt"] = _row(result.by_behavior.loc[behavior], tag)
+            texts[f"{stem}_steps_{tag}.txt"] = _steps(steps)
+    return texts
+
+
+def _row(metrics: pd.Series, tag: str) -> str:
+    cells = {"experiment_tag": tag}
+    for name, value in metrics.items():
+        if name in HUNAV_NAMES:
+            cells[HUNAV_NAMES[name]] = _cell(name, value)
+    return "\t".join(cells) + "\n" + "\t".join(cells.values()) + "\n"
+
+
+def _steps(steps: pd.DataFrame) -> str:
+    names = [name for name in steps.columns if name in HUNAV_NAMES]
+    table = steps[names].rename(columns=HUNAV_NAMES)
+    table.insert(0, "time_stamps", steps.index - steps.index[0])
+    if "behavior_active" in steps:
+        table["behavior_active"] = steps["behavior_active"].astype(int)
+    text: str = table.to_csv(
+        sep="\t", index=False, na_rep="nan", lineterminator="\n"
+    )
+    return text
+
+
+def _cell(name: str, value: float) -> str:
+    if math.isnan(value):
+        return "nan"
+    if name == "completed":
+        return str(bool(value))
+    return f"{value:.0f}" if name in _COUNTS else repr(float(value))

@@ -1,0 +1,128 @@
+"""People whose steps are taken by hand: all at once, or one person's."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.systems.framework import Context
+
+from hunav_drake.humans import MakeHumans
+from hunav_drake.systems.common.layout import STATE_SIZE
+from hunav_drake.systems.crowd import CrowdConfig
+from hunav_drake.systems.people import HumanConfig
+from hunav_drake.systems.world.obstacles import Obstacles
+from hunav_drake.systems.world.shapes import World
+
+Array = NDArray[np.float64]
+
+
+class StepwiseHumans:
+    """The diagram of `MakeHumans`, and what can be done to its Contexts.
+
+    It keeps nothing itself: a Context is all that is known of the people.
+    Rows are (x, y, yaw, vx, vy, omega, radius) in W, in SI units.
+    """
+
+    def __init__(
+        self,
+        humans: Sequence[HumanConfig],
+        *,
+        obstacles: Obstacles | World | None,
+        config: CrowdConfig | None,
+        num_robots: int,
+        time_step: float,
+        seed: int,
+    ) -> None:
+        """Constructs the diagram; see `MakeHumans` for what it takes."""
+        self._diagram = MakeHumans(
+            humans,
+            obstacles=obstacles,
+            config=config,
+            num_robots=num_robots,
+            time_step=time_step,
+            seed=seed,
+            separate_trees=False,
+        )
+        self._crowd = self._diagram.GetSubsystemByName("crowd")
+        self._bank = self._diagram.GetSubsystemByName("behaviors")
+        self._num_robots = num_robots
+        self._time_step = time_step
+
+    def CreateContext(self) -> Context:
+        """Returns a Context of people at rest where they start."""
+        return self._diagram.CreateDefaultContext()
+
+    def CheckContext(self, context: Context) -> None:
+        """Checks that a Context is of this diagram.
+
+        Raises:
+            RuntimeError: If it is of another one.
+        """
+        self._diagram.ValidateContext(context)
+
+    def GetStates(self, context: Context) -> Array:
+        """Returns the rows of all people, a copy of shape (n, 7)."""
+        port = self._diagram.GetOutputPort("human_states")
+        states: Array = port.Eval(context).reshape(-1, STATE_SIZE).copy()
+        return states
+
+    def SetStates(self, context: Context, states: Array) -> None:
+        """Sets where people are, and how they move.
+
+        Args:
+            context: Changed.
+            states: Shape (n, 7), rows of people; radii are not read.
+        """
+        own = self._crowd.GetMyMutableContextFromRoot(context)
+        self._crowd.SetStates(own, states)
+
+    def FixRobots(self, context: Context, robots: Array) -> None:
+        """Sets where the robots are, of shape (m, 7)."""
+        if self._num_robots:
+            port = self._diagram.GetInputPort("robot_state")
+            port.FixValue(context, robots.ravel())
+
+    def AreRobotsKnown(self, context: Context) -> bool:
+        """Tells whether it was set where the robots are, if there are any."""
+        if not self._num_robots:
+            return True
+        port = self._diagram.GetInputPort("robot_state")
+        return bool(port.HasValue(context))
+
+    def CalcStatus(self, context: Context) -> NDArray[np.int64]:
+        """Returns what people react to in the step to come, of shape (n,)."""
+        port = self._diagram.GetOutputPort("behavior_status")
+        status: NDArray[np.int64] = port.Eval(context).astype(np.int64)
+        return status
+
+    def CalcNext(self, context: Context) -> Context:
+        """Returns a Context of everybody a step later, at the same time."""
+        after = context.Clone()
+        after.SetDiscreteState(
+            self._diagram.EvalUniquePeriodicDiscreteUpdate(context)
+        )
+        return after
+
+    def StepAll(self, context: Context) -> None:
+        """Moves everybody by one step."""
+        context.SetDiscreteState(
+            self._diagram.EvalUniquePeriodicDiscreteUpdate(context)
+        )
+        context.SetTime(context.get_time() + self._time_step)
+
+    def StepOne(self, context: Context, index: int, after: Context) -> None:
+        """Moves one person; the others stay, and have no thoughts meanwhile.
+
+        Args:
+            context: Changed; its time stays.
+            index: The row of the person.
+            after: What `CalcNext` gave: the person will be as there.
+        """
+        states = self.GetStates(context)
+        states[index] = self.GetStates(after)[index]
+        self.SetStates(context, states)
+        self._bank.SetMemory(
+            self._bank.GetMyMutableContextFromRoot(context),
+            index,
+            self._bank.GetMemory(self._bank.GetMyContextFromRoot(after), index),
+        )

@@ -1,0 +1,1 @@
+"""The language of behavior trees: reading and writing XML."""

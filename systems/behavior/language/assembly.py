@@ -1,0 +1,227 @@
+"""Makes nodes of drafts, once all of a tree has been read.
+
+Then it is known which blackboard entries change and need memory, and which of
+them hold texts.
+"""
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+
+from hunav_drake.systems.behavior.language import script
+from hunav_drake.systems.behavior.language.blackboard import (
+    Entry,
+    literal_of,
+    resolve,
+)
+from hunav_drake.systems.behavior.language.draft import Draft
+from hunav_drake.systems.behavior.language.values import Kind, Texts, number_of
+from hunav_drake.systems.behavior.nodes.conditions import (
+    BEGUN_SLOT,
+    needs_memory,
+)
+from hunav_drake.systems.behavior.nodes.node import (
+    UNSET,
+    Conditions,
+    Constant,
+    Memory,
+    Node,
+    Port,
+    Variable,
+)
+from hunav_drake.systems.behavior.tick_context import PERSON_MEMORY
+
+
+@dataclass(frozen=True)
+class Assembled:
+    """A tree, and the layout of its memory.
+
+    Attributes:
+        root: Its topmost node.
+        slots: What each number of the memory is.
+        initial: What each number is before the first tick.
+        texts: The texts that entries can hold.
+    """
+
+    root: Node
+    slots: tuple[str, ...]
+    initial: tuple[float, ...]
+    texts: tuple[str, ...]
+
+
+def assemble(draft: Draft, entries: list[Entry]) -> Assembled:
+    """Returns the tree of a draft.
+
+    Args:
+        draft: Its topmost node.
+        entries: The blackboard entries; those that change get their slots.
+
+    Raises:
+        BehaviorTreeError: If the types of entries and ports do not fit.
+    """
+    drafts = list(_preorder(draft))
+    for each in drafts:
+        _settle(each)
+    changing = [entry for entry in entries if entry.set_by_nodes]
+    for entry in changing:
+        if entry.literal is not None:
+            entry.kind.literal(entry.literal, entry.place, "SubTree")
+    texts = _collect_texts(drafts, changing)
+    slots = list(PERSON_MEMORY)
+    initial = [0.0] * len(slots)
+    following = len(slots) + sum(len(_own_slots(each)) for each in drafts)
+    for slot, entry in enumerate(changing, following):
+        entry.slot = slot
+    root = _Finisher(slots, initial, texts).finish(draft)
+    for entry in changing:
+        slots.append(str(entry))
+        literal = entry.literal
+        initial.append(
+            UNSET if literal is None else texts.number(literal, entry.kind)
+        )
+    return Assembled(root, tuple(slots), tuple(initial), texts.table())
+
+
+def _preorder(draft: Draft) -> Iterator[Draft]:
+    yield draft
+    for child in draft.children:
+        yield from _preorder(child)
+
+
+def _bound_ports(draft: Draft) -> Iterator[tuple[Port, str | Entry]]:
+    for name, binding in draft.bindings.items():
+        yield draft.type.ports[name], binding
+
+
+def _settle(draft: Draft) -> None:
+    """Finds out what the entries are that a node names."""
+    place, node = draft.place, draft.name
+    for port, binding in _bound_ports(draft):
+        if isinstance(binding, Entry) and binding.set_by_nodes:
+            if port.takes_any:
+                draft.kind.join(binding.kind, place, node)
+            else:
+                text = port.base is str
+                reason = f"port {port.name} with {{{binding.key}}}"
+                binding.kind.require(text, reason, place, node)
+            continue
+        if isinstance(binding, Entry):
+            binding = literal_of(binding, place, node)
+        if port.takes_any:
+            draft.kind.literal(binding, place, node)
+    for expression in draft.expressions():
+        script.settle(expression, place, node)
+    for attribute, expression in draft.before.items():
+        expression.kind.require(False, attribute, place, node)
+    for assignments in draft.after.values():
+        for assignment in assignments:
+            assignment.target.kind.join(assignment.value.kind, place, node)
+
+
+def _collect_texts(drafts: list[Draft], changing: list[Entry]) -> Texts:
+    """Returns all texts that can be in the memory, or are compared with it."""
+    literals: list[tuple[Kind, str | None]] = []
+    for draft in drafts:
+        for port, binding in _bound_ports(draft):
+            if port.takes_any:
+                literals.append((draft.kind, _literal(binding)))
+        for expression in draft.expressions():
+            literals += script.literals(expression)
+    literals += [(entry.kind, entry.literal) for entry in changing]
+    texts = Texts()
+    for kind, literal in literals:
+        if literal is not None and kind.is_text:
+            texts.add(literal)
+    return texts
+
+
+def _literal(binding: str | Entry) -> str | None:
+    if isinstance(binding, str):
+        return binding
+    return None if binding.set_by_nodes else binding.literal
+
+
+def _own_slots(draft: Draft) -> list[tuple[str, float]]:
+    """Returns what a node remembers, and what that is at first."""
+    result = []
+    if needs_memory({*draft.before, *draft.after}):
+        result.append((BEGUN_SLOT, 0.0))
+    result += draft.type.slots.items()
+    for slot in draft.type.slots_per_child:
+        result += [(f"{slot} {i}", 0.0) for i in range(len(draft.children))]
+    return result
+
+
+@dataclass(frozen=True)
+class _Finisher:
+    slots: list[str]
+    initial: list[float]
+    texts: Texts
+
+    def finish(self, draft: Draft) -> Node:
+        """Returns the node of a draft, and adds what it remembers."""
+        first = len(self.slots)
+        own = _own_slots(draft)
+        self.slots.extend(f"{draft.name}: {slot}" for slot, _ in own)
+        self.initial.extend(value for _, value in own)
+        conditions = self.conditions(draft, first)
+        if conditions and conditions.slot is not None:
+            own = own[1:]
+            first += 1
+        ports = {
+            port.name: self.port_value(draft, port)
+            for port in draft.type.ports.values()
+        }
+        return Node(
+            draft.type,
+            draft.name,
+            draft.place,
+            ports,
+            tuple(self.finish(child) for child in draft.children),
+            first,
+            tuple(slot for slot, _ in own),
+            conditions,
+        )
+
+    def port_value(self, draft: Draft, port: Port) -> Constant | Variable:
+        binding = draft.bindings.get(port.name)
+        if binding is None:
+            return Constant(port.default)
+        literal = _literal(binding)
+        if port.takes_any and literal is not None:
+            number = self.texts.number(literal, draft.kind)
+            value = literal if draft.kind.is_text else number_of(literal)
+            return Constant(value, number)
+        if isinstance(binding, str):
+            return Constant(port.parse(binding, draft.place, draft.name))
+        return resolve(
+            binding, port, draft.place, draft.name, self.texts.table()
+        )
+
+    def conditions(self, draft: Draft, slot: int) -> Conditions | None:
+        if not draft.source:
+            return None
+        before: Mapping[str, script.Value] = {
+            name: script.compiled(expression, self.texts, draft.fault)
+            for name, expression in draft.before.items()
+        }
+        after = {
+            name: tuple(self.effect(draft, each) for each in assignments)
+            for name, assignments in draft.after.items()
+        }
+        remembers = needs_memory({*before, *after})
+        return Conditions(
+            before, after, slot if remembers else None, draft.source
+        )
+
+    def effect(
+        self, draft: Draft, assignment: script.Assignment
+    ) -> Callable[[Memory], None]:
+        value = script.compiled(assignment.value, self.texts, draft.fault)
+        entry = assignment.target.entry
+        assert entry is not None  # The target of an assignment is a name.
+        slot = entry.slot
+
+        def assign(memory: Memory) -> None:
+            memory[slot] = float(value(memory))
+
+        return assign

@@ -1,0 +1,186 @@
+"""The blackboard while a tree is parsed: which entries there are.
+
+An entry that nothing sets is a constant; every other has a slot in the
+tree's memory, and holds numbers (or truths), or texts.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+import re
+from types import MappingProxyType
+
+from hunav_drake.systems.behavior.errors import (
+    BehaviorTreeError,
+    Place,
+    unknown,
+)
+from hunav_drake.systems.behavior.language.values import Kind
+from hunav_drake.systems.behavior.nodes.node import Constant, Port, Variable
+
+# `{key}`, and `${key}` as BehaviorTree.CPP 3 also writes it.
+_REFERENCE = re.compile(r"\$?\{(.*)\}", re.DOTALL)
+_KEY = re.compile(r"@?[A-Za-z_][\w.]*", re.ASCII)
+
+# What a person's tree finds on its blackboard. The values come with the person.
+GIVEN: Mapping[str, str] = MappingProxyType(
+    {
+        "id": "it is the number of the person",
+        "dt": "it is the time step in seconds",
+    }
+)
+
+
+@dataclass(eq=False)
+class Entry:
+    """An entry of the blackboard, under all the names that it has.
+
+    Attributes:
+        key: Its first name.
+        place: Where it is first named.
+        scope: Where it has this name.
+        literal: The text that it has from the start, or None.
+        set_by_nodes: Whether a node, or the person, gives it a value.
+        slot: Its index in the memory, once that is known.
+        kind: Whether it holds numbers or texts.
+    """
+
+    key: str
+    place: Place
+    scope: "Scope"
+    literal: str | None = None
+    set_by_nodes: bool = False
+    slot: int = -1
+    kind: Kind = field(default_factory=Kind)
+
+    def __str__(self) -> str:
+        """Returns its name, with the subtree that it belongs to."""
+        return f"{{{self.key}}}" + (
+            f" of {self.scope.name}" if self.scope.name else ""
+        )
+
+
+@dataclass
+class Scope:
+    """The entries that the nodes of one tree, or one subtree, can name.
+
+    Attributes:
+        entries: The entries by name.
+        all_entries: Those of all scopes, in the order of their appearance.
+        parent: The scope of the tree around it, if names that are not in
+            this scope are looked up there.
+        root: The scope of the main tree; None in itself.
+        name: The name of the subtree; empty for the main tree.
+    """
+
+    all_entries: list[Entry]
+    entries: dict[str, Entry] = field(default_factory=dict)
+    parent: "Scope | None" = None
+    root: "Scope | None" = None
+    name: str = ""
+
+    def entry(self, key: str, place: Place) -> Entry:
+        """Returns the entry of a name; makes it if there is none."""
+        if key.startswith("@"):
+            return (self.root or self).entry(key[1:], place)
+        if key not in self.entries:
+            # Names with an underscore stay private to a tree.
+            if self.parent is not None and not key.startswith("_"):
+                self.entries[key] = self.parent.entry(key, place)
+            else:
+                given = not self.root and key in GIVEN
+                entry = Entry(key, place, self, set_by_nodes=given)
+                if given:
+                    entry.kind.require(False, f"{{{key}}}", place, key)
+                self.all_entries.append(entry)
+                self.entries[key] = entry
+        return self.entries[key]
+
+    def constant(self, key: str, place: Place, literal: str) -> None:
+        """Makes an entry that has a value from the start."""
+        self.entries[key] = Entry(key, place, self, literal)
+        self.all_entries.append(self.entries[key])
+
+
+def reference(text: str, port: str, place: Place, node: str) -> str | None:
+    """Returns the key in `{key}`, or None of a text that is a literal.
+
+    Args:
+        text: The value of an attribute.
+        port: The name of the attribute, which `{=}` stands for.
+        place: Where it is, for messages.
+        node: The element where it is, likewise.
+
+    Raises:
+        BehaviorTreeError: If what is between the braces is no name.
+    """
+    match = _REFERENCE.fullmatch(text.strip())
+    if match is None:
+        return None
+    return checked_key(
+        port if match[1].strip() == "=" else match[1].strip(), place, node
+    )
+
+
+def checked_key(key: str, place: Place, node: str) -> str:
+    """Returns the name of an entry.
+
+    Raises:
+        BehaviorTreeError: If it is no name.
+    """
+    if not _KEY.fullmatch(key):
+        raise BehaviorTreeError(
+            f"a blackboard entry is named by letters, digits and _, got"
+            f" {key!r}",
+            place,
+            node=node,
+        )
+    return key
+
+
+def literal_of(entry: Entry, place: Place, node: str) -> str:
+    """Returns what an entry says that no node sets.
+
+    Args:
+        entry: The entry.
+        place: Where it is used.
+        node: The node that uses it.
+
+    Raises:
+        BehaviorTreeError: If nothing ever gives it a value.
+    """
+    if entry.literal is not None:
+        return entry.literal
+    known = {
+        name
+        for name, other in entry.scope.entries.items()
+        if other.set_by_nodes or other.literal is not None
+    }
+    raise unknown(
+        "node that sets the entry", entry.key, {*known, *GIVEN}, place, node
+    )
+
+
+def resolve(
+    entry: Entry,
+    port: Port,
+    place: Place,
+    node: str,
+    texts: tuple[str, ...],
+) -> Constant | Variable:
+    """Returns where a port finds the value of an entry.
+
+    Args:
+        entry: The entry, with its slot if it has one.
+        port: The port that names it, of the entry's kind.
+        place: Where the node is.
+        node: What the node is called.
+        texts: The texts of the tree.
+
+    Raises:
+        BehaviorTreeError: If the entry's literal is not of the port's type.
+    """
+    if entry.set_by_nodes:
+        return Variable(
+            entry.key, entry.slot, texts if entry.kind.is_text else None
+        )
+    return Constant(port.parse(literal_of(entry, place, node), place, node))

@@ -1,0 +1,259 @@
+"""Finds the trees in a file and in the files that it includes."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from hunav_drake.systems.behavior.errors import (
+    BehaviorTreeError,
+    Place,
+    unknown,
+)
+from hunav_drake.systems.behavior.language.blackboard import GIVEN
+from hunav_drake.systems.behavior.language.tree_ports import (
+    TreePort,
+    declared_ports,
+)
+from hunav_drake.systems.behavior.language.xml_source import (
+    MAX_BYTES,
+    NOTES,
+    XmlElement,
+    read_xml,
+)
+from hunav_drake.systems.behavior.nodes.registry import NODE_TYPES, RESERVED
+
+MAX_FILES = 100
+
+_ROOT_ATTRIBUTES = ("BTCPP_format", "main_tree_to_execute", "project_name")
+
+
+@dataclass(frozen=True)
+class TreeElement:
+    """A <BehaviorTree>, and the format of the file that it is in."""
+
+    element: XmlElement
+    format: int
+
+
+@dataclass
+class Documents:
+    """What was read.
+
+    Attributes:
+        trees: The trees by their ID.
+        main: The ID of the tree to begin with.
+        folder: Files are included from here and below; None for none.
+        allow_outside: Whether they are included from anywhere.
+        read: The files that were read.
+        open: Those that are being read: each includes the next.
+        ports: The ports of trees by the ID of the tree and their names.
+        models: The <TreeNodesModel> that these come from.
+        comments: What the main file says before it begins.
+    """
+
+    trees: dict[str, TreeElement] = field(default_factory=dict)
+    main: str = ""
+    folder: Path | None = None
+    allow_outside: bool = False
+    read: set[Path] = field(default_factory=set)
+    open: list[Path] = field(default_factory=list)
+    ports: dict[str, dict[str, TreePort]] = field(default_factory=dict)
+    models: list[XmlElement] = field(default_factory=list)
+    comments: list[str] = field(default_factory=list)
+
+    def main_ports(self) -> dict[str, TreePort]:
+        """Returns the ports that whoever loads the main tree can set."""
+        ports = self.ports.get(self.main, {})
+        return {name: it for name, it in ports.items() if name not in GIVEN}
+
+
+def is_file(path: Path) -> bool:
+    """Tells whether a path is a regular file; too long a path is none."""
+    try:
+        return path.is_file()
+    except OSError:
+        return False
+
+
+def read_file(path: Path) -> bytes:
+    """Returns the content of a file, at most a byte more than is accepted.
+
+    Raises:
+        BehaviorTreeError: If it cannot be read.
+    """
+    try:
+        with path.open("rb") as file:
+            return file.read(MAX_BYTES + 1)
+    except OSError as error:
+        raise BehaviorTreeError(
+            f"cannot be read: {error.strerror}", Place(str(path))
+        ) from error
+
+
+def load_documents(
+    source: bytes,
+    file: str,
+    folder: Path | None = None,
+    *,
+    allow_outside: bool = False,
+) -> Documents:
+    """Reads a document and those that it includes.
+
+    Args:
+        source: The document.
+        file: What stands for it in messages.
+        folder: The folder that its includes are relative to.
+        allow_outside: Whether it may include files that are not in this
+            folder or below. A tree from elsewhere should not: it could make
+            any file be read.
+
+    Raises:
+        BehaviorTreeError: If a document is not a tree file.
+    """
+    documents = Documents(
+        folder=folder.resolve() if folder else None,
+        allow_outside=allow_outside,
+    )
+    if documents.folder:
+        documents.open.append(documents.folder / Path(file).name)
+    root = _load(source, file, documents.folder, documents)
+    documents.comments = root.comments
+    own = [
+        tree_id
+        for tree_id, tree in documents.trees.items()
+        if tree.element.place.file == file
+    ]
+    main = root.attributes.get("main_tree_to_execute")
+    if main is None:
+        if len(own) != 1:
+            raise BehaviorTreeError(
+                "main_tree_to_execute must say which of the trees is the main"
+                f" one: there is {', '.join(own) or 'none'}",
+                root.place,
+                node="root",
+            )
+        main = own[0]
+    if main not in documents.trees:
+        raise unknown("tree", main, documents.trees, root.place, "root")
+    documents.main = main
+    return documents
+
+
+def _load(
+    source: bytes, file: str, folder: Path | None, documents: Documents
+) -> XmlElement:
+    root = read_xml(source, file)
+    if root.tag != "root":
+        raise BehaviorTreeError(
+            "the outermost element of a tree file must be <root>",
+            root.place,
+            node=root.tag,
+        )
+    for attribute in root.attributes:
+        if attribute not in _ROOT_ATTRIBUTES:
+            raise unknown(
+                "attribute", attribute, _ROOT_ATTRIBUTES, root.place, "root"
+            )
+    form = root.attributes.get("BTCPP_format", "3")
+    if form not in ("3", "4"):
+        raise BehaviorTreeError(
+            f"BTCPP_format must be 3 or 4, got {form!r}",
+            root.place,
+            node="root",
+        )
+    trees = [child for child in root.children if child.tag == "BehaviorTree"]
+    for child in root.children:
+        if child.tag == "include":
+            _include(child, folder, documents)
+        elif child.tag not in ("BehaviorTree", "TreeNodesModel"):
+            raise unknown(
+                "element",
+                child.tag,
+                ("BehaviorTree", "TreeNodesModel", "include"),
+                child.place,
+                child.tag,
+            )
+    for tree in trees:
+        _add_tree(tree, int(form), len(trees) == 1, documents)
+    if form == "4":
+        models = [it for it in root.children if it.tag == "TreeNodesModel"]
+        own = {tree.attributes.get("ID") for tree in trees}
+        for tree_id, ports in declared_ports(models).items():
+            # The file that has the tree knows best.
+            if tree_id in own or tree_id not in documents.ports:
+                documents.ports[tree_id] = ports
+        documents.models += models
+    return root
+
+
+def _include(
+    element: XmlElement, folder: Path | None, documents: Documents
+) -> None:
+    def fault(message: str) -> BehaviorTreeError:
+        return BehaviorTreeError(message, element.place, node="include")
+
+    if set(element.attributes) != {"path"}:
+        raise fault(
+            "an include must have the attribute path, and no other, got"
+            f" {', '.join(element.attributes) or 'none'}"
+        )
+    text = element.attributes["path"]
+    if folder is None or documents.folder is None:
+        raise fault(
+            f"{text!r} cannot be found from a text; load a file instead"
+        )
+    try:
+        path = (folder / text).resolve()
+    except (OSError, ValueError, RuntimeError) as error:
+        raise fault(f"{text!r} is no path: {error}") from error
+    if not documents.allow_outside and not path.is_relative_to(
+        documents.folder
+    ):
+        raise fault(
+            f"{text!r} is outside {documents.folder}; files are included from"
+            " the folder of the main file and below, unless allow_outside=True"
+        )
+    if path in documents.open:
+        names = [*documents.open[documents.open.index(path) :], path]
+        chain = " -> ".join(name.name for name in names)
+        raise fault(f"a file cannot include itself: {chain}")
+    if path in documents.read:
+        return
+    if len(documents.read) == MAX_FILES:
+        raise fault(f"more than {MAX_FILES} files are included")
+    documents.read.add(path)
+    if not is_file(path):
+        raise fault(f"there is no file {path}")
+    documents.open.append(path)
+    _load(read_file(path), str(path), path.parent, documents)
+    documents.open.pop()
+
+
+def _add_tree(
+    tree: XmlElement, form: int, alone: bool, documents: Documents
+) -> None:
+    def fault(message: str) -> BehaviorTreeError:
+        return BehaviorTreeError(message, tree.place, node="BehaviorTree")
+
+    tree_id = tree.attributes.get("ID", "BehaviorTree" if alone else "")
+    if not tree_id:
+        raise fault("a tree must have an ID")
+    for attribute in tree.attributes:
+        if attribute != "ID" and attribute not in NOTES:
+            raise unknown(
+                "attribute", attribute, ("ID",), tree.place, "BehaviorTree"
+            )
+    if tree_id in NODE_TYPES or (
+        tree_id in RESERVED and "ID" in tree.attributes
+    ):
+        raise fault(f"the ID {tree_id!r} is the name of a node; choose another")
+    if tree_id in documents.trees:
+        first = documents.trees[tree_id].element.place
+        raise fault(
+            f"the ID {tree_id!r} is already that of the tree at {first}"
+        )
+    if len(tree.children) != 1:
+        raise fault(
+            f"a tree must have exactly 1 node at its top, {tree_id!r} has"
+            f" {len(tree.children)}"
+        )
+    documents.trees[tree_id] = TreeElement(tree, form)

@@ -1,0 +1,86 @@
+"""A node while its tree is parsed: its ports still name blackboard entries."""
+
+from dataclasses import dataclass, field
+
+from hunav_drake.systems.behavior.errors import (
+    BehaviorTreeError,
+    Place,
+    unknown,
+)
+from hunav_drake.systems.behavior.language.blackboard import Entry, Scope
+from hunav_drake.systems.behavior.language.script import (
+    Assignment,
+    Expression,
+    bind,
+    read_assignments,
+    read_condition,
+)
+from hunav_drake.systems.behavior.language.values import Kind
+from hunav_drake.systems.behavior.language.xml_source import NOTES
+from hunav_drake.systems.behavior.nodes.conditions import AFTER, BEFORE
+from hunav_drake.systems.behavior.nodes.node import NodeType
+
+
+@dataclass
+class Draft:
+    """A node that is being parsed.
+
+    Attributes:
+        type: What it is.
+        name: What it is called.
+        place: Where it is written.
+        scope: The entries that it can name.
+        bindings: For each port that is given, its text or its entry.
+        before: Its conditions before, by attribute.
+        after: Its conditions after, by attribute.
+        source: The text of its conditions.
+        kind: What its ports hold that take any entry.
+        children: The nodes under it.
+    """
+
+    type: NodeType
+    name: str
+    place: Place
+    scope: Scope
+    bindings: dict[str, str | Entry] = field(default_factory=dict)
+    before: dict[str, Expression] = field(default_factory=dict)
+    after: dict[str, tuple[Assignment, ...]] = field(default_factory=dict)
+    source: dict[str, str] = field(default_factory=dict)
+    kind: Kind = field(default_factory=Kind)
+    children: list["Draft"] = field(default_factory=list)
+
+    def fault(self, message: str) -> BehaviorTreeError:
+        """Returns an error at this node."""
+        return BehaviorTreeError(message, self.place, node=self.name)
+
+    def add_condition(self, attribute: str, text: str) -> None:
+        """Reads an attribute that begins with an underscore.
+
+        Raises:
+            BehaviorTreeError: If it is no condition, or not understood.
+        """
+        if attribute not in BEFORE and attribute not in AFTER:
+            known = (*BEFORE, *AFTER, *NOTES)
+            raise unknown("condition", attribute, known, self.place, self.name)
+        self.source[attribute] = text
+        try:
+            if attribute in BEFORE:
+                self.before[attribute] = read_condition(text)
+            else:
+                self.after[attribute] = read_assignments(text)
+        except ValueError as error:
+            raise self.fault(f"{attribute}={text[:80]!r}: {error}") from error
+        for assignment in self.after.get(attribute, ()):
+            bind(assignment.target, self.scope, self.place)
+            if assignment.target.entry is not None:
+                assignment.target.entry.set_by_nodes = True
+        for expression in self.expressions():
+            bind(expression, self.scope, self.place)
+
+    def expressions(self) -> list[Expression]:
+        """Returns the expressions in its conditions."""
+        result = list(self.before.values())
+        for assignments in self.after.values():
+            for assignment in assignments:
+                result += [assignment.target, assignment.value]
+        return result

@@ -1,0 +1,368 @@
+"""Makes the nodes of a tree from its XML elements.
+
+It goes in two passes: this first makes drafts, whose ports name blackboard
+entries; `hunav_drake.systems.behavior.language.assembly` then makes the nodes.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+from hunav_drake.systems.behavior.errors import BehaviorTreeError, unknown
+from hunav_drake.systems.behavior.language.assembly import assemble
+from hunav_drake.systems.behavior.language.blackboard import (
+    GIVEN,
+    Entry,
+    Scope,
+    checked_key,
+    reference,
+)
+from hunav_drake.systems.behavior.language.documents import (
+    Documents,
+    TreeElement,
+)
+from hunav_drake.systems.behavior.language.draft import Draft
+from hunav_drake.systems.behavior.language.xml_source import (
+    MAX_DEPTH,
+    NOTES,
+    XmlElement,
+)
+from hunav_drake.systems.behavior.nodes.decorators import SUBTREE
+from hunav_drake.systems.behavior.nodes.node import Node, NodeType
+from hunav_drake.systems.behavior.nodes.registry import (
+    ALIASES,
+    GENERIC_TAGS,
+    NODE_TYPES,
+    PORT_ALIASES,
+    SUBTREE_TAGS,
+)
+
+# Subtrees in subtrees can make a small file a huge tree.
+MAX_NODES = 5000
+
+# Attributes of a <SubTree>: those with two underscores are of format 3.
+SHARED = ("__shared_blackboard",)
+AUTOREMAP = ("_autoremap", "__autoremap")
+
+_TRUTHS = {"1": True, "true": True, "0": False, "false": False}
+
+
+@dataclass(frozen=True)
+class ParsedTree:
+    """What the parser gives.
+
+    Attributes:
+        name: The ID of the main tree.
+        root: Its topmost node.
+        slots: What each number of the memory is.
+        initial: What each number is before the first tick.
+        texts: The texts that blackboard entries can hold.
+        entries: The blackboard entries of the main tree that have a slot.
+        documents: What it was made of.
+        values: What the ports of the main tree are, as they stand in XML.
+    """
+
+    name: str
+    root: Node
+    slots: tuple[str, ...]
+    initial: tuple[float, ...]
+    texts: tuple[str, ...]
+    entries: Mapping[str, int]
+    documents: Documents
+    values: Mapping[str, str]
+
+
+class _Parser:
+    def __init__(self, documents: Documents) -> None:
+        self.documents = documents
+        self.entries: list[Entry] = []
+        self.open_trees: list[str] = []
+        self.count = 0
+
+    def tree(self, tree: TreeElement, scope: Scope, depth: int) -> Draft:
+        self.check_text(tree.element)
+        (top,) = tree.element.children
+        return self.draft(top, scope, tree.format, depth)
+
+    def draft(
+        self, element: XmlElement, scope: Scope, form: int, depth: int
+    ) -> Draft:
+        self.count += 1
+        self.check_size(element, depth)
+        self.check_text(element)
+        if element.tag in SUBTREE_TAGS:
+            return self.subtree(element, scope, form, depth)
+        node_type = _node_type(element)
+        name = element.attributes.get("name", node_type.name)
+        draft = Draft(node_type, name, element.place, scope)
+        for attribute, text in element.attributes.items():
+            self.bind(draft, element, attribute, text)
+        self.check_required(draft)
+        for child in element.children:
+            draft.children.append(self.draft(child, scope, form, depth + 1))
+        _check_children(draft)
+        return draft
+
+    def check_size(self, element: XmlElement, depth: int) -> None:
+        if depth > MAX_DEPTH:
+            message = f"nodes are nested more than {MAX_DEPTH} deep"
+        elif self.count > MAX_NODES:
+            message = f"the tree has more than {MAX_NODES} nodes"
+        else:
+            return
+        raise BehaviorTreeError(
+            f"{message}, subtrees included", element.place, node=element.tag
+        )
+
+    def check_text(self, element: XmlElement) -> None:
+        if element.text:
+            raise BehaviorTreeError(
+                f"a node holds nodes only, got the text {element.text[:40]!r}",
+                element.place,
+                node=element.tag,
+            )
+
+    def bind(
+        self, draft: Draft, element: XmlElement, attribute: str, text: str
+    ) -> None:
+        if attribute in ("name", *NOTES):
+            return
+        if attribute == "ID" and element.tag in GENERIC_TAGS:
+            return
+        if attribute.startswith("_"):
+            draft.add_condition(attribute, text)
+            return
+        if attribute in draft.type.ignored:
+            return
+        name = PORT_ALIASES.get((draft.type.name, attribute), attribute)
+        port = draft.type.ports.get(name)
+        if port is None:
+            known = {*draft.type.ports, *draft.type.ignored, "name"}
+            raise unknown("port", attribute, known, draft.place, draft.name)
+        key = reference(text, name, draft.place, draft.name)
+        if port.output:
+            key = key or checked_key(text.strip(), draft.place, draft.name)
+            entry = draft.scope.entry(key, draft.place)
+            entry.set_by_nodes = True
+            draft.bindings[name] = entry
+        elif key is None:
+            draft.bindings[name] = text
+        else:
+            draft.bindings[name] = draft.scope.entry(key, draft.place)
+
+    def check_required(self, draft: Draft) -> None:
+        for port in draft.type.ports.values():
+            if port.default is ... and port.name not in draft.bindings:
+                raise draft.fault(f"the port {port.name} must be given")
+
+    def subtree(
+        self, element: XmlElement, scope: Scope, form: int, depth: int
+    ) -> Draft:
+        def fault(message: str) -> BehaviorTreeError:
+            return BehaviorTreeError(message, element.place, node=element.tag)
+
+        tree_id = element.attributes.get("ID")
+        if not tree_id:
+            raise fault("a subtree must have the attribute ID")
+        if element.children:
+            raise fault("a subtree cannot have children here")
+        tree = self.documents.trees.get(tree_id)
+        if tree is None:
+            raise unknown(
+                "tree",
+                tree_id,
+                self.documents.trees,
+                element.place,
+                element.tag,
+            )
+        if tree_id in self.open_trees:
+            chain = " -> ".join([*self.open_trees, tree_id])
+            raise fault(f"a tree cannot contain itself: {chain}")
+        name = element.attributes.get("name", tree_id)
+        draft = Draft(SUBTREE, name, element.place, scope)
+        for attribute, text in element.attributes.items():
+            if attribute.startswith("_") and attribute not in (
+                *NOTES,
+                *SHARED,
+                *AUTOREMAP,
+            ):
+                draft.add_condition(attribute, text)
+        inner = self.subtree_scope(element, scope, form, name)
+        self.open_trees.append(tree_id)
+        draft.children.append(self.tree(tree, inner, depth + 1))
+        self.open_trees.pop()
+        return draft
+
+    def subtree_scope(
+        self, element: XmlElement, scope: Scope, form: int, name: str
+    ) -> Scope:
+        if flag(element, SHARED):
+            return scope
+        autoremap = flag(element, AUTOREMAP)
+        inner = Scope(
+            self.entries,
+            parent=scope if autoremap else None,
+            root=scope.root or scope,
+            name=name,
+        )
+        given = subtree_ports(element, form)
+        declared = self.documents.ports.get(element.attributes["ID"], {})
+        for port in declared.values():
+            if port.name in given or autoremap:
+                continue
+            if port.default is None:
+                if port.name in GIVEN:
+                    continue
+                raise BehaviorTreeError(
+                    f"the port {port.name} must be given: the TreeNodesModel"
+                    f" at {port.place} has no default for it",
+                    element.place,
+                    node=element.tag,
+                )
+            given[port.name] = port.default
+        for attribute, text in given.items():
+            key = reference(text, attribute, element.place, element.tag)
+            if key is None:
+                inner.constant(attribute, element.place, text)
+            else:
+                inner.entries[attribute] = scope.entry(key, element.place)
+        return inner
+
+
+def flag(element: XmlElement, names: tuple[str, ...]) -> bool:
+    """Tells whether one of some attributes says yes.
+
+    Raises:
+        BehaviorTreeError: If one is no truth.
+    """
+    for name in names:
+        text = element.attributes.get(name, "false")
+        if text.lower() not in _TRUTHS:
+            raise BehaviorTreeError(
+                f"{name} must be true or false, got {text!r}",
+                element.place,
+                node=element.tag,
+            )
+        if _TRUTHS[text.lower()]:
+            return True
+    return False
+
+
+def subtree_ports(element: XmlElement, form: int) -> dict[str, str]:
+    """Returns what a <SubTree> gives to its tree, as format 4 writes it.
+
+    Args:
+        element: The subtree.
+        form: The format that it is written in. A plain SubTree of format 3
+            names entries without braces.
+
+    Raises:
+        BehaviorTreeError: If something has no name.
+    """
+    bare_keys = form == 3 and element.tag == "SubTree"
+    result = {}
+    for attribute, text in element.attributes.items():
+        if attribute in ("ID", "name") or attribute.startswith("_"):
+            continue
+        checked_key(attribute, element.place, element.tag)
+        if bare_keys and not reference(
+            text, attribute, element.place, element.tag
+        ):
+            key = checked_key(text.strip(), element.place, element.tag)
+            text = f"{{{key}}}"
+        result[attribute] = text
+    return result
+
+
+def node_name(element: XmlElement) -> str:
+    """Returns the name of the type of an element's node.
+
+    Raises:
+        BehaviorTreeError: If a generic element does not say it.
+    """
+    name = element.tag
+    if name in GENERIC_TAGS:
+        name = element.attributes.get("ID", "")
+        if not name:
+            raise BehaviorTreeError(
+                f"<{element.tag}> must have the attribute ID",
+                element.place,
+                node=element.tag,
+            )
+    return ALIASES.get(name, name)
+
+
+def _node_type(element: XmlElement) -> NodeType:
+    name = node_name(element)
+    node_type = NODE_TYPES.get(name)
+    if node_type is None:
+        raise unknown(
+            "node",
+            name,
+            (*NODE_TYPES, *ALIASES, *SUBTREE_TAGS),
+            element.place,
+            name,
+        )
+    return node_type
+
+
+def _check_children(draft: Draft) -> None:
+    low, high = draft.type.children
+    count = len(draft.children)
+    if low <= count <= high:
+        return
+    if high == low:
+        rule = f"exactly {low}" if low else "no"
+    elif high > 10:
+        rule = f"at least {low}"
+    else:
+        rule = f"{low} or {high}"
+    noun = "child" if high == 1 else "children"
+    raise draft.fault(f"must have {rule} {noun}, has {count}")
+
+
+def parse_documents(
+    documents: Documents, values: Mapping[str, str] = MappingProxyType({})
+) -> ParsedTree:
+    """Returns the main tree of some documents.
+
+    Args:
+        documents: The documents.
+        values: For ports that the main tree declares, values other than
+            their defaults, as they stand in XML.
+
+    Raises:
+        BehaviorTreeError: At the first fault in a tree.
+    """
+    parser = _Parser(documents)
+    scope = Scope(parser.entries)
+    for port in documents.ports.get(documents.main, {}).values():
+        if port.name in GIVEN and port.default is not None:
+            raise BehaviorTreeError(
+                f"the port {port.name} of the main tree cannot have a"
+                f" default: {GIVEN[port.name]}",
+                port.place,
+            )
+    all_values = {}
+    for port in documents.main_ports().values():
+        value = values.get(port.name, port.default)
+        if value is not None:
+            scope.constant(port.name, port.place, value)
+            all_values[port.name] = value
+    parser.open_trees.append(documents.main)
+    draft = parser.tree(documents.trees[documents.main], scope, 1)
+    assembled = assemble(draft, parser.entries)
+    return ParsedTree(
+        documents.main,
+        assembled.root,
+        assembled.slots,
+        assembled.initial,
+        assembled.texts,
+        {
+            key: entry.slot
+            for key, entry in scope.entries.items()
+            if entry.set_by_nodes
+        },
+        documents,
+        all_values,
+    )

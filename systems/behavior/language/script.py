@@ -1,0 +1,285 @@
+"""The scripts in attributes such as `_skipIf`: comparisons and assignments.
+
+BehaviorTree.CPP has a language with arithmetic there; this reads the part of
+it that needs no arithmetic::
+
+    _skipIf="mode == 'shy' && !(seen >= 3)"
+    _onSuccess="mode := 'bold'; seen = 0"
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+import operator
+import re
+
+from hunav_drake.systems.behavior.errors import BehaviorTreeError, Place
+from hunav_drake.systems.behavior.language.blackboard import (
+    Entry,
+    Scope,
+    literal_of,
+)
+from hunav_drake.systems.behavior.language.values import Kind, Texts, number_of
+from hunav_drake.systems.behavior.nodes.node import UNSET, Memory
+
+MAX_LENGTH = 1000
+_MAX_DEPTH = 20
+
+_TOKEN = re.compile(
+    r"\s*(?:(?P<number>-?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)"
+    r"|'(?P<text>[^']*)'"
+    r"|(?P<name>@?[A-Za-z_]\w*)"
+    r"|(?P<sign>:=|==|!=|<=|>=|&&|\|\||[<>!()=;]))",
+    re.ASCII,
+)
+
+_ORDERS = {
+    "<": operator.lt,
+    "<=": operator.le,
+    ">": operator.gt,
+    ">=": operator.ge,
+}
+_EQUALITIES = {"==": operator.eq, "!=": operator.ne}
+_REMEDY = (
+    "a script compares values with == != < <= > >= and joins with && || !, or"
+    " assigns with :="
+)
+
+Value = Callable[[Memory], float]
+
+
+@dataclass(eq=False)
+class Expression:
+    """An expression, and what it stands on.
+
+    Attributes:
+        sign: Its operator; "name", "number" or "text" for what has none.
+        literal: What it says if it is a number or a text, or the name.
+        operands: The expressions that it joins.
+        kind: What its value is.
+        entry: The blackboard entry that a name means.
+    """
+
+    sign: str
+    literal: str = ""
+    operands: tuple["Expression", ...] = ()
+    kind: Kind = field(default_factory=Kind)
+    entry: Entry | None = None
+
+    def parts(self) -> Iterator["Expression"]:
+        """Returns it and all expressions in it."""
+        yield self
+        for operand in self.operands:
+            yield from operand.parts()
+
+
+@dataclass(frozen=True)
+class Assignment:
+    """A blackboard entry, and the expression whose value it takes."""
+
+    target: Expression
+    value: Expression
+
+
+class _Reader:
+    """Reads one script, from left to right."""
+
+    def __init__(self, text: str) -> None:
+        if len(text) > MAX_LENGTH:
+            raise ValueError(f"a script may have {MAX_LENGTH} letters")
+        self.tokens: list[tuple[str, str]] = []
+        at, end = 0, len(text.rstrip())
+        while at < end:
+            match = _TOKEN.match(text, at)
+            if match is None:
+                raise ValueError(
+                    f"{text[at:].strip()[:10]!r} is not understood; {_REMEDY}"
+                )
+            group = match.lastgroup or ""
+            self.tokens.append((group, match[group]))
+            at = match.end()
+        self.at = 0
+        self.depth = 0
+
+    def sign(self) -> str:
+        """Returns the sign that comes next, or nothing."""
+        if self.at == len(self.tokens):
+            return ""
+        group, text = self.tokens[self.at]
+        return text if group == "sign" else ""
+
+    def wrong(self) -> ValueError:
+        if self.at == len(self.tokens):
+            return ValueError(f"it ends too early; {_REMEDY}")
+        return ValueError(
+            f"{self.tokens[self.at][1]!r} cannot be here; {_REMEDY}"
+        )
+
+    def expression(self) -> Expression:
+        self.depth += 1
+        if self.depth > _MAX_DEPTH:
+            raise ValueError(f"it is nested more than {_MAX_DEPTH} deep")
+        result = self.chain("||", lambda: self.chain("&&", self.comparison))
+        self.depth -= 1
+        return result
+
+    def chain(self, sign: str, read: Callable[[], Expression]) -> Expression:
+        parts = [read()]
+        while self.sign() == sign:
+            self.at += 1
+            parts.append(read())
+        return parts[0] if len(parts) == 1 else Expression(sign, "", (*parts,))
+
+    def comparison(self) -> Expression:
+        left = self.operand()
+        sign = self.sign()
+        if sign not in _ORDERS and sign not in _EQUALITIES:
+            return left
+        self.at += 1
+        return Expression(sign, "", (left, self.operand()))
+
+    def operand(self) -> Expression:
+        sign = self.sign()
+        if sign == "!":
+            self.at += 1
+            self.depth += 1
+            if self.depth > _MAX_DEPTH:
+                raise ValueError(f"it is nested more than {_MAX_DEPTH} deep")
+            result = Expression("!", "", (self.operand(),))
+            self.depth -= 1
+            return result
+        if sign == "(":
+            self.at += 1
+            result = self.expression()
+            if self.sign() != ")":
+                raise self.wrong()
+            self.at += 1
+            return result
+        if sign or self.at == len(self.tokens):
+            raise self.wrong()
+        group, text = self.tokens[self.at]
+        self.at += 1
+        if group == "name" and text in ("true", "false"):
+            group = "number"
+        return Expression(group, text)
+
+    def assignments(self) -> Iterator[Assignment]:
+        while self.at < len(self.tokens):
+            target = self.operand()
+            if target.sign != "name" or self.sign() not in (":=", "="):
+                raise ValueError("it must be assignments: name := value; ...")
+            self.at += 1
+            yield Assignment(target, self.expression())
+            if self.at < len(self.tokens):
+                if self.sign() != ";":
+                    raise self.wrong()
+                self.at += 1
+
+
+def read_condition(text: str) -> Expression:
+    """Returns the expression that a condition is.
+
+    Raises:
+        ValueError: If it is none, or needs more than is understood.
+    """
+    reader = _Reader(text)
+    expression = reader.expression()
+    if reader.at < len(reader.tokens):
+        raise reader.wrong()
+    return expression
+
+
+def read_assignments(text: str) -> tuple[Assignment, ...]:
+    """Returns the assignments in a script.
+
+    Raises:
+        ValueError: If it has others, or more than is understood.
+    """
+    return tuple(_Reader(text).assignments())
+
+
+def bind(expression: Expression, scope: Scope, place: Place) -> None:
+    """Finds the entries that an expression names."""
+    for part in expression.parts():
+        if part.sign == "name":
+            part.entry = scope.entry(part.literal, place)
+
+
+def settle(expression: Expression, place: Place, node: str) -> None:
+    """Finds out what the values in an expression are.
+
+    Raises:
+        BehaviorTreeError: If types do not fit, or if nothing ever sets an
+            entry.
+    """
+    for part in expression.parts():
+        if part.entry is not None:
+            if part.entry.set_by_nodes:
+                part.kind = part.entry.kind
+            else:
+                text = literal_of(part.entry, place, node)
+                part.kind.literal(text, place, node)
+        elif part.sign == "text":
+            part.kind.text(part.literal, place, node)
+        else:
+            what = part.literal or f"what {part.sign} gives"
+            part.kind.require(False, what, place, node)
+    for part in expression.parts():
+        if part.sign in _EQUALITIES:
+            left, right = part.operands
+            left.kind.join(right.kind, place, node)
+        else:
+            for operand in part.operands:
+                operand.kind.require(False, part.sign, place, node)
+
+
+def literals(expression: Expression) -> Iterator[tuple[Kind, str]]:
+    """Returns the literals of an expression, with their kinds."""
+    for part in expression.parts():
+        if part.sign == "text":
+            yield part.kind, part.literal
+        elif part.entry is not None and not part.entry.set_by_nodes:
+            yield part.kind, part.entry.literal or ""
+
+
+def compiled(
+    expression: Expression,
+    texts: Texts,
+    fault: Callable[[str], BehaviorTreeError],
+) -> Value:
+    """Returns the function that gives an expression's value in a tick.
+
+    Args:
+        expression: The expression, bound and settled.
+        texts: The texts of the tree.
+        fault: Makes the error that an entry is not set yet.
+    """
+    sign, entry = expression.sign, expression.entry
+    if sign == "number":
+        number = number_of(expression.literal) or 0.0
+        return lambda memory: number
+    if sign == "text":
+        code = texts.number(expression.literal, expression.kind)
+        return lambda memory: code
+    if entry is not None and not entry.set_by_nodes:
+        constant = texts.number(entry.literal or "", expression.kind)
+        return lambda memory: constant
+    if entry is not None:
+        slot, key = entry.slot, entry.key
+
+        def read(memory: Memory) -> float:
+            if memory[slot] == UNSET:
+                raise fault(f"nothing has set {{{key}}} yet")
+            return memory[slot]
+
+        return read
+    values = tuple(compiled(e, texts, fault) for e in expression.operands)
+    if sign == "!":
+        (value,) = values
+        return lambda memory: not value(memory)
+    if sign == "&&":
+        return lambda memory: all(value(memory) for value in values)
+    if sign == "||":
+        return lambda memory: any(value(memory) for value in values)
+    compare = {**_ORDERS, **_EQUALITIES}[sign]
+    left, right = values
+    return lambda memory: compare(left(memory), right(memory))

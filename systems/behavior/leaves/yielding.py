@@ -1,0 +1,283 @@
+"""The actions of people who make way for the robot."""
+
+import itertools
+import math
+from typing import Annotated, NamedTuple
+
+from hunav_drake.systems.behavior.leaves.noticing import (
+    Distance,
+    OnWay,
+    before_goal,
+    course,
+    way,
+)
+from hunav_drake.systems.behavior.leaves.reactions import (
+    TURN_RATE,
+    PortDistance,
+    TurnRate,
+    face,
+)
+from hunav_drake.systems.behavior.leaves.walking import IGNORED, ROLES, Role
+from hunav_drake.systems.behavior.nodes.decorators import steps_reach
+from hunav_drake.systems.behavior.nodes.registry import register_action
+from hunav_drake.systems.behavior.nodes.status import Status
+from hunav_drake.systems.behavior.tick_context import Moment, Row
+from hunav_drake.systems.common.layout import RADIUS, Command, X, Y
+from hunav_drake.systems.common.schema import within
+from hunav_drake.systems.world.ray_cast import wall_on_line
+
+# What is left free between the body and a wall, in meters.
+_WALL_GAP = 0.15
+
+# The person has arrived this near to the spot, in meters.
+_ARRIVED = 0.05
+
+# Someone less far beside the robot's course is on it, in meters.
+_BESIDE = 0.1
+
+# Nobody changes sides for less room than this, in meters.
+_WORTH = 0.1
+
+# How far ahead the point is that someone who passes the robot walks to, in
+# meters.
+_AHEAD = 0.2
+
+# How much farther away a robot must be when passing ends, in meters: else it
+# would begin again at once.
+_LEEWAY = 0.5
+
+
+@register_action("StandStill", memory={"ticks": 0.0}, ignored=IGNORED)
+def stand_still(
+    moment: Moment,
+    own: list[float],
+    *,
+    seconds: Annotated[float, within(0, 1e9, "s")] = 0.0,
+    turn_rate: TurnRate = TURN_RATE,
+) -> Status:
+    """Stands still and turns to the robot, if there is one.
+
+    It runs for `seconds`, and for one tick at least.
+    """
+    moment.command[Command.HOLD] = 1.0
+    robot = moment.robot
+    if robot is not None:
+        face(moment, robot[X], robot[Y], turn_rate)
+    moment.behavior_status = 1
+    own[0] += 1
+    if steps_reach(own[0], moment.person.time_step, seconds):
+        own[0] = 0.0
+        return Status.SUCCESS
+    return Status.RUNNING
+
+
+@register_action(
+    "StepAside",
+    memory={"chosen": 0.0, "spot x": 0.0, "spot y": 0.0},
+    ignored=IGNORED,
+)
+def step_aside(
+    moment: Moment, own: list[float], *, clearance: PortDistance = 1.0
+) -> Status:
+    """Walks to a spot `clearance` beside the robot's course.
+
+    The side is the one where the person is, the right-hand side on the course
+    itself, and the other one where walls leave more room on that. The spot is
+    chosen once; the action runs until the person is there, and fails if there
+    is no robot.
+    """
+    robot = moment.robot
+    if robot is None:
+        return Status.FAILURE
+    if not own[0]:
+        aside = _way_aside(moment, robot, course(robot), clearance)
+        x = moment.state[X] + aside.free * aside.nx
+        y = moment.state[Y] + aside.free * aside.ny
+        own[:] = [1.0, x, y]
+    state, command = moment.state, moment.command
+    moment.behavior_status = 1
+    if math.hypot(own[1] - state[X], own[2] - state[Y]) <= _ARRIVED:
+        own[0] = 0.0
+        command[Command.HOLD] = 1.0
+        return Status.SUCCESS
+    command[Command.GOAL_X] = own[1]
+    command[Command.GOAL_Y] = own[2]
+    command[Command.GOAL_RADIUS] = _ARRIVED / 2
+    command[Command.HAS_GOAL] = 1.0
+    return Status.RUNNING
+
+
+@register_action(
+    "PassBy",
+    memory={"chosen": 0.0, "point x": 0.0, "point y": 0.0},
+    ignored=IGNORED,
+)
+def pass_by(
+    moment: Moment,
+    own: list[float],
+    *,
+    distance: Distance,
+    clearance: PortDistance = 1.0,
+    robot: Role = "obstacle",
+) -> Status:
+    """Walks on towards the goal, past all robots at a distance of `clearance`.
+
+    The side is the one that takes the person the least off the way, the
+    right-hand side of a robot right ahead, and is kept. Where walls or robots
+    leave less room, the person passes where there is most: first the nearest
+    robots, then those behind them. The point to walk to is never beyond a
+    wall; where two bodies hardly fit in, the body touches the wall there. The
+    action runs until no robot is between the person and the goal, at most
+    0.5 m farther away than `distance`.
+    """
+    state, command = moment.state, moment.command
+    robots = before_goal(moment, distance + _LEEWAY, clearance)
+    if not robots:
+        own[0] = 0.0
+        return Status.SUCCESS
+    command[Command.ROBOT_ROLE] = ROLES[robot]
+    moment.behavior_status = 1
+    gx, gy = way(moment)
+    usual = -_BESIDE
+    if own[0]:
+        usual = gx * (own[2] - state[Y]) - gy * (own[1] - state[X])
+    lane = _find_lane(moment, robots, clearance, usual)
+    # (Before the robot it may be narrower than beside it.)
+    reach = abs(lane) + state[RADIUS]
+    part = moment.clear_part(
+        state[X] - math.copysign(reach, lane) * gy,
+        state[Y] + math.copysign(reach, lane) * gx,
+    )
+    free = max(reach * part - state[RADIUS], 0.0)
+    lane = math.copysign(min(abs(lane), free), lane)
+    dx, dy = _AHEAD * gx - lane * gy, _AHEAD * gy + lane * gx
+    x, y = state[X] + dx, state[Y] + dy
+    # (The way around a wall across leads to the goal itself.)
+    if moment.clear_part(x + state[RADIUS] * gx, y + state[RADIUS] * gy) > 1:
+        own[:] = [1.0, x, y]
+        command[Command.GOAL_X] = x
+        command[Command.GOAL_Y] = y
+        command[Command.GOAL_RADIUS] = 0.0
+    return Status.RUNNING
+
+
+def _find_lane(
+    moment: Moment, robots: list[OnWay], clearance: float, usual: float
+) -> float:
+    """Returns how far to the left of the way to walk, past robots.
+
+    Args:
+        moment: The moment.
+        robots: The robots, of which there is one at least.
+        clearance: How far from all of them, if there is room.
+        usual: The lane to stay near to.
+    """
+    blocking = [it.ahead for it in robots if abs(it.beside) < clearance]
+    if not blocking:
+        return 0.0
+    room, lane = _widest_lane(moment, robots, clearance, usual)
+    if room < clearance - _WORTH:
+        # Not past all of them at once, but past those that are side by side.
+        first = min(blocking)
+        abreast = [it for it in robots if abs(it.ahead - first) < clearance]
+        _, lane = _widest_lane(moment, abreast, clearance, usual)
+    return lane
+
+
+def _widest_lane(
+    moment: Moment, robots: list[OnWay], clearance: float, usual: float
+) -> tuple[float, float]:
+    """Returns the room that the widest lane has, up to `clearance`, and it."""
+    beside = sorted(it.beside for it in robots)
+    left, left_gap = _wall_beside(moment, robots, clearance, 1.0)
+    right, right_gap = _wall_beside(moment, robots, clearance, -1.0)
+    # Where two bodies hardly fit in, one touches the wall, on either side.
+    narrow = min(left_gap, right_gap) < 2 * (moment.state[RADIUS] + _WALL_GAP)
+    off = moment.state[RADIUS] + (0.0 if narrow else _WALL_GAP)
+    left, right = max(left - off, beside[-1]), min(right + off, beside[0])
+    lanes = [
+        *(b - clearance for b in beside),
+        *(b + clearance for b in beside),
+        *((a + b) / 2 for a, b in itertools.pairwise(beside)),
+    ]
+    rooms = [
+        (min(clearance, *(abs(lane - b) for b in beside)), lane)
+        for lane in (min(max(lane, right), left) for lane in lanes)
+    ]
+    enough = max(rooms)[0] - _WORTH
+    return min(
+        (it for it in rooms if it[0] >= enough),
+        key=lambda it: abs(it[1] - usual),
+    )
+
+
+def _wall_beside(
+    moment: Moment, robots: list[OnWay], clearance: float, side: float
+) -> tuple[float, float]:
+    """Returns where the wall is beside robots, on a side: 1 left, -1 right.
+
+    Returns:
+        Its lane, and the gap between it and the body of the nearest robot.
+    """
+    gx, gy = way(moment)
+    outermost = max(robots, key=lambda it: side * it.beside)
+    row = moment.robots[outermost.row]
+    reach = clearance + moment.state[RADIUS] + _WALL_GAP
+    wall = reach * _clear_part(
+        moment, row[X], row[Y], -side * reach * gy, side * reach * gx
+    )
+    return outermost.beside + side * wall, wall - row[RADIUS]
+
+
+def _clear_part(
+    moment: Moment, x: float, y: float, dx: float, dy: float
+) -> float:
+    """Returns how much of a line is before the first wall, as a fraction."""
+    walls = moment.person.walls
+    if walls is None:
+        return math.inf
+    part: float = wall_on_line(x, y, x + dx, y + dy, walls)
+    return part
+
+
+class _Aside(NamedTuple):
+    """The way to the side of a course.
+
+    Attributes:
+        nx: Its direction in W: a unit vector.
+        ny: Likewise.
+        way: Its length, in meters.
+        free: How much of it the walls leave.
+    """
+
+    nx: float
+    ny: float
+    way: float
+    free: float
+
+
+def _way_aside(
+    moment: Moment, robot: Row, course: tuple[float, float], clearance: float
+) -> _Aside:
+    """Returns the way to the side on which to be `clearance` off a course."""
+    state = moment.state
+    x, y = state[X], state[Y]
+    hx, hy = course
+    # The left of the robot: the right of someone who faces it.
+    nx, ny = -hy, hx
+    beside = (x - robot[X]) * nx + (y - robot[Y]) * ny
+    side = -1.0 if beside < -_BESIDE else 1.0
+
+    def aside(side: float) -> _Aside:
+        way = max(clearance - side * beside, 0.0)
+        gap = state[RADIUS] + _WALL_GAP
+        reach = way + gap
+        free = reach * moment.clear_part(
+            x + side * reach * nx, y + side * reach * ny
+        )
+        return _Aside(side * nx, side * ny, way, min(way, max(free - gap, 0.0)))
+
+    near, far = aside(side), aside(-side)
+    # How much farther off the course the other side leads.
+    gain = (far.free - side * beside) - (near.free + side * beside)
+    return far if near.free < near.way and gain > _WORTH else near

@@ -1,0 +1,1 @@
+"""The nodes of behavior trees, and the register of their types."""

@@ -1,0 +1,290 @@
+"""The decorators.
+
+They mean what BehaviorTree.CPP says; times are simulated times, counted in
+ticks from the one that starts them.
+"""
+
+from collections.abc import Mapping
+from typing import Annotated
+
+from hunav_drake.systems.behavior.nodes.node import (
+    BuildFunction,
+    Built,
+    HaltFunction,
+    Memory,
+    Node,
+    NodeType,
+    Port,
+)
+from hunav_drake.systems.behavior.nodes.sequences import (
+    FAILURE,
+    RUNNING,
+    SKIPPED,
+    SUCCESS,
+)
+from hunav_drake.systems.behavior.nodes.status import Status
+from hunav_drake.systems.behavior.tick_context import Moment
+from hunav_drake.systems.common.schema import within
+
+# How often Repeat and RetryUntilSuccessful tick a child that completes at
+# once, before they leave the rest to the next tick.
+MAX_CYCLES_PER_TICK = 100
+
+Milliseconds = Annotated[float, within(0, 1e9, "ms")]
+
+
+def steps_reach(steps: float, time_step: float, seconds: float) -> bool:
+    """Tells whether some steps last as long as a duration.
+
+    A multiple of the step that misses the duration by rounding alone has
+    reached it.
+    """
+    return steps * time_step >= seconds * (1 - 1e-12)
+
+
+def _mapped(results: Mapping[Status, Status]) -> BuildFunction:
+    """Makes a decorator that exchanges the results of its child."""
+
+    def build(node: Node, children: tuple[Built, ...]) -> Built:
+        (child,) = children
+        child_tick = child.tick
+
+        def tick(memory: Memory, moment: Moment) -> Status:
+            return results[child_tick(memory, moment)]
+
+        return child._replace(tick=tick, work=child.work + 1)
+
+    return build
+
+
+def _exchange(success: Status, failure: Status) -> BuildFunction:
+    return _mapped(
+        {
+            RUNNING: RUNNING,
+            SUCCESS: success,
+            FAILURE: failure,
+            SKIPPED: SKIPPED,
+        }
+    )
+
+
+def _keep_running(node: Node, children: tuple[Built, ...]) -> Built:
+    results = dict.fromkeys((RUNNING, SUCCESS, SKIPPED), RUNNING)
+    built = _mapped({**results, FAILURE: FAILURE})(node, children)
+    return built._replace(may_skip=False)
+
+
+def _resetting(slots: tuple[int, ...], child: Built) -> HaltFunction:
+    """Returns the function that clears slots and halts a child."""
+    child_halt = child.halt
+
+    def halt(memory: Memory) -> None:
+        for slot in slots:
+            memory[slot] = 0.0
+        if child_halt:
+            child_halt(memory)
+
+    return halt
+
+
+def _again(port: str, again: Status, stops: Status) -> BuildFunction:
+    """Makes Repeat (again at SUCCESS) and RetryUntilSuccessful (FAILURE)."""
+
+    def build(node: Node, children: tuple[Built, ...]) -> Built:
+        (child,) = children
+        child_tick = child.tick
+        read = node.reader(port)
+        counter = node.slot("count")
+
+        def tick(memory: Memory, moment: Moment) -> Status:
+            limit = read(memory)
+            count = int(memory[counter])
+            # An endless loop over a child that completes at once has one
+            # cycle in each tick.
+            cycles = 1 if limit == -1 else MAX_CYCLES_PER_TICK
+            while limit == -1 or count < limit:
+                if cycles == 0:
+                    memory[counter] = count
+                    return RUNNING
+                status = child_tick(memory, moment)
+                if status is stops:
+                    memory[counter] = 0.0
+                    return stops
+                if status is not again:
+                    memory[counter] = count
+                    return status
+                cycles -= 1
+                # Endless loops do not count, so that nothing grows.
+                if limit != -1:
+                    count += 1
+            memory[counter] = 0.0
+            return again
+
+        limit = node.constant(port)
+        most = MAX_CYCLES_PER_TICK
+        if limit is not None:
+            most = 1 if limit == -1 else min(limit, most)
+        return Built(
+            tick,
+            _resetting((counter,), child),
+            child.may_skip,
+            1 + most * child.work,
+        )
+
+    return build
+
+
+def _run_once(node: Node, children: tuple[Built, ...]) -> Built:
+    (child,) = children
+    child_tick = child.tick
+    read_then_skip = node.reader("then_skip")
+    result = node.slot("result")
+
+    def tick(memory: Memory, moment: Moment) -> Status:
+        if memory[result]:
+            if read_then_skip(memory):
+                return SKIPPED
+            return Status(int(memory[result]))
+        status = child_tick(memory, moment)
+        if status is SUCCESS or status is FAILURE:
+            memory[result] = float(status)
+        return status
+
+    may_skip = child.may_skip or node.constant("then_skip") is not False
+    return Built(tick, child.halt, may_skip, 1 + child.work)
+
+
+def _delay(node: Node, children: tuple[Built, ...]) -> Built:
+    (child,) = children
+    child_tick = child.tick
+    read = node.reader("delay_msec")
+    steps = node.slot("steps")
+
+    def tick(memory: Memory, moment: Moment) -> Status:
+        delay = read(memory) / 1000
+        if not steps_reach(memory[steps], moment.person.time_step, delay):
+            memory[steps] += 1
+            return RUNNING
+        status = child_tick(memory, moment)
+        if status is SUCCESS or status is FAILURE:
+            memory[steps] = 0.0
+        return status
+
+    return Built(
+        tick, _resetting((steps,), child), child.may_skip, 1 + child.work
+    )
+
+
+def _timeout(node: Node, children: tuple[Built, ...]) -> Built:
+    (child,) = children
+    child_tick = child.tick
+    read = node.reader("msec")
+    steps = node.slot("steps")
+    halt = _resetting((steps,), child)
+
+    def tick(memory: Memory, moment: Moment) -> Status:
+        limit = read(memory) / 1000
+        passed = memory[steps]
+        time_step = moment.person.time_step
+        if limit and passed and steps_reach(passed, time_step, limit):
+            halt(memory)
+            return FAILURE
+        status = child_tick(memory, moment)
+        if status is RUNNING:
+            # Without a limit there is nothing to count.
+            memory[steps] = passed + 1 if limit else 0.0
+        elif status is not SKIPPED:
+            memory[steps] = 0.0
+        return status
+
+    return Built(tick, halt, child.may_skip, 1 + child.work)
+
+
+ONE = (1, 1)
+_CYCLES = Annotated[int, within(-1, 1e9)]
+
+# The type of <SubTree>: the node shows where a subtree begins. Its ports are
+# those of the subtree, so the parser handles it apart.
+SUBTREE = NodeType(
+    "SubTree",
+    "Decorator",
+    _exchange(SUCCESS, FAILURE),
+    "Ticks another tree.",
+    children=ONE,
+)
+
+DECORATORS = (
+    NodeType(
+        "Inverter",
+        "Decorator",
+        _exchange(FAILURE, SUCCESS),
+        "Exchanges success and failure.",
+        children=ONE,
+    ),
+    NodeType(
+        "ForceSuccess",
+        "Decorator",
+        _exchange(SUCCESS, SUCCESS),
+        "Succeeds as soon as its child completes.",
+        children=ONE,
+    ),
+    NodeType(
+        "ForceFailure",
+        "Decorator",
+        _exchange(FAILURE, FAILURE),
+        "Fails as soon as its child completes.",
+        children=ONE,
+    ),
+    NodeType(
+        "KeepRunningUntilFailure",
+        "Decorator",
+        _keep_running,
+        "Ticks its child, tick after tick, until it fails.",
+        children=ONE,
+    ),
+    NodeType(
+        "Repeat",
+        "Decorator",
+        _again("num_cycles", SUCCESS, FAILURE),
+        "Ticks its child again while it succeeds; -1 is for ever.",
+        ports={"num_cycles": Port("num_cycles", _CYCLES)},
+        slots={"count": 0.0},
+        children=ONE,
+    ),
+    NodeType(
+        "RetryUntilSuccessful",
+        "Decorator",
+        _again("num_attempts", FAILURE, SUCCESS),
+        "Ticks its child again while it fails; -1 is for ever.",
+        ports={"num_attempts": Port("num_attempts", _CYCLES)},
+        slots={"count": 0.0},
+        children=ONE,
+    ),
+    NodeType(
+        "RunOnce",
+        "Decorator",
+        _run_once,
+        "Ticks its child to completion once, and then skips it.",
+        ports={"then_skip": Port("then_skip", bool, True)},
+        slots={"result": 0.0},
+        children=ONE,
+    ),
+    NodeType(
+        "Delay",
+        "Decorator",
+        _delay,
+        "Ticks its child after some simulated time.",
+        ports={"delay_msec": Port("delay_msec", Milliseconds)},
+        slots={"steps": 0.0},
+        children=ONE,
+    ),
+    NodeType(
+        "Timeout",
+        "Decorator",
+        _timeout,
+        "Fails if its child still runs after some simulated time.",
+        ports={"msec": Port("msec", Milliseconds)},
+        slots={"steps": 0.0},
+        children=ONE,
+    ),
+)

@@ -1,0 +1,57 @@
+"""The actions of the tree language itself: they do not concern the person."""
+
+from typing import Any
+
+from hunav_drake.systems.behavior.nodes.node import (
+    UNSET,
+    BuildFunction,
+    Built,
+    Memory,
+    Node,
+    NodeType,
+    Port,
+    Variable,
+)
+from hunav_drake.systems.behavior.nodes.sequences import FAILURE, SUCCESS
+from hunav_drake.systems.behavior.nodes.status import Status
+from hunav_drake.systems.behavior.tick_context import Moment
+
+
+def _always(status: Status) -> BuildFunction:
+    def build(node: Node, children: tuple[Built, ...]) -> Built:
+        return Built(lambda memory, moment: status)
+
+    return build
+
+
+def _set_blackboard(node: Node, children: tuple[Built, ...]) -> Built:
+    target = node.ports["output_key"]
+    if not isinstance(target, Variable):
+        raise node.error("port output_key: must name a blackboard entry")
+    slot = target.slot
+    read = node.number_reader("value")
+
+    def set_entry(memory: Memory, moment: Moment) -> Status:
+        value = read(memory)
+        if value == UNSET:
+            return FAILURE
+        memory[slot] = value
+        return SUCCESS
+
+    return Built(set_entry)
+
+
+LANGUAGE_ACTIONS = (
+    NodeType("AlwaysSuccess", "Action", _always(SUCCESS), "Succeeds."),
+    NodeType("AlwaysFailure", "Action", _always(FAILURE), "Fails."),
+    NodeType(
+        "SetBlackboard",
+        "Action",
+        _set_blackboard,
+        "Sets a blackboard entry to a number, truth, text or other entry.",
+        ports={
+            "value": Port("value", Any),
+            "output_key": Port("output_key", Any, output=True),
+        },
+    ),
+)

@@ -1,0 +1,326 @@
+"""The node types that a tree can use, and how to add one's own.
+
+A leaf is a function. Its first parameter is the `Moment`; its keyword-only
+parameters are the ports, with their types and defaults; a leaf that remembers
+takes its own numbers as a list in a second parameter::
+
+    @register_condition("IsLate", memory={"ticks": 0.0})
+    def is_late(moment, own, *, seconds: float = 10.0) -> bool:
+        own[0] += 1
+        return own[0] * moment.person.time_step >= seconds
+
+A condition returns whether it holds, as a truth or as SUCCESS or FAILURE; an
+action returns a `Status`, or nothing for SUCCESS. Instead of a function, an
+object with a method `__call__` is as good, and so is its class, of which one
+object is made, or a `functools.partial`, whose keywords are then no ports. A
+leaf must not keep anything elsewhere: then a tick depends on nothing but the
+state and the inputs.
+"""
+
+from collections.abc import Callable, Iterable, Mapping
+import functools
+import inspect
+import re
+from types import MappingProxyType
+from typing import Any, Literal, TypeVar, get_args, get_origin, get_type_hints
+
+from hunav_drake.systems.behavior.nodes.controls import CONTROLS
+from hunav_drake.systems.behavior.nodes.decorators import DECORATORS
+from hunav_drake.systems.behavior.nodes.language_actions import LANGUAGE_ACTIONS
+from hunav_drake.systems.behavior.nodes.leaf import RUNNING_SLOT, build_leaf
+from hunav_drake.systems.behavior.nodes.node import Category, NodeType, Port
+from hunav_drake.systems.behavior.nodes.sequences import SEQUENCES
+from hunav_drake.systems.behavior.nodes.switch import SWITCHES
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+_TYPES: dict[str, NodeType] = {
+    node_type.name: node_type
+    for node_type in (
+        *SEQUENCES,
+        *CONTROLS,
+        *SWITCHES,
+        *DECORATORS,
+        *LANGUAGE_ACTIONS,
+    )
+}
+# All that is registered, to look at.
+NODE_TYPES: Mapping[str, NodeType] = MappingProxyType(_TYPES)
+
+# Other spellings that files of BehaviorTree.CPP 3 have.
+ALIASES: Mapping[str, str] = MappingProxyType(
+    {
+        "SequenceStar": "SequenceWithMemory",
+        "RetryUntilSuccesful": "RetryUntilSuccessful",
+    }
+)
+
+# Ports that BehaviorTree.CPP 3 calls otherwise.
+PORT_ALIASES: Mapping[tuple[str, str], str] = MappingProxyType(
+    {
+        ("Parallel", "success_threshold"): "success_count",
+        ("Parallel", "failure_threshold"): "failure_count",
+    }
+)
+
+# Elements whose attribute ID names the node, and those that tick a tree.
+GENERIC_TAGS = ("Action", "Condition", "Control", "Decorator")
+SUBTREE_TAGS = ("SubTree", "SubTreePlus")
+
+# The words of the tree language itself.
+RESERVED = frozenset(
+    {
+        "root",
+        "Root",
+        "BehaviorTree",
+        "TreeNodesModel",
+        "include",
+        *GENERIC_TAGS,
+        *SUBTREE_TAGS,
+    }
+)
+
+
+# Attributes that no port can have.
+_TAKEN = ("name", "ID")
+
+
+def register_condition(
+    name: str,
+    *,
+    memory: Mapping[str, float] | None = None,
+    ignored: Iterable[str] = (),
+    replace: bool = False,
+) -> Callable[[F], F]:
+    """Makes a function the condition of a name.
+
+    Args:
+        name: The name of the XML element.
+        memory: What the condition remembers, with what it is at first. It is
+            kept for as long as the tree lives.
+        ignored: Attributes that are accepted and mean nothing.
+        replace: Whether the name may be that of another leaf, which is then
+            forgotten. Trees that are loaded already keep it. It is not needed
+            for code that runs again: a function of the same module and the
+            same name, or of a cell of a notebook.
+
+    Raises:
+        ValueError: If the name is that of another leaf, and not `replace`; if
+            it is that of a node of the language, or no name; or if a
+            parameter is not what a port can be.
+    """
+    return _decorator(name, "Condition", memory, ignored, replace)
+
+
+def register_action(
+    name: str,
+    *,
+    memory: Mapping[str, float] | None = None,
+    ignored: Iterable[str] = (),
+    replace: bool = False,
+) -> Callable[[F], F]:
+    """Makes a function the action of a name.
+
+    Args:
+        name: The name of the XML element.
+        memory: What the action remembers, with what it is at first. It begins
+            anew when the action is halted while it is RUNNING.
+        ignored: Attributes that are accepted and mean nothing.
+        replace: As for `register_condition`.
+
+    Raises:
+        ValueError: As for `register_condition`.
+    """
+    return _decorator(name, "Action", memory, ignored, replace)
+
+
+def _decorator(
+    name: str,
+    category: Category,
+    memory: Mapping[str, float] | None,
+    ignored: Iterable[str],
+    replace: bool,
+) -> Callable[[F], F]:
+    if isinstance(ignored, str):
+        raise ValueError(
+            f"{name}: ignored must be several names, got the text {ignored!r};"
+            f" write [{ignored!r}]"
+        )
+
+    def register(function: F) -> F:
+        node_type = _leaf_type(
+            name, category, function, dict(memory or {}), frozenset(ignored)
+        )
+        existing = _TYPES.get(name)
+        is_language = existing is not None and existing.function is None
+        if is_language or name in RESERVED or name in ALIASES:
+            raise ValueError(f"the node name {name!r} is taken; choose another")
+        if existing and not replace:
+            _check_runs_again(name, existing.function, function)
+        _TYPES[name] = node_type
+        return function
+
+    return register
+
+
+def _check_runs_again(name: str, old: Any, new: Any) -> None:
+    """Checks that a leaf comes from the same code as the one before, run again.
+
+    Raises:
+        ValueError: If it does not.
+    """
+    if new is old:
+        return
+    before, after = _original(old), _original(new)
+    if after.__module__ != before.__module__:
+        raise ValueError(
+            f"the node name {name!r} is taken by a leaf of {before.__module__};"
+            " choose another, or say replace=True"
+        )
+    # Code that runs again defines anew what it defines.
+    if _code(new) is _code(old):
+        raise ValueError(
+            f"the node name {name!r} is taken by another leaf of the same"
+            " function or class; choose another, or say replace=True"
+        )
+    if _definition(after) == _definition(before):
+        return
+    # A changed cell has another file; what is typed in, a name such as <stdin>.
+    file = _file(before)
+    typed_in = file.startswith("<") or file != _file(after)
+    if before.__module__ != "__main__" or not typed_in:
+        raise ValueError(
+            f"the node name {name!r} is taken by {before.__qualname__} of"
+            f" {before.__module__}; choose another, or say replace=True"
+        )
+
+
+def _definition(original: Any) -> tuple[str, int]:
+    """Returns what tells the definitions of a module apart."""
+    name: str = original.__qualname__
+    # (Functions without a name all have the same.)
+    nameless = name.endswith("<lambda>")
+    return name, original.__code__.co_firstlineno if nameless else 0
+
+
+def _file(original: Any) -> str:
+    """Returns the file with a function or class, as Python names it."""
+    function = original.__call__ if isinstance(original, type) else original
+    code = getattr(function, "__code__", None)
+    return code.co_filename if code else "<unknown>"
+
+
+def _original(function: Any) -> Any:
+    """Returns the function or class that says where a leaf comes from."""
+    while isinstance(function, functools.partial):
+        function = function.func
+    return function if hasattr(function, "__qualname__") else type(function)
+
+
+def _code(function: Any) -> Any:
+    """Returns what is made anew when a module or a cell runs again."""
+    original = _original(function)
+    return getattr(original, "__code__", original)
+
+
+def _leaf_type(
+    name: str,
+    category: Category,
+    function: Callable[..., Any],
+    memory: dict[str, float],
+    ignored: frozenset[str],
+) -> NodeType:
+    if not re.fullmatch(r"[A-Za-z]\w*", name, re.ASCII):
+        raise ValueError(f"a node name is letters and digits, got {name!r}")
+    if not callable(function):
+        raise ValueError(
+            f"{name}: a leaf is a function, or an object that can be called,"
+            f" got {function!r}"
+        )
+    original = _original(function)
+    leaf = function
+    if isinstance(function, type):
+        # Of a class, one object is the leaf.
+        try:
+            leaf = function()
+        except TypeError as error:
+            raise ValueError(
+                f"{name}: no object of {function.__name__} can be made without"
+                f" arguments ({error}); register one that you make"
+            ) from error
+    hints = get_type_hints(
+        original.__call__ if isinstance(original, type) else original,
+        include_extras=True,
+    )
+    fixed = leaf.keywords if isinstance(leaf, functools.partial) else {}
+    positional = 0
+    ports = {}
+    for parameter in inspect.signature(leaf).parameters.values():
+        if parameter.name in fixed:
+            continue
+        if parameter.kind in (
+            parameter.POSITIONAL_ONLY,
+            parameter.POSITIONAL_OR_KEYWORD,
+        ):
+            positional += 1
+        elif parameter.kind == parameter.KEYWORD_ONLY:
+            ports[parameter.name] = _port(name, parameter, hints)
+        else:
+            raise ValueError(
+                f"{name}: *{parameter.name} cannot be a port; name each port"
+            )
+    expected = 2 if memory else 1
+    if positional != expected:
+        raise ValueError(
+            f"{name}: the function must take {expected} positional"
+            f" parameters (the moment{', its memory' if memory else ''}) and"
+            f" its ports after a *, got {positional} positional"
+        )
+    both = sorted(ignored & ports.keys())
+    if both:
+        raise ValueError(
+            f"{name}: {both[0]} is a port, and cannot be ignored as well"
+        )
+    slots = dict(memory)
+    if memory and category == "Action":
+        slots = {RUNNING_SLOT: 0.0, **memory}
+    return NodeType(
+        name,
+        category,
+        functools.partial(build_leaf, leaf),
+        (inspect.getdoc(original) or "").partition("\n")[0],
+        ports=ports,
+        ignored=ignored,
+        slots=slots,
+        source=f"{original.__module__}.{original.__qualname__}",
+        function=function,
+    )
+
+
+def _port(
+    name: str, parameter: inspect.Parameter, hints: Mapping[str, Any]
+) -> Port:
+    if parameter.name in _TAKEN or parameter.name.startswith("_"):
+        raise ValueError(
+            f"{name}: no port can be called {parameter.name!r}: the attributes"
+            f" {' and '.join(_TAKEN)} of a node, and those that begin with _,"
+            " have meanings of their own; choose another name"
+        )
+    annotation = hints.get(parameter.name)
+    base = get_args(annotation)[0] if _is_annotated(annotation) else annotation
+    literal = get_origin(base) is Literal and all(
+        isinstance(choice, str) for choice in get_args(base)
+    )
+    if base not in (float, int, bool, str) and not literal:
+        raise ValueError(
+            f"{name}: port {parameter.name} must be annotated as float, int,"
+            f" bool, str or a Literal of texts, got {annotation}"
+        )
+    if parameter.default is parameter.empty:
+        return Port(parameter.name, annotation)
+    default = Port(parameter.name, annotation).check(parameter.default)
+    return Port(parameter.name, annotation, default)
+
+
+def _is_annotated(annotation: Any) -> bool:
+    return hasattr(annotation, "__metadata__")

@@ -1,0 +1,218 @@
+"""Sequences and fallbacks, with the meaning that BehaviorTree.CPP gives them.
+
+Each function makes the functions of one node from those of its children. A
+node's memory is zero unless it is RUNNING, with the exceptions that
+BehaviorTree.CPP makes.
+"""
+
+from hunav_drake.systems.behavior.nodes.node import (
+    BuildFunction,
+    Built,
+    HaltFunction,
+    Memory,
+    Node,
+    NodeType,
+)
+from hunav_drake.systems.behavior.nodes.status import Status
+from hunav_drake.systems.behavior.tick_context import Moment
+
+RUNNING = Status.RUNNING
+SUCCESS = Status.SUCCESS
+FAILURE = Status.FAILURE
+SKIPPED = Status.SKIPPED
+
+
+def halts_of(children: tuple[Built, ...]) -> tuple[HaltFunction, ...]:
+    """Returns the functions that halt some nodes."""
+    return tuple(child.halt for child in children if child.halt)
+
+
+def leftovers_of(children: tuple[Built, ...]) -> tuple[HaltFunction, ...]:
+    """Returns what to halt when a node completes none of whose children runs.
+
+    Only a child that was skipped can have kept something.
+    """
+    return halts_of(tuple(child for child in children if child.may_skip))
+
+
+def work_of(children: tuple[Built, ...]) -> int:
+    """Returns how many nodes one tick ticks at most if each child once."""
+    return 1 + sum(child.work for child in children)
+
+
+def _in_order(goes_on: Status, stops: Status) -> BuildFunction:
+    """Makes Sequence (goes on at SUCCESS) and Fallback (at FAILURE)."""
+
+    def build(node: Node, children: tuple[Built, ...]) -> Built:
+        ticks = tuple(enumerate(child.tick for child in children))
+        count = len(ticks)
+        halts, leftovers = halts_of(children), leftovers_of(children)
+        at, skips = node.slot("child"), node.slot("skipped")
+
+        def tick(memory: Memory, moment: Moment) -> Status:
+            first = int(memory[at])
+            skipped = memory[skips]
+            for i, child_tick in ticks[first:] if first else ticks:
+                status = child_tick(memory, moment)
+                if status is goes_on:
+                    continue
+                if status is RUNNING:
+                    memory[at] = i
+                    memory[skips] = skipped
+                    return RUNNING
+                if status is stops:
+                    break
+                skipped += 1
+            else:
+                status = SKIPPED if skipped == count else goes_on
+            if first:
+                memory[at] = 0.0
+                memory[skips] = 0.0
+            for halt in leftovers:
+                halt(memory)
+            return status
+
+        def halt(memory: Memory) -> None:
+            memory[at] = 0.0
+            memory[skips] = 0.0
+            for halt in halts:
+                halt(memory)
+
+        return Built(
+            tick, halt, all(c.may_skip for c in children), work_of(children)
+        )
+
+    return build
+
+
+def _sequence_with_memory(node: Node, children: tuple[Built, ...]) -> Built:
+    ticks = tuple(child.tick for child in children)
+    count = len(ticks)
+    halts, leftovers = halts_of(children), leftovers_of(children)
+    at, skips = node.slot("child"), node.slot("skipped")
+
+    def tick(memory: Memory, moment: Moment) -> Status:
+        skipped = memory[skips]
+        memory[skips] = 0.0
+        for i in range(int(memory[at]), count):
+            status = ticks[i](memory, moment)
+            if status is SUCCESS:
+                continue
+            if status is RUNNING:
+                memory[at] = i
+                memory[skips] = skipped
+                return RUNNING
+            if status is FAILURE:
+                # It goes on from here, also after it was halted.
+                memory[at] = i
+                for halt in leftovers:
+                    halt(memory)
+                return FAILURE
+            skipped += 1
+        memory[at] = 0.0
+        for halt in leftovers:
+            halt(memory)
+        return SKIPPED if skipped == count else SUCCESS
+
+    def halt(memory: Memory) -> None:
+        memory[skips] = 0.0
+        for halt in halts:
+            halt(memory)
+
+    return Built(
+        tick, halt, all(c.may_skip for c in children), work_of(children)
+    )
+
+
+def _reactive(goes_on: Status, stops: Status) -> BuildFunction:
+    """Makes ReactiveSequence and ReactiveFallback."""
+
+    def build(node: Node, children: tuple[Built, ...]) -> Built:
+        ticks = tuple(child.tick for child in children)
+        count = len(ticks)
+        halts = halts_of(children)
+        own = tuple(child.halt for child in children)
+        others = tuple(
+            tuple(halt for j, halt in enumerate(own) if halt and j != i)
+            for i in range(count)
+        )
+
+        def tick(memory: Memory, moment: Moment) -> Status:
+            skipped = 0
+            for i in range(count):
+                status = ticks[i](memory, moment)
+                if status is goes_on:
+                    continue
+                if status is RUNNING:
+                    for halt in others[i]:
+                        halt(memory)
+                    return RUNNING
+                if status is stops:
+                    break
+                skipped += 1
+                skipped_halt = own[i]
+                if skipped_halt:
+                    skipped_halt(memory)
+            else:
+                status = SKIPPED if skipped == count else goes_on
+            for halt in halts:
+                halt(memory)
+            return status
+
+        def halt(memory: Memory) -> None:
+            for halt in halts:
+                halt(memory)
+
+        return Built(
+            tick,
+            halt if halts else None,
+            all(c.may_skip for c in children),
+            work_of(children),
+        )
+
+    return build
+
+
+MANY = (1, 10**6)
+_ORDERED = {"child": 0.0, "skipped": 0.0}
+
+SEQUENCES = (
+    NodeType(
+        "Sequence",
+        "Control",
+        _in_order(SUCCESS, FAILURE),
+        "Ticks its children in order while they succeed.",
+        slots=_ORDERED,
+        children=MANY,
+    ),
+    NodeType(
+        "Fallback",
+        "Control",
+        _in_order(FAILURE, SUCCESS),
+        "Ticks its children in order until one succeeds.",
+        slots=_ORDERED,
+        children=MANY,
+    ),
+    NodeType(
+        "SequenceWithMemory",
+        "Control",
+        _sequence_with_memory,
+        "A Sequence that goes on at the child that failed.",
+        slots=_ORDERED,
+        children=MANY,
+    ),
+    NodeType(
+        "ReactiveSequence",
+        "Control",
+        _reactive(SUCCESS, FAILURE),
+        "A Sequence that begins anew in each tick.",
+        children=MANY,
+    ),
+    NodeType(
+        "ReactiveFallback",
+        "Control",
+        _reactive(FAILURE, SUCCESS),
+        "A Fallback that begins anew in each tick.",
+        children=MANY,
+    ),
+)

@@ -1,0 +1,112 @@
+"""What all configuration dataclasses share: strict types, ranges with units.
+
+A configuration is a pydantic dataclass, so that a value is checked where it
+is given, in Python as in a scenario file, by the same rule and with the same
+words.
+"""
+
+from collections.abc import Sequence
+import math
+from numbers import Integral
+from typing import Annotated, Any
+
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    StrictFloat,
+    StrictInt,
+    StrictStr,
+)
+from pydantic_core import PydanticCustomError
+
+# Numbers, texts and flags are strict (pydantic's Strict... types): no "0.1" for
+# a number, no 1 for a flag. Dataclasses may come as mappings.
+CONFIG = ConfigDict(extra="forbid", allow_inf_nan=False)
+
+
+def within(
+    low: float,
+    high: float = math.inf,
+    unit: str = "",
+    *,
+    low_open: bool = False,
+) -> AfterValidator:
+    """Returns the rule that a number lies in [low, high], or (low, high].
+
+    Args:
+        low: The lower bound.
+        high: The upper bound; infinity for none (the number is finite still).
+        unit: The unit of the number, for the message.
+        low_open: Whether the lower bound itself is outside.
+    """
+    opening = "(" if low_open else "["
+    closing = ")" if math.isinf(high) else "]"
+    rule = f"must be in {opening}{low:g}, {high:g}{closing} {unit}".rstrip()
+
+    def check(value: float) -> float:
+        if value < low or value > high or (low_open and value == low):
+            raise PydanticCustomError(
+                "range", "{rule}, got {value}", {"rule": rule, "value": value}
+            )
+        return value
+
+    return AfterValidator(check)
+
+
+def _as_list(value: Any) -> Any:
+    return value.tolist() if hasattr(value, "tolist") else value
+
+
+def _as_tuple(value: Any) -> Any:
+    """Takes any sequence of numbers for a tuple: lists, tuples, arrays."""
+    value = _as_list(value)
+    if isinstance(value, Sequence) and not isinstance(value, str | bytes):
+        return tuple(value)
+    return value
+
+
+def _as_int(value: Any) -> Any:
+    """Takes NumPy's integers for integers; they are drawn from generators."""
+    if isinstance(value, Integral) and not isinstance(value, bool):
+        return int(value)
+    return value
+
+
+def one_line(value: str) -> str:
+    """Returns a text that can be shown in a terminal, in a line of its own.
+
+    Raises:
+        ValueError: If it has line breaks or control characters.
+    """
+    if not value.isprintable():
+        raise PydanticCustomError(
+            "one_line", "must be one line without control characters"
+        )
+    return value
+
+
+Integer = Annotated[StrictInt, BeforeValidator(_as_int)]
+Name = Annotated[StrictStr, Field(max_length=64), AfterValidator(one_line)]
+
+# Coordinates of a point in W, in meters: beyond, the forces, which hang on
+# differences of positions, would lose digits.
+MAX_COORDINATE = 1e5
+Coordinate = Annotated[
+    StrictFloat, within(-MAX_COORDINATE, MAX_COORDINATE, "m")
+]
+Point = Annotated[tuple[Coordinate, Coordinate], BeforeValidator(_as_tuple)]
+Points = Annotated[list[Point], BeforeValidator(_as_list)]
+Angle = Annotated[StrictFloat, within(-1e3, 1e3, "rad")]
+Pose = Annotated[
+    tuple[Coordinate, Coordinate, Angle], BeforeValidator(_as_tuple)
+]
+Speed = Annotated[StrictFloat, within(0, 10, "m/s")]
+PositiveSpeed = Annotated[StrictFloat, within(0, 10, "m/s", low_open=True)]
+Length = Annotated[StrictFloat, within(0, 1e5, "m")]
+PositiveLength = Annotated[StrictFloat, within(0, 1e5, "m", low_open=True)]
+BodyRadius = Annotated[StrictFloat, within(0, 5, "m", low_open=True)]
+Size = Annotated[
+    tuple[PositiveLength, PositiveLength], BeforeValidator(_as_tuple)
+]

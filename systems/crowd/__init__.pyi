@@ -1,0 +1,16 @@
+from .advance import advance_people as advance_people
+from .crowd_config import CrowdConfig as CrowdConfig
+from .human_crowd import HumanCrowd as HumanCrowd, HumanCrowd_ as HumanCrowd_
+from .models import (
+    MOTION_MODELS as MOTION_MODELS,
+    HeadedSocialForceModel as HeadedSocialForceModel,
+    OrcaModel as OrcaModel,
+    SocialForceModel as SocialForceModel,
+    make_motion_model as make_motion_model,
+)
+from .motion_model import (
+    MotionModel as MotionModel,
+    Snapshot as Snapshot,
+    register_motion_model as register_motion_model,
+)
+from .step import CrowdJacobian as CrowdJacobian

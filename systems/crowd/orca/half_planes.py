@@ -1,0 +1,165 @@
+"""The best velocity under linear rules, compiled by numba.
+
+A rule is a row (nx, ny, b) with a unit normal n: it allows the velocities v
+with n.v >= b. The velocity nearest to a wanted one, within a speed and all
+rules, is found by taking in one rule after the other; where no velocity obeys
+all, one is found whose largest offence is the least (van den Berg, Guy, Lin &
+Manocha 2011, section 5). The rules come in a fixed order: nothing is drawn at
+random, and the result, being unique, does not depend on the order.
+"""
+
+import math
+
+from hunav_drake.systems.common.kernels import jit
+
+# Velocities that differ by less are the same, in m/s.
+_TINY = 1e-11
+
+# Rules whose directions differ by less are parallel, in radians.
+_PARALLEL = 1e-9
+
+# Rules that cannot all be obeyed are eased by a little more than it takes, in
+# m/s, so that what is left is not a point but a small area, and the choice in
+# it well defined.
+_SLACK = 1e-3
+
+
+@jit
+def _on_rule(rules, i, speed, tx, ty, farthest):
+    """Returns the best velocity on the edge of rule i under those before it.
+
+    Returns:
+        Whether there is one, and its components.
+    """
+    nx = rules[i, 0]
+    ny = rules[i, 1]
+    b = rules[i, 2]
+    if abs(b) > speed + _TINY:
+        return False, 0.0, 0.0
+    hi = math.sqrt(max(speed * speed - b * b, 0.0))
+    lo = -hi
+    for j in range(i):
+        slope = rules[j, 1] * nx - rules[j, 0] * ny
+        needed = rules[j, 2] - b * (rules[j, 0] * nx + rules[j, 1] * ny)
+        if abs(slope) < _PARALLEL:
+            if needed > _TINY:
+                return False, 0.0, 0.0
+        elif slope > 0:
+            lo = max(lo, needed / slope)
+        else:
+            hi = min(hi, needed / slope)
+        if lo > hi + _TINY:
+            return False, 0.0, 0.0
+    t = ty * nx - tx * ny
+    if farthest:
+        t = math.copysign(math.inf, t)
+    t = min(max(t, lo), hi)
+    return True, b * nx - t * ny, b * ny + t * nx
+
+
+@jit
+def _best(rules, count, speed, tx, ty, farthest):
+    """Returns the velocity nearest to (tx, ty), or farthest in its direction.
+
+    Returns:
+        How many of the first `count` rules it obeys, which is all of them
+        unless they contradict each other, and the velocity.
+    """
+    vx = tx
+    vy = ty
+    if farthest:
+        vx *= speed
+        vy *= speed
+    for i in range(count):
+        if rules[i, 0] * vx + rules[i, 1] * vy < rules[i, 2] - _TINY:
+            found, wx, wy = _on_rule(rules, i, speed, tx, ty, farthest)
+            if not found:
+                return i, vx, vy
+            vx = wx
+            vy = wy
+    return count, vx, vy
+
+
+@jit
+def _least_offence(rules, hard, count, begin, speed, vx, vy, scratch):
+    """Finds the velocity with the least largest offence.
+
+    It is a linear program of three variables: the velocity, and how far all
+    the rules from `hard` on are eased.
+
+    Args:
+        rules: The first `hard` of them are not eased.
+        hard: See above.
+        count: The number of rules.
+        begin: (vx, vy) obeys the rules before this one.
+        speed: The largest speed, in m/s.
+        vx: A velocity that obeys the hard rules.
+        vy: Likewise.
+        scratch: Room for as many rules.
+
+    Returns:
+        The offence, >= 0 in m/s, and the velocity.
+    """
+    offence = 0.0
+    for i in range(begin, count):
+        nx = rules[i, 0]
+        ny = rules[i, 1]
+        if rules[i, 2] - (nx * vx + ny * vy) <= offence:
+            continue
+        # Rule i is now the one most offended, and is to be so the least.
+        scratch[:hard] = rules[:hard]
+        size = hard
+        for j in range(hard, i):
+            dx = rules[j, 0] - nx
+            dy = rules[j, 1] - ny
+            length = math.sqrt(dx * dx + dy * dy)
+            if length > _PARALLEL:
+                scratch[size, 0] = dx / length
+                scratch[size, 1] = dy / length
+                scratch[size, 2] = (rules[j, 2] - rules[i, 2]) / length
+                size += 1
+        done, wx, wy = _best(scratch, size, speed, nx, ny, True)
+        if done == size:
+            vx = wx
+            vy = wy
+        offence = max(offence, rules[i, 2] - (nx * vx + ny * vy))
+    return offence, vx, vy
+
+
+@jit
+def best_velocity(rules, hard, count, speed, tx, ty, scratch):
+    """Returns the velocity nearest to a wanted one under some rules.
+
+    Rules that no velocity obeys are eased, all by the same: first the hard
+    ones among themselves, then the others under the hard ones.
+
+    Args:
+        rules: Shape (>= count, 3); those that are eased are changed.
+        hard: How many rules, the first ones, go before the others.
+        count: The number of rules.
+        speed: The largest speed, in m/s.
+        tx: The wanted velocity, no faster than that, in m/s.
+        ty: Likewise.
+        scratch: Room for as many rules.
+
+    Returns:
+        Its two components, in m/s.
+    """
+    done, vx, vy = _best(rules, count, speed, tx, ty, False)
+    for stage in range(2):
+        low = 0 if stage == 0 else hard
+        high = hard if stage == 0 else count
+        if done >= high:
+            continue
+        offence, vx, vy = _least_offence(
+            rules, low, high, max(done, low), speed, vx, vy, scratch
+        )
+        offence += min(_SLACK, offence / 8)
+        for i in range(low, high):
+            rules[i, 2] -= offence
+        done, wx, wy = _best(rules, count, speed, tx, ty, False)
+        # The rules before `high` can be obeyed now, but for rounding.
+        if done >= high:
+            vx = wx
+            vy = wy
+    return vx, vy

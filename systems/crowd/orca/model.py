@@ -1,0 +1,388 @@
+"""Optimal reciprocal collision avoidance: people choose velocities, not forces.
+
+van den Berg, Guy, Lin & Manocha 2011, "Reciprocal n-body collision avoidance".
+Nobody chooses a velocity at which, others keeping theirs, two bodies would
+touch within a horizon, and of a pair each does half of what avoids it.
+"""
+
+import dataclasses
+import math
+from typing import Annotated
+
+from numba import float64
+import numpy as np
+from pydantic import Field, StrictFloat
+from pydantic.dataclasses import dataclass
+
+from hunav_drake.systems.common.kernels import MATRIX, REAL, VECTOR, jit, jit_as
+from hunav_drake.systems.common.layout import (
+    COHERENCE_FORCE,
+    FORCES_SIZE,
+    GAZE_FORCE,
+    GROUP_REPULSION_FORCE,
+    RADIUS,
+    ROBOT_REPULSION_FORCE,
+    TOTAL_FORCE,
+    VX,
+    VY,
+    Command,
+    RobotRole,
+    X,
+    Y,
+)
+from hunav_drake.systems.common.schema import (
+    CONFIG,
+    Integer,
+    PositiveLength,
+    within,
+)
+from hunav_drake.systems.crowd.motion_model import (
+    Array,
+    Snapshot,
+    register_motion_model,
+)
+from hunav_drake.systems.crowd.orca.half_planes import best_velocity
+from hunav_drake.systems.crowd.orca.neighbors import find_neighbors, make_cells
+from hunav_drake.systems.crowd.social_force import kernel
+from hunav_drake.systems.crowd.social_force.force_terms import (
+    add_group_forces,
+    add_robot_forces,
+)
+from hunav_drake.systems.world.nearest import nearest_on_segments
+
+# The fields of OrcaModel in order.
+(
+    _NEIGHBOR_DISTANCE,
+    _MAX_NEIGHBORS,
+    _HORIZON,
+    _WALL_HORIZON,
+    _MARGIN,
+    _RELAXATION,
+    _EPSILON,
+) = range(7)
+
+# Velocities, in m/s, and distances, in m, that give no direction.
+_TINY = 1e-9
+
+Time = Annotated[StrictFloat, within(0, 1e3, "s", low_open=True)]
+
+
+@jit
+def _avoid(rule, ex, ey, own, vx, vy, reach, share, horizon, time_step):
+    """Writes the rule by which a person avoids a disc.
+
+    Args:
+        rule: Receives (nx, ny, b): see `velocity_program`.
+        ex: Where the disc is, seen from the person, in meters.
+        ey: Likewise.
+        own: The velocity of the person, in m/s.
+        vx: How much faster the person is than the disc, in m/s.
+        vy: Likewise.
+        reach: The distance to keep, in meters.
+        share: The share of the change that the person makes.
+        horizon: The time ahead that they must not touch in, in seconds.
+        time_step: The time in which bodies that touch come apart, in seconds.
+
+    Returns:
+        Whether there is a rule. Someone in the same place, at the same
+        velocity, is in no direction.
+    """
+    d2 = ex * ex + ey * ey
+    apart = d2 > reach * reach
+    time = horizon if apart else time_step
+    # From the center of the disc that the cone of velocities is cut off by.
+    wx = vx - ex / time
+    wy = vy - ey / time
+    w = math.hypot(wx, wy)
+    ahead = wx * ex + wy * ey
+    cap = ahead < 0 and ahead * ahead > reach * reach * w * w
+    if cap or not apart:
+        if w < _TINY:
+            return False
+        nx = wx / w
+        ny = wy / w
+        change = reach / time - w
+    else:
+        leg = math.sqrt(d2 - reach * reach)
+        if ex * wy - ey * wx > 0:
+            nx = -(ex * reach + ey * leg) / d2
+            ny = (ex * leg - ey * reach) / d2
+        else:
+            nx = (ey * leg - ex * reach) / d2
+            ny = -(ex * leg + ey * reach) / d2
+        change = -(nx * vx + ny * vy)
+    rule[0] = nx
+    rule[1] = ny
+    rule[2] = nx * own[0] + ny * own[1] + share * change
+    return True
+
+
+@jit
+def _avoid_walls(rules, x, y, reach, speed, segments, sight, horizon, step):
+    """Writes the rules by which a person avoids walls.
+
+    Each segment lies behind the line through its point nearest to the person,
+    who may come nearer to that line only by so much. Standing is allowed.
+
+    Args:
+        rules: Receives rows (nx, ny, b).
+        x: Where the person is, in meters.
+        y: Likewise.
+        reach: The distance to keep, in meters.
+        speed: The largest speed, in m/s.
+        segments: Shape (s, 4): see Obstacles.
+        sight: Walls farther than this do not count, in meters.
+        horizon: The time ahead that nobody must touch a wall in, in seconds.
+        step: The time in which a person who does comes off it, in seconds.
+
+    Returns:
+        How many.
+    """
+    sight = min(sight, reach + speed * horizon)
+    count = 0
+    for s in range(len(segments)):
+        px, py, d2 = nearest_on_segments(x, y, segments, s, s + 1)
+        if d2 > sight * sight:
+            continue
+        distance = math.sqrt(d2)
+        if distance < _TINY:
+            continue
+        gap = distance - reach
+        rules[count, 0] = (x - px) / distance
+        rules[count, 1] = (y - py) / distance
+        rules[count, 2] = -gap / (horizon if gap > 0 else step)
+        count += 1
+    return count
+
+
+@jit
+def _wanted(states, radii, command, parameters, robots, time_step, relaxation):
+    """Returns the velocities that people would take if they were alone."""
+    n = len(states)
+    wanted = np.zeros((n, 2))
+    directions = np.zeros((n, 2))
+    pulls = np.zeros((n, FORCES_SIZE))
+    grouped = False
+    for i in range(n):
+        x = states[i, X]
+        y = states[i, Y]
+        gx = command[i, Command.GOAL_X] - x
+        gy = command[i, Command.GOAL_Y] - y
+        distance = math.hypot(gx, gy)
+        if (
+            command[i, Command.HAS_GOAL] != 0
+            and distance > command[i, Command.GOAL_RADIUS]
+        ):
+            directions[i, 0] = gx / distance
+            directions[i, 1] = gy / distance
+            speed = min(command[i, Command.DESIRED_SPEED], distance / time_step)
+            wanted[i] = speed * directions[i]
+        if command[i, Command.ROBOT_REPULSION] != 0:
+            vx = states[i, VX]
+            vy = states[i, VY]
+            add_robot_forces(
+                *(x, y, vx, vy, radii[i], command[i], parameters[i]),
+                *(robots, pulls[i]),
+            )
+        grouped = grouped or command[i, Command.GROUP_ID] >= 0
+    if grouped:
+        add_group_forces(directions, states, radii, command, parameters, pulls)
+    part = -math.expm1(-time_step / relaxation)
+    for i in range(n):
+        for c in range(2):
+            pull = (
+                pulls[i, GAZE_FORCE + c]
+                + pulls[i, COHERENCE_FORCE + c]
+                + pulls[i, GROUP_REPULSION_FORCE + c]
+                + pulls[i, ROBOT_REPULSION_FORCE + c]
+            )
+            v = states[i, VX + c]
+            wanted[i, c] = v + part * (wanted[i, c] - v + relaxation * pull)
+        speed = math.hypot(wanted[i, 0], wanted[i, 1])
+        if speed > command[i, Command.MAX_SPEED]:
+            wanted[i] *= command[i, Command.MAX_SPEED] / speed
+    return wanted
+
+
+@jit_as(
+    float64[:, ::1],
+    *(MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, MATRIX, MATRIX),
+    *(REAL, REAL, VECTOR),
+)
+def orca_accelerations(
+    states,
+    radii,
+    command,
+    parameters,
+    robots,
+    at_walls,
+    segments,
+    sight,
+    step,
+    model,
+):
+    """Returns the accelerations to the velocities that n people choose.
+
+    Args:
+        states: Shape (n, 6): x, y, yaw, vx, vy, omega.
+        radii: Shape (n,), in meters.
+        command: Shape (n, COMMAND_SIZE).
+        parameters: Shape (n, 13): the fields of SocialForceParameters.
+        robots: Shape (m, 7): rows of `robot_state`.
+        at_walls: Shape (n, 2): see `Snapshot`; the radii count.
+        segments: Shape (s, 4): see Obstacles.
+        sight: Walls farther than this do not count, in meters.
+        step: The time step, in seconds.
+        model: Shape (7,): the fields of OrcaModel.
+
+    Returns:
+        Shape (n, FORCES_SIZE), in m/s^2: the total, and zeros.
+    """
+    n = len(states)
+    forces = np.zeros((n, FORCES_SIZE))
+    if n == 0:
+        return forces
+    wanted = _wanted(
+        states, radii, command, parameters, robots, step, model[_RELAXATION]
+    )
+    cells = make_cells(states[:, X].copy(), states[:, Y].copy())
+    most = int(model[_MAX_NEIGHBORS])
+    far = model[_NEIGHBOR_DISTANCE]
+    margin = model[_MARGIN]
+    cosine = math.cos(model[_EPSILON])
+    sine = math.sin(model[_EPSILON])
+    nearest = np.empty(most)
+    found = np.empty(n, np.int64)
+    rules = np.empty((len(segments) + n + len(robots), 3))
+    scratch = np.empty(rules.shape)
+    for i in range(n):
+        x = states[i, X]
+        y = states[i, Y]
+        own = states[i, VX : VY + 1]
+        cap = command[i, Command.MAX_SPEED]
+        if command[i, Command.HOLD] != 0:
+            forces[i, TOTAL_FORCE] = -own[0] / step
+            forces[i, TOTAL_FORCE + 1] = -own[1] / step
+            continue
+        walls = _avoid_walls(
+            *(rules, x, y, at_walls[i, 0] + margin, cap, segments),
+            *(sight, model[_WALL_HORIZON], step),
+        )
+        count = walls
+        neighbors = find_neighbors(i, x, y, cells, far, most, nearest, found)
+        for a in range(neighbors + len(robots)):
+            share = 0.5
+            if a < neighbors:
+                j = found[a]
+                other = states[j]
+                reach = radii[i] + radii[j] + margin
+                vx = other[VX]
+                vy = other[VY]
+                if command[j, Command.HOLD] != 0:
+                    # Someone who stands still leaves it all to the others.
+                    share = 1.0
+                    vx = 0.0
+                    vy = 0.0
+            else:
+                other = robots[a - neighbors]
+                reach = radii[i] + other[RADIUS] + margin
+                vx = other[VX]
+                vy = other[VY]
+                if int(command[i, Command.ROBOT_ROLE]) == RobotRole.UNSEEN:
+                    continue
+                if int(command[i, Command.ROBOT_ROLE]) != RobotRole.PEDESTRIAN:
+                    share = 1.0
+            dx = other[X] - x
+            dy = other[Y] - y
+            if dx * dx + dy * dy > far * far:
+                continue
+            # Seen a little to the left, so that people pass on the right.
+            ex = cosine * dx - sine * dy
+            ey = sine * dx + cosine * dy
+            count += _avoid(
+                *(rules[count], ex, ey, own, own[0] - vx, own[1] - vy),
+                *(reach, share, model[_HORIZON], step),
+            )
+        vx, vy = best_velocity(
+            *(rules, walls, count, cap, wanted[i, 0], wanted[i, 1]),
+            scratch,
+        )
+        forces[i, TOTAL_FORCE] = (vx - own[0]) / step
+        forces[i, TOTAL_FORCE + 1] = (vy - own[1]) / step
+    return forces
+
+
+@register_motion_model("orca")
+@dataclass(kw_only=True, config=CONFIG)
+class OrcaModel:
+    """Everybody takes the best velocity that keeps free of the others.
+
+    van den Berg, Guy, Lin & Manocha 2011. A velocity must leave a person free
+    of walls for `wall_horizon`, and of the nearest people and robots for
+    `time_horizon`; the one nearest to what the person wants is taken. Where
+    there is none, people give way before walls do: see `velocity_program`.
+
+    A robot in the role of a pedestrian is expected to do its half of the
+    avoiding. One in the role of an obstacle, and people who hold still, are
+    not: the others do all.
+
+    What a person wants is to approach the desired velocity in
+    `relaxation_time`, under the forces of the group and of the robot's push,
+    which are those of the social force model.
+
+    Crowds do not drain through doors of about a body's width: they arch in
+    front of a door of 1 m, through which 6 to 10 of 30 people get in 60 s. Nor
+    do two who meet in a door that holds one body give way to each other.
+
+    All walls within `obstacle_range` count: `max_obstacles` does not. People
+    on the very point of a wall are not moved by it, nor people by someone in
+    the same place with the same velocity.
+    """
+
+    # People and robots farther than this are not avoided, in meters.
+    neighbor_distance: PositiveLength = 10.0
+
+    # How many people are avoided, the nearest first. More are, if they are
+    # equally far.
+    max_neighbors: Annotated[Integer, Field(ge=1, le=1000)] = 10
+
+    # The time ahead that people must not touch others in (tau), in seconds.
+    time_horizon: Time = 5.0
+
+    # The time ahead that people must not touch a wall in, in seconds.
+    wall_horizon: Time = 1.0
+
+    # What people keep between their bodies and others, or walls, in meters.
+    safety_margin: Annotated[StrictFloat, within(0, 10, "m")] = 0.05
+
+    # The time in which the desired velocity is approached, in seconds. A short
+    # one gives the model of the paper, where people start and stop at once.
+    relaxation_time: Time = 0.25
+
+    # How far to the left of where they are people see others, in radians. It
+    # breaks the tie of an exact head-on encounter, where both would brake
+    # until they stand: to the right; a negative one, to the left.
+    epsilon: Annotated[StrictFloat, within(-1, 1, "rad")] = 0.05
+
+    def forces(self, snapshot: Snapshot) -> Array:
+        """Returns the accelerations, as totals: see `MotionModel.forces`."""
+        forces: Array = orca_accelerations(
+            snapshot.states,
+            snapshot.radii,
+            snapshot.command,
+            snapshot.parameters,
+            snapshot.robots,
+            snapshot.at_walls,
+            snapshot.obstacles.segments,
+            snapshot.obstacle_range,
+            snapshot.time_step,
+            np.array(dataclasses.astuple(self), dtype=float),
+        )
+        return forces
+
+    def advance(self, snapshot: Snapshot, forces: Array) -> Array:
+        """Returns the next states: see `MotionModel.advance`."""
+        states: Array = kernel.advance(
+            snapshot.states, forces, snapshot.command, snapshot.time_step
+        )
+        return states

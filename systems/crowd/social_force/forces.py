@@ -1,0 +1,202 @@
+"""The forces of the social force model, as NumPy functions of arrays.
+
+Every function broadcasts; vectors have shape (..., 2). Positions in meters,
+velocities in m/s, both in W; the forces are accelerations, in m/s^2. No finite
+input gives a NaN: each function says what it gives where the formula has no
+value.
+
+The arrays may be of floats, or of scalars that carry derivatives, as Drake's
+`AutoDiffXd`: arrays of objects that know `exp()`, `sqrt()`, `arctan2()` and
+`value()`. Where a formula has a value but no derivative, that is zero.
+"""
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hunav_drake.systems.crowd.social_force.constants import (
+    LEAST,
+    MOST,
+    SHORT,
+    THETA_ZERO,
+)
+from hunav_drake.systems.people.parameters import SocialForceParameters
+
+# Of floats, or of scalars with derivatives.
+Array = NDArray[Any]
+
+# The weights of one person, or arrays of them by the same names.
+Parameters = SocialForceParameters | SimpleNamespace
+
+
+def pair_force(
+    p_from: ArrayLike,
+    p_to: ArrayLike,
+    v_from: ArrayLike,
+    v_to: ArrayLike,
+    parameters: Parameters,
+) -> Array:
+    """Returns the social force on one pedestrian from another.
+
+    Moussaid et al. 2009, eqs. 4-6, as `lightsfm` has it. The radii do not
+    enter.
+
+    Args:
+        p_from: Where the pedestrian is that feels the force.
+        p_to: Where the other one is.
+        v_from: The velocity of the one that feels the force.
+        v_to: The velocity of the other.
+        parameters: The weights of the one that feels the force.
+
+    Returns:
+        The force; zero where the two coincide, or where their relative
+        velocity cancels the direction between them.
+    """
+    d = as_scalars(p_to) - as_scalars(p_from)
+    dv = as_scalars(v_from) - as_scalars(v_to)
+    d, dv = np.broadcast_arrays(d, dv)
+    return np.stack(
+        pair_force_xy(d[..., 0], d[..., 1], dv[..., 0], dv[..., 1], parameters),
+        axis=-1,
+    )
+
+
+def obstacle_force(
+    p: ArrayLike,
+    p_wall: ArrayLike,
+    radius: ArrayLike,
+    parameters: Parameters,
+) -> Array:
+    """Returns the force of the nearest point of one wall on a pedestrian.
+
+    Helbing & Molnar 1995, eq. 4 in its exponential form.
+
+    Args:
+        p: Where the pedestrian is.
+        p_wall: The nearest point of the wall.
+        radius: The radius of the pedestrian, in meters.
+        parameters: The weights of the pedestrian.
+
+    Returns:
+        The force; zero for a pedestrian on that very point.
+    """
+    d = as_scalars(p) - as_scalars(p_wall)
+    return np.stack(
+        obstacle_force_xy(d[..., 0], d[..., 1], radius, parameters), axis=-1
+    )
+
+
+def pair_force_xy(
+    dx: Array, dy: Array, dvx: Array, dvy: Array, parameters: Parameters
+) -> tuple[Array, Array]:
+    """Returns the components of `pair_force`.
+
+    Args:
+        dx: Where the other is from here, in meters.
+        dy: Likewise.
+        dvx: The own velocity minus the other's, in m/s.
+        dvy: Likewise.
+        parameters: The weights of the one that feels the force.
+    """
+    k = parameters
+    r, nx, ny = direction(dx, dy)
+    size, tx, ty = direction(
+        k.lambda_importance * dvx + nx, k.lambda_importance * dvy + ny
+    )
+    defined = (r > 0) & (size > 0)
+    b = k.gamma * size
+    theta = np.arctan2(
+        choose(defined, tx * ny - ty * nx, 0.0),
+        choose(defined, tx * nx + ty * ny, 1.0),
+    )
+    theta = wrap(theta + k.epsilon * b)
+    theta = choose(abs(theta) >= THETA_ZERO, theta, 0.0)
+    felt = defined & (r < LEAST * b)
+    decay = -choose(felt, r, LEAST) / choose(felt, b, 1.0)
+    slowing = k.n_prime * b * theta
+    turning = k.n * b * theta
+    strength = np.where(felt, k.social_factor, 0.0)
+    ahead = -np.exp(decay - slowing * slowing)
+    left = -np.sign(theta) * np.exp(decay - turning * turning)
+    return (
+        strength * (ahead * tx - left * ty),
+        strength * (ahead * ty + left * tx),
+    )
+
+
+def obstacle_force_xy(
+    dx: Array, dy: Array, radius: ArrayLike, parameters: Parameters
+) -> tuple[Array, Array]:
+    """Returns the components of `obstacle_force`.
+
+    Args:
+        dx: Where the pedestrian is from the wall, in meters.
+        dy: Likewise.
+        radius: The radius of the pedestrian, in meters.
+        parameters: The weights of the pedestrian.
+    """
+    distance, nx, ny = direction(dx, dy)
+    depth = as_scalars(radius) - distance
+    exponent = depth / parameters.obstacle_sigma
+    exponent = choose(exponent < MOST, exponent, MOST)
+    strength = parameters.obstacle_factor * np.exp(exponent)
+    return strength * nx, strength * ny
+
+
+def as_scalars(array: ArrayLike) -> Array:
+    """Returns an array of floats, or of the scalars with derivatives in it."""
+    result = np.asarray(array)
+    return result if result.dtype == object else result.astype(float)
+
+
+def values(array: Array) -> NDArray[np.float64]:
+    """Returns the plain numbers of an array."""
+    if array.dtype != object:
+        return array
+    return np.array([s.value() for s in array.flat], float).reshape(array.shape)
+
+
+def choose(mask: Array, array: Array, otherwise: float) -> Array:
+    """Returns the array where the mask is true, and a constant elsewhere.
+
+    Unlike that of `numpy.where`, the constant is a scalar of the same type.
+    """
+    if array.dtype == object and array.size:
+        return np.where(mask, array, type(array.flat[0])(otherwise))
+    return np.where(mask, array, otherwise)
+
+
+def direction(x: Array, y: Array) -> tuple[Array, Array, Array]:
+    """Returns the length of vectors, and the vectors of length one along them.
+
+    A vector without length (less than about 1e-162) has direction zero.
+    """
+    square = x * x + y * y
+    if square.dtype == object:
+        differentiable = square >= SHORT**2
+        x, y, square = (
+            np.where(differentiable, part, _constants(part))
+            for part in (x, y, square)
+        )
+    somewhere = square > 0
+    # Not hypot: the kernel's has the same limit.
+    length = np.sqrt(choose(somewhere, square, 1.0))
+    return length * somewhere, x / length * somewhere, y / length * somewhere
+
+
+def wrap(angle: Array) -> Array:
+    """Returns the angles in (-pi, pi], in radians."""
+    turned = angle - 2 * np.pi * np.floor(angle / (2 * np.pi) + 0.5)
+    turned = np.where(turned <= -np.pi, turned + 2 * np.pi, turned)
+    inside = (angle > -np.pi) & (angle <= np.pi)
+    return np.where(inside, angle, turned)
+
+
+def _constants(array: Array) -> Array:
+    """Returns scalars of the same type and value, without derivatives."""
+    constants = [type(s)(s.value()) for s in array.flat]
+    result = np.empty(array.shape, dtype=object)
+    result.flat = constants
+    return result

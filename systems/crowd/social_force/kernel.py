@@ -1,0 +1,273 @@
+"""One step of the social force model, compiled by numba.
+
+`social_forces` is the reference: it gives the numbers of `lightsfm` bit for
+bit. `fast_kernel.py` computes the forces between people faster, to the last
+few digits.
+"""
+
+import math
+
+from numba import float64
+import numpy as np
+
+from hunav_drake.systems.common.kernels import (
+    INDICES,
+    INTEGER,
+    MATRIX,
+    REAL,
+    VECTOR,
+    jit,
+    jit_as,
+)
+from hunav_drake.systems.common.layout import (
+    COHERENCE_FORCE,
+    FORCES_SIZE,
+    GAZE_FORCE,
+    GOAL_FORCE,
+    GROUP_REPULSION_FORCE,
+    MOTION_SIZE,
+    OBSTACLE_FORCE,
+    OMEGA,
+    ROBOT_REPULSION_FORCE,
+    SOCIAL_FORCE,
+    TOTAL_FORCE,
+    VX,
+    VY,
+    YAW,
+    Command,
+    X,
+    Y,
+)
+from hunav_drake.systems.crowd.social_force.constants import YAW_SPEED
+from hunav_drake.systems.crowd.social_force.fast_kernel import people_forces
+from hunav_drake.systems.crowd.social_force.force_terms import (
+    add_group_forces,
+    add_robot_forces,
+    pair_force,
+    wall_force,
+    wrap,
+)
+from hunav_drake.systems.people.parameters import K_GOAL, TAU
+
+# Stands for forces of people that are not known.
+NOT_GIVEN = np.zeros((0, 2))
+
+
+@jit
+def _all_forces(
+    states,
+    radii,
+    command,
+    parameters,
+    robots,
+    at_walls,
+    segments,
+    first,
+    reach,
+    most,
+    people,
+):
+    """Computes all forces; those of people unless they are given."""
+    n = len(states)
+    forces = np.zeros((n, FORCES_SIZE))
+    directions = np.zeros((n, 2))
+    grouped = False
+    for i in range(n):
+        k = parameters[i]
+        out = forces[i]
+        x = states[i, X]
+        y = states[i, Y]
+        vx = states[i, VX]
+        vy = states[i, VY]
+
+        gx = command[i, Command.GOAL_X] - x
+        gy = command[i, Command.GOAL_Y] - y
+        distance = math.sqrt(gx * gx + gy * gy)
+        if (
+            command[i, Command.HAS_GOAL] != 0
+            and distance > command[i, Command.GOAL_RADIUS]
+        ):
+            ex = gx / distance
+            ey = gy / distance
+            speed = command[i, Command.DESIRED_SPEED]
+            out[GOAL_FORCE] = k[K_GOAL] * (ex * speed - vx) / k[TAU]
+            out[GOAL_FORCE + 1] = k[K_GOAL] * (ey * speed - vy) / k[TAU]
+            directions[i, 0] = ex
+            directions[i, 1] = ey
+        else:
+            out[GOAL_FORCE] = -vx / k[TAU]
+            out[GOAL_FORCE + 1] = -vy / k[TAU]
+
+        out[OBSTACLE_FORCE], out[OBSTACLE_FORCE + 1] = wall_force(
+            *(x, y, at_walls[i, 0], at_walls[i, 1]),
+            *(k, segments, first, reach, most),
+        )
+        if len(people) == n:
+            out[SOCIAL_FORCE] = people[i, 0]
+            out[SOCIAL_FORCE + 1] = people[i, 1]
+        else:
+            for j in range(n):
+                if j != i:
+                    fx, fy = pair_force(
+                        states[j, X] - x,
+                        states[j, Y] - y,
+                        vx - states[j, VX],
+                        vy - states[j, VY],
+                        k,
+                    )
+                    out[SOCIAL_FORCE] += fx
+                    out[SOCIAL_FORCE + 1] += fy
+        add_robot_forces(x, y, vx, vy, radii[i], command[i], k, robots, out)
+        grouped = grouped or command[i, Command.GROUP_ID] >= 0
+
+    if grouped:
+        add_group_forces(directions, states, radii, command, parameters, forces)
+    for i in range(n):
+        out = forces[i]
+        for c in range(2):
+            group = (
+                out[GAZE_FORCE + c]
+                + out[COHERENCE_FORCE + c]
+                + out[GROUP_REPULSION_FORCE + c]
+            )
+            out[TOTAL_FORCE + c] = (
+                out[GOAL_FORCE + c]
+                + out[SOCIAL_FORCE + c]
+                + out[OBSTACLE_FORCE + c]
+                + group
+                + out[ROBOT_REPULSION_FORCE + c]
+            )
+    return forces
+
+
+@jit_as(
+    float64[:, ::1],
+    *(MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, MATRIX, MATRIX, INDICES),
+    *(REAL, INTEGER),
+)
+def social_forces(
+    states,
+    radii,
+    command,
+    parameters,
+    robots,
+    at_walls,
+    segments,
+    first,
+    reach,
+    most,
+):
+    """Returns the forces on n people, from one snapshot of all of them.
+
+    Args:
+        states: Shape (n, 6): x, y, yaw, vx, vy, omega.
+        radii: Shape (n,), in meters.
+        command: Shape (n, COMMAND_SIZE).
+        parameters: Shape (n, 13): the fields of SocialForceParameters.
+        robots: Shape (m, 7): rows of `robot_state`.
+        at_walls: Shape (n, 2): see `Snapshot`.
+        segments: Shape (s, 4): see Obstacles.
+        first: Shape (k + 1,): see Obstacles.
+        reach: Shapes farther than this are not felt, in meters.
+        most: How many shapes are felt at most; 0 for all within reach.
+
+    Returns:
+        Shape (n, FORCES_SIZE), in m/s^2.
+    """
+    return _all_forces(
+        states,
+        radii,
+        command,
+        parameters,
+        robots,
+        at_walls,
+        segments,
+        first,
+        reach,
+        most,
+        NOT_GIVEN,
+    )
+
+
+@jit_as(
+    float64[:, ::1],
+    *(MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, MATRIX, MATRIX, INDICES),
+    *(REAL, INTEGER, REAL, MATRIX),
+)
+def fast_social_forces(
+    states,
+    radii,
+    command,
+    parameters,
+    robots,
+    at_walls,
+    segments,
+    first,
+    reach,
+    most,
+    error,
+    people,
+):
+    """Returns what `social_forces` does, by way of `people_forces`.
+
+    The last two arguments are its error, and its result where that is known
+    already; else, of shape (0, 2).
+    """
+    if len(people) != len(states):
+        people = people_forces(states, parameters, error, 0, 1)
+    return _all_forces(
+        states,
+        radii,
+        command,
+        parameters,
+        robots,
+        at_walls,
+        segments,
+        first,
+        reach,
+        most,
+        people,
+    )
+
+
+@jit_as(float64[:, ::1], MATRIX, MATRIX, MATRIX, REAL)
+def advance(states, forces, command, time_step):
+    """Returns where n people are one step later (semi-implicit Euler).
+
+    Args:
+        states: Shape (n, 6): x, y, yaw, vx, vy, omega.
+        forces: Shape (n, FORCES_SIZE); the last two columns count.
+        command: Shape (n, COMMAND_SIZE).
+        time_step: In seconds.
+
+    Returns:
+        Shape (n, 6). The yaw follows the velocity, unless the command turns
+        it; a person who hardly moves keeps it.
+    """
+    result = np.empty((len(states), MOTION_SIZE))
+    for i in range(len(states)):
+        vx = states[i, VX] + forces[i, TOTAL_FORCE] * time_step
+        vy = states[i, VY] + forces[i, TOTAL_FORCE + 1] * time_step
+        if command[i, Command.HOLD] != 0:
+            vx = 0.0
+            vy = 0.0
+        speed = math.sqrt(vx * vx + vy * vy)
+        cap = command[i, Command.MAX_SPEED]
+        if speed > cap:
+            vx = vx / speed * cap
+            vy = vy / speed * cap
+            speed = cap
+        yaw = states[i, YAW]
+        if command[i, Command.TURN_RATE] > 0:
+            turn = wrap(command[i, Command.YAW_TARGET] - yaw)
+            most = command[i, Command.TURN_RATE] * time_step
+            yaw = wrap(yaw + min(max(turn, -most), most))
+        elif speed >= YAW_SPEED:
+            yaw = math.atan2(vy, vx)
+        result[i, X] = states[i, X] + vx * time_step
+        result[i, Y] = states[i, Y] + vy * time_step
+        result[i, YAW] = yaw
+        result[i, VX] = vx
+        result[i, VY] = vy
+        result[i, OMEGA] = wrap(yaw - states[i, YAW]) / time_step
+    return result

@@ -1,0 +1,1 @@
+"""How walls lead people, and keep them out."""

@@ -1,0 +1,296 @@
+"""Keeps people out of walls, compiled by numba.
+
+Forces push people away from walls, but a step is finite: a crowd can push
+someone through one, and a long step can jump over it. Here the way of a step
+is followed continuously to where it meets a wall, and goes on along the wall.
+"""
+
+import math
+
+from numba import float64
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hunav_drake.systems.common.kernels import (
+    FLAGS,
+    INDICES,
+    MATRIX,
+    VECTOR,
+    jit,
+    jit_as,
+)
+from hunav_drake.systems.common.layout import VX, VY, X, Y
+from hunav_drake.systems.world.nearest import nearest_on_segments
+from hunav_drake.systems.world.sweep import (
+    distance_to,
+    nearest_free,
+    out_of_box,
+    path_distance,
+    straddles,
+)
+
+# The distance that centers of large bodies keep from walls, in meters: it lets
+# everybody through a door of 0.8 m, which is as wide as a large body.
+_MARGIN = 0.1
+
+# No body is so small that its center comes nearer than this, in meters.
+_LEAST_MARGIN = 0.01
+
+# A center nearer to a wall than this stands on it, in meters.
+_SKIN = 1e-6
+
+# How often a step may change its direction.
+_LEGS = 6
+
+# Rounding of directions.
+_TILT = 1e-12
+
+# The half width of central differences, in meters and m/s.
+_DIFFERENCE = 1e-5
+
+
+def wall_margins(radii: ArrayLike) -> NDArray[np.float64]:
+    """Returns how far from walls people's centers are kept.
+
+    Args:
+        radii: Shape (n,), in meters.
+
+    Returns:
+        Shape (n,), in meters: the radius, but at most 0.1 m. Walls that
+        people only lean on are left to the forces.
+    """
+    margins: NDArray[np.float64] = np.clip(
+        np.asarray(radii, dtype=float), _LEAST_MARGIN, _MARGIN
+    )
+    return margins
+
+
+@jit
+def _contact(x, y, dx, dy, keep, segments, s):
+    """Returns the part of a displacement up to `keep` from segment `s`.
+
+    It is a displacement that does come nearer. All points at that distance
+    are two straight sides, and a half circle around each end.
+    """
+    best = math.inf
+    ax = segments[s, 2] - segments[s, 0]
+    ay = segments[s, 3] - segments[s, 1]
+    length = math.sqrt(ax * ax + ay * ay)
+    if length > 0:
+        ax /= length
+        ay /= length
+        rx = x - segments[s, 0]
+        ry = y - segments[s, 1]
+        height = ax * ry - ay * rx
+        climb = ax * dy - ay * dx
+        if height * climb < 0:
+            t = max(abs(height) - keep, 0.0) / abs(climb)
+            foot = ax * (rx + t * dx) + ay * (ry + t * dy)
+            if 0 <= foot <= length:
+                best = t
+    a = dx * dx + dy * dy
+    for end in range(0, 4, 2):
+        rx = x - segments[s, end]
+        ry = y - segments[s, end + 1]
+        b = rx * dx + ry * dy
+        if b < 0:
+            c = rx * rx + ry * ry - keep * keep
+            if c <= 0:
+                return 0.0
+            root = b * b - a * c
+            if root >= 0:
+                best = min(best, c / (math.sqrt(root) - b))
+    # Only rounding leaves no solution, for somebody who touches already.
+    return best if best < math.inf else 0.0
+
+
+@jit
+def _allowed(x, y, normals, m):
+    """Returns the vector nearest to (x, y) that enters none of m walls."""
+    slack = _TILT * math.sqrt(x * x + y * y)
+    best_x = 0.0
+    best_y = 0.0
+    best = -1.0
+    for i in range(-1, m):
+        cx = x
+        cy = y
+        if i >= 0:
+            into = x * normals[i, 0] + y * normals[i, 1]
+            if into >= 0:
+                continue
+            cx -= into * normals[i, 0]
+            cy -= into * normals[i, 1]
+        enters = False
+        for j in range(m):
+            if cx * normals[j, 0] + cy * normals[j, 1] < -slack:
+                enters = True
+        if not enters and cx * cx + cy * cy > best:
+            best = cx * cx + cy * cy
+            best_x = cx
+            best_y = cy
+    return best_x, best_y
+
+
+@jit
+def _slide(x, y, dx, dy, vx, vy, margin, tolerance, segments):
+    """Returns position and velocity after a displacement along walls."""
+    reach = math.sqrt(dx * dx + dy * dy) + margin
+    near = np.empty(len(segments), dtype=np.int64)
+    keep = np.empty(len(segments))
+    m = 0
+    for s in range(len(segments)):
+        if not out_of_box(x, y, x, y, reach, segments, s):
+            near[m] = s
+            # Whoever is nearer already comes no nearer.
+            keep[m] = min(margin, distance_to(x, y, segments, s))
+            m += 1
+    normals = np.empty((m, 2))
+    start_x = x
+    start_y = y
+    for leg in range(_LEGS):
+        t = 1.0
+        stopped = False
+        for j in range(m):
+            s = near[j]
+            if (
+                path_distance(x, y, x + dx, y + dy, segments, s)
+                < keep[j] - tolerance
+            ):
+                stopped = True
+                t = min(t, _contact(x, y, dx, dy, keep[j], segments, s))
+        to_x = x + t * dx
+        to_y = y + t * dy
+        if leg > 0:
+            # A wall may lie between the start and where the legs lead to.
+            for j in range(m):
+                if (
+                    path_distance(
+                        start_x, start_y, to_x, to_y, segments, near[j]
+                    )
+                    < keep[j] - 4 * tolerance
+                ):
+                    return x, y, vx, vy
+        x = to_x
+        y = to_y
+        if not stopped:
+            break
+        touched = 0
+        for j in range(m):
+            nx, ny, d2 = nearest_on_segments(
+                x, y, segments, near[j], near[j] + 1
+            )
+            distance = math.sqrt(d2)
+            if distance <= keep[j] + 1e3 * tolerance:
+                normals[touched, 0] = (x - nx) / distance
+                normals[touched, 1] = (y - ny) / distance
+                touched += 1
+        dx, dy = _allowed((1 - t) * dx, (1 - t) * dy, normals, touched)
+        vx, vy = _allowed(vx, vy, normals, touched)
+        if dx == 0 and dy == 0:
+            break
+    return x, y, vx, vy
+
+
+@jit_as(float64[:, ::1], MATRIX, MATRIX, VECTOR, MATRIX, INDICES, FLAGS)
+def keep_out_of_walls(before, after, margins, segments, first, solid):
+    """Returns where people get to in a step without entering a wall.
+
+    The straight line from before to after comes no nearer to a wall than the
+    margin, or than the person was before. What would, goes as far as it can
+    and then along the wall: the part of the rest of the displacement that
+    leads into the wall is lost, and so is that part of the velocity. Nobody
+    moves farther or faster than proposed, and who meets no wall has exactly
+    the state proposed. The yaw is always as proposed: people look where they
+    want to go.
+
+    Somebody inside a solid, or less than a micrometer from a wall, is put at
+    the margin (less where there is no room) in front of the nearest outline
+    that leads out, at rest; or stays there, at rest, if nothing does.
+
+    Args:
+        before: Shape (n, 6): x, y, yaw, vx, vy, omega.
+        after: Shape (n, 6): the states proposed.
+        margins: Shape (n,), in meters: see `wall_margins`.
+        segments: Shape (s, 4): see `Obstacles`.
+        first: Shape (k + 1,): see `Obstacles`.
+        solid: Shape (k,): see `Obstacles`.
+
+    Returns:
+        Shape (n, 6).
+    """
+    result = after.copy()
+    for i in range(len(before)):
+        x = before[i, X]
+        y = before[i, Y]
+        to_x = after[i, X]
+        to_y = after[i, Y]
+        margin = margins[i]
+        scale = abs(x) + abs(y) + abs(to_x) + abs(to_y)
+        tolerance = 1e-12 + 1e-14 * scale
+        stuck = False
+        meets = False
+        for k in range(len(solid)):
+            within = False
+            for s in range(first[k], first[k + 1]):
+                if solid[k]:
+                    within ^= straddles(x, y, segments, s)
+                if out_of_box(x, y, to_x, to_y, margin, segments, s):
+                    continue
+                distance = distance_to(x, y, segments, s)
+                if distance < _SKIN:
+                    stuck = True
+                elif (
+                    path_distance(x, y, to_x, to_y, segments, s)
+                    < min(margin, distance) - tolerance
+                ):
+                    meets = True
+            stuck |= within
+        if stuck:
+            result[i, X], result[i, Y], _ = nearest_free(
+                x, y, to_x - x, to_y - y, margin, segments, first, solid
+            )
+            result[i, VX] = 0.0
+            result[i, VY] = 0.0
+        elif meets:
+            result[i, X], result[i, Y], result[i, VX], result[i, VY] = _slide(
+                *(x, y, to_x - x, to_y - y, after[i, VX], after[i, VY]),
+                *(margin, tolerance, segments),
+            )
+    return result
+
+
+def wall_derivatives(
+    before: NDArray[np.float64],
+    after: NDArray[np.float64],
+    margins: NDArray[np.float64],
+    segments: NDArray[np.float64],
+    first: NDArray[np.int64],
+    solid: NDArray[np.bool_],
+) -> NDArray[np.float64]:
+    """Returns the derivatives of `keep_out_of_walls`, with its arguments.
+
+    They are exact for people who meet no wall, and central differences, good
+    to 1e-7, for the others, between the steps where the result has a kink.
+
+    Returns:
+        Shape (n, 6, 12): of the result with respect to the rows of `before`
+        and `after`, one after the other.
+    """
+    walls = (margins, segments, first, solid)
+    result = np.zeros((len(before), 6, 12))
+    result[:, :, 6:] = np.eye(6)
+    meets = (keep_out_of_walls(before, after, *walls) != after).any(axis=1)
+    if meets.any():
+        both = np.hstack([before, after])
+        for column in (X, Y, 6 + X, 6 + Y, 6 + VX, 6 + VY):
+            ends = []
+            for change in (-_DIFFERENCE, _DIFFERENCE):
+                moved = both.copy()
+                moved[:, column] += change
+                p, q = np.ascontiguousarray(
+                    moved.reshape(-1, 2, 6).swapaxes(0, 1)
+                )
+                ends.append(keep_out_of_walls(p, q, *walls))
+            slope = (ends[1] - ends[0]) / (2 * _DIFFERENCE)
+            result[meets, :, column] = slope[meets]
+    return result

@@ -1,0 +1,215 @@
+"""How people get through narrow passages, compiled by numba.
+
+The walls of a door push back whoever wants to pass it: with the forces alone,
+nobody of 0.35 m radius passes one of 0.85 m, through which people of that size
+walk every day. Those who are about to pass between two walls therefore turn
+their shoulders, and mind the walls less.
+"""
+
+import math
+
+from numba import float64
+import numpy as np
+
+from hunav_drake.systems.common.kernels import (
+    INDICES,
+    INTEGER,
+    MATRIX,
+    REAL,
+    jit,
+    jit_as,
+)
+from hunav_drake.systems.common.layout import Command, X, Y
+from hunav_drake.systems.crowd.social_force.force_terms import wall_force
+from hunav_drake.systems.people.parameters import K_GOAL, TAU
+from hunav_drake.systems.world.nearest import nearest_on_segments
+from hunav_drake.systems.world.sweep import out_of_box
+
+# How far ahead people look for passages, and how wide the widest is, in
+# meters. Farther walls hardly push.
+_AHEAD = 1.5
+_WIDEST = 2.0
+
+# Of the widest, the part from which on people ease less and less.
+_WIDE = 0.75
+
+# Of the narrowest way, the parts at which people begin to ease, and do so
+# wholly. (The map has said that there is a way, so this need not be sharp.)
+_NONE = 0.75
+_WHOLE = 0.9
+
+# Who would scrape a wall does not ease: from this distance on less and less,
+# in meters, and at half of it not at all.
+_SCRAPE = 0.08
+
+# The part of the half width of a passage that a body turns itself to fill.
+_FILLED = 0.9
+
+# No body turns itself thinner than this, in meters.
+_THINNEST = 0.05
+
+# The most that walls ahead may push back, as a part of the pull of the goal.
+_SHARE = 0.7
+
+# At how many places ahead passages are looked for.
+_STEPS = 16
+
+
+@jit
+def _rise(value, low, high):
+    """Returns 0 below `low`, 1 above `high`, and goes straight between."""
+    return min(max((value - low) / (high - low), 0.0), 1.0)
+
+
+@jit
+def _passage(x, y, ex, ey, ahead, distance, segments):
+    """Returns how wide, and how clear of walls, the way of a person is.
+
+    Args:
+        x: Where the person is, in meters.
+        y: Likewise.
+        ex: The direction to the next waypoint, of length one.
+        ey: Likewise.
+        ahead: How far the way is looked at, in meters.
+        distance: That of the waypoint, in meters.
+        segments: Shape (s, 4): see `Obstacles`.
+
+    Returns:
+        The least sum of the distances to walls on the left and on the right
+        of a place on the way, and the least distance of any, in meters. Walls
+        rather ahead or behind than beside are farther than they are, so that
+        the sum changes continuously when somebody moves or turns.
+    """
+    left = np.full(_STEPS, math.inf)
+    right = np.full(_STEPS, math.inf)
+    clear = math.inf
+    qx = x + ahead * ex
+    qy = y + ahead * ey
+    for s in range(len(segments)):
+        if out_of_box(x, y, qx, qy, _WIDEST, segments, s):
+            continue
+        for step in range(_STEPS):
+            px = x + step * ahead / (_STEPS - 1) * ex
+            py = y + step * ahead / (_STEPS - 1) * ey
+            wx, wy, d2 = nearest_on_segments(px, py, segments, s, s + 1)
+            near = math.sqrt(d2)
+            if step * ahead / (_STEPS - 1) <= distance:
+                clear = min(clear, near)
+            aside = ex * (wy - py) - ey * (wx - px)
+            if aside == 0:
+                continue
+            felt = near * math.sqrt(math.sqrt(near / abs(aside)))
+            if aside > 0:
+                left[step] = min(left[step], felt)
+            else:
+                right[step] = min(right[step], felt)
+    return (left + right).min(), clear
+
+
+@jit
+def _ease_one(x, y, own, command, k, margin, narrowest, walls, result):
+    """Writes with what radius, and how hard, one person feels the walls.
+
+    Args:
+        x: Where the person is, in meters.
+        y: Likewise.
+        own: The radius and the obstacle factor of the person.
+        command: Of the person.
+        k: The parameters.
+        margin: See `ease`, like the others.
+        narrowest: Likewise.
+        walls: The last four arguments there.
+        result: Receives the two; it has those of the person.
+    """
+    ex = command[Command.GOAL_X] - x
+    ey = command[Command.GOAL_Y] - y
+    distance = math.hypot(ex, ey)
+    speed = command[Command.DESIRED_SPEED]
+    if (
+        command[Command.HAS_GOAL] == 0
+        or distance <= command[Command.GOAL_RADIUS]
+        or speed <= 0
+    ):
+        return
+    ex /= distance
+    ey /= distance
+    # People stop at goals; of waypoints, they go on.
+    ahead = _AHEAD
+    if command[Command.GOAL_RADIUS] > 0:
+        ahead = min(distance, _AHEAD)
+    segments, first, reach, most = walls
+    width, clear = _passage(x, y, ex, ey, ahead, distance, segments)
+    weight = _rise(width, _NONE * narrowest, _WHOLE * narrowest)
+    weight *= 1 - _rise(width, _WIDE * _WIDEST, _WIDEST)
+    weight *= _rise(clear, _SCRAPE / 2, _SCRAPE)
+    if weight == 0:
+        return
+    radius, factor = own
+    thin = max(_FILLED * width / 2 - margin, _THINNEST)
+    radius += weight * min(thin - radius, 0.0)
+    back = 0.0
+    for step in range(_STEPS):
+        walked = step * ahead / (_STEPS - 1)
+        fx, fy = wall_force(
+            *(x + walked * ex, y + walked * ey, radius, factor),
+            *(k, segments, first, reach, most),
+        )
+        back = max(back, -(fx * ex + fy * ey))
+    pull = _SHARE * k[K_GOAL] * speed / k[TAU]
+    if back > pull:
+        factor *= 1 - weight * (1 - pull / back)
+    result[0] = radius
+    result[1] = factor
+
+
+@jit_as(
+    float64[:, ::1],
+    *(MATRIX, MATRIX, MATRIX, MATRIX, REAL, REAL),
+    *(MATRIX, INDICES, REAL, INTEGER),
+)
+def ease(
+    positions,
+    command,
+    at_walls,
+    parameters,
+    margin,
+    narrowest,
+    segments,
+    first,
+    reach,
+    most,
+):
+    """Returns with what radii, and how hard, people feel the walls.
+
+    Somebody who walks between two walls, at most 2 m apart, has a body that
+    fills 90 % of the passage at most, and the push of walls so much weaker
+    that, within the next 1.5 m of the way, it is nowhere more than 70 % of the
+    goal's pull. For everybody else, all is as it was. Between the two there
+    is no jump: it depends continuously on places and waypoints.
+
+    Args:
+        positions: Shape (n, 2 or more): x, y, ..., in meters.
+        command: Shape (n, COMMAND_SIZE), with waypoints for goals.
+        at_walls: Shape (n, 2): the radii in meters, and the obstacle factors
+            in m/s^2, of the people.
+        parameters: Shape (n, 13): the fields of SocialForceParameters.
+        margin: What a model keeps between bodies and walls, in meters.
+        narrowest: Passages much narrower than this are none, in meters.
+        segments: Shape (s, 4): see `Obstacles`.
+        first: Shape (k + 1,): see `Obstacles`.
+        reach: Shapes farther than this are not felt, in meters.
+        most: How many shapes are felt at most; 0 for all within reach.
+
+    Returns:
+        Shape (n, 2), like `at_walls`.
+    """
+    eased = at_walls.copy()
+    for i in range(len(positions)):
+        _ease_one(
+            *(positions[i, X], positions[i, Y]),
+            (at_walls[i, 0], at_walls[i, 1]),
+            *(command[i], parameters[i], margin, narrowest),
+            (segments, first, reach, most),
+            eased[i],
+        )
+    return eased

@@ -1,0 +1,15 @@
+from .compute import (
+    compute_by_behavior as compute_by_behavior,
+    compute_metrics as compute_metrics,
+    compute_steps as compute_steps,
+)
+from .evaluator import Evaluator as Evaluator
+from .evaluator_config import EvaluatorConfig as EvaluatorConfig
+from .metrics import (
+    METRICS as METRICS,
+    Metric as Metric,
+    register_metric as register_metric,
+    select_metrics as select_metrics,
+)
+from .recording import Recording as Recording
+from .running_metrics import RunningMetric as RunningMetric

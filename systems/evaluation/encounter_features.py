@@ -1,0 +1,153 @@
+"""How robot and people move with respect to each other, computed once."""
+
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hunav_drake.systems.common.layout import RADIUS, VX, VY, YAW, X, Y
+
+if TYPE_CHECKING:
+    from hunav_drake.systems.evaluation.recording import Recording
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+# Half of what people see around their heading, in radians.
+HALF_FIELD_OF_VIEW = np.pi / 3
+
+
+class EncounterFeatures:
+    """What follows from the motion of N + 1 samples of robot and n people.
+
+    `Recording.encounters` holds it. P is the vector from the robot to the
+    person, V the velocity of the robot as the person sees it, v_r - v_i. NaN
+    where a person is missing.
+    """
+
+    def __init__(self, recording: "Recording") -> None:
+        self._recording = recording
+
+    @cached_property
+    def offset(self) -> tuple[Array, Array]:
+        """The components of P, shape (N + 1, n) each, in meters."""
+        humans = self._recording.humans
+        robot = self._recording.robot[:, None]
+        return humans[..., X] - robot[..., X], humans[..., Y] - robot[..., Y]
+
+    @cached_property
+    def distance(self) -> Array:
+        """The distance of the centers |P|, shape (N + 1, n), in meters."""
+        distance: Array = np.hypot(*self.offset)
+        return distance
+
+    @cached_property
+    def reach(self) -> Array:
+        """The sum of the radii R, shape (N + 1, n), in meters."""
+        robot = self._recording.robot[:, None]
+        reach: Array = self._recording.humans[..., RADIUS] + robot[..., RADIUS]
+        return reach
+
+    @cached_property
+    def approach(self) -> tuple[Array, Array]:
+        """The components of V, shape (N + 1, n) each, in m/s."""
+        humans = self._recording.humans
+        robot = self._recording.robot[:, None]
+        return robot[..., VX] - humans[..., VX], robot[..., VY] - humans[
+            ..., VY
+        ]
+
+    @cached_property
+    def relative_speed(self) -> Array:
+        """The length of V, shape (N + 1, n), in m/s."""
+        speed: Array = np.hypot(*self.approach)
+        return speed
+
+    @cached_property
+    def closing(self) -> Array:
+        """P . V, shape (N + 1, n), in m^2/s: positive while they close in."""
+        (px, py), (vx, vy) = self.offset, self.approach
+        closing: Array = px * vx + py * vy
+        return closing
+
+    @cached_property
+    def passing_distance(self) -> Array:
+        """How near the centers come if both go straight on, in meters.
+
+        |P x V| / |V|, the distance of the line of motion, ahead or behind.
+        Shape (N + 1, n); NaN where V = 0.
+        """
+        (px, py), (vx, vy) = self.offset, self.approach
+        speed = self.relative_speed
+        passing: Array = np.abs(px * vy - py * vx) / np.where(
+            speed > 0, speed, np.nan
+        )
+        return passing
+
+    @cached_property
+    def time_to_collision(self) -> Array:
+        """The first t >= 0 with |P - V t| = R, shape (N + 1, n), in seconds.
+
+        0 where they overlap, infinity where they never will, if both go on as
+        they do.
+        """
+        a = self.relative_speed**2
+        b = self.closing
+        c = self.distance**2 - self.reach**2
+        root = np.sqrt(np.maximum(b * b - a * c, 0.0))
+        meet = (b > 0) & (b * b >= a * c)
+        # This form of the smaller root does not cancel.
+        time = np.where(meet, c / np.where(meet, b + root, 1.0), np.inf)
+        time = np.where(c <= 0, 0.0, time)
+        return np.where(np.isnan(c), np.nan, time)
+
+    @cached_property
+    def angle_of_view(self) -> Array:
+        """The angle at which people see the robot, shape (N + 1, n).
+
+        Between the person's heading and the direction to the robot, in
+        [0, pi].
+        """
+        px, py = self.offset
+        yaw = self._recording.humans[..., YAW]
+        along = -(px * np.cos(yaw) + py * np.sin(yaw))
+        across = px * np.sin(yaw) - py * np.cos(yaw)
+        angle: Array = np.abs(np.arctan2(across, along))
+        return angle
+
+    @cached_property
+    def visible(self) -> Mask:
+        """Who sees the robot, with no wall between, shape (N + 1, n).
+
+        As if there were no walls, if they are not known.
+        """
+        visible: Mask = self.angle_of_view <= HALF_FIELD_OF_VIEW
+        segments = self._recording.obstacles.segments
+        if len(segments):
+            # Only who has walls waits for compiled code to be loaded.
+            from hunav_drake.systems.evaluation.curves import lines_blocked
+
+            sample, person = np.nonzero(visible)
+            lines = np.hstack(
+                [
+                    self._recording.humans[sample, person, : Y + 1],
+                    self._recording.robot[sample, : Y + 1],
+                ]
+            )
+            visible[sample, person] = ~lines_blocked(lines, segments)
+        return visible
+
+    @cached_property
+    def seen_for(self) -> Array:
+        """How long people have seen the robot, shape (N + 1, n), in seconds.
+
+        Infinity for who has since the first sample: when the robot came into
+        view is not known. It means nothing where `visible` is false.
+        """
+        times = self._recording.times[:, None]
+        since = np.full(self.visible.shape, -np.inf)
+        entered = self.visible[1:] & ~self.visible[:-1]
+        since[1:] = np.where(entered, times[1:], -np.inf)
+        seen: Array = times - np.maximum.accumulate(since, axis=0)
+        return seen

@@ -1,0 +1,305 @@
+"""Quantities that several metrics need, each computed once per recording."""
+
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hunav_drake.systems.common.angles import wrap_angles
+from hunav_drake.systems.common.goal import is_at_goal
+from hunav_drake.systems.common.layout import OMEGA, RADIUS, VX, VY, YAW, X, Y
+from hunav_drake.systems.crowd.social_force.forces import (
+    obstacle_force,
+    pair_force,
+)
+from hunav_drake.systems.people.parameters import SocialForceParameters
+from hunav_drake.systems.world.obstacles import nearest_points
+
+if TYPE_CHECKING:
+    from hunav_drake.systems.evaluation.recording import Recording
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+# Bodies closer than this are in contact, in meters.
+CONTACT_GAP = 0.02
+
+# Samples that are closer in time tell nothing of how a speed changed between
+# them, in seconds: their stamps are equal, but for rounding.
+LEAST_INTERVAL = 1e-6
+
+# How far ahead of each member of a group they look at the same thing, in
+# meters.
+INTERACTION_DISTANCE = 1.5
+
+# The constants with which forces are measured: those of the library that
+# HuNavSim computes its metrics with, which differ from those of its crowd.
+FORCES = SocialForceParameters(social_factor=2.1, epsilon=0.0)
+
+# Forces are computed for so many bodies at a time, which then fit the cache.
+_BLOCK = 8192
+
+
+def surface_gaps(robot: Array, humans: Array) -> Array:
+    """Returns the gaps between the discs of a robot and of people.
+
+    Args:
+        robot: States, shape (..., 7).
+        humans: States, shape (..., n, 7).
+
+    Returns:
+        Shape (..., n), in meters; 0 where they overlap, NaN for who is
+        missing.
+    """
+    dx = humans[..., X] - robot[..., None, X]
+    dy = humans[..., Y] - robot[..., None, Y]
+    radii = humans[..., RADIUS] + robot[..., None, RADIUS]
+    gaps: Array = np.maximum(np.hypot(dx, dy) - radii, 0.0)
+    return gaps
+
+
+def mean_of_present(values: Array) -> Array:
+    """Returns the mean over the last axis of what is not NaN.
+
+    It is NaN where there is nothing.
+    """
+    present = ~np.isnan(values)
+    count = present.sum(axis=-1)
+    total = np.where(present, values, 0.0).sum(axis=-1)
+    mean: Array = np.where(count > 0, total, np.nan) / np.maximum(count, 1)
+    return mean
+
+
+class Features:
+    """What follows from a recording of N + 1 samples and n people.
+
+    `Recording.features` holds it. Each property is computed when it is first
+    asked for. NaN stands for no value: a missing person, no goal, no group.
+    """
+
+    def __init__(self, recording: "Recording") -> None:
+        self._recording = recording
+
+    @cached_property
+    def intervals(self) -> Array:
+        """The times between samples, shape (N,), in seconds."""
+        return np.diff(self._recording.times)
+
+    @cached_property
+    def step_lengths(self) -> Array:
+        """The ways between samples, shape (N,), in meters."""
+        steps = np.diff(self._recording.robot[:, : Y + 1], axis=0)
+        lengths: Array = np.hypot(steps[:, X], steps[:, Y])
+        return lengths
+
+    @cached_property
+    def heading_changes(self) -> Array:
+        """The turns between samples, shape (N,), in radians, not signed."""
+        return np.abs(wrap_angles(np.diff(self._recording.robot[:, YAW])))
+
+    @cached_property
+    def forward_speed(self) -> Array:
+        """The robot's speed along its heading, shape (N + 1,), in m/s."""
+        robot = self._recording.robot
+        speed: Array = robot[:, VX] * np.cos(robot[:, YAW]) + robot[
+            :, VY
+        ] * np.sin(robot[:, YAW])
+        return speed
+
+    @cached_property
+    def turn_rate(self) -> Array:
+        """The robot's turn rate, shape (N + 1,), in rad/s, not signed."""
+        return np.abs(self._recording.robot[:, OMEGA])
+
+    @cached_property
+    def acceleration(self) -> Array:
+        """The change of the forward speed, shape (N,), in m/s^2.
+
+        NaN for intervals shorter than `LEAST_INTERVAL`.
+        """
+        dt = np.where(self.intervals < LEAST_INTERVAL, np.nan, self.intervals)
+        change: Array = np.diff(self.forward_speed) / dt
+        return change
+
+    @cached_property
+    def goal_distance(self) -> Array:
+        """The robot's distance to the goal, shape (N + 1,), in meters."""
+        goal = self._recording.goal
+        robot = self._recording.robot
+        if goal is None:
+            return np.full(len(robot), np.nan)
+        distance: Array = np.hypot(robot[:, X] - goal[0], robot[:, Y] - goal[1])
+        return distance
+
+    @cached_property
+    def at_goal(self) -> Mask:
+        """Whether the robot is at the goal pose, shape (N + 1,)."""
+        recording = self._recording
+        if recording.goal is None:
+            return np.zeros(len(recording), dtype=np.bool_)
+        robot = recording.robot
+        return np.asarray(
+            is_at_goal(
+                (robot[:, X], robot[:, Y], robot[:, YAW]),
+                recording.goal,
+                tolerance=recording.goal_tolerance,
+                yaw_tolerance=recording.goal_yaw_tolerance,
+            )
+        )
+
+    @cached_property
+    def present(self) -> Mask:
+        """Who is there, shape (N + 1, n)."""
+        return ~np.isnan(self._recording.humans[..., X])
+
+    @cached_property
+    def gaps(self) -> Array:
+        """The gaps between robot and people, shape (N + 1, n), in meters."""
+        return surface_gaps(self._recording.robot, self._recording.humans)
+
+    @cached_property
+    def closest_gap(self) -> Array:
+        """The smallest of the gaps, shape (N + 1,), in meters."""
+        closest: Array = np.fmin.reduce(self.gaps, axis=1, initial=np.nan)
+        return closest
+
+    @cached_property
+    def human_speed(self) -> Array:
+        """The speeds of people, shape (N + 1, n), in m/s."""
+        humans = self._recording.humans
+        speed: Array = np.hypot(humans[..., VX], humans[..., VY])
+        return speed
+
+    @cached_property
+    def closest_human_speed(self) -> Array:
+        """The speed of whose center is closest, shape (N + 1,), in m/s."""
+        recording = self._recording
+        if not recording.num_humans:
+            return np.full(len(recording), np.nan)
+        offset = (
+            recording.humans[..., : Y + 1] - recording.robot[:, None, : Y + 1]
+        )
+        distance2 = offset[..., X] ** 2 + offset[..., Y] ** 2
+        closest = np.where(self.present, distance2, np.inf).argmin(axis=1)
+        speed: Array = np.take_along_axis(
+            self.human_speed, closest[:, None], axis=1
+        )[:, 0]
+        return speed
+
+    @cached_property
+    def group_gap(self) -> Array:
+        """The gap to the closest group's center, shape (N + 1,), in meters.
+
+        A group is two or more people with the same id who are present; its
+        interaction center is the mean of the points 1.5 m ahead of them.
+        """
+        recording = self._recording
+        humans, robot = recording.humans, recording.robot
+        ids = np.array(recording.group_ids, dtype=int)
+        gap = np.full(len(recording), np.nan)
+        for group in np.unique(ids[ids >= 0]):
+            members = humans[:, ids == group]
+            count = (~np.isnan(members[..., X])).sum(axis=1)
+            ahead = INTERACTION_DISTANCE
+            x = members[..., X] + ahead * np.cos(members[..., YAW])
+            y = members[..., Y] + ahead * np.sin(members[..., YAW])
+            distance = np.hypot(
+                mean_of_present(x) - robot[:, X],
+                mean_of_present(y) - robot[:, Y],
+            )
+            to_group = np.maximum(distance - robot[:, RADIUS], 0.0)
+            gap = np.fmin(gap, np.where(count >= 2, to_group, np.nan))
+        return gap
+
+    @cached_property
+    def contact(self) -> Mask:
+        """Who touches the robot, shape (N + 1, n)."""
+        touching: Mask = self.gaps < CONTACT_GAP
+        return touching
+
+    @cached_property
+    def contact_begins(self) -> Mask:
+        """Where a contact begins, shape (N + 1, n); one may at the start."""
+        begins = self.contact.copy()
+        begins[1:] &= ~self.contact[:-1]
+        return begins
+
+    @cached_property
+    def social_force(self) -> Array:
+        """The social force between the robot and each person, in m/s^2.
+
+        Its magnitude, shape (N + 1, n): the same on both, since the law is
+        antisymmetric. 0 for who is missing.
+        """
+        sample, person = np.nonzero(self.present)
+        humans = self._recording.humans[sample, person]
+        robot = self._recording.robot[sample]
+        force = np.zeros(self.present.shape)
+        force[sample, person] = np.concatenate(
+            [
+                _length(
+                    pair_force(
+                        humans[part, X : Y + 1],
+                        robot[part, X : Y + 1],
+                        humans[part, VX : VY + 1],
+                        robot[part, VX : VY + 1],
+                        FORCES,
+                    )
+                )
+                for part in _blocks(len(sample))
+            ]
+        )
+        return force
+
+    @cached_property
+    def obstacle_force_on_robot(self) -> Array:
+        """The force of the walls on the robot, shape (N + 1,), in m/s^2.
+
+        NaN if the walls are not known.
+        """
+        given = self._recording.nearest_walls
+        points = None if given is None else given[:, 0]
+        return self._obstacle_force(self._recording.robot, points)
+
+    @cached_property
+    def obstacle_force_on_humans(self) -> Array:
+        """The force of the walls on people, shape (N + 1, n), in m/s^2.
+
+        NaN for who is missing, and if the walls are not known.
+        """
+        given = self._recording.nearest_walls
+        points = None if given is None else given[:, 1:][self.present]
+        force = np.full(self.present.shape, np.nan)
+        force[self.present] = self._obstacle_force(
+            self._recording.humans[self.present], points
+        )
+        return force
+
+    def _obstacle_force(self, bodies: Array, points: Array | None) -> Array:
+        """Returns the magnitudes of the forces on m bodies, shape (m,)."""
+        obstacles = self._recording.obstacles
+        if not self._recording.near_walls_known:
+            return np.full(len(bodies), np.nan)
+        if points is None and not len(obstacles):
+            return np.zeros(len(bodies))
+        results = []
+        for part in _blocks(len(bodies)):
+            p = bodies[part, : Y + 1]
+            walls = (
+                nearest_points(obstacles, p) if points is None else points[part]
+            )
+            radius = bodies[part, RADIUS, None]
+            force = obstacle_force(p[:, None], walls, radius, FORCES)
+            results.append(_length(np.nan_to_num(force, nan=0.0).sum(axis=1)))
+        return np.concatenate(results)
+
+
+def _length(vectors: Array) -> Array:
+    length: Array = np.hypot(vectors[..., 0], vectors[..., 1])
+    return length
+
+
+def _blocks(size: int) -> list[slice]:
+    """Returns the slices that cover `size` items; at least one."""
+    return [slice(i, i + _BLOCK) for i in range(0, max(size, 1), _BLOCK)]

@@ -1,0 +1,13 @@
+"""What a simulated person is."""
+
+from hunav_drake.systems.people.behavior_choice import BehaviorConfig
+from hunav_drake.systems.people.human_config import HumanConfig
+from hunav_drake.systems.people.parameters import SocialForceParameters
+from hunav_drake.systems.people.weights import draw_weights
+
+__all__ = [
+    "BehaviorConfig",
+    "HumanConfig",
+    "SocialForceParameters",
+    "draw_weights",
+]

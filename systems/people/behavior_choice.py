@@ -1,0 +1,82 @@
+"""Which behavior tree a person has, with what settings."""
+
+from collections.abc import Mapping
+from dataclasses import field
+from pathlib import PurePath
+from typing import Annotated, Any
+
+from pydantic import Discriminator, StrictStr, Tag, model_validator
+from pydantic.dataclasses import dataclass
+
+from hunav_drake.systems.common.schema import CONFIG
+
+
+@dataclass(kw_only=True, config=CONFIG)
+class BehaviorConfig:
+    """A behavior tree, and values for its ports.
+
+    In a scenario file the ports stand beside the tree::
+
+        behavior: {tree: curious, distance: 6.0, duration: 10}
+    """
+
+    # As `HumanConfig.behavior`: a name, the path of a file, or XML.
+    tree: StrictStr
+
+    # Numbers, texts and truths by the names of the tree's ports; the others
+    # have the defaults that the tree declares.
+    ports: dict[StrictStr, Any] = field(default_factory=dict)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _gather_ports(cls, data: Any) -> Any:
+        if not isinstance(data, Mapping):
+            return data
+        ports = {key: value for key, value in data.items() if key != "tree"}
+        if isinstance(ports.get("ports"), Mapping):
+            own = ports.pop("ports")
+            twice = [str(name) for name in own if name in ports]
+            if twice:
+                raise ValueError(
+                    f"the port {twice[0]} is given twice, beside the tree and"
+                    " in ports; remove one of them"
+                )
+            ports |= own
+        tree = {"tree": data["tree"]} if "tree" in data else {}
+        return {**tree, "ports": ports}
+
+
+def _kind(behavior: Any) -> str:
+    # The tags that pydantic puts into the places of errors.
+    is_config = isinstance(behavior, Mapping | BehaviorConfig)
+    return "behaviorconfig" if is_config else "str"
+
+
+Behavior = Annotated[
+    Annotated[StrictStr, Tag("str")]
+    | Annotated[BehaviorConfig, Tag("behaviorconfig")],
+    Discriminator(_kind),
+]
+
+
+def tree_of(behavior: str | BehaviorConfig) -> str:
+    """Returns the name, path or XML of a behavior's tree."""
+    return behavior if isinstance(behavior, str) else behavior.tree
+
+
+def is_xml(tree: str) -> bool:
+    """Tells whether a tree is given as XML."""
+    return tree.lstrip().startswith("<")
+
+
+def is_path(tree: str) -> bool:
+    """Tells whether a tree is given as the path of a file."""
+    return not is_xml(tree) and tree.endswith(".xml")
+
+
+def behavior_name(behavior: str | BehaviorConfig) -> str:
+    """Returns what a behavior is called in tables."""
+    tree = tree_of(behavior)
+    if is_xml(tree):
+        return "xml"
+    return PurePath(tree).stem if is_path(tree) else tree

@@ -1,0 +1,83 @@
+"""What a simulated person is."""
+
+from dataclasses import field
+from typing import Annotated, Literal
+
+from pydantic import Field, StrictBool
+from pydantic.dataclasses import dataclass
+
+from hunav_drake.systems.common.schema import (
+    CONFIG,
+    BodyRadius,
+    Integer,
+    Name,
+    Points,
+    Pose,
+    PositiveLength,
+    PositiveSpeed,
+    Speed,
+)
+from hunav_drake.systems.people.behavior_choice import Behavior, behavior_name
+from hunav_drake.systems.people.parameters import SocialForceParameters
+
+ForcesMode = Literal["custom", "default", "random_normal", "random_uniform"]
+
+
+@dataclass(kw_only=True, slots=True, config=CONFIG)
+class HumanConfig:
+    """One simulated person."""
+
+    # Empty names and missing numbers are given out in order: "human_1", 1.
+    name: Name = ""
+    id: Annotated[Integer, Field(ge=0, le=2**31 - 1)] | None = None
+
+    # The first pose (x, y, yaw) in W, in meters and radians.
+    pose: Pose
+
+    # The behavior tree: the name of one that comes with the package (see
+    # `hunav_drake.systems.behavior.BEHAVIORS`), the path of an XML file (it
+    # ends in .xml), or XML; with values for ports, a BehaviorConfig.
+    behavior: Behavior = "regular"
+
+    # The speed that the person prefers, in m/s; 0 is a standing person.
+    desired_speed: Speed = 1.2
+
+    # The speed never exceeded, in m/s; by default the desired speed, as in
+    # HuNavSim, and at least that.
+    max_speed: PositiveSpeed | None = None
+
+    # The radius of the body's disc, in meters.
+    radius: BodyRadius = 0.35
+
+    # People with the same number (>= 0) walk together; -1 walks alone.
+    group_id: Annotated[Integer, Field(ge=-1, le=2**31 - 1)] = -1
+
+    # The points to walk to, one after the other, in meters.
+    goals: Points = field(default_factory=list)
+
+    # Whether the first goal follows the last.
+    cyclic: StrictBool = False
+
+    # The distance at which a goal counts as reached, in meters.
+    goal_radius: PositiveLength = 0.3
+
+    # The weights of the forces.
+    forces: SocialForceParameters = field(default_factory=SocialForceParameters)
+
+    # Where the factors of goal, obstacles and other people come from: they are
+    # as in `forces` ("custom"), HuNavSim's ("default"), or drawn for each
+    # person by the seed. Trials and `AddHumans` draw them: see
+    # `hunav_drake.systems.people.weights`. The rest of `forces` always holds.
+    forces_mode: ForcesMode = "custom"
+
+    @property
+    def speed_limit(self) -> float:
+        """The speed that the person never exceeds, in m/s."""
+        if self.max_speed is None:
+            return self.desired_speed
+        return self.max_speed
+
+    @property
+    def behavior_name(self) -> str:
+        """What the behavior is called in tables."""
+        return behavior_name(self.behavior)

@@ -1,0 +1,3 @@
+from .body_state import AddBodyState as AddBodyState, BodyState as BodyState
+from .differential_drive import DifferentialDrive as DifferentialDrive
+from .robot_config import RobotConfig as RobotConfig, RobotLimits as RobotLimits

@@ -1,0 +1,1 @@
+"""The fixed world: shapes, obstacles, ray casts, routes."""

@@ -1,0 +1,101 @@
+"""The fixed world: walls and furniture, and the same as arrays of segments."""
+
+from dataclasses import field
+from typing import Annotated, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+from pydantic.dataclasses import dataclass
+
+from hunav_drake.systems.common.schema import (
+    CONFIG,
+    Angle,
+    Name,
+    Point,
+    Points,
+    PositiveLength,
+    Size,
+)
+from hunav_drake.systems.world.obstacles import Obstacles
+
+
+@dataclass(kw_only=True, slots=True, config=CONFIG)
+class Box:
+    """A solid rectangle: a wall with its thickness, a table, a shelf."""
+
+    shape: Literal["box"] = "box"
+
+    # What it is called in messages and in the scene.
+    name: Name = ""
+
+    # The center, in meters.
+    center: Point
+
+    # The full extents along its own axes, in meters.
+    size: Size
+
+    # The rotation about the vertical, in radians.
+    yaw: Angle = 0.0
+
+    # How high it stands in the scene, in meters.
+    height: PositiveLength = 1.0
+
+    def vertices(self) -> NDArray[np.float64]:
+        """Returns the four corners, counter-clockwise, shape (4, 2)."""
+        half = np.array(self.size) / 2
+        corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * half
+        c, s = np.cos(self.yaw), np.sin(self.yaw)
+        vertices = np.array(self.center) + corners @ [[c, s], [-s, c]]
+        return np.asarray(vertices, dtype=float)
+
+
+@dataclass(kw_only=True, slots=True, config=CONFIG)
+class Polygon:
+    """A solid simple polygon, in either direction of rotation."""
+
+    shape: Literal["polygon"] = "polygon"
+    name: Name = ""
+
+    # The corners, three to a thousand, in meters; the last joins the first.
+    points: Annotated[Points, Field(min_length=3, max_length=1000)]
+    height: PositiveLength = 1.0
+
+    def vertices(self) -> NDArray[np.float64]:
+        """Returns the corners as given, shape (k, 2)."""
+        return np.array(self.points, dtype=float)
+
+
+@dataclass(kw_only=True, slots=True, config=CONFIG)
+class Polyline:
+    """A thin wall along a line of points, drawn 5 cm thick."""
+
+    shape: Literal["polyline"] = "polyline"
+    name: Name = ""
+
+    # The points, at least two, in meters.
+    points: Annotated[Points, Field(min_length=2)]
+    height: PositiveLength = 1.0
+
+    def vertices(self) -> NDArray[np.float64]:
+        """Returns the points as given, shape (k, 2)."""
+        return np.array(self.points, dtype=float)
+
+
+Wall = Annotated[Box | Polygon | Polyline, Field(discriminator="shape")]
+
+
+@dataclass(kw_only=True, slots=True, config=CONFIG)
+class World:
+    """Everything that does not move."""
+
+    # Each wall pushes people away from its nearest point, so a room is four
+    # walls, not one outline.
+    walls: list[Wall] = field(default_factory=list)
+
+    def obstacles(self) -> Obstacles:
+        """Returns the walls as one set of arrays."""
+        return Obstacles.from_shapes(
+            [wall.vertices() for wall in self.walls],
+            solid=[wall.shape != "polyline" for wall in self.walls],
+        )

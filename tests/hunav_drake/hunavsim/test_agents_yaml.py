@@ -1,0 +1,264 @@
+"""HuNavSim's own files."""
+
+import pytest
+
+from hunav_drake.hunavsim.agents_yaml import ImportAgents
+from hunav_drake.scenario import (
+    LoadScenario,
+    RobotConfig,
+    SaveScenario,
+    ScenarioError,
+)
+
+AGENTS = """\
+hunav_loader:
+  ros__parameters:
+    map: cafe
+    publish_people: true
+    agents:
+      - ana
+      - luis
+    ana:
+      id: 7
+      skin: 2
+      behavior: 1
+      group_id: 3
+      max_vel: 1.5
+      radius: 0.4
+      init_pose:
+        x: 3
+        y: -2.5
+        z: 1.25
+        h: 0.5
+      goal_radius: 0.2
+      cyclic_goals: true
+      goals:
+        - g1
+        - g0
+        - g1
+      g0: {x: 5.0, y: 6.0, h: 1.25}
+      g1: {x: 7.0, y: 8.0, h: 1.25}
+    luis:
+      behavior: 2
+      init_pose: {x: 9, y: 9}
+"""
+METRICS = """\
+hunav_evaluator_node:
+  ros__parameters:
+    frequency: 2.0
+    metrics:
+      path_length: true
+      completed: false
+      time_to_reach_goal: true
+"""
+
+
+@pytest.fixture
+def write(tmp_path):
+    def write(text, name="agents.yaml"):
+        file = tmp_path / name
+        file.write_text(text)
+        return file
+
+    return write
+
+
+def faults(file, **kwargs):
+    with pytest.raises(ScenarioError) as info:
+        ImportAgents(file, **kwargs)
+    return [
+        f"{fault.line}: {fault.path}: {fault.message}"
+        for fault in info.value.faults
+    ]
+
+
+def test_an_agent_becomes_a_person(write):
+    ana, luis = ImportAgents(write(AGENTS)).humans
+    assert ana.name == "ana"
+    assert ana.id == 7
+    assert ana.group_id == 3
+    assert ana.behavior == "regular"
+    assert ana.desired_speed == ana.speed_limit == 1.5
+    assert ana.radius == 0.4
+    assert ana.pose == (3.0, -2.5, 0.5)
+    assert ana.goal_radius == 0.2
+    assert ana.cyclic
+    assert ana.goals == [(7.0, 8.0), (5.0, 6.0), (7.0, 8.0)]
+    assert luis.behavior == "impassive"
+    assert luis.pose == (9.0, 9.0, 0.0)
+    assert luis.goals == []
+
+
+def test_the_rest_is_as_by_default(write):
+    scenario = ImportAgents(write(AGENTS))
+    assert scenario.robot == RobotConfig()
+    assert scenario.world.walls == []
+
+
+def test_it_loads_wherever_a_scenario_is_expected(write):
+    file = write(AGENTS)
+    scenario = LoadScenario(filename=file, overrides=["humans[1].radius=0.2"])
+    assert [human.name for human in scenario.humans] == ["ana", "luis"]
+    assert [human.id for human in scenario.humans] == [7, 1]
+    assert scenario.humans[1].radius == 0.2
+    assert LoadScenario(data=SaveScenario(scenario)) == scenario
+
+
+def test_the_original_agents(reference):
+    file = reference / "hunav/agents.yaml"
+    scenario = ImportAgents(file)
+    assert [(human.name, human.behavior) for human in scenario.humans] == [
+        ("agent1", "scared"),
+        ("agent2", "threatening"),
+        ("agent7", "curious"),
+        ("agent4", "impassive"),
+        ("agent5", "curious"),
+    ]
+    assert [human.id for human in scenario.humans] == [1, 2, 3, 4, 5]
+    assert scenario.humans[3].goals[1] == (1.838239, -3.501402)
+
+
+def test_the_original_metrics(reference):
+    folder = reference / "hunav"
+    evaluator = ImportAgents(
+        folder / "agents.yaml", metrics_filename=folder / "metrics.yaml"
+    ).evaluator
+    assert evaluator.period == 1.0
+    assert len(evaluator.metrics) == 28
+    assert evaluator.metrics[0] == "time_to_reach_goal"
+    assert evaluator.metrics[-1] == "obstacle_force_on_agents"
+
+
+def test_only_chosen_metrics_are_taken(write):
+    evaluator = ImportAgents(
+        write(AGENTS), metrics_filename=write(METRICS, "m.yaml")
+    ).evaluator
+    assert evaluator.period == 0.5
+    assert evaluator.metrics == ["path_length", "time_to_reach_goal"]
+
+
+def test_frequency_zero_means_every_step(write):
+    text = METRICS.replace("2.0", "0.0")
+    evaluator = ImportAgents(
+        write(AGENTS), metrics_filename=write(text, "m.yaml")
+    ).evaluator
+    assert evaluator.period == 0.05
+
+
+def test_a_behavior_that_is_not_available_is_told_when_it_is_loaded(
+    write, monkeypatch
+):
+    import hunav_drake.systems.behavior as behavior
+
+    monkeypatch.setattr(behavior, "BEHAVIORS", {"regular": None})
+    file = write(AGENTS)
+    assert ImportAgents(file).humans[1].behavior == "impassive"
+    with pytest.raises(ScenarioError) as info:
+        LoadScenario(filename=file)
+    assert str(info.value) == (
+        f"{file}: 1 fault\n{file}:29: luis.behavior: there is no behavior"
+        " 'impassive'; valid: regular"
+    )
+
+
+def test_custom_forces_of_a_behavior(write):
+    custom = (
+        "behavior:\n        type: 2\n        configuration: 1\n"
+        "        social_force_factor: 4.0\n        goal_force_factor: 3.0\n"
+        "        obstacle_force_factor: 9.0\n        duration: 40.0\n"
+    )
+    human = ImportAgents(write(AGENTS.replace("behavior: 1\n", custom))).humans[
+        0
+    ]
+    assert human.behavior == "impassive"
+    assert human.forces.social_factor == 4.0
+    assert human.forces.goal_factor == 3.0
+    assert human.forces.obstacle_factor == 9.0
+    default = custom.replace("configuration: 1", "configuration: 0")
+    human = ImportAgents(
+        write(AGENTS.replace("behavior: 1\n", default))
+    ).humans[0]
+    assert human.forces.social_factor == 5.0
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "fault"),
+    [
+        ("behavior: 1", "behavior: 7", "11: ana.behavior: must be one of 1 re"),
+        ("behavior: 1", "behavior: scared", "11: ana.behavior: must be one of"),
+        ("behavior: 1", "behavior: true", "11: ana.behavior: must be one of"),
+        ("behavior: 1", "behavior: {type: 9}", "11: ana.behavior.type: must"),
+        ("id: 7", "id: -7", "9: ana.id: must be at least 0, got -7"),
+        ("radius: 0.4", "radius: 40", "14: ana.radius: must be in (0, 5] m"),
+        ("max_vel: 1.5", "max_vel: fast", "13: ana.max_vel: must be a number"),
+        (
+            "max_vel: 1.5",
+            "max_vell: 1.5",
+            "13: ana.max_vell: unknown key; did you mean 'max_vel'?",
+        ),
+        ("x: 3", "x: .nan", "16: ana.init_pose.x: must be a finite number"),
+        ("        x: 3\n", "", "15: ana.init_pose.x: is missing"),
+        ("init_pose: {x: 9, y: 9}", "skin: 1", "28: luis.init_pose: must be a"),
+        ("g0: {x: 5.0, y", "g0: {x: 5.0, yy", "26: ana.g0.y: is missing"),
+        ("g0: {x: 5.0", "g0: {x: 1e7", "26: ana.g0.x: must be in"),
+        ("- g0", "- g5", "24: ana.goals[1]: there is no goal 'g5'"),
+        ("- g0", "- 5", "24: ana.goals[1]: there is no goal 5"),
+        ("- luis", "- luís", "7: agents[1]: 'luís' is not described; did you"),
+        ("- luis", "- ana", "7: agents[1]: 'ana' is listed twice"),
+        ("- luis", "- 5", "7: agents[1]: must be a name, got 5"),
+        (
+            "{x: 9, y: 9}",
+            "{x: 3, y: -2.5}",
+            "30: luis.init_pose: starts on",
+        ),
+        ("radius: 0.4", "radius: !x 1", "radius: unknown tag '!x'"),
+        ("hunav_loader", "loader", "hunav_loader.ros__parameters: is missing"),
+        ("skin: 2", "id: 2", "id: is given twice, first in line 9"),
+    ],
+    ids=lambda text: text[:20],
+)
+def test_faults_have_their_lines_and_the_names_of_the_file(
+    write, old, new, fault
+):
+    assert old in AGENTS
+    found = faults(write(AGENTS.replace(old, new, 1)))
+    assert len(found) == 1
+    assert fault in found[0]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "fault"),
+    [
+        ("2.0", "fast", "3: frequency: must be a number of Hz"),
+        ("2.0", "-1", "3: frequency: must be a number of Hz"),
+        ("2.0", ".nan", "3: frequency: must be a number of Hz"),
+        ("2.0", "true", "3: frequency: must be a number of Hz"),
+        ("2.0", "0.001", "3: frequency: must be in (0, 60] s, got 1000"),
+        ("2.0", "30", "3: frequency: must be a multiple of simulation.time"),
+        ("false", "5", "6: metrics.completed: must be true or false, got 5"),
+        ("metrics:", "metrics: 5\n    x:", "4: metrics: must be a mapping"),
+        ("hunav_evaluator", "evaluator", "ros__parameters: is missing"),
+        ("2.0", "[", "is not YAML"),
+    ],
+    ids=lambda text: text[:20],
+)
+def test_faults_of_the_metrics(write, old, new, fault):
+    metrics = write(METRICS.replace(old, new, 1), "m.yaml")
+    agents = write(AGENTS)
+    with pytest.raises(ScenarioError) as info:
+        ImportAgents(agents, metrics_filename=metrics)
+    (found,) = info.value.faults
+    assert found.source == str(metrics)
+    assert fault in f"{found.line}: {found.path}: {found.message}"
+
+
+def test_a_missing_file_is_a_scenario_error(tmp_path):
+    assert "No such file" in faults(tmp_path / "none.yaml")[0]
+
+
+def test_a_file_of_faults_is_not_looked_through_to_its_end(write):
+    names = ", ".join(f"agent{i}" for i in range(20_000))
+    found = faults(
+        write(f"hunav_loader: {{ros__parameters: {{agents: [{names}]}}}}")
+    )
+    assert 100 <= len(found) <= 110

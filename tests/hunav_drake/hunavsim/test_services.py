@@ -1,0 +1,294 @@
+"""HuNavSim's services: people for another simulator."""
+
+import math
+
+import numpy as np
+from pydrake.systems.analysis import Simulator
+import pytest
+
+from hunav_drake import HumanConfig, LoadScenario, MakeTrialDiagram
+from hunav_drake.hunavsim.services import AgentServices
+from hunav_drake.systems.world.obstacles import Obstacles
+
+ROBOT = [3.0, 0.4, 0.0, 0.0, 0.0, 0.0, 0.3]
+
+
+def make_people(n=3):
+    return [
+        HumanConfig(
+            pose=[0, 0.8 * i, 0],
+            goals=[[1.5, 0.8 * i], [6, 0.8 * i]],
+            id=10 + i,
+            group_id=0 if i < 2 else -1,
+        )
+        for i in range(n)
+    ]
+
+
+@pytest.fixture
+def dut():
+    return AgentServices(make_people())
+
+
+def walk(services, states, steps):
+    """The states after each of some steps, everyone moved as told."""
+    history = []
+    for _ in range(steps):
+        states, _ = services.compute_agents(states, ROBOT)
+        history.append(states)
+    return np.array(history)
+
+
+def test_people_move_as_in_a_trial():
+    """Fed with the trial's own states, to the last bit."""
+    scenario = LoadScenario(
+        filename="crossing", overrides=["simulation.start_jitter=0.0"]
+    )
+    diagram = MakeTrialDiagram(scenario)
+    simulator = Simulator(diagram)
+    context = simulator.get_context()
+    dut = AgentServices(
+        scenario.humans,
+        obstacles=scenario.world.obstacles(),
+        config=scenario.crowd,
+        time_step=scenario.simulation.time_step,
+    )
+
+    def look(name):
+        return diagram.GetOutputPort(name).Eval(context).copy()
+
+    for k in range(300):
+        now = look("human_states").reshape(-1, 7)
+        robot = look("robot_state")
+        status = look("behavior_status")
+        agents = dut.compute_agents(now, robot, scenario.simulation.time_step)
+        # Held states are those after the update at the present instant.
+        simulator.AdvanceTo((k + 0.5) * scenario.simulation.time_step)
+        np.testing.assert_array_equal(
+            agents.states.ravel(), look("human_states")
+        )
+        np.testing.assert_array_equal(agents.behavior_status, status)
+
+
+def test_moving_one_by_one_is_moving_all(dut):
+    other = AgentServices(make_people())
+    states = dut.agents.states
+    for _ in range(60):
+        agents = dut.compute_agents(states, ROBOT)
+        one_by_one = [
+            other.move_agent(states, ROBOT, agent_id)
+            for agent_id in (12, 10, 11)
+        ]
+        np.testing.assert_array_equal(
+            agents.states[[2, 0, 1]], [one.states for one in one_by_one]
+        )
+        assert [int(one.behavior_status) for one in one_by_one] == [0, 0, 0]
+        states = agents.states
+    assert (states[:, 0] > 2).all()
+
+
+def test_compute_agent_goes_on_from_what_is_known(dut):
+    dut.reset_agents(robot=ROBOT)
+    states = dut.agents.states
+    moved = dut.compute_agent(11)
+    expected = AgentServices(make_people()).compute_agents(states, ROBOT)
+    np.testing.assert_array_equal(moved.states, expected.states[1])
+    # The others have not moved.
+    after = dut.agents.states
+    np.testing.assert_array_equal(after[[0, 2]], states[[0, 2]])
+    np.testing.assert_array_equal(after[1], moved.states)
+
+
+def test_the_caller_owns_where_people_are(dut):
+    """Someone held back by the other simulator goes on from there."""
+    states = walk(dut, dut.agents.states, 20)[-1]
+    held = states.copy()
+    held[0] = [-1.0, 5.0, 0.3, 0.0, 0.0, 0.0, 0.35]
+    after, _ = dut.compute_agents(held, ROBOT)
+    assert math.dist(after[0, :2], held[0, :2]) < 0.1
+    np.testing.assert_array_equal(after[:, 6], 0.35)
+
+
+@pytest.mark.parametrize("dt", [0.15, np.float32(0.15), 0.15 + 1e-9])
+def test_a_longer_time_is_several_steps(dut, dt):
+    states = dut.agents.states
+    in_steps = walk(AgentServices(make_people()), states, 3)[-1]
+    at_once, _ = dut.compute_agents(states, ROBOT, dt)
+    np.testing.assert_array_equal(at_once, in_steps)
+
+
+@pytest.mark.parametrize("dt", [0.0, -0.05, 0.07, 0.01, math.nan, math.inf])
+def test_a_time_that_is_no_number_of_steps_is_refused(dut, dt):
+    states = dut.agents.states
+    calls = [
+        lambda: dut.compute_agents(states, ROBOT, dt),
+        lambda: dut.move_agent(states, ROBOT, 10, dt),
+        lambda: dut.compute_agent(10, dt),
+    ]
+    for call in calls:
+        with pytest.raises(ValueError, match=r"steps of 0\.05 s, got"):
+            call()
+
+
+def test_two_simulators_do_not_disturb_each_other(dut):
+    alone = walk(AgentServices(make_people()), dut.agents.states, 40)
+    other = AgentServices(make_people())
+    states = dut.agents.states
+    other_states = states + np.array([0, 3, 0, 0, 0, 0, 0])
+    for expected in alone:
+        states, _ = dut.compute_agents(states, ROBOT)
+        other_states, _ = other.compute_agents(other_states, ROBOT)
+        np.testing.assert_array_equal(states, expected)
+
+
+def test_reset_starts_again(dut):
+    start = dut.agents.states
+    first = walk(dut, start, 60)
+    assert (first[-1, :, 0] > 2).all()
+    agents = dut.reset_agents()
+    np.testing.assert_array_equal(agents.states, start)
+    np.testing.assert_array_equal(walk(dut, agents.states, 60), first)
+
+
+def test_reset_puts_people_where_they_are_said_to_be(dut):
+    states = dut.agents.states + np.array([0.5, 0, 0, 0, 0, 0, 0])
+    np.testing.assert_array_equal(
+        dut.reset_agents(states, ROBOT).states, states
+    )
+    assert np.isfinite(dut.compute_agent(10).states).all()
+
+
+def test_a_refused_reset_changes_nothing(dut):
+    before = walk(dut, dut.agents.states, 5)[-1]
+    with pytest.raises(ValueError, match="robot must hold 1 rows"):
+        dut.reset_agents(robot=ROBOT[:3])
+    np.testing.assert_array_equal(dut.agents.states, before)
+
+
+def test_what_people_have_in_mind_can_be_saved(dut):
+    states = walk(dut, dut.agents.states, 30)[-1]
+    saved = dut.context.Clone()
+    future = walk(dut, states, 30)
+    dut.context = saved
+    np.testing.assert_array_equal(dut.agents.states, states)
+    np.testing.assert_array_equal(walk(dut, states, 30), future)
+    # The saved Context is not touched.
+    assert saved.get_time() == pytest.approx(1.5)
+
+
+def test_a_context_of_other_people_is_refused(dut):
+    with pytest.raises(RuntimeError):
+        dut.context = AgentServices(make_people()).context
+
+
+def test_people_feel_walls():
+    wall = Obstacles.from_shapes([[[-9, -0.5], [9, -0.5]]], solid=[False])
+    dut = AgentServices(make_people(1), obstacles=wall, num_robots=0)
+    states, _ = dut.compute_agents(dut.agents.states)
+    assert states[0, 1] > 0
+
+
+@pytest.mark.parametrize("num_robots", [0, 1, 2])
+@pytest.mark.parametrize("n", [0, 1, 3])
+def test_any_number_will_do(n, num_robots):
+    dut = AgentServices(make_people(n), num_robots=num_robots)
+    robots = np.array([ROBOT] * num_robots)
+    agents = dut.compute_agents(dut.agents.states, robots)
+    assert agents.states.shape == (n, 7)
+    assert agents.behavior_status.shape == (n,)
+    if num_robots == 0:
+        dut.compute_agents(dut.agents.states)
+
+
+@pytest.mark.parametrize(
+    ("humans", "robot", "message"),
+    [
+        (np.zeros((2, 7)), ROBOT, r"humans must hold 3 rows .* shape \(2, 7\)"),
+        (np.zeros((7, 3)), ROBOT, r"humans must hold 3 rows .* shape \(7, 3\)"),
+        (np.full((3, 7), np.nan), ROBOT, "humans must be finite, got the row"),
+        (np.zeros((3, 7)), None, "robot must hold 1 rows"),
+        (np.zeros((3, 7)), [math.inf] * 7, "robot must be finite"),
+    ],
+)
+def test_what_does_not_fit_is_refused(dut, humans, robot, message):
+    before = dut.agents.states
+    with pytest.raises(ValueError, match=message):
+        dut.compute_agents(humans, robot)
+    np.testing.assert_array_equal(dut.agents.states, before)
+
+
+def test_nobody_has_that_number(dut):
+    with pytest.raises(ValueError, match="nobody has the number 1; there are"):
+        dut.move_agent(dut.agents.states, ROBOT, 1)
+
+
+def test_the_robot_must_be_known(dut):
+    with pytest.raises(ValueError, match="not known yet where the robots"):
+        dut.compute_agent(10)
+
+
+def test_numbers_are_unique():
+    people = make_people(1) * 2
+    with pytest.raises(ValueError, match="two people have the number 10"):
+        AgentServices(people)
+
+
+def test_everybodys_step_is_computed_once(dut, monkeypatch):
+    count = []
+    begin = AgentServices._begin
+
+    def counted(self, given):
+        count.append(given)
+        return begin(self, given)
+
+    monkeypatch.setattr(AgentServices, "_begin", counted)
+    states = dut.agents.states
+    for expected in (1, 2):
+        # The second time, nobody has been moved: a new step.
+        for agent_id in (10, 11, 12):
+            dut.move_agent(states, ROBOT, agent_id)
+        assert len(count) == expected
+    dut.move_agent(states + 0.1, ROBOT, 10)
+    assert len(count) == 3
+    # What was left of that step is not taken by the others.
+    dut.compute_agents(states, ROBOT)
+    dut.move_agent(states + 0.1, ROBOT, 11)
+    assert len(count) == 4
+
+
+def test_the_context_put_back_ends_what_was_begun(dut):
+    states = walk(dut, dut.agents.states, 20)[-1]
+    saved = dut.context.Clone()
+    first = dut.move_agent(states, ROBOT, 10).states
+    dut.move_agent(states, ROBOT, 11)
+    dut.context = saved
+    np.testing.assert_array_equal(
+        dut.move_agent(states, ROBOT, 10).states, first
+    )
+
+
+def test_numbers_too_large_are_refused(dut):
+    states = dut.agents.states
+    states[1, 3] = 1e154
+    with pytest.raises(ValueError, match=r"no numbers beyond 1e\+12, got"):
+        dut.compute_agents(states, ROBOT)
+
+
+@pytest.mark.parametrize("dt", ["0.05", True])
+def test_a_time_that_is_no_number_is_refused(dut, dt):
+    # True counts as 1 in Python, and would be 20 steps.
+    states = dut.agents.states
+    calls = [
+        lambda: dut.compute_agents(states, ROBOT, dt),
+        lambda: dut.move_agent(states, ROBOT, 10, dt),
+        lambda: dut.compute_agent(10, dt),
+    ]
+    for call in calls:
+        with pytest.raises(TypeError, match=r"dt must be a number, .* got"):
+            call()
+
+
+@pytest.mark.parametrize("humans", ["here", {"x": 1}, [[0, 0], [0]], 10**400])
+def test_states_that_are_no_numbers_are_refused(dut, humans):
+    with pytest.raises(ValueError, match="humans must hold numbers: "):
+        dut.compute_agents(humans, ROBOT)

@@ -1,0 +1,172 @@
+"""The plain NumPy path computes what the compiled kernel does."""
+
+import dataclasses
+
+from hypothesis import given, settings, strategies as st
+from hypothesis.extra.numpy import arrays
+import numpy as np
+import pytest
+
+from hunav_drake.systems.common.layout import COMMAND_SIZE, Command, RobotRole
+from hunav_drake.systems.crowd.motion_model import Snapshot
+from hunav_drake.systems.crowd.social_force import kernel, numpy_model
+from hunav_drake.systems.people.parameters import SocialForceParameters
+from hunav_drake.systems.world.obstacles import Obstacles
+
+WALLS = Obstacles.from_shapes(
+    [
+        [[-5.0, -1.0], [9.0, -1.0]],
+        [[2.0, 2.0], [3.0, 2.0], [3.0, 4.0], [2.0, 4.0]],
+        [[0.0, 0.0]],
+        [[-3.0, 3.0], [-1.0, 3.5], [-2.0, 5.0]],
+    ],
+    solid=[False, True, False, False],
+)
+
+
+def table(rows, columns):
+    """Returns a strategy for arrays of people or robots, some coincident."""
+    return st.one_of(
+        arrays(float, (rows, columns), elements=st.floats(-8, 8)),
+        arrays(float, (rows, columns), elements=st.integers(-3, 3)),
+    )
+
+
+@st.composite
+def crowds(draw, *, scale=1.0, speed_scale=1.0):
+    n = draw(st.integers(0, 6))
+    m = draw(st.integers(0, 2))
+    states = draw(table(n, 6)) * [scale, scale, 0.4, *[speed_scale] * 2, 1]
+    robots = draw(table(m, 7)) * [scale, scale, 0.4, *[speed_scale] * 2, 1, 0]
+    command = np.zeros((n, COMMAND_SIZE))
+    choices = {
+        Command.GOAL_RADIUS: st.sampled_from([0.0, 0.3]),
+        Command.HAS_GOAL: st.sampled_from([0.0, 1.0]),
+        Command.DESIRED_SPEED: st.floats(0, 2),
+        Command.MAX_SPEED: st.floats(0, 3),
+        Command.ROBOT_ROLE: st.sampled_from(RobotRole),
+        Command.ROBOT_REPULSION: st.sampled_from([0.0, 2.5]),
+        Command.HOLD: st.sampled_from([0.0, 0.0, 1.0]),
+        Command.TURN_RATE: st.sampled_from([0.0, 0.0, 1.0]),
+        Command.YAW_TARGET: st.floats(-3, 3),
+        Command.GROUP_ID: st.integers(-1, 2),
+    }
+    for column, choice in choices.items():
+        command[:, column] = draw(
+            arrays(float, n, elements=choice.map(float), fill=st.nothing())
+        )
+    command[:, :2] = draw(table(n, 2)) * scale
+    parameters = [
+        dataclasses.astuple(
+            SocialForceParameters(
+                epsilon=draw(st.sampled_from([0.005, -0.02])),
+                social_factor=draw(st.sampled_from([0.0, 2.1, 5.0])),
+                obstacle_sigma=draw(st.sampled_from([0.1, 0.2])),
+            )
+        )
+        for _ in range(n)
+    ]
+    return Snapshot(
+        states=states,
+        radii=draw(arrays(float, n, elements=st.floats(0.1, 0.6))),
+        command=command,
+        parameters=np.array(parameters).reshape(n, 13),
+        robots=robots,
+        obstacles=draw(
+            st.sampled_from([WALLS, Obstacles.from_shapes([], solid=[])])
+        ),
+        obstacle_range=draw(st.sampled_from([2.0, 1e5])),
+        max_obstacles=draw(st.integers(0, 5)),
+        time_step=0.05,
+    )
+
+
+def kernel_forces(snapshot):
+    return kernel.social_forces(
+        *snapshot[:5],
+        snapshot.at_walls,
+        snapshot.obstacles.segments,
+        snapshot.obstacles.first,
+        snapshot.obstacle_range,
+        snapshot.max_obstacles,
+    )
+
+
+def check_step(snapshot):
+    forces = numpy_model.social_forces(snapshot)
+    np.testing.assert_allclose(
+        forces, kernel_forces(snapshot), rtol=1e-12, atol=1e-12
+    )
+    moved = numpy_model.advance(snapshot, forces)
+    # The yaw jumps where a person stops, so both move by the same forces.
+    expected = kernel.advance(
+        snapshot.states, forces, snapshot.command, snapshot.time_step
+    )
+    np.testing.assert_allclose(moved, expected, rtol=1e-12, atol=1e-12)
+
+
+@settings(deadline=None)
+@given(crowds())
+def test_a_step_is_that_of_the_kernel(snapshot):
+    check_step(snapshot)
+
+
+@settings(deadline=None)
+@given(crowds(scale=1.2e4, speed_scale=120.0))
+def test_no_place_or_speed_gives_nan(snapshot):
+    """Up to 1e5 m and 1e3 m/s."""
+    forces = numpy_model.social_forces(snapshot)
+    assert np.isfinite(forces).all()
+    assert np.isfinite(numpy_model.advance(snapshot, forces)).all()
+    # Large forces cancel in part.
+    size = max(abs(forces).max(initial=1.0), 1.0)
+    np.testing.assert_allclose(
+        forces, kernel_forces(snapshot), rtol=1e-12, atol=1e-13 * size
+    )
+
+
+def make_crowd(n, *, seed=0, epsilon=0.005):
+    rng = np.random.default_rng(seed)
+    command = np.zeros((n, COMMAND_SIZE))
+    command[:, :2] = rng.uniform(-9, 9, (n, 2))
+    command[:, 2:6] = 0.3, 1, 1.2, 1.5
+    command[:, Command.ROBOT_ROLE] = rng.integers(0, 3, n)
+    command[:, Command.ROBOT_REPULSION] = rng.integers(0, 2, n)
+    command[:, Command.GROUP_ID] = rng.integers(-1, n // 3 + 1, n)
+    parameters = SocialForceParameters(epsilon=epsilon)
+    return Snapshot(
+        states=rng.normal(0, 1.0, (n, 6)) * [5, 5, 1, 1, 1, 1],
+        radii=rng.uniform(0.2, 0.5, n),
+        command=command,
+        parameters=np.array([dataclasses.astuple(parameters)] * n),
+        robots=rng.normal(0, 1.0, (2, 7)) * [5, 5, 1, 1, 1, 1, 0.3],
+        obstacles=WALLS,
+        obstacle_range=5.0,
+        max_obstacles=0,
+        time_step=0.05,
+    )
+
+
+@pytest.mark.parametrize("epsilon", [0.0, 0.005])
+@pytest.mark.parametrize("n", [2, 20, 700])
+def test_a_crowd_of_any_size_steps_like_the_kernel(n, epsilon):
+    """The largest is computed in pieces."""
+    check_step(make_crowd(n, epsilon=epsilon))
+
+
+def test_a_hard_surface_gives_no_infinite_force():
+    snapshot = make_crowd(2)
+    snapshot.parameters[:, 3] = 1e-4
+    snapshot.radii[:] = 5.0
+    snapshot.states[0, :2] = -4.0, -0.9
+    forces = numpy_model.social_forces(snapshot)
+    assert np.isfinite(forces).all()
+    assert np.isfinite(numpy_model.advance(snapshot, forces)).all()
+
+
+def test_the_arguments_are_left_alone():
+    snapshot = make_crowd(5)
+    before = [np.array(array) for array in snapshot[:5]]
+    numpy_model.advance(snapshot, numpy_model.social_forces(snapshot))
+    for array, copy in zip(snapshot[:5], before, strict=True):
+        np.testing.assert_array_equal(array, copy)

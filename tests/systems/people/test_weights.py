@@ -1,0 +1,224 @@
+"""The weights of the forces: as written, by default, and drawn."""
+
+import dataclasses
+
+import numpy as np
+from pydantic import ValidationError
+from pydrake.systems.framework import DiagramBuilder
+import pytest
+from scipy import stats
+
+from hunav_drake import (
+    AddHumans,
+    HumanConfig,
+    LoadScenario,
+    MakeTrialDiagram,
+    SaveScenario,
+)
+from hunav_drake.hunavsim.agents_yaml import ImportAgents
+from hunav_drake.scenario import ScenarioError
+from hunav_drake.systems.common.random_streams import Purpose, draw_normal
+from hunav_drake.systems.people import SocialForceParameters
+from hunav_drake.systems.people.weights import WEIGHTS, draw_weights
+
+RANDOM_MODES = ("random_normal", "random_uniform")
+AGENTS = """\
+hunav_loader:
+  ros__parameters:
+    agents: [ana]
+    ana:
+      id: 7
+      init_pose: {x: 0, y: 0, h: 0}
+      behavior:
+        type: 1
+        configuration: CONFIGURATION
+        goal_force_factor: 3.0
+"""
+
+
+def person(mode, human_id=None, **forces):
+    return HumanConfig(
+        pose=[0, 0, 0],
+        id=human_id,
+        forces=SocialForceParameters(**forces),
+        forces_mode=mode,
+    )
+
+
+def factors(humans, seed=0):
+    drawn = draw_weights(humans, seed)
+    return np.array(
+        [[getattr(human.forces, name) for name in WEIGHTS] for human in drawn]
+    )
+
+
+@pytest.fixture(scope="module")
+def many():
+    """The factors of many people, by mode."""
+    return {
+        mode: factors([person(mode, i) for i in range(4000)])
+        for mode in RANDOM_MODES
+    }
+
+
+def test_custom_weights_are_as_written():
+    human = person("custom", social_factor=3.0, goal_factor=1.0)
+    assert draw_weights([human], seed=5) == [human]
+
+
+def test_default_weights_are_those_of_hunavsim():
+    human = person("default", social_factor=3.0, n=1.5)
+    (drawn,) = draw_weights([human], seed=5)
+    assert drawn.forces == SocialForceParameters(n=1.5)
+    assert drawn.forces_mode == "custom"
+
+
+@pytest.mark.parametrize("mode", RANDOM_MODES)
+def test_drawn_weights_leave_the_rest_as_written(mode):
+    (drawn,) = draw_weights([person(mode, n=1.5, gamma=0.4)], seed=5)
+    rest = {name: getattr(SocialForceParameters(), name) for name in WEIGHTS}
+    assert dataclasses.replace(drawn.forces, **rest) == SocialForceParameters(
+        n=1.5, gamma=0.4
+    )
+
+
+@pytest.mark.parametrize("mode", RANDOM_MODES)
+def test_adding_a_person_changes_nobody_elses_weights(mode):
+    people = [person(mode, i) for i in (4, 2, 9)]
+    longer = [person(mode, 7), *people, person("default", 1)]
+    np.testing.assert_array_equal(factors(longer)[1:4], factors(people))
+
+
+@pytest.mark.parametrize("mode", RANDOM_MODES)
+def test_weights_follow_from_seed_and_number(mode):
+    people = [person(mode, i) for i in range(3)]
+    np.testing.assert_array_equal(factors(people, 1), factors(people, 1))
+    values = np.concatenate([factors(people, seed) for seed in (0, 1)])
+    # Those of a normal distribution are the least ones now and then.
+    assert len(np.unique(values[:, 1])) == 6
+
+
+@pytest.mark.parametrize("mode", RANDOM_MODES)
+def test_people_without_numbers_count_by_their_places(mode):
+    unnamed = factors([person(mode), person(mode)])
+    numbered = factors([person(mode, 1), person(mode, 2)])
+    np.testing.assert_array_equal(unnamed, numbered)
+
+
+@pytest.mark.parametrize("mode", RANDOM_MODES)
+def test_drawing_twice_is_drawing_once(mode):
+    once = draw_weights([person(mode)], seed=1)
+    assert draw_weights(once, seed=2) == once
+
+
+def test_uniform_weights_fill_their_ranges_evenly(many):
+    for values, weight in zip(
+        many["random_uniform"].T, WEIGHTS.values(), strict=True
+    ):
+        unit = (values - weight.low) / (weight.high - weight.low)
+        assert stats.kstest(unit, "uniform").pvalue > 0.01
+
+
+def test_normal_weights_are_normal_above_the_least(many):
+    for values, weight in zip(
+        many["random_normal"].T, WEIGHTS.values(), strict=True
+    ):
+        assert values.min() == weight.least
+        normal = stats.norm(weight.mean, weight.deviation)
+        expected = normal.cdf(weight.least)
+        share = np.mean(values == weight.least)
+        assert share == pytest.approx(expected, abs=0.03)
+        above = values[values > weight.least]
+        unit = (normal.cdf(above) - expected) / (1 - expected)
+        assert stats.kstest(unit, "uniform").pvalue > 0.01
+
+
+def test_weights_of_one_person_do_not_hang_together(many):
+    for values in many.values():
+        correlation = np.corrcoef(values.T) - np.eye(len(WEIGHTS))
+        assert abs(correlation).max() < 0.06
+
+
+def test_normal_draws_have_mean_0_and_deviation_1():
+    draws = draw_normal(3, 4, Purpose.WEIGHTS_NORMAL, 20000)
+    assert stats.kstest(draws, "norm").pvalue > 0.01
+    other = draw_normal(3, 5, Purpose.WEIGHTS_NORMAL, 20000)
+    assert abs(np.corrcoef(draws, other)[0, 1]) < 0.06
+
+
+def test_an_unknown_mode_is_refused():
+    with pytest.raises(ValidationError, match="random_normal"):
+        person("random")
+
+
+def make_scenario(mode, seed):
+    return LoadScenario(
+        filename="passing",
+        overrides=[
+            f"humans[0].forces_mode={mode}",
+            f"simulation.seed={seed}",
+            "simulation.start_jitter=0.0",
+        ],
+    )
+
+
+def first_forces(scenario):
+    """The forces on everybody as the trial starts."""
+    diagram = MakeTrialDiagram(scenario)
+    context = diagram.CreateDefaultContext()
+    return diagram.GetOutputPort("forces").Eval(context).reshape(-1, 16)
+
+
+@pytest.mark.parametrize("mode", RANDOM_MODES)
+def test_a_trial_draws_by_its_seed(mode):
+    goal = [first_forces(make_scenario(mode, seed))[:, :2] for seed in (1, 2)]
+    written = first_forces(make_scenario("custom", 1))[:, :2]
+    assert (goal[0][0] != goal[1][0]).any()
+    # The other person's weights stay as written.
+    np.testing.assert_array_equal(goal[0][1:], written[1:])
+    scenario = make_scenario(mode, 1)
+    assert LoadScenario(data=SaveScenario(scenario)) == scenario
+
+
+def test_people_in_a_diagram_of_ones_own_draw_by_a_seed():
+    def goal_force(seed):
+        builder = DiagramBuilder()
+        human = dataclasses.replace(person("random_uniform"), goals=[[5, 0]])
+        ports = AddHumans(builder, [human], num_robots=0, seed=seed)
+        builder.ExportOutput(ports.forces, "forces")
+        diagram = builder.Build()
+        context = diagram.CreateDefaultContext()
+        return diagram.GetOutputPort("forces").Eval(context)[0]
+
+    assert goal_force(1) == goal_force(1)
+    assert goal_force(1) != goal_force(2)
+
+
+@pytest.mark.parametrize(
+    ("configuration", "mode", "goal_factor"),
+    [
+        (0, "default", 2.0),
+        (1, "custom", 3.0),
+        (2, "random_normal", 2.0),
+        (3, "random_uniform", 2.0),
+    ],
+)
+def test_the_configurations_of_hunavsim_are_the_modes(
+    tmp_path, configuration, mode, goal_factor
+):
+    file = tmp_path / "agents.yaml"
+    file.write_text(AGENTS.replace("CONFIGURATION", str(configuration)))
+    (human,) = ImportAgents(file).humans
+    assert human.forces_mode == mode
+    assert human.forces.goal_factor == goal_factor
+
+
+def test_an_unknown_configuration_is_refused(tmp_path):
+    file = tmp_path / "agents.yaml"
+    file.write_text(AGENTS.replace("CONFIGURATION", "4"))
+    with pytest.raises(ScenarioError) as info:
+        ImportAgents(file)
+    assert str(info.value).endswith(
+        ":9: ana.behavior.configuration: must be one of 0 default, 1 custom,"
+        " 2 random_normal, 3 random_uniform; got 4"
+    )

@@ -1,0 +1,87 @@
+"""Every shipped scenario gives the results it has always given, bit for bit.
+
+`python -m tests.test_golden` writes `data/golden.json` anew. A commit that
+must do so says why.
+"""
+
+import hashlib
+import json
+from pathlib import Path
+import platform
+
+import numpy as np
+import pytest
+
+from hunav_drake import ListScenarios, LoadScenario, RunTrial
+
+GOLDEN = Path(__file__).parent / "data" / "golden.json"
+SEEDS = (0, 1, 2)
+
+
+def machine() -> str:
+    """What the last bits depend on: NumPy's loops differ between processors."""
+    from numpy._core._multiarray_umath import __cpu_features__ as features
+
+    having = ",".join(sorted(name for name, on in features.items() if on))
+    text = f"{platform.machine()} {platform.libc_ver()} {having}"
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def facts(scenario: str, seed: int) -> dict[str, object]:
+    result = RunTrial(LoadScenario(filename=scenario), seed=seed)
+    recording = result.recording
+    digest = hashlib.sha256()
+    for name in ("times", "robot", "humans", "behavior_status"):
+        array = np.ascontiguousarray(getattr(recording, name))
+        digest.update(f"{name}{array.dtype.str}{array.shape}".encode())
+        digest.update(array.tobytes())
+    about = (
+        recording.human_names,
+        recording.human_ids,
+        recording.behaviors,
+        recording.group_ids,
+        recording.goal,
+    )
+    digest.update(repr(about).encode())
+    digest.update(recording.obstacles.segments.tobytes())
+    metrics = {k: repr(float(v)) for k, v in result.metrics.items()}
+    return {
+        "recording": digest.hexdigest(),
+        "metrics": hashlib.sha256(
+            json.dumps(metrics, sort_keys=True).encode()
+        ).hexdigest(),
+        "end": [result.end_reason, result.end_time],
+        "robot": recording.robot[-1].round(9).tolist(),
+        "humans": recording.humans[-1].round(9).tolist(),
+    }
+
+
+def cases() -> list[tuple[str, int]]:
+    return [(name, seed) for name in ListScenarios() for seed in SEEDS]
+
+
+@pytest.fixture(scope="module")
+def golden():
+    return json.loads(GOLDEN.read_text())
+
+
+@pytest.mark.parametrize(("scenario", "seed"), cases())
+def test_a_trial_is_as_ever(golden, scenario, seed):
+    expected = golden["trials"][f"{scenario} {seed}"]
+    got = facts(scenario, seed)
+    assert got["end"] == expected["end"]
+    # On another processor the last bits differ, and grow with the time.
+    assert got["robot"] == pytest.approx(expected["robot"], abs=1e-4)
+    assert np.array(got["humans"]) == pytest.approx(
+        np.array(expected["humans"]), abs=1e-4
+    )
+    if machine() == golden["machine"]:
+        assert got["recording"] == expected["recording"]
+        assert got["metrics"] == expected["metrics"]
+
+
+if __name__ == "__main__":
+    trials = {f"{name} {seed}": facts(name, seed) for name, seed in cases()}
+    GOLDEN.write_text(
+        json.dumps({"machine": machine(), "trials": trials}, indent=1) + "\n"
+    )
