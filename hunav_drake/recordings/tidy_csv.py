@@ -19,7 +19,8 @@ from hunav_drake.systems.common.layout import (
     Y,
 )
 from hunav_drake.systems.common.suggest import nearest
-from hunav_drake.systems.evaluation.recording import LARGEST, Recording
+from hunav_drake.systems.evaluation.recording import Recording
+from hunav_drake.systems.evaluation.recording_checks import LARGEST
 
 Array = NDArray[np.float64]
 

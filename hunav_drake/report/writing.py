@@ -30,8 +30,8 @@ def WriteReport(
     A report on one trial shows how it ended, plots, all metrics and the
     provenance. A report on several compares scenarios, planners and their
     settings, with confidence intervals and in pairs of equal seeds, and lists
-    the runs; duplicate runs count once (`drop_duplicate_runs`). The file has all
-    plots inside, and needs no network and no scripts. It is written
+    the runs; duplicate runs count once (`drop_duplicate_runs`). The file has
+    all plots inside, and needs no network and no scripts. It is written
     atomically.
 
     It links to the report and the replay of each run, if they exist;

@@ -9,7 +9,6 @@ from pathlib import Path
 import re
 from typing import Literal
 
-from hunav_drake.hunavsim.result_files import hunav_texts
 from hunav_drake.results.run_folders import (
     RUNS,
     RunFiles,
@@ -230,6 +229,9 @@ def _write_files(
     for behavior, steps in result.steps_by_behavior.items():
         texts[f"steps_beh_{_unique(behavior)}.csv"] = steps.to_csv()
     if format == "hunav":
+        # That module knows this package.
+        from hunav_drake.hunavsim.result_files import hunav_texts
+
         texts |= hunav_texts(result, tag)
     result.recording.save(folder / "recording.npz")
     for name, text in texts.items():

@@ -103,9 +103,7 @@ def compare(
     pair: Names = ("seed",),
     by: Names = ("scenario",),
     metrics: Names | None = None,
-    rates: Names = RATES,
     confidence: float = 0.95,
-    seed: int = 0,
 ) -> pd.DataFrame:
     """Compares two planners, run by run, on the same seeds.
 
@@ -121,17 +119,15 @@ def compare(
         by: The columns that tell kinds of runs apart.
         metrics: The columns to compare; by default all that have numbers and
             are metrics.
-        rates: Those among them that are 0 or 1.
         confidence: That of the intervals.
-        seed: The seed of the bootstrap.
 
     Returns:
         A row for each kind and metric, indexed by both, with the columns `n`
         (pairs in which both have a finite value), `a` and `b` (the means over
         those pairs), `difference` (b - a; rounding counts as 0), `sd` and
         `median` of the differences, `low` and `high` (the interval of the mean
-        difference, `paired_rate_interval` for rates, else `mean_interval` over
-        pairs), and `better`: a or b, if there are at least `LEAST_PAIRS`
+        difference, `paired_rate_interval` for `RATES`, else `mean_interval`
+        over pairs), and `better`: a or b, if there are at least `LEAST_PAIRS`
         pairs, the interval leaves out 0, and the metric says what is better;
         else None.
 
@@ -140,7 +136,7 @@ def compare(
             twice, no run of the one has its like among those of the other, or
             `confidence` is not in (0, 1).
     """
-    by, pair, rates = _listed(by), _listed(pair), set(_listed(rates))
+    by, pair = _listed(by), _listed(pair)
     _check_confidence(confidence)
     names = _metric_columns(runs, [*by, *pair, on], metrics)
     one, other = _pairs(runs, (a, b), on, [*by, *pair], names)
@@ -153,9 +149,9 @@ def compare(
         for name in names:
             x = one[name].to_numpy(dtype=float)[part.index]
             y = other[name].to_numpy(dtype=float)[part.index]
-            if name in rates:
+            if name in RATES:
                 _check_rate(name, x, y)
-            row = _describe_pairs(x, y, name in rates, confidence, seed)
+            row = _describe_pairs(x, y, name in RATES, confidence)
             better = _better(direction_of(runs, name), row)
             rows[(*kind, name)] = row | {"better": {"a": a, "b": b}.get(better)}
     table = _table(runs, rows, [*by, "metric"])
@@ -204,7 +200,7 @@ def _pairs(
 
 
 def _describe_pairs(
-    x: Array, y: Array, is_rate: bool, confidence: float, seed: int
+    x: Array, y: Array, is_rate: bool, confidence: float
 ) -> dict[str, Any]:
     """Returns what is told of a metric over pairs of runs."""
     both = np.isfinite(x) & np.isfinite(y)
@@ -213,7 +209,7 @@ def _describe_pairs(
     if is_rate:
         low, high = paired_rate_interval(x, y, confidence)
     else:
-        low, high = mean_interval(gaps, confidence, seed)
+        low, high = mean_interval(gaps, confidence)
     about = _describe(gaps)
     return {
         "n": len(x),

@@ -8,11 +8,9 @@ from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from hunav_drake.systems.common.layout import (
-    RADIUS,
-    STATE_FIELDS,
     STATE_SIZE,
     X,
     Y,
@@ -22,6 +20,16 @@ from hunav_drake.systems.evaluation import recording_file
 from hunav_drake.systems.evaluation.encounter_features import EncounterFeatures
 from hunav_drake.systems.evaluation.features import Features
 from hunav_drake.systems.evaluation.path_features import PathFeatures
+from hunav_drake.systems.evaluation.recording_checks import (
+    LARGEST,
+    check_increasing,
+    check_numbers,
+    check_states,
+    checked_array,
+    checked_goal,
+    checked_path,
+    per_human,
+)
 from hunav_drake.systems.world.obstacles import Obstacles
 
 Array = NDArray[np.float64]
@@ -29,14 +37,6 @@ Array = NDArray[np.float64]
 # How near to the goal's heading is at the goal where the goal has one and
 # nothing else is told, in radians.
 GOAL_YAW_TOLERANCE = 0.25
-
-# No number in a recording is larger, in SI units: far beyond that, sums and
-# powers of them are not finite.
-LARGEST = 1e10
-
-# The times of two samples are at least as far apart, in seconds: speeds and
-# accelerations of less would not be finite.
-SHORTEST_INTERVAL = 1e-20
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -98,32 +98,36 @@ class Recording:
     reference_path: Array | None = None
 
     def __post_init__(self) -> None:
-        times = _array("times", self.times, (None,))
+        times = checked_array("times", self.times, (None,))
         samples = len(times)
         if not samples:
             raise ValueError("recording.times: needs at least one sample")
-        _check_increasing("times", times)
-        robot = _array("robot", self.robot, (samples, STATE_SIZE))
-        humans = _array("humans", self.humans, (samples, None, STATE_SIZE))
+        check_increasing("times", times)
+        robot = checked_array("robot", self.robot, (samples, STATE_SIZE))
+        humans = checked_array(
+            "humans", self.humans, (samples, None, STATE_SIZE)
+        )
         n = humans.shape[1]
-        _check_states(robot, humans)
+        check_states(robot, humans)
         status = np.zeros((samples, n), dtype=np.int64)
         if self.behavior_status is not None:
-            told = _array("behavior_status", self.behavior_status, (samples, n))
-            _check_numbers("behavior_status", told, whole=True)
+            told = checked_array(
+                "behavior_status", self.behavior_status, (samples, n)
+            )
+            check_numbers("behavior_status", told, whole=True)
             status[:] = told
         nearest = self.nearest_walls
         if nearest is not None:
-            nearest = _array(
+            nearest = checked_array(
                 "nearest_walls", nearest, (samples, n + 1, None, 2)
             )
-            _check_numbers(
+            check_numbers(
                 "nearest_walls", nearest[~np.isnan(nearest).all(axis=-1)]
             )
             nearest.setflags(write=False)
         reference = self.reference_path
         if reference is not None:
-            reference = _checked_path(reference)
+            reference = checked_path(reference)
         for array in (times, robot, humans, status):
             array.setflags(write=False)
         ids = range(1, n + 1)
@@ -134,16 +138,16 @@ class Recording:
             behavior_status=status,
             nearest_walls=nearest,
             reference_path=reference,
-            human_names=_per_human(
+            human_names=per_human(
                 "human_names", self.human_names, [f"human_{i}" for i in ids]
             ),
-            human_ids=_per_human("human_ids", self.human_ids, list(ids)),
-            behaviors=_per_human("behaviors", self.behaviors, ["regular"] * n),
-            group_ids=_per_human("group_ids", self.group_ids, [-1] * n),
-            goal=_checked_goal(self.goal),
+            human_ids=per_human("human_ids", self.human_ids, list(ids)),
+            behaviors=per_human("behaviors", self.behaviors, ["regular"] * n),
+            group_ids=per_human("group_ids", self.group_ids, [-1] * n),
+            goal=checked_goal(self.goal),
         )
         for name in ("goal_tolerance", "goal_yaw_tolerance"):
-            tolerance = float(_array(name, getattr(self, name), ()))
+            tolerance = float(checked_array(name, getattr(self, name), ()))
             if not 0 < tolerance <= LARGEST:
                 raise ValueError(
                     f"recording.{name}: must be positive, and at most"
@@ -287,110 +291,6 @@ class Recording:
 
 def _restore(cls: type[Recording], values: dict[str, Any]) -> Recording:
     return cls(**values)
-
-
-def _array(name: str, value: ArrayLike, shape: tuple[int | None, ...]) -> Array:
-    """Returns a copy of an array, after a check of its shape."""
-    try:
-        if np.iscomplexobj(value):
-            raise TypeError("it has complex numbers")
-        array = np.array(value, dtype=float, order="C")
-    except (TypeError, ValueError) as error:
-        raise ValueError(
-            f"recording.{name}: is not an array: {error}"
-        ) from None
-    if len(array.shape) != len(shape) or any(
-        want not in (None, got)
-        for want, got in zip(shape, array.shape, strict=True)
-    ):
-        wanted = ", ".join("any" if s is None else str(s) for s in shape)
-        raise ValueError(
-            f"recording.{name}: must have the shape ({wanted}), got"
-            f" {array.shape}"
-        )
-    return array
-
-
-def _checked_path(path: ArrayLike) -> Array:
-    array = _array("reference_path", path, (None, 3))
-    if not len(array):
-        raise ValueError("recording.reference_path: must have rows")
-    _check_numbers("reference_path", array)
-    _check_increasing("reference_path: its times", array[:, 0])
-    array.setflags(write=False)
-    return array
-
-
-def _check_numbers(name: str, array: Array, *, whole: bool = False) -> None:
-    good = np.abs(array) <= LARGEST
-    if whole:
-        good &= array == np.trunc(array)
-    if not good.all():
-        raise ValueError(
-            f"recording.{name}: must be finite, {'whole, ' if whole else ''}"
-            f"and at most {LARGEST:g} in size, got"
-            f" {array[tuple(np.argwhere(~good)[0])]}"
-        )
-
-
-def _check_increasing(name: str, times: Array) -> None:
-    _check_numbers(name, times)
-    late = np.flatnonzero(np.diff(times) < SHORTEST_INTERVAL)
-    if late.size:
-        k = int(late[0])
-        raise ValueError(
-            f"recording.{name}: must increase strictly, by at least"
-            f" {SHORTEST_INTERVAL:g} s, but sample {k + 1} at {times[k + 1]} s"
-            f" follows sample {k} at {times[k]} s"
-        )
-
-
-def _check_states(robot: Array, humans: Array) -> None:
-    low = np.full(STATE_SIZE, -LARGEST)
-    low[RADIUS] = 0
-    states = np.concatenate([robot[:, None], humans], axis=1)
-    missing = np.isnan(states).all(axis=2)
-    missing[:, 0] = False
-    bad = ~((low <= states) & (states <= LARGEST)) & ~missing[..., None]
-    if bad.any():
-        k, i, column = np.argwhere(bad)[0].tolist()
-        who = f"humans: person {i - 1}" if i else "robot: it"
-        raise ValueError(
-            f"recording.{who} at sample {k}: {STATE_FIELDS[column]} must be"
-            f" finite, in [{low[column]:g}, {LARGEST:g}], got"
-            f" {states[k, i, column]}"
-            + ("; a missing person has a row of NaN" if i else "")
-        )
-
-
-def _per_human(name: str, values: Sequence[Any], default: list[Any]) -> Any:
-    try:
-        values = tuple(values)
-    except TypeError as error:
-        raise ValueError(f"recording.{name}: is no list: {error}") from error
-    if not values:
-        return tuple(default)
-    if len(values) != len(default):
-        raise ValueError(
-            f"recording.{name}: needs one for each of {len(default)} people,"
-            f" got {len(values)}"
-        )
-    if isinstance(default[0], str):
-        return tuple(map(str, values))
-    numbers = _array(name, values, (len(values),))
-    _check_numbers(name, numbers, whole=True)
-    if name == "human_ids" and len(set(values)) != len(values):
-        raise ValueError(f"recording.human_ids: must differ, got {values}")
-    return tuple(map(int, values))
-
-
-def _checked_goal(goal: Any) -> tuple[float, float, float] | None:
-    if goal is None:
-        return None
-    array = _array("goal", goal, (3,))
-    _check_numbers("goal", array)
-    x, y, yaw = array.tolist()
-    return x, y, yaw
 
 
 def _same(a: Any, b: Any) -> bool:

@@ -18,7 +18,8 @@ from hunav_drake.systems.evaluation.compute import (
     evaluate_by_behavior,
 )
 from hunav_drake.systems.evaluation.metrics import select_metrics
-from hunav_drake.systems.evaluation.recording import LARGEST, Recording
+from hunav_drake.systems.evaluation.recording import Recording
+from hunav_drake.systems.evaluation.recording_checks import LARGEST
 from hunav_drake.systems.world.obstacles import Obstacles
 
 # How often each kind of file is changed; more find more, and take longer.
