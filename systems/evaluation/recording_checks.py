@@ -68,7 +68,7 @@ def check_numbers(name: str, array: Array, *, whole: bool = False) -> None:
 
 
 def check_increasing(name: str, times: Array) -> None:
-    """Raises ValueError unless times increase by `SHORTEST_INTERVAL` at least."""
+    """Raises ValueError unless times increase by `SHORTEST_INTERVAL`."""
     check_numbers(name, times)
     late = np.flatnonzero(np.diff(times) < SHORTEST_INTERVAL)
     if late.size:
@@ -81,7 +81,7 @@ def check_increasing(name: str, times: Array) -> None:
 
 
 def check_states(robot: Array, humans: Array) -> None:
-    """Raises ValueError unless states (N, 7) and (N, n, 7) are numbers in range.
+    """Raises ValueError unless states (N, 7), (N, n, 7) are in range.
 
     A row of NaN is a person who is missing.
     """
@@ -103,7 +103,7 @@ def check_states(robot: Array, humans: Array) -> None:
 
 
 def per_human(name: str, values: Sequence[Any], default: list[Any]) -> Any:
-    """Returns a tuple with a value for each person; `default` if there are none."""
+    """Returns a tuple of a value per person; `default` if there are none."""
     try:
         values = tuple(values)
     except TypeError as error:
