@@ -42,6 +42,7 @@ def MakeTrialSimulator(
 ) -> Simulator:
     """Makes a simulator that ends a trial at the goal, or when it is stuck.
 
+    It ends at a whole time step, wherever runs stop and others go on.
     Once it has ended a trial, each further `AdvanceTo` goes on by one step.
 
     Args:
@@ -56,10 +57,13 @@ def MakeTrialSimulator(
         _skip_done_updates(diagram, context)
         simulator = Simulator(diagram, context)
     status = diagram.GetOutputPort("status")
+    trial = diagram.GetSubsystemByName("monitor")
 
     def monitor(root_context: Context) -> EventStatus:
         if progress is not None:
             progress(root_context.get_time())
+        if not trial.IsStep(trial.GetMyContextFromRoot(root_context)):
+            return EventStatus.DidNothing()
         value = TrialStatus(int(status.Eval(root_context)[0]))
         if value == TrialStatus.RUNNING:
             return EventStatus.DidNothing()
@@ -109,6 +113,15 @@ def RunTrial(
     if seed is not None and isinstance(scenario, Scenario):
         scenario = _reseed(scenario, seed)
     diagram = MakeTrialDiagram(scenario, meshcat)
+    if scenario.evaluator.start == "by_trigger":
+        fault = Fault(
+            "RunTrial",
+            0,
+            "evaluator.start",
+            "by_trigger waits for the input port trigger, which RunTrial()"
+            " leaves unconnected; use MakeTrialDiagram(), or another start",
+        )
+        raise ScenarioError("RunTrial", [fault])
     with (
         interrupts_between_steps() as check_interrupt,
         _recording(diagram, meshcat, live=realtime_rate > 0),

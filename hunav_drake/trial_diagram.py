@@ -39,7 +39,8 @@ def MakeTrialDiagram(
         A diagram of the systems "humans" (`AddHumans`), "robot" and "planner"
         (see `RobotConfig` and `PlannerConfig`), "goal" (if there is one),
         "evaluator" (`Evaluator`), "monitor" (`TrialMonitor`) and "scene"
-        (`AddScene`). It has no inputs; its outputs are "robot_state",
+        (`AddScene`). It has no inputs, but for "trigger" if that begins the
+        recording (`EvaluatorConfig.start`); its outputs are "robot_state",
         "human_states", "behavior_status", "forces", "velocity_command",
         "planner_status", "planner_path", "metrics", "recording", "status" and
         "query".
@@ -116,6 +117,8 @@ def MakeTrialDiagram(
         ("query", scene.query_object),
     ):
         builder.ExportOutput(port, name)
+    if scenario.evaluator.start == "by_trigger":
+        builder.ExportInput(evaluator.GetInputPort("trigger"), "trigger")
     diagram = builder.Build()
     diagram.set_name("trial")
     return diagram
@@ -155,7 +158,7 @@ def _AddEvaluator(
     evaluator = Evaluator(
         humans,
         time_step=scenario.simulation.time_step,
-        period=scenario.evaluator.period,
+        config=scenario.evaluator,
         goal_tolerance=scenario.robot.goal_tolerance,
         goal_yaw_tolerance=scenario.robot.goal_yaw_tolerance,
         obstacles=obstacles,

@@ -8,9 +8,9 @@ from hunav_drake.commands.errors import DONE, FAILED
 
 
 def add_doctor_command(commands: Any) -> None:
-    """Adds the command to those of `hunav`."""
+    """Adds the command `hunav doctor`."""
     doctor = commands.add_parser(
-        "doctor", help="show the versions in use, and do a short run"
+        "doctor", help="show the versions in use, and run a short test"
     )
     doctor.set_defaults(function=_doctor)
 

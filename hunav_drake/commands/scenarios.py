@@ -21,13 +21,15 @@ from hunav_drake.commands.options import (
 
 
 def add_scenario_commands(commands: Any) -> None:
-    """Adds the commands to those of `hunav`."""
+    """Adds `hunav list`, `check`, `schema` and `import`."""
     listing = commands.add_parser("list", help="list the shipped scenarios")
     listing.set_defaults(function=_list)
 
     check = commands.add_parser("check", help="check scenario files")
     check.set_defaults(function=_check)
-    check.add_argument("scenario", nargs="+")
+    check.add_argument(
+        "scenario", nargs="+", help="a shipped scenario or a file"
+    )
     add_scenario_options(check)
     add_import_option(check)
 
@@ -44,18 +46,23 @@ def add_scenario_commands(commands: Any) -> None:
     add_import_option(schema)
 
     importing = commands.add_parser(
-        "import", help="make a scenario of HuNavSim's agents.yaml"
+        "import", help="convert an agents.yaml of HuNavSim to a scenario"
     )
     importing.set_defaults(function=_import)
-    importing.add_argument("agents", type=Path)
     importing.add_argument(
-        "--metrics", type=Path, help="HuNavSim's metrics.yaml"
+        "agents", type=Path, help="the agents.yaml of HuNavSim"
     )
     importing.add_argument(
-        "-o", "--output", type=Path, help="the file to write, else it is shown"
+        "--metrics", type=Path, help="the metrics.yaml of HuNavSim"
     )
     importing.add_argument(
-        "--force", action="store_true", help="write over an existing file"
+        "-o",
+        "--output",
+        type=Path,
+        help="the file to write; by default printed",
+    )
+    importing.add_argument(
+        "--force", action="store_true", help="overwrite an existing file"
     )
 
 

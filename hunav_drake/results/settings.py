@@ -5,7 +5,7 @@ import re
 
 import pandas as pd
 
-# Changes of a scenario that other columns of the table of runs tell.
+# Changes of a scenario that have columns of their own in the table of runs.
 _TOLD = ("planner.name", "simulation.seed")
 
 # The way to a key of a scenario, as in "planner.speed=0.3".

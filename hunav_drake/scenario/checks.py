@@ -20,6 +20,7 @@ from hunav_drake.scenario.validation import (
 )
 from hunav_drake.scenario.writer import plain
 from hunav_drake.systems.common.checks import is_multiple, nearest_multiples
+from hunav_drake.systems.common.schema import MAX_COORDINATE
 from hunav_drake.systems.people.behavior_choice import (
     BehaviorConfig,
     is_path,
@@ -102,6 +103,24 @@ def _unique(
             f" {other}",
             uses=(("humans", first, key),),
         )
+
+
+def check_jitter(scenario: Scenario) -> Iterator[Finding]:
+    """Looks for people whom the start jitter may take out of the world."""
+    jitter = scenario.simulation.start_jitter
+    jitter_loc: Loc = ("simulation", "start_jitter")
+    most = MAX_COORDINATE - jitter
+    for i, human in enumerate(scenario.humans):
+        for k in (0, 1):
+            if abs(human.pose[k]) > most:
+                yield Finding(
+                    ("humans", i, "pose", k),
+                    f"must be in [{-most:.9g}, {most:.9g}] m, got"
+                    f" {human.pose[k]:.9g}: simulation.start_jitter"
+                    f" ({jitter:g} m) may take the person beyond"
+                    f" {MAX_COORDINATE:g} m; move it, or set the jitter to 0",
+                    uses=(jitter_loc,),
+                )
 
 
 def check_times(scenario: Scenario) -> Iterator[Finding]:
@@ -199,7 +218,7 @@ def _check_metrics(scenario: Scenario) -> Iterator[Finding]:
 
 
 # What does not hang on the rest of the world, or on what is installed.
-OWN_CHECKS: tuple[Check, ...] = (check_people, check_times)
+OWN_CHECKS: tuple[Check, ...] = (check_people, check_jitter, check_times)
 ALL_CHECKS: tuple[Check, ...] = (
     *OWN_CHECKS,
     check_walls,

@@ -1,7 +1,7 @@
 """The LeafSystem that decides what a person does."""
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import (
     BasicVector,
@@ -93,6 +93,7 @@ class BehaviorTree(LeafSystem):
         self._person = Person.from_config(
             human, index, time_step=time_step, obstacles=obstacles
         )
+        self._num_robots = num_robots
         self._no_robots = np.zeros(0)
 
         self._human_states = self.DeclareVectorInputPort(
@@ -140,6 +141,19 @@ class BehaviorTree(LeafSystem):
     def tree(self) -> Tree:
         """Returns the tree."""
         return self._tree
+
+    def DescribeMemory(self) -> list[str]:
+        """Returns what the meaning of the state depends on."""
+        return [self._tree.describe_memory(self._person, self._num_robots)]
+
+    def CheckMemory(self, memory: ArrayLike) -> None:
+        """Checks that numbers can be the state of this system.
+
+        Raises:
+            ValueError: If they cannot: see `Tree.check_memory`.
+        """
+        numbers = np.asarray(memory, dtype=float).tolist()
+        self._tree.check_memory(self._person, numbers)
 
     def get_human_states_input_port(self) -> InputPort:
         """Returns the port with the states of the people."""

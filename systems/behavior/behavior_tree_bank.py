@@ -99,6 +99,7 @@ class BehaviorTreeBank(LeafSystem):
         memories = [tree.initial_memory(p) for tree, p in self._people]
         ends = np.cumsum([0, *map(len, memories)]).tolist()
         self._slices = [slice(a, b) for a, b in itertools.pairwise(ends)]
+        self._num_robots = num_robots
         self._no_robots = np.zeros(0)
 
         self._human_states = self.DeclareVectorInputPort(
@@ -135,9 +136,22 @@ class BehaviorTreeBank(LeafSystem):
             period_sec=time_step, offset_sec=0.0, update=self._Update
         )
 
-    def trees(self) -> list[Tree]:
-        """Returns the trees, in the order of the people."""
-        return [tree for tree, _ in self._people]
+    def DescribeMemory(self) -> list[str]:
+        """Returns what the meaning of the state depends on, tree by tree."""
+        return [
+            tree.describe_memory(person, self._num_robots)
+            for tree, person in self._people
+        ]
+
+    def CheckMemory(self, memory: ArrayLike) -> None:
+        """Checks that numbers can be the state of this system.
+
+        Raises:
+            ValueError: If they cannot: see `Tree.check_memory`.
+        """
+        numbers = np.asarray(memory, dtype=float).tolist()
+        for (tree, person), own in zip(self._people, self._slices, strict=True):
+            tree.check_memory(person, numbers[own])
 
     def get_human_states_input_port(self) -> InputPort:
         """Returns the port with the states of the people."""
@@ -191,7 +205,7 @@ class BehaviorTreeBank(LeafSystem):
 
         Raises:
             IndexError: If there is no such person.
-            ValueError: If it is not as long as the memory of that tree.
+            ValueError: If it cannot be: see `Tree.check_memory`.
         """
         own = self._slices[index]
         rows = np.asarray(memory, dtype=float)
@@ -200,6 +214,8 @@ class BehaviorTreeBank(LeafSystem):
                 f"the memory of humans[{index}] has shape"
                 f" ({own.stop - own.start},), got {rows.shape}"
             )
+        tree, person = self._people[index]
+        tree.check_memory(person, rows.tolist())
         whole = context.get_discrete_state(self._memory).value().copy()
         whole[own] = rows
         context.SetDiscreteState(self._memory, whole)

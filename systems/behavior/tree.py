@@ -1,6 +1,8 @@
 """A parsed behavior tree, and how it ticks."""
 
 from collections.abc import Callable, Iterator, Sequence
+import hashlib
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -17,7 +19,11 @@ from hunav_drake.systems.behavior.nodes.node import (
     TickFunction,
 )
 from hunav_drake.systems.behavior.nodes.status import Status
-from hunav_drake.systems.behavior.tick_context import Moment, Person
+from hunav_drake.systems.behavior.tick_context import (
+    GOAL_INDEX,
+    Moment,
+    Person,
+)
 from hunav_drake.systems.behavior.written import find_fault, is_sound
 
 # Nodes that one tick may tick. Repeat in Repeat in Repeat ... would otherwise
@@ -123,6 +129,39 @@ class Tree:
         for key, slot in self._given.items():
             memory[slot] = values[key]
         return memory
+
+    def describe_memory(self, person: Person, num_robots: int) -> str:
+        """Returns all that the meaning of a memory depends on, in words."""
+        slots = hashlib.sha256("\n".join(self.slots).encode()).hexdigest()
+        return (
+            f"of tree {self.name} ({len(self.slots)} numbers, {slots[:8]}) for"
+            f" person {person.id} with {len(person.goals)} goals,"
+            f" {num_robots} robots and a time step of {person.time_step} s"
+        )
+
+    def check_memory(self, person: Person, memory: Sequence[float]) -> None:
+        """Checks that numbers can be a person's memory.
+
+        Raises:
+            ValueError: If they are too few or too many, one is NaN, or the
+                person has no such goal.
+        """
+        if len(memory) != len(self.slots):
+            raise ValueError(
+                f"the memory of tree {self.name} has {len(self.slots)} numbers,"
+                f" got {len(memory)}"
+            )
+        # (Infinity may mean "nothing yet" to a leaf, and does to the
+        # blackboard.)
+        for slot, value in zip(self.slots, memory, strict=True):
+            if math.isnan(value):
+                raise ValueError(f"memory {slot!r} must be a number, got NaN")
+        goal, count = memory[GOAL_INDEX], len(person.goals)
+        if not 0 <= goal <= count or goal % 1:
+            raise ValueError(
+                f"the goal index of person {person.id} must be a whole number"
+                f" in [0, {count}], got {goal}"
+            )
 
     def tick(
         self,

@@ -113,7 +113,8 @@ class Registry(Mapping[str, type[Any]]):
                     f"{choice.__qualname__} is registered already, as"
                     f" {name_of(choice)!r}; derive a class from it"
                 )
-            choice.__choice__ = self.tag, name
+            known_as: Any = choice
+            known_as.__choice__ = self.tag, name
             self._choices[name] = choice
             return choice
 

@@ -122,9 +122,12 @@ def one_line(value: str) -> str:
 Integer = Annotated[StrictInt, BeforeValidator(_as_int)]
 Name = Annotated[StrictStr, Field(max_length=64), AfterValidator(one_line)]
 
-# Coordinates of a point in W, in meters: beyond 1e5 m the forces, which hang
-# on differences of positions, would lose digits.
-Coordinate = Annotated[StrictFloat, within(-1e5, 1e5, "m")]
+# Coordinates of a point in W, in meters: beyond, the forces, which hang on
+# differences of positions, would lose digits.
+MAX_COORDINATE = 1e5
+Coordinate = Annotated[
+    StrictFloat, within(-MAX_COORDINATE, MAX_COORDINATE, "m")
+]
 Point = Annotated[tuple[Coordinate, Coordinate], BeforeValidator(_as_tuple)]
 Points = Annotated[list[Point], BeforeValidator(_as_list)]
 Angle = Annotated[StrictFloat, within(-1e3, 1e3, "rad")]

@@ -6,7 +6,6 @@ import numpy as np
 import pandas as pd
 
 from hunav_drake.systems.evaluation.metrics import Metric, select_metrics
-from hunav_drake.systems.evaluation.names import BEHAVIOR_ACTIVE
 from hunav_drake.systems.evaluation.recording import Recording
 
 
@@ -108,8 +107,8 @@ def evaluate_by_behavior(
         values, steps = evaluate(part, [m.name for m in metrics])
         rows[behavior] = values.to_numpy()
         active = np.asarray(part.behavior_status) != 0
-        steps[BEHAVIOR_ACTIVE] = active.any(axis=1).astype(float)
-        steps.attrs["units"] |= {BEHAVIOR_ACTIVE: "-"}
+        steps["behavior_active"] = active.any(axis=1).astype(float)
+        steps.attrs["units"] |= {"behavior_active": "-"}
         frames[behavior] = steps
     table = pd.DataFrame(
         list(rows.values()),

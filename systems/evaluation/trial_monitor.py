@@ -86,7 +86,7 @@ class TrialMonitor(LeafSystem):
         self._stuck_distance = check_number(
             "stuck_distance", stuck_distance, "m", low_open=True
         )
-        check_time_step(time_step)
+        self._time_step = check_time_step(time_step)
         self._robot_state = self.DeclareVectorInputPort(
             "robot_state", STATE_SIZE
         )
@@ -130,6 +130,18 @@ class TrialMonitor(LeafSystem):
         """
         (time,) = context.get_discrete_state(self._updated).value()
         return bool(time == context.get_time())
+
+    def IsStep(self, context: Context) -> bool:
+        """Tells whether the present instant is one of the updates.
+
+        Between two, the state is that of the next already, but its time is
+        yet to come: no trial ends there.
+
+        Args:
+            context: This system's own context.
+        """
+        time = context.get_time()
+        return bool(time == round(time / self._time_step) * self._time_step)
 
     def _CalcStatus(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector([self._EvalStatus(context)])

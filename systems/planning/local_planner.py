@@ -1,5 +1,7 @@
 """The LeafSystem that drives the robot by a pure planner."""
 
+import dataclasses
+
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import (
     BasicVector,
@@ -14,6 +16,7 @@ from pydrake.systems.framework import (
 from hunav_drake.systems.common.callbacks import weakly
 from hunav_drake.systems.common.checks import check_count, count_steps
 from hunav_drake.systems.common.layout import STATE_SIZE
+from hunav_drake.systems.common.registry import tag_of
 from hunav_drake.systems.planning.decision import Decision, idle, plan_fault
 from hunav_drake.systems.planning.planner import (
     NO_PATH,
@@ -143,6 +146,17 @@ class LocalPlanner(LeafSystem):
     def get_path_output_port(self) -> OutputPort:
         """Returns the port with what the planner means to follow."""
         return self._path
+
+    def DescribeMemory(self) -> list[str]:
+        """Returns what the state depends on: the planner and its parameters."""
+        planner = self._planner
+        tag = tag_of(planner)
+        name = tag[1] if tag else type(planner).__qualname__
+        parameters = ", ".join(
+            f"{field.name}={getattr(planner, field.name)!r}"
+            for field in dataclasses.fields(planner)
+        )
+        return [f"of planner {name}({parameters})"]
 
     def _CalcVelocityCommand(
         self, context: Context, output: BasicVector

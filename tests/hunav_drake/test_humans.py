@@ -7,7 +7,11 @@ from pydrake.systems.primitives import ConstantVectorSource, Multiplexer
 import pytest
 
 from hunav_drake import AddHumans, AgentServices, HumanConfig, MakeHumans
-from hunav_drake.systems.behavior import BehaviorTreeBank, LoadBehavior
+from hunav_drake.systems.behavior import (
+    BEHAVIORS,
+    BehaviorTreeBank,
+    LoadBehavior,
+)
 from hunav_drake.systems.crowd import HumanCrowd
 from hunav_drake.systems.evaluation import Evaluator
 from hunav_drake.systems.people import draw_weights
@@ -143,6 +147,20 @@ def test_arguments_of_another_kind_are_told(kwargs, message):
 def test_a_seed_out_of_range_is_told(seed):
     with pytest.raises(ValueError, match=r"seed must be a whole number in"):
         MakeHumans(make_humans(1), seed=seed)
+
+
+@pytest.mark.parametrize("separate_trees", [True, False])
+@pytest.mark.parametrize("behavior", BEHAVIORS)
+def test_people_without_robots_walk_to_their_goals(behavior, separate_trees):
+    humans = [
+        HumanConfig(pose=[0, y, 0], goals=[[9, y]], behavior=behavior)
+        for y in (0, 2)
+    ]
+    states, status, _ = simulate(
+        humans, num_robots=0, separate_trees=separate_trees
+    )
+    assert (states.reshape(2, 7)[:, 0] > 2).all()
+    assert not status.any()
 
 
 @pytest.mark.parametrize(

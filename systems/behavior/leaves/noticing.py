@@ -82,9 +82,10 @@ def is_robot_visible(
         own[1] = float(seen)
         moment.notice(seen)
         return True
-    if own[0] == 0:
-        return False
     remembered = int(own[1])
+    # (What was in mind may have come from where there are more robots.)
+    if own[0] == 0 or remembered >= len(moment.robots):
+        return False
     moment.notice(remembered)
     if not track or not _is_near(moment, remembered, distance, occlusion):
         own[0] -= 1

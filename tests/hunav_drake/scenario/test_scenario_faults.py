@@ -173,6 +173,13 @@ CASES = {
         "humans[1].pose",
         "starts on the same point as humans[0] ('ana'); move it by 0.7 m",
     ),
+    "jitter out of the world": (
+        "humans:\n- pose: [0, -99999.9, 0]\nsimulation: {start_jitter: 0.5}\n",
+        2,
+        "humans[0].pose[1]",
+        "must be in [-99999.5, 99999.5] m, got -99999.9: simulation.start_jit"
+        "ter (0.5 m) may take the person beyond 100000 m; move it, or set the",
+    ),
     "slow limit": (
         HUMAN + "    max_speed: 0.8\n",
         4,

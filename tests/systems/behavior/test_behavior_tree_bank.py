@@ -1,5 +1,7 @@
 """A bank of trees does what as many systems do, number for number."""
 
+import math
+
 import numpy as np
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
@@ -7,7 +9,7 @@ from pydrake.systems.primitives import ConstantVectorSource
 import pytest
 
 from hunav_drake import AddHumans, HumanConfig
-from hunav_drake.systems.behavior import BehaviorTreeBank, LoadTree
+from hunav_drake.systems.behavior import BEHAVIORS, BehaviorTreeBank, LoadTree
 
 ROBOT = [2.0, 0.5, 0.0, -0.3, 0.0, 0.0, 0.3]
 
@@ -124,9 +126,39 @@ def test_what_one_has_in_mind_can_be_put_into_another_context():
     np.testing.assert_array_equal(dut.GetMemory(context, 1), thoughts)
 
 
+@pytest.mark.parametrize("behavior", BEHAVIORS)
+def test_what_one_has_in_mind_can_be_put_where_there_are_no_robots(behavior):
+    """A robot that one keeps in mind is forgotten there."""
+    human = HumanConfig(pose=[0, 0, 0], goals=[[9, 0]])
+    state = [0.0, 0, 0, 0.5, 0, 0, 0.3]
+    robot = [2.0, 0, math.pi, -0.5, 0, 0, 0.3]
+    tree = LoadTree(behavior)
+    before = BehaviorTreeBank([tree], [human], num_robots=2)
+    after = BehaviorTreeBank([tree], [human], num_robots=0)
+    contexts = [dut.CreateDefaultContext() for dut in (before, after)]
+    for dut, context in zip((before, after), contexts, strict=True):
+        dut.get_human_states_input_port().FixValue(context, state)
+    far = [80.0, *robot[1:]]
+    before.get_robot_state_input_port().FixValue(contexts[0], far + robot)
+    for _ in range(3):
+        updated = before.EvalUniquePeriodicDiscreteUpdate(contexts[0])
+        contexts[0].SetDiscreteState(updated)
+    after.SetMemory(contexts[1], 0, before.GetMemory(contexts[0], 0))
+    status = after.get_behavior_status_output_port()
+    for _ in range(3):
+        assert status.Eval(contexts[1]) == 0
+        updated = after.EvalUniquePeriodicDiscreteUpdate(contexts[1])
+        contexts[1].SetDiscreteState(updated)
+
+
 def test_thoughts_of_another_tree_are_refused():
     dut = BehaviorTreeBank([LoadTree("regular")], make_humans(1))
     context = dut.CreateDefaultContext()
+    memory = dut.GetMemory(context, 0)
+    for index in (-1, 0.5, 99):
+        memory[0] = index
+        with pytest.raises(ValueError, match="must be a whole number in"):
+            dut.SetMemory(context, 0, memory)
     with pytest.raises(ValueError, match=r"memory of humans\[0\] has shape"):
         dut.SetMemory(context, 0, np.zeros(99))
     with pytest.raises(IndexError):

@@ -1,4 +1,4 @@
-"""Which file may know which: the shape of the package."""
+"""The shape of the package: rooms, sizes, and which file may know which."""
 
 import ast
 import importlib
@@ -8,6 +8,7 @@ import sys
 import pytest
 
 import hunav_drake
+from tests import architecture
 
 PACKAGE = Path(hunav_drake.__file__).parent
 SYSTEMS = PACKAGE / "systems"
@@ -57,7 +58,7 @@ def breaches(path, text):
             yield f"the application: {other.relative_to(PACKAGE)}"
         elif (
             not other.is_relative_to(block)
-            and other.parent != SYSTEMS
+            and not other.is_relative_to(SYSTEMS / "common")
             and uses_drake(other)
         ):
             yield f"another system: {other.relative_to(SYSTEMS)}"
@@ -91,8 +92,8 @@ def test_a_breach_is_found(line, words):
 @pytest.mark.parametrize(
     "line",
     [
-        "from hunav_drake.systems.crowd import HumanConfig",
-        "from hunav_drake.systems.robot import DifferentialDriveConfig",
+        "from hunav_drake.systems.people import HumanConfig",
+        "from hunav_drake.systems.robot import RobotConfig",
         "from hunav_drake.systems.world.shapes import World",
         "from pydrake.systems.framework import LeafSystem",
     ],
@@ -103,7 +104,39 @@ def test_what_is_allowed_is_no_breach(line):
 
 
 def test_configurations_do_without_drake():
-    configs = [*SYSTEMS.rglob("*_config.py"), SYSTEMS / "world.py"]
-    assert len(configs) > 5
+    configs = [*SYSTEMS.rglob("*_config.py"), SYSTEMS / "world/shapes.py"]
+    assert len(configs) > 4
     for path in configs:
         assert not uses_drake(path)
+
+
+def test_folders_can_be_overlooked():
+    folders = architecture.files_per_folder()
+    assert folders["systems"] == 0
+    assert {f: n for f, n in folders.items() if n > 16} == {}
+
+
+def test_files_are_short():
+    lines = architecture.lines_per_file()
+    assert {path: n for path, n in lines.items() if n > 400} == {}
+
+
+def test_nothing_imports_itself_by_a_detour():
+    assert architecture.circles() == []
+    assert architecture.room_circles() == []
+
+
+def test_a_circle_is_found(monkeypatch):
+    known = {"a": Path("a.py"), "b": Path("b.py"), "c": Path("c.py")}
+    graph = {"a": {"b"}, "b": {"a"}, "c": {"a"}}
+    monkeypatch.setattr(architecture, "modules", lambda: known)
+    monkeypatch.setattr(
+        architecture, "imports", lambda name, at_import: graph[name]
+    )
+    assert architecture.circles() == [["a", "b"]]
+
+
+def test_argument_lists_are_short():
+    """Kernels of numba must have theirs spelled out."""
+    found = [f for f in architecture.functions() if not f.compiled]
+    assert [f for f in found if f.arguments > 8] == []

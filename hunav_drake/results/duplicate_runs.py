@@ -1,4 +1,4 @@
-"""Runs that are others again: they say nothing new."""
+"""Duplicate runs: the same trial, run again with the same outcome."""
 
 from collections.abc import Iterable
 import math
@@ -17,18 +17,18 @@ _SAME = (
 )
 
 
-def drop_repeats(
+def drop_duplicate_runs(
     trials: Iterable[TrialResult],
 ) -> tuple[list[TrialResult], list[tuple[TrialResult, TrialResult]]]:
-    """Returns each run once.
+    """Leaves out duplicate runs, which would count twice in statistics.
 
-    A run repeats another if the hashes of what was run, planner, setting and
-    seed are the same, and all metrics are equal. Without such a hash nobody
-    can tell.
+    A run is a duplicate of another if the hashes of what was run, planner,
+    setting and seed are the same, and all metrics are equal. Without such a
+    hash nobody can tell.
 
     Returns:
-        The runs that are left, and the pairs of a run that was dropped and the
-        one that it repeats.
+        The runs that are left, and pairs of a duplicate and the run that it
+        is a duplicate of.
     """
     kept: list[TrialResult] = []
     dropped: list[tuple[TrialResult, TrialResult]] = []
