@@ -150,7 +150,8 @@ class Registry(Mapping[str, type[Any]]):
         self, schema: core_schema.CoreSchema, handler: Any
     ) -> dict[str, Any]:
         names, forms = [], []
-        for name, choice in sorted(self.items()):
+        for name in sorted(self):
+            choice: Any = self[name]
             form = handler(_adapter(choice).core_schema)
             whole = handler.resolve_ref_schema(form)
             whole["properties"] = {
@@ -211,7 +212,7 @@ class Registry(Mapping[str, type[Any]]):
                 "choice", f"must be a mapping, or the name of a {self.kind}"
             )
         parameters = {key: value[key] for key in value if key != self.tag}
-        choice = self._select(value)
+        choice: Any = self._select(value)
         result = _adapter(choice).validate_python(parameters)
         # Users' dataclasses may ignore what they do not know.
         fields = {field.name for field in dataclasses.fields(choice)}
