@@ -1,4 +1,4 @@
-"""A Context in a file: to stop a trial today and to go on tomorrow."""
+"""Saves a Context to a file, and loads it."""
 
 import hashlib
 import json

@@ -1,4 +1,4 @@
-"""People for any diagram."""
+"""Adds people to any diagram."""
 
 from collections.abc import Sequence
 import numbers

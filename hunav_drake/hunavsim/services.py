@@ -1,4 +1,4 @@
-"""People for another simulator: HuNavSim's services as calls."""
+"""HuNavSim's services, for other simulators."""
 
 from collections.abc import Sequence
 import numbers

@@ -1,4 +1,4 @@
-"""People whose steps are taken by hand: all at once, or one person's."""
+"""People whose steps are taken one at a time by the caller."""
 
 from collections.abc import Sequence
 

@@ -1,4 +1,4 @@
-"""Ports that a system may have been made without."""
+"""Helpers that declare and find ports."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""The known word that somebody may have meant."""
+"""Suggestions for misspelt words."""
 
 from collections.abc import Iterable
 import difflib

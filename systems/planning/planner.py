@@ -1,4 +1,4 @@
-"""What a local planner is, and the register of planners."""
+"""The interface of local planners, and the register of planners."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -32,7 +32,7 @@ class PlannerStatus(IntEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class PlanningTask:
-    """What does not change while a planner drives a robot.
+    """What stays constant while a planner drives a robot.
 
     Attributes:
         limits: How fast the robot moves.

@@ -70,7 +70,7 @@ def advance(snapshot: Snapshot, forces: Array) -> Array:
     """Returns where n people are one step later: see `kernel.advance`.
 
     Args:
-        snapshot: Likewise.
+        snapshot: The state of the world, of floats or scalars with derivatives.
         forces: Shape (n, FORCES_SIZE); the last two columns count.
 
     Returns:
