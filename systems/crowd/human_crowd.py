@@ -124,8 +124,8 @@ def HumanCrowd_(T: Any) -> type:
             Raises:
                 ValueError: If ``time_step`` is not positive, ``num_robots`` or
                     ``start_jitter`` is negative, ``seed`` is not such a
-                    number, or ``config`` names a model that there is not, or one without
-                    the derivatives that AutoDiffXd asks for.
+                    number, or ``config`` names a model that there is not, or
+                    one without the derivatives that AutoDiffXd asks for.
             """
             LeafSystem_[T].__init__(self, converter=converter)
             check_time_step(time_step)

@@ -5,7 +5,6 @@ Arrays over pairs have a column for each person who feels a force, and a row
 for whom or what it comes from: so sums run in the order of the rows.
 """
 
-import dataclasses
 from types import SimpleNamespace
 from typing import Any
 
@@ -38,13 +37,11 @@ from hunav_drake.systems.crowd.social_force.forces import (
 )
 from hunav_drake.systems.people.parameters import (
     PARAMETERS,
-    SocialForceParameters,
 )
 
 # How many pairs are computed at once. Larger arrays would be fresh memory from
 # the system each time, which costs more than what is computed.
 _PAIRS = 2**13
-
 
 
 def social_forces(snapshot: Snapshot) -> Array:

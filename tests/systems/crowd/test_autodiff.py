@@ -168,9 +168,7 @@ def test_derivatives_are_those_with_the_weights_of_the_context():
     gradient = ExtractGradient(autodiff_step(dut, context))
     after = dut.CalcJacobian(context)
     assert (before.robots != after.robots).any()
-    np.testing.assert_allclose(
-        np.hstack(after), gradient, rtol=1e-9, atol=1e-9
-    )
+    np.testing.assert_allclose(np.hstack(after), gradient, rtol=1e-9, atol=1e-9)
 
 
 def test_the_values_are_those_of_the_plain_crowd():

@@ -424,10 +424,12 @@ def test_a_context_of_any_seed_is_that_of_a_crowd_of_that_seed(
         dut.GetWeights(context), other.GetWeights(expected)
     )
     assert dut.GetSeed(context) == other.GetSeed(expected) == seed
-    assert (dut.GetWeights(context)[:2] != weights_of(dut)[:2]).any(axis=1).all()
+    assert (
+        (dut.GetWeights(context)[:2] != weights_of(dut)[:2]).any(axis=1).all()
+    )
     nominal = [human.pose[:2] for human in random_people]
     offsets = states_of(dut, context)[:, :2] - nominal
-    assert 0 < abs(offsets).min()
+    assert abs(offsets).min() > 0
     assert abs(offsets).max() <= 0.2
 
 
