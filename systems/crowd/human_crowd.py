@@ -133,7 +133,7 @@ def HumanCrowd_(T: Any) -> type:
             check_number("start_jitter", start_jitter, "m")
             self._humans = tuple(humans)
             # What a copy for another scalar type is made of, too.
-            self._options = {
+            self._options: dict[str, Any] = {
                 "obstacles": obstacles,
                 "config": config,
                 "num_robots": num_robots,
