@@ -20,8 +20,7 @@ from hunav_drake.systems.behavior import (
 )
 from hunav_drake.systems.crowd import CrowdConfig, HumanCrowd
 from hunav_drake.systems.people import HumanConfig
-from hunav_drake.systems.people.names import name_people
-from hunav_drake.systems.people.weights import draw_weights
+from hunav_drake.systems.people.names import check_consistent, name_people
 from hunav_drake.systems.world.obstacles import Obstacles
 from hunav_drake.systems.world.shapes import World
 
@@ -54,6 +53,7 @@ def MakeHumans(
     config: CrowdConfig | None = None,
     num_robots: int = 1,
     time_step: float = 0.05,
+    start_jitter: float = 0.0,
     seed: int = 0,
     separate_trees: bool | None = None,
 ) -> Diagram:
@@ -67,8 +67,11 @@ def MakeHumans(
         config: How they take in the world.
         num_robots: How many robots they meet.
         time_step: The time between two steps, in seconds.
-        seed: What the weights of people follow from whose `forces_mode` is
-            a random one, in [0, 2^63).
+        start_jitter: How far x and y of a start are at most from those of the
+            configuration, in meters; the seed draws by how much.
+        seed: The seed of the default Context, in [0, 2^63). What is drawn of
+            starts and weights follows from it; `SetHumansSeed` sets another
+            one in any Context.
         separate_trees: Whether each person's tree is a system of its own,
             or all are in one `BehaviorTreeBank`, which does the same and is
             faster for many; by default, from more than 20 people on.
@@ -89,7 +92,8 @@ def MakeHumans(
     if isinstance(obstacles, World):
         obstacles = obstacles.obstacles()
     # Before anything is made of them: crowd and trees know the same numbers.
-    humans = draw_weights(name_people(humans), seed)
+    humans = name_people(humans)
+    check_consistent(humans)
     if separate_trees is None:
         separate_trees = len(humans) <= BANK_FROM
     builder = DiagramBuilder()
@@ -102,6 +106,8 @@ def MakeHumans(
             num_robots=num_robots,
             one_command_port=not separate_trees,
             time_step=time_step,
+            start_jitter=start_jitter,
+            seed=seed,
         ),
     )
     options = {
@@ -219,6 +225,7 @@ def AddHumans(
     config: CrowdConfig | None = None,
     num_robots: int = 1,
     time_step: float = 0.05,
+    start_jitter: float = 0.0,
     seed: int = 0,
     separate_trees: bool | None = None,
     name: str = "humans",
@@ -246,7 +253,8 @@ def AddHumans(
         config: How they take in the world.
         num_robots: How many robots they meet.
         time_step: The time between two steps, in seconds.
-        seed: What drawn weights follow from: see `MakeHumans`.
+        start_jitter: How far starts are off at most: see `MakeHumans`.
+        seed: The seed of the default Context: see `MakeHumans`.
         separate_trees: Whether each tree is a system: see `MakeHumans`.
         name: What the system is called; each in a diagram has its own name.
 
@@ -275,6 +283,7 @@ def AddHumans(
             config=config,
             num_robots=num_robots,
             time_step=time_step,
+            start_jitter=start_jitter,
             seed=seed,
             separate_trees=separate_trees,
         ),

@@ -97,7 +97,8 @@ class AgentServices:
             config: How they move.
             num_robots: How many robots they meet.
             time_step: The length of a step, in seconds.
-            seed: What drawn weights follow from: see `MakeHumans`.
+            seed: What drawn weights follow from, in [0, 2^63), until
+                `reset_agents` is given another one.
 
         Raises:
             BehaviorTreeError: If a behavior is not known, or faulty.
@@ -239,7 +240,10 @@ class AgentServices:
         return self._step_one(index, steps)
 
     def reset_agents(
-        self, humans: ArrayLike | None = None, robot: ArrayLike | None = None
+        self,
+        humans: ArrayLike | None = None,
+        robot: ArrayLike | None = None,
+        seed: int | None = None,
     ) -> Agents:
         """Makes people start again with their first goals, and no reactions.
 
@@ -247,14 +251,19 @@ class AgentServices:
             humans: Where they start, as for `compute_agents`; by default at
                 rest at the poses of their configurations.
             robot: The robots, if they are already known.
+            seed: What drawn weights follow from; by default as before.
 
         Returns:
             The people as they start.
 
         Raises:
-            ValueError: If an array does not have its shape or is not finite.
+            ValueError: If an array does not have its shape or is not finite,
+                or if the seed is not a whole number in [0, 2^63).
         """
+        if seed is None:
+            seed = self._people.GetSeed(self._context)
         context = self._people.CreateContext()
+        self._people.SetSeed(context, seed)
         start = self._people.GetStates(context) if humans is None else humans
         if robot is None:
             states = _rows(start, len(self._ids), "humans")

@@ -52,6 +52,17 @@ class StepwiseHumans:
         """Returns a Context of people at rest where they start."""
         return self._diagram.CreateDefaultContext()
 
+    def GetSeed(self, context: Context) -> int:
+        """Returns the seed that drawn weights follow from."""
+        own = self._crowd.GetMyContextFromRoot(context)
+        seed: int = self._crowd.GetSeed(own)
+        return seed
+
+    def SetSeed(self, context: Context, seed: int) -> None:
+        """Puts people at rest where they start, with the weights of a seed."""
+        own = self._crowd.GetMyMutableContextFromRoot(context)
+        self._crowd.SetSeed(own, seed)
+
     def CheckContext(self, context: Context) -> None:
         """Checks that a Context is of this diagram.
 

@@ -12,9 +12,9 @@ from hunav_drake.systems.behavior import (
     BehaviorTreeBank,
     LoadBehavior,
 )
-from hunav_drake.systems.crowd import HumanCrowd
 from hunav_drake.systems.evaluation import Evaluator
 from hunav_drake.systems.people import draw_weights
+from hunav_drake.systems.people.parameters import K_GOAL, K_OBSTACLE
 from hunav_drake.systems.world.obstacles import Obstacles
 from hunav_drake.systems.world.shapes import Polyline, World
 
@@ -185,9 +185,9 @@ def test_numbers_are_given_out_without_those_taken():
     first, second = draw_weights(
         [HumanConfig(id=2, **mode), HumanConfig(**mode)], 0
     )
-    assert first.forces.goal_factor != second.forces.goal_factor
+    assert (first[[K_GOAL, K_OBSTACLE]] != second[[K_GOAL, K_OBSTACLE]]).all()
     (one,) = draw_weights([HumanConfig(id=1, **mode)], 0)
-    assert second.forces == one.forces
+    np.testing.assert_array_equal(second, one)
 
 
 # What a tree with this in it remembers at first: the index of the goal, which
@@ -237,11 +237,3 @@ def test_services_and_evaluator_know_the_numbers_of_the_trees():
     recording = dut.GetRecording(context)
     assert recording.human_ids == (2, 1)
     assert recording.human_names == ("human_1", "human_2")
-
-
-def test_a_crowd_alone_does_not_draw():
-    human = HumanConfig(pose=[0, 0, 0], forces_mode="random_uniform")
-    with pytest.raises(ValueError, match=r"draw_weights\(humans, seed\)"):
-        HumanCrowd([human])
-    HumanCrowd(draw_weights([human], 0))
-    HumanCrowd([HumanConfig(pose=[0, 0, 0], forces_mode="default")])

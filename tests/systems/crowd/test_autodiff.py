@@ -106,6 +106,7 @@ def autodiff_step(dut, context):
     state, robots = present(dut, context)
     variables = InitializeAutoDiff(np.concatenate([state, robots])).ravel()
     other = converted.CreateDefaultContext()
+    converted.SetWeights(other, dut.GetWeights(context))
     for i in range(N):
         command = dut.get_command_input_port(i).Eval(context)
         converted.get_command_input_port(i).FixValue(other, command)
@@ -158,6 +159,16 @@ def test_the_analytic_jacobian_agrees(seed):
     np.testing.assert_allclose(
         np.hstack(jacobian), gradient, rtol=1e-9, atol=1e-9
     )
+
+
+def test_derivatives_are_those_with_the_weights_of_the_context():
+    dut, context = make_crowd(1)
+    before = dut.CalcJacobian(context)
+    dut.SetWeights(context, 1.5 * dut.GetWeights(context))
+    gradient = ExtractGradient(autodiff_step(dut, context))
+    after = dut.CalcJacobian(context)
+    assert (before.robots != after.robots).any()
+    np.testing.assert_allclose(np.hstack(after), gradient, rtol=1e-9, atol=1e-9)
 
 
 def test_the_values_are_those_of_the_plain_crowd():
