@@ -101,12 +101,14 @@ def _default(seed: int, ids: Sequence[int]) -> ArrayLike:
 
 def _random_normal(seed: int, ids: Sequence[int]) -> ArrayLike:
     draws = draw_normal(seed, ids, Purpose.WEIGHTS_NORMAL, len(WEIGHTS))
-    return np.maximum(_LEAST, _MEAN + _DEVIATION * draws)
+    weights: ArrayLike = np.maximum(_LEAST, _MEAN + _DEVIATION * draws)
+    return weights
 
 
 def _random_uniform(seed: int, ids: Sequence[int]) -> ArrayLike:
     draws = draw_uniform(seed, ids, Purpose.WEIGHTS_UNIFORM, len(WEIGHTS))
-    return _LOW + (_HIGH - _LOW) * draws
+    weights: ArrayLike = _LOW + (_HIGH - _LOW) * draws
+    return weights
 
 
 # What stands in for the factors as written, by mode.
