@@ -2,13 +2,11 @@
 
 from hunav_drake.systems.behavior.behavior_tree import BehaviorTree
 from hunav_drake.systems.behavior.behavior_tree_bank import BehaviorTreeBank
-from hunav_drake.systems.behavior.errors import BehaviorTreeError
 from hunav_drake.systems.behavior.fingerprint import tree_fingerprint
 from hunav_drake.systems.behavior.language.tree_ports import (
     TreePort,
     TreePortError,
 )
-from hunav_drake.systems.behavior.language.writer import ConvertTree, WriteTree
 from hunav_drake.systems.behavior.library import (
     BEHAVIORS,
     CheckBehavior,
@@ -16,15 +14,17 @@ from hunav_drake.systems.behavior.library import (
     LoadTree,
     ParseTree,
 )
+from hunav_drake.systems.behavior.nodes.errors import BehaviorTreeError
+from hunav_drake.systems.behavior.nodes.node import NodeStatus
 from hunav_drake.systems.behavior.nodes.registry import (
     NODE_TYPES,
     register_action,
     register_condition,
 )
-from hunav_drake.systems.behavior.nodes.status import Status
+from hunav_drake.systems.behavior.nodes.tick_context import Person, TickContext
 from hunav_drake.systems.behavior.render import RenderBehaviorTree, TreeDrawing
-from hunav_drake.systems.behavior.tick_context import Moment, Person
 from hunav_drake.systems.behavior.tree import Outcome, Tree
+from hunav_drake.systems.behavior.writer import ConvertTree, WriteTree
 from hunav_drake.systems.people.behavior_choice import BehaviorConfig
 
 __all__ = [
@@ -38,12 +38,12 @@ __all__ = [
     "ConvertTree",
     "LoadBehavior",
     "LoadTree",
-    "Moment",
+    "NodeStatus",
     "Outcome",
     "ParseTree",
     "Person",
     "RenderBehaviorTree",
-    "Status",
+    "TickContext",
     "Tree",
     "TreeDrawing",
     "TreePort",

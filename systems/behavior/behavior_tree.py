@@ -13,7 +13,7 @@ from pydrake.systems.framework import (
     ValueProducer,
 )
 
-from hunav_drake.systems.behavior.tick_context import Person
+from hunav_drake.systems.behavior.nodes.tick_context import Person
 from hunav_drake.systems.behavior.tree import Outcome, Tree
 from hunav_drake.systems.common.callbacks import weakly
 from hunav_drake.systems.common.checks import check_count, check_time_step
@@ -42,7 +42,7 @@ class BehaviorTree(LeafSystem):
     units: see `common.layout`. Without robots there is no port
     ``robot_state``. Port ``command`` gives what the person wants, laid out as
     `layout.Command`; ``behavior_status`` gives 0 while no reaction is active,
-    else the state that it is in, most often 1: see `Moment`. Port ``status``
+    else the state that it is in, most often 1: see `TickContext`. Port ``status``
     gives a number for each of `Tree.nodes`: what it says in the tick, 1 for
     running, 2 for success, 3 for failure, 4 for skipped, or 0 if it is not
     ticked; `RenderBehaviorTree` draws it. All belong to the present instant:

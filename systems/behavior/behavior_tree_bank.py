@@ -16,7 +16,7 @@ from pydrake.systems.framework import (
     ValueProducer,
 )
 
-from hunav_drake.systems.behavior.tick_context import Person
+from hunav_drake.systems.behavior.nodes.tick_context import Person
 from hunav_drake.systems.behavior.tree import Outcome, Tree
 from hunav_drake.systems.common.callbacks import weakly
 from hunav_drake.systems.common.checks import check_count, check_time_step

@@ -7,11 +7,6 @@ from typing import Any
 
 # The leaves register themselves.
 from hunav_drake.systems.behavior import leaves as _leaves  # noqa: F401
-from hunav_drake.systems.behavior.errors import (
-    BehaviorTreeError,
-    Place,
-    unknown,
-)
 from hunav_drake.systems.behavior.language.documents import (
     Documents,
     is_file,
@@ -22,6 +17,11 @@ from hunav_drake.systems.behavior.language.parser import parse_documents
 from hunav_drake.systems.behavior.language.tree_ports import (
     TreePortError,
     port_texts,
+)
+from hunav_drake.systems.behavior.nodes.errors import (
+    BehaviorTreeError,
+    Place,
+    unknown,
 )
 from hunav_drake.systems.behavior.tree import Tree
 from hunav_drake.systems.people.behavior_choice import (

@@ -8,33 +8,35 @@ import shutil
 from typing import Any
 
 from hunav_drake.systems.behavior.describe import describe_ports
-from hunav_drake.systems.behavior.nodes.node import Node
-from hunav_drake.systems.behavior.nodes.status import Status
+from hunav_drake.systems.behavior.nodes.node import (
+    Node,
+    NodeStatus,
+)
 from hunav_drake.systems.behavior.tree import Tree
 from hunav_drake.systems.common.files import atomic_write
 
 # Colors that colorblind people can tell apart: fill, line. (M. Okabe and
 # K. Ito, "Color Universal Design", 2008; the fills are lighter, for the text.)
 _COLORS = {
-    Status.IDLE: ("#ffffff", "#555555"),
-    Status.RUNNING: ("#cfe8f8", "#0072b2"),
-    Status.SUCCESS: ("#bfe8d9", "#007a58"),
-    Status.FAILURE: ("#f8cfae", "#b84a00"),
-    Status.SKIPPED: ("#e4e4e4", "#5f5f5f"),
+    NodeStatus.IDLE: ("#ffffff", "#555555"),
+    NodeStatus.RUNNING: ("#cfe8f8", "#0072b2"),
+    NodeStatus.SUCCESS: ("#bfe8d9", "#007a58"),
+    NodeStatus.FAILURE: ("#f8cfae", "#b84a00"),
+    NodeStatus.SKIPPED: ("#e4e4e4", "#5f5f5f"),
 }
 _MARKS = {
-    Status.IDLE: "·",
-    Status.RUNNING: "▶",
-    Status.SUCCESS: "✓",
-    Status.FAILURE: "✗",
-    Status.SKIPPED: "↷",
+    NodeStatus.IDLE: "·",
+    NodeStatus.RUNNING: "▶",
+    NodeStatus.SUCCESS: "✓",
+    NodeStatus.FAILURE: "✗",
+    NodeStatus.SKIPPED: "↷",
 }
 _WORDS = {
-    Status.IDLE: "not ticked",
-    Status.RUNNING: "running",
-    Status.SUCCESS: "success",
-    Status.FAILURE: "failure",
-    Status.SKIPPED: "skipped",
+    NodeStatus.IDLE: "not ticked",
+    NodeStatus.RUNNING: "running",
+    NodeStatus.SUCCESS: "success",
+    NodeStatus.FAILURE: "failure",
+    NodeStatus.SKIPPED: "skipped",
 }
 # The signs that papers on behavior trees have for these nodes.
 _SIGNS = {
@@ -63,7 +65,7 @@ class TreeDrawing:
     """
 
     def __init__(
-        self, tree: Tree, status: tuple[Status, ...] | None = None
+        self, tree: Tree, status: tuple[NodeStatus, ...] | None = None
     ) -> None:
         """Constructs a TreeDrawing; `RenderBehaviorTree` checks the status."""
         self.tree = tree
@@ -149,7 +151,7 @@ class TreeDrawing:
             bundle["image/svg+xml"] = self._drawn("svg").decode()
         return bundle
 
-    def _statuses(self) -> Sequence[tuple[int, Status]]:
+    def _statuses(self) -> Sequence[tuple[int, NodeStatus]]:
         if self.status is None:
             return ()
         nodes = map(id, self.tree.nodes)
@@ -170,7 +172,7 @@ def RenderBehaviorTree(
             of a `BehaviorTree`, or what `Tree.trace` gives.
 
     Raises:
-        ValueError: If ``status`` has not one value of `Status` for each node.
+        ValueError: If ``status`` has not one value of `NodeStatus` for each node.
     """
     if status is None:
         return TreeDrawing(tree)
@@ -179,7 +181,7 @@ def RenderBehaviorTree(
             f"status must have a number for each of the {len(tree.nodes)}"
             f" nodes of {tree.name}, got {len(status)}"
         )
-    return TreeDrawing(tree, tuple(Status(int(value)) for value in status))
+    return TreeDrawing(tree, tuple(NodeStatus(int(value)) for value in status))
 
 
 def _title(node: Node) -> str:
@@ -191,7 +193,7 @@ def _text_lines(
     node: Node,
     first: str,
     others: str,
-    statuses: dict[int, Status],
+    statuses: dict[int, NodeStatus],
     lines: list[str],
 ) -> None:
     parts = [_title(node)]
@@ -213,9 +215,9 @@ def _text_lines(
 
 
 def _graph_node(
-    pydot: Any, node: Node, name: str, statuses: dict[int, Status]
+    pydot: Any, node: Node, name: str, statuses: dict[int, NodeStatus]
 ) -> Any:
-    status = statuses.get(id(node), Status.IDLE)
+    status = statuses.get(id(node), NodeStatus.IDLE)
     fill, line = _COLORS[status]
     rows = [f"<b>{_escaped(_title(node))}</b>"]
     if node.name != node.type.name:
@@ -231,7 +233,7 @@ def _graph_node(
     styles = ["filled"]
     if node.type.category == "Action":
         styles.append("rounded")
-    if status is Status.SKIPPED:
+    if status is NodeStatus.SKIPPED:
         styles.append("dashed")
     return pydot.Node(
         name,
@@ -240,7 +242,7 @@ def _graph_node(
         fillcolor=fill,
         color=line,
         fontcolor="#222222",
-        penwidth="2" if status is Status.RUNNING else "1",
+        penwidth="2" if status is NodeStatus.RUNNING else "1",
         style=f'"{",".join(styles)}"',
     )
 

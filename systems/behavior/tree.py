@@ -9,23 +9,22 @@ from numpy.typing import NDArray
 from hunav_drake.systems.behavior.describe import describe_tree
 from hunav_drake.systems.behavior.language.blackboard import GIVEN
 from hunav_drake.systems.behavior.language.parser import ParsedTree
-from hunav_drake.systems.behavior.nodes.conditions import build_with_conditions
 from hunav_drake.systems.behavior.nodes.node import (
     Built,
     Memory,
     Node,
+    NodeStatus,
     TickFunction,
 )
-from hunav_drake.systems.behavior.nodes.status import Status
-from hunav_drake.systems.behavior.tick_context import Moment, Person
-from hunav_drake.systems.behavior.written import find_fault, is_sound
+from hunav_drake.systems.behavior.nodes.pre_post_conditions import (
+    build_with_conditions,
+)
+from hunav_drake.systems.behavior.nodes.tick_context import Person, TickContext
+from hunav_drake.systems.behavior.tick_checks import find_fault, is_sound
 
 # Nodes that one tick may tick. Repeat in Repeat in Repeat ... would otherwise
 # let a small tree stop the simulation.
 MAX_WORK = 100_000
-
-# Where the leaves of this package are.
-_OUR_LEAVES = "hunav_drake.systems."
 
 Wrapper = Callable[[Node, TickFunction], TickFunction]
 
@@ -37,11 +36,11 @@ class Outcome(NamedTuple):
         status: The status of the tree.
         command: What the person is going to do: see `layout.Command`.
         behavior_status: 0 while no reaction is active, else the state that
-            it is in: see `Moment`.
+            it is in: see `TickContext`.
         memory: The memory for the next tick.
     """
 
-    status: Status
+    status: NodeStatus
     command: list[float]
     behavior_status: int
     memory: list[float]
@@ -108,9 +107,8 @@ class Tree:
         self._initial = parsed.initial
         # The leaves of this package write what they may; to look at it again
         # would cost a tenth of their time.
-        self._has_foreign_leaves = any(
-            node.type.source and not node.type.source.startswith(_OUR_LEAVES)
-            for node in self.nodes
+        self._has_foreign_leaves = not all(
+            node.type.is_ours for node in self.nodes
         )
         self._given = {
             key: parsed.entries[key] for key in GIVEN if key in parsed.entries
@@ -154,7 +152,7 @@ class Tree:
         memory: Sequence[float],
         human_states: NDArray[np.float64],
         robot_states: NDArray[np.float64],
-    ) -> tuple[Outcome, tuple[Status, ...]]:
+    ) -> tuple[Outcome, tuple[NodeStatus, ...]]:
         """Ticks the tree once, and tells what each node said.
 
         Args:
@@ -178,7 +176,7 @@ class Tree:
             human_states,
             robot_states,
         )
-        statuses = tuple(Status(int(s)) for s in outcome.memory[count:])
+        statuses = tuple(NodeStatus(int(s)) for s in outcome.memory[count:])
         return outcome._replace(memory=outcome.memory[:count]), statuses
 
     def _run(
@@ -190,30 +188,32 @@ class Tree:
         robot_states: NDArray[np.float64],
     ) -> Outcome:
         after = list(memory)
-        moment = Moment(person, after, human_states, robot_states)
-        status = function(after, moment)
-        if self._has_foreign_leaves and not is_sound(moment, after):
-            fault = find_fault(moment, after, self.slots)
+        context = TickContext(person, after, human_states, robot_states)
+        status = function(after, context)
+        if self._has_foreign_leaves and not is_sound(context, after):
+            fault = find_fault(context, after, self.slots)
             if fault:
-                again = Moment(person, list(memory), human_states, robot_states)
+                again = TickContext(
+                    person, list(memory), human_states, robot_states
+                )
                 self._blame(list(memory), again)
                 raise self.root.error(fault)
-        return Outcome(status, moment.command, moment.behavior_status, after)
+        return Outcome(status, context.command, context.behavior_status, after)
 
-    def _blame(self, memory: Memory, moment: Moment) -> None:
+    def _blame(self, memory: Memory, context: TickContext) -> None:
         """Ticks once more, and raises the error of the leaf that is wrong."""
 
         def wrap(node: Node, tick: TickFunction) -> TickFunction:
-            def checked(memory: Memory, moment: Moment) -> Status:
-                status = tick(memory, moment)
-                fault = find_fault(moment, memory, self.slots)
+            def checked(memory: Memory, context: TickContext) -> NodeStatus:
+                status = tick(memory, context)
+                fault = find_fault(context, memory, self.slots)
                 if fault:
                     raise node.error(fault)
                 return status
 
             return tick if node.children else checked
 
-        _build(self.root, wrap).tick(memory, moment)
+        _build(self.root, wrap).tick(memory, context)
 
     def _build_traced(self) -> TickFunction:
         """Returns the tick function that notes what each node says.
@@ -226,8 +226,8 @@ class Tree:
         def wrap(node: Node, tick: TickFunction) -> TickFunction:
             slot = slots[id(node)]
 
-            def noted(memory: Memory, moment: Moment) -> Status:
-                status = tick(memory, moment)
+            def noted(memory: Memory, context: TickContext) -> NodeStatus:
+                status = tick(memory, context)
                 memory[slot] = status
                 return status
 

@@ -15,20 +15,22 @@ from hunav_drake.systems.behavior.language.blackboard import (
 )
 from hunav_drake.systems.behavior.language.draft import Draft
 from hunav_drake.systems.behavior.language.values import Kind, Texts, number_of
-from hunav_drake.systems.behavior.nodes.conditions import (
-    BEGUN_SLOT,
-    needs_memory,
-)
 from hunav_drake.systems.behavior.nodes.node import (
-    UNSET,
     Conditions,
-    Constant,
     Memory,
     Node,
+)
+from hunav_drake.systems.behavior.nodes.port import (
+    UNSET,
+    Constant,
     Port,
     Variable,
 )
-from hunav_drake.systems.behavior.tick_context import PERSON_MEMORY
+from hunav_drake.systems.behavior.nodes.pre_post_conditions import (
+    BEGUN_SLOT,
+    needs_memory,
+)
+from hunav_drake.systems.behavior.nodes.tick_context import PERSON_MEMORY
 
 
 @dataclass(frozen=True)

@@ -9,13 +9,17 @@ from dataclasses import dataclass, field
 import re
 from types import MappingProxyType
 
-from hunav_drake.systems.behavior.errors import (
+from hunav_drake.systems.behavior.language.values import Kind
+from hunav_drake.systems.behavior.nodes.errors import (
     BehaviorTreeError,
     Place,
     unknown,
 )
-from hunav_drake.systems.behavior.language.values import Kind
-from hunav_drake.systems.behavior.nodes.node import Constant, Port, Variable
+from hunav_drake.systems.behavior.nodes.port import (
+    Constant,
+    Port,
+    Variable,
+)
 
 # `{key}`, and `${key}` as BehaviorTree.CPP 3 also writes it.
 _REFERENCE = re.compile(r"\$?\{(.*)\}", re.DOTALL)

@@ -3,11 +3,6 @@
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from hunav_drake.systems.behavior.errors import (
-    BehaviorTreeError,
-    Place,
-    unknown,
-)
 from hunav_drake.systems.behavior.language.blackboard import GIVEN
 from hunav_drake.systems.behavior.language.tree_ports import (
     TreePort,
@@ -18,6 +13,11 @@ from hunav_drake.systems.behavior.language.xml_source import (
     NOTES,
     XmlElement,
     read_xml,
+)
+from hunav_drake.systems.behavior.nodes.errors import (
+    BehaviorTreeError,
+    Place,
+    unknown,
 )
 from hunav_drake.systems.behavior.nodes.registry import NODE_TYPES, RESERVED
 

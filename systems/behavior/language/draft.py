@@ -2,11 +2,6 @@
 
 from dataclasses import dataclass, field
 
-from hunav_drake.systems.behavior.errors import (
-    BehaviorTreeError,
-    Place,
-    unknown,
-)
 from hunav_drake.systems.behavior.language.blackboard import Entry, Scope
 from hunav_drake.systems.behavior.language.script import (
     Assignment,
@@ -17,8 +12,15 @@ from hunav_drake.systems.behavior.language.script import (
 )
 from hunav_drake.systems.behavior.language.values import Kind
 from hunav_drake.systems.behavior.language.xml_source import NOTES
-from hunav_drake.systems.behavior.nodes.conditions import AFTER, BEFORE
-from hunav_drake.systems.behavior.nodes.node import NodeType
+from hunav_drake.systems.behavior.nodes.errors import (
+    BehaviorTreeError,
+    Place,
+    unknown,
+)
+from hunav_drake.systems.behavior.nodes.node import (
+    NodeType,
+)
+from hunav_drake.systems.behavior.nodes.pre_post_conditions import AFTER, BEFORE
 
 
 @dataclass

@@ -8,7 +8,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
-from hunav_drake.systems.behavior.errors import BehaviorTreeError, unknown
 from hunav_drake.systems.behavior.language.assembly import assemble
 from hunav_drake.systems.behavior.language.blackboard import (
     GIVEN,
@@ -28,7 +27,11 @@ from hunav_drake.systems.behavior.language.xml_source import (
     XmlElement,
 )
 from hunav_drake.systems.behavior.nodes.decorators import SUBTREE
-from hunav_drake.systems.behavior.nodes.node import Node, NodeType
+from hunav_drake.systems.behavior.nodes.errors import BehaviorTreeError, unknown
+from hunav_drake.systems.behavior.nodes.node import (
+    Node,
+    NodeType,
+)
 from hunav_drake.systems.behavior.nodes.registry import (
     ALIASES,
     GENERIC_TAGS,

@@ -12,14 +12,19 @@ from dataclasses import dataclass, field
 import operator
 import re
 
-from hunav_drake.systems.behavior.errors import BehaviorTreeError, Place
 from hunav_drake.systems.behavior.language.blackboard import (
     Entry,
     Scope,
     literal_of,
 )
 from hunav_drake.systems.behavior.language.values import Kind, Texts, number_of
-from hunav_drake.systems.behavior.nodes.node import UNSET, Memory
+from hunav_drake.systems.behavior.nodes.errors import BehaviorTreeError, Place
+from hunav_drake.systems.behavior.nodes.node import (
+    Memory,
+)
+from hunav_drake.systems.behavior.nodes.port import (
+    UNSET,
+)
 
 MAX_LENGTH = 1000
 _MAX_DEPTH = 20

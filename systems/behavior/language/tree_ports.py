@@ -14,13 +14,13 @@ from dataclasses import dataclass
 import math
 from typing import Any
 
-from hunav_drake.systems.behavior.errors import (
+from hunav_drake.systems.behavior.language.blackboard import GIVEN
+from hunav_drake.systems.behavior.language.xml_source import XmlElement
+from hunav_drake.systems.behavior.nodes.errors import (
     BehaviorTreeError,
     Place,
     unknown,
 )
-from hunav_drake.systems.behavior.language.blackboard import GIVEN
-from hunav_drake.systems.behavior.language.xml_source import XmlElement
 
 _PORT_TAGS = ("input_port", "inout_port")
 

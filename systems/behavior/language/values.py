@@ -9,7 +9,7 @@ from typing import Annotated
 
 from pydantic import BeforeValidator, ConfigDict, TypeAdapter, ValidationError
 
-from hunav_drake.systems.behavior.errors import BehaviorTreeError, Place
+from hunav_drake.systems.behavior.nodes.errors import BehaviorTreeError, Place
 
 # Blackboards are for words, not for essays.
 MAX_TEXT = 100

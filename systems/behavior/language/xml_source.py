@@ -8,7 +8,7 @@ from xml.etree.ElementTree import ParseError
 from defusedxml.common import DefusedXmlException
 from defusedxml.ElementTree import DefusedXMLParser
 
-from hunav_drake.systems.behavior.errors import BehaviorTreeError, Place
+from hunav_drake.systems.behavior.nodes.errors import BehaviorTreeError, Place
 
 # A tree of a thousand nodes is a tenth of this.
 MAX_BYTES = 1_000_000

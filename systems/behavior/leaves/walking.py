@@ -7,12 +7,17 @@ that name a person or a time step are accepted and ignored.
 import math
 from typing import Annotated, Literal
 
+from hunav_drake.systems.behavior.nodes.node import (
+    NodeStatus,
+)
 from hunav_drake.systems.behavior.nodes.registry import (
     register_action,
     register_condition,
 )
-from hunav_drake.systems.behavior.nodes.status import Status
-from hunav_drake.systems.behavior.tick_context import MAX_STATUS, Moment
+from hunav_drake.systems.behavior.nodes.tick_context import (
+    MAX_BEHAVIOR_STATUS,
+    TickContext,
+)
 from hunav_drake.systems.common.layout import Command, RobotRole, X, Y
 from hunav_drake.systems.common.schema import within
 
@@ -30,25 +35,27 @@ ROLES = {
 
 
 @register_condition("IsGoalReached", ignored=IGNORED)
-def is_goal_reached(moment: Moment) -> bool:
+def is_goal_reached(context: TickContext) -> bool:
     """Holds within 0.1 m of the current goal's radius; never without goal."""
-    goal = moment.goal
+    goal = context.goal
     if goal is None:
         return False
-    state = moment.state
+    state = context.state
     distance = math.hypot(goal[0] - state[X], goal[1] - state[Y])
-    return distance <= moment.person.goal_radius + GOAL_MARGIN
+    return distance <= context.person.goal_radius + GOAL_MARGIN
 
 
 @register_action("UpdateGoal", ignored=IGNORED)
-def update_goal(moment: Moment) -> Status:
+def update_goal(context: TickContext) -> NodeStatus:
     """Goes on to the next goal; fails if there is no goal to leave."""
-    return Status.SUCCESS if moment.drop_goal() else Status.FAILURE
+    return (
+        NodeStatus.SUCCESS if context.go_to_next_goal() else NodeStatus.FAILURE
+    )
 
 
 @register_action("RegularNav", ignored=IGNORED)
 def regular_nav(
-    moment: Moment,
+    context: TickContext,
     *,
     robot: Role = "pedestrian",
     ignore_robot: bool = False,
@@ -58,15 +65,17 @@ def regular_nav(
     With `ignore_robot` it is unseen, whatever `robot` says.
     """
     role = ROLES["unseen" if ignore_robot else robot]
-    moment.command[Command.ROBOT_ROLE] = role
+    context.command[Command.ROBOT_ROLE] = role
 
 
 @register_action("SetBehaviorStatus", ignored=IGNORED)
 def set_behavior_status(
-    moment: Moment, *, status: Annotated[int, within(0, MAX_STATUS)] = 1
+    context: TickContext,
+    *,
+    status: Annotated[int, within(0, MAX_BEHAVIOR_STATUS)] = 1,
 ) -> None:
     """Tells the world in which state of its behavior the person is."""
-    moment.behavior_status = status
+    context.behavior_status = status
 
 
 @register_condition(
@@ -75,7 +84,7 @@ def set_behavior_status(
     ignored=(*IGNORED, "ts"),
 )
 def time_expired(
-    moment: Moment,
+    context: TickContext,
     own: list[float],
     *,
     seconds: Annotated[float, within(0, 1e9, "s")] = 1.0,
@@ -89,7 +98,7 @@ def time_expired(
     of 0.05 s are a little less than 40 s, and 600 of them a little more than
     30 s.
     """
-    passed = own[0] + moment.person.time_step
+    passed = own[0] + context.person.time_step
     if passed < seconds:
         own[0] = passed
         return False

@@ -8,22 +8,22 @@ from collections.abc import Mapping
 from typing import Annotated
 
 from hunav_drake.systems.behavior.nodes.node import (
+    FAILURE,
+    RUNNING,
+    SKIPPED,
+    SUCCESS,
     BuildFunction,
     Built,
     HaltFunction,
     Memory,
     Node,
+    NodeStatus,
     NodeType,
+)
+from hunav_drake.systems.behavior.nodes.port import (
     Port,
 )
-from hunav_drake.systems.behavior.nodes.sequences import (
-    FAILURE,
-    RUNNING,
-    SKIPPED,
-    SUCCESS,
-)
-from hunav_drake.systems.behavior.nodes.status import Status
-from hunav_drake.systems.behavior.tick_context import Moment
+from hunav_drake.systems.behavior.nodes.tick_context import TickContext
 from hunav_drake.systems.common.schema import within
 
 # How often Repeat and RetryUntilSuccessful tick a child that completes at
@@ -42,22 +42,22 @@ def steps_reach(steps: float, time_step: float, seconds: float) -> bool:
     return steps * time_step >= seconds * (1 - 1e-12)
 
 
-def _mapped(results: Mapping[Status, Status]) -> BuildFunction:
+def _mapped(results: Mapping[NodeStatus, NodeStatus]) -> BuildFunction:
     """Makes a decorator that exchanges the results of its child."""
 
     def build(node: Node, children: tuple[Built, ...]) -> Built:
         (child,) = children
         child_tick = child.tick
 
-        def tick(memory: Memory, moment: Moment) -> Status:
-            return results[child_tick(memory, moment)]
+        def tick(memory: Memory, context: TickContext) -> NodeStatus:
+            return results[child_tick(memory, context)]
 
         return child._replace(tick=tick, work=child.work + 1)
 
     return build
 
 
-def _exchange(success: Status, failure: Status) -> BuildFunction:
+def _exchange(success: NodeStatus, failure: NodeStatus) -> BuildFunction:
     return _mapped(
         {
             RUNNING: RUNNING,
@@ -87,7 +87,7 @@ def _resetting(slots: tuple[int, ...], child: Built) -> HaltFunction:
     return halt
 
 
-def _again(port: str, again: Status, stops: Status) -> BuildFunction:
+def _again(port: str, again: NodeStatus, stops: NodeStatus) -> BuildFunction:
     """Makes Repeat (again at SUCCESS) and RetryUntilSuccessful (FAILURE)."""
 
     def build(node: Node, children: tuple[Built, ...]) -> Built:
@@ -96,7 +96,7 @@ def _again(port: str, again: Status, stops: Status) -> BuildFunction:
         read = node.reader(port)
         counter = node.slot("count")
 
-        def tick(memory: Memory, moment: Moment) -> Status:
+        def tick(memory: Memory, context: TickContext) -> NodeStatus:
             limit = read(memory)
             count = int(memory[counter])
             # An endless loop over a child that completes at once has one
@@ -106,7 +106,7 @@ def _again(port: str, again: Status, stops: Status) -> BuildFunction:
                 if cycles == 0:
                     memory[counter] = count
                     return RUNNING
-                status = child_tick(memory, moment)
+                status = child_tick(memory, context)
                 if status is stops:
                     memory[counter] = 0.0
                     return stops
@@ -140,12 +140,12 @@ def _run_once(node: Node, children: tuple[Built, ...]) -> Built:
     read_then_skip = node.reader("then_skip")
     result = node.slot("result")
 
-    def tick(memory: Memory, moment: Moment) -> Status:
+    def tick(memory: Memory, context: TickContext) -> NodeStatus:
         if memory[result]:
             if read_then_skip(memory):
                 return SKIPPED
-            return Status(int(memory[result]))
-        status = child_tick(memory, moment)
+            return NodeStatus(int(memory[result]))
+        status = child_tick(memory, context)
         if status is SUCCESS or status is FAILURE:
             memory[result] = float(status)
         return status
@@ -160,12 +160,12 @@ def _delay(node: Node, children: tuple[Built, ...]) -> Built:
     read = node.reader("delay_msec")
     steps = node.slot("steps")
 
-    def tick(memory: Memory, moment: Moment) -> Status:
+    def tick(memory: Memory, context: TickContext) -> NodeStatus:
         delay = read(memory) / 1000
-        if not steps_reach(memory[steps], moment.person.time_step, delay):
+        if not steps_reach(memory[steps], context.person.time_step, delay):
             memory[steps] += 1
             return RUNNING
-        status = child_tick(memory, moment)
+        status = child_tick(memory, context)
         if status is SUCCESS or status is FAILURE:
             memory[steps] = 0.0
         return status
@@ -182,14 +182,14 @@ def _timeout(node: Node, children: tuple[Built, ...]) -> Built:
     steps = node.slot("steps")
     halt = _resetting((steps,), child)
 
-    def tick(memory: Memory, moment: Moment) -> Status:
+    def tick(memory: Memory, context: TickContext) -> NodeStatus:
         limit = read(memory) / 1000
         passed = memory[steps]
-        time_step = moment.person.time_step
+        time_step = context.person.time_step
         if limit and passed and steps_reach(passed, time_step, limit):
             halt(memory)
             return FAILURE
-        status = child_tick(memory, moment)
+        status = child_tick(memory, context)
         if status is RUNNING:
             # Without a limit there is nothing to count.
             memory[steps] = passed + 1 if limit else 0.0

@@ -1,4 +1,4 @@
-"""The parts of a parsed tree: node types, ports, nodes.
+"""The parts of a parsed tree: node types and nodes, and the status of a node.
 
 A node type says how a node of it is written in XML and how it is built into
 a function that ticks it. A node is one use of a type in a tree.
@@ -6,132 +6,50 @@ a function that ticks it. A node is one use of a type in a tree.
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from enum import IntEnum
 from typing import Any, Literal, NamedTuple
 
-from pydantic import ConfigDict, TypeAdapter, ValidationError
+from hunav_drake.systems.behavior.nodes.errors import BehaviorTreeError, Place
+from hunav_drake.systems.behavior.nodes.port import (
+    UNSET,
+    Constant,
+    Port,
+    Variable,
+)
+from hunav_drake.systems.behavior.nodes.tick_context import TickContext
 
-from hunav_drake.systems.behavior.errors import BehaviorTreeError, Place
-from hunav_drake.systems.behavior.nodes.status import Status
-from hunav_drake.systems.behavior.tick_context import Moment
 
-# What a blackboard entry holds until something sets it. No literal is
-# infinite, and unlike NaN it is equal to itself, so that states compare.
-UNSET = float("-inf")
+class NodeStatus(IntEnum):
+    """What a node says when it is ticked.
+
+    The values are those of BehaviorTree.CPP. Compare with `is`: it is faster
+    than `==`, and each status is one object.
+    """
+
+    # Not ticked.
+    IDLE = 0
+    # Needs more ticks.
+    RUNNING = 1
+    SUCCESS = 2
+    FAILURE = 3
+    # Asked not to be ticked: its parent goes on as if it were not there.
+    SKIPPED = 4
+
+
+RUNNING = NodeStatus.RUNNING
+SUCCESS = NodeStatus.SUCCESS
+FAILURE = NodeStatus.FAILURE
+SKIPPED = NodeStatus.SKIPPED
 
 Category = Literal["Action", "Condition", "Control", "Decorator"]
 Memory = list[float]
-TickFunction = Callable[[Memory, Moment], Status]
+TickFunction = Callable[[Memory, TickContext], NodeStatus]
 HaltFunction = Callable[[Memory], None]
-
-
-def _message(error: ValidationError, value: Any) -> str:
-    """Returns the rule that a value breaks, and the value."""
-    text = error.errors()[0]["msg"]
-    text = text.removeprefix("Input ").removeprefix("Value error, ")
-    # Rules of our own tell what they got; those of pydantic do not.
-    return text if ", got " in text else f"{text}, got {value!r}"
-
-
-@dataclass(frozen=True)
-class Port:
-    """A value that a node takes from its XML attribute.
-
-    Attributes:
-        name: The name of the attribute.
-        annotation: The Python type: float, int, bool, str or a Literal of
-            texts, or one of these Annotated with rules of pydantic. Any is
-            what a blackboard entry can hold, a number or a text; all such
-            ports of a node hold the same.
-        default: The value without the attribute; `...` if it is required.
-        output: Whether the node sets the blackboard entry that the attribute
-            names, rather than taking a value.
-        adapter: What checks values of the annotation.
-    """
-
-    name: str
-    annotation: Any
-    default: Any = ...
-    output: bool = False
-    adapter: TypeAdapter[Any] = field(init=False, repr=False, compare=False)
-
-    def __post_init__(self) -> None:
-        adapter: TypeAdapter[Any] = TypeAdapter(
-            self.annotation, config=ConfigDict(allow_inf_nan=False)
-        )
-        object.__setattr__(self, "adapter", adapter)
-
-    @property
-    def base(self) -> type:
-        """The Python type without rules: a Literal is a str."""
-        origin = getattr(self.annotation, "__origin__", self.annotation)
-        return origin if isinstance(origin, type) else str
-
-    @property
-    def takes_any(self) -> bool:
-        """Whether it takes what a blackboard entry holds, as it is."""
-        return self.annotation is Any
-
-    def parse(self, text: str, place: Place, node: str) -> Any:
-        """Returns the value that an attribute says.
-
-        Raises:
-            BehaviorTreeError: If it is not of the port's type.
-        """
-        try:
-            return self.adapter.validate_strings(text)
-        except ValidationError as error:
-            raise BehaviorTreeError(
-                f"port {self.name}: {_message(error, text)}",
-                place,
-                node=node,
-            ) from error
-
-    def check(self, value: Any) -> Any:
-        """Returns a Python value as the port's type.
-
-        Raises:
-            ValueError: If it is not of the port's type.
-        """
-        try:
-            return self.adapter.validate_python(value)
-        except ValidationError as error:
-            raise ValueError(
-                f"port {self.name}: {_message(error, value)}"
-            ) from error
-
-
-@dataclass(frozen=True)
-class Constant:
-    """A port's value that is known when the tree is parsed.
-
-    Attributes:
-        value: The value.
-        number: What stands for it in the memory, if the port takes what
-            blackboard entries hold.
-    """
-
-    value: Any
-    number: float = 0.0
-
-
-@dataclass(frozen=True)
-class Variable:
-    """A port's value that is in the memory: a blackboard entry.
-
-    Attributes:
-        key: The name of the entry.
-        slot: Its index in the memory.
-        texts: If the entry holds texts, the texts that its numbers mean.
-    """
-
-    key: str
-    slot: int
-    texts: tuple[str, ...] | None = None
 
 
 @dataclass(frozen=True)
 class Conditions:
-    """The conditions of a node: see `nodes.conditions`.
+    """The conditions of a node: see `nodes.pre_post_conditions`.
 
     Attributes:
         before: For each attribute, the function that tells if it holds.
@@ -247,7 +165,7 @@ class Built(NamedTuple):
     """A node as functions.
 
     Attributes:
-        tick: Ticks the node: changes the memory and the moment.
+        tick: Ticks the node: changes the memory and the context.
         halt: Gives up what is running; None where that changes nothing.
         may_skip: Whether it can say SKIPPED.
         work: How many nodes one tick of it ticks at most.
@@ -259,7 +177,28 @@ class Built(NamedTuple):
     work: int = 1
 
 
+def halts_of(children: tuple[Built, ...]) -> tuple[HaltFunction, ...]:
+    """Returns the functions that halt some nodes."""
+    return tuple(child.halt for child in children if child.halt)
+
+
+def leftovers_of(children: tuple[Built, ...]) -> tuple[HaltFunction, ...]:
+    """Returns what to halt when a node completes none of whose children runs.
+
+    Only a child that was skipped can have kept something.
+    """
+    return halts_of(tuple(child for child in children if child.may_skip))
+
+
+def work_of(children: tuple[Built, ...]) -> int:
+    """Returns how many nodes one tick ticks at most if each child once."""
+    return 1 + sum(child.work for child in children)
+
+
 BuildFunction = Callable[[Node, tuple[Built, ...]], Built]
+
+# How many children a control node may have that takes any number.
+MANY = (1, 10**6)
 
 
 @dataclass(frozen=True)
@@ -296,3 +235,8 @@ class NodeType:
     function: Callable[..., Any] | None = field(
         default=None, repr=False, compare=False
     )
+
+    @property
+    def is_ours(self) -> bool:
+        """Whether it comes with this package."""
+        return not self.source or self.source.startswith("hunav_drake.systems.")

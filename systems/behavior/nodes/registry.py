@@ -1,16 +1,16 @@
 """The node types that a tree can use, and how to add one's own.
 
-A leaf is a function. Its first parameter is the `Moment`; its keyword-only
+A leaf is a function. Its first parameter is the `TickContext`; its keyword-only
 parameters are the ports, with their types and defaults; a leaf that remembers
 takes its own numbers as a list in a second parameter::
 
     @register_condition("IsLate", memory={"ticks": 0.0})
-    def is_late(moment, own, *, seconds: float = 10.0) -> bool:
+    def is_late(context, own, *, seconds: float = 10.0) -> bool:
         own[0] += 1
-        return own[0] * moment.person.time_step >= seconds
+        return own[0] * context.person.time_step >= seconds
 
 A condition returns whether it holds, as a truth or as SUCCESS or FAILURE; an
-action returns a `Status`, or nothing for SUCCESS. Instead of a function, an
+action returns a `NodeStatus`, or nothing for SUCCESS. Instead of a function, an
 object with a method `__call__` is as good, and so is its class, of which one
 object is made, or a `functools.partial`, whose keywords are then no ports. A
 leaf must not keep anything elsewhere: then a tick depends on nothing but the
@@ -24,13 +24,21 @@ import re
 from types import MappingProxyType
 from typing import Any, Literal, TypeVar, get_args, get_origin, get_type_hints
 
-from hunav_drake.systems.behavior.nodes.controls import CONTROLS
+from hunav_drake.systems.behavior.nodes.builtin_actions import BUILTIN_ACTIONS
 from hunav_drake.systems.behavior.nodes.decorators import DECORATORS
-from hunav_drake.systems.behavior.nodes.language_actions import LANGUAGE_ACTIONS
+from hunav_drake.systems.behavior.nodes.if_then_else_and_switch import BRANCHES
 from hunav_drake.systems.behavior.nodes.leaf import RUNNING_SLOT, build_leaf
-from hunav_drake.systems.behavior.nodes.node import Category, NodeType, Port
-from hunav_drake.systems.behavior.nodes.sequences import SEQUENCES
-from hunav_drake.systems.behavior.nodes.switch import SWITCHES
+from hunav_drake.systems.behavior.nodes.node import (
+    Category,
+    NodeType,
+)
+from hunav_drake.systems.behavior.nodes.parallel import PARALLEL
+from hunav_drake.systems.behavior.nodes.port import (
+    Port,
+)
+from hunav_drake.systems.behavior.nodes.sequence_and_fallback import (
+    SEQUENCES,
+)
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -38,10 +46,10 @@ _TYPES: dict[str, NodeType] = {
     node_type.name: node_type
     for node_type in (
         *SEQUENCES,
-        *CONTROLS,
-        *SWITCHES,
+        PARALLEL,
+        *BRANCHES,
         *DECORATORS,
-        *LANGUAGE_ACTIONS,
+        *BUILTIN_ACTIONS,
     )
 }
 # All that is registered, to look at.
@@ -273,7 +281,7 @@ def _leaf_type(
     if positional != expected:
         raise ValueError(
             f"{name}: the function must take {expected} positional"
-            f" parameters (the moment{', its memory' if memory else ''}) and"
+            f" parameters (the context{', its memory' if memory else ''}) and"
             f" its ports after a *, got {positional} positional"
         )
     both = sorted(ignored & ports.keys())

@@ -128,8 +128,8 @@ def test_behavior_status_is_that_of_the_same_tick():
     from hunav_drake.systems.behavior import register_action
 
     @register_action("React")
-    def react(moment):
-        moment.behavior_status = 1
+    def react(context):
+        context.behavior_status = 1
 
     tree = ParseTree(
         "<root><BehaviorTree><Sequence>"

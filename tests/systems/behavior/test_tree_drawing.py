@@ -11,9 +11,9 @@ from hunav_drake.systems.behavior import (
     BEHAVIORS,
     BehaviorTree,
     LoadTree,
+    NodeStatus,
     ParseTree,
     RenderBehaviorTree,
-    Status,
 )
 from hunav_drake.systems.people.human_config import HumanConfig
 
@@ -144,7 +144,7 @@ def test_status_must_be_of_all_nodes(value):
 
 
 def test_status_must_be_a_status():
-    with pytest.raises(ValueError, match="7 is not a valid Status"):
+    with pytest.raises(ValueError, match="7 is not a valid NodeStatus"):
         RenderBehaviorTree(TREE, [7] * 9)
 
 
@@ -177,7 +177,7 @@ def test_graphviz_draws_all_nodes_and_edges():
 @needs_dot
 def test_graphviz_shows_the_status_by_color_and_word():
     colors = {}
-    for value in Status:
+    for value in NodeStatus:
         svg = RenderBehaviorTree(TREE, [value] * 9)._drawn("svg").decode()
         shapes = r'<(?:polygon|ellipse|path) fill="(#\w+)"'
         # The other color is that of the arrows.
@@ -185,7 +185,7 @@ def test_graphviz_shows_the_status_by_color_and_word():
         colors[value] = fill
         words = {0: "not ticked", 4: "skipped"}
         assert svg.count(words.get(value, value.name.lower())) == 9
-    assert len(set(colors.values())) == len(Status)
+    assert len(set(colors.values())) == len(NodeStatus)
 
 
 @needs_dot

@@ -24,14 +24,14 @@ from hunav_drake.systems.behavior.nodes.node import (
     Conditions,
     Memory,
     Node,
+    NodeStatus,
 )
-from hunav_drake.systems.behavior.nodes.status import Status
-from hunav_drake.systems.behavior.tick_context import Moment
+from hunav_drake.systems.behavior.nodes.tick_context import TickContext
 
-RUNNING = Status.RUNNING
-SUCCESS = Status.SUCCESS
-FAILURE = Status.FAILURE
-SKIPPED = Status.SKIPPED
+RUNNING = NodeStatus.RUNNING
+SUCCESS = NodeStatus.SUCCESS
+FAILURE = NodeStatus.FAILURE
+SKIPPED = NodeStatus.SKIPPED
 
 BEFORE = ("_failureIf", "_successIf", "_skipIf", "_while")
 AFTER = ("_onHalted", "_onFailure", "_onSuccess", "_post")
@@ -80,22 +80,22 @@ def _conditional(built: Built, conditions: Conditions) -> Built:
             for effect in when_halted:
                 effect(memory)
 
-    def enter(memory: Memory, moment: Moment) -> Status:
+    def enter(memory: Memory, context: TickContext) -> NodeStatus:
         for holds, result in results:
             if holds(memory):
                 return result
         if holds_while and not holds_while(memory):
             return SKIPPED
-        return own_tick(memory, moment)
+        return own_tick(memory, context)
 
-    def tick(memory: Memory, moment: Moment) -> Status:
+    def tick(memory: Memory, context: TickContext) -> NodeStatus:
         if slot is None or not memory[slot]:
-            status = enter(memory, moment)
+            status = enter(memory, context)
         elif holds_while and not holds_while(memory):
             halt(memory)
             return SKIPPED
         else:
-            status = own_tick(memory, moment)
+            status = own_tick(memory, context)
         if slot is not None:
             memory[slot] = 1.0 if status is RUNNING else 0.0
         for effect in effects.get(status, ()):

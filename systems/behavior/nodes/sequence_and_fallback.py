@@ -6,41 +6,25 @@ BehaviorTree.CPP makes.
 """
 
 from hunav_drake.systems.behavior.nodes.node import (
+    FAILURE,
+    MANY,
+    RUNNING,
+    SKIPPED,
+    SUCCESS,
     BuildFunction,
     Built,
-    HaltFunction,
     Memory,
     Node,
+    NodeStatus,
     NodeType,
+    halts_of,
+    leftovers_of,
+    work_of,
 )
-from hunav_drake.systems.behavior.nodes.status import Status
-from hunav_drake.systems.behavior.tick_context import Moment
-
-RUNNING = Status.RUNNING
-SUCCESS = Status.SUCCESS
-FAILURE = Status.FAILURE
-SKIPPED = Status.SKIPPED
+from hunav_drake.systems.behavior.nodes.tick_context import TickContext
 
 
-def halts_of(children: tuple[Built, ...]) -> tuple[HaltFunction, ...]:
-    """Returns the functions that halt some nodes."""
-    return tuple(child.halt for child in children if child.halt)
-
-
-def leftovers_of(children: tuple[Built, ...]) -> tuple[HaltFunction, ...]:
-    """Returns what to halt when a node completes none of whose children runs.
-
-    Only a child that was skipped can have kept something.
-    """
-    return halts_of(tuple(child for child in children if child.may_skip))
-
-
-def work_of(children: tuple[Built, ...]) -> int:
-    """Returns how many nodes one tick ticks at most if each child once."""
-    return 1 + sum(child.work for child in children)
-
-
-def _in_order(goes_on: Status, stops: Status) -> BuildFunction:
+def _in_order(goes_on: NodeStatus, stops: NodeStatus) -> BuildFunction:
     """Makes Sequence (goes on at SUCCESS) and Fallback (at FAILURE)."""
 
     def build(node: Node, children: tuple[Built, ...]) -> Built:
@@ -49,11 +33,11 @@ def _in_order(goes_on: Status, stops: Status) -> BuildFunction:
         halts, leftovers = halts_of(children), leftovers_of(children)
         at, skips = node.slot("child"), node.slot("skipped")
 
-        def tick(memory: Memory, moment: Moment) -> Status:
+        def tick(memory: Memory, context: TickContext) -> NodeStatus:
             first = int(memory[at])
             skipped = memory[skips]
             for i, child_tick in ticks[first:] if first else ticks:
-                status = child_tick(memory, moment)
+                status = child_tick(memory, context)
                 if status is goes_on:
                     continue
                 if status is RUNNING:
@@ -91,11 +75,11 @@ def _sequence_with_memory(node: Node, children: tuple[Built, ...]) -> Built:
     halts, leftovers = halts_of(children), leftovers_of(children)
     at, skips = node.slot("child"), node.slot("skipped")
 
-    def tick(memory: Memory, moment: Moment) -> Status:
+    def tick(memory: Memory, context: TickContext) -> NodeStatus:
         skipped = memory[skips]
         memory[skips] = 0.0
         for i in range(int(memory[at]), count):
-            status = ticks[i](memory, moment)
+            status = ticks[i](memory, context)
             if status is SUCCESS:
                 continue
             if status is RUNNING:
@@ -124,7 +108,7 @@ def _sequence_with_memory(node: Node, children: tuple[Built, ...]) -> Built:
     )
 
 
-def _reactive(goes_on: Status, stops: Status) -> BuildFunction:
+def _reactive(goes_on: NodeStatus, stops: NodeStatus) -> BuildFunction:
     """Makes ReactiveSequence and ReactiveFallback."""
 
     def build(node: Node, children: tuple[Built, ...]) -> Built:
@@ -137,10 +121,10 @@ def _reactive(goes_on: Status, stops: Status) -> BuildFunction:
             for i in range(count)
         )
 
-        def tick(memory: Memory, moment: Moment) -> Status:
+        def tick(memory: Memory, context: TickContext) -> NodeStatus:
             skipped = 0
             for i in range(count):
-                status = ticks[i](memory, moment)
+                status = ticks[i](memory, context)
                 if status is goes_on:
                     continue
                 if status is RUNNING:
@@ -173,7 +157,6 @@ def _reactive(goes_on: Status, stops: Status) -> BuildFunction:
     return build
 
 
-MANY = (1, 10**6)
 _ORDERED = {"child": 0.0, "skipped": 0.0}
 
 SEQUENCES = (

@@ -29,7 +29,7 @@ PERSON_MEMORY = ("goal index",)
 Row = list[float]
 
 # The largest `behavior_status`.
-MAX_STATUS = 100
+MAX_BEHAVIOR_STATUS = 100
 
 
 def _default_command(
@@ -107,7 +107,7 @@ class Person:
         )
 
 
-class Moment:
+class TickContext:
     """One tick of one person: what leaves see, and what they decide.
 
     A leaf reads the rest and writes `command` and `behavior_status`.
@@ -117,7 +117,7 @@ class Moment:
         command: What the person is going to do, laid out as `layout.Command`;
             before any leaf writes, to walk to the current goal.
         behavior_status: 0 while no reaction is active, else the state that
-            it is in, up to `MAX_STATUS`; most have the one state 1.
+            it is in, up to `MAX_BEHAVIOR_STATUS`; most have the one state 1.
     """
 
     __slots__ = (
@@ -139,7 +139,7 @@ class Moment:
         human_states: NDArray[np.float64],
         robot_states: NDArray[np.float64],
     ) -> None:
-        """Constructs a Moment.
+        """Constructs a TickContext.
 
         Args:
             person: Whose tick it is.
@@ -202,7 +202,7 @@ class Moment:
         """Makes a robot, one of `robots`, the one to react to."""
         self._noticed = self.robots[index]
 
-    def clear_part(self, x: float, y: float) -> float:
+    def cast_ray(self, x: float, y: float) -> float:
         """Returns how far the person sees towards a point.
 
         Args:
@@ -227,7 +227,7 @@ class Moment:
         goals = self.person.goals
         return goals[index] if index < len(goals) else None
 
-    def drop_goal(self) -> bool:
+    def go_to_next_goal(self) -> bool:
         """Goes on to the next goal, and makes it the goal of the command.
 
         Returns:
