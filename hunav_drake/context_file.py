@@ -18,7 +18,7 @@ from pydrake.systems.framework import (
     System,
 )
 
-from hunav_drake.systems.behavior import BehaviorTree, BehaviorTreeBank, Tree
+from hunav_drake.systems.behavior import BehaviorTree, Tree
 from hunav_drake.systems.common.files import atomic_write
 
 _FORMAT = "hunav_drake context 1"
@@ -268,11 +268,7 @@ def _layout(diagram: Diagram, context: Context) -> list[dict[str, Any]]:
 
 
 def _trees(system: System) -> list[Tree]:
-    if isinstance(system, BehaviorTree):
-        return [system.tree()]
-    if isinstance(system, BehaviorTreeBank):
-        return system.trees()
-    return []
+    return system.trees() if isinstance(system, BehaviorTree) else []
 
 
 def _tree_layout(tree: Tree) -> str:

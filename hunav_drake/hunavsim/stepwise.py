@@ -44,7 +44,7 @@ class StepwiseHumans:
             separate_trees=False,
         )
         self._crowd = self._diagram.GetSubsystemByName("crowd")
-        self._bank = self._diagram.GetSubsystemByName("behaviors")
+        self._behaviors = self._diagram.GetSubsystemByName("behaviors")
         self._num_robots = num_robots
         self._time_step = time_step
 
@@ -121,8 +121,8 @@ class StepwiseHumans:
         states = self.GetStates(context)
         states[index] = self.GetStates(after)[index]
         self.SetStates(context, states)
-        self._bank.SetMemory(
-            self._bank.GetMyMutableContextFromRoot(context),
-            index,
-            self._bank.GetMemory(self._bank.GetMyContextFromRoot(after), index),
+        trees = self._behaviors
+        memory = trees.GetMemory(trees.GetMyContextFromRoot(after), index)
+        trees.SetMemory(
+            trees.GetMyMutableContextFromRoot(context), index, memory
         )

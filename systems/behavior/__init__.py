@@ -1,7 +1,6 @@
 """What people do: behavior trees, their language, and their nodes."""
 
 from hunav_drake.systems.behavior.behavior_tree import BehaviorTree
-from hunav_drake.systems.behavior.behavior_tree_bank import BehaviorTreeBank
 from hunav_drake.systems.behavior.fingerprint import tree_fingerprint
 from hunav_drake.systems.behavior.language.tree_ports import (
     TreePort,
@@ -11,6 +10,7 @@ from hunav_drake.systems.behavior.library import (
     BEHAVIORS,
     CheckBehavior,
     LoadBehavior,
+    LoadBehaviors,
     LoadTree,
     ParseTree,
 )
@@ -32,11 +32,11 @@ __all__ = [
     "NODE_TYPES",
     "BehaviorConfig",
     "BehaviorTree",
-    "BehaviorTreeBank",
     "BehaviorTreeError",
     "CheckBehavior",
     "ConvertTree",
     "LoadBehavior",
+    "LoadBehaviors",
     "LoadTree",
     "NodeStatus",
     "Outcome",

@@ -1,6 +1,7 @@
 """The behaviors that come with the package, and how to load trees."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+import functools
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -23,6 +24,8 @@ from hunav_drake.systems.behavior.nodes.errors import (
     Place,
     unknown,
 )
+from hunav_drake.systems.behavior.nodes.node import NodeType
+from hunav_drake.systems.behavior.nodes.registry import NODE_TYPES
 from hunav_drake.systems.behavior.tree import Tree
 from hunav_drake.systems.people.behavior_choice import (
     BehaviorConfig,
@@ -90,7 +93,7 @@ def LoadTree(
     documents = load_documents(
         read_file(path), str(path), path.parent, allow_outside=allow_outside
     )
-    return _tree(documents, str(path), ports)
+    return _tree(documents, ports)
 
 
 def ParseTree(
@@ -112,7 +115,7 @@ def ParseTree(
     """
     if isinstance(source, str):
         source = source.encode()
-    return _tree(load_documents(source, name), name, ports)
+    return _tree(load_documents(source, name), ports)
 
 
 def LoadBehavior(behavior: str | BehaviorConfig) -> Tree:
@@ -141,6 +144,25 @@ def LoadBehavior(behavior: str | BehaviorConfig) -> Tree:
             "behavior", behavior.tree, BEHAVIORS, Place("behavior"), ""
         )
     return LoadTree(behavior.tree, behavior.ports)
+
+
+def LoadBehaviors(behaviors: Iterable[str | BehaviorConfig]) -> list[Tree]:
+    """Loads the trees of several people, whose files are read once.
+
+    Args:
+        behaviors: Each as `HumanConfig.behavior`.
+
+    Raises:
+        BehaviorTreeError: As `LoadBehavior`.
+    """
+    trees: dict[str, Tree] = {}
+    result = []
+    for behavior in behaviors:
+        key = repr(behavior)
+        if key not in trees:
+            trees[key] = LoadBehavior(behavior)
+        result.append(trees[key])
+    return result
 
 
 def CheckBehavior(
@@ -173,10 +195,9 @@ def CheckBehavior(
             return
 
 
-def _tree(documents: Documents, file: str, values: Mapping[str, Any]) -> Tree:
+def _tree(documents: Documents, values: Mapping[str, Any]) -> Tree:
     ports = documents.main_ports()
-    place = Place(file)
-    texts = port_texts(ports, values, place)
+    texts = port_texts(ports, values, Place(documents.file))
     missing = [
         name
         for name, port in ports.items()
@@ -188,8 +209,27 @@ def _tree(documents: Documents, file: str, values: Mapping[str, Any]) -> Tree:
             ports[missing[0]].place,
             port=missing[0],
         )
+    return _parse(documents, tuple(texts.items()), (*NODE_TYPES.values(),))
+
+
+@functools.lru_cache(maxsize=128)
+def _parse(
+    documents: Documents,
+    values: tuple[tuple[str, str], ...],
+    node_types: tuple[NodeType, ...],
+) -> Tree:
+    """Returns the tree of some documents: one tree for equal arguments.
+
+    Args:
+        documents: What the tree is made of.
+        values: Values for its ports by name, as they stand in XML.
+        node_types: All that are registered: a tree keeps the leaves of its
+            time, so leaves registered anew need a new tree.
+    """
+    ports = documents.main_ports()
+    texts = dict(values)
     try:
-        return Tree(parse_documents(documents, texts), file)
+        return Tree(parse_documents(documents, texts), documents.file)
     except BehaviorTreeError as error:
         # A value that a node refuses is a fault of the value.
         for name in texts:
@@ -200,8 +240,8 @@ def _tree(documents: Documents, file: str, values: Mapping[str, Any]) -> Tree:
             }
             without = {**alone, name: ports[name].default or texts[name]}
             if _parses(documents, without) and not _parses(documents, alone):
-                message = error.message
-                raise TreePortError(message, place, port=name) from error
+                place = Place(documents.file)
+                raise TreePortError(error.message, place, port=name) from error
         raise
 
 

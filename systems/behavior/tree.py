@@ -26,6 +26,10 @@ from hunav_drake.systems.behavior.tick_checks import find_fault, is_sound
 # let a small tree stop the simulation.
 MAX_WORK = 100_000
 
+# The person, the memory, and the rows of people and of robots: see `Tree.tick`.
+TickArguments = tuple[
+    Person, Sequence[float], NDArray[np.float64], NDArray[np.float64]
+]
 Wrapper = Callable[[Node, TickFunction], TickFunction]
 
 

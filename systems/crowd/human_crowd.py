@@ -45,9 +45,6 @@ def HumanCrowd_(T: Any) -> type:
             name: HumanCrowd
             input_ports:
             - robot_state
-            - command_0
-            - ...
-            - command_{n-1}
             - commands
             output_ports:
             - human_states
@@ -60,9 +57,9 @@ def HumanCrowd_(T: Any) -> type:
         Port ``robot_state`` takes m rows (x, y, yaw, vx, vy, omega, radius) of
         the robots, and ``human_states`` gives n such rows of the people, in W,
         in SI units: see `common.layout`. Without robots there is
-        no port ``robot_state``. Port ``command_i`` takes what person i wants,
-        laid out as `layout.Command`; with ``one_command_port`` there is port
-        ``commands`` instead, which takes those of all, one after the other.
+        no port ``robot_state``. Port ``commands`` takes n rows of what each
+        person wants, laid out as `layout.Command`; where they come from
+        several systems, a Multiplexer joins them.
         Port ``forces`` gives n rows of 8 vectors (x, y), in m/s^2: see
         `layout.FORCES`; it is computed when someone asks.
 
@@ -81,7 +78,6 @@ def HumanCrowd_(T: Any) -> type:
             obstacles: Obstacles | None = None,
             config: CrowdConfig | None = None,
             num_robots: int = 1,
-            one_command_port: bool = False,
             time_step: float = 0.05,
             converter: Any = None,
         ) -> None:
@@ -93,8 +89,6 @@ def HumanCrowd_(T: Any) -> type:
                 obstacles: The walls; none by default.
                 config: How people move, and how they take in the world.
                 num_robots: How many robots port ``robot_state`` has.
-                one_command_port: Whether the commands come in one port, which
-                    is faster for many people.
                 time_step: The time between two updates, in seconds.
                 converter: Set by Drake, which converts the scalar type.
 
@@ -114,7 +108,6 @@ def HumanCrowd_(T: Any) -> type:
                 "obstacles": obstacles,
                 "config": config,
                 "num_robots": num_robots,
-                "one_command_port": one_command_port,
                 "time_step": time_step,
             }
             self._step = CrowdStep(
@@ -125,27 +118,14 @@ def HumanCrowd_(T: Any) -> type:
                 with_derivatives=T is not float,
             )
             self._no_robots = np.zeros((0, STATE_SIZE))
-            self._DeclareInputs(num_robots, one_command_port)
+            self._robot_state = DeclareRobotState(self, num_robots)
+            self._commands = self.DeclareVectorInputPort(
+                "commands", len(humans) * COMMAND_SIZE
+            )
             self._DeclareStateAndOutputs()
             self.DeclarePeriodicDiscreteUpdateEvent(
                 period_sec=time_step, offset_sec=0.0, update=self._Update
             )
-
-        def _DeclareInputs(
-            self, num_robots: int, one_command_port: bool
-        ) -> None:
-            n = len(self._humans)
-            self._robot_state = DeclareRobotState(self, num_robots)
-            self._one_command_port = one_command_port
-            sizes = (
-                {"commands": n * COMMAND_SIZE}
-                if one_command_port
-                else {f"command_{i}": COMMAND_SIZE for i in range(n)}
-            )
-            self._commands = [
-                self.DeclareVectorInputPort(name, size)
-                for name, size in sizes.items()
-            ]
 
         def _DeclareStateAndOutputs(self) -> None:
             n = len(self._humans)
@@ -188,31 +168,9 @@ def HumanCrowd_(T: Any) -> type:
                 self, self._robot_state, "robot_state", "num_robots=0"
             )
 
-        def get_command_input_port(self, index: int) -> InputPort:
-            """Returns the port with what person `index` wants.
-
-            Raises:
-                ValueError: If the crowd was made with one port for all.
-            """
-            return RequirePort(
-                self,
-                None if self._one_command_port else self._commands[index],
-                f"command_{index}",
-                "one_command_port=True",
-            )
-
         def get_commands_input_port(self) -> InputPort:
-            """Returns the port with what all people want.
-
-            Raises:
-                ValueError: If the crowd was made with a port for each.
-            """
-            return RequirePort(
-                self,
-                self._commands[0] if self._one_command_port else None,
-                "commands",
-                "one_command_port=False",
-            )
+            """Returns the port with what the people want."""
+            return self._commands
 
         def get_human_states_output_port(self) -> OutputPort:
             """Returns the port with the states of the people."""
@@ -280,14 +238,14 @@ def HumanCrowd_(T: Any) -> type:
 
         def _Look(self, context: Context) -> Snapshot:
             """Returns the snapshot of a Context."""
-            command = np.array([port.Eval(context) for port in self._commands])
+            commands = self._commands.Eval(context)
             robots = self._no_robots
             if self._robot_state is not None:
                 robots = self._robot_state.Eval(context).reshape(-1, STATE_SIZE)
                 robots.setflags(write=False)
             return self._step.look(
                 self._GetState(context),
-                command.reshape(-1, COMMAND_SIZE),
+                commands.reshape(-1, COMMAND_SIZE),
                 robots,
             )
 

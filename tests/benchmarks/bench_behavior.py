@@ -15,7 +15,7 @@ import timeit
 import numpy as np
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
-from pydrake.systems.primitives import ConstantVectorSource
+from pydrake.systems.primitives import ConstantVectorSource, Multiplexer
 
 from hunav_drake.systems.behavior import (
     BehaviorTree,
@@ -56,10 +56,9 @@ class DummyCrowd(LeafSystem):
 
     def __init__(self, n):
         super().__init__()
-        self._commands = [
-            self.DeclareVectorInputPort(f"command_{i}", COMMAND_SIZE)
-            for i in range(n)
-        ]
+        self._commands = self.DeclareVectorInputPort(
+            "commands", n * COMMAND_SIZE
+        )
         self._state = self.DeclareDiscreteState(STATE_SIZE * n)
         self.DeclareStateOutputPort("human_states", self._state)
         self.DeclarePeriodicDiscreteUpdateEvent(
@@ -67,8 +66,7 @@ class DummyCrowd(LeafSystem):
         )
 
     def _Update(self, context, discrete_state):
-        for port in self._commands:
-            port.Eval(context)
+        self._commands.Eval(context)
         x = context.get_discrete_state(self._state).value() + 0.001
         discrete_state.set_value(self._state, x)
 
@@ -78,6 +76,8 @@ def us_per_step(n, tree):
     builder = DiagramBuilder()
     crowd = builder.AddSystem(DummyCrowd(n))
     robot = builder.AddSystem(ConstantVectorSource(ROBOT))
+    commands = builder.AddSystem(Multiplexer([COMMAND_SIZE] * n))
+    builder.Connect(commands.get_output_port(), crowd.get_input_port())
     for i in range(n):
         if tree is None:
             system = builder.AddSystem(
@@ -85,7 +85,7 @@ def us_per_step(n, tree):
             )
         else:
             system = builder.AddNamedSystem(
-                f"tree_{i}", BehaviorTree(tree, HUMAN, i, n)
+                f"tree_{i}", BehaviorTree([tree], [HUMAN] * n, indices=[i])
             )
             builder.Connect(
                 crowd.get_output_port(), system.get_human_states_input_port()
@@ -93,7 +93,7 @@ def us_per_step(n, tree):
             builder.Connect(
                 robot.get_output_port(), system.get_robot_state_input_port()
             )
-        builder.Connect(system.get_output_port(0), crowd.get_input_port(i))
+        builder.Connect(system.get_output_port(0), commands.get_input_port(i))
     simulator = Simulator(builder.Build())
     simulator.Initialize()
     steps = 200
@@ -146,15 +146,12 @@ class Loop(LeafSystem):
             "human_states", n * STATE_SIZE
         )
         self._robot = self.DeclareVectorInputPort("robot_state", STATE_SIZE)
-        for i in range(n):
-            self.DeclareVectorOutputPort(
-                f"command_{i}",
-                COMMAND_SIZE,
-                lambda context, output, i=i: output.SetFromVector(
-                    self._all(context)[i]
-                ),
-                prerequisites_of_calc={self.all_input_ports_ticket()},
-            )
+        self.DeclareVectorOutputPort(
+            "commands",
+            n * COMMAND_SIZE,
+            lambda context, output: output.SetFromVector(self._all(context)),
+            prerequisites_of_calc={self.all_input_ports_ticket()},
+        )
 
     def _all(self, context):
         if context.get_time() != self._time:
@@ -164,7 +161,7 @@ class Loop(LeafSystem):
                     self._states.EvalBasicVector(context).value(),
                     self._robot.EvalBasicVector(context).value(),
                 )
-            )
+            ).ravel()
         return self._commands
 
     def _decide(self, states, robot):
@@ -257,19 +254,21 @@ def seconds_of_a_diagram(n, kind):
         )
         builder.Connect(states, loop.GetInputPort("human_states"))
         builder.Connect(robot_state, loop.GetInputPort("robot_state"))
+        commands = loop.get_output_port()
     else:
         tree = LoadTree("curious")
-    for i, human in enumerate(humans):
-        if kind != "systems":
-            port = loop.GetOutputPort(f"command_{i}")
-        else:
+        joined = builder.AddSystem(Multiplexer([COMMAND_SIZE] * n))
+        commands = joined.get_output_port()
+        for i in range(n):
             system = builder.AddNamedSystem(
-                f"tree_{i}", BehaviorTree(tree, human, i, n)
+                f"tree_{i}", BehaviorTree([tree], humans, indices=[i])
             )
             builder.Connect(states, system.GetInputPort("human_states"))
             builder.Connect(robot_state, system.GetInputPort("robot_state"))
-            port = system.GetOutputPort("command")
-        builder.Connect(port, crowd.get_command_input_port(i))
+            builder.Connect(
+                system.GetOutputPort("commands"), joined.get_input_port(i)
+            )
+    builder.Connect(commands, crowd.get_commands_input_port())
     simulator = Simulator(builder.Build())
     simulator.Initialize()
     start = time.perf_counter()

@@ -34,11 +34,14 @@ class TreeElement:
     format: int
 
 
-@dataclass
+@dataclass(eq=False)
 class Documents:
-    """What was read.
+    """A file of trees and the files that it includes, not to be changed.
+
+    Documents of the same text are equal, and can be the key of a cache.
 
     Attributes:
+        sources: The name and the bytes of each file, in the order of reading.
         trees: The trees by their ID.
         main: The ID of the tree to begin with.
         folder: Files are included from here and below; None for none.
@@ -50,6 +53,7 @@ class Documents:
         comments: What the main file says before it begins.
     """
 
+    sources: list[tuple[str, bytes]] = field(default_factory=list)
     trees: dict[str, TreeElement] = field(default_factory=dict)
     main: str = ""
     folder: Path | None = None
@@ -59,6 +63,17 @@ class Documents:
     ports: dict[str, dict[str, TreePort]] = field(default_factory=dict)
     models: list[XmlElement] = field(default_factory=list)
     comments: list[str] = field(default_factory=list)
+
+    @property
+    def file(self) -> str:
+        """The main file, or what stands for it in messages."""
+        return self.sources[0][0]
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Documents) and self.sources == other.sources
+
+    def __hash__(self) -> int:
+        return hash(tuple(self.sources))
 
     def main_ports(self) -> dict[str, TreePort]:
         """Returns the ports that whoever loads the main tree can set."""
@@ -142,6 +157,7 @@ def _load(
     source: bytes, file: str, folder: Path | None, documents: Documents
 ) -> XmlElement:
     root = read_xml(source, file)
+    documents.sources.append((file, source))
     if root.tag != "root":
         raise BehaviorTreeError(
             "the outermost element of a tree file must be <root>",

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+import functools
 from typing import Any
 from xml.etree.ElementTree import ParseError
 
@@ -87,8 +88,11 @@ class _Builder:
         return self.root
 
 
+@functools.lru_cache(maxsize=32)
 def read_xml(source: bytes, file: str) -> XmlElement:
-    """Returns the outermost element of an XML document.
+    """Returns the outermost element of an XML document, not to be changed.
+
+    The same document is read once.
 
     Args:
         source: The document.

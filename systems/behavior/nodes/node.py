@@ -201,9 +201,9 @@ BuildFunction = Callable[[Node, tuple[Built, ...]], Built]
 MANY = (1, 10**6)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class NodeType:
-    """A kind of node.
+    """A kind of node. Equal means the same: one registered anew is another.
 
     Attributes:
         name: The name of its XML element.

@@ -80,22 +80,25 @@ class Person:
         human: HumanConfig,
         index: int,
         *,
+        id: int | None = None,
         time_step: float,
         obstacles: Obstacles | None = None,
     ) -> Self:
         """Makes a person of its configuration.
 
         Args:
-            human: The configuration. Alone, it does not tell which numbers
-                are taken: without one, the person has ``index + 1``. Of
-                several people, `name_people` knows better.
+            human: The configuration.
             index: The row of the person in `human_states`.
+            id: The number of the person; by default that of the
+                configuration, else ``index + 1``.
             time_step: The time between two ticks, in seconds.
             obstacles: What the person cannot see through; nothing by default.
         """
+        if id is None:
+            id = index + 1 if human.id is None else human.id
         return cls(
             index=index,
-            id=index + 1 if human.id is None else human.id,
+            id=id,
             goals=tuple((x, y) for x, y in human.goals),
             goal_radius=human.goal_radius,
             cyclic=human.cyclic,

@@ -40,7 +40,7 @@ IDLE, RUNNING, SUCCESS, FAILURE, SKIPPED = 0, 1, 2, 3, 4
 
 @pytest.fixture
 def dut():
-    return BehaviorTree(TREE, HUMAN, 0, 1, time_step=0.125)
+    return BehaviorTree([TREE], [HUMAN], time_step=0.125)
 
 
 def fix(dut, context, robot):
@@ -49,12 +49,12 @@ def fix(dut, context, robot):
 
 
 def status(dut, context):
-    return dut.get_status_output_port().Eval(context).tolist()
+    return dut.get_node_status_output_port().Eval(context).tolist()
 
 
 def test_status_has_a_number_for_each_node(dut):
     context = dut.CreateDefaultContext()
-    assert dut.get_status_output_port().get_name() == "status"
+    assert dut.get_node_status_output_port().get_name() == "node_status"
     fix(dut, context, NEAR)
     near = [RUNNING, RUNNING, SUCCESS, SKIPPED, RUNNING, IDLE, IDLE, IDLE, IDLE]
     assert status(dut, context) == near
@@ -129,7 +129,7 @@ def test_text_shows_the_status(dut):
     context = dut.CreateDefaultContext()
     fix(dut, context, NEAR)
     drawing = RenderBehaviorTree(
-        TREE, dut.get_status_output_port().Eval(context)
+        TREE, dut.get_node_status_output_port().Eval(context)
     )
     lines = str(drawing).splitlines()
     marks = [re.search("[·▶✓✗↷]", line)[0] for line in lines[:9]]

@@ -242,7 +242,7 @@ def test_timers_count_simulated_time(monkeypatch):
     for clock in ("time", "monotonic", "perf_counter"):
         monkeypatch.setattr(time, clock, lambda: next(ticking))
     dut = BehaviorTree(
-        LoadTree("curious", {"duration": 1.0}), human("regular"), 0, 1
+        [LoadTree("curious", {"duration": 1.0})], [human("regular")]
     )
     simulator = Simulator(dut)
     context = simulator.get_mutable_context()

@@ -181,7 +181,7 @@ def test_ports_are_typed(node, words):
 
 def test_memory_of_a_node_lives_in_the_context(waving):
     """A clone in the middle of a wave continues as the run goes through."""
-    dut = BehaviorTree(waving, HUMAN, 0, 1, time_step=0.125)
+    dut = BehaviorTree([waving], [HUMAN], time_step=0.125)
     simulator = Simulator(dut)
     context = simulator.get_mutable_context()
     dut.get_human_states_input_port().FixValue(context, ME)
@@ -193,7 +193,7 @@ def test_memory_of_a_node_lives_in_the_context(waving):
             robot = ROBOT.copy()
             robot[X] = distance
             dut.get_robot_state_input_port().FixValue(context, robot)
-            result.append(dut.get_command_output_port().Eval(context).copy())
+            result.append(dut.get_commands_output_port().Eval(context).copy())
             simulator.AdvanceTo(context.get_time() + 0.125)
         return result
 
