@@ -61,15 +61,15 @@ class TreeDrawing:
 
     Attributes:
         tree: The tree.
-        status: What each of its nodes said, or None.
+        node_status: The status of each of its nodes in a tick, or None.
     """
 
     def __init__(
-        self, tree: Tree, status: tuple[NodeStatus, ...] | None = None
+        self, tree: Tree, node_status: tuple[NodeStatus, ...] | None = None
     ) -> None:
         """Constructs a TreeDrawing; `RenderBehaviorTree` checks the status."""
         self.tree = tree
-        self.status = status
+        self.node_status = node_status
 
     @functools.cached_property
     def text(self) -> str:
@@ -152,14 +152,14 @@ class TreeDrawing:
         return bundle
 
     def _statuses(self) -> Sequence[tuple[int, NodeStatus]]:
-        if self.status is None:
+        if self.node_status is None:
             return ()
         nodes = map(id, self.tree.nodes)
-        return tuple(zip(nodes, self.status, strict=True))
+        return tuple(zip(nodes, self.node_status, strict=True))
 
 
 def RenderBehaviorTree(
-    tree: Tree, status: Sequence[float] | None = None
+    tree: Tree, node_status: Sequence[float] | None = None
 ) -> TreeDrawing:
     """Draws a tree.
 
@@ -168,20 +168,22 @@ def RenderBehaviorTree(
 
     Args:
         tree: The tree.
-        status: What each node said in a tick: the value of the port `status`
-            of a `BehaviorTree`, or what `Tree.trace` gives.
+        node_status: The status of each node in a tick, which colors it: what
+            `BehaviorTree.EvalNodeStatus` gives, or `Tree.trace`.
 
     Raises:
-        ValueError: If ``status`` has not one value of `NodeStatus` for each node.
+        ValueError: If ``node_status`` has not one `NodeStatus` for each node.
     """
-    if status is None:
+    if node_status is None:
         return TreeDrawing(tree)
-    if len(status) != len(tree.nodes):
+    if len(node_status) != len(tree.nodes):
         raise ValueError(
-            f"status must have a number for each of the {len(tree.nodes)}"
-            f" nodes of {tree.name}, got {len(status)}"
+            f"node_status must have a number for each of the {len(tree.nodes)}"
+            f" nodes of {tree.name}, got {len(node_status)}"
         )
-    return TreeDrawing(tree, tuple(NodeStatus(int(value)) for value in status))
+    return TreeDrawing(
+        tree, tuple(NodeStatus(int(value)) for value in node_status)
+    )
 
 
 def _title(node: Node) -> str:

@@ -37,14 +37,14 @@ class Outcome(NamedTuple):
     """What a tick gives.
 
     Attributes:
-        status: The status of the tree.
+        node_status: The status of the topmost node.
         command: What the person is going to do: see `layout.Command`.
         behavior_status: 0 while no reaction is active, else the state that
             it is in: see `TickContext`.
         memory: The memory for the next tick.
     """
 
-    status: NodeStatus
+    node_status: NodeStatus
     command: list[float]
     behavior_status: int
     memory: list[float]

@@ -143,7 +143,7 @@ def test_random_trees_say_what_py_trees_says(tree):
         robot[0] = t
         outcome, statuses = dut.trace(PERSON, memory, NOBODY, robot)
         memory = outcome.memory
-        assert outcome.status.name == theirs.status.name
+        assert outcome.node_status.name == theirs.status.name
         ticked = [statuses[i] is not NodeStatus.IDLE for i in ours]
         their_ticked = [leaf.ticked[-1:] == [t] for leaf in leaves]
         if "Parallel" in str(tree):

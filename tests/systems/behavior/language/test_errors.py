@@ -631,7 +631,7 @@ def test_deepest_accepted_tree_with_conditions_works():
     outcome, _ = dut.trace(
         person, dut.initial_memory(person), np.zeros(7), np.zeros(7)
     )
-    assert outcome.status is NodeStatus.SUCCESS
+    assert outcome.node_status is NodeStatus.SUCCESS
     assert ParseTree(WriteTree(dut)).slots == dut.slots
     assert len(str(RenderBehaviorTree(dut)).splitlines()) == len(dut.nodes)
 
@@ -644,4 +644,4 @@ def test_deepest_accepted_tree_ticks():
     outcome, _ = dut.trace(
         person, dut.initial_memory(person), np.zeros(7), np.zeros(7)
     )
-    assert outcome.status is NodeStatus.FAILURE
+    assert outcome.node_status is NodeStatus.FAILURE

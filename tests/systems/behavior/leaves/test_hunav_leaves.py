@@ -55,7 +55,7 @@ def walk(tree, who, places):
 def condition(xml, who, human_states, robots=NO_ROBOT):
     dut = ParseTree(f"<root><BehaviorTree>{xml}</BehaviorTree></root>")
     outcome = dut.tick(who, dut.initial_memory(who), human_states, robots)
-    return outcome.status is NodeStatus.SUCCESS
+    return outcome.node_status is NodeStatus.SUCCESS
 
 
 @pytest.mark.parametrize("form", FORMS)

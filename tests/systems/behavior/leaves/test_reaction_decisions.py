@@ -211,7 +211,7 @@ def test_time_step_is_exact_in_subtrees():
         who, dut.initial_memory(who), np.array(at(0, 0)), np.zeros(0)
     )
     assert step in outcome.memory
-    assert outcome.status.name == "SUCCESS"
+    assert outcome.node_status.name == "SUCCESS"
 
 
 @pytest.mark.parametrize("number", [0, 1, 2, 7])

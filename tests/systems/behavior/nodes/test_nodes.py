@@ -438,7 +438,7 @@ def test_without_running_nodes_trees_are_logic(tree):
     for _ in range(2):
         outcome = dut.tick(PERSON, memory, NOBODY, NOBODY)
         expected = NodeStatus.SUCCESS if holds(tree) else NodeStatus.FAILURE
-        assert outcome.status is expected
+        assert outcome.node_status is expected
         if "SequenceWithMemory" in str(tree):
             break
         memory = outcome.memory

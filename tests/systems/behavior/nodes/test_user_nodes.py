@@ -217,7 +217,7 @@ def test_own_condition_has_ports_and_memory():
     for _ in range(4):
         outcome = tick(dut, memory)
         memory = outcome.memory
-        results.append(outcome.status)
+        results.append(outcome.node_status)
     assert [status is NodeStatus.SUCCESS for status in results] == [
         False,
         False,
@@ -234,7 +234,7 @@ def test_own_action_commands_and_reports():
         return NodeStatus.RUNNING
 
     outcome = tick(parse("<Stop/>"))
-    assert outcome.status is NodeStatus.RUNNING
+    assert outcome.node_status is NodeStatus.RUNNING
     assert outcome.command[Command.HOLD] == 1.0
     assert outcome.behavior_status == 1
 
@@ -286,7 +286,7 @@ def run_cell(name, result, module="__main__", file="<string>"):
 def test_code_that_runs_again_replaces_its_leaf(module):
     run_cell("maybe", True, module)
     run_cell("maybe", False, module)
-    assert tick(parse("<Maybe/>")).status is NodeStatus.FAILURE
+    assert tick(parse("<Maybe/>")).node_status is NodeStatus.FAILURE
 
 
 @pytest.mark.parametrize(
@@ -296,7 +296,7 @@ def test_changed_cell_replaces_its_leaf(files):
     """Also where the function has another name by now."""
     run_cell("maybe", False, file=files[0])
     run_cell("perhaps", True, file=files[1])
-    assert tick(parse("<Maybe/>")).status is NodeStatus.SUCCESS
+    assert tick(parse("<Maybe/>")).node_status is NodeStatus.SUCCESS
 
 
 @pytest.mark.parametrize("module", ["__main__", "my_leaves"])
@@ -304,7 +304,7 @@ def test_another_function_of_a_file_replaces_a_leaf_only_on_request(module):
     run_cell("maybe", True, module, "my_leaves.py")
     with pytest.raises(ValueError, match=f"maybe of {module}; .*replace=True"):
         run_cell("perhaps", False, module, "my_leaves.py")
-    assert tick(parse("<Maybe/>")).status is NodeStatus.SUCCESS
+    assert tick(parse("<Maybe/>")).node_status is NodeStatus.SUCCESS
 
 
 def test_function_without_a_name_replaces_another_only_on_request():
@@ -320,7 +320,7 @@ def test_same_function_can_be_registered_again():
     register_condition("Maybe")(maybe)
     register_condition("Maybe", ignored=["agent_id"])(maybe)
     outcome = tick(parse('<Maybe agent_id="3"/>'))
-    assert outcome.status is NodeStatus.FAILURE
+    assert outcome.node_status is NodeStatus.FAILURE
 
 
 def test_leaf_of_another_module_is_replaced_only_on_request():
@@ -330,7 +330,7 @@ def test_leaf_of_another_module_is_replaced_only_on_request():
     with pytest.raises(ValueError, match=r"a leaf of hunav_drake\.systems"):
         register_action("RegularNav")(lambda context: None)
     register_condition("Maybe", replace=True)(lambda context: False)
-    assert tick(parse("<Maybe/>")).status is NodeStatus.FAILURE
+    assert tick(parse("<Maybe/>")).node_status is NodeStatus.FAILURE
 
 
 def test_functions_that_one_function_makes_do_not_replace_each_other():
@@ -343,9 +343,9 @@ def test_functions_that_one_function_makes_do_not_replace_each_other():
     register_condition("Maybe")(make(True))
     with pytest.raises(ValueError, match="another leaf of the same function"):
         register_condition("Maybe")(make(False))
-    assert tick(parse("<Maybe/>")).status is NodeStatus.SUCCESS
+    assert tick(parse("<Maybe/>")).node_status is NodeStatus.SUCCESS
     register_condition("Maybe", replace=True)(make(False))
-    assert tick(parse("<Maybe/>")).status is NodeStatus.FAILURE
+    assert tick(parse("<Maybe/>")).node_status is NodeStatus.FAILURE
 
 
 @pytest.mark.parametrize("name", ["Sequence", "SubTree", "SequenceStar"])
@@ -382,9 +382,9 @@ def nearer(context, *, most: float, factor: float = 1.0) -> bool:
 )
 def test_objects_that_can_be_called_are_leaves(leaf):
     assert register_condition("IsNearer")(leaf) is leaf
-    assert tick(parse("<IsNearer/>")).status is NodeStatus.SUCCESS
+    assert tick(parse("<IsNearer/>")).node_status is NodeStatus.SUCCESS
     dut = parse('<IsNearer factor="0.5"/>')
-    assert tick(dut).status is NodeStatus.FAILURE
+    assert tick(dut).node_status is NodeStatus.FAILURE
     with pytest.raises(BehaviorTreeError, match="there is no port 'most'"):
         parse('<IsNearer most="1"/>')
 
@@ -434,7 +434,7 @@ def test_ignored_attributes_are_several_names_and_no_ports():
 )
 def test_condition_may_return_a_truth_or_a_status(result, status):
     register_condition("Maybe")(lambda context: result)
-    assert tick(parse("<Maybe/>")).status is status
+    assert tick(parse("<Maybe/>")).node_status is status
 
 
 @pytest.mark.parametrize("result", [None, 1, "yes", NodeStatus.RUNNING, []])
@@ -545,4 +545,4 @@ def test_what_is_right_passes(function):
         '<ForceSuccess><Sequence><AlwaysFailure/><SetBlackboard value="1"'
         ' output_key="c"/></Sequence></ForceSuccess></Sequence>'
     )
-    assert tick(parse(body)).status is NodeStatus.SUCCESS
+    assert tick(parse(body)).node_status is NodeStatus.SUCCESS
