@@ -1,4 +1,4 @@
-"""Writes down what a tree is made of."""
+"""Describes nodes and trees in text."""
 
 from collections.abc import Iterator, Sequence
 
@@ -12,14 +12,14 @@ from hunav_drake.systems.behavior.nodes.port import (
 
 
 def describe_port(value: Constant | Variable) -> str:
-    """Returns the value of a port, or the entry where it is."""
+    """Returns the value of a port, or the blackboard entry that holds it."""
     if isinstance(value, Constant):
         return repr(value.value)
     return f"{{{value.key}}}"
 
 
 def describe_node(node: Node, *, defaults: bool = True) -> str:
-    """Returns a node in a line: its type, name, ports and conditions.
+    """Returns a node in one line: its type, name, ports and conditions.
 
     Args:
         node: The node.

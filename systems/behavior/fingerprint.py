@@ -1,4 +1,4 @@
-"""Tells whether two trees are the same, wherever their files are."""
+"""The fingerprint of a tree: a hash of what it means, not of its files."""
 
 import hashlib
 import json
@@ -19,7 +19,7 @@ from hunav_drake.systems.people.behavior_choice import BehaviorConfig
 
 
 def tree_fingerprint(behavior: str | BehaviorConfig | Tree) -> str:
-    """Returns a SHA-256 of a tree with all that it includes.
+    """Returns the SHA-256 hash of a tree and all that it includes.
 
     It covers the elements of all files, the values of the ports, given or by
     default, the leaves with their defaults, and for leaves that are not of
@@ -49,7 +49,7 @@ def tree_fingerprint(behavior: str | BehaviorConfig | Tree) -> str:
 
 
 def _node(node: Node) -> list[Any]:
-    """Returns what the code says of a node, as far as its file does not."""
+    """Returns what defines a node beyond its XML: its type and its ports."""
     ports = {name: _value(value) for name, value in node.ports.items()}
     slots = dict(node.type.slots)
     source = "" if node.type.is_ours else node.type.source

@@ -1,4 +1,4 @@
-"""The behaviors that come with the package, and how to load trees."""
+"""Loads trees: the behaviors of this package, and trees from files or text."""
 
 from collections.abc import Iterable, Iterator, Mapping
 import functools
@@ -147,7 +147,7 @@ def LoadBehavior(behavior: str | BehaviorConfig) -> Tree:
 
 
 def LoadBehaviors(behaviors: Iterable[str | BehaviorConfig]) -> list[Tree]:
-    """Loads the trees of several people, whose files are read once.
+    """Loads the trees of several people, each behavior once.
 
     Args:
         behaviors: Each as `HumanConfig.behavior`.
@@ -168,7 +168,7 @@ def LoadBehaviors(behaviors: Iterable[str | BehaviorConfig]) -> list[Tree]:
 def CheckBehavior(
     behavior: str | BehaviorConfig,
 ) -> Iterator[BehaviorTreeError]:
-    """Looks for all that is wrong with a behavior.
+    """Finds the faults of a behavior.
 
     Args:
         behavior: As `HumanConfig.behavior`.
@@ -218,7 +218,7 @@ def _parse(
     values: tuple[tuple[str, str], ...],
     node_types: tuple[NodeType, ...],
 ) -> Tree:
-    """Returns the tree of some documents: one tree for equal arguments.
+    """Returns the tree of documents, from a cache if it was parsed before.
 
     Args:
         documents: What the tree is made of.

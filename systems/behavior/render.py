@@ -73,7 +73,7 @@ class TreeDrawing:
 
     @functools.cached_property
     def text(self) -> str:
-        """The drawing as lines of text."""
+        """The drawing as text."""
         lines: list[str] = []
         statuses = dict(self._statuses())
         _text_lines(self.tree.root, "", "", statuses, lines)
@@ -108,7 +108,7 @@ class TreeDrawing:
         return graph
 
     def save(self, path: str | Path) -> None:
-        """Writes the drawing to a file, whose ending says how.
+        """Writes the drawing to a file, in the format of its ending.
 
         Args:
             path: The file: .svg, .png, .pdf, .dot, or .txt for the text.
@@ -145,7 +145,7 @@ class TreeDrawing:
         return data
 
     def _repr_mimebundle_(self, **_: Any) -> dict[str, str]:
-        """Returns what a notebook shows."""
+        """Returns the formats that a notebook can show."""
         bundle = {"text/plain": self.text}
         if shutil.which("dot") is not None:
             bundle["image/svg+xml"] = self._drawn("svg").decode()

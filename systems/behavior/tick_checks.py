@@ -1,4 +1,4 @@
-"""What leaves may write in a tick: checked once, after each tick."""
+"""Checks after each tick that leaves have written valid numbers."""
 
 from collections.abc import Iterable, Sequence
 import math
@@ -27,11 +27,11 @@ _PLAIN = frozenset({float, int, bool, np.float64})
 
 
 def is_sound(context: TickContext, memory: Sequence[float]) -> bool:
-    """Tells at once that all is right; if not, `find_fault` looks closely.
+    """Returns quickly whether all is valid; `find_fault` finds what is not.
 
     Args:
         context: After a tick.
-        memory: The memory of the tree, likewise.
+        memory: The memory of the tree after the tick.
     """
     command = context.command
     try:
@@ -64,12 +64,12 @@ def is_sound(context: TickContext, memory: Sequence[float]) -> bool:
 def find_fault(
     context: TickContext, memory: Sequence[float], slots: Sequence[str]
 ) -> str:
-    """Returns what is wrong with what leaves have written; empty if nothing.
+    """Returns a message about the first invalid number; empty if there is none.
 
     Args:
         context: After a tick.
-        memory: The memory of the tree, likewise.
-        slots: What each number of the memory is.
+        memory: The memory of the tree after the tick.
+        slots: The name of each number of the memory.
     """
     command = context.command
     if len(command) != COMMAND_SIZE:

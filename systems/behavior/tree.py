@@ -34,11 +34,11 @@ Wrapper = Callable[[Node, TickFunction], TickFunction]
 
 
 class Outcome(NamedTuple):
-    """What a tick gives.
+    """The result of one tick.
 
     Attributes:
         node_status: The status of the topmost node.
-        command: What the person is going to do: see `layout.Command`.
+        command: What the person wants to do: see `layout.Command`.
         behavior_status: 0 while no reaction is active, else the state that
             it is in: see `TickContext`.
         memory: The memory for the next tick.
@@ -73,23 +73,23 @@ class Tree:
     """An immutable behavior tree. One tree can serve any number of people.
 
     All that changes is in a list of numbers, the memory, whose layout is
-    fixed when the tree is parsed: what belongs to the person, then what each
-    node remembers, from the top down, then the blackboard entries.
+    fixed when the tree is parsed: that of the person, then the numbers of each
+    node, from the top down, then the blackboard entries.
 
     Attributes:
         name: The ID of the tree.
         file: The file that it was read from, or what stands for it.
         root: The topmost node.
         nodes: All nodes, each before its children.
-        slots: What each number of the memory is.
-        texts: The texts that blackboard entries can hold; in the memory
-            stands the index of each.
-        documents: The XML elements that it was made of.
-        values: What its ports are, as they stand in XML.
+        slots: The name of each number of the memory.
+        texts: The texts that blackboard entries can hold; the memory holds
+            their indices.
+        documents: The XML documents that it was made from.
+        values: The values of its ports, as in XML.
     """
 
     def __init__(self, parsed: ParsedTree, file: str) -> None:
-        """Constructs a Tree from what the parser gives.
+        """Constructs a Tree from the parser's result.
 
         Args:
             parsed: The tree.
@@ -133,13 +133,13 @@ class Tree:
         human_states: NDArray[np.float64],
         robot_states: NDArray[np.float64],
     ) -> Outcome:
-        """Ticks the tree once. What it gives depends on nothing else.
+        """Ticks the tree once. The result depends on the arguments only.
 
         Args:
             person: Whose tick it is.
             memory: What the tick before gave, or `initial_memory`.
             human_states: Shape (7n,): see `common.layout`.
-            robot_states: Shape (7m,), likewise.
+            robot_states: Shape (7m,): see `common.layout`.
 
         Raises:
             BehaviorTreeError: If a node meets a blackboard entry that is not
@@ -157,13 +157,13 @@ class Tree:
         human_states: NDArray[np.float64],
         robot_states: NDArray[np.float64],
     ) -> tuple[Outcome, tuple[NodeStatus, ...]]:
-        """Ticks the tree once, and tells what each node said.
+        """Ticks the tree once, and returns the status of each node.
 
         Args:
             person: Whose tick it is.
             memory: What the tick before gave, or `initial_memory`.
             human_states: Shape (7n,): see `common.layout`.
-            robot_states: Shape (7m,), likewise.
+            robot_states: Shape (7m,): see `common.layout`.
 
         Returns:
             What `tick` gives, and the last status of each of `nodes` in this
@@ -205,7 +205,7 @@ class Tree:
         return Outcome(status, context.command, context.behavior_status, after)
 
     def _blame(self, memory: Memory, context: TickContext) -> None:
-        """Ticks once more, and raises the error of the leaf that is wrong."""
+        """Repeats a tick to raise the error of the leaf that is at fault."""
 
         def wrap(node: Node, tick: TickFunction) -> TickFunction:
             def checked(memory: Memory, context: TickContext) -> NodeStatus:
@@ -220,9 +220,9 @@ class Tree:
         _build(self.root, wrap).tick(memory, context)
 
     def _build_traced(self) -> TickFunction:
-        """Returns the tick function that notes what each node says.
+        """Returns the tick function that records the status of each node.
 
-        It does so in numbers behind the memory: one for each node.
+        It writes them behind the memory, a number for each node.
         """
         following = len(self.slots)
         slots = {id(node): following + i for i, node in enumerate(self.nodes)}
@@ -230,12 +230,12 @@ class Tree:
         def wrap(node: Node, tick: TickFunction) -> TickFunction:
             slot = slots[id(node)]
 
-            def noted(memory: Memory, context: TickContext) -> NodeStatus:
+            def recorded(memory: Memory, context: TickContext) -> NodeStatus:
                 status = tick(memory, context)
                 memory[slot] = status
                 return status
 
-            return noted
+            return recorded
 
         return _build(self.root, wrap).tick
 

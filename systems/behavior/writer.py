@@ -1,4 +1,4 @@
-"""Writes trees in the format 4 of BehaviorTree.CPP."""
+"""Writes trees as XML in format 4 of BehaviorTree.CPP, as for Groot2."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
@@ -36,9 +36,9 @@ _CPP_TYPES = {float: "double", int: "int", bool: "bool", str: "std::string"}
 
 
 def ConvertTree(name_or_path: str | Path) -> str:
-    """Returns a tree file in format 4, with what it includes in it.
+    """Returns a tree file in format 4, with its includes written into it.
 
-    The tree that it says ticks like that of the file. Comments stay.
+    The tree of the result ticks like that of the file. Comments stay.
 
     Args:
         name_or_path: As for `LoadTree`; a file in format 3 or 4.
@@ -90,7 +90,7 @@ def WriteTree(tree: Tree | Documents) -> str:
 
 
 class _Position:
-    """Where the writer is: in which documents, format, and how deep."""
+    """The writer's position: the documents, the format, and the depth."""
 
     def __init__(self, documents: Documents, form: int, depth: int) -> None:
         self.documents = documents
@@ -102,7 +102,7 @@ class _Position:
 
 
 def _tree_names(documents: Documents) -> dict[str, str]:
-    """Returns the ID of each tree; one that has none gets one."""
+    """Returns the ID of each tree; a tree without one is given one."""
     names = {name: name for name in documents.trees}
     for name, tree in documents.trees.items():
         if "ID" not in tree.element.attributes:
@@ -243,9 +243,7 @@ def tree_nodes_model(
     ignored: Mapping[str, Iterable[str]] = MappingProxyType({}),
     subtrees: Iterable[XmlElement] = (),
 ) -> str:
-    """Returns the <TreeNodesModel> of some leaves.
-
-    In a tree's file it makes Groot show the leaves with their ports.
+    """Returns the <TreeNodesModel> of leaves, which tells Groot2 their ports.
 
     Args:
         node_types: The leaves.

@@ -1,4 +1,4 @@
-"""Finds the trees in a file and in the files that it includes."""
+"""Reads a file of trees and the files that it includes."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -50,7 +50,7 @@ class Documents:
         open: Those that are being read: each includes the next.
         ports: The ports of trees by the ID of the tree and their names.
         models: The <TreeNodesModel> that these come from.
-        comments: What the main file says before it begins.
+        comments: The comments before the root element of the main file.
     """
 
     sources: list[tuple[str, bytes]] = field(default_factory=list)
@@ -76,13 +76,13 @@ class Documents:
         return hash(tuple(self.sources))
 
     def main_ports(self) -> dict[str, TreePort]:
-        """Returns the ports that whoever loads the main tree can set."""
+        """Returns the ports of the main tree that can be set by the user."""
         ports = self.ports.get(self.main, {})
         return {name: it for name, it in ports.items() if name not in GIVEN}
 
 
 def is_file(path: Path) -> bool:
-    """Tells whether a path is a regular file; too long a path is none."""
+    """Returns whether a path is a regular file; False for too long a path."""
     try:
         return path.is_file()
     except OSError:

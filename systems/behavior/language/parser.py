@@ -1,6 +1,6 @@
-"""Makes the nodes of a tree from its XML elements.
+"""Parses the nodes of a tree from its XML elements.
 
-It goes in two passes: this first makes drafts, whose ports name blackboard
+There are two passes: this one makes drafts, whose ports name blackboard
 entries; `hunav_drake.systems.behavior.language.assembly` then makes the nodes.
 """
 
@@ -52,7 +52,7 @@ _TRUTHS = {"1": True, "true": True, "0": False, "false": False}
 
 @dataclass(frozen=True)
 class ParsedTree:
-    """What the parser gives.
+    """The result of the parser.
 
     Attributes:
         name: The ID of the main tree.
@@ -233,10 +233,10 @@ class _Parser:
 
 
 def flag(element: XmlElement, names: tuple[str, ...]) -> bool:
-    """Tells whether one of some attributes says yes.
+    """Returns whether one of several attributes is true.
 
     Raises:
-        BehaviorTreeError: If one is no truth.
+        BehaviorTreeError: If one is not a boolean.
     """
     for name in names:
         text = element.attributes.get(name, "false")
@@ -252,7 +252,7 @@ def flag(element: XmlElement, names: tuple[str, ...]) -> bool:
 
 
 def subtree_ports(element: XmlElement, form: int) -> dict[str, str]:
-    """Returns what a <SubTree> gives to its tree, as format 4 writes it.
+    """Returns what a <SubTree> gives to ports of its tree, as in format 4.
 
     Args:
         element: The subtree.
@@ -260,7 +260,7 @@ def subtree_ports(element: XmlElement, form: int) -> dict[str, str]:
             names entries without braces.
 
     Raises:
-        BehaviorTreeError: If something has no name.
+        BehaviorTreeError: If the name of a port or an entry is invalid.
     """
     bare_keys = form == 3 and element.tag == "SubTree"
     result = {}
@@ -281,7 +281,7 @@ def node_name(element: XmlElement) -> str:
     """Returns the name of the type of an element's node.
 
     Raises:
-        BehaviorTreeError: If a generic element does not say it.
+        BehaviorTreeError: If a generic element has no ID.
     """
     name = element.tag
     if name in GENERIC_TAGS:
@@ -327,7 +327,7 @@ def _check_children(draft: Draft) -> None:
 def parse_documents(
     documents: Documents, values: Mapping[str, str] = MappingProxyType({})
 ) -> ParsedTree:
-    """Returns the main tree of some documents.
+    """Parses the main tree of documents.
 
     Args:
         documents: The documents.

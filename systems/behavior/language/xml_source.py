@@ -1,4 +1,4 @@
-"""Reads XML that may come from anywhere, and keeps the line numbers."""
+"""Reads untrusted XML safely, and keeps the line numbers."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -24,7 +24,7 @@ MAX_DEPTH = 100
 
 @dataclass
 class XmlElement:
-    """An element with its place.
+    """An XML element with its place.
 
     Attributes:
         tag: Its name.
@@ -46,7 +46,7 @@ class XmlElement:
 
 
 class _Builder:
-    """Takes what the parser finds, and makes elements of it."""
+    """Builds the elements from the events of the XML parser."""
 
     def __init__(self, file: str) -> None:
         self.file = file
@@ -90,9 +90,9 @@ class _Builder:
 
 @functools.lru_cache(maxsize=32)
 def read_xml(source: bytes, file: str) -> XmlElement:
-    """Returns the outermost element of an XML document, not to be changed.
+    """Returns the root element of an XML document, not to be changed.
 
-    The same document is read once.
+    A document that was read before comes from a cache.
 
     Args:
         source: The document.

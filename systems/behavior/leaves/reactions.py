@@ -1,8 +1,8 @@
-"""The actions of people who react to the robot.
+"""Actions that react to a robot: SurprisedNav, ScaredNav, CuriousNav, ...
 
-Their numbers are HuNavSim's. With several robots, people react to the one that
-a condition before has noticed, or else to the nearest. An action of this kind
-fails if there is no robot.
+Their default values are HuNavSim's. With several robots, people react to the
+one that a condition before has noticed, or else to the nearest. An action of
+this kind fails if there is no robot.
 """
 
 import math
@@ -33,9 +33,9 @@ _PositiveDistance = Annotated[float, within(0, 1e5, "m", low_open=True)]
 
 
 def face(context: TickContext, x: float, y: float, turn_rate: float) -> None:
-    """Turns the person to a point, at `turn_rate` at most.
+    """Turns the person towards a point, at `turn_rate` at most.
 
-    Whoever stands on the point keeps the heading.
+    A person who stands on the point keeps the heading.
     """
     state, command = context.state, context.command
     dx, dy = x - state[X], y - state[Y]
@@ -105,7 +105,7 @@ def curious_nav(
     turn_rate: TurnRate = TURN_RATE,
     robot: Role = "unseen",
 ) -> NodeStatus:
-    """Walks to the robot, and stands before it and looks at it.
+    """Walks to the robot, then stands before it and looks at it.
 
     It comes at `speed` at the distance `speed_distance`, elsewhere in
     proportion, and never faster than the person's own maximum.
@@ -138,7 +138,7 @@ def threatening_nav(
     turn_rate: TurnRate = TURN_RATE,
     robot: Role = "unseen",
 ) -> NodeStatus:
-    """Gets in front of the robot, and looks at it from near.
+    """Walks in front of the robot, and looks at it from close by.
 
     It walks at its own `speed`, which may be above the person's maximum.
     """

@@ -1,4 +1,4 @@
-"""What people notice of robots.
+"""Conditions about robots: IsRobotVisible, IsRobotApproaching, ...
 
 A condition that holds has noticed a robot: of those that fit, the nearest. It
 is the one that the actions after it are about.
@@ -26,7 +26,7 @@ Distance = Annotated[float, within(0, 1e5, "m")]
 
 
 def course(robot: Row) -> tuple[float, float]:
-    """Returns the direction a robot drives in; if it stands, its heading."""
+    """Returns the unit vector of a robot's velocity; of its heading at rest."""
     speed = math.hypot(robot[VX], robot[VY])
     if speed < SLOW:
         return math.cos(robot[YAW]), math.sin(robot[YAW])
@@ -36,7 +36,7 @@ def course(robot: Row) -> tuple[float, float]:
 def _robot_in_view(
     context: TickContext, distance: float, field_of_view: float, occlusion: bool
 ) -> int:
-    """Returns the index of the nearest robot that is seen, or -1."""
+    """Returns the index of the nearest visible robot, or -1."""
     state = context.state
     found = -1
     for i, robot in enumerate(context.robots):
@@ -145,7 +145,7 @@ def is_robot_in_the_way(
     clearance: Distance = 1.0,
     occlusion: bool = True,
 ) -> bool:
-    """Holds if the straight way to the goal leads past a robot too closely.
+    """Holds if the straight line to the goal passes too close to a robot.
 
     The robot is at most `distance` away, between the person and the goal, and
     nearer than `clearance` to the line from the one to the other. A robot so
@@ -164,7 +164,7 @@ def is_robot_in_the_way(
 
 
 class OnWay(NamedTuple):
-    """Where a robot is with respect to a person's straight way to the goal.
+    """Where a robot is relative to a person's straight line to the goal.
 
     Attributes:
         ahead: How far ahead, in meters.
@@ -180,10 +180,10 @@ class OnWay(NamedTuple):
 def before_goal(
     context: TickContext, distance: float, clearance: float
 ) -> list[OnWay]:
-    """Returns the robots ahead that are between the person and the goal.
+    """Returns the robots between the person and the goal.
 
     Args:
-        context: The context.
+        context: The tick context.
         distance: How far away robots are at most, in meters.
         clearance: How near to the goal those are that cannot be passed, and
             do not count, in meters.
@@ -205,7 +205,7 @@ def before_goal(
 
 
 def way(context: TickContext) -> tuple[float, float]:
-    """Returns the direction to the goal; without any way to go, the yaw."""
+    """Returns the unit vector to the goal; of the heading if there is none."""
     state, goal = context.state, context.goal
     if goal is not None:
         dx, dy = goal[0] - state[X], goal[1] - state[Y]

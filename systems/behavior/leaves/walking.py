@@ -1,4 +1,4 @@
-"""The conditions and actions of people who walk from goal to goal.
+"""Conditions and actions of walking from goal to goal: RegularNav, ...
 
 Each tree belongs to one person and its time is simulated time, so the ports
 that name a person or a time step are accepted and ignored.
@@ -36,7 +36,7 @@ ROLES = {
 
 @register_condition("IsGoalReached", ignored=IGNORED)
 def is_goal_reached(context: TickContext) -> bool:
-    """Holds within 0.1 m of the current goal's radius; never without goal."""
+    """Holds within 0.1 m of the goal's radius; never without a goal."""
     goal = context.goal
     if goal is None:
         return False
@@ -47,7 +47,7 @@ def is_goal_reached(context: TickContext) -> bool:
 
 @register_action("UpdateGoal", ignored=IGNORED)
 def update_goal(context: TickContext) -> NodeStatus:
-    """Goes on to the next goal; fails if there is no goal to leave."""
+    """Goes on to the next goal; fails if there is no current goal."""
     return (
         NodeStatus.SUCCESS if context.go_to_next_goal() else NodeStatus.FAILURE
     )
@@ -60,9 +60,9 @@ def regular_nav(
     robot: Role = "pedestrian",
     ignore_robot: bool = False,
 ) -> None:
-    """Walks to the current goal; the robot is what `robot` says.
+    """Walks to the current goal; `robot` is how robots enter the forces.
 
-    With `ignore_robot` it is unseen, whatever `robot` says.
+    With `ignore_robot` they are unseen, whatever `robot` is.
     """
     role = ROLES["unseen" if ignore_robot else robot]
     context.command[Command.ROBOT_ROLE] = role
@@ -74,7 +74,7 @@ def set_behavior_status(
     *,
     status: Annotated[int, within(0, MAX_BEHAVIOR_STATUS)] = 1,
 ) -> None:
-    """Tells the world in which state of its behavior the person is."""
+    """Sets the behavior status: the state of the person's reaction."""
     context.behavior_status = status
 
 

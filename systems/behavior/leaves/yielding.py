@@ -1,4 +1,4 @@
-"""The actions of people who make way for the robot."""
+"""Actions that make way for robots: StandStill, StepAside, PassBy."""
 
 import itertools
 import math
@@ -166,10 +166,10 @@ def pass_by(
 def _find_lane(
     context: TickContext, robots: list[OnWay], clearance: float, usual: float
 ) -> float:
-    """Returns how far to the left of the way to walk, past robots.
+    """Returns the lane past robots: how far left of the line to the goal.
 
     Args:
-        context: The context.
+        context: The tick context.
         robots: The robots, of which there is one at least.
         clearance: How far from all of them, if there is room.
         usual: The lane to stay near to.
@@ -189,7 +189,7 @@ def _find_lane(
 def _widest_lane(
     context: TickContext, robots: list[OnWay], clearance: float, usual: float
 ) -> tuple[float, float]:
-    """Returns the room that the widest lane has, up to `clearance`, and it."""
+    """Returns the widest lane, after the room in it, up to `clearance`."""
     beside = sorted(it.beside for it in robots)
     left, left_gap = _wall_beside(context, robots, clearance, 1.0)
     right, right_gap = _wall_beside(context, robots, clearance, -1.0)
@@ -216,7 +216,7 @@ def _widest_lane(
 def _wall_beside(
     context: TickContext, robots: list[OnWay], clearance: float, side: float
 ) -> tuple[float, float]:
-    """Returns where the wall is beside robots, on a side: 1 left, -1 right.
+    """Returns where the wall beside robots is, on a side: 1 left, -1 right.
 
     Returns:
         Its lane, and the gap between it and the body of the nearest robot.
@@ -234,7 +234,7 @@ def _wall_beside(
 def _cast_ray(
     context: TickContext, x: float, y: float, dx: float, dy: float
 ) -> float:
-    """Returns how much of a line is before the first wall, as a fraction."""
+    """Casts a ray; returns the fraction of it before the first wall."""
     walls = context.person.walls
     if walls is None:
         return math.inf
@@ -243,13 +243,13 @@ def _cast_ray(
 
 
 class _Aside(NamedTuple):
-    """The way to the side of a course.
+    """The way to one side of a robot's course.
 
     Attributes:
-        nx: Its direction in W: a unit vector.
-        ny: Likewise.
+        nx: The x-component of its direction in W, a unit vector.
+        ny: The y-component of its direction.
         way: Its length, in meters.
-        free: How much of it the walls leave.
+        free: How much of it is free of walls, in meters.
     """
 
     nx: float
@@ -264,7 +264,7 @@ def _way_aside(
     course: tuple[float, float],
     clearance: float,
 ) -> _Aside:
-    """Returns the way to the side on which to be `clearance` off a course."""
+    """Returns the way to a place `clearance` beside a robot's course."""
     state = context.state
     x, y = state[X], state[Y]
     hx, hy = course

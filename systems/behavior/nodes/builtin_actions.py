@@ -1,4 +1,4 @@
-"""The actions of the tree language itself: they do not concern the person."""
+"""AlwaysSuccess, AlwaysFailure and SetBlackboard, as in BehaviorTree.CPP."""
 
 from typing import Any
 

@@ -1,7 +1,7 @@
-"""The decorators.
+"""The decorators: Inverter, ForceSuccess, Repeat, Delay, Timeout, ...
 
-They mean what BehaviorTree.CPP says; times are simulated times, counted in
-ticks from the one that starts them.
+They work as in BehaviorTree.CPP. Times are simulated times, counted in ticks
+from the first one.
 """
 
 from collections.abc import Mapping
@@ -34,7 +34,7 @@ Milliseconds = Annotated[float, within(0, 1e9, "ms")]
 
 
 def steps_reach(steps: float, time_step: float, seconds: float) -> bool:
-    """Tells whether some steps last as long as a duration.
+    """Returns whether a number of steps lasts at least a duration.
 
     A multiple of the step that misses the duration by rounding alone has
     reached it.
@@ -43,7 +43,7 @@ def steps_reach(steps: float, time_step: float, seconds: float) -> bool:
 
 
 def _mapped(results: Mapping[NodeStatus, NodeStatus]) -> BuildFunction:
-    """Makes a decorator that exchanges the results of its child."""
+    """Builds a decorator that maps the result of its child to another."""
 
     def build(node: Node, children: tuple[Built, ...]) -> Built:
         (child,) = children
@@ -75,7 +75,7 @@ def _keep_running(node: Node, children: tuple[Built, ...]) -> Built:
 
 
 def _resetting(slots: tuple[int, ...], child: Built) -> HaltFunction:
-    """Returns the function that clears slots and halts a child."""
+    """Returns the halt function that resets slots and halts the child."""
     child_halt = child.halt
 
     def halt(memory: Memory) -> None:
@@ -88,7 +88,7 @@ def _resetting(slots: tuple[int, ...], child: Built) -> HaltFunction:
 
 
 def _again(port: str, again: NodeStatus, stops: NodeStatus) -> BuildFunction:
-    """Makes Repeat (again at SUCCESS) and RetryUntilSuccessful (FAILURE)."""
+    """Builds Repeat (again at SUCCESS) or RetryUntilSuccessful (FAILURE)."""
 
     def build(node: Node, children: tuple[Built, ...]) -> Built:
         (child,) = children

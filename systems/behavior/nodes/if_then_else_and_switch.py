@@ -1,7 +1,7 @@
-"""IfThenElse, WhileDoElse and Switch2 to Switch6: one child of several.
+"""IfThenElse, WhileDoElse and Switch2 to Switch6: they choose a child.
 
-Each function makes the functions of one node from those of its children, with
-the meaning that BehaviorTree.CPP gives the node.
+Each function builds one node from its children; they work as in
+BehaviorTree.CPP.
 """
 
 from typing import Any

@@ -1,4 +1,4 @@
-"""Makes nodes of the functions that leaves are."""
+"""Builds the tick function of a leaf from the Python function it is."""
 
 from collections.abc import Callable
 from typing import Any
@@ -26,7 +26,7 @@ RUNNING_SLOT = "(running)"
 
 
 def _is_plain(node: Node) -> bool:
-    """Tells whether a leaf needs the context only: the usual, fastest case."""
+    """Returns whether a leaf needs only the tick context: the fastest case."""
     return not node.slots and all(
         isinstance(value, Constant)
         and value.value == node.type.ports[name].default
@@ -37,12 +37,13 @@ def _is_plain(node: Node) -> bool:
 def build_leaf(
     function: Callable[..., Any], node: Node, children: tuple[Built, ...]
 ) -> Built:
-    """Makes the functions of a leaf from the function that it is.
+    """Builds a leaf from its Python function.
 
     Args:
-        function: Takes the context, its memory if it has one, and its ports.
+        function: Takes the tick context, its memory if it has one, and its
+            ports.
         node: The leaf.
-        children: None.
+        children: Empty: a leaf has none.
     """
     call = _with_ports(function, node)
     plain = _is_plain(node)
@@ -88,10 +89,10 @@ def build_leaf(
 
 
 def _truth(holds: Any, node: Node) -> NodeStatus:
-    """Returns what a condition means that returns no plain truth.
+    """Returns the status for a condition's result that is not True or False.
 
     Raises:
-        TypeError: If it returns none at all.
+        TypeError: If the result is not one that a condition may return.
     """
     if isinstance(holds, np.bool_):
         return SUCCESS if holds else FAILURE
@@ -105,14 +106,14 @@ def _truth(holds: Any, node: Node) -> NodeStatus:
 
 
 def _located(error: Exception, node: Node) -> BehaviorTreeError:
-    """Returns the error of a leaf with the leaf's place."""
+    """Returns an error of a leaf as one that names the leaf's place."""
     if isinstance(error, BehaviorTreeError):
         return error
     return node.error(f"{type(error).__name__}: {error}")
 
 
 def _cause(error: Exception) -> BaseException | None:
-    """Returns what an error with its place comes from."""
+    """Returns the original cause of an error."""
     return error.__cause__ if isinstance(error, BehaviorTreeError) else error
 
 
@@ -130,7 +131,7 @@ def _leaf_halt(node: Node, running: int) -> HaltFunction:
 def _with_ports(
     function: Callable[..., Any], node: Node
 ) -> Callable[[Memory, TickContext], Any]:
-    """Returns the function with its memory and its ports put in."""
+    """Returns the leaf's function with its memory and ports bound."""
     ports = node.type.ports
     constants = {
         name: value.value

@@ -1,7 +1,7 @@
 """The parts of a parsed tree: node types and nodes, and the status of a node.
 
-A node type says how a node of it is written in XML and how it is built into
-a function that ticks it. A node is one use of a type in a tree.
+A node type defines how its nodes are written in XML, and how they are built
+into functions that tick them. A node is one use of a type in a tree.
 """
 
 from collections.abc import Callable, Mapping
@@ -20,7 +20,7 @@ from hunav_drake.systems.behavior.nodes.tick_context import TickContext
 
 
 class NodeStatus(IntEnum):
-    """What a node says when it is ticked.
+    """The status that a node returns when it is ticked.
 
     The values are those of BehaviorTree.CPP. Compare with `is`: it is faster
     than `==`, and each status is one object.
@@ -32,7 +32,7 @@ class NodeStatus(IntEnum):
     RUNNING = 1
     SUCCESS = 2
     FAILURE = 3
-    # Asked not to be ticked: its parent goes on as if it were not there.
+    # Skipped: its parent goes on as if the node were not there.
     SKIPPED = 4
 
 
@@ -49,13 +49,13 @@ HaltFunction = Callable[[Memory], None]
 
 @dataclass(frozen=True)
 class Conditions:
-    """The conditions of a node: see `nodes.pre_post_conditions`.
+    """The pre- and post-conditions of a node: see `pre_post_conditions`.
 
     Attributes:
-        before: For each attribute, the function that tells if it holds.
-        after: For each attribute, the functions that set entries.
-        slot: The index in the memory that tells if the node runs, if that
-            must be known.
+        before: For each pre-condition, the function that evaluates it.
+        after: For each post-condition, the functions that set entries.
+        slot: The index in the memory of whether the node runs; None if that
+            need not be known.
         source: The attributes as they are written.
     """
 
@@ -103,7 +103,7 @@ class Node:
         return value.value if isinstance(value, Constant) else None
 
     def reader(self, port: str) -> Callable[[Memory], Any]:
-        """Returns the function that gives the value of a port in a tick."""
+        """Returns the function that reads the value of a port in a tick."""
         value = self.ports[port]
         if isinstance(value, Constant):
             constant = value.value
@@ -124,7 +124,7 @@ class Node:
         return read
 
     def number_reader(self, port: str) -> Callable[[Memory], float]:
-        """Returns the function that gives a port's value as the memory does.
+        """Returns the function that reads a port's value as a number.
 
         It is for ports that take what blackboard entries hold, and gives
         UNSET of an entry that is not set.
@@ -162,13 +162,13 @@ class Node:
 
 
 class Built(NamedTuple):
-    """A node as functions.
+    """The functions that a node is built into.
 
     Attributes:
-        tick: Ticks the node: changes the memory and the context.
-        halt: Gives up what is running; None where that changes nothing.
-        may_skip: Whether it can say SKIPPED.
-        work: How many nodes one tick of it ticks at most.
+        tick: Ticks the node: changes the memory and the tick context.
+        halt: Halts the node if it is running; None if that changes nothing.
+        may_skip: Whether it can return SKIPPED.
+        work: The largest number of nodes that one tick of it ticks.
     """
 
     tick: TickFunction
@@ -178,20 +178,20 @@ class Built(NamedTuple):
 
 
 def halts_of(children: tuple[Built, ...]) -> tuple[HaltFunction, ...]:
-    """Returns the functions that halt some nodes."""
+    """Returns the halt functions of nodes."""
     return tuple(child.halt for child in children if child.halt)
 
 
 def leftovers_of(children: tuple[Built, ...]) -> tuple[HaltFunction, ...]:
-    """Returns what to halt when a node completes none of whose children runs.
+    """Returns what to halt when a node completes and no child is running.
 
-    Only a child that was skipped can have kept something.
+    Only a skipped child can still have something in memory.
     """
     return halts_of(tuple(child for child in children if child.may_skip))
 
 
 def work_of(children: tuple[Built, ...]) -> int:
-    """Returns how many nodes one tick ticks at most if each child once."""
+    """Returns the most nodes that one tick ticks, if each child once."""
     return 1 + sum(child.work for child in children)
 
 
@@ -203,23 +203,23 @@ MANY = (1, 10**6)
 
 @dataclass(frozen=True, eq=False)
 class NodeType:
-    """A kind of node. Equal means the same: one registered anew is another.
+    """A type of node. Each registration makes one that equals no other.
 
     Attributes:
         name: The name of its XML element.
-        category: What it is to Groot.
-        build: Makes the functions of a node from those of its children.
-        doc: What it does, in a line.
+        category: Its category in Groot2.
+        build: Builds a node from its children.
+        doc: What it does, in one line.
         ports: Its ports by name.
-        ignored: Attributes that are accepted and mean nothing here.
-        slots: What it remembers: a name for each number, and what it is at
-            first.
-        slots_per_child: Likewise for each child.
+        ignored: Attributes that are accepted and have no effect.
+        slots: Its numbers in the memory: their names and initial values.
+        slots_per_child: The names of those that it has for each child, which
+            are 0 at first.
         children: The smallest and the largest number of children.
-        source: The name of what it was made of; empty for the nodes of the
-            language.
-        function: What it was made of: a function, an object, a class; None
-            for the nodes of the language.
+        source: The full name of the leaf's function; empty for built-in
+            nodes.
+        function: The function, object or class of the leaf; None for built-in
+            nodes.
     """
 
     name: str

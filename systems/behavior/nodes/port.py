@@ -17,7 +17,7 @@ UNSET = float("-inf")
 
 
 def _message(error: ValidationError, value: Any) -> str:
-    """Returns the rule that a value breaks, and the value."""
+    """Returns the message for a value that breaks a rule."""
     text = error.errors()[0]["msg"]
     text = text.removeprefix("Input ").removeprefix("Value error, ")
     # Rules of our own tell what they got; those of pydantic do not.
@@ -54,17 +54,17 @@ class Port:
 
     @property
     def base(self) -> type:
-        """The Python type without rules: a Literal is a str."""
+        """The Python type without constraints; str for a Literal."""
         origin = getattr(self.annotation, "__origin__", self.annotation)
         return origin if isinstance(origin, type) else str
 
     @property
     def takes_any(self) -> bool:
-        """Whether it takes what a blackboard entry holds, as it is."""
+        """Whether it takes any value that a blackboard entry can hold."""
         return self.annotation is Any
 
     def parse(self, text: str, place: Place, node: str) -> Any:
-        """Returns the value that an attribute says.
+        """Returns the value of an attribute's text.
 
         Raises:
             BehaviorTreeError: If it is not of the port's type.
@@ -79,7 +79,7 @@ class Port:
             ) from error
 
     def check(self, value: Any) -> Any:
-        """Returns a Python value as the port's type.
+        """Returns a Python value converted to the port's type.
 
         Raises:
             ValueError: If it is not of the port's type.

@@ -1,8 +1,8 @@
-"""The conditions that any node can have as attributes.
+"""Pre- and post-conditions: attributes that any node can have.
 
-Those before, `_failureIf`, `_successIf`, `_skipIf` and `_while`, are checked
-in this order when the node is to begin: the first that holds (or `_while`
-that does not) says the node's result instead of the node. While the node is
+The pre-conditions, `_failureIf`, `_successIf`, `_skipIf` and `_while`, are
+checked in this order when the node is to begin: the first that holds (or
+`_while` that does not) gives the result instead of the node. While the node is
 RUNNING only `_while` is checked, and halts it. (BehaviorTree.CPP does not check
 the first child of a WhileDoElse again while another child runs; here it is a
 node like any other.)
@@ -10,12 +10,12 @@ node like any other.)
 BehaviorTree.CPP differs where the children of a control node or decorator have
 skipped: there it counts as RUNNING until its parent halts it. So it is not
 asked again for its `_skipIf`, `_failureIf` and `_successIf`; and being halted,
-for instance a ForceFailure, it does its `_onHalted`. Here whoever has skipped
-has not begun: the conditions are checked again in the next tick, and there is
-nothing to halt.
+for instance a ForceFailure, it runs its `_onHalted`. Here a node that was
+skipped has not begun: the conditions are checked again in the next tick, and
+there is nothing to halt.
 
-Those after, `_onHalted`, `_onFailure`, `_onSuccess` and `_post` (after both),
-set blackboard entries.
+The post-conditions, `_onHalted`, `_onFailure`, `_onSuccess` and `_post` (after
+both), set blackboard entries.
 """
 
 from hunav_drake.systems.behavior.nodes.node import (
@@ -43,12 +43,12 @@ _RESULTS = {"_failureIf": FAILURE, "_successIf": SUCCESS, "_skipIf": SKIPPED}
 
 
 def needs_memory(names: set[str]) -> bool:
-    """Tells whether a node must remember if it runs."""
+    """Returns whether a node must remember that it is running."""
     return bool(_NEED_MEMORY & names)
 
 
 def build_with_conditions(node: Node, children: tuple[Built, ...]) -> Built:
-    """Makes the functions of a node with its conditions, if it has any."""
+    """Builds a node, with its pre- and post-conditions if it has any."""
     build: BuildFunction = node.type.build
     built = build(node, children)
     if node.conditions is None:

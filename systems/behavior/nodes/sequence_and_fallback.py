@@ -1,6 +1,6 @@
-"""Sequences and fallbacks, with the meaning that BehaviorTree.CPP gives them.
+"""Sequence and Fallback, with memory and reactive, as in BehaviorTree.CPP.
 
-Each function makes the functions of one node from those of its children. A
+Each function builds one node from its children. A
 node's memory is zero unless it is RUNNING, with the exceptions that
 BehaviorTree.CPP makes.
 """
@@ -25,7 +25,7 @@ from hunav_drake.systems.behavior.nodes.tick_context import TickContext
 
 
 def _in_order(goes_on: NodeStatus, stops: NodeStatus) -> BuildFunction:
-    """Makes Sequence (goes on at SUCCESS) and Fallback (at FAILURE)."""
+    """Builds Sequence (goes on at SUCCESS) or Fallback (at FAILURE)."""
 
     def build(node: Node, children: tuple[Built, ...]) -> Built:
         ticks = tuple(enumerate(child.tick for child in children))
@@ -109,7 +109,7 @@ def _sequence_with_memory(node: Node, children: tuple[Built, ...]) -> Built:
 
 
 def _reactive(goes_on: NodeStatus, stops: NodeStatus) -> BuildFunction:
-    """Makes ReactiveSequence and ReactiveFallback."""
+    """Builds ReactiveSequence or ReactiveFallback."""
 
     def build(node: Node, children: tuple[Built, ...]) -> Built:
         ticks = tuple(child.tick for child in children)

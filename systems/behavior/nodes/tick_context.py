@@ -1,4 +1,4 @@
-"""Whom a tree steers, and what its nodes see of one instant."""
+"""The tick context: what the nodes of a tree read and write in one tick."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -50,7 +50,7 @@ def _default_command(
 
 @dataclass(frozen=True)
 class Person:
-    """What does not change about a person.
+    """The constant properties of a person.
 
     Attributes:
         index: The row of the person in `human_states`.
@@ -84,7 +84,7 @@ class Person:
         time_step: float,
         obstacles: Obstacles | None = None,
     ) -> Self:
-        """Makes a person of its configuration.
+        """Makes a person from a configuration.
 
         Args:
             human: The configuration.
@@ -111,7 +111,7 @@ class Person:
 
 
 class TickContext:
-    """One tick of one person: what leaves see, and what they decide.
+    """What leaves read and write in one tick of one person's tree.
 
     A leaf reads the rest and writes `command` and `behavior_status`.
 
@@ -148,7 +148,7 @@ class TickContext:
             person: Whose tick it is.
             memory: The memory of the tree; the tick changes it.
             human_states: Shape (7n,), see `common.layout`.
-            robot_states: Shape (7m,), likewise.
+            robot_states: Shape (7m,), see `common.layout`.
         """
         self.person = person
         self.command = list(person.commands[int(memory[GOAL_INDEX])])
@@ -202,19 +202,19 @@ class TickContext:
         return min(robots, key=lambda row: math.hypot(row[X] - x, row[Y] - y))
 
     def notice(self, index: int) -> None:
-        """Makes a robot, one of `robots`, the one to react to."""
+        """Sets the robot to react to, by its index in `robots`."""
         self._noticed = self.robots[index]
 
     def cast_ray(self, x: float, y: float) -> float:
-        """Returns how far the person sees towards a point.
+        """Casts a ray from the person to a point.
 
         Args:
-            x: The point in W, in meters.
-            y: Likewise.
+            x: The x-coordinate of the point in W, in meters.
+            y: The y-coordinate of the point in W, in meters.
 
         Returns:
-            The fraction of the way at which the first wall is, in [0, 1];
-            infinity if there is none.
+            The fraction of the ray at which it meets the first wall, in
+            [0, 1]; infinity if it meets none.
         """
         walls = self.person.walls
         if walls is None:
