@@ -14,11 +14,11 @@ from hunav_drake.systems.behavior.nodes.node import (
     SUCCESS,
     BuildFunction,
     Built,
-    HaltFunction,
     Memory,
     Node,
     NodeStatus,
     NodeType,
+    halt_of,
 )
 from hunav_drake.systems.behavior.nodes.port import (
     Port,
@@ -74,19 +74,6 @@ def _keep_running(node: Node, children: tuple[Built, ...]) -> Built:
     return built._replace(may_skip=False)
 
 
-def _resetting(slots: tuple[int, ...], child: Built) -> HaltFunction:
-    """Returns the halt function that resets slots and halts the child."""
-    child_halt = child.halt
-
-    def halt(memory: Memory) -> None:
-        for slot in slots:
-            memory[slot] = 0.0
-        if child_halt:
-            child_halt(memory)
-
-    return halt
-
-
 def _again(port: str, again: NodeStatus, stops: NodeStatus) -> BuildFunction:
     """Builds Repeat (again at SUCCESS) or RetryUntilSuccessful (FAILURE)."""
 
@@ -126,7 +113,7 @@ def _again(port: str, again: NodeStatus, stops: NodeStatus) -> BuildFunction:
             most = 1 if limit == -1 else min(limit, most)
         return Built(
             tick,
-            _resetting((counter,), child),
+            halt_of((counter,), children),
             child.may_skip,
             1 + most * child.work,
         )
@@ -171,7 +158,7 @@ def _delay(node: Node, children: tuple[Built, ...]) -> Built:
         return status
 
     return Built(
-        tick, _resetting((steps,), child), child.may_skip, 1 + child.work
+        tick, halt_of((steps,), children), child.may_skip, 1 + child.work
     )
 
 
@@ -180,7 +167,7 @@ def _timeout(node: Node, children: tuple[Built, ...]) -> Built:
     child_tick = child.tick
     read = node.reader("msec")
     steps = node.slot("steps")
-    halt = _resetting((steps,), child)
+    halt = halt_of((steps,), children)
 
     def tick(memory: Memory, context: TickContext) -> NodeStatus:
         limit = read(memory) / 1000

@@ -16,6 +16,7 @@ from hunav_drake.systems.behavior.nodes.node import (
     Node,
     NodeStatus,
     NodeType,
+    halt_of,
     halts_of,
     leftovers_of,
     work_of,
@@ -32,7 +33,7 @@ from hunav_drake.systems.behavior.nodes.tick_context import (
 def _if_then_else(node: Node, children: tuple[Built, ...]) -> Built:
     ticks = tuple(child.tick for child in children)
     count = len(ticks)
-    halts, leftovers = halts_of(children), leftovers_of(children)
+    leftovers = leftovers_of(children)
     branch = node.slot("branch")
 
     def tick(memory: Memory, context: TickContext) -> NodeStatus:
@@ -55,13 +56,11 @@ def _if_then_else(node: Node, children: tuple[Built, ...]) -> Built:
             halt(memory)
         return status
 
-    def halt(memory: Memory) -> None:
-        memory[branch] = 0.0
-        for halt in halts:
-            halt(memory)
-
     return Built(
-        tick, halt, any(c.may_skip for c in children), work_of(children)
+        tick,
+        halt_of((branch,), children),
+        any(c.may_skip for c in children),
+        work_of(children),
     )
 
 
@@ -92,13 +91,9 @@ def _while_do_else(node: Node, children: tuple[Built, ...]) -> Built:
             halt(memory)
         return status
 
-    def halt(memory: Memory) -> None:
-        for halt in halts:
-            halt(memory)
-
     return Built(
         tick,
-        halt if halts else None,
+        halt_of((), children) if halts else None,
         any(c.may_skip for c in children),
         work_of(children),
     )
@@ -107,7 +102,7 @@ def _while_do_else(node: Node, children: tuple[Built, ...]) -> Built:
 def _switch(node: Node, children: tuple[Built, ...]) -> Built:
     ticks = tuple(child.tick for child in children)
     default = len(ticks) - 1
-    halts, leftovers = halts_of(children), leftovers_of(children)
+    leftovers = leftovers_of(children)
     own = tuple(child.halt for child in children)
     read = node.number_reader("variable")
     cases = [node.number_reader(f"case_{i + 1}") for i in range(default)]
@@ -136,14 +131,10 @@ def _switch(node: Node, children: tuple[Built, ...]) -> Built:
                 halt(memory)
         return status
 
-    def halt(memory: Memory) -> None:
-        memory[running] = 0.0
-        for halt in halts:
-            halt(memory)
-
     # One child is ticked, whichever it is.
     work = 1 + max(child.work for child in children)
-    return Built(tick, halt, any(c.may_skip for c in children), work)
+    may_skip = any(c.may_skip for c in children)
+    return Built(tick, halt_of((running,), children), may_skip, work)
 
 
 def _ports(cases: int) -> dict[str, Port]:

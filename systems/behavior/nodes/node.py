@@ -4,7 +4,7 @@ A node type defines how its nodes are written in XML, and how they are built
 into functions that tick them. A node is one use of a type in a tree.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import Any, Literal, NamedTuple
@@ -180,6 +180,19 @@ class Built(NamedTuple):
 def halts_of(children: tuple[Built, ...]) -> tuple[HaltFunction, ...]:
     """Returns the halt functions of nodes."""
     return tuple(child.halt for child in children if child.halt)
+
+
+def halt_of(slots: Iterable[int], children: tuple[Built, ...]) -> HaltFunction:
+    """Returns the function that sets slots to 0 and halts children."""
+    own, halts = tuple(slots), halts_of(children)
+
+    def halt(memory: Memory) -> None:
+        for slot in own:
+            memory[slot] = 0.0
+        for halt in halts:
+            halt(memory)
+
+    return halt
 
 
 def leftovers_of(children: tuple[Built, ...]) -> tuple[HaltFunction, ...]:

@@ -11,7 +11,7 @@ from hunav_drake.systems.behavior.nodes.node import (
     Node,
     NodeStatus,
     NodeType,
-    halts_of,
+    halt_of,
     work_of,
 )
 from hunav_drake.systems.behavior.nodes.port import (
@@ -25,7 +25,6 @@ from hunav_drake.systems.behavior.nodes.tick_context import (
 def _parallel(node: Node, children: tuple[Built, ...]) -> Built:
     ticks = tuple(child.tick for child in children)
     count = len(ticks)
-    halts = halts_of(children)
     slots = range(node.first, node.first + count)
     read_success = node.reader("success_count")
     read_failure = node.reader("failure_count")
@@ -43,11 +42,7 @@ def _parallel(node: Node, children: tuple[Built, ...]) -> Built:
         if constant is not None:
             threshold(constant, port)
 
-    def halt(memory: Memory) -> None:
-        for slot in slots:
-            memory[slot] = 0.0
-        for halt in halts:
-            halt(memory)
+    halt = halt_of(slots, children)
 
     def tick(memory: Memory, context: TickContext) -> NodeStatus:
         success_port = read_success(memory)

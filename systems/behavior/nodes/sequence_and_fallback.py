@@ -17,6 +17,7 @@ from hunav_drake.systems.behavior.nodes.node import (
     Node,
     NodeStatus,
     NodeType,
+    halt_of,
     halts_of,
     leftovers_of,
     work_of,
@@ -30,7 +31,7 @@ def _in_order(goes_on: NodeStatus, stops: NodeStatus) -> BuildFunction:
     def build(node: Node, children: tuple[Built, ...]) -> Built:
         ticks = tuple(enumerate(child.tick for child in children))
         count = len(ticks)
-        halts, leftovers = halts_of(children), leftovers_of(children)
+        leftovers = leftovers_of(children)
         at, skips = node.slot("child"), node.slot("skipped")
 
         def tick(memory: Memory, context: TickContext) -> NodeStatus:
@@ -56,14 +57,11 @@ def _in_order(goes_on: NodeStatus, stops: NodeStatus) -> BuildFunction:
                 halt(memory)
             return status
 
-        def halt(memory: Memory) -> None:
-            memory[at] = 0.0
-            memory[skips] = 0.0
-            for halt in halts:
-                halt(memory)
-
         return Built(
-            tick, halt, all(c.may_skip for c in children), work_of(children)
+            tick,
+            halt_of((at, skips), children),
+            all(c.may_skip for c in children),
+            work_of(children),
         )
 
     return build
@@ -72,7 +70,7 @@ def _in_order(goes_on: NodeStatus, stops: NodeStatus) -> BuildFunction:
 def _sequence_with_memory(node: Node, children: tuple[Built, ...]) -> Built:
     ticks = tuple(child.tick for child in children)
     count = len(ticks)
-    halts, leftovers = halts_of(children), leftovers_of(children)
+    leftovers = leftovers_of(children)
     at, skips = node.slot("child"), node.slot("skipped")
 
     def tick(memory: Memory, context: TickContext) -> NodeStatus:
@@ -98,13 +96,11 @@ def _sequence_with_memory(node: Node, children: tuple[Built, ...]) -> Built:
             halt(memory)
         return SKIPPED if skipped == count else SUCCESS
 
-    def halt(memory: Memory) -> None:
-        memory[skips] = 0.0
-        for halt in halts:
-            halt(memory)
-
     return Built(
-        tick, halt, all(c.may_skip for c in children), work_of(children)
+        tick,
+        halt_of((skips,), children),
+        all(c.may_skip for c in children),
+        work_of(children),
     )
 
 
@@ -143,13 +139,9 @@ def _reactive(goes_on: NodeStatus, stops: NodeStatus) -> BuildFunction:
                 halt(memory)
             return status
 
-        def halt(memory: Memory) -> None:
-            for halt in halts:
-                halt(memory)
-
         return Built(
             tick,
-            halt if halts else None,
+            halt_of((), children) if halts else None,
             all(c.may_skip for c in children),
             work_of(children),
         )
