@@ -89,8 +89,8 @@ class StepwiseHumans:
         port = self._diagram.GetInputPort("robot_state")
         return bool(port.HasValue(context))
 
-    def CalcStatus(self, context: Context) -> NDArray[np.int64]:
-        """Returns what people react to in the step to come, of shape (n,)."""
+    def CalcBehaviorStatus(self, context: Context) -> NDArray[np.int64]:
+        """Returns the behavior status of all in the step to come, shape (n,)."""
         port = self._diagram.GetOutputPort("behavior_status")
         status: NDArray[np.int64] = port.Eval(context).astype(np.int64)
         return status
@@ -111,7 +111,7 @@ class StepwiseHumans:
         context.SetTime(context.get_time() + self._time_step)
 
     def StepOne(self, context: Context, index: int, after: Context) -> None:
-        """Moves one person; the others stay, and have no thoughts meanwhile.
+        """Moves one person; the others stay, and their trees are not ticked.
 
         Args:
             context: Changed; its time stays.
