@@ -90,7 +90,7 @@ class StepwiseHumans:
         return bool(port.HasValue(context))
 
     def CalcBehaviorStatus(self, context: Context) -> NDArray[np.int64]:
-        """Returns the behavior status of all in the step to come, shape (n,)."""
+        """Returns everybody's behavior status in the step to come."""
         port = self._diagram.GetOutputPort("behavior_status")
         status: NDArray[np.int64] = port.Eval(context).astype(np.int64)
         return status

@@ -69,8 +69,8 @@ def LoadTree(
     Args:
         name_or_path: One of `BEHAVIORS`, or the path of an XML file in the
             format 3 or 4 of BehaviorTree.CPP.
-        ports: Values for ports of the tree: numbers, texts, truths. The others
-            have the defaults that the file declares.
+        ports: Values for ports of the tree: numbers, texts, booleans. The
+            others have the defaults that the file declares.
         allow_outside: Whether the file may include files that are not in its
             folder or below. A tree from elsewhere should not: it could make
             any file be read.
@@ -127,7 +127,7 @@ def LoadBehavior(behavior: str | BehaviorConfig) -> Tree:
     Raises:
         BehaviorTreeError: If there is no such tree, or at the first fault in
             it.
-        TreePortError: At the first value for a port that cannot be.
+        TreePortError: At the first invalid value for a port.
     """
     if isinstance(behavior, str):
         behavior = BehaviorConfig(tree=behavior)
@@ -174,8 +174,8 @@ def CheckBehavior(
         behavior: As `HumanConfig.behavior`.
 
     Returns:
-        The first fault of its tree, or else a TreePortError for each value
-        that cannot be.
+        The first fault of its tree, or else a TreePortError for each invalid
+        value for a port.
     """
     if isinstance(behavior, str):
         behavior = BehaviorConfig(tree=behavior)
@@ -224,7 +224,7 @@ def _parse(
         documents: What the tree is made of.
         values: Values for its ports by name, as they stand in XML.
         node_types: All that are registered: a tree keeps the leaves of its
-            time, so leaves registered anew need a new tree.
+            time, so a leaf that is registered again needs a new tree.
     """
     ports = documents.main_ports()
     texts = dict(values)

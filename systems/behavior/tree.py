@@ -144,8 +144,8 @@ class Tree:
         Raises:
             BehaviorTreeError: If a node meets a blackboard entry that is not
                 set, or not of its port's type; if a leaf raises an error,
-                which is then the cause; or if a leaf writes what cannot be:
-                a speed below 0, a number that is not finite.
+                which is then the cause; or if a leaf writes an invalid
+                number: a speed below 0, or one that is not finite.
             TypeError: If a leaf does not return what it must.
         """
         return self._run(self._tick, person, memory, human_states, robot_states)

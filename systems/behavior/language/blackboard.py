@@ -1,7 +1,7 @@
 """The blackboard entries of a tree that is being parsed.
 
 An entry that nothing sets is a constant; every other has a slot in the
-tree's memory, and holds numbers (or truths), or texts.
+tree's memory, and holds numbers (or booleans), or texts.
 """
 
 from collections.abc import Mapping

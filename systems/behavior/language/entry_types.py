@@ -14,13 +14,13 @@ from hunav_drake.systems.behavior.nodes.errors import BehaviorTreeError, Place
 # The largest length of a text on the blackboard.
 MAX_TEXT = 100
 
-_TRUTHS = {"true": 1.0, "false": 0.0}
+_BOOLEANS = {"true": 1.0, "false": 0.0}
 
 
 def _word_or_number(value: object) -> object:
     """Returns 1 for the text "true", 0 for "false", all else unchanged."""
     if isinstance(value, str):
-        return _TRUTHS.get(value.strip().lower(), value)
+        return _BOOLEANS.get(value.strip().lower(), value)
     return value
 
 

@@ -47,7 +47,7 @@ MAX_NODES = 5000
 SHARED = ("__shared_blackboard",)
 AUTOREMAP = ("_autoremap", "__autoremap")
 
-_TRUTHS = {"1": True, "true": True, "0": False, "false": False}
+_BOOLEANS = {"1": True, "true": True, "0": False, "false": False}
 
 
 @dataclass(frozen=True)
@@ -240,13 +240,13 @@ def flag(element: XmlElement, names: tuple[str, ...]) -> bool:
     """
     for name in names:
         text = element.attributes.get(name, "false")
-        if text.lower() not in _TRUTHS:
+        if text.lower() not in _BOOLEANS:
             raise BehaviorTreeError(
                 f"{name} must be true or false, got {text!r}",
                 element.place,
                 node=element.tag,
             )
-        if _TRUTHS[text.lower()]:
+        if _BOOLEANS[text.lower()]:
             return True
     return False
 

@@ -92,7 +92,7 @@ def time_expired(
 ) -> bool:
     """Holds once its ticks, this one included, have lasted `seconds`.
 
-    With `only_once` it holds for ever after; without, it counts anew.
+    With `only_once` it holds for ever after; without, it counts again.
 
     The time steps are added up, rounding included, as HuNavSim does: 800 steps
     of 0.05 s are a little less than 40 s, and 600 of them a little more than

@@ -51,7 +51,7 @@ BUILTIN_ACTIONS = (
         "SetBlackboard",
         "Action",
         _set_blackboard,
-        "Sets a blackboard entry to a number, truth, text or other entry.",
+        "Sets a blackboard entry to a number, boolean, text or other entry.",
         ports={
             "value": Port("value", Any),
             "output_key": Port("output_key", Any, output=True),

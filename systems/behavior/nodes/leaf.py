@@ -56,7 +56,7 @@ def build_leaf(
                 raise _located(error, node) from _cause(error)
             if holds is True:
                 return SUCCESS
-            return FAILURE if holds is False else _truth(holds, node)
+            return FAILURE if holds is False else _condition_status(holds, node)
 
         return Built(check)
 
@@ -88,7 +88,7 @@ def build_leaf(
     return Built(note_running, _leaf_halt(node, running))
 
 
-def _truth(holds: Any, node: Node) -> NodeStatus:
+def _condition_status(holds: Any, node: Node) -> NodeStatus:
     """Returns the status for a condition's result that is not True or False.
 
     Raises:

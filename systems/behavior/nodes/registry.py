@@ -9,7 +9,7 @@ takes its own numbers as a list in a second parameter::
         own[0] += 1
         return own[0] * context.person.time_step >= seconds
 
-A condition returns whether it holds, as a truth or as SUCCESS or FAILURE; an
+A condition returns whether it holds, as a bool or as SUCCESS or FAILURE; an
 action returns a `NodeStatus`, or nothing for SUCCESS. Instead of a function, an
 object with a method `__call__` is as good, and so is its class, of which one
 object is made, or a `functools.partial`, whose keywords are then no ports. A
@@ -132,7 +132,7 @@ def register_action(
     Args:
         name: The name of the XML element.
         memory: What the action remembers, with what it is at first. It begins
-            anew when the action is halted while it is RUNNING.
+            again when the action is halted while it is RUNNING.
         ignored: Attributes that are accepted and mean nothing.
         replace: As for `register_condition`.
 
@@ -185,7 +185,7 @@ def _check_runs_again(name: str, old: Any, new: Any) -> None:
             f"the node name {name!r} is taken by a leaf of {before.__module__};"
             " choose another, or pass replace=True"
         )
-    # Code that runs again defines anew what it defines.
+    # Code that runs again creates new objects.
     if _code(new) is _code(old):
         raise ValueError(
             f"the node name {name!r} is taken by another leaf of the same"

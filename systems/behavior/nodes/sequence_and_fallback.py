@@ -180,14 +180,14 @@ SEQUENCES = (
         "ReactiveSequence",
         "Control",
         _reactive(SUCCESS, FAILURE),
-        "A Sequence that begins anew in each tick.",
+        "A Sequence that starts at its first child in each tick.",
         children=MANY,
     ),
     NodeType(
         "ReactiveFallback",
         "Control",
         _reactive(FAILURE, SUCCESS),
-        "A Fallback that begins anew in each tick.",
+        "A Fallback that starts at its first child in each tick.",
         children=MANY,
     ),
 )
