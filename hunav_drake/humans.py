@@ -9,23 +9,18 @@ from pydrake.systems.framework import (
     DiagramBuilder,
     InputPort,
     OutputPort,
-    System,
 )
 from pydrake.systems.primitives import Multiplexer
 
-from hunav_drake.systems.behavior import (
-    BehaviorTree,
-    BehaviorTreeBank,
-    LoadBehavior,
-)
+from hunav_drake.systems.behavior import BehaviorTree, LoadBehaviors
 from hunav_drake.systems.crowd import CrowdConfig, HumanCrowd
 from hunav_drake.systems.people import HumanConfig
 from hunav_drake.systems.people.names import check_consistent, name_people
 from hunav_drake.systems.world.obstacles import Obstacles
 from hunav_drake.systems.world.shapes import World
 
-# More people than this share a bank of trees.
-BANK_FROM = 20
+# The trees of more people than this are in one system.
+MAX_SEPARATE_TREES = 20
 
 
 class HumanPorts(NamedTuple):
@@ -73,13 +68,13 @@ def MakeHumans(
             starts and weights follows from it; `SetHumansSeed` sets another
             one in any Context.
         separate_trees: Whether each person's tree is a system of its own,
-            or all are in one `BehaviorTreeBank`, which does the same and is
-            faster for many; by default, from more than 20 people on.
+            or one `BehaviorTree` ticks all, which does the same and is faster
+            for many; by default, up to 20 people have systems of their own.
 
     Returns:
-        A diagram named "humans" of the systems "crowd", "behavior_0" ... and
-        "behavior_status", or "crowd" and "behaviors", with the ports of
-        `HumanPorts` by these names.
+        A diagram named "humans" of the systems "crowd" and "behaviors", or
+        "crowd", "behavior_0" ..., and "commands" and "behavior_status" that
+        join what these give, with the ports of `HumanPorts` by these names.
 
     Raises:
         BehaviorTreeError: If a behavior is not known, or faulty.
@@ -95,7 +90,7 @@ def MakeHumans(
     humans = name_people(humans)
     check_consistent(humans)
     if separate_trees is None:
-        separate_trees = len(humans) <= BANK_FROM
+        separate_trees = len(humans) <= MAX_SEPARATE_TREES
     builder = DiagramBuilder()
     crowd = builder.AddNamedSystem(
         "crowd",
@@ -104,30 +99,45 @@ def MakeHumans(
             obstacles=obstacles,
             config=config,
             num_robots=num_robots,
-            one_command_port=not separate_trees,
             time_step=time_step,
             start_jitter=start_jitter,
             seed=seed,
         ),
     )
-    options = {
-        "num_robots": num_robots,
-        "time_step": time_step,
-        "obstacles": obstacles,
-    }
-    add = _AddTrees if separate_trees else _AddBank
-    trees, status = add(builder, humans, crowd, options)
+    trees = LoadBehaviors(human.behavior for human in humans)
+    everybody = range(len(humans))
+    rows_of = {"behaviors": [*everybody]}
+    if separate_trees:
+        rows_of = {f"behavior_{i}": [i] for i in everybody}
+    systems = [
+        builder.AddNamedSystem(
+            name,
+            BehaviorTree(
+                [trees[i] for i in rows],
+                humans,
+                indices=rows,
+                num_robots=num_robots,
+                time_step=time_step,
+                obstacles=obstacles,
+            ),
+        )
+        for name, rows in rows_of.items()
+    ]
+    builder.Connect(
+        _Join(builder, "commands", systems), crowd.get_commands_input_port()
+    )
+    status = _Join(builder, "behavior_status", systems)
     builder.ExportOutput(crowd.get_human_states_output_port(), "human_states")
     builder.ExportOutput(status, "behavior_status")
     builder.ExportOutput(crowd.get_forces_output_port(), "forces")
-    for system in trees:
+    for system in systems:
         builder.Connect(
             crowd.get_human_states_output_port(),
             system.GetInputPort("human_states"),
         )
     if num_robots:
         builder.ExportInput(crowd.get_robot_state_input_port(), "robot_state")
-        for system in trees:
+        for system in systems:
             builder.ConnectInput(
                 "robot_state", system.GetInputPort("robot_state")
             )
@@ -172,49 +182,19 @@ def _check_arguments(
             )
 
 
-def _AddTrees(
-    builder: DiagramBuilder,
-    humans: Sequence[HumanConfig],
-    crowd: HumanCrowd,
-    options: dict[str, Any],
-) -> tuple[list[System], OutputPort]:
-    """Adds a tree for each person; returns them, and whose is active."""
-    status = builder.AddNamedSystem(
-        "behavior_status", Multiplexer([1] * len(humans))
+def _Join(
+    builder: DiagramBuilder, name: str, systems: Sequence[BehaviorTree]
+) -> OutputPort:
+    """Returns one port with what all systems give at the port of a name."""
+    ports: list[OutputPort] = [it.GetOutputPort(name) for it in systems]
+    if len(ports) == 1:
+        return ports[0]
+    joined = builder.AddNamedSystem(
+        name, Multiplexer([p.size() for p in ports])
     )
-    trees = []
-    for i, human in enumerate(humans):
-        tree = builder.AddNamedSystem(
-            f"behavior_{i}",
-            BehaviorTree(
-                LoadBehavior(human.behavior), human, i, len(humans), **options
-            ),
-        )
-        builder.Connect(
-            tree.GetOutputPort("command"), crowd.get_command_input_port(i)
-        )
-        builder.Connect(
-            tree.GetOutputPort("behavior_status"), status.get_input_port(i)
-        )
-        trees.append(tree)
-    return trees, status.get_output_port()
-
-
-def _AddBank(
-    builder: DiagramBuilder,
-    humans: Sequence[HumanConfig],
-    crowd: HumanCrowd,
-    options: dict[str, Any],
-) -> tuple[list[System], OutputPort]:
-    """Adds all trees in one system; returns it, and whose is active."""
-    trees = [LoadBehavior(human.behavior) for human in humans]
-    bank = builder.AddNamedSystem(
-        "behaviors", BehaviorTreeBank(trees, humans, **options)
-    )
-    builder.Connect(
-        bank.get_commands_output_port(), crowd.get_commands_input_port()
-    )
-    return [bank], bank.get_behavior_status_output_port()
+    for i, port in enumerate(ports):
+        builder.Connect(port, joined.get_input_port(i))
+    return joined.get_output_port()
 
 
 def AddHumans(

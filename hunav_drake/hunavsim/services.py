@@ -173,7 +173,7 @@ class AgentServices:
         context = self._context
         self._receive(context, *self._read(humans, robot))
         for _ in range(steps):
-            status = self._people.CalcStatus(context)
+            status = self._people.CalcBehaviorStatus(context)
             self._people.StepAll(context)
         return Agents(self._people.GetStates(context), status)
 
@@ -191,7 +191,7 @@ class AgentServices:
             ValueError: If nobody has that number, no call has told where the
                 robots are, or `dt` is not a whole number of steps.
             TypeError: As `compute_agents`.
-            BehaviorTreeError: Likewise.
+            BehaviorTreeError: As `compute_agents`.
         """
         index = self._index(agent_id)
         steps = self._count_steps(dt)
@@ -212,7 +212,7 @@ class AgentServices:
     ) -> Agents:
         """Returns where one person is `dt` later, if all are as given.
 
-        The others stay where they are, and have no thoughts meanwhile. To move
+        The others stay where they are, and their trees are not ticked. To move
         all people in this way, pass the same states for each of them: the
         order does not matter then, and everybody's step is computed once.
 
@@ -225,7 +225,7 @@ class AgentServices:
         Raises:
             ValueError: As `compute_agents`, and if nobody has that number.
             TypeError: As `compute_agents`.
-            BehaviorTreeError: Likewise.
+            BehaviorTreeError: As `compute_agents`.
         """
         index = self._index(agent_id)
         steps = self._count_steps(dt)
@@ -322,7 +322,7 @@ class AgentServices:
         return _Round(
             given=given,
             after=self._people.CalcNext(self._context),
-            status=self._people.CalcStatus(self._context),
+            status=self._people.CalcBehaviorStatus(self._context),
             moved=set(),
         )
 

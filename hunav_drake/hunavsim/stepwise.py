@@ -44,7 +44,7 @@ class StepwiseHumans:
             separate_trees=False,
         )
         self._crowd = self._diagram.GetSubsystemByName("crowd")
-        self._bank = self._diagram.GetSubsystemByName("behaviors")
+        self._behaviors = self._diagram.GetSubsystemByName("behaviors")
         self._num_robots = num_robots
         self._time_step = time_step
 
@@ -100,8 +100,8 @@ class StepwiseHumans:
         port = self._diagram.GetInputPort("robot_state")
         return bool(port.HasValue(context))
 
-    def CalcStatus(self, context: Context) -> NDArray[np.int64]:
-        """Returns what people react to in the step to come, of shape (n,)."""
+    def CalcBehaviorStatus(self, context: Context) -> NDArray[np.int64]:
+        """Returns everybody's behavior status in the step to come."""
         port = self._diagram.GetOutputPort("behavior_status")
         status: NDArray[np.int64] = port.Eval(context).astype(np.int64)
         return status
@@ -122,7 +122,7 @@ class StepwiseHumans:
         context.SetTime(context.get_time() + self._time_step)
 
     def StepOne(self, context: Context, index: int, after: Context) -> None:
-        """Moves one person; the others stay, and have no thoughts meanwhile.
+        """Moves one person; the others stay, and their trees are not ticked.
 
         Args:
             context: Changed; its time stays.
@@ -132,8 +132,8 @@ class StepwiseHumans:
         states = self.GetStates(context)
         states[index] = self.GetStates(after)[index]
         self.SetStates(context, states)
-        self._bank.SetMemory(
-            self._bank.GetMyMutableContextFromRoot(context),
-            index,
-            self._bank.GetMemory(self._bank.GetMyContextFromRoot(after), index),
+        trees = self._behaviors
+        memory = trees.GetMemory(trees.GetMyContextFromRoot(after), index)
+        trees.SetMemory(
+            trees.GetMyMutableContextFromRoot(context), index, memory
         )

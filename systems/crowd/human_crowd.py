@@ -56,9 +56,6 @@ def HumanCrowd_(T: Any) -> type:
             name: HumanCrowd
             input_ports:
             - robot_state
-            - command_0
-            - ...
-            - command_{n-1}
             - commands
             output_ports:
             - human_states
@@ -71,9 +68,9 @@ def HumanCrowd_(T: Any) -> type:
         Port ``robot_state`` takes m rows (x, y, yaw, vx, vy, omega, radius) of
         the robots, and ``human_states`` gives n such rows of the people, in W,
         in SI units: see `common.layout`. Without robots there is
-        no port ``robot_state``. Port ``command_i`` takes what person i wants,
-        laid out as `layout.Command`; with ``one_command_port`` there is port
-        ``commands`` instead, which takes those of all, one after the other.
+        no port ``robot_state``. Port ``commands`` takes n rows of what each
+        person wants, laid out as `layout.Command`; where they come from
+        several systems, a Multiplexer joins them.
         Port ``forces`` gives n rows of 8 vectors (x, y), in m/s^2: see
         `layout.FORCES`; it is computed when someone asks.
 
@@ -97,7 +94,6 @@ def HumanCrowd_(T: Any) -> type:
             obstacles: Obstacles | None = None,
             config: CrowdConfig | None = None,
             num_robots: int = 1,
-            one_command_port: bool = False,
             time_step: float = 0.05,
             start_jitter: float = 0.0,
             seed: int = 0,
@@ -111,8 +107,6 @@ def HumanCrowd_(T: Any) -> type:
                 obstacles: The walls; none by default.
                 config: How people move, and how they take in the world.
                 num_robots: How many robots port ``robot_state`` has.
-                one_command_port: Whether the commands come in one port, which
-                    is faster for many people.
                 time_step: The time between two updates, in seconds.
                 start_jitter: How far x and y of a start are at most from those
                     of the configuration, in meters; the seed draws by how
@@ -137,7 +131,6 @@ def HumanCrowd_(T: Any) -> type:
                 "obstacles": obstacles,
                 "config": config,
                 "num_robots": num_robots,
-                "one_command_port": one_command_port,
                 "time_step": time_step,
                 "start_jitter": start_jitter,
                 "seed": seed,
@@ -150,28 +143,15 @@ def HumanCrowd_(T: Any) -> type:
                 with_derivatives=T is not float,
             )
             self._no_robots = np.zeros((0, STATE_SIZE))
-            self._DeclareInputs(num_robots, one_command_port)
+            self._robot_state = DeclareRobotState(self, num_robots)
+            self._commands = self.DeclareVectorInputPort(
+                "commands", len(humans) * COMMAND_SIZE
+            )
             self._DeclareStateAndParameters(seed)
             self._DeclareOutputs()
             self.DeclarePeriodicDiscreteUpdateEvent(
                 period_sec=time_step, offset_sec=0.0, update=self._Update
             )
-
-        def _DeclareInputs(
-            self, num_robots: int, one_command_port: bool
-        ) -> None:
-            n = len(self._humans)
-            self._robot_state = DeclareRobotState(self, num_robots)
-            self._one_command_port = one_command_port
-            sizes = (
-                {"commands": n * COMMAND_SIZE}
-                if one_command_port
-                else {f"command_{i}": COMMAND_SIZE for i in range(n)}
-            )
-            self._commands = [
-                self.DeclareVectorInputPort(name, size)
-                for name, size in sizes.items()
-            ]
 
         def _DeclareStateAndParameters(self, seed: int) -> None:
             start, *parameters = self._Draw(seed)
@@ -232,31 +212,9 @@ def HumanCrowd_(T: Any) -> type:
                 self, self._robot_state, "robot_state", "num_robots=0"
             )
 
-        def get_command_input_port(self, index: int) -> InputPort:
-            """Returns the port with what person `index` wants.
-
-            Raises:
-                ValueError: If the crowd was made with one port for all.
-            """
-            return RequirePort(
-                self,
-                None if self._one_command_port else self._commands[index],
-                f"command_{index}",
-                "one_command_port=True",
-            )
-
         def get_commands_input_port(self) -> InputPort:
-            """Returns the port with what all people want.
-
-            Raises:
-                ValueError: If the crowd was made with a port for each.
-            """
-            return RequirePort(
-                self,
-                self._commands[0] if self._one_command_port else None,
-                "commands",
-                "one_command_port=False",
-            )
+            """Returns the port with what the people want."""
+            return self._commands
 
         def get_human_states_output_port(self) -> OutputPort:
             """Returns the port with the states of the people."""
@@ -388,7 +346,7 @@ def HumanCrowd_(T: Any) -> type:
 
         def _Look(self, context: Context) -> Snapshot:
             """Returns the snapshot of a Context."""
-            command = np.array([port.Eval(context) for port in self._commands])
+            commands = self._commands.Eval(context)
             robots = self._no_robots
             if self._robot_state is not None:
                 robots = self._robot_state.Eval(context).reshape(-1, STATE_SIZE)
@@ -397,7 +355,7 @@ def HumanCrowd_(T: Any) -> type:
             weights.setflags(write=False)
             return self._step.look(
                 self._GetState(context),
-                command.reshape(-1, COMMAND_SIZE),
+                commands.reshape(-1, COMMAND_SIZE),
                 robots,
                 weights,
             )

@@ -9,7 +9,7 @@ import pytest
 from hunav_drake import AddHumans, AgentServices, HumanConfig, MakeHumans
 from hunav_drake.systems.behavior import (
     BEHAVIORS,
-    BehaviorTreeBank,
+    BehaviorTree,
     LoadBehavior,
 )
 from hunav_drake.systems.evaluation import Evaluator
@@ -212,14 +212,14 @@ def test_all_trees_know_the_same_numbers():
         own = tree.GetMyContextFromRoot(root)
         assert max(own.get_discrete_state(0).value()) == number
     diagram = MakeHumans(SOME_NUMBERS, separate_trees=False)
-    bank = diagram.GetSubsystemByName("behaviors")
-    own = bank.GetMyContextFromRoot(diagram.CreateDefaultContext())
-    assert [max(bank.GetMemory(own, i)) for i in range(2)] == [2, 1]
+    system = diagram.GetSubsystemByName("behaviors")
+    own = system.GetMyContextFromRoot(diagram.CreateDefaultContext())
+    assert [max(system.GetMemory(own, i)) for i in range(2)] == [2, 1]
 
 
-def test_a_bank_alone_gives_numbers_as_everybody_does():
+def test_a_system_alone_gives_numbers_as_everybody_does():
     trees = [LoadBehavior(WITH_NUMBER)] * 2
-    dut = BehaviorTreeBank(trees, SOME_NUMBERS)
+    dut = BehaviorTree(trees, SOME_NUMBERS)
     context = dut.CreateDefaultContext()
     assert [max(dut.GetMemory(context, i)) for i in range(2)] == [2, 1]
 

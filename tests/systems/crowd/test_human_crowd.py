@@ -38,8 +38,7 @@ def walk_to(goal, *, speed=1.2, group_id=-1, role=RobotRole.PEDESTRIAN):
 
 def make_simulator(dut, commands, robot=ROBOT, context=None):
     context = context or dut.CreateDefaultContext()
-    for i, command in enumerate(commands):
-        dut.get_command_input_port(i).FixValue(context, command)
+    dut.get_commands_input_port().FixValue(context, np.ravel(commands))
     if dut.HasInputPort("robot_state"):
         dut.get_robot_state_input_port().FixValue(context, robot)
     return Simulator(dut, context)
@@ -214,7 +213,8 @@ def test_forces_follow_every_input(dut, commands):
     context = simulator.get_mutable_context()
     port = dut.get_forces_output_port()
     before = port.Eval(context).copy()
-    dut.get_command_input_port(1).FixValue(context, walk_to([0, 9]))
+    commands[1] = walk_to([0, 9])
+    dut.get_commands_input_port().FixValue(context, np.ravel(commands))
     after_command = port.Eval(context).copy()
     assert (before != after_command).any()
     dut.get_robot_state_input_port().FixValue(

@@ -235,7 +235,6 @@ def test_at_doors_derivatives_are_approximate_if_ways_are_planned(
         [HumanConfig(pose=[2, 0, 0])],
         obstacles=room_with_a_door(0.7).obstacles(),
         num_robots=0,
-        one_command_port=True,
         config=CrowdConfig(route_planning=planned),
     )
     context = dut.CreateDefaultContext()
