@@ -1,4 +1,4 @@
-"""A Context in a file: to stop a trial today and to go on tomorrow."""
+"""Saves a Context to a file, and loads it."""
 
 import hashlib
 import json
@@ -22,7 +22,7 @@ from hunav_drake.context_layout import (
     misfit,
     vectors,
 )
-from hunav_drake.systems.behavior import BehaviorTree, BehaviorTreeBank
+from hunav_drake.systems.behavior import BehaviorTree
 from hunav_drake.systems.common.files import atomic_write
 
 _FORMAT = "hunav_drake context 2"
@@ -201,7 +201,7 @@ def _check_values(
             default; and those of behavior trees have a rule of their own.
     """
     try:
-        if isinstance(system, BehaviorTree | BehaviorTreeBank):
+        if isinstance(system, BehaviorTree):
             system.CheckMemory(values)
             return
         bad = np.flatnonzero(~np.isfinite(values) & np.isfinite(default))

@@ -25,6 +25,7 @@ from hunav_drake.results.trial_result import (
 from hunav_drake.scenario import SaveScenario
 from hunav_drake.scenario.error import Fault, ScenarioError, shown
 from hunav_drake.scenario.schema import Scenario
+from hunav_drake.seeds import GetTrialSeed, SetTrialSeed
 from hunav_drake.systems.behavior.fingerprint import tree_fingerprint
 from hunav_drake.systems.common.registry import name_of
 from hunav_drake.systems.evaluation.trial_monitor import TrialStatus
@@ -90,15 +91,24 @@ def RunTrial(
     scenario: Scenario,
     seed: int | None = None,
     *,
+    diagram: Diagram | None = None,
     meshcat: "Meshcat | None" = None,
     realtime_rate: float = 0.0,
     progress: Callable[[float], None] | None = None,
 ) -> TrialResult:
     """Runs a trial to its end.
 
+    Several seeds of one scenario can share a diagram, which takes far longer
+    to make than to reset; the results are the same, bit for bit:
+
+        diagram = MakeTrialDiagram(scenario)
+        results = [RunTrial(scenario, s, diagram=diagram) for s in range(100)]
+
     Args:
         scenario: What happens.
         seed: Stands in for the scenario's own seed.
+        diagram: From `MakeTrialDiagram(scenario)`, for whatever seed, with
+            the same `meshcat`; by default it is made.
         meshcat: Where to show the trial, and to record it for a replay.
         realtime_rate: How many times as fast as real time it runs at most; 0
             for as fast as it can.
@@ -110,9 +120,8 @@ def RunTrial(
     Raises:
         ScenarioError: If the scenario cannot be simulated.
     """
-    if seed is not None and isinstance(scenario, Scenario):
-        scenario = _reseed(scenario, seed)
-    diagram = MakeTrialDiagram(scenario, meshcat)
+    if diagram is None:
+        diagram = MakeTrialDiagram(scenario, meshcat)
     if scenario.evaluator.start == "by_trigger":
         fault = Fault(
             "RunTrial",
@@ -122,6 +131,10 @@ def RunTrial(
             " leaves unconnected; use MakeTrialDiagram(), or another start",
         )
         raise ScenarioError("RunTrial", [fault])
+    if seed is not None:
+        scenario = _reseed(scenario, seed)
+    context = diagram.CreateDefaultContext()
+    SetTrialSeed(diagram, context, scenario.simulation.seed)
     with (
         interrupts_between_steps() as check_interrupt,
         _recording(diagram, meshcat, live=realtime_rate > 0),
@@ -132,7 +145,7 @@ def RunTrial(
             if progress is not None:
                 progress(seconds)
 
-        simulator = MakeTrialSimulator(diagram, progress=step)
+        simulator = MakeTrialSimulator(diagram, context, progress=step)
         simulator.set_target_realtime_rate(realtime_rate)
         simulator.AdvanceTo(scenario.simulation.duration)
         if meshcat is not None:
@@ -159,8 +172,10 @@ def GetTrialResult(
     Args:
         scenario: What happens; its metrics are computed.
         diagram: From `MakeTrialDiagram(scenario)`.
-        context: A Context of that diagram.
+        context: A Context of that diagram; its seed counts, not that of the
+            scenario.
     """
+    scenario = _reseed(scenario, GetTrialSeed(diagram, context))
     status = TrialStatus(int(diagram.GetOutputPort("status").Eval(context)[0]))
     reason = _REASONS[status]
     duration = scenario.simulation.duration

@@ -1,6 +1,5 @@
 """The diagram of a trial."""
 
-import dataclasses
 from typing import TYPE_CHECKING
 
 from pydrake.systems.framework import Diagram, DiagramBuilder, System
@@ -10,13 +9,9 @@ from hunav_drake.humans import AddHumans
 from hunav_drake.scenario import CheckScenario
 from hunav_drake.scenario.error import Fault, ScenarioError
 from hunav_drake.scenario.schema import Scenario
-from hunav_drake.systems.common.random_streams import Purpose, draw_uniform
 from hunav_drake.systems.common.registry import name_of
 from hunav_drake.systems.evaluation import Evaluator
 from hunav_drake.systems.evaluation.trial_monitor import TrialMonitor
-from hunav_drake.systems.people import HumanConfig
-from hunav_drake.systems.people.names import people_ids
-from hunav_drake.systems.people.weights import draw_weights
 from hunav_drake.systems.planning import PlanningTask
 from hunav_drake.systems.scene import AddScene
 from hunav_drake.systems.world.obstacles import Obstacles
@@ -31,8 +26,8 @@ def MakeTrialDiagram(
     """Makes the diagram of a trial: its whole state is one Context.
 
     Args:
-        scenario: What happens. Its seed decides where people start, and what
-            their weights are if those are drawn.
+        scenario: What happens. Its seed is that of the default Context alone:
+            see `SetTrialSeed`.
         meshcat: Where to show the trial; without one nothing is published.
 
     Returns:
@@ -52,24 +47,25 @@ def MakeTrialDiagram(
     robot_config = scenario.robot
     time_step = scenario.simulation.time_step
     obstacles = scenario.world.obstacles()
-    starters = _start(scenario)
 
     builder = DiagramBuilder()
     humans = AddHumans(
         builder,
-        starters,
+        scenario.humans,
         obstacles=obstacles,
         config=scenario.crowd,
         time_step=time_step,
+        start_jitter=scenario.simulation.start_jitter,
+        seed=scenario.simulation.seed,
     )
     robot = robot_config.AddToBuilder(builder, time_step=time_step)
     planner = _AddPlanner(builder, scenario, obstacles)
-    evaluator = _AddEvaluator(builder, scenario, starters, obstacles)
+    evaluator = _AddEvaluator(builder, scenario, obstacles)
     monitor = _AddMonitor(builder, scenario)
     scene = AddScene(
         builder,
         scenario.world,
-        starters,
+        scenario.humans,
         robot_config,
         time_step=time_step,
         meshcat=meshcat,
@@ -150,13 +146,10 @@ def _AddPlanner(
 
 
 def _AddEvaluator(
-    builder: DiagramBuilder,
-    scenario: Scenario,
-    humans: list[HumanConfig],
-    obstacles: Obstacles,
+    builder: DiagramBuilder, scenario: Scenario, obstacles: Obstacles
 ) -> Evaluator:
     evaluator = Evaluator(
-        humans,
+        scenario.humans,
         time_step=scenario.simulation.time_step,
         config=scenario.evaluator,
         goal_tolerance=scenario.robot.goal_tolerance,
@@ -177,20 +170,3 @@ def _AddMonitor(builder: DiagramBuilder, scenario: Scenario) -> TrialMonitor:
     )
     builder.AddNamedSystem("monitor", monitor)
     return monitor
-
-
-def _start(scenario: Scenario) -> list[HumanConfig]:
-    """Returns the people as the seed of the trial makes them."""
-    simulation = scenario.simulation
-    humans = draw_weights(scenario.humans, simulation.seed)
-    if not simulation.start_jitter:
-        return humans
-    starters = []
-    for human, human_id in zip(humans, people_ids(humans), strict=True):
-        offset = draw_uniform(
-            simulation.seed, human_id, Purpose.START_JITTER, 2
-        )
-        dx, dy = (simulation.start_jitter * (2 * offset - 1)).tolist()
-        x, y, yaw = human.pose
-        starters.append(dataclasses.replace(human, pose=(x + dx, y + dy, yaw)))
-    return starters

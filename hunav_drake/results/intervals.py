@@ -1,4 +1,4 @@
-"""Intervals in which a mean or a rate lies, with some confidence."""
+"""Confidence intervals of means and rates."""
 
 import math
 

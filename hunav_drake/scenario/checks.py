@@ -1,4 +1,4 @@
-"""What must hold of a scenario beyond the form of its parts."""
+"""Checks of a scenario as a whole."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -63,7 +63,7 @@ def CheckScenario(scenario: Scenario) -> Scenario:
 
 
 def check_people(scenario: Scenario) -> Iterator[Finding]:
-    """Looks for people who are mixed up, or who contradict themselves."""
+    """Checks that names and numbers are unique, and speeds consistent."""
     names: dict[str, int] = {}
     ids: dict[int, int] = {}
     starts: dict[tuple[float, ...], int] = {}

@@ -1,4 +1,4 @@
-"""Where things stand: walls that are shapes, and room for everybody."""
+"""Checks of geometry: valid shapes, and free space for everybody."""
 
 from collections.abc import Iterator
 import math

@@ -1,4 +1,4 @@
-"""Puts settings from the command line into the plain data of a scenario."""
+"""Applies settings from the command line to a scenario."""
 
 from collections.abc import Mapping, Sequence
 import itertools

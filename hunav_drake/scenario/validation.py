@@ -1,4 +1,4 @@
-"""Turns plain data into a Scenario, or into all that is wrong with it."""
+"""Builds a Scenario from plain data, or lists all its faults."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 import copy

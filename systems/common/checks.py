@@ -1,4 +1,4 @@
-"""The checks that the systems make of their arguments.
+"""Checks of arguments that systems share.
 
 Drake ends the process, without a word that Python could catch, on some values
 that are not finite; so nothing of the kind gets through to it.

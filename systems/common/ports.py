@@ -1,4 +1,4 @@
-"""Ports that systems of a kind have, or may have been made without."""
+"""Helpers that declare, find and check ports."""
 
 from collections.abc import Mapping
 from typing import Any

@@ -1,4 +1,4 @@
-"""What holds for the crowd as a whole."""
+"""The configuration of the crowd as a whole."""
 
 from dataclasses import field
 from typing import Annotated

@@ -1,4 +1,4 @@
-"""What a model of human motion is, and the register of models."""
+"""The interface of motion models, and the register of models."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 
 
 class Snapshot(NamedTuple):
-    """All that people may know when they decide how to move on.
+    """The state of the world that a motion model sees in one step.
 
     Attributes:
         states: Shape (n, 6): x, y, yaw, vx, vy, omega, in W, SI units.

@@ -68,7 +68,7 @@ def compute_by_behavior(
 def evaluate(
     recording: Recording, names: Iterable[str] = ("all",)
 ) -> tuple[pd.Series, pd.DataFrame]:
-    """Returns what `compute_metrics` and `compute_steps` do, at one go."""
+    """Returns the values of metrics, and their series."""
     metrics = select_metrics(names)
     values = {}
     series = {}
@@ -94,7 +94,7 @@ def evaluate(
 def evaluate_by_behavior(
     recording: Recording, names: Iterable[str] = ("all",)
 ) -> tuple[pd.DataFrame, dict[str, pd.DataFrame]]:
-    """Returns `compute_by_behavior`, and the series for each behavior.
+    """Returns the values of metrics by behavior, and their series.
 
     The frames of series have one more column: `behavior_active` is 1 while
     anyone of that behavior reacts to the robot.

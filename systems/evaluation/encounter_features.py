@@ -1,4 +1,4 @@
-"""How robot and people move with respect to each other, computed once."""
+"""Features of the relative motion of robot and people."""
 
 from functools import cached_property
 from typing import TYPE_CHECKING

@@ -1,4 +1,4 @@
-"""Quantities that several metrics need, each computed once per recording."""
+"""Features that several metrics share, each computed once per recording."""
 
 from functools import cached_property
 from typing import TYPE_CHECKING

@@ -86,7 +86,7 @@ _REAL = "buif"
 
 @dataclass(frozen=True, kw_only=True)
 class Metric:
-    """One metric, with all that is to be known about it.
+    """A metric: its function, unit, source and definition.
 
     Attributes:
         name: What it is called in tables and files.
@@ -231,7 +231,7 @@ def register_metric[F: Callable[[Recording], Any]](
 def _check_facts(
     name: str, unit: str, family: str, source: str, direction: str
 ) -> None:
-    """Raises ValueError if what is told of a metric is not as it must be."""
+    """Raises ValueError if the description of a metric is wrong."""
     for text in (unit, family, source):
         if not isinstance(text, str) or not text:
             raise ValueError(

@@ -1,4 +1,4 @@
-"""What the robot's path has to do with the walls, computed once for all."""
+"""Features of the robot's path: its length, and its gap to walls."""
 
 from functools import cached_property
 from typing import TYPE_CHECKING

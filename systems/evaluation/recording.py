@@ -182,17 +182,17 @@ class Recording:
 
     @cached_property
     def features(self) -> Features:
-        """Quantities that several metrics share, each computed once."""
+        """Features that several metrics share, each computed once."""
         return Features(self)
 
     @cached_property
     def path_features(self) -> PathFeatures:
-        """The same for the robot's path and the walls."""
+        """Features of the robot's path and the walls."""
         return PathFeatures(self)
 
     @cached_property
     def encounters(self) -> EncounterFeatures:
-        """The same for the motion of robot and people to each other."""
+        """Features of the relative motion of robot and people."""
         return EncounterFeatures(self)
 
     def compared_with(self, reference: "Recording") -> Self:

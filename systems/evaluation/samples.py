@@ -1,4 +1,4 @@
-"""The recording while it grows: a list that shares its past.
+"""The growing recording: a linked list of samples.
 
 Drake copies a context's abstract values at every update and for every clone.
 A node that never changes may be shared instead of copied: a sample costs the
@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 
 
 class Running(NamedTuple):
-    """What is known of a trial so far."""
+    """Running values of a trial."""
 
     # The length of the path, in meters.
     path_length: float

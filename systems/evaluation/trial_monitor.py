@@ -1,4 +1,4 @@
-"""The LeafSystem that knows when a trial is over."""
+"""The LeafSystem that detects the end of a trial."""
 
 from enum import IntEnum
 import math
@@ -18,7 +18,7 @@ from hunav_drake.systems.common.layout import STATE_SIZE, YAW, X, Y
 
 
 class TrialStatus(IntEnum):
-    """How a trial stands."""
+    """Whether a trial is running, and how it ended."""
 
     RUNNING = 0
     GOAL = 1
@@ -26,7 +26,7 @@ class TrialStatus(IntEnum):
 
 
 class TrialMonitor(LeafSystem):
-    """Tells when the robot has reached its goal, or gets nowhere.
+    """Detects the end of a trial: the goal is reached, or the robot is stuck.
 
     .. pydrake_system::
 

@@ -1,4 +1,4 @@
-"""Which behavior tree a person has, with what settings."""
+"""The choice of a person's behavior tree and its ports."""
 
 from collections.abc import Mapping
 from dataclasses import field

@@ -1,4 +1,4 @@
-"""How far a robot can go straight on, compiled by numba."""
+"""The free distance straight ahead of a robot, compiled by numba."""
 
 import math
 
@@ -15,7 +15,7 @@ def clearance_ahead(x, y, heading, radius, reach, segments):
 
     Args:
         x: Where the center is, in meters.
-        y: Likewise.
+        y: Its y coordinate.
         heading: The direction of motion, in radians.
         radius: The radius of the disc, in meters.
         reach: The result is never more than this, in meters.

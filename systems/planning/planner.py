@@ -1,4 +1,4 @@
-"""What a planner is, and the register of planners."""
+"""The interface of planners, and the register of planners."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
@@ -40,7 +40,7 @@ class PlannerStatus(IntEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class PlanningTask:
-    """What does not change while a planner drives a robot.
+    """What stays constant while a planner drives a robot.
 
     Attributes:
         limits: How fast the robot moves.

@@ -1,4 +1,4 @@
-"""What does not move: floor, walls, and the marks of goals."""
+"""Floor, walls and goal marks."""
 
 from collections.abc import Sequence
 import itertools

@@ -75,10 +75,10 @@ def _avoid(rule, ex, ey, own, vx, vy, reach, share, horizon, time_step):
     Args:
         rule: Receives (nx, ny, b): see `velocity_program`.
         ex: Where the disc is, seen from the person, in meters.
-        ey: Likewise.
+        ey: Its y component.
         own: The velocity of the person, in m/s.
         vx: How much faster the person is than the disc, in m/s.
-        vy: Likewise.
+        vy: The y component.
         reach: The distance to keep, in meters.
         share: The share of the change that the person makes.
         horizon: The time ahead that they must not touch in, in seconds.
@@ -128,7 +128,7 @@ def _avoid_walls(rules, x, y, reach, speed, segments, sight, horizon, step):
     Args:
         rules: Receives rows (nx, ny, b).
         x: Where the person is, in meters.
-        y: Likewise.
+        y: Its y coordinate.
         reach: The distance to keep, in meters.
         speed: The largest speed, in m/s.
         segments: Shape (s, 4): see Obstacles.

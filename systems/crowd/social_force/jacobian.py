@@ -124,9 +124,9 @@ def _step(i, states, forces, command, time_step, rows, out, own):
     Args:
         i: The person.
         states: As everywhere.
-        forces: Likewise.
-        command: Likewise.
-        time_step: Likewise.
+        forces: Shape (n, FORCES_SIZE): see `layout.FORCES`.
+        command: Shape (n, COMMAND_SIZE): see `layout.Command`.
+        time_step: In seconds.
         rows: Shape (2, c): the derivatives of the force.
         out: Shape (6, c), of zeros.
         own: The column of the person's own x.
@@ -203,15 +203,15 @@ def force_jacobian(
 
     Args:
         states: As for `kernel.social_forces`, like all the others.
-        radii: Likewise.
-        command: Likewise.
-        parameters: Likewise.
-        robots: Likewise.
-        at_walls: Likewise.
-        segments: Likewise.
-        first: Likewise.
-        reach: Likewise.
-        most: Likewise.
+        radii: Shape (n,), in meters.
+        command: Shape (n, COMMAND_SIZE): see `layout.Command`.
+        parameters: Shape (n, 13): the fields of SocialForceParameters.
+        robots: Shape (m, 7): rows of `robot_state`.
+        at_walls: Shape (n, 2): see `Snapshot.at_walls`.
+        segments: Shape (s, 4): see `Obstacles`.
+        first: Shape (k + 1,): see `Obstacles`.
+        reach: Walls farther than this are not felt, in meters.
+        most: How many walls are felt at most; 0 for all in reach.
 
     Returns:
         Shape (2n, 6n + 7m): a row for each x and y of the total forces. See
@@ -266,15 +266,15 @@ def step_jacobian(
 
     Args:
         states: As for `kernel.social_forces`, like the others.
-        radii: Likewise.
-        command: Likewise.
-        parameters: Likewise.
-        robots: Likewise.
-        at_walls: Likewise.
-        segments: Likewise.
-        first: Likewise.
-        reach: Likewise.
-        most: Likewise.
+        radii: Shape (n,), in meters.
+        command: Shape (n, COMMAND_SIZE): see `layout.Command`.
+        parameters: Shape (n, 13): the fields of SocialForceParameters.
+        robots: Shape (m, 7): rows of `robot_state`.
+        at_walls: Shape (n, 2): see `Snapshot.at_walls`.
+        segments: Shape (s, 4): see `Obstacles`.
+        first: Shape (k + 1,): see `Obstacles`.
+        reach: Walls farther than this are not felt, in meters.
+        most: How many walls are felt at most; 0 for all in reach.
         forces: Shape (n, FORCES_SIZE): what `social_forces` gives.
         time_step: In seconds.
 

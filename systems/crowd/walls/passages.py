@@ -67,9 +67,9 @@ def _passage(x, y, ex, ey, ahead, distance, segments):
 
     Args:
         x: Where the person is, in meters.
-        y: Likewise.
+        y: Its y coordinate.
         ex: The direction to the next waypoint, of length one.
-        ey: Likewise.
+        ey: Its y component.
         ahead: How far the way is looked at, in meters.
         distance: That of the waypoint, in meters.
         segments: Shape (s, 4): see `Obstacles`.
@@ -112,12 +112,12 @@ def _ease_one(x, y, own, command, k, margin, narrowest, walls, result):
 
     Args:
         x: Where the person is, in meters.
-        y: Likewise.
+        y: Its y coordinate.
         own: The radius and the obstacle factor of the person.
         command: Of the person.
         k: The parameters.
         margin: See `ease`, like the others.
-        narrowest: Likewise.
+        narrowest: The width of the narrowest passage, in meters.
         walls: The last four arguments there.
         result: Receives the two; it has those of the person.
     """

@@ -27,7 +27,7 @@ class Statues(MotionModel):
         return snapshot.states
 
 @register_condition("IsFullMoonOf{name}")
-def is_full_moon(moment):
+def is_full_moon(context):
     return False
 """
 

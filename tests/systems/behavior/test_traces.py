@@ -36,10 +36,11 @@ import math
 
 import numpy as np
 from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import Multiplexer
 import pytest
 
 from hunav_drake.systems.behavior import BehaviorTree, LoadTree
-from hunav_drake.systems.common.layout import Command
+from hunav_drake.systems.common.layout import COMMAND_SIZE, Command
 from hunav_drake.systems.crowd import CrowdConfig, HumanCrowd
 from hunav_drake.systems.people import HumanConfig, SocialForceParameters
 from hunav_drake.systems.world.obstacles import Obstacles
@@ -114,10 +115,14 @@ class Replay:
             self.crowd.get_robot_state_input_port(), "robot_state"
         )
         self.trees = []
-        for i, (human, tree) in enumerate(zip(humans, trees, strict=True)):
+        commands = builder.AddSystem(Multiplexer([COMMAND_SIZE] * len(humans)))
+        builder.Connect(
+            commands.get_output_port(), self.crowd.get_commands_input_port()
+        )
+        for i, tree in enumerate(trees):
             system = builder.AddNamedSystem(
                 f"tree_{i}",
-                BehaviorTree(tree, human, i, len(humans), time_step=time_step),
+                BehaviorTree([tree], humans, indices=[i], time_step=time_step),
             )
             builder.Connect(
                 self.crowd.get_human_states_output_port(),
@@ -127,8 +132,7 @@ class Replay:
                 "robot_state", system.get_robot_state_input_port()
             )
             builder.Connect(
-                system.get_command_output_port(),
-                self.crowd.get_command_input_port(i),
+                system.get_commands_output_port(), commands.get_input_port(i)
             )
             self.trees.append(system)
         self.diagram = builder.Build()
@@ -146,7 +150,7 @@ class Replay:
     def commands(self):
         return np.array(
             [
-                tree.get_command_output_port().Eval(
+                tree.get_commands_output_port().Eval(
                     tree.GetMyContextFromRoot(self.context)
                 )
                 for tree in self.trees

@@ -3,7 +3,7 @@ import math
 
 import pytest
 
-from hunav_drake.systems.behavior import BehaviorTreeBank
+from hunav_drake.systems.behavior import BehaviorTree
 from hunav_drake.systems.common.checks import (
     check_count,
     check_number,
@@ -35,7 +35,7 @@ TASK = PlanningTask(
 )
 SYSTEMS = {
     "HumanCrowd": lambda **k: HumanCrowd([], **k),
-    "BehaviorTreeBank": lambda **k: BehaviorTreeBank([], [], **k),
+    "BehaviorTree": lambda **k: BehaviorTree([], [], **k),
     "DifferentialDrive": lambda **k: DifferentialDrive(
         DifferentialDriveConfig(), **k
     ),
@@ -57,7 +57,7 @@ def test_every_system_refuses_such_a_time_step(name, value):
         SYSTEMS[name](time_step=value)
 
 
-@pytest.mark.parametrize("name", ["HumanCrowd", "BehaviorTreeBank"])
+@pytest.mark.parametrize("name", ["HumanCrowd", "BehaviorTree"])
 def test_a_negative_number_of_robots_is_refused(name):
     with pytest.raises(ValueError, match="num_robots must be at least 0"):
         SYSTEMS[name](num_robots=-1)

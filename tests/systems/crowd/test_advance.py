@@ -95,7 +95,7 @@ def test_what_is_not_finite_is_told_with_the_person():
     crowd = HumanCrowd([human], config=CrowdConfig(model="wild"), num_robots=0)
     simulator = Simulator(crowd)
     context = simulator.get_mutable_context()
-    crowd.get_command_input_port(0).FixValue(context, np.zeros(12))
+    crowd.get_commands_input_port().FixValue(context, np.zeros(12))
     words = r"'wild' must give finite numbers by advance\(\).* humans\[0\]"
     with pytest.raises(ValueError, match=words):
         simulator.AdvanceTo(0.1)

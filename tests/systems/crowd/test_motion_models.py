@@ -290,12 +290,13 @@ def make_crowd(config):
     wall = Obstacles.from_shapes([[[-5.0, -1.0], [9.0, -1.0]]], solid=[False])
     dut = HumanCrowd(humans, obstacles=wall, config=config)
     context = dut.CreateDefaultContext()
-    for i, goal in enumerate([[8, 0], [-6, 0], [1, -0.5]]):
-        command = np.zeros(COMMAND_SIZE)
+    goals = [[8, 0], [-6, 0], [1, -0.5]]
+    commands = np.zeros((3, COMMAND_SIZE))
+    for command, goal in zip(commands, goals, strict=True):
         command[:6] = *goal, 0.3, 1, 1.2, 1.3
         command[Command.ROBOT_ROLE] = RobotRole.PEDESTRIAN
         command[Command.GROUP_ID] = -1
-        dut.get_command_input_port(i).FixValue(context, command)
+    dut.get_commands_input_port().FixValue(context, commands.ravel())
     dut.get_robot_state_input_port().FixValue(
         context, [3.0, 3.0, math.pi, 0.0, 0.0, 0.0, 0.35]
     )
@@ -445,8 +446,7 @@ def drift(model, change, walls):
         num_robots=0,
     )
     context = dut.CreateDefaultContext()
-    for i in range(2):
-        dut.get_command_input_port(i).FixValue(context, np.zeros(COMMAND_SIZE))
+    dut.get_commands_input_port().FixValue(context, np.zeros(2 * COMMAND_SIZE))
     Simulator(dut, context).AdvanceTo(0.02)
     return dut.get_human_states_output_port().Eval(context).reshape(2, 7)
 
@@ -485,7 +485,7 @@ def test_a_model_cannot_write_to_what_it_is_given(what):
         [HumanConfig(pose=[1, 0, 0])], config=CrowdConfig(model=name)
     )
     context = dut.CreateDefaultContext()
-    dut.get_command_input_port(0).FixValue(context, np.zeros(COMMAND_SIZE))
+    dut.get_commands_input_port().FixValue(context, np.zeros(COMMAND_SIZE))
     dut.get_robot_state_input_port().FixValue(context, np.ones(7))
     with pytest.raises(ValueError, match="read-only"):
         dut.get_forces_output_port().Eval(context)
@@ -519,7 +519,6 @@ def test_no_finite_number_is_too_large(model, parameters, size):
         [HumanConfig(pose=[0, 0, 0], group_id=i % 3) for i in range(n)],
         config=CrowdConfig(model={"name": model, **parameters}),
         obstacles=WALL,
-        one_command_port=True,
     )
     context = dut.CreateDefaultContext()
     states = rng.choice([0.0, 1.0, -1.0, size, -size], (n, 6))

@@ -79,8 +79,8 @@ def eval_forces(agents, index, *, epsilon, kernel="fast"):
         for agent in agents
     ]
     context.SetDiscreteState(np.ravel(states).astype(float))
-    for i, agent in enumerate(agents):
-        dut.get_command_input_port(i).FixValue(context, make_command(agent))
+    commands = np.ravel([make_command(agent) for agent in agents])
+    dut.get_commands_input_port().FixValue(context, commands)
     forces = dut.get_forces_output_port().Eval(context)
     return forces.reshape(len(agents), 8, 2)[index]
 
@@ -183,8 +183,9 @@ def make_crowd(scenario) -> HumanCrowd:
 def fix_inputs(dut, context: Context, scenario, before, after):
     robot = [*after["robot"], scenario["robot"]["radius"]]
     dut.get_robot_state_input_port().FixValue(context, robot)
+    commands = np.zeros((len(scenario["agents"]), COMMAND_SIZE))
     for i, agent in enumerate(scenario["agents"]):
-        command = np.zeros(COMMAND_SIZE)
+        command = commands[i]
         goal_index = int(before["agents"][i][8])
         if goal_index >= 0:
             command[:4] = (
@@ -196,7 +197,7 @@ def fix_inputs(dut, context: Context, scenario, before, after):
         command[Command.DESIRED_SPEED] = command[Command.MAX_SPEED] = speed
         command[Command.ROBOT_ROLE] = ROLES[agent["behavior"]]
         command[Command.GROUP_ID] = agent["group_id"]
-        dut.get_command_input_port(i).FixValue(context, command)
+    dut.get_commands_input_port().FixValue(context, commands.ravel())
 
 
 @pytest.mark.parametrize("name", TRACES)

@@ -1,25 +1,28 @@
-"""The actions of the tree language itself: they do not concern the person."""
+"""AlwaysSuccess, AlwaysFailure and SetBlackboard, as in BehaviorTree.CPP."""
 
 from typing import Any
 
 from hunav_drake.systems.behavior.nodes.node import (
-    UNSET,
+    FAILURE,
+    SUCCESS,
     BuildFunction,
     Built,
     Memory,
     Node,
+    NodeStatus,
     NodeType,
+)
+from hunav_drake.systems.behavior.nodes.port import (
+    UNSET,
     Port,
     Variable,
 )
-from hunav_drake.systems.behavior.nodes.sequences import FAILURE, SUCCESS
-from hunav_drake.systems.behavior.nodes.status import Status
-from hunav_drake.systems.behavior.tick_context import Moment
+from hunav_drake.systems.behavior.nodes.tick_context import TickContext
 
 
-def _always(status: Status) -> BuildFunction:
+def _always(status: NodeStatus) -> BuildFunction:
     def build(node: Node, children: tuple[Built, ...]) -> Built:
-        return Built(lambda memory, moment: status)
+        return Built(lambda memory, context: status)
 
     return build
 
@@ -31,7 +34,7 @@ def _set_blackboard(node: Node, children: tuple[Built, ...]) -> Built:
     slot = target.slot
     read = node.number_reader("value")
 
-    def set_entry(memory: Memory, moment: Moment) -> Status:
+    def set_entry(memory: Memory, context: TickContext) -> NodeStatus:
         value = read(memory)
         if value == UNSET:
             return FAILURE
@@ -41,14 +44,14 @@ def _set_blackboard(node: Node, children: tuple[Built, ...]) -> Built:
     return Built(set_entry)
 
 
-LANGUAGE_ACTIONS = (
+BUILTIN_ACTIONS = (
     NodeType("AlwaysSuccess", "Action", _always(SUCCESS), "Succeeds."),
     NodeType("AlwaysFailure", "Action", _always(FAILURE), "Fails."),
     NodeType(
         "SetBlackboard",
         "Action",
         _set_blackboard,
-        "Sets a blackboard entry to a number, truth, text or other entry.",
+        "Sets a blackboard entry to a number, boolean, text or other entry.",
         ports={
             "value": Port("value", Any),
             "output_key": Port("output_key", Any, output=True),

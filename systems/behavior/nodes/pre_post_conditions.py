@@ -1,8 +1,8 @@
-"""The conditions that any node can have as attributes.
+"""Pre- and post-conditions: attributes that any node can have.
 
-Those before, `_failureIf`, `_successIf`, `_skipIf` and `_while`, are checked
-in this order when the node is to begin: the first that holds (or `_while`
-that does not) says the node's result instead of the node. While the node is
+The pre-conditions, `_failureIf`, `_successIf`, `_skipIf` and `_while`, are
+checked in this order when the node is to begin: the first that holds (or
+`_while` that does not) gives the result instead of the node. While the node is
 RUNNING only `_while` is checked, and halts it. (BehaviorTree.CPP does not check
 the first child of a WhileDoElse again while another child runs; here it is a
 node like any other.)
@@ -10,12 +10,12 @@ node like any other.)
 BehaviorTree.CPP differs where the children of a control node or decorator have
 skipped: there it counts as RUNNING until its parent halts it. So it is not
 asked again for its `_skipIf`, `_failureIf` and `_successIf`; and being halted,
-for instance a ForceFailure, it does its `_onHalted`. Here whoever has skipped
-has not begun: the conditions are checked again in the next tick, and there is
-nothing to halt.
+for instance a ForceFailure, it runs its `_onHalted`. Here a node that was
+skipped has not begun: the conditions are checked again in the next tick, and
+there is nothing to halt.
 
-Those after, `_onHalted`, `_onFailure`, `_onSuccess` and `_post` (after both),
-set blackboard entries.
+The post-conditions, `_onHalted`, `_onFailure`, `_onSuccess` and `_post` (after
+both), set blackboard entries.
 """
 
 from hunav_drake.systems.behavior.nodes.node import (
@@ -24,14 +24,14 @@ from hunav_drake.systems.behavior.nodes.node import (
     Conditions,
     Memory,
     Node,
+    NodeStatus,
 )
-from hunav_drake.systems.behavior.nodes.status import Status
-from hunav_drake.systems.behavior.tick_context import Moment
+from hunav_drake.systems.behavior.nodes.tick_context import TickContext
 
-RUNNING = Status.RUNNING
-SUCCESS = Status.SUCCESS
-FAILURE = Status.FAILURE
-SKIPPED = Status.SKIPPED
+RUNNING = NodeStatus.RUNNING
+SUCCESS = NodeStatus.SUCCESS
+FAILURE = NodeStatus.FAILURE
+SKIPPED = NodeStatus.SKIPPED
 
 BEFORE = ("_failureIf", "_successIf", "_skipIf", "_while")
 AFTER = ("_onHalted", "_onFailure", "_onSuccess", "_post")
@@ -43,12 +43,12 @@ _RESULTS = {"_failureIf": FAILURE, "_successIf": SUCCESS, "_skipIf": SKIPPED}
 
 
 def needs_memory(names: set[str]) -> bool:
-    """Tells whether a node must remember if it runs."""
+    """Returns whether a node must remember that it is running."""
     return bool(_NEED_MEMORY & names)
 
 
 def build_with_conditions(node: Node, children: tuple[Built, ...]) -> Built:
-    """Makes the functions of a node with its conditions, if it has any."""
+    """Builds a node, with its pre- and post-conditions if it has any."""
     build: BuildFunction = node.type.build
     built = build(node, children)
     if node.conditions is None:
@@ -80,22 +80,22 @@ def _conditional(built: Built, conditions: Conditions) -> Built:
             for effect in when_halted:
                 effect(memory)
 
-    def enter(memory: Memory, moment: Moment) -> Status:
+    def enter(memory: Memory, context: TickContext) -> NodeStatus:
         for holds, result in results:
             if holds(memory):
                 return result
         if holds_while and not holds_while(memory):
             return SKIPPED
-        return own_tick(memory, moment)
+        return own_tick(memory, context)
 
-    def tick(memory: Memory, moment: Moment) -> Status:
+    def tick(memory: Memory, context: TickContext) -> NodeStatus:
         if slot is None or not memory[slot]:
-            status = enter(memory, moment)
+            status = enter(memory, context)
         elif holds_while and not holds_while(memory):
             halt(memory)
             return SKIPPED
         else:
-            status = own_tick(memory, moment)
+            status = own_tick(memory, context)
         if slot is not None:
             memory[slot] = 1.0 if status is RUNNING else 0.0
         for effect in effects.get(status, ()):

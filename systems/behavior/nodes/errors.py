@@ -1,4 +1,4 @@
-"""What a faulty tree raises."""
+"""The errors of faulty trees, with the place of the fault."""
 
 from collections.abc import Iterable
 from typing import NamedTuple
@@ -50,7 +50,7 @@ class BehaviorTreeError(ValueError):
 def unknown(
     what: str, name: str, known: Iterable[str], place: Place, node: str
 ) -> BehaviorTreeError:
-    """Returns the error that a name is not one of the known ones.
+    """Returns the error for an unknown name, with the nearest known one.
 
     Args:
         what: What the name should be, for instance "port".

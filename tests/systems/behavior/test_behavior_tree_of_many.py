@@ -1,4 +1,4 @@
-"""A bank of trees does what as many systems do, number for number."""
+"""One system for many trees does what as many systems do, bit for bit."""
 
 import math
 
@@ -9,7 +9,7 @@ from pydrake.systems.primitives import ConstantVectorSource
 import pytest
 
 from hunav_drake import AddHumans, HumanConfig
-from hunav_drake.systems.behavior import BEHAVIORS, BehaviorTreeBank, LoadTree
+from hunav_drake.systems.behavior import BEHAVIORS, BehaviorTree, LoadTree
 
 ROBOT = [2.0, 0.5, 0.0, -0.3, 0.0, 0.0, 0.3]
 
@@ -66,14 +66,14 @@ def test_people_walk_bit_for_bit_as_with_systems_of_their_own(n, num_robots):
     np.testing.assert_array_equal(*results)
 
 
-def test_many_people_share_a_bank_unless_told_otherwise():
-    for n, separate, banks in [(20, None, 0), (21, None, 1), (21, True, 0)]:
+def test_the_trees_of_many_people_are_one_system_unless_told_otherwise():
+    for n, separate, one in [(20, None, 0), (21, None, 1), (21, True, 0)]:
         humans = make_diagram(n, separate_trees=separate).GetSubsystemByName(
             "humans"
         )
         names = [system.get_name() for system in humans.GetSystems()]
-        assert ("behaviors" in names) == bool(banks)
-        assert ("behavior_0" in names) != bool(banks)
+        assert ("behaviors" in names) == bool(one)
+        assert ("behavior_0" in names) != bool(one)
 
 
 def test_two_contexts_do_not_disturb_each_other_and_a_clone_goes_on_alike():
@@ -89,12 +89,15 @@ def test_two_contexts_do_not_disturb_each_other_and_a_clone_goes_on_alike():
 
 def test_ports_have_getters():
     trees = [LoadTree("regular")] * 2
-    dut = BehaviorTreeBank(trees, make_humans(2), num_robots=3)
+    dut = BehaviorTree(trees, make_humans(2), num_robots=3)
     assert dut.get_human_states_input_port().size() == 14
     assert dut.get_robot_state_input_port().size() == 21
     assert dut.get_commands_output_port().size() == 24
     assert dut.get_behavior_status_output_port().size() == 2
-    dut = BehaviorTreeBank(trees, make_humans(2), num_robots=0)
+    nodes = len(trees[0].nodes)
+    assert dut.get_node_status_output_port().size() == 2 * nodes
+    assert dut.trees() == trees
+    dut = BehaviorTree(trees, make_humans(2), num_robots=0)
     with pytest.raises(ValueError, match="made with num_robots=0"):
         dut.get_robot_state_input_port()
 
@@ -102,14 +105,14 @@ def test_ports_have_getters():
 def test_bad_arguments_are_refused():
     tree = LoadTree("regular")
     with pytest.raises(ValueError, match="a tree for each of 2 people, got 1"):
-        BehaviorTreeBank([tree], make_humans(2))
+        BehaviorTree([tree], make_humans(2))
     with pytest.raises(ValueError, match="time_step must be positive"):
-        BehaviorTreeBank([tree], make_humans(1), time_step=0.0)
+        BehaviorTree([tree], make_humans(1), time_step=0.0)
 
 
-def test_what_one_has_in_mind_can_be_put_into_another_context():
+def test_the_memory_of_one_can_be_put_into_another_context():
     trees = [LoadTree("regular"), LoadTree("surprised"), LoadTree("regular")]
-    dut = BehaviorTreeBank(trees, make_humans(3), num_robots=0)
+    dut = BehaviorTree(trees, make_humans(3), num_robots=0)
     context = dut.CreateDefaultContext()
     first = [dut.GetMemory(context, i) for i in range(3)]
     thoughts = np.arange(len(first[1])) + 1.0
@@ -127,14 +130,14 @@ def test_what_one_has_in_mind_can_be_put_into_another_context():
 
 
 @pytest.mark.parametrize("behavior", BEHAVIORS)
-def test_what_one_has_in_mind_can_be_put_where_there_are_no_robots(behavior):
+def test_a_memory_can_be_put_where_there_are_no_robots(behavior):
     """A robot that one keeps in mind is forgotten there."""
     human = HumanConfig(pose=[0, 0, 0], goals=[[9, 0]])
     state = [0.0, 0, 0, 0.5, 0, 0, 0.3]
     robot = [2.0, 0, math.pi, -0.5, 0, 0, 0.3]
     tree = LoadTree(behavior)
-    before = BehaviorTreeBank([tree], [human], num_robots=2)
-    after = BehaviorTreeBank([tree], [human], num_robots=0)
+    before = BehaviorTree([tree], [human], num_robots=2)
+    after = BehaviorTree([tree], [human], num_robots=0)
     contexts = [dut.CreateDefaultContext() for dut in (before, after)]
     for dut, context in zip((before, after), contexts, strict=True):
         dut.get_human_states_input_port().FixValue(context, state)
@@ -151,8 +154,8 @@ def test_what_one_has_in_mind_can_be_put_where_there_are_no_robots(behavior):
         contexts[1].SetDiscreteState(updated)
 
 
-def test_thoughts_of_another_tree_are_refused():
-    dut = BehaviorTreeBank([LoadTree("regular")], make_humans(1))
+def test_the_memory_of_another_tree_is_refused():
+    dut = BehaviorTree([LoadTree("regular")], make_humans(1))
     context = dut.CreateDefaultContext()
     memory = dut.GetMemory(context, 0)
     for index in (-1, 0.5, 99):
@@ -161,5 +164,35 @@ def test_thoughts_of_another_tree_are_refused():
             dut.SetMemory(context, 0, memory)
     with pytest.raises(ValueError, match=r"memory of humans\[0\] has shape"):
         dut.SetMemory(context, 0, np.zeros(99))
-    with pytest.raises(IndexError):
-        dut.GetMemory(context, 1)
+    for index in (1, -1):
+        with pytest.raises(IndexError, match=rf"not tick humans\[{index}\]"):
+            dut.GetMemory(context, index)
+
+
+def test_some_of_the_people_are_ticked_as_among_all():
+    humans = make_humans(4)
+    trees = [LoadTree("regular"), LoadTree("surprised")]
+    rows = np.arange(28.0)
+    results = []
+    for indices in ([0, 1, 2, 3], [3, 1]):
+        dut = BehaviorTree(
+            [trees[i % 2] for i in indices], humans, indices=indices
+        )
+        context = dut.CreateDefaultContext()
+        dut.get_human_states_input_port().FixValue(context, rows)
+        dut.get_robot_state_input_port().FixValue(context, ROBOT)
+        commands = dut.get_commands_output_port().Eval(context)
+        results.append(
+            [
+                (
+                    commands.reshape(-1, 12)[indices.index(i)].tolist(),
+                    dut.EvalNodeStatus(context, i).tolist(),
+                    dut.GetMemory(context, i).tolist(),
+                )
+                for i in (3, 1)
+            ]
+        )
+    assert results[0] == results[1]
+    assert len(results[0][0][1]) == len(trees[1].nodes)
+    with pytest.raises(IndexError, match=r"not tick humans\[0\], only \[1, 3"):
+        dut.EvalNodeStatus(context, 0)

@@ -1,16 +1,15 @@
-"""Writes trees in the format 4 of BehaviorTree.CPP."""
+"""Writes trees as XML in format 4 of BehaviorTree.CPP, as for Groot2."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
+from types import MappingProxyType
 from xml.sax.saxutils import quoteattr
 
-from hunav_drake.systems.behavior.errors import BehaviorTreeError
 from hunav_drake.systems.behavior.language.blackboard import reference
 from hunav_drake.systems.behavior.language.documents import (
     Documents,
     TreeElement,
 )
-from hunav_drake.systems.behavior.language.groot import tree_nodes_model
 from hunav_drake.systems.behavior.language.parser import (
     AUTOREMAP,
     SHARED,
@@ -20,6 +19,8 @@ from hunav_drake.systems.behavior.language.parser import (
 )
 from hunav_drake.systems.behavior.language.xml_source import NOTES, XmlElement
 from hunav_drake.systems.behavior.library import LoadTree
+from hunav_drake.systems.behavior.nodes.errors import BehaviorTreeError
+from hunav_drake.systems.behavior.nodes.node import NodeType
 from hunav_drake.systems.behavior.nodes.registry import (
     GENERIC_TAGS,
     NODE_TYPES,
@@ -30,11 +31,14 @@ from hunav_drake.systems.behavior.tree import Tree
 
 _INDENT = "  "
 
+# What the types of ports are called in C++.
+_CPP_TYPES = {float: "double", int: "int", bool: "bool", str: "std::string"}
+
 
 def ConvertTree(name_or_path: str | Path) -> str:
-    """Returns a tree file in format 4, with what it includes in it.
+    """Returns a tree file in format 4, with its includes written into it.
 
-    The tree that it says ticks like that of the file. Comments stay.
+    The tree of the result ticks like that of the file. Comments stay.
 
     Args:
         name_or_path: As for `LoadTree`; a file in format 3 or 4.
@@ -78,27 +82,27 @@ def WriteTree(tree: Tree | Documents) -> str:
             "BehaviorTree",
             {"ID": attributes.pop("ID"), **attributes},
             written.element,
-            _Context(documents, written.format, 1),
+            _Position(documents, written.format, 1),
         )
     trees = documents.trees.values()
     lines += ["", *_model(documents, trees), "", "</root>", ""]
     return "\n".join(lines)
 
 
-class _Context:
-    """Where the writer is: in which documents, format, and how deep."""
+class _Position:
+    """The writer's position: the documents, the format, and the depth."""
 
     def __init__(self, documents: Documents, form: int, depth: int) -> None:
         self.documents = documents
         self.form = form
         self.depth = depth
 
-    def inner(self) -> "_Context":
-        return _Context(self.documents, self.form, self.depth + 1)
+    def inner(self) -> "_Position":
+        return _Position(self.documents, self.form, self.depth + 1)
 
 
 def _tree_names(documents: Documents) -> dict[str, str]:
-    """Returns the ID of each tree; one that has none gets one."""
+    """Returns the ID of each tree; a tree without one is given one."""
     names = {name: name for name in documents.trees}
     for name, tree in documents.trees.items():
         if "ID" not in tree.element.attributes:
@@ -122,9 +126,9 @@ def _element(
     tag: str,
     attributes: Mapping[str, str],
     element: XmlElement,
-    context: _Context,
+    position: _Position,
 ) -> Iterator[str]:
-    depth = context.depth
+    depth = position.depth
     start = f"{_INDENT * depth}<{tag}" + "".join(
         _text(name, value) for name, value in attributes.items()
     )
@@ -134,15 +138,15 @@ def _element(
     yield f"{start}>"
     for child in element.children:
         yield from _comments(child.comments, depth + 1)
-        yield from _node(child, context.inner())
+        yield from _node(child, position.inner())
     yield from _comments(element.last_comments, depth + 1)
     yield f"{_INDENT * depth}</{tag}>"
 
 
-def _node(element: XmlElement, context: _Context) -> Iterator[str]:
+def _node(element: XmlElement, position: _Position) -> Iterator[str]:
     if element.tag in SUBTREE_TAGS:
-        attributes = _subtree_attributes(element, context)
-        yield from _element("SubTree", attributes, element, context)
+        attributes = _subtree_attributes(element, position)
+        yield from _element("SubTree", attributes, element, position)
         return
     name = node_name(element)
     attributes = {}
@@ -151,7 +155,7 @@ def _node(element: XmlElement, context: _Context) -> Iterator[str]:
             continue
         new = PORT_ALIASES.get((name, attribute), attribute)
         attributes[new] = _braces(value, element)
-    yield from _element(name, attributes, element, context)
+    yield from _element(name, attributes, element, position)
 
 
 def _braces(value: str, element: XmlElement) -> str:
@@ -163,7 +167,7 @@ def _braces(value: str, element: XmlElement) -> str:
 
 
 def _subtree_attributes(
-    element: XmlElement, context: _Context
+    element: XmlElement, position: _Position
 ) -> dict[str, str]:
     attributes = {
         name: value
@@ -172,11 +176,11 @@ def _subtree_attributes(
         or (name.startswith("_") and name not in (*SHARED, *AUTOREMAP))
     }
     if flag(element, SHARED):
-        _check_shared(element, context.documents)
+        _check_shared(element, position.documents)
         return {**attributes, "_autoremap": "true"}
     if flag(element, AUTOREMAP):
         attributes["_autoremap"] = "true"
-    ports = subtree_ports(element, context.form)
+    ports = subtree_ports(element, position.form)
     return attributes | {
         name: _braces(value, element) for name, value in ports.items()
     }
@@ -231,3 +235,65 @@ def _model(documents: Documents, trees: Iterable[TreeElement]) -> list[str]:
         subtrees=list(subtrees.values()),
     )
     return text.splitlines()
+
+
+def tree_nodes_model(
+    node_types: Iterable[NodeType],
+    *,
+    ignored: Mapping[str, Iterable[str]] = MappingProxyType({}),
+    subtrees: Iterable[XmlElement] = (),
+) -> str:
+    """Returns the <TreeNodesModel> of leaves, which tells Groot2 their ports.
+
+    Args:
+        node_types: The leaves.
+        ignored: For a leaf, attributes to show that it accepts and ignores.
+        subtrees: The <SubTree> elements of other models, to be in it, too.
+    """
+    lines = ["  <TreeNodesModel>"]
+    for node_type in sorted(node_types, key=lambda t: (t.category, t.name)):
+        ports = list(_model_ports(node_type))
+        ports += [
+            f"<input_port name={quoteattr(name)}/>"
+            for name in sorted(ignored.get(node_type.name, ()))
+        ]
+        lines += _model_entry(node_type.category, node_type.name, ports)
+    for subtree in sorted(subtrees, key=lambda s: s.attributes["ID"]):
+        ports = [
+            f"<{child.tag}{_port_attributes(child)}/>"
+            for child in subtree.children
+            if child.tag.endswith("_port")
+        ]
+        lines += _model_entry("SubTree", subtree.attributes["ID"], ports)
+    lines.append("  </TreeNodesModel>")
+    return "\n".join(lines)
+
+
+def _model_entry(tag: str, name: str, ports: list[str]) -> Iterator[str]:
+    start = f"    <{tag} ID={quoteattr(name)}"
+    if not ports:
+        yield f"{start}/>"
+        return
+    yield f"{start}>"
+    for port in ports:
+        yield f"      {port}"
+    yield f"    </{tag}>"
+
+
+def _model_ports(node_type: NodeType) -> Iterator[str]:
+    for port in node_type.ports.values():
+        text = f"name={quoteattr(port.name)} type="
+        text += quoteattr(_CPP_TYPES[port.base])
+        if port.default is not ...:
+            default = str(port.default)
+            if port.base is bool:
+                default = default.lower()
+            text += f" default={quoteattr(default)}"
+        yield f"<input_port {text}/>"
+
+
+def _port_attributes(element: XmlElement) -> str:
+    return "".join(
+        f" {name}={quoteattr(value)}"
+        for name, value in element.attributes.items()
+    )

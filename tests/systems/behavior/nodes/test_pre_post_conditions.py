@@ -5,17 +5,17 @@ import pytest
 
 from hunav_drake.systems.behavior import (
     BehaviorTreeError,
+    NodeStatus,
     ParseTree,
     Person,
-    Status,
     register_action,
 )
 from hunav_drake.systems.people.human_config import HumanConfig
 
 PERSON = Person.from_config(HumanConfig(pose=(0.0, 0.0, 0.0)), 0, time_step=0.1)
 NOBODY = np.zeros(7)
-SUCCESS, FAILURE = Status.SUCCESS, Status.FAILURE
-RUNNING, SKIPPED = Status.RUNNING, Status.SKIPPED
+SUCCESS, FAILURE = NodeStatus.SUCCESS, NodeStatus.FAILURE
+RUNNING, SKIPPED = NodeStatus.RUNNING, NodeStatus.SKIPPED
 
 
 @pytest.fixture(autouse=True)
@@ -23,7 +23,7 @@ def leaves(node_types):
     """Registers the leaves of these tests."""
 
     @register_action("Run", memory={"ticks": 0.0})
-    def run(moment, own, *, ticks: int = 1000):
+    def run(context, own, *, ticks: int = 1000):
         own[0] += 1
         return RUNNING if own[0] <= ticks else SUCCESS
 

@@ -1,4 +1,4 @@
-"""Whom a tree steers, and what its nodes see of one instant."""
+"""The tick context: what the nodes of a tree read and write in one tick."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -29,7 +29,7 @@ PERSON_MEMORY = ("goal index",)
 Row = list[float]
 
 # The largest `behavior_status`.
-MAX_STATUS = 100
+MAX_BEHAVIOR_STATUS = 100
 
 
 def _default_command(
@@ -50,7 +50,7 @@ def _default_command(
 
 @dataclass(frozen=True)
 class Person:
-    """What does not change about a person.
+    """The constant properties of a person.
 
     Attributes:
         index: The row of the person in `human_states`.
@@ -80,22 +80,25 @@ class Person:
         human: HumanConfig,
         index: int,
         *,
+        id: int | None = None,
         time_step: float,
         obstacles: Obstacles | None = None,
     ) -> Self:
-        """Makes a person of its configuration.
+        """Makes a person from a configuration.
 
         Args:
-            human: The configuration. Alone, it does not tell which numbers
-                are taken: without one, the person has ``index + 1``. Of
-                several people, `name_people` knows better.
+            human: The configuration.
             index: The row of the person in `human_states`.
+            id: The number of the person; by default that of the
+                configuration, else ``index + 1``.
             time_step: The time between two ticks, in seconds.
             obstacles: What the person cannot see through; nothing by default.
         """
+        if id is None:
+            id = index + 1 if human.id is None else human.id
         return cls(
             index=index,
-            id=index + 1 if human.id is None else human.id,
+            id=id,
             goals=tuple((x, y) for x, y in human.goals),
             goal_radius=human.goal_radius,
             cyclic=human.cyclic,
@@ -107,8 +110,8 @@ class Person:
         )
 
 
-class Moment:
-    """One tick of one person: what leaves see, and what they decide.
+class TickContext:
+    """What leaves read and write in one tick of one person's tree.
 
     A leaf reads the rest and writes `command` and `behavior_status`.
 
@@ -117,7 +120,7 @@ class Moment:
         command: What the person is going to do, laid out as `layout.Command`;
             before any leaf writes, to walk to the current goal.
         behavior_status: 0 while no reaction is active, else the state that
-            it is in, up to `MAX_STATUS`; most have the one state 1.
+            it is in, up to `MAX_BEHAVIOR_STATUS`; most have the one state 1.
     """
 
     __slots__ = (
@@ -139,13 +142,13 @@ class Moment:
         human_states: NDArray[np.float64],
         robot_states: NDArray[np.float64],
     ) -> None:
-        """Constructs a Moment.
+        """Constructs a TickContext.
 
         Args:
             person: Whose tick it is.
             memory: The memory of the tree; the tick changes it.
             human_states: Shape (7n,), see `common.layout`.
-            robot_states: Shape (7m,), likewise.
+            robot_states: Shape (7m,), see `common.layout`.
         """
         self.person = person
         self.command = list(person.commands[int(memory[GOAL_INDEX])])
@@ -199,19 +202,19 @@ class Moment:
         return min(robots, key=lambda row: math.hypot(row[X] - x, row[Y] - y))
 
     def notice(self, index: int) -> None:
-        """Makes a robot, one of `robots`, the one to react to."""
+        """Sets the robot to react to, by its index in `robots`."""
         self._noticed = self.robots[index]
 
-    def clear_part(self, x: float, y: float) -> float:
-        """Returns how far the person sees towards a point.
+    def cast_ray(self, x: float, y: float) -> float:
+        """Casts a ray from the person to a point.
 
         Args:
-            x: The point in W, in meters.
-            y: Likewise.
+            x: The x-coordinate of the point in W, in meters.
+            y: The y-coordinate of the point in W, in meters.
 
         Returns:
-            The fraction of the way at which the first wall is, in [0, 1];
-            infinity if there is none.
+            The fraction of the ray at which it meets the first wall, in
+            [0, 1]; infinity if it meets none.
         """
         walls = self.person.walls
         if walls is None:
@@ -227,7 +230,7 @@ class Moment:
         goals = self.person.goals
         return goals[index] if index < len(goals) else None
 
-    def drop_goal(self) -> bool:
+    def go_to_next_goal(self) -> bool:
         """Goes on to the next goal, and makes it the goal of the command.
 
         Returns:

@@ -1,59 +1,44 @@
-"""Sequences and fallbacks, with the meaning that BehaviorTree.CPP gives them.
+"""Sequence and Fallback, with memory and reactive, as in BehaviorTree.CPP.
 
-Each function makes the functions of one node from those of its children. A
+Each function builds one node from its children. A
 node's memory is zero unless it is RUNNING, with the exceptions that
 BehaviorTree.CPP makes.
 """
 
 from hunav_drake.systems.behavior.nodes.node import (
+    FAILURE,
+    MANY,
+    RUNNING,
+    SKIPPED,
+    SUCCESS,
     BuildFunction,
     Built,
-    HaltFunction,
     Memory,
     Node,
+    NodeStatus,
     NodeType,
+    halt_of,
+    halts_of,
+    leftovers_of,
+    work_of,
 )
-from hunav_drake.systems.behavior.nodes.status import Status
-from hunav_drake.systems.behavior.tick_context import Moment
-
-RUNNING = Status.RUNNING
-SUCCESS = Status.SUCCESS
-FAILURE = Status.FAILURE
-SKIPPED = Status.SKIPPED
+from hunav_drake.systems.behavior.nodes.tick_context import TickContext
 
 
-def halts_of(children: tuple[Built, ...]) -> tuple[HaltFunction, ...]:
-    """Returns the functions that halt some nodes."""
-    return tuple(child.halt for child in children if child.halt)
-
-
-def leftovers_of(children: tuple[Built, ...]) -> tuple[HaltFunction, ...]:
-    """Returns what to halt when a node completes none of whose children runs.
-
-    Only a child that was skipped can have kept something.
-    """
-    return halts_of(tuple(child for child in children if child.may_skip))
-
-
-def work_of(children: tuple[Built, ...]) -> int:
-    """Returns how many nodes one tick ticks at most if each child once."""
-    return 1 + sum(child.work for child in children)
-
-
-def _in_order(goes_on: Status, stops: Status) -> BuildFunction:
-    """Makes Sequence (goes on at SUCCESS) and Fallback (at FAILURE)."""
+def _in_order(goes_on: NodeStatus, stops: NodeStatus) -> BuildFunction:
+    """Builds Sequence (goes on at SUCCESS) or Fallback (at FAILURE)."""
 
     def build(node: Node, children: tuple[Built, ...]) -> Built:
         ticks = tuple(enumerate(child.tick for child in children))
         count = len(ticks)
-        halts, leftovers = halts_of(children), leftovers_of(children)
+        leftovers = leftovers_of(children)
         at, skips = node.slot("child"), node.slot("skipped")
 
-        def tick(memory: Memory, moment: Moment) -> Status:
+        def tick(memory: Memory, context: TickContext) -> NodeStatus:
             first = int(memory[at])
             skipped = memory[skips]
             for i, child_tick in ticks[first:] if first else ticks:
-                status = child_tick(memory, moment)
+                status = child_tick(memory, context)
                 if status is goes_on:
                     continue
                 if status is RUNNING:
@@ -72,14 +57,11 @@ def _in_order(goes_on: Status, stops: Status) -> BuildFunction:
                 halt(memory)
             return status
 
-        def halt(memory: Memory) -> None:
-            memory[at] = 0.0
-            memory[skips] = 0.0
-            for halt in halts:
-                halt(memory)
-
         return Built(
-            tick, halt, all(c.may_skip for c in children), work_of(children)
+            tick,
+            halt_of((at, skips), children),
+            all(c.may_skip for c in children),
+            work_of(children),
         )
 
     return build
@@ -88,14 +70,14 @@ def _in_order(goes_on: Status, stops: Status) -> BuildFunction:
 def _sequence_with_memory(node: Node, children: tuple[Built, ...]) -> Built:
     ticks = tuple(child.tick for child in children)
     count = len(ticks)
-    halts, leftovers = halts_of(children), leftovers_of(children)
+    leftovers = leftovers_of(children)
     at, skips = node.slot("child"), node.slot("skipped")
 
-    def tick(memory: Memory, moment: Moment) -> Status:
+    def tick(memory: Memory, context: TickContext) -> NodeStatus:
         skipped = memory[skips]
         memory[skips] = 0.0
         for i in range(int(memory[at]), count):
-            status = ticks[i](memory, moment)
+            status = ticks[i](memory, context)
             if status is SUCCESS:
                 continue
             if status is RUNNING:
@@ -114,18 +96,16 @@ def _sequence_with_memory(node: Node, children: tuple[Built, ...]) -> Built:
             halt(memory)
         return SKIPPED if skipped == count else SUCCESS
 
-    def halt(memory: Memory) -> None:
-        memory[skips] = 0.0
-        for halt in halts:
-            halt(memory)
-
     return Built(
-        tick, halt, all(c.may_skip for c in children), work_of(children)
+        tick,
+        halt_of((skips,), children),
+        all(c.may_skip for c in children),
+        work_of(children),
     )
 
 
-def _reactive(goes_on: Status, stops: Status) -> BuildFunction:
-    """Makes ReactiveSequence and ReactiveFallback."""
+def _reactive(goes_on: NodeStatus, stops: NodeStatus) -> BuildFunction:
+    """Builds ReactiveSequence or ReactiveFallback."""
 
     def build(node: Node, children: tuple[Built, ...]) -> Built:
         ticks = tuple(child.tick for child in children)
@@ -137,10 +117,10 @@ def _reactive(goes_on: Status, stops: Status) -> BuildFunction:
             for i in range(count)
         )
 
-        def tick(memory: Memory, moment: Moment) -> Status:
+        def tick(memory: Memory, context: TickContext) -> NodeStatus:
             skipped = 0
             for i in range(count):
-                status = ticks[i](memory, moment)
+                status = ticks[i](memory, context)
                 if status is goes_on:
                     continue
                 if status is RUNNING:
@@ -159,13 +139,9 @@ def _reactive(goes_on: Status, stops: Status) -> BuildFunction:
                 halt(memory)
             return status
 
-        def halt(memory: Memory) -> None:
-            for halt in halts:
-                halt(memory)
-
         return Built(
             tick,
-            halt if halts else None,
+            halt_of((), children) if halts else None,
             all(c.may_skip for c in children),
             work_of(children),
         )
@@ -173,7 +149,6 @@ def _reactive(goes_on: Status, stops: Status) -> BuildFunction:
     return build
 
 
-MANY = (1, 10**6)
 _ORDERED = {"child": 0.0, "skipped": 0.0}
 
 SEQUENCES = (
@@ -205,14 +180,14 @@ SEQUENCES = (
         "ReactiveSequence",
         "Control",
         _reactive(SUCCESS, FAILURE),
-        "A Sequence that begins anew in each tick.",
+        "A Sequence that starts at its first child in each tick.",
         children=MANY,
     ),
     NodeType(
         "ReactiveFallback",
         "Control",
         _reactive(FAILURE, SUCCESS),
-        "A Fallback that begins anew in each tick.",
+        "A Fallback that starts at its first child in each tick.",
         children=MANY,
     ),
 )

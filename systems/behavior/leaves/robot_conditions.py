@@ -1,4 +1,4 @@
-"""What people notice of robots.
+"""Conditions about robots: IsRobotVisible, IsRobotApproaching, ...
 
 A condition that holds has noticed a robot: of those that fit, the nearest. It
 is the one that the actions after it are about.
@@ -9,7 +9,7 @@ from typing import Annotated, NamedTuple
 
 from hunav_drake.systems.behavior.leaves.walking import IGNORED
 from hunav_drake.systems.behavior.nodes.registry import register_condition
-from hunav_drake.systems.behavior.tick_context import Moment, Row
+from hunav_drake.systems.behavior.nodes.tick_context import Row, TickContext
 from hunav_drake.systems.common.layout import VX, VY, YAW, X, Y
 from hunav_drake.systems.common.schema import within
 
@@ -26,7 +26,7 @@ Distance = Annotated[float, within(0, 1e5, "m")]
 
 
 def course(robot: Row) -> tuple[float, float]:
-    """Returns the direction a robot drives in; if it stands, its heading."""
+    """Returns the unit vector of a robot's velocity; of its heading at rest."""
     speed = math.hypot(robot[VX], robot[VY])
     if speed < SLOW:
         return math.cos(robot[YAW]), math.sin(robot[YAW])
@@ -34,12 +34,12 @@ def course(robot: Row) -> tuple[float, float]:
 
 
 def _robot_in_view(
-    moment: Moment, distance: float, field_of_view: float, occlusion: bool
+    context: TickContext, distance: float, field_of_view: float, occlusion: bool
 ) -> int:
-    """Returns the index of the nearest robot that is seen, or -1."""
-    state = moment.state
+    """Returns the index of the nearest visible robot, or -1."""
+    state = context.state
     found = -1
-    for i, robot in enumerate(moment.robots):
+    for i, robot in enumerate(context.robots):
         dx, dy = robot[X] - state[X], robot[Y] - state[Y]
         away = math.hypot(dx, dy)
         if away > distance or (found >= 0 and away == distance):
@@ -47,7 +47,7 @@ def _robot_in_view(
         bearing = math.atan2(dy, dx) - state[YAW]
         if abs(math.remainder(bearing, 2 * math.pi)) > field_of_view / 2:
             continue
-        if not occlusion or moment.clear_part(robot[X], robot[Y]) > 1:
+        if not occlusion or context.cast_ray(robot[X], robot[Y]) > 1:
             found, distance = i, away
     return found
 
@@ -58,7 +58,7 @@ def _robot_in_view(
     ignored=IGNORED,
 )
 def is_robot_visible(
-    moment: Moment,
+    context: TickContext,
     own: list[float],
     *,
     distance: Distance,
@@ -76,34 +76,34 @@ def is_robot_visible(
     does not run while the robot is merely out of view: near, and not behind a
     wall.
     """
-    seen = _robot_in_view(moment, distance, field_of_view, occlusion)
+    seen = _robot_in_view(context, distance, field_of_view, occlusion)
     if seen >= 0:
-        own[0] = float(round(memory / moment.person.time_step))
+        own[0] = float(round(memory / context.person.time_step))
         own[1] = float(seen)
-        moment.notice(seen)
+        context.notice(seen)
         return True
     remembered = int(own[1])
-    # (What was in mind may have come from where there are more robots.)
-    if own[0] == 0 or remembered >= len(moment.robots):
+    # (The memory may be of a trial with more robots.)
+    if own[0] == 0 or remembered >= len(context.robots):
         return False
-    moment.notice(remembered)
-    if not track or not _is_near(moment, remembered, distance, occlusion):
+    context.notice(remembered)
+    if not track or not _is_near(context, remembered, distance, occlusion):
         own[0] -= 1
     return True
 
 
 def _is_near(
-    moment: Moment, index: int, distance: float, occlusion: bool
+    context: TickContext, index: int, distance: float, occlusion: bool
 ) -> bool:
-    state, robot = moment.state, moment.robots[index]
+    state, robot = context.state, context.robots[index]
     if math.hypot(robot[X] - state[X], robot[Y] - state[Y]) > distance:
         return False
-    return not occlusion or moment.clear_part(robot[X], robot[Y]) > 1
+    return not occlusion or context.cast_ray(robot[X], robot[Y]) > 1
 
 
 @register_condition("IsRobotApproaching", ignored=IGNORED)
 def is_robot_approaching(
-    moment: Moment,
+    context: TickContext,
     *,
     distance: Distance,
     width: Distance = 1.0,
@@ -117,9 +117,9 @@ def is_robot_approaching(
     beside it. With `head_on`, the person faces it, too. A robot that stands
     counts only up to `standing_distance`, as if it were to drive on.
     """
-    state = moment.state
+    state = context.state
     found, nearest = -1, math.inf
-    for i, robot in enumerate(moment.robots):
+    for i, robot in enumerate(context.robots):
         stands = math.hypot(robot[VX], robot[VY]) < SLOW
         hx, hy = course(robot)
         rx, ry = state[X] - robot[X], state[Y] - robot[Y]
@@ -131,46 +131,46 @@ def is_robot_approaching(
         facing = hx * math.cos(state[YAW]) + hy * math.sin(state[YAW])
         if head_on and facing > _OPPOSITE:
             continue
-        if not occlusion or moment.clear_part(robot[X], robot[Y]) > 1:
+        if not occlusion or context.cast_ray(robot[X], robot[Y]) > 1:
             found, nearest = i, along
     if found >= 0:
-        moment.notice(found)
+        context.notice(found)
     return found >= 0
 
 
 @register_condition("IsRobotInTheWay", ignored=IGNORED)
 def is_robot_in_the_way(
-    moment: Moment,
+    context: TickContext,
     *,
     distance: Distance,
     clearance: Distance = 1.0,
     occlusion: bool = True,
 ) -> bool:
-    """Holds if the straight way to the goal leads past a robot too closely.
+    """Holds if the straight line to the goal passes too close to a robot.
 
     The robot is at most `distance` away, between the person and the goal, and
     nearer than `clearance` to the line from the one to the other. A robot so
     near to the goal itself cannot be passed, and does not count.
     """
     found, nearest = -1, math.inf
-    for it in before_goal(moment, distance, clearance):
+    for it in before_goal(context, distance, clearance):
         if abs(it.beside) >= clearance or it.ahead >= nearest:
             continue
-        robot = moment.robots[it.row]
-        if not occlusion or moment.clear_part(robot[X], robot[Y]) > 1:
+        robot = context.robots[it.row]
+        if not occlusion or context.cast_ray(robot[X], robot[Y]) > 1:
             found, nearest = it.row, it.ahead
     if found >= 0:
-        moment.notice(found)
+        context.notice(found)
     return found >= 0
 
 
 class OnWay(NamedTuple):
-    """Where a robot is with respect to a person's straight way to the goal.
+    """Where a robot is relative to a person's straight line to the goal.
 
     Attributes:
         ahead: How far ahead, in meters.
         beside: How far to the left, in meters.
-        row: Its place in `Moment.robots`.
+        row: Its place in `TickContext.robots`.
     """
 
     ahead: float
@@ -179,23 +179,23 @@ class OnWay(NamedTuple):
 
 
 def before_goal(
-    moment: Moment, distance: float, clearance: float
+    context: TickContext, distance: float, clearance: float
 ) -> list[OnWay]:
-    """Returns the robots ahead that are between the person and the goal.
+    """Returns the robots between the person and the goal.
 
     Args:
-        moment: The moment.
+        context: The tick context.
         distance: How far away robots are at most, in meters.
         clearance: How near to the goal those are that cannot be passed, and
             do not count, in meters.
     """
-    state, goal = moment.state, moment.goal
+    state, goal = context.state, context.goal
     if goal is None:
         return []
-    gx, gy = way(moment)
+    gx, gy = way(context)
     length = math.hypot(goal[0] - state[X], goal[1] - state[Y])
     found = []
-    for i, robot in enumerate(moment.robots):
+    for i, robot in enumerate(context.robots):
         dx, dy = robot[X] - state[X], robot[Y] - state[Y]
         ahead, beside = dx * gx + dy * gy, gx * dy - gy * dx
         if math.hypot(dx, dy) > distance or not 0 < ahead < length:
@@ -205,9 +205,9 @@ def before_goal(
     return found
 
 
-def way(moment: Moment) -> tuple[float, float]:
-    """Returns the direction to the goal; without any way to go, the yaw."""
-    state, goal = moment.state, moment.goal
+def way(context: TickContext) -> tuple[float, float]:
+    """Returns the unit vector to the goal; of the heading if there is none."""
+    state, goal = context.state, context.goal
     if goal is not None:
         dx, dy = goal[0] - state[X], goal[1] - state[Y]
         length = math.hypot(dx, dy)

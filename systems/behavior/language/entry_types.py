@@ -1,26 +1,26 @@
-"""What blackboard entries hold: numbers or texts, found out in parsing.
+"""The types of blackboard entries, numbers or texts, inferred in parsing.
 
-The memory is numbers. A truth is 1 or 0 there, and a text is its index in the
-table of all texts of the tree. Which of them an entry holds follows from how
-the tree uses it, and never changes.
+The memory is numbers. A boolean is 1 or 0 there, and a text is its index in the
+table of all texts of the tree. The type of an entry follows from how the tree
+uses it, and never changes.
 """
 
 from typing import Annotated
 
 from pydantic import BeforeValidator, ConfigDict, TypeAdapter, ValidationError
 
-from hunav_drake.systems.behavior.errors import BehaviorTreeError, Place
+from hunav_drake.systems.behavior.nodes.errors import BehaviorTreeError, Place
 
-# Blackboards are for words, not for essays.
+# The largest length of a text on the blackboard.
 MAX_TEXT = 100
 
-_TRUTHS = {"true": 1.0, "false": 0.0}
+_BOOLEANS = {"true": 1.0, "false": 0.0}
 
 
 def _word_or_number(value: object) -> object:
-    """Takes the words for truth for the numbers that stand for them."""
+    """Returns 1 for the text "true", 0 for "false", all else unchanged."""
     if isinstance(value, str):
-        return _TRUTHS.get(value.strip().lower(), value)
+        return _BOOLEANS.get(value.strip().lower(), value)
     return value
 
 
@@ -31,44 +31,44 @@ _NUMBER: TypeAdapter[float] = TypeAdapter(
 
 
 def number_of(text: str) -> float | None:
-    """Returns the number or truth that a literal says; None of another text."""
+    """Returns the number or boolean in a literal; None for another text."""
     try:
         return _NUMBER.validate_strings(text)
     except ValidationError:
         return None
 
 
-class Kind:
-    """What some entries and literals hold, which all hold the same.
+class EntryType:
+    """The type of entries and literals that must have the same type.
 
-    Kinds that turn out to be one are joined: each then points to the next,
-    and the last of them knows.
+    Types that turn out to be one are joined: each then points to the next,
+    and the last of them holds the result.
     """
 
     __slots__ = ("_next", "_reason", "_text")
 
     def __init__(self) -> None:
-        """Constructs a Kind of which nothing is known."""
-        self._next: Kind | None = None
+        """Constructs an EntryType that is not known yet."""
+        self._next: EntryType | None = None
         self._text: bool | None = None
         self._reason = ""
 
     @property
     def is_text(self) -> bool:
-        """Whether it is texts; what nothing tells is a number."""
+        """Whether it is text; a type that is never determined is number."""
         return bool(self._last()._text)
 
     def require(self, text: bool, reason: str, place: Place, node: str) -> None:
-        """Notes that it must be texts, or numbers.
+        """Requires it to be text, or number.
 
         Args:
-            text: Whether texts.
-            reason: What says so, for messages: "port distance".
+            text: Whether it must be text.
+            reason: What requires that, for messages: "port distance".
             place: Where that is.
             node: The node where that is.
 
         Raises:
-            BehaviorTreeError: If something else has said the contrary.
+            BehaviorTreeError: If something else has required the other.
         """
         last = self._last()
         if last._text is None:
@@ -84,7 +84,7 @@ class Kind:
             )
 
     def literal(self, text: str, place: Place, node: str) -> None:
-        """Notes a literal: one that is no number must be a text.
+        """Requires it to be text if a literal is not a number.
 
         Raises:
             BehaviorTreeError: If something has asked for numbers, or if the
@@ -95,7 +95,7 @@ class Kind:
         self.text(text, place, node)
 
     def text(self, text: str, place: Place, node: str) -> None:
-        """Notes a text, even if it looks like a number.
+        """Requires it to be text, even if the literal looks like a number.
 
         Raises:
             BehaviorTreeError: As `literal`.
@@ -108,11 +108,11 @@ class Kind:
                 node=node,
             )
 
-    def join(self, other: "Kind", place: Place, node: str) -> None:
-        """Makes the two kinds one.
+    def join(self, other: "EntryType", place: Place, node: str) -> None:
+        """Joins two types into one.
 
         Raises:
-            BehaviorTreeError: If the one is texts and the other numbers.
+            BehaviorTreeError: If one is text and the other number.
         """
         ours, theirs = self._last(), other._last()
         if ours is theirs:
@@ -130,7 +130,7 @@ class Kind:
             )
         theirs._next = ours
 
-    def _last(self) -> "Kind":
+    def _last(self) -> "EntryType":
         last = self
         while last._next is not None:
             last = last._next
@@ -140,8 +140,8 @@ class Kind:
         return last
 
 
-class Texts:
-    """The texts of a tree, each once, and the numbers that stand for them."""
+class TextTable:
+    """The table of a tree's texts, whose indices are kept in memory."""
 
     def __init__(self) -> None:
         """Constructs an empty table."""
@@ -151,14 +151,14 @@ class Texts:
         """Adds a text if it is not in the table."""
         self._codes.setdefault(text, len(self._codes))
 
-    def number(self, literal: str, kind: Kind) -> float:
-        """Returns what stands for a literal of some kind in the memory."""
+    def number(self, literal: str, kind: EntryType) -> float:
+        """Returns the number in memory for a literal of a type."""
         if kind.is_text:
             return float(self._codes[literal])
         number = number_of(literal)
-        assert number is not None  # Else its kind would be texts.
+        assert number is not None  # Else its type would be text.
         return number
 
     def table(self) -> tuple[str, ...]:
-        """Returns the texts; the index of each is its number."""
+        """Returns the texts; the number of each is its index."""
         return tuple(self._codes)

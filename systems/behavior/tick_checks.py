@@ -1,4 +1,4 @@
-"""What leaves may write in a tick: checked once, after each tick."""
+"""Checks after each tick that leaves have written valid numbers."""
 
 from collections.abc import Iterable, Sequence
 import math
@@ -7,7 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from hunav_drake.systems.behavior.tick_context import MAX_STATUS, Moment
+from hunav_drake.systems.behavior.nodes.tick_context import (
+    MAX_BEHAVIOR_STATUS,
+    TickContext,
+)
 from hunav_drake.systems.common.layout import COMMAND_SIZE, Command, RobotRole
 
 _NOT_NEGATIVE = (
@@ -23,14 +26,14 @@ _FLAGS = (Command.HAS_GOAL, Command.HOLD)
 _PLAIN = frozenset({float, int, bool, np.float64})
 
 
-def is_sound(moment: Moment, memory: Sequence[float]) -> bool:
-    """Tells at once that all is right; if not, `find_fault` looks closely.
+def is_sound(context: TickContext, memory: Sequence[float]) -> bool:
+    """Returns quickly whether all is valid; `find_fault` finds what is not.
 
     Args:
-        moment: After a tick.
-        memory: The memory of the tree, likewise.
+        context: After a tick.
+        memory: The memory of the tree after the tick.
     """
-    command = moment.command
+    command = context.command
     try:
         # Nothing adds up to a finite number with infinity or NaN in it.
         total = sum(command)
@@ -50,25 +53,25 @@ def is_sound(moment: Moment, memory: Sequence[float]) -> bool:
             and command[Command.HOLD] in (0, 1)
             and command[Command.GROUP_ID] >= -1
             and command[Command.GROUP_ID] % 1 == 0
-            and type(moment.behavior_status) in _PLAIN
-            and 0 <= moment.behavior_status <= MAX_STATUS
-            and moment.behavior_status % 1 == 0
+            and type(context.behavior_status) in _PLAIN
+            and 0 <= context.behavior_status <= MAX_BEHAVIOR_STATUS
+            and context.behavior_status % 1 == 0
         )
     except (TypeError, ValueError):
         return False
 
 
 def find_fault(
-    moment: Moment, memory: Sequence[float], slots: Sequence[str]
+    context: TickContext, memory: Sequence[float], slots: Sequence[str]
 ) -> str:
-    """Returns what is wrong with what leaves have written; empty if nothing.
+    """Returns a message about the first invalid number; empty if there is none.
 
     Args:
-        moment: After a tick.
-        memory: The memory of the tree, likewise.
-        slots: What each number of the memory is.
+        context: After a tick.
+        memory: The memory of the tree after the tick.
+        slots: The name of each number of the memory.
     """
-    command = moment.command
+    command = context.command
     if len(command) != COMMAND_SIZE:
         return f"a command has {COMMAND_SIZE} numbers, got {len(command)}"
     for name, value in zip(Command, command, strict=True):
@@ -83,15 +86,15 @@ def find_fault(
             return f"{what} must be 0 or 1, got {value!r}"
         if name is Command.GROUP_ID and (value < -1 or value % 1 != 0):
             return f"{what} must be a whole number, -1 or more, got {value!r}"
-    status = moment.behavior_status
+    status = context.behavior_status
     if (
         not _is_number(status)
-        or not 0 <= status <= MAX_STATUS
+        or not 0 <= status <= MAX_BEHAVIOR_STATUS
         or status % 1 != 0
     ):
         return (
-            f"behavior_status must be in [0, {MAX_STATUS}], a whole number, got"
-            f" {status!r}"
+            f"behavior_status must be in [0, {MAX_BEHAVIOR_STATUS}], a whole"
+            f" number, got {status!r}"
         )
     # (Infinity may mean "nothing yet" to a leaf, and does to the blackboard.)
     for slot, value in zip(slots, memory, strict=False):
