@@ -338,11 +338,6 @@ ANA = HumanConfig(pose=[0, 0, 0], goals=[[9, 0], [0, 0]], behavior="scared")
             {},
             "tree ScaredNavTree .* tree CuriousNavTree ",
         ),
-        (
-            {},
-            {"separate_trees": False},
-            "type .* in the file, BehaviorTreeBank in",
-        ),
     ],
 )
 def test_trees_of_others_are_refused(tmp_path, human, options, words):
@@ -352,6 +347,17 @@ def test_trees_of_others_are_refused(tmp_path, human, options, words):
     )
     other = MakeHumans([dataclasses.replace(ANA, **human)], **options)
     with pytest.raises(ValueError, match=rf"c\.npz: does not fit .*{words}"):
+        LoadContext(other, path)
+
+
+def test_trees_of_one_system_are_not_those_of_many(tmp_path):
+    people = [ANA, dataclasses.replace(ANA, pose=(0, 5, 0))]
+    diagram = MakeHumans(people)
+    path = SaveContext(
+        diagram, diagram.CreateDefaultContext(), tmp_path / "c.npz"
+    )
+    other = MakeHumans(people, separate_trees=False)
+    with pytest.raises(ValueError, match=r"c\.npz: does not fit"):
         LoadContext(other, path)
 
 
