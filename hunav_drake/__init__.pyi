@@ -32,6 +32,11 @@ from .scenario import (
     Scenario as Scenario,
     ScenarioError as ScenarioError,
 )
+from .seeds import (
+    GetTrialSeed as GetTrialSeed,
+    SetHumansSeed as SetHumansSeed,
+    SetTrialSeed as SetTrialSeed,
+)
 from .simulation import (
     GetTrialResult as GetTrialResult,
     MakeTrialSimulator as MakeTrialSimulator,

@@ -1,7 +1,7 @@
 """The command `hunav`.
 
-Everything heavy is imported where it is used, so that the command answers at
-once.
+Heavy modules are imported where they are used, so that the command starts
+fast.
 """
 
 import argparse

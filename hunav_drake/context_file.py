@@ -1,38 +1,33 @@
-"""A Context in a file: to stop a trial today and to go on tomorrow."""
+"""Saves a Context to a file, and loads it."""
 
-from collections.abc import Iterator
 import hashlib
 import json
 from pathlib import Path
-from typing import Any, Protocol, runtime_checkable
-import zipfile
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.systems.framework import (
     Context,
     Diagram,
-    InputPort,
-    InputPortIndex,
     PortDataType,
     System,
 )
 
-from hunav_drake.systems.behavior import BehaviorTree, BehaviorTreeBank, Tree
+from hunav_drake.context_layout import (
+    abstract_states,
+    free_ports,
+    layout,
+    leaves,
+    misfit,
+    vectors,
+)
+from hunav_drake.systems.behavior import BehaviorTree
 from hunav_drake.systems.common.files import atomic_write
 
-_FORMAT = "hunav_drake context 1"
+_FORMAT = "hunav_drake context 2"
 
-
-@runtime_checkable
-class Storable(Protocol):
-    """An abstract state that can be written as arrays, and read back."""
-
-    def to_arrays(self) -> dict[str, NDArray[Any]]:
-        """Returns all that the state is made of, by name."""
-
-    def from_arrays(self, arrays: dict[str, NDArray[Any]]) -> Any:
-        """Returns the state that arrays were made of; `self` stays."""
+Array = NDArray[Any]
 
 
 def SaveContext(
@@ -57,15 +52,16 @@ def SaveContext(
 
     Raises:
         ValueError: If a system has an abstract state that is not `Storable`,
-            or an input port has a fixed value that is abstract.
+            an input port has a fixed value that is abstract, or a number of
+            the state or a parameter is not finite, though it is by default.
         OSError: If the file cannot be written.
     """
     arrays = {
         "format": np.array(_FORMAT),
         "time": np.array(context.get_time()),
-        "systems": np.array(json.dumps(_layout(diagram, context))),
+        "systems": np.array(json.dumps(layout(diagram, context))),
     }
-    for key, port in _free_ports(diagram):
+    for key, port in free_ports(diagram):
         own = port.get_system().GetMyContextFromRoot(context)
         if port.HasValue(own):
             if port.get_data_type() == PortDataType.kAbstractValued:
@@ -74,13 +70,18 @@ def SaveContext(
                     " abstract, which cannot be saved"
                 )
             arrays[key] = port.Eval(own)
-    for key, system in _leaves(diagram):
+    default = diagram.CreateDefaultContext()
+    for key, system in leaves(diagram):
         own = system.GetMyContextFromRoot(context)
-        for name, vector in _vectors(own):
-            arrays[f"{key}/{name}"] = vector.value()
-        for i, value in _abstract_states(system, own):
+        defaults = dict(vectors(system.GetMyContextFromRoot(default)))
+        for name, vector in vectors(own):
+            values = vector.CopyToVector()
+            _check_values(system, name, values, defaults[name].CopyToVector())
+            arrays[f"{key}/{name}"] = values
+        for i, value in abstract_states(system, own):
             for name, array in value.to_arrays().items():
                 arrays[f"{key}/abstract/{i}/{name}"] = array
+    arrays["sha256"] = np.array(_digest(arrays))
     path = Path(filename)
     with atomic_write(path) as file:
         np.savez(file, allow_pickle=False, **arrays)
@@ -92,7 +93,9 @@ def LoadContext(diagram: Diagram, filename: str | Path) -> Context:
 
     What is in the file counts, as the goal of a trial, which is a parameter;
     whatever else is different in the diagram is as it is there: a trial can go
-    on among other walls, or with another model of motion.
+    on among other walls, or with another model of motion. But planners and
+    behavior trees must be those that were saved: no other could make sense of
+    their memory.
 
     Args:
         diagram: A diagram of the same systems as the one that was saved: for a
@@ -103,196 +106,139 @@ def LoadContext(diagram: Diagram, filename: str | Path) -> Context:
         A Context of the diagram, equal to the one that was saved.
 
     Raises:
-        ValueError: If the file is not of that kind, or its systems are not
-            those of the diagram.
+        ValueError: If the file is not of that kind, its systems are not
+            those of the diagram, or it is not as `SaveContext` wrote it.
         OSError: If the file cannot be read.
     """
     arrays = _read(Path(filename))
     context = diagram.CreateDefaultContext()
-    try:
+    intact = str(arrays.pop("sha256", "")) == _digest(arrays)
+    if intact:
         saved = json.loads(str(arrays["systems"]))
-        misfit = _misfit(saved, _layout(diagram, context))
-        if not misfit:
-            _fill(diagram, context, arrays)
-    except (LookupError, TypeError, ValueError) as error:
-        raise ValueError(f"{filename}: is damaged: {error!r}") from error
-    if misfit:
+        found = misfit(saved, layout(diagram, context))
+        if found:
+            raise ValueError(
+                f"{filename}: {found}. Make the diagram as it was made when"
+                " the Context was saved."
+            )
+    remedy = "Save the Context once more, or take a copy of the file."
+    try:
+        _fill(diagram, context, arrays)
+    except ValueError as error:
         raise ValueError(
-            f"{filename}: {misfit}. Make the diagram as it was made when the"
-            " Context was saved."
+            f"{filename}: is damaged: {error}. {remedy}"
+        ) from error
+    if not intact:
+        raise ValueError(
+            f"{filename}: is damaged: its content is not what SaveContext"
+            f" wrote. {remedy}"
         )
     return context
 
 
-def _fill(
-    diagram: Diagram, context: Context, arrays: dict[str, NDArray[Any]]
-) -> None:
+def _fill(diagram: Diagram, context: Context, arrays: dict[str, Array]) -> None:
     """Sets all of a Context that a file holds.
 
     Raises:
-        LookupError: If something is missing or too short.
+        ValueError: If something is missing, or is not what it must be.
     """
-    context.SetTime(float(arrays["time"]))
-    for key, port in _free_ports(diagram):
+    time = _numbers(arrays, "time", ())
+    if not np.isfinite(time):
+        raise ValueError(f"the time must be finite, got {time} s")
+    context.SetTime(float(time))
+    for key, port in free_ports(diagram):
         if key in arrays:
             own = port.get_system().GetMyMutableContextFromRoot(context)
-            port.FixValue(own, arrays[key])
-    for key, system in _leaves(diagram):
+            port.FixValue(own, _numbers(arrays, key, (port.size(),)))
+    for key, system in leaves(diagram):
         own = system.GetMyMutableContextFromRoot(context)
-        for name, vector in _vectors(own, mutable=True):
-            vector.SetFromVector(arrays[f"{key}/{name}"])
-        for i, value in _abstract_states(system, own):
+        for name, vector in vectors(own, mutable=True):
+            values = _numbers(arrays, f"{key}/{name}", (vector.size(),))
+            _check_values(system, name, values, vector.CopyToVector())
+            vector.SetFromVector(values)
+        for i, value in abstract_states(system, own):
             head = f"{key}/abstract/{i}/"
             stored = {
                 name.removeprefix(head): array
                 for name, array in arrays.items()
                 if name.startswith(head)
             }
-            own.SetAbstractState(i, value.from_arrays(stored))
+            try:
+                state = value.from_arrays(stored)
+            except (LookupError, TypeError, ValueError) as error:
+                raise ValueError(
+                    f"{system.GetSystemPathname()}: {error}"
+                ) from error
+            own.SetAbstractState(i, state)
 
 
-def _read(path: Path) -> dict[str, NDArray[Any]]:
-    try:
-        with np.load(path, allow_pickle=False) as file:
-            arrays = dict(file)
-        known = str(arrays.get("format")) == _FORMAT
-    except (ValueError, EOFError, zipfile.BadZipFile, AttributeError):
-        known = False
-    if not known:
-        raise ValueError(
-            f"{path}: is not a Context written by SaveContext, or is damaged"
-        )
-    return arrays
-
-
-def _abstract_states(
-    system: System, context: Context
-) -> Iterator[tuple[int, Storable]]:
-    """Yields the abstract states of a leaf that are kept, by their index.
+def _numbers(
+    arrays: dict[str, Array], key: str, shape: tuple[int, ...]
+) -> Array:
+    """Returns an array of the file, of floating-point numbers.
 
     Raises:
-        ValueError: If there is one that cannot be.
+        ValueError: If there is none, or it is another one.
     """
-    for i in range(context.num_abstract_states()):
-        try:
-            value = context.get_abstract_state(i).get_value()
-        except RuntimeError as error:
-            # What a plant's output ports tell of its last step; the next step
-            # does not depend on it.
-            if "DiscreteStepMemory" in str(error):
-                continue
-            value = None
-        if not isinstance(value, Storable):
+    array = arrays.get(key)
+    if array is None:
+        raise ValueError(f"it has no entry {key!r}")
+    if array.shape != shape or array.dtype != np.float64:
+        raise ValueError(
+            f"the entry {key!r} must be float64 of shape {shape}, got"
+            f" {array.dtype} of shape {array.shape}"
+        )
+    return array
+
+
+def _check_values(
+    system: System, name: str, values: Array, default: Array
+) -> None:
+    """Checks the numbers of a leaf's state or parameters.
+
+    Raises:
+        ValueError: If one is not finite. A number may be so that already is by
+            default; and those of behavior trees have a rule of their own.
+    """
+    try:
+        if isinstance(system, BehaviorTree):
+            system.CheckMemory(values)
+            return
+        bad = np.flatnonzero(~np.isfinite(values) & np.isfinite(default))
+        if bad.size:
             raise ValueError(
-                f"{system.GetSystemPathname()} has an abstract state of type"
-                f" {type(value).__name__}, which cannot be saved: it lacks"
-                " to_arrays() and from_arrays()"
+                f"must be finite, but number {bad[0]} is {values[bad[0]]}"
             )
-        yield i, value
+    except ValueError as error:
+        raise ValueError(
+            f"{system.GetSystemPathname()}: {name}: {error}"
+        ) from error
 
 
-def _free_ports(diagram: Diagram) -> Iterator[tuple[str, InputPort]]:
-    """Yields the input ports that may have a fixed value, each with a key."""
-    for i in range(diagram.num_input_ports()):
-        yield f"input/{i}", diagram.get_input_port(i)
-    yield from _free_inner_ports(diagram, "")
+def _digest(arrays: dict[str, Array]) -> str:
+    """Returns a hash of all that is in a file."""
+    digest = hashlib.sha256()
+    for name, array in sorted(arrays.items()):
+        head = f"{name} {array.dtype.str} {array.shape}\n"
+        digest.update(head.encode() + array.tobytes())
+    return digest.hexdigest()
 
 
-def _free_inner_ports(
-    diagram: Diagram, prefix: str
-) -> Iterator[tuple[str, InputPort]]:
-    taken = set(diagram.connection_map())
-    for i in range(diagram.num_input_ports()):
-        taken |= set(diagram.GetInputPortLocators(InputPortIndex(i)))
-    for i, system in enumerate(diagram.GetSystems()):
-        for k in range(system.num_input_ports()):
-            if (system, InputPortIndex(k)) not in taken:
-                yield f"{prefix}{i}/input/{k}", system.get_input_port(k)
-        if isinstance(system, Diagram):
-            yield from _free_inner_ports(system, f"{prefix}{i}.")
-
-
-def _leaves(diagram: Diagram, prefix: str = "") -> Iterator[tuple[str, System]]:
-    """Yields the leaf systems, each with a key that is its place."""
-    for i, system in enumerate(diagram.GetSystems()):
-        if isinstance(system, Diagram):
-            yield from _leaves(system, f"{prefix}{i}.")
-        else:
-            yield f"{prefix}{i}", system
-
-
-def _vectors(
-    context: Context, *, mutable: bool = False
-) -> Iterator[tuple[str, Any]]:
-    """Yields the vectors of a leaf's context that have numbers, by name."""
-    if context.num_continuous_states():
-        state = (
-            context.get_mutable_continuous_state_vector()
-            if mutable
-            else context.get_continuous_state_vector()
+def _read(path: Path) -> dict[str, Array]:
+    with path.open("rb") as file:
+        try:
+            with np.load(file, allow_pickle=False) as archive:
+                arrays = dict(archive)
+            known = str(arrays.get("format"))
+        # A damaged archive may fail anywhere in the unpacking.
+        except Exception as error:
+            raise ValueError(
+                f"{path}: is not a Context written by SaveContext, or is"
+                f" damaged: {error}"
+            ) from error
+    if known != _FORMAT:
+        raise ValueError(
+            f"{path}: is not a Context written by SaveContext of this version:"
+            f" the format must be {_FORMAT!r}, got {known!r:.80}"
         )
-        yield "continuous", state
-    for i in range(context.num_discrete_state_groups()):
-        get = (
-            context.get_mutable_discrete_state
-            if mutable
-            else context.get_discrete_state
-        )
-        yield f"discrete/{i}", get(i)
-    for i in range(context.num_numeric_parameter_groups()):
-        get = (
-            context.get_mutable_numeric_parameter
-            if mutable
-            else context.get_numeric_parameter
-        )
-        yield f"parameter/{i}", get(i)
-
-
-def _layout(diagram: Diagram, context: Context) -> list[dict[str, Any]]:
-    """Returns what each leaf system is, and how many numbers it has."""
-    layout = []
-    for key, system in _leaves(diagram):
-        own = system.GetMyContextFromRoot(context)
-        sizes = {name: vector.size() for name, vector in _vectors(own)}
-        layout.append(
-            {
-                "key": key,
-                "type": type(system).__name__,
-                "path": system.GetSystemPathname(),
-                "sizes": sizes,
-                "abstract": own.num_abstract_states(),
-                "trees": [_tree_layout(tree) for tree in _trees(system)],
-            }
-        )
-    return layout
-
-
-def _trees(system: System) -> list[Tree]:
-    if isinstance(system, BehaviorTree):
-        return [system.tree()]
-    if isinstance(system, BehaviorTreeBank):
-        return system.trees()
-    return []
-
-
-def _tree_layout(tree: Tree) -> str:
-    """Returns which tree it is; equal ones have the same memory."""
-    slots = hashlib.sha256("\n".join(tree.slots).encode()).hexdigest()
-    return f"{tree.name} ({len(tree.slots)} numbers, {slots[:8]})"
-
-
-def _misfit(saved: list[dict[str, Any]], present: list[dict[str, Any]]) -> str:
-    """Returns what does not fit of a file and a diagram, or nothing."""
-    for old, new in zip(saved, present, strict=False):
-        for what in ("key", "type", "sizes", "abstract", "trees"):
-            if old[what] != new[what]:
-                return (
-                    f"does not fit the diagram at {new['path']}: {what}"
-                    f" {old[what]} in the file, {new[what]} in the diagram"
-                )
-    if len(saved) != len(present):
-        return (
-            f"does not fit the diagram: {len(saved)} systems in the file,"
-            f" {len(present)} in the diagram"
-        )
-    return ""
+    return arrays

@@ -1,7 +1,8 @@
-"""People for any diagram."""
+"""Adds people to any diagram."""
 
 from collections.abc import Sequence
 import numbers
+from types import NoneType
 from typing import Any, NamedTuple
 
 from pydrake.systems.framework import (
@@ -9,24 +10,19 @@ from pydrake.systems.framework import (
     DiagramBuilder,
     InputPort,
     OutputPort,
-    System,
 )
 from pydrake.systems.primitives import Multiplexer
 
-from hunav_drake.systems.behavior import (
-    BehaviorTree,
-    BehaviorTreeBank,
-    LoadBehavior,
-)
+from hunav_drake.systems.behavior import BehaviorTree, LoadBehaviors
+from hunav_drake.systems.common.checks import check_kind
 from hunav_drake.systems.crowd import CrowdConfig, HumanCrowd
 from hunav_drake.systems.people import HumanConfig
-from hunav_drake.systems.people.names import name_people
-from hunav_drake.systems.people.weights import draw_weights
+from hunav_drake.systems.people.names import check_consistent, name_people
 from hunav_drake.systems.world.obstacles import Obstacles
 from hunav_drake.systems.world.shapes import World
 
-# More people than this share a bank of trees.
-BANK_FROM = 20
+# The trees of more people than this are in one system.
+MAX_SEPARATE_TREES = 20
 
 
 class HumanPorts(NamedTuple):
@@ -54,6 +50,7 @@ def MakeHumans(
     config: CrowdConfig | None = None,
     num_robots: int = 1,
     time_step: float = 0.05,
+    start_jitter: float = 0.0,
     seed: int = 0,
     separate_trees: bool | None = None,
 ) -> Diagram:
@@ -67,16 +64,19 @@ def MakeHumans(
         config: How they take in the world.
         num_robots: How many robots they meet.
         time_step: The time between two steps, in seconds.
-        seed: What the weights of people follow from whose `forces_mode` is
-            a random one, in [0, 2^63).
+        start_jitter: How far x and y of a start are at most from those of the
+            configuration, in meters; the seed draws by how much.
+        seed: The seed of the default Context, in [0, 2^63). What is drawn of
+            starts and weights follows from it; `SetHumansSeed` sets another
+            one in any Context.
         separate_trees: Whether each person's tree is a system of its own,
-            or all are in one `BehaviorTreeBank`, which does the same and is
-            faster for many; by default, from more than 20 people on.
+            or one `BehaviorTree` ticks all, which does the same and is faster
+            for many; by default, up to 20 people have systems of their own.
 
     Returns:
-        A diagram named "humans" of the systems "crowd", "behavior_0" ... and
-        "behavior_status", or "crowd" and "behaviors", with the ports of
-        `HumanPorts` by these names.
+        A diagram named "humans" of the systems "crowd" and "behaviors", or
+        "crowd", "behavior_0" ..., and "commands" and "behavior_status" that
+        join what these give, with the ports of `HumanPorts` by these names.
 
     Raises:
         BehaviorTreeError: If a behavior is not known, or faulty.
@@ -89,9 +89,10 @@ def MakeHumans(
     if isinstance(obstacles, World):
         obstacles = obstacles.obstacles()
     # Before anything is made of them: crowd and trees know the same numbers.
-    humans = draw_weights(name_people(humans), seed)
+    humans = name_people(humans)
+    check_consistent(humans)
     if separate_trees is None:
-        separate_trees = len(humans) <= BANK_FROM
+        separate_trees = len(humans) <= MAX_SEPARATE_TREES
     builder = DiagramBuilder()
     crowd = builder.AddNamedSystem(
         "crowd",
@@ -100,28 +101,45 @@ def MakeHumans(
             obstacles=obstacles,
             config=config,
             num_robots=num_robots,
-            one_command_port=not separate_trees,
             time_step=time_step,
+            start_jitter=start_jitter,
+            seed=seed,
         ),
     )
-    options = {
-        "num_robots": num_robots,
-        "time_step": time_step,
-        "obstacles": obstacles,
-    }
-    add = _AddTrees if separate_trees else _AddBank
-    trees, status = add(builder, humans, crowd, options)
+    trees = LoadBehaviors(human.behavior for human in humans)
+    everybody = range(len(humans))
+    rows_of = {"behaviors": [*everybody]}
+    if separate_trees:
+        rows_of = {f"behavior_{i}": [i] for i in everybody}
+    systems = [
+        builder.AddNamedSystem(
+            name,
+            BehaviorTree(
+                [trees[i] for i in rows],
+                humans,
+                indices=rows,
+                num_robots=num_robots,
+                time_step=time_step,
+                obstacles=obstacles,
+            ),
+        )
+        for name, rows in rows_of.items()
+    ]
+    builder.Connect(
+        _Join(builder, "commands", systems), crowd.get_commands_input_port()
+    )
+    status = _Join(builder, "behavior_status", systems)
     builder.ExportOutput(crowd.get_human_states_output_port(), "human_states")
     builder.ExportOutput(status, "behavior_status")
     builder.ExportOutput(crowd.get_forces_output_port(), "forces")
-    for system in trees:
+    for system in systems:
         builder.Connect(
             crowd.get_human_states_output_port(),
             system.GetInputPort("human_states"),
         )
     if num_robots:
         builder.ExportInput(crowd.get_robot_state_input_port(), "robot_state")
-        for system in trees:
+        for system in systems:
             builder.ConnectInput(
                 "robot_state", system.GetInputPort("robot_state")
             )
@@ -131,84 +149,36 @@ def MakeHumans(
 
 
 def _check_arguments(
-    humans: Any,
-    obstacles: Any,
-    config: Any,
-    num_robots: Any,
-    time_step: Any,
+    humans: Any, obstacles: Any, config: Any, num_robots: Any, time_step: Any
 ) -> None:
     """Checks of what kind the arguments of `MakeHumans` are.
 
     Raises:
         TypeError: If one is of another kind.
     """
-    kinds: list[tuple[str, Any, Any, str]] = [
-        (
-            "obstacles",
-            obstacles,
-            (Obstacles, World, type(None)),
-            "Obstacles or a World",
-        ),
-        ("config", config, (CrowdConfig, type(None)), "a CrowdConfig"),
-        ("num_robots", num_robots, numbers.Integral, "a whole number"),
-        ("time_step", time_step, numbers.Real, "a number"),
-        ("humans", humans, Sequence, "a sequence"),
-    ]
-    if isinstance(humans, Sequence):
-        kinds += [
-            (f"humans[{i}]", human, HumanConfig, "a HumanConfig")
-            for i, human in enumerate(humans)
-        ]
-    for name, value, kind, words in kinds:
-        if not isinstance(value, kind) or isinstance(value, bool):
-            raise TypeError(
-                f"{name} must be {words}, got {type(value).__name__} {value!r}"
-            )
-
-
-def _AddTrees(
-    builder: DiagramBuilder,
-    humans: Sequence[HumanConfig],
-    crowd: HumanCrowd,
-    options: dict[str, Any],
-) -> tuple[list[System], OutputPort]:
-    """Adds a tree for each person; returns them, and whose is active."""
-    status = builder.AddNamedSystem(
-        "behavior_status", Multiplexer([1] * len(humans))
-    )
-    trees = []
+    known = (Obstacles, World, NoneType)
+    check_kind("obstacles", obstacles, known, "Obstacles or a World")
+    check_kind("config", config, (CrowdConfig, NoneType), "a CrowdConfig")
+    check_kind("num_robots", num_robots, numbers.Integral, "a whole number")
+    check_kind("time_step", time_step, numbers.Real, "a number")
+    check_kind("humans", humans, Sequence, "a sequence")
     for i, human in enumerate(humans):
-        tree = builder.AddNamedSystem(
-            f"behavior_{i}",
-            BehaviorTree(
-                LoadBehavior(human.behavior), human, i, len(humans), **options
-            ),
-        )
-        builder.Connect(
-            tree.GetOutputPort("command"), crowd.get_command_input_port(i)
-        )
-        builder.Connect(
-            tree.GetOutputPort("behavior_status"), status.get_input_port(i)
-        )
-        trees.append(tree)
-    return trees, status.get_output_port()
+        check_kind(f"humans[{i}]", human, HumanConfig, "a HumanConfig")
 
 
-def _AddBank(
-    builder: DiagramBuilder,
-    humans: Sequence[HumanConfig],
-    crowd: HumanCrowd,
-    options: dict[str, Any],
-) -> tuple[list[System], OutputPort]:
-    """Adds all trees in one system; returns it, and whose is active."""
-    trees = [LoadBehavior(human.behavior) for human in humans]
-    bank = builder.AddNamedSystem(
-        "behaviors", BehaviorTreeBank(trees, humans, **options)
+def _Join(
+    builder: DiagramBuilder, name: str, systems: Sequence[BehaviorTree]
+) -> OutputPort:
+    """Returns one port with what all systems give at the port of a name."""
+    ports: list[OutputPort] = [it.GetOutputPort(name) for it in systems]
+    if len(ports) == 1:
+        return ports[0]
+    joined = builder.AddNamedSystem(
+        name, Multiplexer([p.size() for p in ports])
     )
-    builder.Connect(
-        bank.get_commands_output_port(), crowd.get_commands_input_port()
-    )
-    return [bank], bank.get_behavior_status_output_port()
+    for i, port in enumerate(ports):
+        builder.Connect(port, joined.get_input_port(i))
+    return joined.get_output_port()
 
 
 def AddHumans(
@@ -219,6 +189,7 @@ def AddHumans(
     config: CrowdConfig | None = None,
     num_robots: int = 1,
     time_step: float = 0.05,
+    start_jitter: float = 0.0,
     seed: int = 0,
     separate_trees: bool | None = None,
     name: str = "humans",
@@ -246,7 +217,8 @@ def AddHumans(
         config: How they take in the world.
         num_robots: How many robots they meet.
         time_step: The time between two steps, in seconds.
-        seed: What drawn weights follow from: see `MakeHumans`.
+        start_jitter: How far starts are off at most: see `MakeHumans`.
+        seed: The seed of the default Context: see `MakeHumans`.
         separate_trees: Whether each tree is a system: see `MakeHumans`.
         name: What the system is called; each in a diagram has its own name.
 
@@ -275,6 +247,7 @@ def AddHumans(
             config=config,
             num_robots=num_robots,
             time_step=time_step,
+            start_jitter=start_jitter,
             seed=seed,
             separate_trees=separate_trees,
         ),

@@ -1,4 +1,4 @@
-"""Ctrl-C, at a moment when it does no harm."""
+"""Defers Ctrl-C to the end of a step."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager

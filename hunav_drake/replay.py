@@ -1,4 +1,4 @@
-"""How a trial looks in Meshcat: view, light, and the replay file.
+"""Shows a trial in Meshcat, and writes its replay.
 
 A run is recorded by the visualizer of the scene:
 

@@ -22,10 +22,12 @@ from hunav_drake.results.trial_result import (
     MakeTrialResult,
     TrialResult,
 )
-from hunav_drake.scenario import CheckScenario, SaveScenario
+from hunav_drake.scenario import SaveScenario
 from hunav_drake.scenario.error import Fault, ScenarioError, shown
 from hunav_drake.scenario.schema import Scenario
+from hunav_drake.seeds import GetTrialSeed, SetTrialSeed
 from hunav_drake.systems.behavior.fingerprint import tree_fingerprint
+from hunav_drake.systems.common.registry import name_of
 from hunav_drake.systems.evaluation.trial_monitor import TrialStatus
 from hunav_drake.trial_diagram import MakeTrialDiagram
 
@@ -41,6 +43,7 @@ def MakeTrialSimulator(
 ) -> Simulator:
     """Makes a simulator that ends a trial at the goal, or when it is stuck.
 
+    It ends at a whole time step, wherever runs stop and others go on.
     Once it has ended a trial, each further `AdvanceTo` goes on by one step.
 
     Args:
@@ -55,10 +58,13 @@ def MakeTrialSimulator(
         _skip_done_updates(diagram, context)
         simulator = Simulator(diagram, context)
     status = diagram.GetOutputPort("status")
+    trial = diagram.GetSubsystemByName("monitor")
 
     def monitor(root_context: Context) -> EventStatus:
         if progress is not None:
             progress(root_context.get_time())
+        if not trial.IsStep(trial.GetMyContextFromRoot(root_context)):
+            return EventStatus.DidNothing()
         value = TrialStatus(int(status.Eval(root_context)[0]))
         if value == TrialStatus.RUNNING:
             return EventStatus.DidNothing()
@@ -85,15 +91,24 @@ def RunTrial(
     scenario: Scenario,
     seed: int | None = None,
     *,
+    diagram: Diagram | None = None,
     meshcat: "Meshcat | None" = None,
     realtime_rate: float = 0.0,
     progress: Callable[[float], None] | None = None,
 ) -> TrialResult:
     """Runs a trial to its end.
 
+    Several seeds of one scenario can share a diagram, which takes far longer
+    to make than to reset; the results are the same, bit for bit:
+
+        diagram = MakeTrialDiagram(scenario)
+        results = [RunTrial(scenario, s, diagram=diagram) for s in range(100)]
+
     Args:
         scenario: What happens.
         seed: Stands in for the scenario's own seed.
+        diagram: From `MakeTrialDiagram(scenario)`, for whatever seed, with
+            the same `meshcat`; by default it is made.
         meshcat: Where to show the trial, and to record it for a replay.
         realtime_rate: How many times as fast as real time it runs at most; 0
             for as fast as it can.
@@ -105,10 +120,21 @@ def RunTrial(
     Raises:
         ScenarioError: If the scenario cannot be simulated.
     """
-    CheckScenario(scenario)
+    if diagram is None:
+        diagram = MakeTrialDiagram(scenario, meshcat)
+    if scenario.evaluator.start == "by_trigger":
+        fault = Fault(
+            "RunTrial",
+            0,
+            "evaluator.start",
+            "by_trigger waits for the input port trigger, which RunTrial()"
+            " leaves unconnected; use MakeTrialDiagram(), or another start",
+        )
+        raise ScenarioError("RunTrial", [fault])
     if seed is not None:
         scenario = _reseed(scenario, seed)
-    diagram = MakeTrialDiagram(scenario, meshcat)
+    context = diagram.CreateDefaultContext()
+    SetTrialSeed(diagram, context, scenario.simulation.seed)
     with (
         interrupts_between_steps() as check_interrupt,
         _recording(diagram, meshcat, live=realtime_rate > 0),
@@ -119,7 +145,7 @@ def RunTrial(
             if progress is not None:
                 progress(seconds)
 
-        simulator = MakeTrialSimulator(diagram, progress=step)
+        simulator = MakeTrialSimulator(diagram, context, progress=step)
         simulator.set_target_realtime_rate(realtime_rate)
         simulator.AdvanceTo(scenario.simulation.duration)
         if meshcat is not None:
@@ -146,8 +172,10 @@ def GetTrialResult(
     Args:
         scenario: What happens; its metrics are computed.
         diagram: From `MakeTrialDiagram(scenario)`.
-        context: A Context of that diagram.
+        context: A Context of that diagram; its seed counts, not that of the
+            scenario.
     """
+    scenario = _reseed(scenario, GetTrialSeed(diagram, context))
     status = TrialStatus(int(diagram.GetOutputPort("status").Eval(context)[0]))
     reason = _REASONS[status]
     duration = scenario.simulation.duration
@@ -162,7 +190,7 @@ def GetTrialResult(
         provenance=MakeProvenance(
             SaveScenario(scenario),
             seed=scenario.simulation.seed,
-            planner=scenario.planner.name,
+            planner=name_of(scenario.planner),
             behavior_sha256=_behavior_sha256(scenario),
         ),
         end_reason=reason,

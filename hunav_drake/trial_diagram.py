@@ -1,26 +1,18 @@
 """The diagram of a trial."""
 
-import dataclasses
 from typing import TYPE_CHECKING
 
-from pydrake.systems.framework import Diagram, DiagramBuilder
+from pydrake.systems.framework import Diagram, DiagramBuilder, System
 from pydrake.systems.primitives import ConstantVectorSource
 
 from hunav_drake.humans import AddHumans
-from hunav_drake.scenario import CheckScenario, name_humans
+from hunav_drake.scenario import CheckScenario
+from hunav_drake.scenario.error import Fault, ScenarioError
 from hunav_drake.scenario.schema import Scenario
-from hunav_drake.systems.common.random_streams import Purpose, draw_uniform
+from hunav_drake.systems.common.registry import name_of
 from hunav_drake.systems.evaluation import Evaluator
 from hunav_drake.systems.evaluation.trial_monitor import TrialMonitor
-from hunav_drake.systems.people import HumanConfig
-from hunav_drake.systems.people.names import people_ids
-from hunav_drake.systems.people.weights import draw_weights
-from hunav_drake.systems.planning import (
-    LocalPlanner,
-    PlanningTask,
-    make_planner,
-)
-from hunav_drake.systems.robot import DifferentialDrive
+from hunav_drake.systems.planning import PlanningTask
 from hunav_drake.systems.scene import AddScene
 from hunav_drake.systems.world.obstacles import Obstacles
 
@@ -34,66 +26,66 @@ def MakeTrialDiagram(
     """Makes the diagram of a trial: its whole state is one Context.
 
     Args:
-        scenario: What happens. Its seed decides where people start, and what
-            their weights are if those are drawn.
+        scenario: What happens. Its seed is that of the default Context alone:
+            see `SetTrialSeed`.
         meshcat: Where to show the trial; without one nothing is published.
 
     Returns:
-        A diagram of the systems "humans" (`AddHumans`), "robot"
-        (`DifferentialDrive`), "planner" (`LocalPlanner`), "goal" (if there is
-        one), "evaluator" (`Evaluator`), "monitor" (`TrialMonitor`) and "scene"
-        (`AddScene`). It has no inputs; its outputs are "robot_state",
+        A diagram of the systems "humans" (`AddHumans`), "robot" and "planner"
+        (see `RobotConfig` and `PlannerConfig`), "goal" (if there is one),
+        "evaluator" (`Evaluator`), "monitor" (`TrialMonitor`) and "scene"
+        (`AddScene`). It has no inputs, but for "trigger" if that begins the
+        recording (`EvaluatorConfig.start`); its outputs are "robot_state",
         "human_states", "behavior_status", "forces", "velocity_command",
-        "planner_status", "metrics", "recording", "status" and "query".
+        "planner_status", "planner_path", "metrics", "recording", "status" and
+        "query".
 
     Raises:
         ScenarioError: If the scenario cannot be simulated.
     """
-    CheckScenario(scenario)
-    scenario = name_humans(scenario)
+    scenario = CheckScenario(scenario)
     robot_config = scenario.robot
     time_step = scenario.simulation.time_step
     obstacles = scenario.world.obstacles()
-    starters = _start(scenario)
 
     builder = DiagramBuilder()
     humans = AddHumans(
         builder,
-        starters,
+        scenario.humans,
         obstacles=obstacles,
         config=scenario.crowd,
         time_step=time_step,
+        start_jitter=scenario.simulation.start_jitter,
+        seed=scenario.simulation.seed,
     )
-    robot = builder.AddNamedSystem(
-        "robot", DifferentialDrive(robot_config, time_step=time_step)
-    )
+    robot = robot_config.AddToBuilder(builder, time_step=time_step)
     planner = _AddPlanner(builder, scenario, obstacles)
-    evaluator = _AddEvaluator(builder, scenario, starters, obstacles)
+    evaluator = _AddEvaluator(builder, scenario, obstacles)
     monitor = _AddMonitor(builder, scenario)
     scene = AddScene(
         builder,
         scenario.world,
-        starters,
+        scenario.humans,
         robot_config,
         time_step=time_step,
         meshcat=meshcat,
     )
 
-    robot_state = robot.get_robot_state_output_port()
+    robot_state = robot.GetOutputPort("robot_state")
     builder.Connect(
-        planner.get_velocity_command_output_port(),
-        robot.get_velocity_command_input_port(),
+        planner.GetOutputPort("velocity_command"),
+        robot.GetInputPort("velocity_command"),
     )
     for port in (
         humans.robot_state,
-        planner.get_robot_state_input_port(),
+        planner.GetInputPort("robot_state"),
         evaluator.GetInputPort("robot_state"),
         monitor.get_robot_state_input_port(),
         scene.robot_state,
     ):
         builder.Connect(robot_state, port)
     for port in (
-        planner.get_human_states_input_port(),
+        planner.GetInputPort("human_states"),
         evaluator.GetInputPort("human_states"),
         scene.human_states,
     ):
@@ -112,14 +104,17 @@ def MakeTrialDiagram(
         ("human_states", humans.human_states),
         ("behavior_status", humans.behavior_status),
         ("forces", humans.forces),
-        ("velocity_command", planner.get_velocity_command_output_port()),
-        ("planner_status", planner.get_status_output_port()),
+        ("velocity_command", planner.GetOutputPort("velocity_command")),
+        ("planner_status", planner.GetOutputPort("status")),
+        ("planner_path", planner.GetOutputPort("path")),
         ("metrics", evaluator.GetOutputPort("metrics")),
         ("recording", evaluator.GetOutputPort("recording")),
         ("status", monitor.get_status_output_port()),
         ("query", scene.query_object),
     ):
         builder.ExportOutput(port, name)
+    if scenario.evaluator.start == "by_trigger":
+        builder.ExportInput(evaluator.GetInputPort("trigger"), "trigger")
     diagram = builder.Build()
     diagram.set_name("trial")
     return diagram
@@ -127,8 +122,7 @@ def MakeTrialDiagram(
 
 def _AddPlanner(
     builder: DiagramBuilder, scenario: Scenario, obstacles: Obstacles
-) -> LocalPlanner:
-    config = scenario.planner
+) -> System:
     robot = scenario.robot
     task = PlanningTask(
         limits=robot.limits,
@@ -136,28 +130,28 @@ def _AddPlanner(
         goal_tolerance=robot.goal_tolerance,
         goal_yaw_tolerance=robot.goal_yaw_tolerance,
         obstacles=obstacles,
-        period=config.period,
-    )
-    planner = LocalPlanner(
-        make_planner(config.name, config.parameters),
-        task,
         num_humans=len(scenario.humans),
         time_step=scenario.simulation.time_step,
     )
-    builder.AddNamedSystem("planner", planner)
+    planner = scenario.planner.AddToBuilder(builder, task)
+    if planner.HasInputPort("scan"):
+        message = (
+            f"the planner {name_of(scenario.planner)!r} needs a lidar (port"
+            " scan), which the robots of trials do not have yet; choose"
+            " another planner"
+        )
+        fault = Fault("scenario", 0, "planner", message)
+        raise ScenarioError("scenario", [fault])
     return planner
 
 
 def _AddEvaluator(
-    builder: DiagramBuilder,
-    scenario: Scenario,
-    humans: list[HumanConfig],
-    obstacles: Obstacles,
+    builder: DiagramBuilder, scenario: Scenario, obstacles: Obstacles
 ) -> Evaluator:
     evaluator = Evaluator(
-        humans,
+        scenario.humans,
         time_step=scenario.simulation.time_step,
-        period=scenario.evaluator.period,
+        config=scenario.evaluator,
         goal_tolerance=scenario.robot.goal_tolerance,
         goal_yaw_tolerance=scenario.robot.goal_yaw_tolerance,
         obstacles=obstacles,
@@ -176,20 +170,3 @@ def _AddMonitor(builder: DiagramBuilder, scenario: Scenario) -> TrialMonitor:
     )
     builder.AddNamedSystem("monitor", monitor)
     return monitor
-
-
-def _start(scenario: Scenario) -> list[HumanConfig]:
-    """Returns the people as the seed of the trial makes them."""
-    simulation = scenario.simulation
-    humans = draw_weights(scenario.humans, simulation.seed)
-    if not simulation.start_jitter:
-        return humans
-    starters = []
-    for human, human_id in zip(humans, people_ids(humans), strict=True):
-        offset = draw_uniform(
-            simulation.seed, human_id, Purpose.START_JITTER, 2
-        )
-        dx, dy = (simulation.start_jitter * (2 * offset - 1)).tolist()
-        x, y, yaw = human.pose
-        starters.append(dataclasses.replace(human, pose=(x + dx, y + dy, yaw)))
-    return starters

@@ -1,17 +1,13 @@
-import os
 from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).resolve().parents[1]
+from tests.recorded import FULL
 
 
 @pytest.fixture(scope="session")
 def reference() -> Path:
-    """The recorded results of the original programs."""
-    path = Path(
-        os.environ.get("HUNAV_REFERENCE", ROOT / "../shared/reference")
-    ).resolve()
-    if not path.is_dir():
-        pytest.skip(f"no recorded results at HUNAV_REFERENCE ({path})")
-    return path
+    """The folder with the original's own files, which are not in `data`."""
+    if not FULL.is_dir():
+        pytest.skip(f"no files of the original at HUNAV_REFERENCE ({FULL})")
+    return FULL

@@ -39,6 +39,8 @@ def test_holds_the_systems_and_their_data(wheel):
     names = zipfile.ZipFile(wheel).namelist()
     for name in (
         "hunav_drake/py.typed",
+        "hunav_drake/report/templates/style.css",
+        "hunav_drake/report/templates/trial.html",
         "hunav_drake/scenarios/passing.yaml",
         "hunav_drake/systems/behavior/trees/regular.xml",
         "hunav_drake/systems/crowd/human_crowd.py",
@@ -70,4 +72,4 @@ def test_runs_a_trial(wheel, tmp_path):
     assert where.stdout.startswith(str(place))
     result = run("-m", "hunav_drake.cli", "run", "passing", "--out", "out")
     assert result.returncode == 0, result.stderr
-    assert (tmp_path / "out" / "replay_passing_pursuit_0.html").exists()
+    assert (tmp_path / "out/runs/passing_pursuit_0/replay.html").exists()

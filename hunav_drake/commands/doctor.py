@@ -8,9 +8,9 @@ from hunav_drake.commands.errors import DONE, FAILED
 
 
 def add_doctor_command(commands: Any) -> None:
-    """Adds the command to those of `hunav`."""
+    """Adds the command `hunav doctor`."""
     doctor = commands.add_parser(
-        "doctor", help="show the versions in use, and do a short run"
+        "doctor", help="show the versions in use, and run a short test"
     )
     doctor.set_defaults(function=_doctor)
 
@@ -19,12 +19,13 @@ def _doctor(options: argparse.Namespace) -> int:
     from hunav_drake.results.provenance import MakeProvenance
     from hunav_drake.scenario import LoadScenario, SaveScenario
     from hunav_drake.simulation import RunTrial
+    from hunav_drake.systems.common.registry import name_of
 
     scenario = LoadScenario(
         filename="passing", overrides=["simulation.duration=2.0"]
     )
     provenance = MakeProvenance(
-        SaveScenario(scenario), seed=0, planner=scenario.planner.name
+        SaveScenario(scenario), seed=0, planner=name_of(scenario.planner)
     )
     for key, value in provenance.items():
         print(f"{key:18} {value}")

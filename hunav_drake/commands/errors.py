@@ -1,4 +1,4 @@
-"""What all commands of `hunav` share: exit codes, and bad input."""
+"""Exit codes and input errors of the commands of `hunav`."""
 
 import argparse
 from pathlib import Path
@@ -12,57 +12,45 @@ _UNKNOWN_PART = re.compile("there is no (planner|motion model|node|metric) ")
 
 
 class InputError(Exception):
-    """Something that the caller gave cannot be used; the text says what."""
+    """The input of the user cannot be used; the text says why."""
 
 
 def print_import_hint(error: Exception, options: argparse.Namespace) -> None:
-    """Tells how unknown parts are made known, if an error is about one."""
+    """Prints how to import user code, if an error is about an unknown part."""
     imports = getattr(options, "imports", ())
     if not imports and _UNKNOWN_PART.search(str(error)):
         print(
-            "hunav: parts of your own are made known by --import FILE",
+            "hunav: import a part of your own with --import FILE",
             file=sys.stderr,
         )
 
 
 def check_new(path: Path, *, force: bool) -> None:
-    """Finds out whether a file may be written.
+    """Checks that a file may be written.
 
     Raises:
-        InputError: If there is one already, and not ``force``.
+        InputError: If the file exists, unless ``force``.
     """
     if path.exists() and not force:
-        raise InputError(f"{path} exists already; --force writes over it")
+        raise InputError(f"{path} already exists; overwrite it with --force")
 
 
 def check_out(directory: Path) -> None:
-    """Finds out before the work whether its results can be kept.
+    """Checks, before a run, that its results can be written.
 
     Raises:
-        InputError: If nothing can be written to the folder, or a table there
-            is damaged.
+        InputError: If nothing can be written to the folder.
     """
     import tempfile
 
-    from hunav_drake.results.files import CheckTables
+    from hunav_drake.results.run_folders import RUNS
 
     try:
-        directory.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=directory):
+        (directory / RUNS).mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=directory / RUNS):
             pass
     except OSError as error:
         raise InputError(
             f"--out {directory}: cannot write there: {error.strerror}. Name a"
             " folder that you may write to."
-        ) from error
-    try:
-        CheckTables(directory)
-    except OSError as error:
-        raise InputError(
-            f"--out {directory}: cannot read {error.filename}: {error.strerror}"
-        ) from error
-    except ValueError as error:
-        raise InputError(
-            f"--out {directory}: {error}. Repair it, move it away, or name"
-            " another folder."
         ) from error

@@ -1,4 +1,4 @@
-"""What `hunav evaluate` does."""
+"""Evaluates a recording for `hunav evaluate`."""
 
 from collections.abc import Sequence
 import dataclasses
@@ -16,7 +16,7 @@ from hunav_drake.systems.evaluation.recording import (
 )
 from hunav_drake.systems.world.obstacles import Obstacles
 
-# What `--walls` says of a place without any.
+# The value of `--walls` for a place without walls.
 NO_WALLS = "none"
 
 
@@ -36,17 +36,17 @@ def evaluate_file(
         metric_names: Names of metrics, their aliases, families, "paper" or
             "all".
         goal: A goal "x,y" or "x,y,yaw" instead of the recording's, in meters
-            and radians; without yaw any heading will do.
+            and radians; without yaw any heading is right.
         goal_tolerance: "distance" or "distance,yaw" instead of the
             recording's, in meters and radians.
-        walls: A scenario, shipped or a file, whose walls those of the
-            recording are; or "none" if there are none.
-        reference: A recording of a robot that went the way it should.
+        walls: A scenario, shipped or a file, with the walls of the recording;
+            or "none" if there are no walls.
+        reference: A recording of the ideal trajectory of the robot.
 
     Raises:
         OSError: If a file cannot be read.
         ValueError: If a file is not a recording, or a name, the goal, its
-            tolerance or the walls make no sense.
+            tolerance or the walls are not valid.
     """
     select_metrics(metric_names)
     recording = ReadRecording(filename)
@@ -64,7 +64,7 @@ def evaluate_file(
     recording = dataclasses.replace(recording, **changes)
     if reference is not None:
         recording = recording.compared_with(ReadRecording(reference))
-    at_goal = bool(recording.derived.at_goal[-1])
+    at_goal = bool(recording.features.at_goal[-1])
     return MakeTrialResult(
         recording,
         scenario_name=filename.name.split(".")[0],
@@ -79,7 +79,7 @@ def evaluate_file(
 
 
 def lacks_walls(result: TrialResult) -> bool:
-    """Tells whether a metric has no value since walls are not known."""
+    """Returns whether a metric lacks a value because walls are unknown."""
     if result.recording.walls_known:
         return False
     missing = result.metrics.index[result.metrics.isna()]
@@ -99,7 +99,7 @@ def _goal(text: str, recording: Recording) -> dict[str, Any]:
     x, y, *yaw = _numbers("--goal", "X,Y", text)
     tolerance = math.pi
     if yaw:
-        # Any heading will do for a recording whose goal had none.
+        # A recording whose goal has no heading accepts any.
         known = recording.goal_yaw_tolerance
         tolerance = known if known < math.pi else GOAL_YAW_TOLERANCE
     return {
@@ -115,7 +115,7 @@ def _tolerance(text: str) -> dict[str, Any]:
 
 
 def _numbers(option: str, needed: str, text: str) -> list[float]:
-    """Returns the numbers of an option: the needed ones, and perhaps a yaw."""
+    """Returns the numbers of an option: the required ones, and maybe a yaw."""
     count = needed.count(",") + 1
     try:
         numbers = [float(part) for part in text.split(",")]

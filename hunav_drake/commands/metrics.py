@@ -1,7 +1,7 @@
 """The commands `hunav evaluate` and `hunav metrics`.
 
-Everything heavy is imported where it is used, so that the command answers at
-once.
+Heavy modules are imported where they are used, so that the command starts
+fast.
 """
 
 import argparse
@@ -13,17 +13,18 @@ from hunav_drake.commands.options import add_format_option, add_import_option
 
 
 def add_metric_commands(commands: Any) -> None:
-    """Adds the two commands to those of a parser."""
+    """Adds the commands `hunav evaluate` and `hunav metrics`."""
     evaluate = commands.add_parser(
         "evaluate",
-        help="print the metrics of a recording",
-        description="Prints the metrics of a recording: a .npz of a trial, a"
-        " .csv with the columns time, agent, x, y (and yaw, vx, vy, omega,"
-        ' radius, behavior, group_id, behavior_status; the agent "robot" is'
-        " the robot), or a .json of HuNavSim's messages step by step.",
+        help="compute the metrics of a recording",
+        description="Computes the metrics of a recording. The file is"
+        " a .npz of a trial, a .csv with the columns time, agent, x, y (and"
+        " optionally yaw, vx, vy, omega, radius, behavior, group_id,"
+        ' behavior_status; the robot is the agent "robot"), or a .json with'
+        " the messages of HuNavSim at each step.",
     )
     evaluate.set_defaults(function=_evaluate)
-    evaluate.add_argument("file", type=Path)
+    evaluate.add_argument("file", type=Path, help="the recording")
     evaluate.add_argument(
         "--metrics",
         nargs="+",
@@ -34,40 +35,45 @@ def add_metric_commands(commands: Any) -> None:
     evaluate.add_argument(
         "--goal",
         metavar="X,Y[,YAW]",
-        help="instead of the recording's, in meters and radians;"
-        " --goal=-1,2 if it begins with a minus sign",
+        help="the goal, in meters and radians, instead of the recording's;"
+        " write --goal=-1,2 if it begins with a minus sign",
     )
     evaluate.add_argument(
         "--goal-tolerance",
         metavar="D[,YAW]",
-        help="how near to the goal and its heading is at the goal, in meters"
-        " and radians, instead of the recording's, or of 0.2 and 0.25",
+        help="the largest distance and heading error at which the goal counts"
+        " as reached, in meters and radians, instead of the recording's, or of"
+        " 0.2 and 0.25",
     )
     evaluate.add_argument(
         "--walls",
         metavar="SCENARIO",
-        help='a scenario with the walls of the recording, or "none": a .csv or'
-        " .json does not tell them, and metrics that depend on them have no"
-        " value then",
+        help='a scenario with the walls of the recording, or "none". A .csv or'
+        " .json holds no walls, and without them the metrics that depend on"
+        " walls have no value",
     )
     evaluate.add_argument(
         "--reference",
         metavar="FILE",
         type=Path,
-        help="a recording of a robot that went the way it should",
+        help="a recording of the ideal trajectory of the robot",
     )
     evaluate.add_argument(
-        "--out", metavar="DIR", type=Path, help="write tables there"
+        "--out", metavar="DIR", type=Path, help="write the run to DIR/runs"
     )
     add_format_option(evaluate)
     add_import_option(evaluate)
 
-    metrics = commands.add_parser("metrics", help="list or explain the metrics")
+    metrics = commands.add_parser(
+        "metrics", help="list and explain the metrics"
+    )
     metrics.set_defaults(function=_list)
     actions = metrics.add_subparsers(title="commands")
-    show = actions.add_parser("show", help="show the definition of a metric")
+    show = actions.add_parser("show", help="show the definitions of metrics")
     show.set_defaults(function=_show)
-    show.add_argument("name", nargs="+", help="metrics, families or all")
+    show.add_argument(
+        "name", nargs="+", help='names, families, "paper" or "all"'
+    )
     for parser in (metrics, show):
         add_import_option(parser)
 
@@ -96,14 +102,14 @@ def _evaluate(options: argparse.Namespace) -> int:
     if lacks_walls(result):
         print(
             "\nThe walls are not known, so metrics that depend on them have no"
-            " value.\nGive them by --walls SCENARIO, or say --walls none."
+            " value.\nGive the walls with --walls SCENARIO, or --walls none."
         )
     if options.out is not None:
         try:
-            written = WriteResult(result, options.out, format=options.format)
+            folder = WriteResult(result, options.out, format=options.format)
         except (OSError, ValueError) as error:
             raise InputError(f"--out {options.out}: {error}") from error
-        print(f"\nWrote {len(written)} files to {options.out}")
+        print(f"\nWrote the run to {folder}")
     return DONE
 
 

@@ -1,4 +1,4 @@
-"""What `hunav metrics` does."""
+"""The texts that `hunav metrics` prints."""
 
 from collections.abc import Sequence
 import shutil
@@ -15,15 +15,15 @@ _DIRECTIONS = {
 
 
 def list_metrics() -> str:
-    """Returns a line for each metric, by family: name, unit, and what it is.
+    """Returns one line for each metric, by family: name, unit, definition.
 
-    A minus sign before the unit says that less is better, a plus sign that
-    more is.
+    A minus sign before the unit means that lower is better, a plus sign that
+    higher is better.
     """
     width = shutil.get_terminal_size(fallback=(120, 24)).columns
     signs = {"lower": "-", "higher": "+", "none": " "}
     name_width = max(map(len, METRICS)) + 2
-    lines = ["+ more is better, - less is better"]
+    lines = ["+ higher is better, - lower is better"]
     metrics = select_metrics(["all"])
     families = list(dict.fromkeys(metric.family for metric in metrics))
     metrics.sort(key=lambda metric: families.index(metric.family))
@@ -42,7 +42,7 @@ def list_metrics() -> str:
 
 
 def show_metrics(names: Sequence[str]) -> str:
-    """Returns all that is known about metrics.
+    """Returns the full descriptions of metrics.
 
     Args:
         names: Names of metrics, their aliases, families, "paper" or "all".

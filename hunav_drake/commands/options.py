@@ -1,4 +1,4 @@
-"""Options that several commands of `hunav` have."""
+"""Options that several commands of `hunav` share."""
 
 import argparse
 from collections.abc import Sequence
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 def add_import_option(parser: argparse.ArgumentParser) -> None:
-    """Adds the option that makes users' own code known."""
+    """Adds the option that imports user code."""
     parser.add_argument(
         "--import",
         dest="imports",
@@ -19,15 +19,15 @@ def add_import_option(parser: argparse.ArgumentParser) -> None:
         # Without a default, it may stand before and after a second word.
         default=argparse.SUPPRESS,
         metavar="MODULE",
-        help="first import a module or file.py that registers your own tree"
-        " nodes, motion models, planners or metrics",
+        help="import a module or file.py of your own that registers tree nodes,"
+        " motion models, planners or metrics",
     )
 
 
 def add_scenario_options(parser: argparse.ArgumentParser) -> None:
     """Adds the options that choose and change a scenario."""
     parser.add_argument(
-        "--name", help="the scenario in a file that holds several"
+        "--name", help="the scenario to use, if the file holds several"
     )
     parser.add_argument(
         "--set",
@@ -35,29 +35,30 @@ def add_scenario_options(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="KEY=VALUE",
-        help="change the scenario: robot.radius=0.3, humans[0].behavior=...",
+        help="change a value of the scenario: robot.radius=0.3,"
+        " humans[0].behavior=...",
     )
 
 
 def add_format_option(parser: argparse.ArgumentParser) -> None:
-    """Adds the option that tells which files `--out` writes."""
+    """Adds the option for the files that `--out` writes."""
     parser.add_argument(
         "--format",
         choices=("csv", "hunav"),
         default="csv",
-        help="hunav: write HuNavSim's own text files besides the tables",
+        help="hunav: also write the text files of HuNavSim",
     )
 
 
 def load_scenario(
     scenario: str, options: Any, more: Sequence[str] = ()
 ) -> "Scenario":
-    """Loads the scenario that the options choose, with their changes.
+    """Loads the scenario that the options choose and change.
 
     Args:
         scenario: A shipped scenario, or a file.
-        options: Those of `add_scenario_options`.
-        more: Changes beside them, which come last.
+        options: The options of `add_scenario_options`.
+        more: More changes, which are applied last.
 
     Raises:
         InputError: If it has faults.

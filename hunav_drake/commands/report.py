@@ -3,53 +3,58 @@
 import argparse
 from pathlib import Path
 import sys
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from hunav_drake.commands.errors import DONE, InputError
 from hunav_drake.commands.options import add_import_option
-
-if TYPE_CHECKING:
-    from hunav_drake.results.trial_result import TrialResult
-
 
 # How many of the runs that are left out are named in the terminal.
 _MOST_LINES = 5
 
 
 def add_report_command(commands: Any) -> None:
-    """Adds the command to those of `hunav`."""
+    """Adds the command `hunav report`."""
     report = commands.add_parser(
         "report",
         help="make a report on all runs of a folder",
         description="Writes a page on all runs of a folder, which links to the"
-        " report and the replay of each.",
+        " report and the replay of each, and beside it their metrics as tables,"
+        " runs.csv and runs_by_behavior.csv.",
     )
     report.set_defaults(function=_report)
     report.add_argument(
-        "directory", type=Path, help="what `hunav run --out` has written to"
+        "directory", type=Path, help="a folder written by `hunav run --out`"
     )
     report.add_argument(
         "-o",
         "--output",
         type=Path,
-        help="the file to write; report.html in the folder by default",
+        help="the page to write; report.html in the folder by default",
     )
     report.add_argument("--title", help="the heading of the report")
     add_import_option(report)
 
 
 def _report(options: argparse.Namespace) -> int:
-    from hunav_drake.report.writing import WriteReport
+    from hunav_drake.results.files import load_results
 
     directory: Path = options.directory
-    results, left_out = _load(directory)
+    left_out: dict[str, str] = {}
+    try:
+        results = load_results(directory, left_out)
+    except OSError as error:
+        raise InputError(f"{error.filename}: {error.strerror}") from error
     for tag, reason in list(left_out.items())[:_MOST_LINES]:
         print(f"hunav: left out the run {tag}: {reason}", file=sys.stderr)
     if len(left_out) > _MOST_LINES:
         more = len(left_out) - _MOST_LINES
-        print(f"hunav: ... and {more} more, see the page", file=sys.stderr)
+        print(f"hunav: ... and {more} more: see the report", file=sys.stderr)
     if not results:
         raise InputError(f"{directory}: there is no run to report on")
+    # Only now, for these take long to load.
+    from hunav_drake.report.writing import WriteReport
+    from hunav_drake.results.run_table import WriteTables
+
     try:
         path = WriteReport(
             results,
@@ -58,34 +63,10 @@ def _report(options: argparse.Namespace) -> int:
             pages=directory,
             left_out=left_out,
         )
+        table = WriteTables(results, path.parent)
     except OSError as error:
         raise InputError(f"{error.filename}: {error.strerror}") from error
     runs = "1 run" if len(results) == 1 else f"{len(results)} runs"
     print(f"Wrote the report on {runs} to {path}")
+    print(f"Wrote their metrics to {table}")
     return DONE
-
-
-def _load(directory: Path) -> tuple[list["TrialResult"], dict[str, str]]:
-    """Returns the results of a folder, and why others cannot be read."""
-    from hunav_drake.results.files import ListTags, LoadResult
-
-    results, left_out = [], {}
-    try:
-        tags = ListTags(directory)
-    except FileNotFoundError as error:
-        raise InputError(
-            f"{error.filename}: No such file. `hunav run SCENARIO --out"
-            f" {directory}` writes it, with the results of a run."
-        ) from error
-    except OSError as error:
-        raise InputError(f"{error.filename}: {error.strerror}") from error
-    except ValueError as error:
-        raise InputError(str(error)) from error
-    for tag in tags:
-        try:
-            results.append(LoadResult(directory, tag))
-        except OSError as error:
-            left_out[tag] = f"{error.filename}: {error.strerror}"
-        except ValueError as error:
-            left_out[tag] = str(error)
-    return results, left_out

@@ -22,39 +22,44 @@ if TYPE_CHECKING:
 
 
 def add_run_command(commands: Any) -> None:
-    """Adds the command to those of `hunav`."""
+    """Adds the command `hunav run`."""
     run = commands.add_parser("run", help="run a trial and print its metrics")
     run.set_defaults(function=_run)
     run.add_argument(
-        "scenario", help="a shipped scenario (see `hunav list`), or a file"
+        "scenario", help="a shipped scenario (see `hunav list`) or a file"
     )
     add_scenario_options(run)
-    run.add_argument("--seed", type=_seed, help="instead of the scenario's")
-    run.add_argument("--planner", metavar="NAME", help="what drives the robot")
+    run.add_argument(
+        "--seed", type=_seed, help="the seed, instead of the scenario's"
+    )
+    run.add_argument(
+        "--planner",
+        metavar="NAME",
+        help="the planner of the robot, instead of the scenario's",
+    )
     run.add_argument(
         "--out",
         metavar="DIR",
         type=Path,
-        help="write tables, the recording, a report and a replay there; see"
-        " `hunav report`",
+        help="write metrics, recording, report and replay to a folder of this"
+        " run in DIR/runs; see `hunav report`",
     )
     run.add_argument(
         "--label",
         metavar="NAME",
-        help="what tells this run from those of the same planner in statistics;"
-        " by default what --set changes",
+        help="a name for the settings of this run, which keeps it apart from"
+        " other runs of the planner in statistics; by default the values of"
+        " --set",
     )
     add_format_option(run)
-    run.add_argument(
-        "--no-replay", action="store_true", help="leave out the replay"
-    )
+    run.add_argument("--no-replay", action="store_true", help="write no replay")
     run.add_argument(
         "--meshcat",
         action="store_true",
         help="show the trial in a browser, in real time",
     )
     run.add_argument(
-        "--quiet", action="store_true", help="no progress bar, no table"
+        "--quiet", action="store_true", help="show no progress bar and no table"
     )
     add_import_option(run)
 
@@ -81,7 +86,7 @@ def _run(options: argparse.Namespace) -> int:
     if options.meshcat or replay:
         from hunav_drake.replay import SetView, StartMeshcatLocal
 
-        # Meshcat tells its address; only who wants to watch cares.
+        # Meshcat logs its address, which matters only with --meshcat.
         logging.getLogger("drake").setLevel(logging.WARNING)
         meshcat = StartMeshcatLocal()
         SetView(meshcat, scenario.world, scenario.humans, scenario.robot)
@@ -123,36 +128,38 @@ def _run(options: argparse.Namespace) -> int:
 def _keep(
     result: "TrialResult", options: argparse.Namespace, meshcat: Any
 ) -> None:
-    """Writes the files of a run; its replay is what Meshcat has recorded."""
+    """Writes the files of a run; Meshcat holds the recorded replay."""
     from hunav_drake.report.writing import WriteReport
-    from hunav_drake.results.files import GetTag, WriteResult
+    from hunav_drake.results.files import WriteResult
     from hunav_drake.results.settings import setting_text
 
     label = options.label
     setting = setting_text(options.overrides) if label is None else label
     result = dataclasses.replace(result, setting=setting)
-    replay = None
-    try:
-        written = WriteResult(result, options.out, format=options.format)
-        tag = GetTag(written)
+
+    def add_pages(folder: Path) -> None:
+        replay = None
         if meshcat is not None:
             from hunav_drake.replay import SaveReplay
 
-            replay = options.out / f"replay_{tag}.html"
+            replay = folder / "replay.html"
             SaveReplay(meshcat, replay)
-        report = WriteReport(
-            result, options.out / f"report_{tag}.html", replay=replay
+        WriteReport(result, folder / "report.html", replay=replay)
+
+    try:
+        folder = WriteResult(
+            result, options.out, format=options.format, add=add_pages
         )
     except (OSError, ValueError) as error:
         raise InputError(f"--out {options.out}: {error}") from error
-    print(f"Wrote {len(written)} files to {options.out}")
-    print(f"Report, for a browser: {report}")
-    if replay is not None:
-        print(f"Replay, for a browser: {replay}")
+    print(f"Wrote the run to {folder}")
+    print(f"Report, for a browser: {folder / 'report.html'}")
+    if meshcat is not None:
+        print(f"Replay, for a browser: {folder / 'replay.html'}")
 
 
 class _ProgressBar:
-    """Shows simulated seconds while a trial runs, if someone looks."""
+    """Shows the simulated seconds of a trial, if the output is a terminal."""
 
     def __init__(self, duration: float) -> None:
         from tqdm import tqdm

@@ -1,6 +1,7 @@
-"""The commands `hunav list`, `hunav check` and `hunav import`."""
+"""The commands `hunav list`, `check`, `schema` and `import`."""
 
 import argparse
+import json
 from pathlib import Path
 import sys
 from typing import Any
@@ -20,29 +21,48 @@ from hunav_drake.commands.options import (
 
 
 def add_scenario_commands(commands: Any) -> None:
-    """Adds the three commands to those of `hunav`."""
+    """Adds `hunav list`, `check`, `schema` and `import`."""
     listing = commands.add_parser("list", help="list the shipped scenarios")
     listing.set_defaults(function=_list)
 
     check = commands.add_parser("check", help="check scenario files")
     check.set_defaults(function=_check)
-    check.add_argument("scenario", nargs="+")
+    check.add_argument(
+        "scenario", nargs="+", help="a shipped scenario or a file"
+    )
     add_scenario_options(check)
     add_import_option(check)
 
-    importing = commands.add_parser(
-        "import", help="make a scenario of HuNavSim's agents.yaml"
+    schema = commands.add_parser(
+        "schema", help="show the JSON schema of scenarios, for editors"
     )
-    importing.set_defaults(function=_import)
-    importing.add_argument("agents", type=Path)
-    importing.add_argument(
-        "--metrics", type=Path, help="HuNavSim's metrics.yaml"
-    )
-    importing.add_argument(
+    schema.set_defaults(function=_schema)
+    schema.add_argument(
         "-o", "--output", type=Path, help="the file to write, else it is shown"
     )
-    importing.add_argument(
+    schema.add_argument(
         "--force", action="store_true", help="write over an existing file"
+    )
+    add_import_option(schema)
+
+    importing = commands.add_parser(
+        "import", help="convert an agents.yaml of HuNavSim to a scenario"
+    )
+    importing.set_defaults(function=_import)
+    importing.add_argument(
+        "agents", type=Path, help="the agents.yaml of HuNavSim"
+    )
+    importing.add_argument(
+        "--metrics", type=Path, help="the metrics.yaml of HuNavSim"
+    )
+    importing.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        help="the file to write; by default printed",
+    )
+    importing.add_argument(
+        "--force", action="store_true", help="overwrite an existing file"
     )
 
 
@@ -57,6 +77,8 @@ def _list(options: argparse.Namespace) -> int:
 
 
 def _check(options: argparse.Namespace) -> int:
+    from hunav_drake.systems.common.registry import name_of
+
     code = DONE
     for name in options.scenario:
         try:
@@ -70,9 +92,28 @@ def _check(options: argparse.Namespace) -> int:
             print(
                 f"{name}: ok ({people} {'person' if people == 1 else 'people'},"
                 f" {len(scenario.world.walls)} walls,"
-                f" planner {scenario.planner.name})"
+                f" planner {name_of(scenario.planner)})"
             )
     return code
+
+
+def _schema(options: argparse.Namespace) -> int:
+    from hunav_drake.scenario.json_schema import scenario_json_schema
+    from hunav_drake.systems.common.files import atomic_write
+
+    output: Path | None = options.output
+    text = json.dumps(scenario_json_schema(), indent=2)
+    if output is None:
+        print(text)
+        return DONE
+    check_new(output, force=options.force)
+    try:
+        with atomic_write(output) as file:
+            file.write(f"{text}\n".encode())
+    except OSError as error:
+        raise InputError(f"{output}: {error.strerror}") from error
+    print(f"Wrote the schema to {output}")
+    return DONE
 
 
 def _import(options: argparse.Namespace) -> int:

@@ -16,12 +16,16 @@ from hunav_drake.commands.options import add_import_option
 
 
 def add_tree_commands(commands: Any) -> None:
-    """Adds the commands to those of `hunav`."""
-    tree = commands.add_parser("tree", help="look at behavior trees")
+    """Adds the commands `hunav tree show`, `check` and `convert`."""
+    tree = commands.add_parser(
+        "tree", help="show, check and convert behavior trees"
+    )
     actions = tree.add_subparsers(title="commands", required=True)
     file_help = "a tree file, or the name of a behavior"
 
-    show = actions.add_parser("show", help="show a tree and its memory")
+    show = actions.add_parser(
+        "show", help="show a tree, its ports and its memory"
+    )
     show.set_defaults(function=_show)
     show.add_argument("file", help=file_help)
 
@@ -30,15 +34,18 @@ def add_tree_commands(commands: Any) -> None:
     check.add_argument("file", nargs="+", help=file_help)
 
     convert = actions.add_parser(
-        "convert", help="write a tree in format 4 of BehaviorTree.CPP"
+        "convert", help="convert a tree to format 4 of BehaviorTree.CPP"
     )
     convert.set_defaults(function=_convert)
     convert.add_argument("file", help=file_help)
     convert.add_argument(
-        "-o", "--output", type=Path, help="the file to write, else it is shown"
+        "-o",
+        "--output",
+        type=Path,
+        help="the file to write; by default printed",
     )
     convert.add_argument(
-        "--force", action="store_true", help="write over an existing file"
+        "--force", action="store_true", help="overwrite an existing file"
     )
     for command in (show, check, convert):
         add_import_option(command)
@@ -74,7 +81,7 @@ def _show(options: argparse.Namespace) -> int:
 
 
 def _check(options: argparse.Namespace) -> int:
-    """Tells for each file whether it is a tree, and else its first fault."""
+    """Checks tree files, and prints the first fault of each."""
     from hunav_drake.systems.behavior import BehaviorTreeError, LoadTree
 
     code = DONE

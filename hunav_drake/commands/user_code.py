@@ -1,4 +1,4 @@
-"""Loading what users have written: leaves, motion models, planners, metrics."""
+"""Imports user code: tree nodes, motion models, planners and metrics."""
 
 from collections.abc import Iterable
 import importlib
@@ -13,14 +13,14 @@ _PACKAGE = str(Path(__file__).resolve().parents[1])
 
 
 def import_user_code(names: Iterable[str]) -> None:
-    """Imports modules, so that what they register is known.
+    """Imports modules that register parts of a simulation.
 
     Args:
-        names: Paths of Python files, or names of modules that are installed
-            or lie in the present folder.
+        names: Paths of Python files, or names of modules, either installed or
+            in the current folder.
 
     Raises:
-        InputError: If one cannot be imported; it tells where.
+        InputError: If a module cannot be imported; the text names the line.
     """
     for name in names:
         try:
@@ -40,10 +40,10 @@ def import_user_code(names: Iterable[str]) -> None:
 
 
 def fault_of_user_code(error: BaseException | None) -> str:
-    """Returns what went wrong in users' code, and where; or nothing.
+    """Returns the error in user code and its place, or an empty text.
 
     Args:
-        error: What was raised, perhaps because of another error.
+        error: The exception that was raised; its causes are searched, too.
     """
     while error is not None:
         frames = [

@@ -1,23 +1,5 @@
 """What differs from HuNavSim's evaluator on purpose, and why."""
 
-from hunav_drake.systems.evaluation.names import (
-    AVG_ROBOT_ACCELERATION,
-    AVG_ROBOT_JERK,
-    GROUP_INTIMATE_SPACE_INTRUSIONS,
-    GROUP_PERSONAL_SPACE_INTRUSIONS,
-    GROUP_SOCIAL_SPACE_INTRUSIONS,
-    MAX_DIST_TO_PEOPLE,
-    OBSTACLE_FORCE_ON_AGENTS,
-    OBSTACLE_FORCE_ON_ROBOT,
-    PERSON_ON_ROBOT_COLLISIONS,
-    ROBOT_ON_PERSON_COLLISIONS,
-    SOCIAL_FORCE_ON_AGENTS,
-    SOCIAL_FORCE_ON_ROBOT,
-    SOCIAL_WORK,
-    TIME_NOT_MOVING,
-    TIME_TO_REACH_GOAL,
-)
-
 _GROUPS = (
     "HuNavSim fails with any group, and gives 0 without; here the centers of"
     " groups are found, and without groups there is no value"
@@ -38,24 +20,24 @@ _POINTS = (
 # The reasons by the names of the metrics. Besides, what has no value is NaN
 # here, and 10000 or 0 there.
 DIFFERENCES = {
-    TIME_TO_REACH_GOAL: "HuNavSim gives the length of the run, reached or not;"
-    " `duration` is that",
-    GROUP_INTIMATE_SPACE_INTRUSIONS: _GROUPS,
-    GROUP_PERSONAL_SPACE_INTRUSIONS: _GROUPS,
-    GROUP_SOCIAL_SPACE_INTRUSIONS: _GROUPS,
-    ROBOT_ON_PERSON_COLLISIONS: _COLLISIONS,
-    PERSON_ON_ROBOT_COLLISIONS: _COLLISIONS,
-    TIME_NOT_MOVING: "here an interval in which the robot comes to rest, or"
+    "time_to_reach_goal": "HuNavSim gives the length of the run,"
+    " reached or not; `duration` is that",
+    "group_intimate_space_intrusions": _GROUPS,
+    "group_personal_space_intrusions": _GROUPS,
+    "group_social+_space_intrusions": _GROUPS,
+    "robot_on_person_collisions": _COLLISIONS,
+    "person_on_robot_collisions": _COLLISIONS,
+    "time_not_moving": "here an interval in which the robot comes to rest, or"
     " sets off, is not one of rest; it is the convention that differs",
-    AVG_ROBOT_ACCELERATION: "HuNavSim divides by the number of samples; here"
+    "avg_robot_acceleration": "HuNavSim divides by the number of samples; here"
     " it is that of the intervals, one fewer, without those of repeated stamps",
-    AVG_ROBOT_JERK: "HuNavSim divides the acceleration by the time step; here"
+    "avg_robot_jerk": "HuNavSim divides the acceleration by the time step; here"
     " it is the change of the acceleration",
-    SOCIAL_FORCE_ON_AGENTS: _FORCES,
-    SOCIAL_FORCE_ON_ROBOT: _FORCES,
-    SOCIAL_WORK: "it sums up the social forces, which differ",
-    OBSTACLE_FORCE_ON_AGENTS: _POINTS,
-    OBSTACLE_FORCE_ON_ROBOT: _POINTS,
-    MAX_DIST_TO_PEOPLE: "HuNavSim subtracts the robot's radius alone; here it"
+    "social_force_on_agents": _FORCES,
+    "social_force_on_robot": _FORCES,
+    "social_work": "it sums up the social forces, which differ",
+    "obstacle_force_on_agents": _POINTS,
+    "obstacle_force_on_robot": _POINTS,
+    "max_dist_to_people": "HuNavSim subtracts the robot's radius alone; here it"
     " is the gap between the surfaces",
 }

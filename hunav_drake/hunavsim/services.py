@@ -1,4 +1,4 @@
-"""People for another simulator: HuNavSim's services as calls."""
+"""HuNavSim's services, for other simulators."""
 
 from collections.abc import Sequence
 import numbers
@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from pydrake.systems.framework import Context
 
 from hunav_drake.hunavsim.stepwise import Array, StepwiseHumans
+from hunav_drake.systems.common.checks import check_kind
 from hunav_drake.systems.common.layout import STATE_SIZE
 from hunav_drake.systems.crowd import CrowdConfig
 from hunav_drake.systems.crowd.limits import LARGEST
@@ -97,7 +98,8 @@ class AgentServices:
             config: How they move.
             num_robots: How many robots they meet.
             time_step: The length of a step, in seconds.
-            seed: What drawn weights follow from: see `MakeHumans`.
+            seed: What drawn weights follow from, in [0, 2^63), until
+                `reset_agents` is given another one.
 
         Raises:
             BehaviorTreeError: If a behavior is not known, or faulty.
@@ -172,7 +174,7 @@ class AgentServices:
         context = self._context
         self._receive(context, *self._read(humans, robot))
         for _ in range(steps):
-            status = self._people.CalcStatus(context)
+            status = self._people.CalcBehaviorStatus(context)
             self._people.StepAll(context)
         return Agents(self._people.GetStates(context), status)
 
@@ -190,7 +192,7 @@ class AgentServices:
             ValueError: If nobody has that number, no call has told where the
                 robots are, or `dt` is not a whole number of steps.
             TypeError: As `compute_agents`.
-            BehaviorTreeError: Likewise.
+            BehaviorTreeError: As `compute_agents`.
         """
         index = self._index(agent_id)
         steps = self._count_steps(dt)
@@ -211,7 +213,7 @@ class AgentServices:
     ) -> Agents:
         """Returns where one person is `dt` later, if all are as given.
 
-        The others stay where they are, and have no thoughts meanwhile. To move
+        The others stay where they are, and their trees are not ticked. To move
         all people in this way, pass the same states for each of them: the
         order does not matter then, and everybody's step is computed once.
 
@@ -224,7 +226,7 @@ class AgentServices:
         Raises:
             ValueError: As `compute_agents`, and if nobody has that number.
             TypeError: As `compute_agents`.
-            BehaviorTreeError: Likewise.
+            BehaviorTreeError: As `compute_agents`.
         """
         index = self._index(agent_id)
         steps = self._count_steps(dt)
@@ -239,7 +241,10 @@ class AgentServices:
         return self._step_one(index, steps)
 
     def reset_agents(
-        self, humans: ArrayLike | None = None, robot: ArrayLike | None = None
+        self,
+        humans: ArrayLike | None = None,
+        robot: ArrayLike | None = None,
+        seed: int | None = None,
     ) -> Agents:
         """Makes people start again with their first goals, and no reactions.
 
@@ -247,14 +252,19 @@ class AgentServices:
             humans: Where they start, as for `compute_agents`; by default at
                 rest at the poses of their configurations.
             robot: The robots, if they are already known.
+            seed: What drawn weights follow from; by default as before.
 
         Returns:
             The people as they start.
 
         Raises:
-            ValueError: If an array does not have its shape or is not finite.
+            ValueError: If an array does not have its shape or is not finite,
+                or if the seed is not a whole number in [0, 2^63).
         """
+        if seed is None:
+            seed = self._people.GetSeed(self._context)
         context = self._people.CreateContext()
+        self._people.SetSeed(context, seed)
         start = self._people.GetStates(context) if humans is None else humans
         if robot is None:
             states = _rows(start, len(self._ids), "humans")
@@ -268,11 +278,7 @@ class AgentServices:
     def _count_steps(self, dt: float | None) -> int:
         if dt is None:
             return 1
-        if not isinstance(dt, numbers.Real) or isinstance(dt, bool):
-            raise TypeError(
-                f"dt must be a number, in seconds, got {type(dt).__name__}"
-                f" {dt!r}"
-            )
+        check_kind("dt", dt, numbers.Real, "a number, in seconds")
         steps = dt / self._time_step
         count = round(steps) if np.isfinite(steps) else 0
         if count < 1 or abs(steps - count) > _TOLERANCE:
@@ -313,7 +319,7 @@ class AgentServices:
         return _Round(
             given=given,
             after=self._people.CalcNext(self._context),
-            status=self._people.CalcStatus(self._context),
+            status=self._people.CalcBehaviorStatus(self._context),
             moved=set(),
         )
 

@@ -1,4 +1,4 @@
-"""People whose steps are taken by hand: all at once, or one person's."""
+"""People whose steps are taken one at a time by the caller."""
 
 from collections.abc import Sequence
 
@@ -44,13 +44,24 @@ class StepwiseHumans:
             separate_trees=False,
         )
         self._crowd = self._diagram.GetSubsystemByName("crowd")
-        self._bank = self._diagram.GetSubsystemByName("behaviors")
+        self._behaviors = self._diagram.GetSubsystemByName("behaviors")
         self._num_robots = num_robots
         self._time_step = time_step
 
     def CreateContext(self) -> Context:
         """Returns a Context of people at rest where they start."""
         return self._diagram.CreateDefaultContext()
+
+    def GetSeed(self, context: Context) -> int:
+        """Returns the seed that drawn weights follow from."""
+        own = self._crowd.GetMyContextFromRoot(context)
+        seed: int = self._crowd.GetSeed(own)
+        return seed
+
+    def SetSeed(self, context: Context, seed: int) -> None:
+        """Puts people at rest where they start, with the weights of a seed."""
+        own = self._crowd.GetMyMutableContextFromRoot(context)
+        self._crowd.SetSeed(own, seed)
 
     def CheckContext(self, context: Context) -> None:
         """Checks that a Context is of this diagram.
@@ -89,8 +100,8 @@ class StepwiseHumans:
         port = self._diagram.GetInputPort("robot_state")
         return bool(port.HasValue(context))
 
-    def CalcStatus(self, context: Context) -> NDArray[np.int64]:
-        """Returns what people react to in the step to come, of shape (n,)."""
+    def CalcBehaviorStatus(self, context: Context) -> NDArray[np.int64]:
+        """Returns everybody's behavior status in the step to come."""
         port = self._diagram.GetOutputPort("behavior_status")
         status: NDArray[np.int64] = port.Eval(context).astype(np.int64)
         return status
@@ -111,7 +122,7 @@ class StepwiseHumans:
         context.SetTime(context.get_time() + self._time_step)
 
     def StepOne(self, context: Context, index: int, after: Context) -> None:
-        """Moves one person; the others stay, and have no thoughts meanwhile.
+        """Moves one person; the others stay, and their trees are not ticked.
 
         Args:
             context: Changed; its time stays.
@@ -121,8 +132,8 @@ class StepwiseHumans:
         states = self.GetStates(context)
         states[index] = self.GetStates(after)[index]
         self.SetStates(context, states)
-        self._bank.SetMemory(
-            self._bank.GetMyMutableContextFromRoot(context),
-            index,
-            self._bank.GetMemory(self._bank.GetMyContextFromRoot(after), index),
+        trees = self._behaviors
+        memory = trees.GetMemory(trees.GetMyContextFromRoot(after), index)
+        trees.SetMemory(
+            trees.GetMyMutableContextFromRoot(context), index, memory
         )

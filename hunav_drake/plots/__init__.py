@@ -1,12 +1,12 @@
-"""Plots of what happens in a trial, and of many trials.
+"""Plots of one trial or many.
 
-Every function takes data and an axes to draw on, `ax`, without which it makes
-a figure of its own, as wide as a column of a paper; and it returns the axes.
-None shows anything by itself: in a notebook a figure appears anyway, and in a
-script call `matplotlib.pyplot.show` or `savefig`.
+Every function takes data and the axes to draw on, `ax`, and returns the axes.
+Without `ax` it makes a new figure, as wide as a column of a paper. No function
+shows its figure: a notebook does so by itself, and a script calls
+`matplotlib.pyplot.show` or `savefig`.
 
-Colors are those of Okabe & Ito 2008, which people with color blindness can
-tell apart.
+The colors are those of Okabe & Ito 2008, which color-blind people can tell
+apart.
 """
 
 from hunav_drake.plots.activity import plot_behavior_activity

@@ -1,4 +1,4 @@
-"""When who reacted to the robot."""
+"""Timeline of people's reactions to the robot."""
 
 from typing import TYPE_CHECKING
 
@@ -20,17 +20,17 @@ if TYPE_CHECKING:
 
 
 def plot_behavior_activity(data: Run, *, ax: "Axes | None" = None) -> "Axes":
-    """Draws when the behavior of each person reacts to the robot.
+    """Draws a timeline of people's reactions to the robot.
 
-    One row per person, gray while the person is there, in the color of the
-    behavior while it reacts.
+    Each person has a row: gray while the person is present, and in the color
+    of the behavior while the person reacts.
 
     Args:
         data: One run.
         ax: Where to draw; by default a new figure.
 
     Raises:
-        TypeError: If the data are no run, or several.
+        TypeError: If the data are not exactly one run.
     """
     runs = recordings(data)
     if len(runs) != 1:
@@ -47,7 +47,7 @@ def plot_behavior_activity(data: Run, *, ax: "Axes | None" = None) -> "Axes":
     }
     active = np.asarray(run.behavior_status) != 0
     for i in range(n):
-        present = run.derived.present[:, i]
+        present = run.features.present[:, i]
         for flags, color, height in (
             (present, "#e0e0e0", 0.3),
             (present & active[:, i], colors[run.behaviors[i]], 0.75),
@@ -87,5 +87,5 @@ def plot_behavior_activity(data: Run, *, ax: "Axes | None" = None) -> "Axes":
 
 
 def activity_height(num_humans: int) -> float:
-    """Returns the height of a figure for so many people, in inches."""
+    """Returns the height of the figure for a number of people, in inches."""
     return 0.85 + 0.2 * max(2, num_humans)

@@ -1,4 +1,4 @@
-"""Who came near the robot, from when to when, and how near."""
+"""Approaches: when people are near the robot, and how near."""
 
 from dataclasses import dataclass
 
@@ -8,22 +8,21 @@ from numpy.typing import NDArray
 from hunav_drake.systems.evaluation.metrics.proxemics import PERSONAL
 from hunav_drake.systems.evaluation.recording import Recording
 
-# Who is nearer than this is in the personal or the intimate space of the
-# other, in meters.
+# A person nearer than this is in the personal or intimate zone of the robot, in
+# meters.
 NEAR = PERSONAL
 
 
 @dataclass(frozen=True, kw_only=True)
 class Approach:
-    """A time during which one person is near the robot.
+    """A period in which one person is near the robot.
 
     Attributes:
         person: The index of the person.
-        start: When it begins, in seconds: the first sample with the person
-            near.
-        end: When it ends, in seconds: the last such sample.
-        time: When the person is nearest, in seconds.
-        gap: The gap between them then, surface to surface, in meters.
+        start: The time of the first sample with the person near, in seconds.
+        end: The time of the last such sample, in seconds.
+        time: The time when the person is nearest, in seconds.
+        gap: The gap at that time, surface to surface, in meters.
     """
 
     person: int
@@ -36,10 +35,10 @@ class Approach:
 def find_approaches(
     recording: Recording, *, near: float = NEAR
 ) -> list[Approach]:
-    """Returns the approaches of each person, in the order of their start.
+    """Returns the approaches of each person, ordered by start.
 
     Args:
-        recording: What happened.
+        recording: The recording of a trial.
         near: The gap, surface to surface, below which a person is near, in
             meters.
 
@@ -48,7 +47,7 @@ def find_approaches(
     """
     if not near > 0:
         raise ValueError(f"near must be positive, got {near}")
-    times, gaps = recording.times, recording.derived.gaps
+    times, gaps = recording.times, recording.features.gaps
     found = []
     for person in range(recording.num_humans):
         for first, last in runs_of(gaps[:, person] < near):
@@ -66,7 +65,7 @@ def find_approaches(
 
 
 def runs_of(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """Returns the first and the last index of each unbroken row of truths."""
+    """Returns the first and last index of each unbroken run of true values."""
     edges = np.diff(np.concatenate([[False], flags, [False]]).astype(np.int8))
     first, after = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
     return list(zip(first.tolist(), (after - 1).tolist(), strict=True))
@@ -75,10 +74,10 @@ def runs_of(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
 def spans(
     recording: Recording, flags: NDArray[np.bool_]
 ) -> list[tuple[float, float]]:
-    """Returns when flags hold, as pairs of start and end, in seconds.
+    """Returns the periods in which flags are true: (start, end) in seconds.
 
-    A sample stands for the time until the next one; the last one for as long
-    as the one before it.
+    A sample covers the time until the next one; the last sample covers as much
+    time as the one before it.
     """
     times = recording.times
     last_interval = times[-1] - times[-2] if len(times) > 1 else 0.0

@@ -1,4 +1,4 @@
-"""How planners, or anything else, compare over many runs."""
+"""Bar charts that compare planners over many runs."""
 
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
@@ -25,20 +25,21 @@ def plot_comparison(
     by: str | None = None,
     ax: "Axes | None" = None,
 ) -> "Axes":
-    """Draws the mean of a metric over runs, with its 95 % interval, as bars.
+    """Draws bars of a metric's mean over runs, with confidence intervals.
 
-    The dots are the single runs. What has no value does not count. Rates are
-    in percent. See `hunav_drake.results.statistics.summarize`.
+    The intervals are those of 95 %, and dots are single runs. Runs without a
+    value do not count. Rates are in percent. See
+    `hunav_drake.results.statistics.summarize`.
 
     Args:
-        runs: Results, or a table with a row per run, such as `metrics.csv`.
+        runs: Results, or a table with a row per run, such as `ReadRuns` gives.
         metric: A column of the table.
         by: The column that tells what is compared; a bar for each value. By
             default planners, and settings of them apart.
         ax: Where to draw; by default a new figure.
 
     Raises:
-        ValueError: If the table does not have such columns.
+        ValueError: If the table has no such column.
     """
     table = runs if isinstance(runs, pd.DataFrame) else tabulate_runs(runs)
     if by is None:
@@ -63,7 +64,7 @@ def plot_comparison(
     for row, (name, values) in zip(rows, statistics.iterrows(), strict=True):
         samples = table.loc[table[by] == name, metric]
         samples = samples[np.isfinite(samples)]
-        # Side by side, so that equal ones are not hidden.
+        # Side by side, so that equal values do not hide each other.
         spread = np.linspace(-0.2, 0.2, len(samples) + 2)[1:-1]
         ax.plot(samples, row + spread, ".", ms=3, color="0.25", mew=0)
         if pd.notna(values["low"]) and pd.notna(values["high"]):
@@ -83,7 +84,7 @@ def plot_comparison(
         note(ax, "there are no values")
     values = table[metric].to_numpy(dtype=float)
     if not (values < 0).any():
-        # Where all is 0, there still is a scale.
+        # The axis needs a length even if all values are 0.
         ax.set_xlim(left=0, right=None if (values > 0).any() else 1)
     # A long name has room to the left of the bars.
     ax.set_xlabel(label_text(metric, unit), loc="right")
@@ -105,5 +106,5 @@ def plot_comparison(
 
 
 def comparison_height(bars: int) -> float:
-    """Returns the height of a figure with so many bars, in inches."""
+    """Returns the height of the figure for a number of bars, in inches."""
     return 0.55 + 0.24 * max(2, bars)

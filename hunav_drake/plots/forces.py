@@ -1,4 +1,4 @@
-"""What pushes and pulls people, seen from above."""
+"""Plot of the forces on people, seen from above."""
 
 from collections.abc import Mapping
 from types import MappingProxyType
@@ -11,10 +11,10 @@ from hunav_drake.plots.style import (
     COLUMN,
     PALETTE,
     YELLOW,
+    draw_walls,
     legend_outside,
     new_axes,
 )
-from hunav_drake.plots.walls import draw_walls
 from hunav_drake.systems.common.layout import (
     FORCES,
     FORCES_SIZE,
@@ -46,7 +46,7 @@ _COLORS: Mapping[str, str] = MappingProxyType(
 # The height of the figure beside its legend, in inches.
 _HEIGHT = COLUMN
 
-# Forces below this are not drawn, in m/s^2: their arrows would be dots.
+# Smaller forces are not drawn, in m/s^2: their arrows would be dots.
 _LEAST_FORCE = 1e-3
 
 
@@ -59,30 +59,30 @@ def plot_forces(
     scale: float = 0.4,
     ax: "Axes | None" = None,
 ) -> "Axes":
-    """Draws people, and what pushes and pulls them, seen from above.
+    """Draws people and the forces on them, seen from above.
 
-    Each person is a disc with a nose. Each force is an arrow from the center
-    of the disc; the thin black one is the sum. The legend names the forces
-    that there are.
+    Each person is a disc with a nose in the direction of its heading. Each
+    force is an arrow from the center of the disc; the thin black arrow is the
+    sum. The legend names the forces that are not zero.
 
     Args:
-        forces: What port ``forces`` gives, shape (n, 16) or flat, in m/s^2.
-        human_states: What port ``human_states`` gives, shape (n, 7) or flat.
-        robot_state: What port ``robot_state`` gives, shape (m, 7) or flat.
+        forces: The value of port ``forces``, shape (n, 16) or flat, in m/s^2.
+        human_states: The value of port ``human_states``, shape (n, 7) or flat.
+        robot_state: The value of port ``robot_state``, shape (m, 7) or flat.
         obstacles: The walls.
-        scale: How long the arrow of 1 m/s^2 is, in meters.
+        scale: The length of an arrow of 1 m/s^2, in meters.
         ax: Where to draw; by default a new figure.
 
     Raises:
-        ValueError: If the arrays do not belong to the same number of people,
-            or ``scale`` is not positive.
+        ValueError: If the arrays hold different numbers of people, or
+            ``scale`` is not positive.
     """
     people = _rows(human_states, STATE_SIZE, "human_states")
     vectors = _rows(forces, FORCES_SIZE, "forces").reshape(-1, len(FORCES), 2)
     if len(people) != len(vectors):
         raise ValueError(
-            f"forces are those of {len(vectors)} people, but human_states has"
-            f" {len(people)}"
+            f"forces must be for as many people as human_states:"
+            f" {len(people)}, got {len(vectors)}"
         )
     if not scale > 0:
         raise ValueError(f"scale must be positive, got {scale}")
@@ -100,7 +100,7 @@ def plot_forces(
             _draw_arrows(ax, people[drawn], arrows[drawn] * scale, name)
     ax.set(xlabel="x (m)", ylabel="y (m)", aspect="equal")
     ax.autoscale_view()
-    legend_outside(ax, title=f"1 m/s² is {scale:g} m long")
+    legend_outside(ax, title=f"scale: 1 m/s² = {scale:g} m")
     return ax
 
 
@@ -153,7 +153,7 @@ def _draw_arrows(ax: "Axes", rows: Any, arrows: Any, name: str) -> None:
         width=(1.0 if is_total else 2.2) / 72,
         headwidth=5.0 if is_total else 3.0,
         color=_COLORS[name],
-        # What is light is hard to see without an edge.
+        # Light colors are hard to see without an edge.
         edgecolor="0.35",
         linewidth=0.0 if is_total else 0.3,
         zorder=3 if is_total else 2,

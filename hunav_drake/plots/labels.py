@@ -1,4 +1,4 @@
-"""Numbers beside points of lines, where they hide as little as may be."""
+"""Labels beside points, placed where they hide as little as possible."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
@@ -22,12 +22,12 @@ _LINE_ROOM = 4.0
 
 
 class Label(NamedTuple):
-    """What is to be written beside a point.
+    """A text beside a point.
 
     Attributes:
-        text: What to write.
+        text: The text.
         place: The point (x, y), in the units of the axes.
-        color: What to write it in.
+        color: The color of the text.
     """
 
     text: str
@@ -38,12 +38,12 @@ class Label(NamedTuple):
 def place_labels(ax: "Axes", labels: Sequence[Label], *, scale: float) -> None:
     """Writes labels beside their points, away from lines and each other.
 
-    What has no room is left out, and what comes first is placed first.
+    Labels are placed in the given order; those without room are left out.
 
     Args:
-        ax: Where the lines are drawn already.
-        labels: What to write.
-        scale: How many points of the figure one unit of the axes is.
+        ax: The axes, with all lines drawn.
+        labels: The labels.
+        scale: The length of one unit of the axes, in points of the figure.
     """
     lines = [np.column_stack(line.get_data()) for line in ax.get_lines()]
     lines = [_dense(line * scale) for line in lines if len(line)]
@@ -83,13 +83,13 @@ def _dense(line: np.ndarray) -> np.ndarray:
         at = np.linspace(0.0, 1.0, int(steps[i] / 3.0) + 2)[1:-1, None]
         parts.append(line[i] + at * (line[i + 1] - line[i]))
     points = np.concatenate(parts)
-    # Samples of one who stands are as good as one.
+    # Many samples of a person who stands are one point.
     points = np.unique(np.round(points), axis=0)
     return points[~np.isnan(points[:, 0])]
 
 
 def _distance(places: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """Returns how far each place is from the nearest of some others."""
+    """Returns the distance of each place to the nearest of the others."""
     if not len(others):
         return np.full(len(places), np.inf)
     gaps = np.hypot(*(places[:, None] - others).transpose(2, 0, 1))

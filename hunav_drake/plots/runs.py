@@ -1,4 +1,4 @@
-"""What the plots of one trial or several take, and how runs are named."""
+"""The runs that a plot takes, and their names."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -9,19 +9,17 @@ from hunav_drake.systems.evaluation.recording import Recording
 
 Run = Recording | TrialResult
 
-# One run, several that get their names from where they come from, or several
-# by name.
+# One run, several that are named by their differences, or several with names.
 Runs = Run | Iterable[TrialResult] | Mapping[str, Run]
 
 
 def recordings(data: Runs) -> dict[str, Recording]:
-    """Returns the recordings by the names of their runs.
+    """Returns the recordings of runs by name.
 
-    A single run has no name. Results get theirs from what tells them apart:
-    scenario, planner, setting, seed.
+    The name of a single run is empty. For several results see `run_names`.
 
     Raises:
-        TypeError: If the data are anything else than `Runs`.
+        TypeError: If the data are not of type `Runs`.
     """
     if isinstance(data, Recording | TrialResult):
         return {"": _recording(data)}
@@ -41,10 +39,10 @@ def recordings(data: Runs) -> dict[str, Recording]:
 
 
 def run_names(results: list[TrialResult]) -> list[str]:
-    """Returns a different name for each result, as short as may be.
+    """Returns a short name for each result; no two are equal.
 
-    It is made of what is not the same for all: scenario, planner, setting,
-    seed. What is still equal then gets a number.
+    A name holds what differs between the results: scenario, planner, setting,
+    seed. Names that are still equal get a number.
     """
     if len(results) == 1:
         return [""]

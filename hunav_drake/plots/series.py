@@ -1,4 +1,4 @@
-"""What happens over time: distance to people, speed of the robot."""
+"""Plots over time: distance to people, and robot speed."""
 
 from typing import TYPE_CHECKING
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 _HEIGHT = 2.3
 
-# Numbers nearer to each other than this share of the time are not all written.
+# Of numbers nearer to each other than this share of the time one is written.
 _CROWDED = 0.14
 
 # The room below the closest approach, as a share of the axes: for a mark, and
@@ -36,19 +36,19 @@ def plot_distance_to_people(
 ) -> "Axes":
     """Draws the distance to the closest person over time.
 
-    It is the gap between the surfaces of the robot and the person: Fig. 5 of
-    Perez-Higueras et al., "HuNavSim", 2023. The bands are the spaces of Hall
-    1969. A triangle marks where each approach of a person is
-    closest: see `find_approaches`; of a single run its distance is written
+    The distance is the gap between the surfaces of the robot and the person,
+    as in Fig. 5 of Perez-Higueras et al., "HuNavSim", 2023. The bands are the
+    proxemic zones of Hall 1969. A triangle marks the closest point of each
+    approach (see `find_approaches`); for a single run the distance is written
     below it.
 
     Args:
-        data: One run, or several, each with a line of its own.
-        near: An approach is closer than this, in meters.
+        data: One run, or several, with one line for each.
+        near: The largest gap of an approach, in meters.
         ax: Where to draw; by default a new figure.
 
     Raises:
-        TypeError: If the data are no runs.
+        TypeError: If the data are not runs.
         ValueError: If `near` is not positive.
     """
     runs = recordings(data)
@@ -68,18 +68,18 @@ def plot_distance_to_people(
     for (name, run), style in zip(
         runs.items(), line_styles(len(runs)), strict=True
     ):
-        gap = run.derived.closest_gap
+        gap = run.features.closest_gap
         style = style if name else {"color": "black", "ls": "-"}
         ax.plot(run.times, gap, lw=1.2, label=shown(name) or None, **style)
         if np.isfinite(gap).any():
             top = max(top, float(np.nanmax(gap)))
             gaps = _mark_minima(ax, run, near, style["color"], written=not name)
             lowest = min([lowest, *gaps])
-    if top == 0.0 and not any(r.derived.present.any() for r in runs.values()):
+    if top == 0.0 and not any(r.features.present.any() for r in runs.values()):
         note(ax, "there are no people")
     _set_time_axis(ax, runs)
     top = max(1.5, 1.05 * top)
-    # Marks and what is written below them are not to be on the axis.
+    # Marks and the numbers below them must not lie on the axis.
     bottom = min(
         0.0, lowest - (_LABEL_ROOM if "" in runs else _MARK_ROOM) * top
     )
@@ -94,8 +94,8 @@ def plot_distance_to_people(
 def _mark_minima(
     ax: "Axes", run: Recording, near: float, color: str, *, written: bool
 ) -> list[float]:
-    """Marks where approaches are closest, and returns how close they are."""
-    closest = run.derived.closest_gap
+    """Marks the closest point of each approach, and returns the gaps."""
+    closest = run.features.closest_gap
     # Of two people at one time, only the closer one is on the line.
     points = sorted(
         (e.time, e.gap)
@@ -148,24 +148,25 @@ def plot_robot_speed(
 ) -> "Axes":
     """Draws the forward speed of the robot over time.
 
-    Shaded are the times with a person near: Fig. 6 of Perez-Higueras et al.,
-    "HuNavSim", 2023. With several runs the shades are strips below the lines,
-    in the color of each.
+    Times with a person near are shaded, as in Fig. 6 of Perez-Higueras et al.,
+    "HuNavSim", 2023. With several runs, strips below the lines mark these
+    times, in the color of each run.
 
     Args:
         data: One run, or several, each with a line of its own.
-        near: How near a person is then, surface to surface, in meters.
+        near: The gap below which a person is near, surface to surface, in
+            meters.
         ax: Where to draw; by default a new figure.
 
     Raises:
-        TypeError: If the data are no runs.
+        TypeError: If the data are not runs.
         ValueError: If `near` is not positive.
     """
     if not near > 0:
         raise ValueError(f"near must be positive, got {near}")
     runs = recordings(data)
     ax = new_axes(ax, _HEIGHT)
-    speeds = [run.derived.forward_speed for run in runs.values()]
+    speeds = [run.features.forward_speed for run in runs.values()]
     low = min([0.0, *(float(s.min()) for s in speeds)])
     high = max([0.1, *(float(s.max()) for s in speeds)])
     styles = line_styles(len(runs))
@@ -175,7 +176,7 @@ def plot_robot_speed(
         ax.plot(
             run.times, speeds[i], lw=1.2, label=shown(name) or None, **style
         )
-        when = spans(run, run.derived.closest_gap < near)
+        when = spans(run, run.features.closest_gap < near)
         if name:
             # Strips of the same height in a row under the lowest speed.
             strip = 0.05 * (high - low)
@@ -200,7 +201,7 @@ def plot_robot_speed(
     ax.set_ylim(low - strips - (room if low < 0 else 0.0), high + room)
     if strips:
         ax.axhline(low - room / 2, color="0.8", lw=0.5)
-        # The strips are no speeds: their tick says what they are.
+        # The strips are not speeds: a tick of their own says what they are.
         ticks = [t for t in ax.get_yticks() if low <= t <= high + room]
         ax.set_yticks(
             [low - (strips + room) / 2, *ticks],

@@ -1,10 +1,12 @@
-"""Colors, sizes and the making of figures that all plots share."""
+"""What all plots share: colors, sizes, new figures, legends and walls."""
 
 from itertools import cycle, islice
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from hunav_drake.systems.world.obstacles import Obstacles
 
 # The width of a column of a paper, in inches.
 COLUMN = 3.4
@@ -14,7 +16,7 @@ LABEL_SIZE = 8.0
 SMALL_SIZE = 7.0
 
 # The colors of Okabe & Ito 2008, which people with color blindness can tell
-# apart. Yellow is not for lines, which are hard to see on white.
+# apart. Yellow lines would be hard to see on white.
 YELLOW = "#f0e442"
 PALETTE = (
     "#0072b2",
@@ -51,7 +53,7 @@ def new_axes(
     """Returns the axes to draw on, by default those of a new figure.
 
     Args:
-        ax: The caller's axes, which stay as they are, or None.
+        ax: The axes of the caller, which are returned unchanged, or None.
         height: The height of the new figure, in inches.
         width: Its width, in inches.
         layout: Its layout; "compressed" if the axes have a fixed aspect.
@@ -66,7 +68,7 @@ def new_axes(
 
 
 def set_text_sizes(ax: "Axes") -> None:
-    """Makes the text on axes fit a column, and leaves out needless lines."""
+    """Sets text sizes that fit a column, and hides needless lines."""
     ax.tick_params(labelsize=SMALL_SIZE)
     for axis in (ax.xaxis, ax.yaxis):
         axis.label.set_size(LABEL_SIZE)
@@ -83,11 +85,11 @@ def legend_outside(
     """Puts the legend outside of the axes, where it hides no data.
 
     Args:
-        ax: What to explain.
-        columns: How many entries go into one line, if there is room.
-        beside: Whether to put it to the right, with an entry per line, instead
+        ax: The axes.
+        columns: The number of entries in one line, if there is room.
+        beside: Whether to put it to the right, with one entry per line, instead
             of above.
-        title: What is written above it.
+        title: The title of the legend.
     """
     handles, labels = ax.get_legend_handles_labels()
     if not handles:
@@ -136,7 +138,7 @@ def _fitting(ax: "Axes", labels: list[str], columns: int) -> int:
 
 
 def shown(name: str) -> str:
-    """Returns a name as a label: short, and not hidden by Matplotlib."""
+    """Returns a name as a short label that Matplotlib does not hide."""
     if len(name) > _LONGEST:
         # What tells names apart is at either end: "a.speed=1" and "a.speed=2".
         half = _LONGEST // 2
@@ -146,7 +148,7 @@ def shown(name: str) -> str:
 
 
 def note(ax: "Axes", text: str) -> None:
-    """Says in the middle of empty axes why they are empty."""
+    """Writes in the middle of empty axes why they are empty."""
     ax.text(
         0.5,
         0.5,
@@ -156,4 +158,23 @@ def note(ax: "Axes", text: str) -> None:
         va="center",
         fontsize=LABEL_SIZE,
         color=MUTED,
+    )
+
+
+def draw_walls(ax: "Axes", obstacles: "Obstacles") -> None:
+    """Draws thin walls as lines and solid obstacles as areas."""
+    from matplotlib.collections import LineCollection, PolyCollection
+
+    solid, thin = [], []
+    for i in range(len(obstacles)):
+        rows = obstacles.segments[obstacles.first[i] : obstacles.first[i + 1]]
+        if obstacles.solid[i]:
+            solid.append(rows[:, :2])
+        else:
+            thin += list(rows.reshape(-1, 2, 2))
+    ax.add_collection(PolyCollection(solid, facecolors=WALL, zorder=0.5))
+    ax.add_collection(
+        LineCollection(
+            thin, colors=WALL, linewidths=1.5, capstyle="round", zorder=0.5
+        )
     )

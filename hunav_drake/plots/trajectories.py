@@ -1,4 +1,4 @@
-"""Who went where, on the map."""
+"""Trajectories of the robot and the people on the map."""
 
 import math
 from typing import TYPE_CHECKING, Any
@@ -11,12 +11,12 @@ from hunav_drake.plots.runs import Runs, recordings
 from hunav_drake.plots.style import (
     COLUMN,
     ROBOT,
+    draw_walls,
     legend_outside,
     line_styles,
     new_axes,
     shown,
 )
-from hunav_drake.plots.walls import draw_walls
 from hunav_drake.systems.common.layout import RADIUS, X, Y
 from hunav_drake.systems.evaluation.recording import Recording
 
@@ -25,12 +25,12 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-# The times between marks that are easy to count in, in seconds, and about how
-# many marks there are.
+# Round numbers for the time between marks, in seconds, and about how many marks
+# there are.
 _INTERVALS = (0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 60.0, 120.0, 300.0, 600.0)
 _MARKS = 6
 
-# With more people than this, colors stand for behaviors, not for people.
+# With more people than this, colors show behaviors, not people.
 _MANY = 6
 
 # The largest map beside the numbers of its axes, in inches.
@@ -40,21 +40,21 @@ _MAP = np.array([0.85 * COLUMN, COLUMN])
 def plot_trajectories(
     data: Runs, *, mark_every: float | None = None, ax: "Axes | None" = None
 ) -> "Axes":
-    """Draws the ways of robot and people on the map, with marks in time.
+    """Draws the trajectories of the robot and the people on the map.
 
-    The discs are the places at the start, in their true size, and the star is
-    the goal. Dots mark the time in equal steps, and numbers tell it in
-    seconds. With several runs, their robots have colors, and the people of
-    each are thin lines in the same color.
+    Discs show the start positions in true size, and the star is the goal. Dots
+    mark equal steps of time, with the time in seconds beside them. With
+    several runs each robot has a color, and the people of its run are thin
+    dotted lines in the same color.
 
     Args:
         data: One run, or several.
-        mark_every: The time between marks, in seconds; by default such that
+        mark_every: The time between dots, in seconds; by default such that
             there are about six.
         ax: Where to draw; by default a new figure.
 
     Raises:
-        TypeError: If the data are no runs.
+        TypeError: If the data are not runs.
         ValueError: If `mark_every` is not positive.
     """
     if mark_every is not None and not mark_every > 0:
@@ -147,11 +147,11 @@ def _mark_times(
     color: str,
     small: bool = False,
 ) -> list[Label]:
-    """Draws the marks of one way, and returns what is to be written there."""
+    """Draws the time marks of one trajectory, and returns their labels."""
     first = math.ceil(times[0] / every - 1e-9)
     last = math.floor(times[-1] / every + 1e-9)
     when = np.arange(first, last + 1) * every
-    # The nearest sample: what is missing then has no mark.
+    # The nearest sample; a person who is absent then has no mark.
     after = np.clip(np.searchsorted(times, when), 1, max(len(times) - 1, 1))
     before = after - 1
     after = np.minimum(after, len(times) - 1)
@@ -183,12 +183,12 @@ def _interval(duration: float) -> float:
 
 
 def _frame(runs: list[Recording]) -> tuple[Array, Array, float, bool]:
-    """Returns what part of the world the map shows, and how large.
+    """Returns the limits and the scale of the map.
 
     Returns:
-        The lower left and the upper right corner, in meters; how many inches
-        a meter is; and whether the map is so tall that the legend goes beside
-        it.
+        The lower left and the upper right corner, in meters; the scale, in
+        inches per meter; and whether the map is so tall that the legend goes
+        beside it.
     """
     low, high = _bounds(runs)
     size = high - low

@@ -1,4 +1,4 @@
-"""How long the robot was in whose space."""
+"""Time that the robot spends in each proxemic zone."""
 
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -24,13 +24,13 @@ if TYPE_CHECKING:
 
 
 class Zone(NamedTuple):
-    """One of the spaces around a person of Hall 1969.
+    """A proxemic zone around a person (Hall 1969).
 
     Attributes:
-        name: What it is called.
-        low: Where it begins, in meters from surface to surface.
-        high: Where it ends.
-        color: What it is drawn in.
+        name: Its name.
+        low: Its inner limit, in meters from surface to surface.
+        high: Its outer limit, in the same way.
+        color: Its color in plots.
     """
 
     name: str
@@ -46,21 +46,21 @@ ZONES = (
     Zone("public", SOCIAL, np.inf, "#d9d9d9"),
 )
 
-# A narrower part of a bar has no room for its number, in percent.
+# Narrower parts of a bar have no room for a number, in percent.
 _NARROW = 9.0
 
 
 def plot_zones(data: Runs, *, ax: "Axes | None" = None) -> "Axes":
-    """Draws which part of the time the closest person was in which space.
+    """Draws the share of time in each proxemic zone of the closest person.
 
-    One bar per run. What is missing from 100 % is the time without people.
+    Each run has a bar. The rest to 100 % is the time without people.
 
     Args:
         data: One run, or several.
         ax: Where to draw; by default a new figure.
 
     Raises:
-        TypeError: If the data are no runs.
+        TypeError: If the data are not runs.
     """
     runs = recordings(data)
     ax = new_axes(ax, zones_height(len(runs)))
@@ -88,7 +88,7 @@ def plot_zones(data: Runs, *, ax: "Axes | None" = None) -> "Axes":
     if not shares.any():
         note(ax, "there are no people")
     ax.set(
-        xlabel="share of the time (%)",
+        xlabel="share of time (%)",
         xlim=(0, 100),
         yticks=rows,
         ylim=(len(runs) - 0.5, -0.5),
@@ -102,13 +102,13 @@ def plot_zones(data: Runs, *, ax: "Axes | None" = None) -> "Axes":
 
 
 def zones_height(num_runs: int) -> float:
-    """Returns the height of a figure for so many runs, in inches."""
+    """Returns the height of the figure for a number of runs, in inches."""
     return 0.8 + 0.22 * max(1, num_runs)
 
 
 def zone_shares(recording: Recording) -> list[float]:
     """Returns the share of samples in each of `ZONES`, in percent."""
-    gap = recording.derived.closest_gap
+    gap = recording.features.closest_gap
     return [
         100.0 * float(np.mean((zone.low <= gap) & (gap < zone.high)))
         for zone in ZONES

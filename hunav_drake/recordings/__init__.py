@@ -1,4 +1,4 @@
-"""Recordings from elsewhere, in their formats."""
+"""Reads recordings, also those of other programs."""
 
 from hunav_drake.recordings.readers import ReadRecording
 

@@ -20,6 +20,7 @@ from hunav_drake.systems.common.layout import (
 )
 from hunav_drake.systems.common.suggest import nearest
 from hunav_drake.systems.evaluation.recording import Recording
+from hunav_drake.systems.evaluation.recording_checks import LARGEST
 
 Array = NDArray[np.float64]
 
@@ -64,8 +65,9 @@ def parse_csv(text: str) -> Recording:
     for i, name in enumerate(STATE_FIELDS):
         if name in columns:
             states[sample, body, i] = columns[name]
-    for i in range(len(agents)):
+    for i, agent in enumerate(agents):
         _complete(times, states[:, i], set(STATE_FIELDS) - set(columns))
+        _check_speeds(times, states[:, i], agent)
 
     status = np.zeros((len(times), len(agents)), dtype=int)
     if "behavior_status" in columns:
@@ -174,13 +176,13 @@ def _numbers(name: str, cells: tuple[str, ...], lines: list[int]) -> Array:
             values[i] = float(cell)
         except ValueError:
             values[i] = np.nan
-    good = np.isfinite(values)
-    what = "a finite number"
+    good = np.abs(values) <= LARGEST
+    what = f"a finite number, at most {LARGEST:g} in size"
     if name in _WHOLE:
         what = "a whole number"
         good &= values == np.trunc(values)
     elif name == "radius":
-        what = "a finite number, not negative"
+        what += ", not negative"
         good &= values >= 0
     if not good.all():
         i = int(np.argmin(good))
@@ -232,6 +234,18 @@ def _complete(times: Array, states: Array, missing: set[str]) -> None:
             states[part, OMEGA] = _slope(t, np.unwrap(states[part, YAW]))
         if "radius" in missing:
             states[part, RADIUS] = _RADIUS
+
+
+def _check_speeds(times: Array, states: Array, agent: str) -> None:
+    """Refuses speeds, worked out of positions, that are too large."""
+    bad = np.argwhere(np.abs(states) > LARGEST)
+    if len(bad):
+        k, column = bad[0].tolist()
+        raise ValueError(
+            f"{agent!r} at {times[k]:g} s: {STATE_FIELDS[column]}, worked out"
+            f" from the rows before and after, must be at most {LARGEST:g} in"
+            f" size, got {states[k, column]:g}; are times and positions right?"
+        )
 
 
 def _slope(times: Array, values: Array) -> Array:

@@ -1,7 +1,5 @@
-"""Reports in HTML, on a run or on many."""
+"""Reports on one run or many, as HTML."""
 
 from hunav_drake.report.writing import WriteReport
 
-__all__ = [
-    "WriteReport",
-]
+__all__ = ["WriteReport"]

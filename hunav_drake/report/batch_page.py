@@ -1,4 +1,4 @@
-"""What a report tells of many trials."""
+"""What a report on many trials shows."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -21,51 +21,50 @@ from hunav_drake.report.batch_tables import (
     paired_tables,
     planner_tables,
 )
-from hunav_drake.report.html import escape, figure, number, table, wide
-from hunav_drake.report.trial_page import LEGEND, Parts, provenance_table
+from hunav_drake.report.figures import ReportFigure, make_figure
+from hunav_drake.report.tables import Cell, Table, number, provenance_table
 from hunav_drake.results.metric_facts import is_built_in, unit_of
-from hunav_drake.results.quantity_text import unit_text
+from hunav_drake.results.quantity_text import label_text
 from hunav_drake.results.run_table import tabulate_runs
 from hunav_drake.results.settings import contenders, has_settings
+from hunav_drake.results.statistics import LEAST_PAIRS
 from hunav_drake.results.trial_result import TrialResult
-from hunav_drake.systems.evaluation import names
 
-# What is compared in bars, and listed for each run, of many metrics; metrics
-# of one's own are always.
+# If there are many metrics, bars and the list of runs show only these and those
+# that users have registered.
 _KEY_METRICS = (
-    names.TIME_TO_REACH_GOAL,
-    names.PATH_LENGTH,
-    names.MIN_DIST_TO_PEOPLE,
-    names.AVG_DIST_TO_CLOSEST_PERSON,
-    names.INTIMATE_SPACE_INTRUSIONS,
-    names.PERSONAL_SPACE_INTRUSIONS,
-    names.ROBOT_ON_PERSON_COLLISIONS,
-    names.TIME_NOT_MOVING,
-    names.SOCIAL_WORK,
+    "time_to_reach_goal",
+    "path_length",
+    "min_dist_to_people",
+    "avg_dist_to_closest_person",
+    "intimate_space_intrusions",
+    "personal_space_intrusions",
+    "robot_on_person_collisions",
+    "time_not_moving",
+    "social_work",
 )
 
-# So many metrics are not too many to show all of them.
+# Up to this number of metrics, all are shown.
 _FEW = 10
 
-# With more runs than this in a plot over time, nobody can tell the lines.
+# More lines than this in a plot over time could not be told apart.
 _MOST_LINES = 6
 
 # The size of a plot over time, in inches.
 _SERIES = (COLUMN, 2.4)
 
-# How many of the values that differ between runs are listed.
+# At most this many different values of an entry are listed.
 _MOST_VALUES = 4
 
 
-def batch_parts(
+def batch_content(
     trials: Sequence[TrialResult], pages: Sequence[Mapping[str, str]]
-) -> Parts:
-    """Returns the parts of a report on several trials.
+) -> dict[str, Any]:
+    """Returns what the template `batch.html` shows.
 
     Args:
         trials: The trials.
-        pages: For each of them, the addresses of its own pages, by what they
-            are.
+        pages: The addresses of the pages of each trial, by their kinds.
     """
     runs = _tabulate(trials)
     told = [f"{len(trials)} runs"]
@@ -79,30 +78,33 @@ def batch_parts(
         if count > 1:
             told.append(f"{count} {plural}")
         elif str(runs[key].iloc[0]):
-            told.append(f"{key} {escape(runs[key].iloc[0])}")
-    sections = ["<h2>How the runs ended</h2>", _outcomes(runs)]
-    for i, scenario in enumerate(dict.fromkeys(runs["scenario"])):
-        own = [t for t in trials if t.scenario_name == scenario]
-        # Names are as short as they may be among all runs.
-        table = runs[runs["scenario"] == scenario]
-        sections += _scenario(scenario, own, table, f"s{i}")
-    sections += [
-        "<h2>Runs</h2>",
-        wide(_runs(runs, pages)),
-        "<h2>Provenance</h2>",
-        provenance_table(_common_provenance(trials)),
-    ]
-    return Parts([f'<p class="about">{", ".join(told)}</p>'], sections)
+            told.append(f"{key} {runs[key].iloc[0]}")
+    return {
+        "about": told,
+        "outcomes": _outcomes(runs),
+        "least_pairs": LEAST_PAIRS,
+        "scenarios": [
+            _scenario(
+                [t for t in trials if t.scenario_name == name],
+                # The names come from all runs, so that they are the same here.
+                runs[runs["scenario"] == name],
+                f"s{i}",
+            )
+            for i, name in enumerate(dict.fromkeys(runs["scenario"]))
+        ],
+        "runs": _runs(runs, pages),
+        "provenance": provenance_table(_common_provenance(trials)),
+    }
 
 
 def _tabulate(trials: Sequence[TrialResult]) -> pd.DataFrame:
-    """Returns the table of runs, with who drives in the column `contender`."""
+    """Returns the table of runs; `contender` is a planner with its settings."""
     runs = tabulate_runs(trials)
     return runs.assign(contender=contenders(runs))
 
 
 def _key_metrics(runs: pd.DataFrame) -> list[str]:
-    """Returns which metrics are shown at once."""
+    """Returns the metrics that are shown at first sight."""
     recorded = list(runs.attrs["units"])
     if len(recorded) <= _FEW:
         return recorded
@@ -110,68 +112,52 @@ def _key_metrics(runs: pd.DataFrame) -> list[str]:
     return key + [name for name in recorded if not is_built_in(name)]
 
 
-def _outcomes(runs: pd.DataFrame) -> str:
-    rows = []
+def _outcomes(runs: pd.DataFrame) -> Table:
     reasons = list(dict.fromkeys(["goal", *runs["end_reason"]]))
+    rows = []
     for (scenario, contender), own in runs.groupby(
         ["scenario", "contender"], sort=False
     ):
         counts = Counter(own["end_reason"])
-        rows.append(
-            [
-                escape(scenario),
-                escape(contender),
-                str(len(own)),
-                *(str(counts[reason]) for reason in reasons),
-            ]
-        )
-    head = ["scenario", "planner", "runs", *map(escape, reasons)]
-    return table(head, rows, numbers=range(2, len(head)))
+        ended = [str(counts[reason]) for reason in reasons]
+        rows.append([scenario, contender, str(len(own)), *ended])
+    head = ["scenario", "planner", "runs", *reasons]
+    return Table(head, {"": rows}, numbers=range(2, len(head)))
 
 
 def _scenario(
-    scenario: str, trials: list[TrialResult], runs: pd.DataFrame, key: str
-) -> list[str]:
-    """Returns what is told of the trials of one scenario."""
+    trials: list[TrialResult], runs: pd.DataFrame, key: str
+) -> dict[str, Any]:
+    """Returns what is shown of the trials of one scenario."""
     metrics = _key_metrics(runs)
-    sections = [
-        f"<h2>{escape(scenario or 'Trials')}</h2>",
-        LEGEND,
-        "<p><small>Each value is the mean over the runs that have one, with"
-        " its 95&nbsp;% interval in brackets; n tells of how many, if not of"
-        " all.</small></p>",
-        *ambiguous_seeds(runs),
-        *planner_tables(runs),
-        *paired_tables(runs, metrics),
-    ]
-    if runs["contender"].nunique() > 1:
-        sections += [
-            "<h3>Comparison</h3>",
-            "<p><small>Bars are means with 95&nbsp;% intervals, dots are single"
-            " runs.</small></p>",
-            '<div class="bars">',
-            *(
-                _bars(runs, name, f"{key}-bars{i}")
-                for i, name in enumerate(metrics)
-                if runs[name].notna().any()
-            ),
-            "</div>",
-        ]
-    return [*sections, *_over_time(trials, key)]
+    several = runs["contender"].nunique() > 1
+    means, spread = planner_tables(runs) or (None, None)
+    return {
+        "name": trials[0].scenario_name,
+        "ambiguous_seeds": ambiguous_seeds(runs),
+        "means": means,
+        "spread": spread,
+        "pairs": paired_tables(runs, metrics),
+        "bars": [
+            _bars(runs, name, f"{key}-bars{i}")
+            for i, name in enumerate(metrics)
+            if several and runs[name].notna().any()
+        ],
+        "examples": _over_time(trials, key),
+    }
 
 
-def _bars(runs: pd.DataFrame, name: str, key: str) -> str:
-    return figure(
+def _bars(runs: pd.DataFrame, name: str, key: str) -> ReportFigure:
+    return make_figure(
         key,
-        f"{name}: means and 95 % intervals by planner.",
+        f"{name}: means and 95 % confidence intervals by planner.",
         (2.3, comparison_height(runs["contender"].nunique())),
         lambda ax: plot_comparison(runs, name, ax=ax),
-        captioned=False,
     )
 
 
-def _over_time(trials: list[TrialResult], key: str) -> list[str]:
-    """Returns plots of one run of each contender, of one seed if may be."""
+def _over_time(trials: list[TrialResult], key: str) -> list[ReportFigure]:
+    """Returns plots of one run of each contender, if possible of one seed."""
     first = trials[0].provenance.get("seed")
     chosen: dict[Any, TrialResult] = {}
     for trial in [
@@ -182,7 +168,7 @@ def _over_time(trials: list[TrialResult], key: str) -> list[str]:
         chosen.setdefault(contender, trial)
     shown = list(chosen.values())
     if len(shown) == 1:
-        # Of one contender, the first runs.
+        # A single contender is shown by its first runs.
         shown = trials
     shown = shown[:_MOST_LINES]
     runs = dict(
@@ -191,80 +177,68 @@ def _over_time(trials: list[TrialResult], key: str) -> list[str]:
     which = ", ".join(
         dict.fromkeys(f"seed {t.provenance.get('seed', '?')}" for t in shown)
     )
-    figures = [
-        figure(
+    return [
+        make_figure(
             f"{key}-trajectories",
-            f"The ways of the robots, and dotted those of people ({which}).",
+            f"Trajectories of the robots and, dotted, of the people ({which}).",
             (COLUMN, trajectories_height(runs)),
             lambda ax: plot_trajectories(runs, ax=ax),
             layout="compressed",
         ),
-        figure(
+        make_figure(
             f"{key}-distance",
-            f"The distance to the closest person, surface to surface ({which})."
-            f" A triangle marks where an approach within {NEAR:g} m is"
-            " closest.",
+            "Distance to the closest person, from surface to surface"
+            f" ({which}). A triangle marks the closest point of each approach"
+            f" within {NEAR:g} m.",
             _SERIES,
             lambda ax: plot_distance_to_people(runs, ax=ax),
         ),
-        figure(
+        make_figure(
             f"{key}-speed",
-            f"The forward speed of the robot ({which}). Strips: a person is"
-            f" within {NEAR:g} m.",
+            f"Forward speed of the robot ({which}). Strips mark when a person"
+            f" is within {NEAR:g} m.",
             _SERIES,
             lambda ax: plot_robot_speed(runs, ax=ax),
         ),
-        figure(
+        make_figure(
             f"{key}-zones",
-            f"In which space of the closest person the robot was ({which}).",
+            "Share of time that the robot spent in each proxemic zone of the"
+            f" closest person ({which}).",
             (COLUMN, zones_height(len(runs))),
             lambda ax: plot_zones(runs, ax=ax),
         ),
     ]
-    return ["<h3>Examples</h3>", '<div class="figures">', *figures, "</div>"]
 
 
-def _runs(runs: pd.DataFrame, pages: Sequence[Mapping[str, str]]) -> str:
+def _runs(runs: pd.DataFrame, pages: Sequence[Mapping[str, str]]) -> Table:
     shown = _key_metrics(runs)
     texts = ["scenario", "planner", "seed"]
     if has_settings(runs):
         texts.insert(2, "setting")
-    about = [*texts, "ended", "end_time"]
-    rows = [
+    rows: list[list[Cell]] = [
         [
-            *(escape(row[key]) for key in texts),
-            escape(row["end_reason"]),
+            *(str(row[key]) for key in texts),
+            row["end_reason"],
             number(float(row["end_time"])),
             *(number(float(row[n]), unit_of(runs, n)) for n in shown),
         ]
         for _, row in runs.iterrows()
     ]
-    links = [
-        ", ".join(f'<a href="{to}">{kind}</a>' for kind, to in own.items())
-        for own in pages
+    head = [*texts, "outcome", "end time (s)"]
+    head += [
+        label_text(name.replace("_", " "), unit_of(runs, name))
+        for name in shown
     ]
-    units = {name: escape(unit_text(unit_of(runs, name))) for name in shown}
-    units["end_time"] = "s"
-    head = [
-        _breakable(name) + (f" ({units[name]})" if units.get(name) else "")
-        for name in about + shown
-    ]
-    first = texts.index("seed")
-    if any(links):
-        # Where they are seen without scrolling.
+    if any(pages):
+        # Here they are seen without scrolling.
         head.insert(2, "pages")
-        for row, link in zip(rows, links, strict=True):
-            row.insert(2, link)
-        first += 1
-    return table(head, rows, numbers=range(first, len(head)))
-
-
-def _breakable(name: str) -> str:
-    return escape(name.replace("_", " "))
+        for row, links in zip(rows, pages, strict=True):
+            row.insert(2, links)
+    return Table(head, {"": rows}, numbers=range(head.index("seed"), len(head)))
 
 
 def _common_provenance(trials: Sequence[TrialResult]) -> dict[str, Any]:
-    """Returns what is the same for all, and what there is of the rest."""
+    """Returns the different values of each entry of the trials' provenance."""
     found: dict[str, dict[str, None]] = {}
     for trial in trials:
         for key, value in trial.provenance.items():

@@ -1,4 +1,4 @@
-"""A report on a trial, or on many: one HTML file that needs nothing else."""
+"""Writes a report on one or many trials as a single HTML file."""
 
 from collections.abc import Iterable, Mapping
 import os
@@ -6,11 +6,12 @@ from pathlib import Path
 from types import MappingProxyType
 from urllib.parse import quote
 
-from hunav_drake.report.batch_page import batch_parts
-from hunav_drake.report.batch_tables import listed
-from hunav_drake.report.html import escape, page
-from hunav_drake.report.trial_page import trial_parts
-from hunav_drake.results.repeats import drop_repeats
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+from hunav_drake.report.batch_page import batch_content
+from hunav_drake.report.trial_page import trial_content
+from hunav_drake.results.duplicate_runs import drop_duplicate_runs
+from hunav_drake.results.run_folders import find_pages
 from hunav_drake.results.trial_result import TrialResult
 from hunav_drake.systems.common.files import atomic_write
 
@@ -26,24 +27,24 @@ def WriteReport(
 ) -> Path:
     """Writes a report as one HTML file.
 
-    Of one trial it tells how it ended, all metrics, what happened in plots,
-    and where it comes from. Of several it compares scenarios, planners and
-    their settings, with intervals and run by run on equal seeds, and lists the
-    runs; one that is another again counts once (`drop_repeats`). The file
-    has all pictures inside, and needs neither a network nor scripts. It
-    appears in one piece.
+    A report on one trial shows how it ended, plots, all metrics and the
+    provenance. A report on several compares scenarios, planners and their
+    settings, with confidence intervals and in pairs of equal seeds, and lists
+    the runs; duplicate runs count once (`drop_duplicate_runs`). The file has
+    all plots inside, and needs no network and no scripts. It is written
+    atomically.
 
-    It links to the own pages of each run that there are, `report_<tag>.html`
-    and `replay_<tag>.html`, as `hunav run` writes them.
+    It links to the report and the replay of each run, if they exist;
+    `hunav run` writes them.
 
     Args:
         results: A trial, or several.
-        filename: The file to write; what is there already is replaced.
-        replay: The file of the replay of a single trial.
+        filename: The file to write; an existing one is replaced.
+        replay: The replay file of a single trial.
         title: The heading; by default the name of the scenario.
-        pages: The folder with the own pages of the runs; by default that of
-            the file.
-        left_out: Why runs that belong here are not told of, by their tags.
+        pages: The folder of results with the pages of the runs; by default
+            the folder of `filename`.
+        left_out: Runs that are missing from the report: the reason, by tag.
 
     Returns:
         The path of the file.
@@ -56,61 +57,53 @@ def WriteReport(
     trials = [results] if isinstance(results, TrialResult) else list(results)
     if not trials:
         raise ValueError("a report needs at least one result, got none")
-    trials, repeats = drop_repeats(trials)
+    trials, repeats = drop_duplicate_runs(trials)
     if title is None:
         names = dict.fromkeys(t.scenario_name or "trial" for t in trials)
         title = ", ".join(names)
     folder = filename.parent if pages is None else Path(pages)
-    links = [_own_pages(trial.tag, folder, filename) for trial in trials]
+    links = [
+        {k: _link(p, filename) for k, p in find_pages(folder, t.tag).items()}
+        for t in trials
+    ]
+    address = None
     if len(trials) == 1:
-        parts = trial_parts(trials[0])
+        template, content = "trial.html", trial_content(trials[0])
         address = links[0].get("replay")
     else:
-        parts = batch_parts(trials, links)
-        address = None
+        template, content = "batch.html", batch_content(trials, links)
     if replay is not None:
         address = _link(replay, filename)
-    head = [f"<h1>{escape(title)}</h1>", *parts.about]
-    if address is not None:
-        head.append(f'<p><a href="{address}">Watch the replay</a></p>')
-    for tag, reason in left_out.items():
-        head.append(
-            f'<p class="ended stuck"><strong>Left out: {escape(tag)}.</strong>'
-            f" {escape(reason)}</p>"
+    text = (
+        _environment()
+        .get_template(template)
+        .render(
+            title=title,
+            replay=address,
+            left_out=left_out,
+            duplicates=[
+                f"{again.tag} duplicates {first.tag}" if again.tag else ""
+                for again, first in repeats
+            ],
+            **content,
         )
-    if repeats:
-        head.append(_repeats_note(repeats))
-    text = page(title, [*head, *parts.sections])
+    )
     with atomic_write(filename) as file:
         file.write(text.encode())
     return filename
 
 
-def _repeats_note(repeats: list[tuple[TrialResult, TrialResult]]) -> str:
-    which = [
-        f"{again.tag} is {first.tag} again"
-        for again, first in repeats
-        if again.tag
-    ]
-    told = f" {listed(which)}." if which else ""
-    return (
-        f"<p><strong>{len(repeats)} of the runs"
-        f" {'is' if len(repeats) == 1 else 'are'} left out, being the same as"
-        f" others in everything.</strong>{told}</p>"
+def _environment() -> Environment:
+    return Environment(
+        loader=PackageLoader("hunav_drake.report"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
     )
 
 
-def _own_pages(tag: str, folder: Path, filename: Path) -> dict[str, str]:
-    """Returns the addresses of what there is on a run, by what it is."""
-    paths = {k: folder / f"{k}_{tag}.html" for k in ("report", "replay")}
-    return {
-        kind: _link(path, filename)
-        for kind, path in paths.items()
-        if tag and path.exists()
-    }
-
-
 def _link(target: str | Path, page: Path) -> str:
-    """Returns the address of a file, as seen from a page."""
+    """Returns the address of a file, relative to a page."""
     path = os.path.relpath(target, page.parent)
-    return escape(quote(Path(path).as_posix()))
+    return quote(Path(path).as_posix())

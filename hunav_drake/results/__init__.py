@@ -1,4 +1,4 @@
-"""What a trial gives: tables, files, and statistics over many."""
+"""Results of trials: a folder per run, tables and statistics over runs."""
 
 from hunav_drake.results.files import LoadResults, WriteResult
 from hunav_drake.results.run_table import ReadRuns

@@ -1,4 +1,4 @@
-"""Intervals in which a mean or a rate lies, with some confidence."""
+"""Confidence intervals of means and rates."""
 
 import math
 
@@ -115,7 +115,7 @@ def paired_rate_interval(
 
     Args:
         a: Shape (n,), 0 or 1; for n = 0 the interval is NaN.
-        b: Likewise, in the same order.
+        b: Shape (n,), 0 or 1, in the same order.
         confidence: In (0, 1).
     """
     n = len(a)

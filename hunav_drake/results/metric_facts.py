@@ -1,4 +1,4 @@
-"""What is known of a metric: its unit, family and direction.
+"""The unit, family and direction of a metric.
 
 A metric of somebody's own may not be registered where its results are read.
 So tables keep these facts in their `attrs`, and files of results have them

@@ -1,4 +1,4 @@
-"""Where a result comes from: what must be equal for it to come out again."""
+"""The provenance of a result: what must be equal to reproduce it."""
 
 import hashlib
 from importlib import metadata

@@ -1,15 +1,19 @@
-"""The table of runs: a row per run, what it was and its metrics."""
+"""The table of runs, made when it is read: a row per run, with its metrics."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
 
+from hunav_drake.results.files import read_summaries
 from hunav_drake.results.metric_facts import FACTS
+from hunav_drake.results.run_folders import find_runs
+from hunav_drake.results.run_summary import RunSummary, make_summary
 from hunav_drake.results.trial_result import TrialResult
+from hunav_drake.systems.common.files import atomic_write
 
-# The columns that are no metrics. Tables by behavior have the last one too.
+# The columns that are no metrics. Only tables by behavior have the last one.
 ABOUT = (
     "tag",
     "scenario",
@@ -28,57 +32,31 @@ _TEXTS = ("tag", "scenario", "planner", "setting", "end_reason", "behavior")
 _MISSING = ["", "nan", "NaN", "NA"]
 
 
-def run_row(
-    result: TrialResult, tag: str, behavior: str | None = None
-) -> dict[str, Any]:
-    """Returns the row of a run, or of its people of one behavior."""
-    row: dict[str, Any] = {
-        "tag": tag,
-        "scenario": result.scenario_name,
-        "planner": str(result.provenance.get("planner", "")),
-        "setting": result.setting,
-        "seed": result.provenance.get("seed", ""),
-        "end_reason": result.end_reason,
-        "end_time": result.end_time,
-    }
-    if behavior is None:
-        row |= result.metrics.to_dict()
-    else:
-        row["behavior"] = behavior
-        row |= result.by_behavior.loc[behavior].to_dict()
-    return row
-
-
-def tabulate_runs(results: Iterable[TrialResult]) -> pd.DataFrame:
-    """Returns a table with a row per run: what it is, and its metrics.
-
-    What is known of the metrics is in `attrs`, by name: "units", "families"
-    and "directions".
-    """
-    results = list(results)
-    table = pd.DataFrame([run_row(result, result.tag) for result in results])
-    for key in FACTS.values():
-        table.attrs[key] = {}
-        for result in results:
-            table.attrs[key] |= result.metrics.attrs.get(key, {})
-    return table
-
-
-def ReadRuns(path: str | Path) -> pd.DataFrame:
-    """Reads a table of runs.
+def ReadRuns(path: str | Path, *, by_behavior: bool = False) -> pd.DataFrame:
+    """Makes the table of all runs in a folder, or reads one from a file.
 
     Args:
-        path: A `metrics.csv`, or the folder that it is in.
+        path: A folder of results, or a table such as the `runs.csv` that
+            `hunav report` writes. Of a folder only the summaries are read.
+        by_behavior: Makes a row for each behavior of each run instead, with
+            the metrics as if only the people of that behavior were there, and
+            the column `behavior`.
 
     Returns:
-        A row per run. Tables of older versions have no column `setting`.
+        A row per run: tag, scenario, planner, setting, seed (empty if there
+        is none), end_reason, end_time in seconds, and a column per metric. For
+        a folder, what is known of the metrics is in `attrs`, by name: "units",
+        "families" and "directions".
 
     Raises:
-        OSError: If it cannot be read.
-        ValueError: If it is not a table.
+        OSError: If it cannot be read, or there are no results.
+        ValueError: If a run is damaged, or the file is not a table.
     """
     path = Path(path)
     if path.is_dir():
+        if find_runs(path) or not (path / "metrics.csv").exists():
+            return _table(read_summaries(path).items(), by_behavior)
+        # A table of an older version, without its runs.
         path = path / "metrics.csv"
     try:
         columns = pd.read_csv(path, nrows=0).columns
@@ -91,3 +69,63 @@ def ReadRuns(path: str | Path) -> pd.DataFrame:
         )
     except ValueError as error:
         raise ValueError(f"{path}: is not a table of runs: {error}") from error
+
+
+def tabulate_runs(
+    results: Iterable[TrialResult], *, by_behavior: bool = False
+) -> pd.DataFrame:
+    """Makes the same table as `ReadRuns` from results in memory."""
+    return _table(
+        ((result.tag, make_summary(result)) for result in results), by_behavior
+    )
+
+
+def WriteTables(results: Iterable[TrialResult], folder: Path) -> Path:
+    """Writes `runs.csv` and `runs_by_behavior.csv`, each in one piece.
+
+    They are for spreadsheets and the like: nothing here reads them unless it
+    is told to. Numbers have all their digits; NaN is an empty cell.
+
+    Returns:
+        The path of `runs.csv`.
+
+    Raises:
+        OSError: If a file cannot be written.
+    """
+    results = list(results)
+    for name, by_behavior in (("runs_by_behavior", True), ("runs", False)):
+        table = tabulate_runs(results, by_behavior=by_behavior)
+        path = folder / f"{name}.csv"
+        with atomic_write(path) as file:
+            file.write(table.to_csv(index=False).encode())
+    return path
+
+
+def _table(
+    runs: Iterable[tuple[str, RunSummary]], by_behavior: bool
+) -> pd.DataFrame:
+    rows: list[Mapping[str, Any]] = []
+    facts: dict[str, dict[str, str]] = {key: {} for key in FACTS.values()}
+    for tag, run in runs:
+        about = {
+            "tag": tag,
+            "scenario": run.scenario,
+            "planner": str(run.provenance.get("planner", "")),
+            "setting": run.setting,
+            "seed": run.provenance.get("seed", ""),
+            "end_reason": run.end_reason,
+            "end_time": run.end_time,
+        }
+        metrics = run.metric_values()
+        for key in facts:
+            facts[key] |= metrics.attrs[key]
+        if by_behavior:
+            rows += [
+                about | {"behavior": behavior} | values
+                for behavior, values in run.by_behavior.items()
+            ]
+        else:
+            rows.append(about | metrics.to_dict())
+    table = pd.DataFrame(rows)
+    table.attrs |= facts
+    return table

@@ -5,10 +5,10 @@ import re
 
 import pandas as pd
 
-# Changes of a scenario that other columns of the table of runs tell.
+# Changes of a scenario that have columns of their own in the table of runs.
 _TOLD = ("planner.name", "simulation.seed")
 
-# The way to a key of a scenario, as in "planner.parameters.speed=0.3".
+# The way to a key of a scenario, as in "planner.speed=0.3".
 _WAY = re.compile(r"[^\s;=,]*\.(?=[A-Za-z_][\w-]*(\[\d+\])*=)")
 
 
@@ -16,7 +16,7 @@ def setting_text(changes: Iterable[str]) -> str:
     """Returns changes of a scenario as one text, the same in any order.
 
     Args:
-        changes: Texts such as "planner.parameters.cruise_speed=0.3"; of those
+        changes: Texts such as "planner.cruise_speed=0.3"; of those
             of one key the last one counts. What chooses planner and seed is
             left out.
     """

@@ -1,8 +1,8 @@
 """Statistics over runs: how good a planner is, and which one is better.
 
-The tables of runs are those that `WriteResult` adds rows to: a row per run,
-with columns that tell it from others and a column per metric. What is NaN or
-infinite is no value: it is left out, and `n` tells how many are left.
+The tables of runs are those that `ReadRuns` gives: a row per run, with columns
+that tell it from others and a column per metric. What is NaN or infinite is no
+value: it is left out, and `n` tells how many are left.
 """
 
 from collections.abc import Callable, Hashable, Iterable
@@ -22,13 +22,12 @@ from hunav_drake.results.metric_facts import direction_of, unit_of
 from hunav_drake.results.quantity_text import ROUNDING
 from hunav_drake.results.run_table import ABOUT
 from hunav_drake.results.settings import has_settings
-from hunav_drake.systems.evaluation.names import COMPLETED
 
 Array = NDArray[np.float64]
 Names = str | Iterable[str]
 
 # Metrics that are 0 or 1, whose mean is a rate.
-RATES = (COMPLETED,)
+RATES = ("completed",)
 
 # With fewer pairs of runs than this none is called better: even if all of 5
 # point the same way, that happens by chance once in 16 times.
@@ -104,9 +103,7 @@ def compare(
     pair: Names = ("seed",),
     by: Names = ("scenario",),
     metrics: Names | None = None,
-    rates: Names = RATES,
     confidence: float = 0.95,
-    seed: int = 0,
 ) -> pd.DataFrame:
     """Compares two planners, run by run, on the same seeds.
 
@@ -116,23 +113,21 @@ def compare(
     Args:
         runs: A row per run.
         a: What the runs of the one have in the column `on`.
-        b: Likewise, of the other.
+        b: What the runs of the other have in it.
         on: The column that tells the two apart.
         pair: The columns in which runs that belong together are equal.
         by: The columns that tell kinds of runs apart.
         metrics: The columns to compare; by default all that have numbers and
             are metrics.
-        rates: Those among them that are 0 or 1.
         confidence: That of the intervals.
-        seed: The seed of the bootstrap.
 
     Returns:
         A row for each kind and metric, indexed by both, with the columns `n`
         (pairs in which both have a finite value), `a` and `b` (the means over
         those pairs), `difference` (b - a; rounding counts as 0), `sd` and
         `median` of the differences, `low` and `high` (the interval of the mean
-        difference, `paired_rate_interval` for rates, else `mean_interval` over
-        pairs), and `better`: a or b, if there are at least `LEAST_PAIRS`
+        difference, `paired_rate_interval` for `RATES`, else `mean_interval`
+        over pairs), and `better`: a or b, if there are at least `LEAST_PAIRS`
         pairs, the interval leaves out 0, and the metric says what is better;
         else None.
 
@@ -141,7 +136,7 @@ def compare(
             twice, no run of the one has its like among those of the other, or
             `confidence` is not in (0, 1).
     """
-    by, pair, rates = _listed(by), _listed(pair), set(_listed(rates))
+    by, pair = _listed(by), _listed(pair)
     _check_confidence(confidence)
     names = _metric_columns(runs, [*by, *pair, on], metrics)
     one, other = _pairs(runs, (a, b), on, [*by, *pair], names)
@@ -154,9 +149,9 @@ def compare(
         for name in names:
             x = one[name].to_numpy(dtype=float)[part.index]
             y = other[name].to_numpy(dtype=float)[part.index]
-            if name in rates:
+            if name in RATES:
                 _check_rate(name, x, y)
-            row = _describe_pairs(x, y, name in rates, confidence, seed)
+            row = _describe_pairs(x, y, name in RATES, confidence)
             better = _better(direction_of(runs, name), row)
             rows[(*kind, name)] = row | {"better": {"a": a, "b": b}.get(better)}
     table = _table(runs, rows, [*by, "metric"])
@@ -205,7 +200,7 @@ def _pairs(
 
 
 def _describe_pairs(
-    x: Array, y: Array, is_rate: bool, confidence: float, seed: int
+    x: Array, y: Array, is_rate: bool, confidence: float
 ) -> dict[str, Any]:
     """Returns what is told of a metric over pairs of runs."""
     both = np.isfinite(x) & np.isfinite(y)
@@ -214,7 +209,7 @@ def _describe_pairs(
     if is_rate:
         low, high = paired_rate_interval(x, y, confidence)
     else:
-        low, high = mean_interval(gaps, confidence, seed)
+        low, high = mean_interval(gaps, confidence)
     about = _describe(gaps)
     return {
         "n": len(x),

@@ -2,11 +2,7 @@
 
 from hunav_drake.scenario.checks import CheckScenario
 from hunav_drake.scenario.error import Fault, ScenarioError
-from hunav_drake.scenario.loading import (
-    ListScenarios,
-    LoadScenario,
-    name_humans,
-)
+from hunav_drake.scenario.loading import ListScenarios, LoadScenario
 from hunav_drake.scenario.schema import Scenario, SimulationConfig
 from hunav_drake.scenario.writer import SaveScenario
 from hunav_drake.systems.crowd.crowd_config import CrowdConfig
@@ -14,15 +10,23 @@ from hunav_drake.systems.evaluation.evaluator_config import EvaluatorConfig
 from hunav_drake.systems.people.behavior_choice import BehaviorConfig
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.people.parameters import SocialForceParameters
-from hunav_drake.systems.planning.planner_config import PlannerConfig
+from hunav_drake.systems.planning.planner import PlannerConfig
 from hunav_drake.systems.robot.robot_config import RobotConfig, RobotLimits
-from hunav_drake.systems.world.shapes import Box, Polygon, Polyline, World
+from hunav_drake.systems.robot.robots import DifferentialDriveConfig
+from hunav_drake.systems.world.shapes import (
+    Box,
+    Polygon,
+    Polyline,
+    Wall,
+    World,
+)
 
 __all__ = [
     "BehaviorConfig",
     "Box",
     "CheckScenario",
     "CrowdConfig",
+    "DifferentialDriveConfig",
     "EvaluatorConfig",
     "Fault",
     "HumanConfig",
@@ -38,6 +42,6 @@ __all__ = [
     "ScenarioError",
     "SimulationConfig",
     "SocialForceParameters",
+    "Wall",
     "World",
-    "name_humans",
 ]

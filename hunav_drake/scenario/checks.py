@@ -1,10 +1,7 @@
-"""What must hold of a scenario beyond the form of its parts."""
+"""Checks of a scenario as a whole."""
 
-from collections.abc import Iterator, Mapping
-import dataclasses as dc
+from collections.abc import Iterator
 from typing import Any
-
-from pydantic import TypeAdapter, ValidationError
 
 from hunav_drake.scenario.error import (
     Finding,
@@ -20,9 +17,10 @@ from hunav_drake.scenario.validation import (
     Check,
     Places,
     build_scenario,
-    schema_findings,
 )
+from hunav_drake.scenario.writer import plain
 from hunav_drake.systems.common.checks import is_multiple, nearest_multiples
+from hunav_drake.systems.common.schema import MAX_COORDINATE
 from hunav_drake.systems.people.behavior_choice import (
     BehaviorConfig,
     is_path,
@@ -35,11 +33,14 @@ from hunav_drake.systems.people.behavior_choice import (
 _MAX_UNKNOWN = 100
 
 
-def CheckScenario(scenario: Scenario) -> None:
+def CheckScenario(scenario: Scenario) -> Scenario:
     """Checks a scenario, as LoadScenario() does for a file.
 
     Args:
         scenario: A scenario, perhaps one that was made or changed in Python.
+
+    Returns:
+        An equal scenario in which each person has a name and a number.
 
     Raises:
         ScenarioError: If something does not fit the schema, or cannot be
@@ -51,17 +52,18 @@ def CheckScenario(scenario: Scenario) -> None:
             f"a Scenario is needed, got {type(scenario).__name__};"
             " LoadScenario(filename='passing') gives one"
         )
-    data = dc.asdict(scenario)
-    _, findings = build_scenario(data, ALL_CHECKS)
-    if findings:
+    data = plain(scenario)
+    checked, findings = build_scenario(data, ALL_CHECKS)
+    if checked is None:
         places = Places()
         raise ScenarioError(
             "scenario", [places.fault(found, data) for found in findings]
         )
+    return checked
 
 
 def check_people(scenario: Scenario) -> Iterator[Finding]:
-    """Looks for people who are mixed up, or who contradict themselves."""
+    """Checks that names and numbers are unique, and speeds consistent."""
     names: dict[str, int] = {}
     ids: dict[int, int] = {}
     starts: dict[tuple[float, ...], int] = {}
@@ -103,6 +105,24 @@ def _unique(
         )
 
 
+def check_jitter(scenario: Scenario) -> Iterator[Finding]:
+    """Looks for people whom the start jitter may take out of the world."""
+    jitter = scenario.simulation.start_jitter
+    jitter_loc: Loc = ("simulation", "start_jitter")
+    most = MAX_COORDINATE - jitter
+    for i, human in enumerate(scenario.humans):
+        for k in (0, 1):
+            if abs(human.pose[k]) > most:
+                yield Finding(
+                    ("humans", i, "pose", k),
+                    f"must be in [{-most:.9g}, {most:.9g}] m, got"
+                    f" {human.pose[k]:.9g}: simulation.start_jitter"
+                    f" ({jitter:g} m) may take the person beyond"
+                    f" {MAX_COORDINATE:g} m; move it, or set the jitter to 0",
+                    uses=(jitter_loc,),
+                )
+
+
 def check_times(scenario: Scenario) -> Iterator[Finding]:
     """Looks for periods that the simulation's steps cannot keep."""
     step = scenario.simulation.time_step
@@ -129,10 +149,8 @@ def check_times(scenario: Scenario) -> Iterator[Finding]:
 
 
 def check_names(scenario: Scenario) -> Iterator[Finding]:
-    """Looks for names that nothing has, and parameters of what has one."""
+    """Looks for behaviors and metrics that there are not."""
     yield from _check_behaviors(scenario)
-    yield from _check_motion_model(scenario)
-    yield from _check_planner(scenario)
     yield from _check_metrics(scenario)
 
 
@@ -182,70 +200,6 @@ def _behavior_faults(
             yield loc, str(error)
 
 
-def _check_planner(scenario: Scenario) -> Iterator[Finding]:
-    from hunav_drake.systems.planning import PLANNERS
-
-    yield from _check_choice(
-        ("planner", "name"),
-        "planner",
-        PLANNERS,
-        scenario.planner.name,
-        scenario.planner.parameters,
-    )
-
-
-def _check_motion_model(scenario: Scenario) -> Iterator[Finding]:
-    from hunav_drake.systems.crowd import MOTION_MODELS
-
-    yield from _check_choice(
-        ("crowd", "model"),
-        "motion model",
-        MOTION_MODELS,
-        scenario.crowd.model,
-        scenario.crowd.parameters,
-    )
-
-
-def _check_choice(
-    loc: Loc,
-    kind: str,
-    registry: Mapping[str, type[Any]],
-    name: str,
-    parameters: dict[str, Any],
-) -> Iterator[Finding]:
-    """Looks whether there is a part of that name, with those parameters.
-
-    Args:
-        loc: Where the name is; the parameters are beside it.
-        kind: What the part is called.
-        registry: The dataclasses of parameters by name.
-        name: What is chosen.
-        parameters: What differs from the dataclass's defaults.
-    """
-    if name not in registry:
-        yield Finding(
-            loc,
-            f"there is no {kind} {shown(name)};"
-            f" {suggestion(name, list(registry))}",
-        )
-        return
-    schema = registry[name]
-    known = [field.name for field in dc.fields(schema)]
-    for key in parameters:
-        if key not in known:
-            yield Finding(
-                (loc[0], "parameters", key),
-                f"unknown key; {suggestion(key, known)}",
-                uses=(loc,),
-            )
-    parameters = {key: parameters[key] for key in known if key in parameters}
-    try:
-        TypeAdapter(schema).validate_python(parameters)
-    except ValidationError as error:
-        for found in schema_findings(error, schema, (loc[0], "parameters")):
-            yield dc.replace(found, uses=(loc,))
-
-
 def _check_metrics(scenario: Scenario) -> Iterator[Finding]:
     from hunav_drake.systems.evaluation import select_metrics
 
@@ -264,7 +218,7 @@ def _check_metrics(scenario: Scenario) -> Iterator[Finding]:
 
 
 # What does not hang on the rest of the world, or on what is installed.
-OWN_CHECKS: tuple[Check, ...] = (check_people, check_times)
+OWN_CHECKS: tuple[Check, ...] = (check_people, check_jitter, check_times)
 ALL_CHECKS: tuple[Check, ...] = (
     *OWN_CHECKS,
     check_walls,

@@ -1,11 +1,14 @@
 """The one exception of scenario files, and the faults that it lists."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 import re
 from typing import Any
 
-from hunav_drake.systems.common.suggest import nearest
+from hunav_drake.systems.common.suggest import (
+    shown as shown,
+    suggestion as suggestion,
+)
 
 # The way to a part of a scenario: field names, and places in lists.
 Loc = tuple[str | int, ...]
@@ -114,28 +117,3 @@ def path_text(data: Any, loc: Loc) -> str:
             key = step if plain else shown(step)
             text += f".{key}" if text else key
     return text
-
-
-def shown(value: Any) -> str:
-    """Returns a value as a message shows it, in at most 60 characters."""
-    if value is None:
-        return "nothing"
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, dict):
-        return "a mapping"
-    if isinstance(value, list | tuple):
-        return f"a list of {len(value)}"
-    if isinstance(value, str):
-        return repr(value if len(value) <= 40 else value[:37] + "...")
-    if isinstance(value, int) and abs(value) >= 10**40:
-        return "a number of more than 40 digits"
-    text = repr(value)
-    return text if len(text) <= 60 else text[:57] + "..."
-
-
-def suggestion(word: str, valid: Sequence[str]) -> str:
-    """Returns the nearest valid word, or all of them, for a message."""
-    if near := nearest(word, valid):
-        return f"did you mean {shown(near)}?"
-    return "valid: " + ", ".join(sorted(valid)) if valid else "there are none"

@@ -1,4 +1,4 @@
-"""Where things stand: walls that are shapes, and room for everybody."""
+"""Checks of geometry: valid shapes, and free space for everybody."""
 
 from collections.abc import Iterator
 import math
@@ -155,9 +155,9 @@ def _check_spots(scenario: Scenario, spots: list[_Spot]) -> Iterator[Finding]:
 
 def _shape(wall: Wall) -> shapely.Geometry:
     vertices = wall.vertices()
-    if isinstance(wall, Polyline):
-        return shapely.linestrings(vertices)
-    return shapely.polygons(vertices)
+    if wall.solid:
+        return shapely.polygons(vertices)
+    return shapely.linestrings(vertices)
 
 
 def _depth(

@@ -28,7 +28,6 @@ from hunav_drake.scenario.yaml_document import YamlDocument
 from hunav_drake.scenario.yaml_source import parse_yaml, read_yaml
 from hunav_drake.systems.common.suggest import nearest
 from hunav_drake.systems.people.behavior_choice import is_path
-from hunav_drake.systems.people.names import name_people
 
 if TYPE_CHECKING:
     from hunav_drake.hunavsim.agents_yaml import HunavImport
@@ -110,14 +109,6 @@ def ListScenarios() -> dict[str, str]:
     return result
 
 
-def name_humans(scenario: Scenario) -> Scenario:
-    """Returns a scenario in which each person has a name and a number.
-
-    The argument is not changed. See `name_people`.
-    """
-    return dc.replace(scenario, humans=name_people(scenario.humans))
-
-
 def _load_agents(
     imported: "HunavImport", overrides: Mapping[str, str] | Sequence[str]
 ) -> Scenario:
@@ -142,10 +133,9 @@ def _find_trees(data: Any, folder: Path) -> None:
 def _name(
     scenario: Scenario, filename: str | Path | None, scenario_name: str | None
 ) -> Scenario:
-    """Returns the scenario with all names that were left to be given out."""
+    """Returns the scenario, called by the file if not by itself."""
     default = scenario_name or (Path(filename).stem if filename else "")
-    name = scenario.name or default[:64]
-    return name_humans(dc.replace(scenario, name=name))
+    return dc.replace(scenario, name=scenario.name or default[:64])
 
 
 def _override(

@@ -1,4 +1,4 @@
-"""Puts settings from the command line into the plain data of a scenario."""
+"""Applies settings from the command line to a scenario."""
 
 from collections.abc import Mapping, Sequence
 import itertools
@@ -6,6 +6,7 @@ import re
 from typing import Any
 
 from hunav_drake.scenario.error import Loc, path_text, shown
+from hunav_drake.scenario.validation import registry_at
 from hunav_drake.scenario.yaml_source import parse_yaml
 
 # A part of a scenario, as in humans[1].goals[0]: names and places in lists.
@@ -54,14 +55,26 @@ def apply_override(data: Any, text: str) -> Loc:
         raise ValueError(f"the value {finding.message}")
     target = data
     for i, (step, following) in enumerate(itertools.pairwise(loc)):
-        keyed = isinstance(target, dict) and isinstance(step, str)
-        if keyed and isinstance(following, str) and target.get(step) is None:
-            target[step] = {}
+        if (
+            isinstance(target, dict)
+            and isinstance(step, str)
+            and isinstance(following, str)
+        ):
+            _make_mapping(target, step, loc[: i + 1])
         target = _member(target, loc[: i + 1])
     if not (isinstance(target, dict) and isinstance(loc[-1], str)):
         _member(target, loc)
     target[loc[-1]] = document.plain()
     return loc
+
+
+def _make_mapping(target: dict[str, Any], step: str, loc: Loc) -> None:
+    """Makes a mapping of what is missing, or of the bare name of a choice."""
+    value = target.get(step)
+    if value is None:
+        target[step] = {}
+    elif isinstance(value, str) and (registry := registry_at(loc)):
+        target[step] = {registry.tag: value}
 
 
 def _member(data: Any, loc: Loc) -> Any:

@@ -14,8 +14,8 @@ from hunav_drake.systems.common.schema import CONFIG, Integer, Name, within
 from hunav_drake.systems.crowd.crowd_config import CrowdConfig
 from hunav_drake.systems.evaluation.evaluator_config import EvaluatorConfig
 from hunav_drake.systems.people.human_config import HumanConfig
-from hunav_drake.systems.planning.planner_config import PlannerConfig
-from hunav_drake.systems.robot.robot_config import RobotConfig
+from hunav_drake.systems.planning.planner import PLANNERS, PlannerConfig
+from hunav_drake.systems.robot.robot_config import ROBOTS, RobotConfig
 from hunav_drake.systems.world.shapes import World
 
 
@@ -61,7 +61,9 @@ class Scenario:
     world: World = field(default_factory=World)
     crowd: CrowdConfig = field(default_factory=CrowdConfig)
     humans: list[HumanConfig] = field(default_factory=list)
-    robot: RobotConfig = field(default_factory=RobotConfig)
-    planner: PlannerConfig = field(default_factory=PlannerConfig)
+    robot: Annotated[RobotConfig, ROBOTS] = field(default_factory=ROBOTS.make)
+    planner: Annotated[PlannerConfig, PLANNERS] = field(
+        default_factory=PLANNERS.make
+    )
     evaluator: EvaluatorConfig = field(default_factory=EvaluatorConfig)
     simulation: SimulationConfig = field(default_factory=SimulationConfig)

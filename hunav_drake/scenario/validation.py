@@ -1,11 +1,11 @@
-"""Turns plain data into a Scenario, or into all that is wrong with it."""
+"""Builds a Scenario from plain data, or lists all its faults."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 import copy
 import dataclasses as dc
 import re
 from types import NoneType, UnionType
-from typing import Any, Union, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
 
 from pydantic import TypeAdapter, ValidationError
 
@@ -13,12 +13,15 @@ from hunav_drake.scenario.error import (
     Fault,
     Finding,
     Loc,
+    child,
     path_text,
     shown,
     suggestion,
 )
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.scenario.yaml_document import YamlDocument
+from hunav_drake.systems.common.registry import Registry
+from hunav_drake.systems.people.names import name_people
 
 # What looks for faults in a scenario that fits the schema.
 Check = Callable[[Scenario], Iterable[Finding]]
@@ -34,6 +37,11 @@ _SUBSTITUTE_WALL = {
     "center": [1e5, 1e5],
     "size": [1e-3, 1e-3],
 }
+
+_OLD_PARAMETERS = (
+    "parameters stand beside the name now, as in planner: {name: pursuit,"
+    " cruise_speed: 0.8} or crowd: {model: {name: orca, time_horizon: 2.0}}"
+)
 
 _RULES = {
     "bool_type": "must be true or false",
@@ -138,14 +146,15 @@ def build_scenario(
             about them, nor about what hangs on them.
 
     Returns:
-        The scenario, None unless all is well, and the findings.
+        The scenario, in which each person has a name and a number, None
+        unless all is well; and the findings.
     """
     findings: list[Finding] = []
     scenario: Scenario | None
     try:
         scenario = TypeAdapter(Scenario).validate_python(data)
     except ValidationError as error:
-        findings = schema_findings(error, Scenario)
+        findings = _schema_findings(error, data)
         scenario = _best_effort(data, [finding.loc for finding in findings])
     silent = _Overlap(known)
     findings = [found for found in findings if not silent.meets(found.loc)]
@@ -158,22 +167,21 @@ def build_scenario(
             for found in check(scenario)
             if not any(map(silent.meets, (found.loc, *found.uses)))
         ]
-    return (scenario if not findings else None), findings
+    if findings:
+        return None, findings
+    return dc.replace(scenario, humans=name_people(scenario.humans)), []
 
 
-def schema_findings(
-    error: ValidationError, schema: type, prefix: Loc = ()
-) -> list[Finding]:
+def _schema_findings(error: ValidationError, data: Any) -> list[Finding]:
     """Returns what pydantic found, in this project's words.
 
     Args:
-        error: What was raised when data were turned into a `schema`.
-        schema: The dataclass.
-        prefix: Where it is in the scenario.
+        error: What was raised when data were turned into a Scenario.
+        data: The data.
     """
     result: dict[Loc, Finding] = {}
     for item in error.errors(include_url=False)[:_MAX_SCHEMA_FAULTS]:
-        loc, owner = _clean(schema, item["loc"])
+        loc, keys = _clean(item["loc"], data)
         kind = item["type"]
         if kind == "missing" and isinstance(loc[-1], int):
             # All missing numbers are listed, the last one last.
@@ -183,11 +191,11 @@ def schema_findings(
         elif kind == "missing":
             message = "is missing"
         elif kind == "unexpected_keyword_argument":
-            keys = [f.name for f in dc.fields(owner)] if owner else []
             message = f"unknown key; {suggestion(str(loc[-1]), keys)}"
+            if loc[-1] == "parameters":
+                message = _OLD_PARAMETERS
         else:
             message = _message(kind, item)
-        loc = prefix + loc
         result[loc] = Finding(loc, message)
     return list(result.values())
 
@@ -195,20 +203,16 @@ def schema_findings(
 def _message(kind: str, item: Mapping[str, Any]) -> str:
     context = item.get("ctx", {})
     value = item["input"]
-    if kind == "range":
+    if kind in ("range", "choice_name"):
         return str(item["msg"])
     if kind == "too_long" and context["field_type"] == "Tuple":
         got = context["actual_length"]
         return f"must be {context['max_length']} numbers, got {got}"
-    if kind in ("literal_error", "union_tag_invalid"):
-        text = context.get("expected") or context["expected_tags"]
+    if kind == "literal_error":
+        text = context["expected"]
         words = re.findall("'([^']*)'", text)
-        value = context.get("tag", value)
         hint = suggestion(value, words) if isinstance(value, str) else text
-        key = "shape: " if "tag" in context else ""
-        return f"{key}unknown value {shown(value)}; {hint}"
-    if kind == "union_tag_not_found":
-        return "shape is missing: box, polygon or polyline"
+        return f"unknown value {shown(value)}; {hint}"
     if kind in _RULES:
         got = "a number too large" if _is_huge(value) else shown(value)
         return f"{_RULES[kind].format(**context)}, got {got}"
@@ -219,34 +223,60 @@ def _is_huge(value: Any) -> bool:
     return isinstance(value, int) and abs(value) > 10**300
 
 
-def _clean(
-    schema: type, steps: Sequence[str | int]
-) -> tuple[Loc, type[Any] | None]:
-    """Follows pydantic's path through a schema.
+def _clean(steps: Sequence[str | int], data: Any) -> tuple[Loc, list[str]]:
+    """Follows pydantic's path through the schema.
 
     Returns:
         The path without the names of a union's members, which pydantic puts
-        in, and the dataclass whose field the last step is.
+        in, and the keys that may stand where the last step is.
     """
     loc: list[str | int] = []
-    owner: type[Any] | None = None
-    hint: Any = schema
+    keys: list[str] = []
+    hint: Any = Scenario
     for step in steps:
-        if get_origin(hint) in (Union, UnionType):
-            members = [m for m in get_args(hint) if m is not NoneType]
+        hint, registry = _plain(hint)
+        if registry is not None:
+            hint = registry.find(data)
+        elif get_origin(hint) in (Union, UnionType):
+            members = [_plain(m)[0] for m in get_args(hint)]
+            members = [m for m in members if m is not NoneType]
             if len(members) > 1:
                 by_name = {m.__name__.lower(): m for m in members}
                 hint = by_name.get(str(step))
                 continue
             hint = members[0]
         loc.append(step)
-        owner = None
+        data = child(data, step)
+        keys = []
         if isinstance(hint, type) and dc.is_dataclass(hint):
-            owner = hint
-            hint = get_type_hints(owner).get(str(step))
+            keys = [field.name for field in dc.fields(hint)]
+            keys += [registry.tag] if registry is not None else []
+            hints = get_type_hints(hint, include_extras=True)
+            hint = hints.get(str(step))
         else:
             hint = next(iter(get_args(hint)), None)
-    return tuple(loc), owner
+    return tuple(loc), keys
+
+
+def _plain(hint: Any) -> tuple[Any, Registry | None]:
+    """Returns a type without its annotations, and the register among them."""
+    registry = None
+    while get_origin(hint) is Annotated:
+        hint, *notes = get_args(hint)
+        registry = next((n for n in notes if isinstance(n, Registry)), registry)
+    return hint, registry
+
+
+def registry_at(loc: Loc) -> Registry | None:
+    """Returns the register that a part of a scenario chooses from, if any."""
+    hint: Any = Scenario
+    registry = None
+    for step in loc:
+        if not (isinstance(hint, type) and dc.is_dataclass(hint)):
+            return None
+        hints = get_type_hints(hint, include_extras=True)
+        hint, registry = _plain(hints.get(str(step)))
+    return registry
 
 
 def _best_effort(data: Any, faulty: Iterable[Loc]) -> Scenario | None:
@@ -266,7 +296,12 @@ def _best_effort(data: Any, faulty: Iterable[Loc]) -> Scenario | None:
             else:
                 human.pop(loc[2], None)
         elif len(loc) >= 2 and isinstance(data.get(loc[0]), dict):
-            data[loc[0]].pop(loc[1], None)
+            registry = registry_at(loc[:1])
+            if registry is not None and loc[1] == registry.tag:
+                # What stands beside the name is of an unknown kind.
+                data.pop(loc[0])
+            else:
+                data[loc[0]].pop(loc[1], None)
         elif loc:
             data.pop(loc[0], None)
     try:

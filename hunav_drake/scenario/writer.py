@@ -9,6 +9,7 @@ import yaml
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.scenario.yaml_source import resolve
 from hunav_drake.systems.common.files import atomic_write
+from hunav_drake.systems.common.registry import tag_of
 from hunav_drake.systems.people.behavior_choice import BehaviorConfig
 
 
@@ -29,11 +30,10 @@ def SaveScenario(scenario: Scenario, filename: str | Path | None = None) -> str:
 
     Raises:
         OSError: If the file cannot be written.
-        ValueError: If parameters of the planner or the crowd, or ports of a
-            behavior, hold something other than numbers, texts, flags, lists
-            and mappings.
+        ValueError: If parameters of a choice, or ports of a behavior, hold
+            something other than numbers, texts, flags, lists and mappings.
     """
-    data = _changed(scenario)
+    data = plain(scenario, whole=False)
     try:
         text: str = yaml.dump(
             data,
@@ -44,7 +44,7 @@ def SaveScenario(scenario: Scenario, filename: str | Path | None = None) -> str:
         )
     except yaml.YAMLError as error:
         raise ValueError(
-            "planner.parameters and the ports of behaviors must hold numbers,"
+            "parameters of choices and ports of behaviors must hold numbers,"
             " texts, flags, lists and mappings, to be written:"
             f" {error.args[0]}, got {type(error.args[-1]).__name__}"
         ) from error
@@ -54,25 +54,32 @@ def SaveScenario(scenario: Scenario, filename: str | Path | None = None) -> str:
     return text
 
 
-def _changed(value: Any) -> Any:
-    """Returns a dataclass as plain data, without what is as by default."""
+def plain(value: Any, *, whole: bool = True) -> Any:
+    """Returns a dataclass as lists, mappings and scalars.
+
+    Args:
+        value: A scenario, or a part of one.
+        whole: Whether what is as by default is there, too.
+    """
     if isinstance(value, list | tuple):
-        return [_changed(item) for item in value]
-    if not dc.is_dataclass(value):
+        return [plain(item, whole=whole) for item in value]
+    tag = tag_of(value)
+    # What nobody has registered has no form as data.
+    nameless = hasattr(type(value), "__registry__") and tag is None
+    if not dc.is_dataclass(value) or nameless:
         return value
     if isinstance(value, BehaviorConfig) and not {"tree", "ports"} & set(
         value.ports
     ):
         return {"tree": value.tree, **value.ports}
-    result = {}
+    result: dict[str, Any] = dict([tag]) if tag else {}
     for field in dc.fields(value):
         item = getattr(value, field.name)
         default = field.default
         if field.default_factory is not dc.MISSING:
             default = field.default_factory()
-        # A wall's shape tells which of the dataclasses it is.
-        if item != default or field.name == "shape":
-            result[field.name] = _changed(item)
+        if whole or item != default:
+            result[field.name] = plain(item, whole=whole)
     return result
 
 

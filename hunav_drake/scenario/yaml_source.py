@@ -8,7 +8,7 @@ Words are read as in the core schema of YAML 1.2: `true` and `false` are flags,
 numbers. All else is text: `yes`, `1:30`, `2026-01-31`, `0x1F`, `1_000`.
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 import os
 from pathlib import Path
 import re
@@ -16,6 +16,8 @@ import stat
 from typing import Any
 
 import yaml
+from yaml.composer import Composer
+from yaml.resolver import BaseResolver
 
 from hunav_drake.scenario.error import Finding, Loc, shown
 from hunav_drake.scenario.yaml_document import YamlDocument, YamlNode
@@ -25,6 +27,8 @@ from hunav_drake.scenario.yaml_document import YamlDocument, YamlNode
 MAX_BYTES = 16 * 2**20
 MAX_NODES = 200_000
 MAX_DEPTH = 50
+
+_TOO_DEEP = f"nests deeper than {MAX_DEPTH} levels"
 
 # LibYAML's parser is ten times faster; not every build of PyYAML has it.
 _Loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
@@ -48,7 +52,18 @@ _NOT_TEXT = re.compile(
     "[^\t\n\r\x20-\x7e\x85\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]"
 )
 _CORE_TAG = "tag:yaml.org,2002:"
-_MERGE: Any = object()
+_TAGS = {
+    kind: frozenset(_CORE_TAG + name for name in names.split())
+    for kind, names in (
+        (yaml.ScalarNode, "str int float bool null"),
+        (yaml.SequenceNode, "seq"),
+        (yaml.MappingNode, "map"),
+    )
+}
+# Tags of our own, which no document can write: of words without quotes, and of
+# aliases.
+_PLAIN: Any = object()
+_ALIAS: Any = object()
 
 
 def read_yaml(path: str | Path) -> YamlDocument:
@@ -99,7 +114,7 @@ def parse_yaml(text: str | bytes, *, name: str) -> YamlDocument:
     # Each directive is compared with all before it, so many of them are slow.
     if len(re.findall(r"(?m)^%", text)) > 10:
         return _broken(name, 1, "has more than 10 YAML directives (%)")
-    return _Reader(name).read(text)
+    return _read(text, name)
 
 
 def resolve(text: str) -> Any:
@@ -122,199 +137,174 @@ def _broken(name: str, line: int, message: str) -> YamlDocument:
     return YamlDocument(name, None, [(line, Finding((), message))])
 
 
-class _StopReadingError(Exception):
-    """The rest of the document cannot be read, or must not be."""
+class _LimitError(Exception):
+    """The document is too deep or too large: (line, message)."""
 
 
-@dataclass
-class _Frame:
-    """A list or mapping whose end has not come yet."""
+class _Composer(Composer, BaseResolver):
+    """Composes nodes as PyYAML does, within the limits, and keeps aliases.
 
-    line: int
-    anchor: str | None
-    # A list of nodes, or a mapping from keys to (line, node).
-    value: Any
-    # The key whose value comes next, its line, and whether the value counts.
-    key: Any = None
-    key_line: int = 0
-    wanted: bool = True
-    merged: list[YamlNode] = field(default_factory=list)
+    An alias becomes a scalar node of its own, whose value is the name of the
+    anchor; every other node has its anchor as an attribute.
+    """
+
+    def __init__(self, parser: Any) -> None:
+        """Takes events from a parser, that of PyYAML or of LibYAML."""
+        Composer.__init__(self)
+        BaseResolver.__init__(self)
+        self.check_event = parser.check_event
+        self.peek_event = parser.peek_event
+        self.get_event = parser.get_event
+        self.count = 0
+        self._depth = 0
+
+    def compose_node(self, parent: Any, index: Any) -> Any:
+        event = self.peek_event()
+        line = event.start_mark.line + 1
+        self.count = _limited(self.count + 1, line)
+        if isinstance(event, yaml.AliasEvent):
+            self.get_event()
+            return yaml.ScalarNode(_ALIAS, event.anchor, event.start_mark)
+        if event.tag == "!":
+            # Says that a word is text, as quotes do.
+            event.implicit = (False, True)
+        # An anchor may be set again; PyYAML alone refuses that.
+        self.anchors.clear()
+        nests = isinstance(event, yaml.CollectionStartEvent)
+        if nests and self._depth == MAX_DEPTH:
+            raise _LimitError(line, _TOO_DEEP)
+        self._depth += nests
+        node = super().compose_node(parent, index)
+        self._depth -= nests
+        node.anchor = event.anchor
+        return node
+
+    def resolve(self, kind: Any, value: Any, implicit: Any) -> Any:
+        is_plain = kind is yaml.ScalarNode and implicit[0]
+        return _PLAIN if is_plain else super().resolve(kind, value, implicit)
 
 
 class _Reader:
-    """Builds the nodes of one document from the parser's events.
+    """Turns the nodes of PyYAML into ours, with a finding for each fault."""
 
-    A stack of our own, not recursion, so that the depth is looked at before
-    anything is spent on it.
-    """
-
-    def __init__(self, name: str) -> None:
-        self._document = YamlDocument(name)
-        self._stack: list[_Frame] = []
+    def __init__(self, document: YamlDocument, count: int) -> None:
+        self._document = document
         self._anchors: dict[str, YamlNode | None] = {}
-        self._count = 0
+        # How many parts there are, aliases unfolded.
+        self._count = count
 
-    def read(self, text: str) -> YamlDocument:
-        document = self._document
-        try:
-            for event in yaml.parse(text, Loader=_Loader):
-                self._take(event)
-            if document.root is None:
-                document.findings.append((0, Finding((), "is empty")))
-        except _StopReadingError:
-            document.root = None
-        except yaml.YAMLError as error:
-            document.root = None
-            document.findings.append(_syntax_finding(error, text))
-        return document
-
-    def _take(self, event: Any) -> None:
-        line = event.start_mark.line + 1
-        if isinstance(event, yaml.AliasEvent):
-            node = self._alias(event.anchor, line)
-            self._spend(line, node.size)
-            self._add(node)
-        elif isinstance(event, yaml.ScalarEvent):
-            self._check_tag(event, line, ("str", "int", "float", "bool"))
-            self._spend(line, 1)
-            self._add(self._scalar(event, line))
-        elif isinstance(event, yaml.CollectionStartEvent):
-            is_list = isinstance(event, yaml.SequenceStartEvent)
-            self._check_tag(event, line, ("seq",) if is_list else ("map",))
-            if len(self._stack) >= MAX_DEPTH:
-                self._stop(line, f"nests deeper than {MAX_DEPTH} levels")
-            self._spend(line, 1)
-            self._push(_Frame(line, event.anchor, [] if is_list else {}))
-        elif isinstance(event, yaml.CollectionEndEvent):
-            self._close()
-        elif (
-            isinstance(event, yaml.DocumentStartEvent)
-            and self._document.root is not None
-        ):
-            self._stop(line, "holds a second document; one is read")
-
-    def _push(self, frame: _Frame) -> None:
-        self._stack.append(frame)
-        if frame.anchor is not None:
-            self._anchors[frame.anchor] = None
-
-    def _close(self) -> None:
-        frame = self._stack.pop()
-        value = frame.value
-        if isinstance(value, dict):
-            for node in frame.merged:
-                for key, entry in node.value.items():
-                    value.setdefault(key, entry)
-            inner = [node for _, node in value.values()]
+    def read(self, node: Any, loc: Loc) -> YamlNode:
+        """Returns the node of a part of the document, in document order."""
+        line = node.start_mark.line + 1
+        if node.tag is _ALIAS:
+            return self._alias(node.value, line, loc)
+        if node.anchor is not None:
+            self._anchors[node.anchor] = None
+        if node.tag is not _PLAIN:
+            self._check_tag(node, line, loc)
+        value: Any = node.value
+        if isinstance(node, yaml.SequenceNode):
+            value = [self.read(part, (*loc, i)) for i, part in enumerate(value)]
+            result = _collection(line, value, value)
+        elif isinstance(node, yaml.MappingNode):
+            value = self._mapping(value, loc)
+            result = _collection(line, value, [n for _, n in value.values()])
         else:
-            inner = value
-        node = YamlNode(
-            frame.line,
-            value,
-            size=1 + sum(node.size for node in inner),
-            height=1 + max((node.height for node in inner), default=0),
-        )
-        if frame.anchor is not None:
-            self._anchors[frame.anchor] = node
-        self._add(node)
+            is_text = node.tag == _CORE_TAG + "str"
+            result = YamlNode(line, value if is_text else resolve(value))
+        if node.anchor is not None:
+            self._anchors[node.anchor] = result
+        return result
 
-    def _scalar(self, event: Any, line: int) -> YamlNode:
-        text, tag = event.value, event.tag
-        bare = event.implicit[0] and tag is None
-        is_text = tag in ("!", _CORE_TAG + "str")
-        at_key = (
-            self._stack
-            and isinstance(self._stack[-1].value, dict)
-            and self._stack[-1].key is None
-        )
-        value: Any = text
-        if (bare or tag is not None) and not is_text:
-            value = resolve(text)
-        node = YamlNode(line, value)
-        if event.anchor is not None:
-            self._anchors[event.anchor] = node
-        is_merge = bare and at_key and text == "<<"
-        return YamlNode(line, _MERGE) if is_merge else node
+    def _mapping(self, pairs: Any, loc: Loc) -> dict[str, tuple[int, YamlNode]]:
+        entries: dict[str, tuple[int, YamlNode]] = {}
+        merged: list[YamlNode] = []
+        for key_node, value_node in pairs:
+            if key_node.tag is _PLAIN and key_node.value == "<<":
+                merged += self._merged(value_node, loc)
+                continue
+            key_part = self.read(key_node, loc)
+            key, line = key_part.value, key_part.line
+            if not isinstance(key, str):
+                problem = f"a key must be text, got {shown(key)}"
+                self._report(line, problem, loc)
+                self.read(value_node, (*loc, ""))
+                continue
+            value = self.read(value_node, (*loc, key))
+            if key in entries:
+                first = entries[key][0]
+                problem = f"is given twice, first in line {first}"
+                self._report(line, problem, (*loc, key))
+            else:
+                entries[key] = (line, value)
+        for part in merged:
+            for key, entry in part.value.items():
+                entries.setdefault(key, entry)
+        return entries
 
-    def _alias(self, anchor: str, line: int) -> YamlNode:
+    def _merged(self, node: Any, loc: Loc) -> list[YamlNode]:
+        """Returns the mappings that stand behind a merge key, `<<`."""
+        part = self.read(node, loc)
+        parts = part.value if isinstance(part.value, list) else [part]
+        if all(isinstance(inner.value, dict) for inner in parts):
+            return parts
+        self._report(part.line, "'<<' must be followed by a mapping", loc)
+        return []
+
+    def _alias(self, anchor: str, line: int, loc: Loc) -> YamlNode:
         node = self._anchors.get(anchor)
         if node is not None:
-            if len(self._stack) + node.height > MAX_DEPTH:
-                self._stop(line, f"nests deeper than {MAX_DEPTH} levels")
+            if len(loc) + node.height > MAX_DEPTH:
+                raise _LimitError(line, _TOO_DEEP)
+            self._count = _limited(self._count + node.size, line)
             return replace(node, line=line)
         if anchor in self._anchors:
             problem = f"the anchor {shown(anchor)} contains itself"
         else:
             problem = f"there is no anchor {shown(anchor)} before this line"
-        self._document.unread.append(self._report(line, problem))
+        self._report(line, problem, loc)
+        self._document.unread.append(loc)
         return YamlNode(line, None)
 
-    def _add(self, node: YamlNode) -> None:
-        """Puts a complete node where it belongs."""
-        if not self._stack:
-            self._document.root = node
-            return
-        frame = self._stack[-1]
-        if isinstance(frame.value, list):
-            frame.value.append(node)
-        elif frame.key is None:
-            self._take_key(frame, node)
-        else:
-            self._take_value(frame, node)
+    def _check_tag(self, node: Any, line: int, loc: Loc) -> None:
+        if node.tag not in _TAGS[type(node)]:
+            tag = node.tag.replace(_CORE_TAG, "!!")
+            self._report(line, f"unknown tag {shown(tag)}", loc)
+            self._document.unread.append(loc)
 
-    def _spend(self, line: int, size: int) -> None:
-        """Counts the parts of the document, aliases unfolded."""
-        self._count += size
-        if self._count > MAX_NODES:
-            self._stop(line, f"unfolds to more than {MAX_NODES} parts")
+    def _report(self, line: int, message: str, loc: Loc) -> None:
+        self._document.findings.append((line, Finding(loc, message)))
 
-    def _take_key(self, frame: _Frame, node: YamlNode) -> None:
-        key: Any = node.value
-        line = node.line
-        wanted = True
-        if key is not _MERGE and not isinstance(key, str):
-            self._report(line, f"a key must be text, got {shown(key)}")
-            key, wanted = "", False
-        elif key in frame.value:
-            first = frame.value[key][0]
-            self._report(line, f"is given twice, first in line {first}", key)
-            wanted = False
-        frame.key, frame.key_line, frame.wanted = key, line, wanted
 
-    def _take_value(self, frame: _Frame, node: YamlNode) -> None:
-        key, frame.key = frame.key, None
-        if key is _MERGE:
-            nodes = node.value if isinstance(node.value, list) else [node]
-            if all(isinstance(inner.value, dict) for inner in nodes):
-                frame.merged += nodes
-            else:
-                self._report(node.line, "'<<' must be followed by a mapping")
-        elif frame.wanted:
-            frame.value[key] = (frame.key_line, node)
+def _read(text: str, name: str) -> YamlDocument:
+    composer = _Composer(_Loader(text))
+    document = YamlDocument(name)
+    try:
+        if not composer.check_node():
+            return _broken(name, 0, "is empty")
+        node = composer.get_node()
+        if composer.check_node():
+            line = composer.peek_event().start_mark.line + 1
+            return _broken(name, line, "holds a second document; one is read")
+        document.root = _Reader(document, composer.count).read(node, ())
+    except _LimitError as error:
+        return _broken(name, *error.args)
+    except yaml.YAMLError as error:
+        return YamlDocument(name, None, [_syntax_finding(error, text)])
+    return document
 
-    def _check_tag(self, event: Any, line: int, known: tuple[str, ...]) -> None:
-        tag = event.tag
-        if tag in (None, "!", _CORE_TAG + "null"):
-            return
-        if tag not in [_CORE_TAG + name for name in known]:
-            tag = tag.replace(_CORE_TAG, "!!")
-            problem = f"unknown tag {shown(tag)}"
-            self._document.unread.append(self._report(line, problem))
 
-    def _report(self, line: int, message: str, *more: str | int) -> Loc:
-        loc: list[str | int] = []
-        for frame in self._stack:
-            if isinstance(frame.value, list):
-                loc.append(len(frame.value))
-            elif isinstance(frame.key, str):
-                loc.append(frame.key)
-        found = Finding((*loc, *more), message)
-        self._document.findings.append((line, found))
-        return found.loc
+def _collection(line: int, value: Any, inner: list[YamlNode]) -> YamlNode:
+    size = 1 + sum(part.size for part in inner)
+    height = 1 + max((part.height for part in inner), default=0)
+    return YamlNode(line, value, size, height)
 
-    def _stop(self, line: int, message: str) -> None:
-        self._report(line, message)
-        raise _StopReadingError
+
+def _limited(count: int, line: int) -> int:
+    """Returns the number of parts so far, if it is not too large."""
+    if count > MAX_NODES:
+        raise _LimitError(line, f"unfolds to more than {MAX_NODES} parts")
+    return count
 
 
 def _syntax_finding(error: Any, text: str) -> tuple[int, Finding]:

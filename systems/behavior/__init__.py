@@ -1,30 +1,30 @@
 """What people do: behavior trees, their language, and their nodes."""
 
 from hunav_drake.systems.behavior.behavior_tree import BehaviorTree
-from hunav_drake.systems.behavior.behavior_tree_bank import BehaviorTreeBank
-from hunav_drake.systems.behavior.errors import BehaviorTreeError
 from hunav_drake.systems.behavior.fingerprint import tree_fingerprint
 from hunav_drake.systems.behavior.language.tree_ports import (
     TreePort,
     TreePortError,
 )
-from hunav_drake.systems.behavior.language.writer import ConvertTree, WriteTree
 from hunav_drake.systems.behavior.library import (
     BEHAVIORS,
     CheckBehavior,
     LoadBehavior,
+    LoadBehaviors,
     LoadTree,
     ParseTree,
 )
+from hunav_drake.systems.behavior.nodes.errors import BehaviorTreeError
+from hunav_drake.systems.behavior.nodes.node import NodeStatus
 from hunav_drake.systems.behavior.nodes.registry import (
     NODE_TYPES,
     register_action,
     register_condition,
 )
-from hunav_drake.systems.behavior.nodes.status import Status
+from hunav_drake.systems.behavior.nodes.tick_context import Person, TickContext
 from hunav_drake.systems.behavior.render import RenderBehaviorTree, TreeDrawing
-from hunav_drake.systems.behavior.tick_context import Moment, Person
 from hunav_drake.systems.behavior.tree import Outcome, Tree
+from hunav_drake.systems.behavior.writer import ConvertTree, WriteTree
 from hunav_drake.systems.people.behavior_choice import BehaviorConfig
 
 __all__ = [
@@ -32,18 +32,18 @@ __all__ = [
     "NODE_TYPES",
     "BehaviorConfig",
     "BehaviorTree",
-    "BehaviorTreeBank",
     "BehaviorTreeError",
     "CheckBehavior",
     "ConvertTree",
     "LoadBehavior",
+    "LoadBehaviors",
     "LoadTree",
-    "Moment",
+    "NodeStatus",
     "Outcome",
     "ParseTree",
     "Person",
     "RenderBehaviorTree",
-    "Status",
+    "TickContext",
     "Tree",
     "TreeDrawing",
     "TreePort",

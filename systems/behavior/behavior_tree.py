@@ -1,7 +1,10 @@
-"""The LeafSystem that decides what a person does."""
+"""The LeafSystem that decides what people do."""
+
+from collections.abc import Iterator, Sequence
+import itertools
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import (
     BasicVector,
@@ -13,18 +16,19 @@ from pydrake.systems.framework import (
     ValueProducer,
 )
 
-from hunav_drake.systems.behavior.tick_context import Person
-from hunav_drake.systems.behavior.tree import Outcome, Tree
+from hunav_drake.systems.behavior.nodes.tick_context import Person
+from hunav_drake.systems.behavior.tree import Outcome, TickArguments, Tree
 from hunav_drake.systems.common.callbacks import weakly
 from hunav_drake.systems.common.checks import check_count, check_time_step
 from hunav_drake.systems.common.layout import COMMAND_SIZE, STATE_SIZE
 from hunav_drake.systems.common.ports import DeclareRobotState, RequirePort
 from hunav_drake.systems.people.human_config import HumanConfig
+from hunav_drake.systems.people.names import people_ids
 from hunav_drake.systems.world.obstacles import Obstacles
 
 
 class BehaviorTree(LeafSystem):
-    """Ticks the behavior tree of one person, once in each step.
+    """Ticks the behavior trees of people, once in each step.
 
     .. pydrake_system::
 
@@ -33,34 +37,43 @@ class BehaviorTree(LeafSystem):
         - human_states
         - robot_state
         output_ports:
-        - command
+        - commands
         - behavior_status
-        - status
+        - node_status
+
+    It ticks the trees of everybody, or of the k people in ``indices``. A
+    system for each person shows each tree in the diagram; one system for all
+    does the same, number for number, in a quarter of the time where there are
+    a thousand people.
 
     Port ``human_states`` takes n rows (x, y, yaw, vx, vy, omega, radius) of
     all people, and ``robot_state`` m such rows of the robots, in W, in SI
     units: see `common.layout`. Without robots there is no port
-    ``robot_state``. Port ``command`` gives what the person wants, laid out as
-    `layout.Command`; ``behavior_status`` gives 0 while no reaction is active,
-    else the state that it is in, most often 1: see `Moment`. Port ``status``
-    gives a number for each of `Tree.nodes`: what it says in the tick, 1 for
-    running, 2 for success, 3 for failure, 4 for skipped, or 0 if it is not
-    ticked; `RenderBehaviorTree` draws it. All belong to the present instant:
-    they follow from the state and the inputs without delay. Where nobody looks
-    at ``status``, it costs nothing.
+    ``robot_state``.
 
-    The discrete state holds the tree's memory: the index of the person's
-    goal, what the nodes remember, and the blackboard. `Tree.Describe()`
-    prints its layout. It is updated every ``time_step``.
+    The outputs have the k people one after the other. Port ``commands`` gives
+    k rows of what each wants, laid out as `layout.Command`. Port
+    ``behavior_status`` gives k numbers: 0 while no reaction is active, else
+    the state that it is in, most often 1: see `TickContext`. Port
+    ``node_status`` gives a number for each of `Tree.nodes` of each person: its
+    `NodeStatus` in the tick, 1 for running, 2 for success, 3 for failure, 4
+    for skipped, or 0 if it is not ticked; `EvalNodeStatus` gives those of one
+    person. All belong to the present instant: they follow from the state and
+    the inputs without delay. Where nobody reads ``node_status``, it costs
+    nothing.
+
+    The discrete state holds the memories of the k trees, one after the other:
+    the index of the person's goal, what the nodes remember, and the
+    blackboard. `Tree.Describe()` prints the layout of each. It is updated
+    every ``time_step``.
     """
 
     def __init__(
         self,
-        tree: Tree,
-        human: HumanConfig,
-        index: int,
-        num_humans: int,
+        trees: Sequence[Tree],
+        humans: Sequence[HumanConfig],
         *,
+        indices: Sequence[int] | None = None,
         num_robots: int = 1,
         time_step: float = 0.05,
         obstacles: Obstacles | None = None,
@@ -68,45 +81,74 @@ class BehaviorTree(LeafSystem):
         """Constructs a BehaviorTree.
 
         Args:
-            tree: The tree; it can be that of other people, too.
-            human: The person; without a number, it has ``index + 1``.
-            index: The row of the person in ``human_states``.
-            num_humans: How many people ``human_states`` has.
+            trees: A tree for each person that is ticked; people can share one.
+            humans: All people, in the order of ``human_states``. Those without
+                a number have that of `people_ids`.
+            indices: The rows in ``human_states`` of the people that are
+                ticked; by default, all.
             num_robots: How many robots ``robot_state`` has.
             time_step: The time between two ticks, in seconds.
-            obstacles: The walls, all of which the person cannot see through,
+            obstacles: The walls, all of which people cannot see through,
                 however low; none by default.
 
         Raises:
-            ValueError: If ``index`` is not in [0, ``num_humans``),
+            ValueError: If there are not as many trees as people that are
+                ticked, an index is not in [0, n) or is there twice,
                 ``num_robots`` is negative, or ``time_step`` is not positive.
         """
         super().__init__()
-        if not 0 <= index < num_humans:
+        n = len(humans)
+        rows = range(n) if indices is None else indices
+        _check_rows(rows, n)
+        if len(trees) != len(rows):
             raise ValueError(
-                f"index must be in [0, {num_humans}), the number of people,"
-                f" got {index}"
+                f"there must be a tree for each of {len(rows)} people, got"
+                f" {len(trees)}"
             )
         check_count("num_robots", num_robots)
         check_time_step(time_step)
-        self._tree = tree
-        self._person = Person.from_config(
-            human, index, time_step=time_step, obstacles=obstacles
-        )
+        ids = people_ids(humans)
+        self._trees = list(trees)
+        self._people = [
+            Person.from_config(
+                humans[row],
+                row,
+                id=ids[row],
+                time_step=time_step,
+                obstacles=obstacles,
+            )
+            for row in rows
+        ]
+        memories = [
+            tree.initial_memory(person)
+            for tree, person in zip(trees, self._people, strict=True)
+        ]
+        self._slices = _slices(map(len, memories))
+        self._node_slices = _slices(len(tree.nodes) for tree in trees)
+        # Where each person comes among those that are ticked.
+        self._places = {row: place for place, row in enumerate(rows)}
+        self._num_robots = num_robots
         self._no_robots = np.zeros(0)
 
         self._human_states = self.DeclareVectorInputPort(
-            "human_states", num_humans * STATE_SIZE
+            "human_states", n * STATE_SIZE
         )
         self._robot_state = DeclareRobotState(self, num_robots)
-        memory = tree.initial_memory(self._person)
-        self._memory = self.DeclareDiscreteState(memory)
-        # The time is not among them: a held state gives a held command.
+        self._memory = self.DeclareDiscreteState(
+            np.array([*itertools.chain(*memories)])
+        )
+        self._DeclareOutputs()
+        self.DeclarePeriodicDiscreteUpdateEvent(
+            period_sec=time_step, offset_sec=0.0, update=self._Update
+        )
+
+    def _DeclareOutputs(self) -> None:
+        # The time is not among them: a held state gives held commands.
         prerequisites = {
             self.discrete_state_ticket(self._memory),
             self.all_input_ports_ticket(),
         }
-        # The one tick of a step, which both ports and the update read.
+        # The one tick of a step, which two ports and the update read.
         tick = self.DeclareCacheEntry(
             "tick",
             ValueProducer(
@@ -115,31 +157,47 @@ class BehaviorTree(LeafSystem):
             prerequisites_of_calc=prerequisites,
         )
         self._tick = tick.cache_index()
-        self._command = self.DeclareVectorOutputPort(
-            "command",
-            COMMAND_SIZE,
-            self._CalcCommand,
+        self._commands = self.DeclareVectorOutputPort(
+            "commands",
+            len(self._trees) * COMMAND_SIZE,
+            self._CalcCommands,
             prerequisites_of_calc={tick.ticket()},
         )
         self._behavior_status = self.DeclareVectorOutputPort(
             "behavior_status",
-            1,
+            len(self._trees),
             self._CalcBehaviorStatus,
             prerequisites_of_calc={tick.ticket()},
         )
-        self._status = self.DeclareVectorOutputPort(
-            "status",
-            len(tree.nodes),
-            self._CalcStatus,
+        self._node_status = self.DeclareVectorOutputPort(
+            "node_status",
+            sum(len(tree.nodes) for tree in self._trees),
+            self._CalcNodeStatus,
             prerequisites_of_calc=prerequisites,
         )
-        self.DeclarePeriodicDiscreteUpdateEvent(
-            period_sec=time_step, offset_sec=0.0, update=self._Update
-        )
 
-    def tree(self) -> Tree:
-        """Returns the tree."""
-        return self._tree
+    def trees(self) -> list[Tree]:
+        """Returns the trees, in the order of the people that are ticked."""
+        return list(self._trees)
+
+    def DescribeMemory(self) -> list[str]:
+        """Returns what the meaning of the state depends on."""
+        return [
+            tree.describe_memory(person, self._num_robots)
+            for tree, person in zip(self._trees, self._people, strict=True)
+        ]
+
+    def CheckMemory(self, memory: ArrayLike) -> None:
+        """Checks that numbers can be the state of this system.
+
+        Raises:
+            ValueError: If they cannot: see `Tree.check_memory`.
+        """
+        numbers = np.asarray(memory, dtype=float).tolist()
+        for tree, person, own in zip(
+            self._trees, self._people, self._slices, strict=True
+        ):
+            tree.check_memory(person, numbers[own])
 
     def get_human_states_input_port(self) -> InputPort:
         """Returns the port with the states of the people."""
@@ -155,53 +213,159 @@ class BehaviorTree(LeafSystem):
             self, self._robot_state, "robot_state", "num_robots=0"
         )
 
-    def get_command_output_port(self) -> OutputPort:
-        """Returns the port with what the person wants."""
-        return self._command
+    def get_commands_output_port(self) -> OutputPort:
+        """Returns the port with what the people want."""
+        return self._commands
 
     def get_behavior_status_output_port(self) -> OutputPort:
-        """Returns the port with the state of the person's reaction."""
+        """Returns the port with the states of the people's reactions."""
         return self._behavior_status
 
-    def get_status_output_port(self) -> OutputPort:
-        """Returns the port with what each node of the tree says."""
-        return self._status
+    def get_node_status_output_port(self) -> OutputPort:
+        """Returns the port with the status of each node of each tree."""
+        return self._node_status
+
+    def EvalNodeStatus(
+        self, context: Context, index: int
+    ) -> NDArray[np.float64]:
+        """Returns the status of each node of a person's tree.
+
+        Args:
+            context: Of this system.
+            index: The row of the person in ``human_states``.
+
+        Returns:
+            The person's part of port ``node_status``, one number for each of
+            `Tree.nodes`, which `RenderBehaviorTree` draws.
+
+        Raises:
+            IndexError: If this system does not tick that person.
+        """
+        own = self._node_slices[self._Place(index)]
+        status: NDArray[np.float64] = self._node_status.Eval(context)[own]
+        return status
+
+    def GetMemory(self, context: Context, index: int) -> NDArray[np.float64]:
+        """Returns the memory of a person's tree.
+
+        Args:
+            context: Of this system.
+            index: The row of the person in ``human_states``.
+
+        Returns:
+            A copy of the memory, whose layout `Tree.Describe()` prints.
+
+        Raises:
+            IndexError: If this system does not tick that person.
+        """
+        own = self._slices[self._Place(index)]
+        memory = context.get_discrete_state(self._memory).value()
+        copy: NDArray[np.float64] = memory[own].copy()
+        return copy
+
+    def SetMemory(
+        self, context: Context, index: int, memory: ArrayLike
+    ) -> None:
+        """Sets the memory of a person's tree.
+
+        Args:
+            context: Of this system, changed.
+            index: The row of the person in ``human_states``.
+            memory: What `GetMemory` gave, perhaps of another context.
+
+        Raises:
+            IndexError: If this system does not tick that person.
+            ValueError: If it cannot be: see `Tree.check_memory`.
+        """
+        place = self._Place(index)
+        own = self._slices[place]
+        values = np.asarray(memory, dtype=float)
+        if values.shape != (own.stop - own.start,):
+            raise ValueError(
+                f"the memory of humans[{index}] has shape"
+                f" ({own.stop - own.start},), got {values.shape}"
+            )
+        self._trees[place].check_memory(self._people[place], values.tolist())
+        whole = context.get_discrete_state(self._memory).value().copy()
+        whole[own] = values
+        context.SetDiscreteState(self._memory, whole)
+
+    def _Place(self, index: int) -> int:
+        if index not in self._places:
+            raise IndexError(
+                f"{self.GetSystemPathname()} does not tick humans[{index}],"
+                f" only {sorted(self._places)}"
+            )
+        return self._places[index]
+
+    def _TickArguments(
+        self, context: Context
+    ) -> Iterator[tuple[Tree, TickArguments]]:
+        """Yields the tree of each person, and what its tick depends on."""
+        memory = context.get_discrete_state(self._memory).value().tolist()
+        # Views: Eval() would copy the states of everybody.
+        states = self._human_states.EvalBasicVector(context).value()
+        robots = self._no_robots
+        if self._robot_state is not None:
+            robots = self._robot_state.EvalBasicVector(context).value()
+        for tree, person, own in zip(
+            self._trees, self._people, self._slices, strict=True
+        ):
+            yield tree, (person, memory[own], states, robots)
 
     def _CalcTick(self, context: Context, value: AbstractValue) -> None:
-        value.set_value(self._tree.tick(*self._EvalTickArguments(context)))
-
-    def _EvalTickArguments(
-        self, context: Context
-    ) -> tuple[Person, list[float], NDArray[np.float64], NDArray[np.float64]]:
-        robots = self._robot_state
-        # Views: Eval() would copy the states of everybody for everybody.
-        return (
-            self._person,
-            context.get_discrete_state(self._memory).value().tolist(),
-            self._human_states.EvalBasicVector(context).value(),
-            self._no_robots
-            if robots is None
-            else robots.EvalBasicVector(context).value(),
+        value.set_value(
+            [tree.tick(*args) for tree, args in self._TickArguments(context)]
         )
 
-    def _EvalTick(self, context: Context) -> Outcome:
-        outcome: Outcome = self.get_cache_entry(self._tick).Eval(context)
-        return outcome
+    def _EvalTick(self, context: Context) -> list[Outcome]:
+        outcomes: list[Outcome] = self.get_cache_entry(self._tick).Eval(context)
+        return outcomes
 
-    def _CalcCommand(self, context: Context, output: BasicVector) -> None:
+    def _CalcCommands(self, context: Context, output: BasicVector) -> None:
+        commands = [outcome.command for outcome in self._EvalTick(context)]
         # (Drake takes an array in half the time of a list.)
-        output.SetFromVector(np.array(self._EvalTick(context).command))
+        output.SetFromVector(np.array(commands, dtype=float).ravel())
 
     def _CalcBehaviorStatus(
         self, context: Context, output: BasicVector
     ) -> None:
-        output.SetAtIndex(0, self._EvalTick(context).behavior_status)
+        output.SetFromVector(
+            [outcome.behavior_status for outcome in self._EvalTick(context)]
+        )
 
-    def _CalcStatus(self, context: Context, output: BasicVector) -> None:
-        arguments = self._EvalTickArguments(context)
-        _, statuses = self._tree.trace(*arguments)
-        output.SetFromVector(np.array(statuses, dtype=float))
+    def _CalcNodeStatus(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(
+            [
+                status
+                for tree, args in self._TickArguments(context)
+                for status in tree.trace(*args)[1]
+            ]
+        )
 
     def _Update(self, context: Context, discrete_state: DiscreteValues) -> None:
-        memory = np.array(self._EvalTick(context).memory)
-        discrete_state.set_value(self._memory, memory)
+        memories = [outcome.memory for outcome in self._EvalTick(context)]
+        discrete_state.set_value(
+            self._memory, np.array([*itertools.chain(*memories)])
+        )
+
+
+def _check_rows(rows: Sequence[int], n: int) -> None:
+    """Checks the rows of the people that are ticked.
+
+    Raises:
+        ValueError: If one is not in [0, n), or is there twice.
+    """
+    for row in rows:
+        if not 0 <= row < n:
+            raise ValueError(
+                f"indices must be in [0, {n}), the number of people, got {row}"
+            )
+    if len(set(rows)) < len(rows):
+        raise ValueError(f"indices must all be different, got {list(rows)}")
+
+
+def _slices(lengths: Iterator[int]) -> list[slice]:
+    """Returns where parts of some lengths are that follow one another."""
+    ends = itertools.accumulate(lengths, initial=0)
+    return [slice(begin, end) for begin, end in itertools.pairwise(ends)]

@@ -1,19 +1,25 @@
-"""Writes down what a tree is made of."""
+"""Describes nodes and trees in text."""
 
 from collections.abc import Iterator, Sequence
 
-from hunav_drake.systems.behavior.nodes.node import Constant, Node, Variable
+from hunav_drake.systems.behavior.nodes.node import (
+    Node,
+)
+from hunav_drake.systems.behavior.nodes.port import (
+    Constant,
+    Variable,
+)
 
 
 def describe_port(value: Constant | Variable) -> str:
-    """Returns the value of a port, or the entry where it is."""
+    """Returns the value of a port, or the blackboard entry that holds it."""
     if isinstance(value, Constant):
         return repr(value.value)
     return f"{{{value.key}}}"
 
 
 def describe_node(node: Node, *, defaults: bool = True) -> str:
-    """Returns a node in a line: its type, name, ports and conditions.
+    """Returns a node in one line: its type, name, ports and conditions.
 
     Args:
         node: The node.

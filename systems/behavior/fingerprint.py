@@ -1,4 +1,4 @@
-"""Tells whether two trees are the same, wherever their files are."""
+"""The fingerprint of a tree: a hash of what it means, not of its files."""
 
 import hashlib
 import json
@@ -7,17 +7,24 @@ from typing import Any
 from hunav_drake.systems.behavior.language.documents import Documents
 from hunav_drake.systems.behavior.language.xml_source import NOTES, XmlElement
 from hunav_drake.systems.behavior.library import LoadBehavior
-from hunav_drake.systems.behavior.nodes.node import Constant, Node, Variable
+from hunav_drake.systems.behavior.nodes.node import (
+    Node,
+)
+from hunav_drake.systems.behavior.nodes.port import (
+    Constant,
+    Variable,
+)
 from hunav_drake.systems.behavior.tree import Tree
 from hunav_drake.systems.people.behavior_choice import BehaviorConfig
 
 
 def tree_fingerprint(behavior: str | BehaviorConfig | Tree) -> str:
-    """Returns a SHA-256 of a tree with all that it includes.
+    """Returns the SHA-256 hash of a tree and all that it includes.
 
     It covers the elements of all files, the values of the ports, given or by
-    default, and which functions the leaves are, with their defaults; but not
-    where the files are, nor comments.
+    default, the leaves with their defaults, and for leaves that are not of
+    this package, which functions they are. Comments, and where the files and
+    the leaves of this package are, do not matter.
 
     Args:
         behavior: A tree, or what one is loaded from: as
@@ -42,10 +49,11 @@ def tree_fingerprint(behavior: str | BehaviorConfig | Tree) -> str:
 
 
 def _node(node: Node) -> list[Any]:
-    """Returns what the code says of a node, as far as its file does not."""
+    """Returns what defines a node beyond its XML: its type and its ports."""
     ports = {name: _value(value) for name, value in node.ports.items()}
     slots = dict(node.type.slots)
-    return [node.type.name, node.type.source, ports, slots, len(node.children)]
+    source = "" if node.type.is_ours else node.type.source
+    return [node.type.name, source, ports, slots, len(node.children)]
 
 
 def _value(value: Constant | Variable) -> str:

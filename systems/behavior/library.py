@@ -1,17 +1,13 @@
-"""The behaviors that come with the package, and how to load trees."""
+"""Loads trees: the behaviors of this package, and trees from files or text."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+import functools
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
 # The leaves register themselves.
 from hunav_drake.systems.behavior import leaves as _leaves  # noqa: F401
-from hunav_drake.systems.behavior.errors import (
-    BehaviorTreeError,
-    Place,
-    unknown,
-)
 from hunav_drake.systems.behavior.language.documents import (
     Documents,
     is_file,
@@ -23,6 +19,13 @@ from hunav_drake.systems.behavior.language.tree_ports import (
     TreePortError,
     port_texts,
 )
+from hunav_drake.systems.behavior.nodes.errors import (
+    BehaviorTreeError,
+    Place,
+    unknown,
+)
+from hunav_drake.systems.behavior.nodes.node import NodeType
+from hunav_drake.systems.behavior.nodes.registry import NODE_TYPES
 from hunav_drake.systems.behavior.tree import Tree
 from hunav_drake.systems.people.behavior_choice import (
     BehaviorConfig,
@@ -66,8 +69,8 @@ def LoadTree(
     Args:
         name_or_path: One of `BEHAVIORS`, or the path of an XML file in the
             format 3 or 4 of BehaviorTree.CPP.
-        ports: Values for ports of the tree: numbers, texts, truths. The others
-            have the defaults that the file declares.
+        ports: Values for ports of the tree: numbers, texts, booleans. The
+            others have the defaults that the file declares.
         allow_outside: Whether the file may include files that are not in its
             folder or below. A tree from elsewhere should not: it could make
             any file be read.
@@ -90,7 +93,7 @@ def LoadTree(
     documents = load_documents(
         read_file(path), str(path), path.parent, allow_outside=allow_outside
     )
-    return _tree(documents, str(path), ports)
+    return _tree(documents, ports)
 
 
 def ParseTree(
@@ -112,7 +115,7 @@ def ParseTree(
     """
     if isinstance(source, str):
         source = source.encode()
-    return _tree(load_documents(source, name), name, ports)
+    return _tree(load_documents(source, name), ports)
 
 
 def LoadBehavior(behavior: str | BehaviorConfig) -> Tree:
@@ -124,7 +127,7 @@ def LoadBehavior(behavior: str | BehaviorConfig) -> Tree:
     Raises:
         BehaviorTreeError: If there is no such tree, or at the first fault in
             it.
-        TreePortError: At the first value for a port that cannot be.
+        TreePortError: At the first invalid value for a port.
     """
     if isinstance(behavior, str):
         behavior = BehaviorConfig(tree=behavior)
@@ -143,17 +146,36 @@ def LoadBehavior(behavior: str | BehaviorConfig) -> Tree:
     return LoadTree(behavior.tree, behavior.ports)
 
 
+def LoadBehaviors(behaviors: Iterable[str | BehaviorConfig]) -> list[Tree]:
+    """Loads the trees of several people, each behavior once.
+
+    Args:
+        behaviors: Each as `HumanConfig.behavior`.
+
+    Raises:
+        BehaviorTreeError: As `LoadBehavior`.
+    """
+    trees: dict[str, Tree] = {}
+    result = []
+    for behavior in behaviors:
+        key = repr(behavior)
+        if key not in trees:
+            trees[key] = LoadBehavior(behavior)
+        result.append(trees[key])
+    return result
+
+
 def CheckBehavior(
     behavior: str | BehaviorConfig,
 ) -> Iterator[BehaviorTreeError]:
-    """Looks for all that is wrong with a behavior.
+    """Finds the faults of a behavior.
 
     Args:
         behavior: As `HumanConfig.behavior`.
 
     Returns:
-        The first fault of its tree, or else a TreePortError for each value
-        that cannot be.
+        The first fault of its tree, or else a TreePortError for each invalid
+        value for a port.
     """
     if isinstance(behavior, str):
         behavior = BehaviorConfig(tree=behavior)
@@ -173,10 +195,9 @@ def CheckBehavior(
             return
 
 
-def _tree(documents: Documents, file: str, values: Mapping[str, Any]) -> Tree:
+def _tree(documents: Documents, values: Mapping[str, Any]) -> Tree:
     ports = documents.main_ports()
-    place = Place(file)
-    texts = port_texts(ports, values, place)
+    texts = port_texts(ports, values, Place(documents.file))
     missing = [
         name
         for name, port in ports.items()
@@ -188,8 +209,27 @@ def _tree(documents: Documents, file: str, values: Mapping[str, Any]) -> Tree:
             ports[missing[0]].place,
             port=missing[0],
         )
+    return _parse(documents, tuple(texts.items()), (*NODE_TYPES.values(),))
+
+
+@functools.lru_cache(maxsize=128)
+def _parse(
+    documents: Documents,
+    values: tuple[tuple[str, str], ...],
+    node_types: tuple[NodeType, ...],
+) -> Tree:
+    """Returns the tree of documents, from a cache if it was parsed before.
+
+    Args:
+        documents: What the tree is made of.
+        values: Values for its ports by name, as they stand in XML.
+        node_types: All that are registered: a tree keeps the leaves of its
+            time, so a leaf that is registered again needs a new tree.
+    """
+    ports = documents.main_ports()
+    texts = dict(values)
     try:
-        return Tree(parse_documents(documents, texts), file)
+        return Tree(parse_documents(documents, texts), documents.file)
     except BehaviorTreeError as error:
         # A value that a node refuses is a fault of the value.
         for name in texts:
@@ -200,8 +240,8 @@ def _tree(documents: Documents, file: str, values: Mapping[str, Any]) -> Tree:
             }
             without = {**alone, name: ports[name].default or texts[name]}
             if _parses(documents, without) and not _parses(documents, alone):
-                message = error.message
-                raise TreePortError(message, place, port=name) from error
+                place = Place(documents.file)
+                raise TreePortError(error.message, place, port=name) from error
         raise
 
 

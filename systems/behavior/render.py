@@ -8,33 +8,35 @@ import shutil
 from typing import Any
 
 from hunav_drake.systems.behavior.describe import describe_ports
-from hunav_drake.systems.behavior.nodes.node import Node
-from hunav_drake.systems.behavior.nodes.status import Status
+from hunav_drake.systems.behavior.nodes.node import (
+    Node,
+    NodeStatus,
+)
 from hunav_drake.systems.behavior.tree import Tree
 from hunav_drake.systems.common.files import atomic_write
 
 # Colors that colorblind people can tell apart: fill, line. (M. Okabe and
 # K. Ito, "Color Universal Design", 2008; the fills are lighter, for the text.)
 _COLORS = {
-    Status.IDLE: ("#ffffff", "#555555"),
-    Status.RUNNING: ("#cfe8f8", "#0072b2"),
-    Status.SUCCESS: ("#bfe8d9", "#007a58"),
-    Status.FAILURE: ("#f8cfae", "#b84a00"),
-    Status.SKIPPED: ("#e4e4e4", "#5f5f5f"),
+    NodeStatus.IDLE: ("#ffffff", "#555555"),
+    NodeStatus.RUNNING: ("#cfe8f8", "#0072b2"),
+    NodeStatus.SUCCESS: ("#bfe8d9", "#007a58"),
+    NodeStatus.FAILURE: ("#f8cfae", "#b84a00"),
+    NodeStatus.SKIPPED: ("#e4e4e4", "#5f5f5f"),
 }
 _MARKS = {
-    Status.IDLE: "·",
-    Status.RUNNING: "▶",
-    Status.SUCCESS: "✓",
-    Status.FAILURE: "✗",
-    Status.SKIPPED: "↷",
+    NodeStatus.IDLE: "·",
+    NodeStatus.RUNNING: "▶",
+    NodeStatus.SUCCESS: "✓",
+    NodeStatus.FAILURE: "✗",
+    NodeStatus.SKIPPED: "↷",
 }
 _WORDS = {
-    Status.IDLE: "not ticked",
-    Status.RUNNING: "running",
-    Status.SUCCESS: "success",
-    Status.FAILURE: "failure",
-    Status.SKIPPED: "skipped",
+    NodeStatus.IDLE: "not ticked",
+    NodeStatus.RUNNING: "running",
+    NodeStatus.SUCCESS: "success",
+    NodeStatus.FAILURE: "failure",
+    NodeStatus.SKIPPED: "skipped",
 }
 # The signs that papers on behavior trees have for these nodes.
 _SIGNS = {
@@ -59,19 +61,19 @@ class TreeDrawing:
 
     Attributes:
         tree: The tree.
-        status: What each of its nodes said, or None.
+        node_status: The status of each of its nodes in a tick, or None.
     """
 
     def __init__(
-        self, tree: Tree, status: tuple[Status, ...] | None = None
+        self, tree: Tree, node_status: tuple[NodeStatus, ...] | None = None
     ) -> None:
         """Constructs a TreeDrawing; `RenderBehaviorTree` checks the status."""
         self.tree = tree
-        self.status = status
+        self.node_status = node_status
 
     @functools.cached_property
     def text(self) -> str:
-        """The drawing as lines of text."""
+        """The drawing as text."""
         lines: list[str] = []
         statuses = dict(self._statuses())
         _text_lines(self.tree.root, "", "", statuses, lines)
@@ -106,7 +108,7 @@ class TreeDrawing:
         return graph
 
     def save(self, path: str | Path) -> None:
-        """Writes the drawing to a file, whose ending says how.
+        """Writes the drawing to a file, in the format of its ending.
 
         Args:
             path: The file: .svg, .png, .pdf, .dot, or .txt for the text.
@@ -143,21 +145,21 @@ class TreeDrawing:
         return data
 
     def _repr_mimebundle_(self, **_: Any) -> dict[str, str]:
-        """Returns what a notebook shows."""
+        """Returns the formats that a notebook can show."""
         bundle = {"text/plain": self.text}
         if shutil.which("dot") is not None:
             bundle["image/svg+xml"] = self._drawn("svg").decode()
         return bundle
 
-    def _statuses(self) -> Sequence[tuple[int, Status]]:
-        if self.status is None:
+    def _statuses(self) -> Sequence[tuple[int, NodeStatus]]:
+        if self.node_status is None:
             return ()
         nodes = map(id, self.tree.nodes)
-        return tuple(zip(nodes, self.status, strict=True))
+        return tuple(zip(nodes, self.node_status, strict=True))
 
 
 def RenderBehaviorTree(
-    tree: Tree, status: Sequence[float] | None = None
+    tree: Tree, node_status: Sequence[float] | None = None
 ) -> TreeDrawing:
     """Draws a tree.
 
@@ -166,20 +168,22 @@ def RenderBehaviorTree(
 
     Args:
         tree: The tree.
-        status: What each node said in a tick: the value of the port `status`
-            of a `BehaviorTree`, or what `Tree.trace` gives.
+        node_status: The status of each node in a tick, which colors it: what
+            `BehaviorTree.EvalNodeStatus` gives, or `Tree.trace`.
 
     Raises:
-        ValueError: If ``status`` has not one value of `Status` for each node.
+        ValueError: If ``node_status`` has not one `NodeStatus` for each node.
     """
-    if status is None:
+    if node_status is None:
         return TreeDrawing(tree)
-    if len(status) != len(tree.nodes):
+    if len(node_status) != len(tree.nodes):
         raise ValueError(
-            f"status must have a number for each of the {len(tree.nodes)}"
-            f" nodes of {tree.name}, got {len(status)}"
+            f"node_status must have a number for each of the {len(tree.nodes)}"
+            f" nodes of {tree.name}, got {len(node_status)}"
         )
-    return TreeDrawing(tree, tuple(Status(int(value)) for value in status))
+    return TreeDrawing(
+        tree, tuple(NodeStatus(int(value)) for value in node_status)
+    )
 
 
 def _title(node: Node) -> str:
@@ -191,7 +195,7 @@ def _text_lines(
     node: Node,
     first: str,
     others: str,
-    statuses: dict[int, Status],
+    statuses: dict[int, NodeStatus],
     lines: list[str],
 ) -> None:
     parts = [_title(node)]
@@ -213,9 +217,9 @@ def _text_lines(
 
 
 def _graph_node(
-    pydot: Any, node: Node, name: str, statuses: dict[int, Status]
+    pydot: Any, node: Node, name: str, statuses: dict[int, NodeStatus]
 ) -> Any:
-    status = statuses.get(id(node), Status.IDLE)
+    status = statuses.get(id(node), NodeStatus.IDLE)
     fill, line = _COLORS[status]
     rows = [f"<b>{_escaped(_title(node))}</b>"]
     if node.name != node.type.name:
@@ -231,7 +235,7 @@ def _graph_node(
     styles = ["filled"]
     if node.type.category == "Action":
         styles.append("rounded")
-    if status is Status.SKIPPED:
+    if status is NodeStatus.SKIPPED:
         styles.append("dashed")
     return pydot.Node(
         name,
@@ -240,7 +244,7 @@ def _graph_node(
         fillcolor=fill,
         color=line,
         fontcolor="#222222",
-        penwidth="2" if status is Status.RUNNING else "1",
+        penwidth="2" if status is NodeStatus.RUNNING else "1",
         style=f'"{",".join(styles)}"',
     )
 

@@ -1,6 +1,8 @@
 """A parsed behavior tree, and how it ticks."""
 
 from collections.abc import Callable, Iterator, Sequence
+import hashlib
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -9,39 +11,46 @@ from numpy.typing import NDArray
 from hunav_drake.systems.behavior.describe import describe_tree
 from hunav_drake.systems.behavior.language.blackboard import GIVEN
 from hunav_drake.systems.behavior.language.parser import ParsedTree
-from hunav_drake.systems.behavior.nodes.conditions import build_with_conditions
 from hunav_drake.systems.behavior.nodes.node import (
     Built,
     Memory,
     Node,
+    NodeStatus,
     TickFunction,
 )
-from hunav_drake.systems.behavior.nodes.status import Status
-from hunav_drake.systems.behavior.tick_context import Moment, Person
-from hunav_drake.systems.behavior.written import find_fault, is_sound
+from hunav_drake.systems.behavior.nodes.pre_post_conditions import (
+    build_with_conditions,
+)
+from hunav_drake.systems.behavior.nodes.tick_context import (
+    GOAL_INDEX,
+    Person,
+    TickContext,
+)
+from hunav_drake.systems.behavior.tick_checks import find_fault, is_sound
 
 # Nodes that one tick may tick. Repeat in Repeat in Repeat ... would otherwise
 # let a small tree stop the simulation.
 MAX_WORK = 100_000
 
-# Where the leaves of this package are.
-_OUR_LEAVES = "hunav_drake.systems."
-
+# The person, the memory, and the rows of people and of robots: see `Tree.tick`.
+TickArguments = tuple[
+    Person, Sequence[float], NDArray[np.float64], NDArray[np.float64]
+]
 Wrapper = Callable[[Node, TickFunction], TickFunction]
 
 
 class Outcome(NamedTuple):
-    """What a tick gives.
+    """The result of one tick.
 
     Attributes:
-        status: The status of the tree.
-        command: What the person is going to do: see `layout.Command`.
+        node_status: The status of the topmost node.
+        command: What the person wants to do: see `layout.Command`.
         behavior_status: 0 while no reaction is active, else the state that
-            it is in: see `Moment`.
+            it is in: see `TickContext`.
         memory: The memory for the next tick.
     """
 
-    status: Status
+    node_status: NodeStatus
     command: list[float]
     behavior_status: int
     memory: list[float]
@@ -70,23 +79,23 @@ class Tree:
     """An immutable behavior tree. One tree can serve any number of people.
 
     All that changes is in a list of numbers, the memory, whose layout is
-    fixed when the tree is parsed: what belongs to the person, then what each
-    node remembers, from the top down, then the blackboard entries.
+    fixed when the tree is parsed: that of the person, then the numbers of each
+    node, from the top down, then the blackboard entries.
 
     Attributes:
         name: The ID of the tree.
         file: The file that it was read from, or what stands for it.
         root: The topmost node.
         nodes: All nodes, each before its children.
-        slots: What each number of the memory is.
-        texts: The texts that blackboard entries can hold; in the memory
-            stands the index of each.
-        documents: The XML elements that it was made of.
-        values: What its ports are, as they stand in XML.
+        slots: The name of each number of the memory.
+        texts: The texts that blackboard entries can hold; the memory holds
+            their indices.
+        documents: The XML documents that it was made from.
+        values: The values of its ports, as in XML.
     """
 
     def __init__(self, parsed: ParsedTree, file: str) -> None:
-        """Constructs a Tree from what the parser gives.
+        """Constructs a Tree from the parser's result.
 
         Args:
             parsed: The tree.
@@ -108,9 +117,8 @@ class Tree:
         self._initial = parsed.initial
         # The leaves of this package write what they may; to look at it again
         # would cost a tenth of their time.
-        self._has_foreign_leaves = any(
-            node.type.source and not node.type.source.startswith(_OUR_LEAVES)
-            for node in self.nodes
+        self._has_foreign_leaves = not all(
+            node.type.is_ours for node in self.nodes
         )
         self._given = {
             key: parsed.entries[key] for key in GIVEN if key in parsed.entries
@@ -124,6 +132,39 @@ class Tree:
             memory[slot] = values[key]
         return memory
 
+    def describe_memory(self, person: Person, num_robots: int) -> str:
+        """Returns all that the meaning of a memory depends on, in words."""
+        slots = hashlib.sha256("\n".join(self.slots).encode()).hexdigest()
+        return (
+            f"of tree {self.name} ({len(self.slots)} numbers, {slots[:8]}) for"
+            f" person {person.id} with {len(person.goals)} goals,"
+            f" {num_robots} robots and a time step of {person.time_step} s"
+        )
+
+    def check_memory(self, person: Person, memory: Sequence[float]) -> None:
+        """Checks that numbers can be a person's memory.
+
+        Raises:
+            ValueError: If they are too few or too many, one is NaN, or the
+                person has no such goal.
+        """
+        if len(memory) != len(self.slots):
+            raise ValueError(
+                f"the memory of tree {self.name} has {len(self.slots)} numbers,"
+                f" got {len(memory)}"
+            )
+        # (Infinity may mean "nothing yet" to a leaf, and does to the
+        # blackboard.)
+        for slot, value in zip(self.slots, memory, strict=True):
+            if math.isnan(value):
+                raise ValueError(f"memory {slot!r} must be a number, got NaN")
+        goal, count = memory[GOAL_INDEX], len(person.goals)
+        if not 0 <= goal <= count or goal % 1:
+            raise ValueError(
+                f"the goal index of person {person.id} must be a whole number"
+                f" in [0, {count}], got {goal}"
+            )
+
     def tick(
         self,
         person: Person,
@@ -131,19 +172,19 @@ class Tree:
         human_states: NDArray[np.float64],
         robot_states: NDArray[np.float64],
     ) -> Outcome:
-        """Ticks the tree once. What it gives depends on nothing else.
+        """Ticks the tree once. The result depends on the arguments only.
 
         Args:
             person: Whose tick it is.
             memory: What the tick before gave, or `initial_memory`.
             human_states: Shape (7n,): see `common.layout`.
-            robot_states: Shape (7m,), likewise.
+            robot_states: Shape (7m,): see `common.layout`.
 
         Raises:
             BehaviorTreeError: If a node meets a blackboard entry that is not
                 set, or not of its port's type; if a leaf raises an error,
-                which is then the cause; or if a leaf writes what cannot be:
-                a speed below 0, a number that is not finite.
+                which is then the cause; or if a leaf writes an invalid
+                number: a speed below 0, or one that is not finite.
             TypeError: If a leaf does not return what it must.
         """
         return self._run(self._tick, person, memory, human_states, robot_states)
@@ -154,14 +195,14 @@ class Tree:
         memory: Sequence[float],
         human_states: NDArray[np.float64],
         robot_states: NDArray[np.float64],
-    ) -> tuple[Outcome, tuple[Status, ...]]:
-        """Ticks the tree once, and tells what each node said.
+    ) -> tuple[Outcome, tuple[NodeStatus, ...]]:
+        """Ticks the tree once, and returns the status of each node.
 
         Args:
             person: Whose tick it is.
             memory: What the tick before gave, or `initial_memory`.
             human_states: Shape (7n,): see `common.layout`.
-            robot_states: Shape (7m,), likewise.
+            robot_states: Shape (7m,): see `common.layout`.
 
         Returns:
             What `tick` gives, and the last status of each of `nodes` in this
@@ -178,7 +219,7 @@ class Tree:
             human_states,
             robot_states,
         )
-        statuses = tuple(Status(int(s)) for s in outcome.memory[count:])
+        statuses = tuple(NodeStatus(int(s)) for s in outcome.memory[count:])
         return outcome._replace(memory=outcome.memory[:count]), statuses
 
     def _run(
@@ -190,35 +231,37 @@ class Tree:
         robot_states: NDArray[np.float64],
     ) -> Outcome:
         after = list(memory)
-        moment = Moment(person, after, human_states, robot_states)
-        status = function(after, moment)
-        if self._has_foreign_leaves and not is_sound(moment, after):
-            fault = find_fault(moment, after, self.slots)
+        context = TickContext(person, after, human_states, robot_states)
+        status = function(after, context)
+        if self._has_foreign_leaves and not is_sound(context, after):
+            fault = find_fault(context, after, self.slots)
             if fault:
-                again = Moment(person, list(memory), human_states, robot_states)
+                again = TickContext(
+                    person, list(memory), human_states, robot_states
+                )
                 self._blame(list(memory), again)
                 raise self.root.error(fault)
-        return Outcome(status, moment.command, moment.behavior_status, after)
+        return Outcome(status, context.command, context.behavior_status, after)
 
-    def _blame(self, memory: Memory, moment: Moment) -> None:
-        """Ticks once more, and raises the error of the leaf that is wrong."""
+    def _blame(self, memory: Memory, context: TickContext) -> None:
+        """Repeats a tick to raise the error of the leaf that is at fault."""
 
         def wrap(node: Node, tick: TickFunction) -> TickFunction:
-            def checked(memory: Memory, moment: Moment) -> Status:
-                status = tick(memory, moment)
-                fault = find_fault(moment, memory, self.slots)
+            def checked(memory: Memory, context: TickContext) -> NodeStatus:
+                status = tick(memory, context)
+                fault = find_fault(context, memory, self.slots)
                 if fault:
                     raise node.error(fault)
                 return status
 
             return tick if node.children else checked
 
-        _build(self.root, wrap).tick(memory, moment)
+        _build(self.root, wrap).tick(memory, context)
 
     def _build_traced(self) -> TickFunction:
-        """Returns the tick function that notes what each node says.
+        """Returns the tick function that records the status of each node.
 
-        It does so in numbers behind the memory: one for each node.
+        It writes them behind the memory, a number for each node.
         """
         following = len(self.slots)
         slots = {id(node): following + i for i, node in enumerate(self.nodes)}
@@ -226,12 +269,12 @@ class Tree:
         def wrap(node: Node, tick: TickFunction) -> TickFunction:
             slot = slots[id(node)]
 
-            def noted(memory: Memory, moment: Moment) -> Status:
-                status = tick(memory, moment)
+            def recorded(memory: Memory, context: TickContext) -> NodeStatus:
+                status = tick(memory, context)
                 memory[slot] = status
                 return status
 
-            return noted
+            return recorded
 
         return _build(self.root, wrap).tick
 

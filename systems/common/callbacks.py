@@ -1,4 +1,4 @@
-"""Callbacks that Drake may keep."""
+"""Callbacks that do not keep their system alive."""
 
 from collections.abc import Callable
 from typing import Any
@@ -6,7 +6,7 @@ from weakref import WeakMethod
 
 
 def weakly(method: Callable[..., Any]) -> Callable[..., Any]:
-    """Returns a function that calls a method of an object that is alive.
+    """Returns a callback that does not keep its object alive.
 
     pydrake keeps the callbacks of cache entries and of abstract output ports
     where Python's garbage collector does not see them: a bound method there

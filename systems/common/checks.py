@@ -1,4 +1,4 @@
-"""The checks that the systems make of their arguments.
+"""Checks of arguments that systems share.
 
 Drake ends the process, without a word that Python could catch, on some values
 that are not finite; so nothing of the kind gets through to it.
@@ -6,6 +6,27 @@ that are not finite; so nothing of the kind gets through to it.
 
 import math
 import operator
+from typing import Any
+
+
+def check_kind(
+    name: str, value: Any, kind: type[Any] | tuple[type[Any], ...], words: str
+) -> None:
+    """Checks of what kind an argument is; a truth is never a number.
+
+    Args:
+        name: What it is called in the message.
+        value: The argument.
+        kind: The classes that it may be of.
+        words: What they are, for the message.
+
+    Raises:
+        TypeError: If it is of another kind.
+    """
+    if not isinstance(value, kind) or isinstance(value, bool):
+        raise TypeError(
+            f"{name} must be {words}, got {type(value).__name__} {value!r:.80}"
+        )
 
 
 def check_number(

@@ -1,4 +1,4 @@
-"""Writing a file so that nobody ever sees half of it."""
+"""Atomic writing of files."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress

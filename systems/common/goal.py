@@ -1,4 +1,4 @@
-"""What it is to be at a goal."""
+"""The test whether a robot is at its goal."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -1,4 +1,4 @@
-"""Sees to it that compiled code on disk is that of the present sources.
+"""Drops compiled code on disk when its sources have changed.
 
 Numba keeps what it compiles beside the source file, for as long as that file
 stays the same. It does not notice when a function that was compiled into it,

@@ -1,8 +1,9 @@
-"""Ports that a system may have been made without."""
+"""Helpers that declare, find and check ports."""
 
+from collections.abc import Mapping
 from typing import Any
 
-from pydrake.systems.framework import InputPort
+from pydrake.systems.framework import InputPort, PortDataType, System
 
 from hunav_drake.systems.common.layout import STATE_SIZE
 
@@ -40,3 +41,43 @@ def RequirePort(
             f" with {made_with}"
         )
     return port
+
+
+def CheckPorts(
+    system: Any,
+    what: str,
+    *,
+    inputs: Mapping[str, int],
+    outputs: Mapping[str, int | None],
+) -> None:
+    """Checks that a system has the ports of its kind.
+
+    Args:
+        system: A LeafSystem or a Diagram.
+        what: What it is, for the message.
+        inputs: The size of each input port by its name.
+        outputs: The size of each output port; None for an abstract one.
+
+    Raises:
+        TypeError: If it is no system, or if ports are missing or of another
+            size. The message names them all.
+    """
+    if not isinstance(system, System):
+        raise TypeError(f"{what} must make a System, got {system!r:.80}")
+    faults = []
+    for kind, ports, has, get in (
+        ("input", inputs, system.HasInputPort, system.GetInputPort),
+        ("output", outputs, system.HasOutputPort, system.GetOutputPort),
+    ):
+        for name, size in ports.items():
+            wanted = "abstract" if size is None else f"a vector of size {size}"
+            if not has(name):
+                faults.append(f"{kind} port {name} ({wanted}) is missing")
+                continue
+            port = get(name)
+            is_vector = port.get_data_type() == PortDataType.kVectorValued
+            got = f"a vector of size {port.size()}" if is_vector else "abstract"
+            if got != wanted:
+                faults.append(f"{kind} port {name} must be {wanted}, is {got}")
+    if faults:
+        raise TypeError(f"{what} lacks ports of its kind: {'; '.join(faults)}")

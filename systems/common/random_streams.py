@@ -4,6 +4,7 @@ A draw is a function of what it is for, not of what was drawn before: nobody
 else's draws change when a person is added or removed.
 """
 
+from collections.abc import Iterator, Sequence
 from enum import IntEnum
 
 import numpy as np
@@ -34,38 +35,55 @@ def check_seed(seed: int) -> int:
 
 
 def draw_uniform(
-    seed: int, human_id: int, purpose: Purpose, size: int
+    seed: int, human_ids: Sequence[int], purpose: Purpose, size: int
 ) -> NDArray[np.float64]:
     """Returns numbers in [0, 1), the same for the same arguments.
 
     Args:
         seed: The seed of the trial, in [0, 2^63).
-        human_id: The id of the person, >= 0.
+        human_ids: The ids of the people, >= 0.
         purpose: What the numbers are for.
-        size: How many.
+        size: How many numbers each person has.
+
+    Returns:
+        Shape (n, size). A person's row follows from the seed, the person's id
+        and the purpose alone.
 
     Raises:
         ValueError: If the seed is not such a number.
     """
-    return _generator(seed, human_id, purpose).random(size)
+    streams = _streams(seed, human_ids, purpose)
+    return np.array([stream.random(size) for stream in streams]).reshape(
+        len(human_ids), size
+    )
 
 
 def draw_normal(
-    seed: int, human_id: int, purpose: Purpose, size: int
+    seed: int, human_ids: Sequence[int], purpose: Purpose, size: int
 ) -> NDArray[np.float64]:
     """Returns normally distributed numbers of mean 0 and deviation 1.
 
-    The arguments are those of `draw_uniform`, and the numbers are the same for
-    the same arguments.
+    Arguments, shape and errors are those of `draw_uniform`, and the numbers
+    are the same for the same arguments.
     """
-    return _generator(seed, human_id, purpose).standard_normal(size)
+    streams = _streams(seed, human_ids, purpose)
+    return np.array(
+        [stream.standard_normal(size) for stream in streams]
+    ).reshape(len(human_ids), size)
 
 
-def _generator(
-    seed: int, human_id: int, purpose: Purpose
-) -> np.random.Generator:
-    return np.random.Generator(
-        np.random.Philox(
-            key=[check_seed(seed), human_id], counter=[0, 0, int(purpose), 0]
-        )
+def _streams(
+    seed: int, human_ids: Sequence[int], purpose: Purpose
+) -> Iterator[np.random.Generator]:
+    """Yields, for each person, a generator at the start of their stream."""
+    # One generator is moved from stream to stream: to make one takes ten times
+    # as long.
+    bits = np.random.Philox(
+        key=[check_seed(seed), 0], counter=[0, 0, int(purpose), 0]
     )
+    generator = np.random.Generator(bits)
+    start = bits.state
+    for human_id in human_ids:
+        start["state"]["key"][1] = human_id
+        bits.state = start
+        yield generator

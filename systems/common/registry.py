@@ -1,124 +1,286 @@
-"""Registers of parts that are chosen by name, with parameters."""
+"""Registers of choices: dataclasses told apart by one key.
+
+A planner, a motion model, a robot or the shape of a wall is a choice. Its
+class is a dataclass of its parameters, known by a name. As data it is a
+mapping of one key that names the class, the tag, and of parameters beside it::
+
+    planner: {name: pursuit, cruise_speed: 0.8}
+
+The name alone stands for the choice with its defaults: ``planner: pursuit``.
+"""
 
 from collections.abc import Callable, Iterator, Mapping
 import dataclasses
+import functools
 import importlib
-from typing import Any
+import inspect
+from typing import Annotated, Any
 
 from pydantic import TypeAdapter, ValidationError
+from pydantic_core import (
+    InitErrorDetails,
+    PydanticCustomError,
+    core_schema,
+)
 
-from hunav_drake.systems.common.suggest import did_you_mean
+from hunav_drake.systems.common.suggest import shown, suggestion
 
 
 class Registry(Mapping[str, type[Any]]):
-    """Parts by name; each is the dataclass of its parameters.
+    """The choices of one kind, by name.
 
-    Their values are checked by pydantic, also where the dataclass is a plain
-    one.
+    As a part of an annotation, ``Annotated[Base, REGISTRY]``, it is the type
+    of a field of a pydantic dataclass: the field takes a choice, its name, or
+    a mapping with the tag. What is registered is looked up each time, so users
+    may add choices later.
     """
 
     def __init__(
-        self, kind: str, needs: tuple[str, ...], home: str = ""
+        self,
+        kind: str,
+        base: type[Any],
+        *,
+        tag: str,
+        default: str = "",
+        home: str = "",
     ) -> None:
         """Constructs a Registry that is empty.
 
         Args:
-            kind: What the parts are called in messages.
-            needs: The attributes that every part must have.
-            home: The module that registers the parts of the package. It is
-                loaded before one from elsewhere is registered, so that none
-                takes a name of theirs.
+            kind: What the choices are called in messages.
+            base: The class that all choices derive from.
+            tag: The key that names a choice.
+            default: What is meant by a mapping without the tag; by default,
+                the tag must be there.
+            home: The module that registers the choices of the package. It is
+                loaded when it is needed.
         """
-        self._kind = kind
-        self._needs = needs
+        self.kind = kind
+        self.tag = tag
+        self.default = default
+        self._base = base
+        base.__registry__ = self
         self._home = home
-        self._parts: dict[str, type[Any]] = {}
+        self._choices: dict[str, type[Any]] = {}
+        self._adapter: TypeAdapter[Any] = TypeAdapter(Annotated[Any, self])
+
+    __hash__ = object.__hash__
+
+    def __eq__(self, other: object) -> bool:
+        return self is other
 
     def __repr__(self) -> str:
-        return f"<{self._kind}s: {', '.join(sorted(self._parts))}>"
+        return f"<{self.kind}s: {', '.join(sorted(self._choices))}>"
 
     def __getitem__(self, name: str) -> type[Any]:
-        return self._parts[name]
+        return self._loaded()[name]
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._parts)
+        return iter(self._loaded())
 
     def __len__(self) -> int:
-        return len(self._parts)
+        return len(self._loaded())
 
     def register[T](self, name: str) -> Callable[[type[T]], type[T]]:
-        """Returns a decorator that makes a part known by a name.
+        """Returns a decorator that makes a choice known by a name.
 
-        A part replaces one that was defined in the same place, as when a cell
-        of a notebook is run again.
+        A choice replaces one that was defined in the same place, as when a
+        cell of a notebook is run again.
 
         Raises:
-            ValueError: If the name is taken.
-            TypeError: If the part is no class, or lacks something.
+            ValueError: If the name, or the class, is registered already.
+            TypeError: If it is no dataclass, does not derive from the base
+                class, or lacks one of its methods.
         """
         if not isinstance(name, str) or not name:
             raise ValueError(
-                f"the name of a {self._kind} is a text, got {name!r:.80}"
+                f"the name of a {self.kind} is a text, got {name!r:.80}"
             )
 
-        def add(part: type[T]) -> type[T]:
-            if not (isinstance(part, type) and dataclasses.is_dataclass(part)):
-                raise TypeError(
-                    f"a {self._kind} is a dataclass, whose fields are its"
-                    f" parameters; got {part!r}"
-                )
-            missing = [need for need in self._needs if not hasattr(part, need)]
-            if missing:
-                raise TypeError(
-                    f"{part.__qualname__} is no {self._kind}: it lacks"
-                    f" {', '.join(missing)}"
-                )
-            if self._home and not part.__module__.startswith("hunav_drake."):
-                importlib.import_module(self._home)
-            old = self._parts.get(name)
-            if old is not None and _origin(old) != _origin(part):
+        def add(choice: type[T]) -> type[T]:
+            self._check(choice)
+            # So that nobody takes a name of the package before it is loaded.
+            at_home = choice.__module__.startswith("hunav_drake.")
+            known = self._choices if at_home else self._loaded()
+            old = known.get(name)
+            if old is not None and _origin(old) != _origin(choice):
                 raise ValueError(
-                    f"a {self._kind} named {name!r} is registered already, from"
+                    f"a {self.kind} named {name!r} is registered already, from"
                     f" {'.'.join(_origin(old))}; choose another name"
                 )
-            self._parts[name] = part
-            return part
+            if vars(choice).get("__choice__", (self.tag, name))[1] != name:
+                raise ValueError(
+                    f"{choice.__qualname__} is registered already, as"
+                    f" {name_of(choice)!r}; derive a class from it"
+                )
+            known_as: Any = choice
+            known_as.__choice__ = self.tag, name
+            self._choices[name] = choice
+            return choice
 
         return add
 
-    def make(self, name: str, parameters: Mapping[str, Any]) -> Any:
-        """Returns the part of a name, with some of its parameters set.
+    def make(self, data: Any = None) -> Any:
+        """Returns the choice that data stand for.
+
+        Args:
+            data: A choice, its name, or a mapping with the tag; None for the
+                default.
 
         Raises:
-            ValueError: If there is no such part or parameter, or if a value
-                is outside its range.
+            ValidationError: If there is no such choice or parameter, or if a
+                value is outside its range. It is a ValueError.
         """
-        if not isinstance(name, str) or name not in self._parts:
-            hint = did_you_mean(str(name), self._parts)
-            known = ", ".join(sorted(self._parts))
-            raise ValueError(
-                f"no {self._kind} {name!r}{hint} (there are: {known})"
+        return self._adapter.validate_python({} if data is None else data)
+
+    def find(self, data: Any) -> type[Any] | None:
+        """Returns the class that data choose; None if there is no such."""
+        if isinstance(data, Mapping):
+            data = data.get(self.tag, self.default)
+        if isinstance(data, str):
+            return self._loaded().get(data)
+        return type(data) if tag_of(data) else None
+
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: Any
+    ) -> core_schema.CoreSchema:
+        return core_schema.no_info_plain_validator_function(self._validate)
+
+    def __get_pydantic_json_schema__(
+        self, schema: core_schema.CoreSchema, handler: Any
+    ) -> dict[str, Any]:
+        names, forms = [], []
+        for name in sorted(self):
+            choice: Any = self[name]
+            form = handler(_adapter(choice).core_schema)
+            whole = handler.resolve_ref_schema(form)
+            whole["properties"] = {
+                self.tag: {"const": name},
+                **whole.get("properties", {}),
+            }
+            whole["additionalProperties"] = False
+            if not whole.get("required"):
+                names.append(name)
+            if name != self.default:
+                whole["required"] = [self.tag, *whole.get("required", [])]
+            forms.append(form)
+        bare = [{"enum": names}] if names else []
+        return {"oneOf": [*bare, *forms]}
+
+    def _loaded(self) -> dict[str, type[Any]]:
+        if self._home:
+            importlib.import_module(self._home)
+        return self._choices
+
+    def _check(self, choice: Any) -> None:
+        if not (isinstance(choice, type) and dataclasses.is_dataclass(choice)):
+            raise TypeError(
+                f"a {self.kind} is a dataclass, whose fields are its"
+                f" parameters; got {choice!r}"
             )
-        part = self._parts[name]
-        whole = f"{self._kind} {name!r}"
-        accepted = [field.name for field in dataclasses.fields(part)]
-        for key in parameters:
-            if key not in accepted:
-                raise ValueError(
-                    f"{whole} has no parameter {key!r}"
-                    f"{did_you_mean(key, accepted)}"
-                    f" (there are: {', '.join(sorted(accepted)) or 'none'})"
+        if not issubclass(choice, self._base):
+            raise TypeError(
+                f"{choice.__qualname__} is no {self.kind}: it must derive from"
+                f" {self._base.__name__}"
+            )
+        if inspect.isabstract(choice):
+            missing = ", ".join(sorted(choice.__abstractmethods__))
+            raise TypeError(
+                f"{choice.__qualname__} is no {self.kind}: it lacks {missing}"
+            )
+        if self.tag in (field.name for field in dataclasses.fields(choice)):
+            raise TypeError(
+                f"{choice.__qualname__} must not have a field {self.tag!r}:"
+                f" that key names the {self.kind}"
+            )
+
+    def _validate(self, value: Any) -> Any:
+        """Makes a choice of data, for pydantic."""
+        if isinstance(value, self._base) and not isinstance(value, type):
+            if tag_of(value) is None:
+                raise PydanticCustomError(
+                    "choice",
+                    "{type} is not registered; give it a name by a decorator"
+                    " @register_...",
+                    {"type": type(value).__qualname__},
                 )
-        try:
-            return TypeAdapter(part).validate_python(dict(parameters))
-        except ValidationError as error:
-            first = error.errors()[0]
-            loc = ".".join(map(str, first["loc"]))
-            message = first["msg"].removeprefix("Value error, ")
-            if ", got " not in message:
-                message += f", got {first['input']!r}"
-            raise ValueError(f"{whole}: {loc}: {message}") from error
+            return value
+        if isinstance(value, str):
+            value = {self.tag: value}
+        if not isinstance(value, Mapping):
+            raise PydanticCustomError(
+                "choice", f"must be a mapping, or the name of a {self.kind}"
+            )
+        parameters = {key: value[key] for key in value if key != self.tag}
+        choice: Any = self._select(value)
+        result = _adapter(choice).validate_python(parameters)
+        # Users' dataclasses may ignore what they do not know.
+        fields = {field.name for field in dataclasses.fields(choice)}
+        self._raise_at(
+            "unexpected_keyword_argument",
+            {key: parameters[key] for key in parameters if key not in fields},
+        )
+        return result
+
+    def _select(self, value: Mapping[str, Any]) -> type[Any]:
+        """Returns the class that a mapping names."""
+        name = value.get(self.tag, self.default or None)
+        choices = self._loaded()
+        if isinstance(name, str) and name in choices:
+            return choices[name]
+        if self.tag not in value:
+            words = f"is missing; {suggestion('', list(choices))}"
+        elif isinstance(name, str):
+            words = (
+                f"there is no {self.kind} {shown(name)};"
+                f" {suggestion(name, list(choices))}"
+            )
+        else:
+            words = f"must be the name of a {self.kind}, got {shown(name)}"
+        self._raise_at(
+            PydanticCustomError("choice_name", "{words}", {"words": words}),
+            {self.tag: name},
+        )
+        raise AssertionError("not reached")
+
+    def _raise_at(
+        self, error: str | PydanticCustomError, places: Mapping[str, Any]
+    ) -> None:
+        """Raises an error at each of some keys with their values, if any."""
+        if places:
+            raise ValidationError.from_exception_data(
+                self.kind,
+                [
+                    InitErrorDetails(type=error, loc=(key,), input=value)
+                    for key, value in places.items()
+                ],
+            )
 
 
-def _origin(part: type[Any]) -> tuple[str, str]:
-    return part.__module__, part.__qualname__
+@functools.cache
+def _adapter(choice: Any) -> TypeAdapter[Any]:
+    return TypeAdapter(choice)
+
+
+def _origin(choice: type[Any]) -> tuple[str, str]:
+    return choice.__module__, choice.__qualname__
+
+
+def tag_of(choice: Any) -> tuple[str, str] | None:
+    """Returns the key and the name of a choice; None if it is none."""
+    cls = choice if isinstance(choice, type) else type(choice)
+    # Not inherited: a class derived from a choice is another one.
+    tag: tuple[str, str] | None = vars(cls).get("__choice__")
+    return tag
+
+
+def name_of(choice: Any) -> str:
+    """Returns the name by which a choice, or its class, is registered.
+
+    Raises:
+        ValueError: If it is not registered.
+    """
+    tag = tag_of(choice)
+    if tag is None:
+        raise ValueError(f"{choice!r:.80} is not registered")
+    return tag[1]

@@ -6,6 +6,7 @@ words.
 """
 
 from collections.abc import Sequence
+import dataclasses
 import math
 from numbers import Integral
 from typing import Annotated, Any
@@ -19,11 +20,50 @@ from pydantic import (
     StrictInt,
     StrictStr,
 )
-from pydantic_core import PydanticCustomError
+from pydantic_core import PydanticCustomError, core_schema
 
 # Numbers, texts and flags are strict (pydantic's Strict... types): no "0.1" for
 # a number, no 1 for a flag. Dataclasses may come as mappings.
 CONFIG = ConfigDict(extra="forbid", allow_inf_nan=False)
+
+
+@dataclasses.dataclass(frozen=True)
+class _Within:
+    """The rule of `within`, which a JSON schema tells too."""
+
+    low: float
+    high: float
+    unit: str
+    low_open: bool
+
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: Any
+    ) -> core_schema.CoreSchema:
+        return core_schema.no_info_after_validator_function(
+            self._check, handler(source)
+        )
+
+    def __get_pydantic_json_schema__(
+        self, schema: core_schema.CoreSchema, handler: Any
+    ) -> dict[str, Any]:
+        result: dict[str, Any] = handler(schema)
+        result["exclusiveMinimum" if self.low_open else "minimum"] = self.low
+        if not math.isinf(self.high):
+            result["maximum"] = self.high
+        return result
+
+    def _check(self, value: float) -> float:
+        low, high = self.low, self.high
+        if value < low or value > high or (self.low_open and value == low):
+            opening = "(" if self.low_open else "["
+            closing = ")" if math.isinf(high) else "]"
+            rule = f"must be in {opening}{low:g}, {high:g}{closing} {self.unit}"
+            raise PydanticCustomError(
+                "range",
+                "{rule}, got {value}",
+                {"rule": rule.rstrip(), "value": value},
+            )
+        return value
 
 
 def within(
@@ -32,7 +72,7 @@ def within(
     unit: str = "",
     *,
     low_open: bool = False,
-) -> AfterValidator:
+) -> Any:
     """Returns the rule that a number lies in [low, high], or (low, high].
 
     Args:
@@ -40,19 +80,11 @@ def within(
         high: The upper bound; infinity for none (the number is finite still).
         unit: The unit of the number, for the message.
         low_open: Whether the lower bound itself is outside.
+
+    Returns:
+        What stands beside the type in an `Annotated`.
     """
-    opening = "(" if low_open else "["
-    closing = ")" if math.isinf(high) else "]"
-    rule = f"must be in {opening}{low:g}, {high:g}{closing} {unit}".rstrip()
-
-    def check(value: float) -> float:
-        if value < low or value > high or (low_open and value == low):
-            raise PydanticCustomError(
-                "range", "{rule}, got {value}", {"rule": rule, "value": value}
-            )
-        return value
-
-    return AfterValidator(check)
+    return _Within(low, high, unit, low_open)
 
 
 def _as_list(value: Any) -> Any:
@@ -90,9 +122,12 @@ def one_line(value: str) -> str:
 Integer = Annotated[StrictInt, BeforeValidator(_as_int)]
 Name = Annotated[StrictStr, Field(max_length=64), AfterValidator(one_line)]
 
-# Coordinates of a point in W, in meters: beyond 1e5 m the forces, which hang
-# on differences of positions, would lose digits.
-Coordinate = Annotated[StrictFloat, within(-1e5, 1e5, "m")]
+# Coordinates of a point in W, in meters: beyond, the forces, which hang on
+# differences of positions, would lose digits.
+MAX_COORDINATE = 1e5
+Coordinate = Annotated[
+    StrictFloat, within(-MAX_COORDINATE, MAX_COORDINATE, "m")
+]
 Point = Annotated[tuple[Coordinate, Coordinate], BeforeValidator(_as_tuple)]
 Points = Annotated[list[Point], BeforeValidator(_as_list)]
 Angle = Annotated[StrictFloat, within(-1e3, 1e3, "rad")]

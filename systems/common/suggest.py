@@ -1,8 +1,9 @@
-"""The known word that somebody may have meant."""
+"""Words for messages: what somebody wrote, and what may have been meant."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 import difflib
 import functools
+from typing import Any
 
 
 def nearest(word: str, valid: Iterable[str], cutoff: float = 0.6) -> str | None:
@@ -25,3 +26,28 @@ def did_you_mean(word: str, valid: Iterable[str]) -> str:
     """Returns "; did you mean ...?", or nothing if no valid word is near."""
     near = nearest(word, valid)
     return f"; did you mean {near!r}?" if near else ""
+
+
+def shown(value: Any) -> str:
+    """Returns a value as a message shows it, in at most 60 characters."""
+    if value is None:
+        return "nothing"
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, dict):
+        return "a mapping"
+    if isinstance(value, list | tuple):
+        return f"a list of {len(value)}"
+    if isinstance(value, str):
+        return repr(value if len(value) <= 40 else value[:37] + "...")
+    if isinstance(value, int) and abs(value) >= 10**40:
+        return "a number of more than 40 digits"
+    text = repr(value)
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+def suggestion(word: str, valid: Sequence[str]) -> str:
+    """Returns the nearest valid word, or all of them, for a message."""
+    if near := nearest(word, valid):
+        return f"did you mean {shown(near)}?"
+    return "valid: " + ", ".join(sorted(valid)) if valid else "there are none"

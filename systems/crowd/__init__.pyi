@@ -6,7 +6,6 @@ from .models import (
     HeadedSocialForceModel as HeadedSocialForceModel,
     OrcaModel as OrcaModel,
     SocialForceModel as SocialForceModel,
-    make_motion_model as make_motion_model,
 )
 from .motion_model import (
     MotionModel as MotionModel,

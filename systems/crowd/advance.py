@@ -1,4 +1,4 @@
-"""How people who feel forces move, whatever the forces are."""
+"""Moves people by given forces."""
 
 from typing import Any
 

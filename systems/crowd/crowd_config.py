@@ -1,24 +1,25 @@
-"""What holds for the crowd as a whole."""
+"""The configuration of the crowd as a whole."""
 
 from dataclasses import field
-from typing import Annotated, Any
+from typing import Annotated
 
-from pydantic import Field, StrictBool, StrictStr
+from pydantic import Field, StrictBool
 from pydantic.dataclasses import dataclass
 
 from hunav_drake.systems.common.schema import CONFIG, Integer, PositiveLength
+from hunav_drake.systems.crowd.motion_model import MOTION_MODELS, MotionModel
 
 
 @dataclass(kw_only=True, slots=True, config=CONFIG)
 class CrowdConfig:
     """How people move, and how they take in the world."""
 
-    # The name of a registered model of motion: see
+    # The motion model: a registered one, its name, or a mapping of its name
+    # and parameters, as in {name: orca, time_horizon: 2.0}. See
     # `hunav_drake.systems.crowd.MOTION_MODELS`.
-    model: StrictStr = "social_force"
-
-    # What differs from the defaults of that model's own dataclass.
-    parameters: dict[str, Any] = field(default_factory=dict)
+    model: Annotated[MotionModel, MOTION_MODELS] = field(
+        default_factory=MOTION_MODELS.make
+    )
 
     # Walls whose nearest point is farther than this are not felt, in meters.
     obstacle_range: PositiveLength = 5.0

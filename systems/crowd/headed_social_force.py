@@ -26,6 +26,7 @@ from hunav_drake.systems.common.layout import (
 from hunav_drake.systems.common.schema import CONFIG, within
 from hunav_drake.systems.crowd.motion_model import (
     Array,
+    MotionModel,
     Snapshot,
     register_motion_model,
 )
@@ -202,7 +203,7 @@ def headed_advance(
 
 @register_motion_model("headed_social_force")
 @dataclass(kw_only=True, config=CONFIG)
-class HeadedSocialForceModel:
+class HeadedSocialForceModel(MotionModel):
     """The forces of the social force model, on bodies that have a front.
 
     With f0 the force of the goal and fe the sum of the others, u and w the

@@ -5,18 +5,24 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from pydrake.autodiffutils import AutoDiffXd
+from pydrake.autodiffutils import AutoDiffXd, ExtractValue
 from pydrake.systems.framework import (
     BasicVector,
+    BasicVector_,
     Context,
     DiscreteValues,
     InputPort,
     LeafSystem_,
+    NumericParameterIndex,
     OutputPort,
 )
 from pydrake.systems.scalar_conversion import TemplateSystem
 
-from hunav_drake.systems.common.checks import check_count, check_time_step
+from hunav_drake.systems.common.checks import (
+    check_count,
+    check_number,
+    check_time_step,
+)
 from hunav_drake.systems.common.layout import (
     COMMAND_SIZE,
     FORCES_SIZE,
@@ -29,8 +35,13 @@ from hunav_drake.systems.crowd.crowd_config import CrowdConfig
 from hunav_drake.systems.crowd.motion_model import Snapshot
 from hunav_drake.systems.crowd.step import CrowdJacobian, CrowdStep
 from hunav_drake.systems.people.human_config import HumanConfig
-from hunav_drake.systems.people.weights import check_drawn
+from hunav_drake.systems.people.parameters import NUM_PARAMETERS
+from hunav_drake.systems.people.starts import draw_starts
+from hunav_drake.systems.people.weights import check_weights, draw_weights
 from hunav_drake.systems.world.obstacles import Obstacles
+
+# A seed is kept as two numbers below this, which a double holds exactly.
+_HALF = 2**32
 
 
 @TemplateSystem.define("HumanCrowd_", T_list=[float, AutoDiffXd])
@@ -45,9 +56,6 @@ def HumanCrowd_(T: Any) -> type:
             name: HumanCrowd
             input_ports:
             - robot_state
-            - command_0
-            - ...
-            - command_{n-1}
             - commands
             output_ports:
             - human_states
@@ -60,14 +68,19 @@ def HumanCrowd_(T: Any) -> type:
         Port ``robot_state`` takes m rows (x, y, yaw, vx, vy, omega, radius) of
         the robots, and ``human_states`` gives n such rows of the people, in W,
         in SI units: see `common.layout`. Without robots there is
-        no port ``robot_state``. Port ``command_i`` takes what person i wants,
-        laid out as `layout.Command`; with ``one_command_port`` there is port
-        ``commands`` instead, which takes those of all, one after the other.
+        no port ``robot_state``. Port ``commands`` takes n rows of what each
+        person wants, laid out as `layout.Command`; where they come from
+        several systems, a Multiplexer joins them.
         Port ``forces`` gives n rows of 8 vectors (x, y), in m/s^2: see
         `layout.FORCES`; it is computed when someone asks.
 
         The discrete state holds n rows (x, y, yaw, vx, vy, omega). Numbers of
         a size beyond 1e12, in the state or at the ports, count as that.
+
+        Two numeric parameters say what follows from a seed: the weights of
+        the forces, n rows of the fields of SocialForceParameters, and the seed
+        itself, in two halves of 32 bits. `SetSeed` draws the start and the
+        weights of a Context anew; the system is the same for all seeds.
 
         ``HumanCrowd`` is ``HumanCrowd_[float]``. With the social force model,
         it converts to ``HumanCrowd_[AutoDiffXd]``, whose steps carry
@@ -81,8 +94,9 @@ def HumanCrowd_(T: Any) -> type:
             obstacles: Obstacles | None = None,
             config: CrowdConfig | None = None,
             num_robots: int = 1,
-            one_command_port: bool = False,
             time_step: float = 0.05,
+            start_jitter: float = 0.0,
+            seed: int = 0,
             converter: Any = None,
         ) -> None:
             """Constructs a HumanCrowd.
@@ -93,29 +107,33 @@ def HumanCrowd_(T: Any) -> type:
                 obstacles: The walls; none by default.
                 config: How people move, and how they take in the world.
                 num_robots: How many robots port ``robot_state`` has.
-                one_command_port: Whether the commands come in one port, which
-                    is faster for many people.
                 time_step: The time between two updates, in seconds.
+                start_jitter: How far x and y of a start are at most from those
+                    of the configuration, in meters; the seed draws by how
+                    much.
+                seed: The seed of the default Context, in [0, 2^63): what is
+                    drawn of starts and weights follows from it.
                 converter: Set by Drake, which converts the scalar type.
 
             Raises:
-                ValueError: If ``time_step`` is not positive, ``num_robots`` is
-                    negative, weights of ``humans`` are still to be drawn, or
-                    ``config`` names a model that there is not, or one without
-                    the derivatives that AutoDiffXd asks for.
+                ValueError: If ``time_step`` is not positive, ``num_robots`` or
+                    ``start_jitter`` is negative, ``seed`` is not such a
+                    number, or the model of ``config`` is without the
+                    derivatives that AutoDiffXd asks for.
             """
             LeafSystem_[T].__init__(self, converter=converter)
             check_time_step(time_step)
             check_count("num_robots", num_robots)
-            check_drawn(humans)
+            check_number("start_jitter", start_jitter, "m")
             self._humans = tuple(humans)
             # What a copy for another scalar type is made of, too.
-            self._options = {
+            self._options: dict[str, Any] = {
                 "obstacles": obstacles,
                 "config": config,
                 "num_robots": num_robots,
-                "one_command_port": one_command_port,
                 "time_step": time_step,
+                "start_jitter": start_jitter,
+                "seed": seed,
             }
             self._step = CrowdStep(
                 humans,
@@ -125,32 +143,35 @@ def HumanCrowd_(T: Any) -> type:
                 with_derivatives=T is not float,
             )
             self._no_robots = np.zeros((0, STATE_SIZE))
-            self._DeclareInputs(num_robots, one_command_port)
-            self._DeclareStateAndOutputs()
+            self._robot_state = DeclareRobotState(self, num_robots)
+            self._commands = self.DeclareVectorInputPort(
+                "commands", len(humans) * COMMAND_SIZE
+            )
+            self._DeclareStateAndParameters(seed)
+            self._DeclareOutputs()
             self.DeclarePeriodicDiscreteUpdateEvent(
                 period_sec=time_step, offset_sec=0.0, update=self._Update
             )
 
-        def _DeclareInputs(
-            self, num_robots: int, one_command_port: bool
-        ) -> None:
-            n = len(self._humans)
-            self._robot_state = DeclareRobotState(self, num_robots)
-            self._one_command_port = one_command_port
-            sizes = (
-                {"commands": n * COMMAND_SIZE}
-                if one_command_port
-                else {f"command_{i}": COMMAND_SIZE for i in range(n)}
+        def _DeclareStateAndParameters(self, seed: int) -> None:
+            start, *parameters = self._Draw(seed)
+            self._state = self.DeclareDiscreteState(start)
+            self._weights, self._seed = (
+                self.DeclareNumericParameter(BasicVector_[T](vector))
+                for vector in parameters
             )
-            self._commands = [
-                self.DeclareVectorInputPort(name, size)
-                for name, size in sizes.items()
-            ]
 
-        def _DeclareStateAndOutputs(self) -> None:
+        def _Draw(self, seed: int) -> tuple[NDArray[np.float64], ...]:
+            """Returns the state, the weights and the seed of a seed's start."""
+            weights = draw_weights(self._humans, seed)
+            jitter = self._options["start_jitter"]
+            start = np.zeros((len(self._humans), MOTION_SIZE))
+            start[:, :3] = draw_starts(self._humans, seed, jitter)
+            halves = np.array(divmod(int(seed), _HALF), dtype=float)
+            return start.ravel(), weights.ravel(), halves
+
+        def _DeclareOutputs(self) -> None:
             n = len(self._humans)
-            start = [(*human.pose, 0.0, 0.0, 0.0) for human in self._humans]
-            self._state = self.DeclareDiscreteState(np.array(start).ravel())
             state_ticket = self.discrete_state_ticket(self._state)
             self._human_states = self.DeclareVectorOutputPort(
                 "human_states",
@@ -164,6 +185,9 @@ def HumanCrowd_(T: Any) -> type:
                 self._CalcForces,
                 prerequisites_of_calc={
                     state_ticket,
+                    self.numeric_parameter_ticket(
+                        NumericParameterIndex(self._weights)
+                    ),
                     self.all_input_ports_ticket(),
                 },
             )
@@ -188,31 +212,9 @@ def HumanCrowd_(T: Any) -> type:
                 self, self._robot_state, "robot_state", "num_robots=0"
             )
 
-        def get_command_input_port(self, index: int) -> InputPort:
-            """Returns the port with what person `index` wants.
-
-            Raises:
-                ValueError: If the crowd was made with one port for all.
-            """
-            return RequirePort(
-                self,
-                None if self._one_command_port else self._commands[index],
-                f"command_{index}",
-                "one_command_port=True",
-            )
-
         def get_commands_input_port(self) -> InputPort:
-            """Returns the port with what all people want.
-
-            Raises:
-                ValueError: If the crowd was made with a port for each.
-            """
-            return RequirePort(
-                self,
-                self._commands[0] if self._one_command_port else None,
-                "commands",
-                "one_command_port=False",
-            )
+            """Returns the port with what the people want."""
+            return self._commands
 
         def get_human_states_output_port(self) -> OutputPort:
             """Returns the port with the states of the people."""
@@ -241,6 +243,70 @@ def HumanCrowd_(T: Any) -> type:
                     f" ({n}, {MOTION_SIZE}), got {rows.shape}"
                 )
             context.SetDiscreteState(self._state, rows[:, :MOTION_SIZE].ravel())
+
+        def SetSeed(self, context: Context, seed: int) -> None:
+            """Puts people at the start of a seed, with the weights of it.
+
+            They are at rest, as in the default Context of a crowd of that
+            seed. Nothing else of the Context changes: `SetHumansSeed` resets
+            what people have in mind, too.
+
+            Args:
+                context: Of this system, changed.
+                seed: In [0, 2^63).
+
+            Raises:
+                ValueError: If the seed is not such a number.
+            """
+            start, weights, halves = self._Draw(seed)
+            context.SetDiscreteState(self._state, start)
+            for index, vector in (self._weights, weights), (self._seed, halves):
+                context.get_mutable_numeric_parameter(index).SetFromVector(
+                    vector
+                )
+
+        def GetSeed(self, context: Context) -> int:
+            """Returns the seed that a Context was set to.
+
+            Args:
+                context: Of this system.
+            """
+            high, low = self._GetParameter(context, self._seed)
+            return int(high) * _HALF + int(low)
+
+        def SetWeights(self, context: Context, weights: ArrayLike) -> None:
+            """Sets the weights of the forces on people.
+
+            Args:
+                context: Of this system, changed.
+                weights: Shape (n, 13): for each person the fields of
+                    SocialForceParameters, in their order.
+
+            Raises:
+                ValueError: If the array does not have that shape, or a weight
+                    is not finite or out of its range.
+            """
+            rows = check_weights(weights, len(self._humans))
+            vector = context.get_mutable_numeric_parameter(self._weights)
+            vector.SetFromVector(rows.ravel())
+
+        def GetWeights(self, context: Context) -> NDArray[np.float64]:
+            """Returns the weights of the forces, a copy of shape (n, 13).
+
+            They are as `SetWeights` takes them, and have no derivatives.
+
+            Args:
+                context: Of this system.
+            """
+            weights = self._GetParameter(context, self._weights)
+            return weights.reshape(-1, NUM_PARAMETERS)
+
+        def _GetParameter(
+            self, context: Context, index: int
+        ) -> NDArray[np.float64]:
+            """Returns a copy of a numeric parameter, without derivatives."""
+            vector = context.get_numeric_parameter(index).CopyToVector()
+            return np.ravel(vector if T is float else ExtractValue(vector))
 
         def CalcJacobian(self, context: Context) -> CrowdJacobian:
             """Computes the derivatives of the next discrete state.
@@ -280,15 +346,18 @@ def HumanCrowd_(T: Any) -> type:
 
         def _Look(self, context: Context) -> Snapshot:
             """Returns the snapshot of a Context."""
-            command = np.array([port.Eval(context) for port in self._commands])
+            commands = self._commands.Eval(context)
             robots = self._no_robots
             if self._robot_state is not None:
                 robots = self._robot_state.Eval(context).reshape(-1, STATE_SIZE)
                 robots.setflags(write=False)
+            weights = self.GetWeights(context)
+            weights.setflags(write=False)
             return self._step.look(
                 self._GetState(context),
-                command.reshape(-1, COMMAND_SIZE),
+                commands.reshape(-1, COMMAND_SIZE),
                 robots,
+                weights,
             )
 
         def _CalcHumanStates(

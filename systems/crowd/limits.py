@@ -1,4 +1,4 @@
-"""The largest numbers that people are moved by.
+"""Limits that keep forces finite.
 
 The forces contain squares, and products of them: of finite numbers beyond
 1e154, they are not finite.

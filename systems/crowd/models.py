@@ -1,10 +1,7 @@
 """The models of human motion that come with the package, by name."""
 
 from hunav_drake.systems.crowd.headed_social_force import HeadedSocialForceModel
-from hunav_drake.systems.crowd.motion_model import (
-    MOTION_MODELS,
-    make_motion_model,
-)
+from hunav_drake.systems.crowd.motion_model import MOTION_MODELS
 from hunav_drake.systems.crowd.orca.model import OrcaModel
 from hunav_drake.systems.crowd.social_force.model import SocialForceModel
 
@@ -13,5 +10,4 @@ __all__ = [
     "HeadedSocialForceModel",
     "OrcaModel",
     "SocialForceModel",
-    "make_motion_model",
 ]

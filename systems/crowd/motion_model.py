@@ -1,8 +1,9 @@
-"""What a model of human motion is, and the register of models."""
+"""The interface of motion models, and the register of models."""
 
-from collections.abc import Callable, Mapping
+from abc import ABC, abstractmethod
+from collections.abc import Callable
 import math
-from typing import Any, NamedTuple, Protocol, runtime_checkable
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,7 +16,7 @@ Array = NDArray[np.float64]
 
 
 class Snapshot(NamedTuple):
-    """All that people may know when they decide how to move on.
+    """The state of the world that a motion model sees in one step.
 
     Attributes:
         states: Shape (n, 6): x, y, yaw, vx, vy, omega, in W, SI units.
@@ -55,15 +56,15 @@ class Snapshot(NamedTuple):
         return np.column_stack([self.radii, self.parameters[:, K_OBSTACLE]])
 
 
-@runtime_checkable
-class MotionModel(Protocol):
-    """A model: a pydantic dataclass of parameters, and functions of arrays.
+class MotionModel(ABC):
+    """A model: a dataclass of parameters, and functions of arrays.
 
     Both functions must be pure, and must not change their arguments: most of
     those are read-only. A model that keeps a margin between bodies and walls
     says how much, in meters, by an attribute `safety_margin`.
     """
 
+    @abstractmethod
     def forces(self, snapshot: Snapshot) -> Array:
         """Returns what moves the people, from one snapshot of them all.
 
@@ -71,21 +72,22 @@ class MotionModel(Protocol):
             Shape (n, FORCES_SIZE), in m/s^2: see `layout.FORCES`. The total
             counts; a model that is not made of forces leaves the others zero.
         """
-        ...
 
+    @abstractmethod
     def advance(self, snapshot: Snapshot, forces: Array) -> Array:
         """Returns where these forces bring the people in one step.
 
         Returns:
             Shape (n, 6), like `snapshot.states`.
         """
-        ...
 
 
 # The models by name; each is the dataclass of its parameters.
 MOTION_MODELS = Registry(
     "motion model",
-    needs=("forces", "advance"),
+    MotionModel,
+    tag="name",
+    default="social_force",
     home="hunav_drake.systems.crowd.models",
 )
 
@@ -95,19 +97,10 @@ def register_motion_model[T](name: str) -> Callable[[type[T]], type[T]]:
 
     Raises:
         ValueError: If the name is taken.
+        TypeError: If the class is no dataclass that derives from
+            `MotionModel`, or lacks one of its functions.
     """
     return MOTION_MODELS.register(name)
-
-
-def make_motion_model(name: str, parameters: Mapping[str, Any]) -> MotionModel:
-    """Returns the model of a name, with some of its parameters set.
-
-    Raises:
-        ValueError: If there is no such model or parameter, or if a value is
-            outside its range.
-    """
-    model: MotionModel = MOTION_MODELS.make(name, parameters)
-    return model
 
 
 def checked(

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hunav_drake.systems.common.layout import FORCES_SIZE, MOTION_SIZE
+from hunav_drake.systems.common.registry import name_of
 from hunav_drake.systems.crowd.crowd_config import CrowdConfig
 from hunav_drake.systems.crowd.limits import limited
-from hunav_drake.systems.crowd.models import make_motion_model
 from hunav_drake.systems.crowd.motion_model import (
     MotionModel,
     Snapshot,
@@ -19,7 +19,6 @@ from hunav_drake.systems.crowd.motion_model import (
 from hunav_drake.systems.crowd.social_force.model import SocialForceModel
 from hunav_drake.systems.crowd.walls.room import Room
 from hunav_drake.systems.people.human_config import HumanConfig
-from hunav_drake.systems.people.parameters import SocialForceParameters
 from hunav_drake.systems.world.obstacles import Obstacles
 
 # Of floats, or of scalars with derivatives.
@@ -46,7 +45,7 @@ class CrowdJacobian(NamedTuple):
 
 
 class CrowdStep:
-    """What people of given bodies and manners do in a step, in a given room.
+    """What people of given bodies do in a step, in a given room.
 
     A step is `look`, `forces`, `advance`. Arrays may be of floats, or all of
     AutoDiffXd. Nothing here changes after the construction, but for what the
@@ -75,11 +74,11 @@ class CrowdStep:
             with_derivatives: Whether the arrays are of AutoDiffXd.
 
         Raises:
-            ValueError: If ``config`` names a model that there is not, or one
-                without derivatives where they are asked for.
+            ValueError: If derivatives are asked for, and the model of
+                ``config`` has none.
         """
-        model = make_motion_model(config.model, config.parameters)
-        self._name = config.model
+        model = config.model
+        self._name = name_of(model)
         self._model = (
             _differentiable(model, self._name) if with_derivatives else model
         )
@@ -88,21 +87,22 @@ class CrowdStep:
         self._max_obstacles = config.max_obstacles
         self._time_step = time_step
         self.radii = np.array([human.radius for human in humans])
-        self._parameters = np.array(
-            [dataclasses.astuple(human.forces) for human in humans]
-        ).reshape(len(humans), len(dataclasses.fields(SocialForceParameters)))
         # Models that are not ours get these, too.
         self.radii.setflags(write=False)
-        self._parameters.setflags(write=False)
         self._room = Room(
             obstacles,
             self.radii,
-            self._parameters,
             config,
             margin=getattr(model, "safety_margin", 0.0),
         )
 
-    def look(self, states: Array, command: Array, robots: Array) -> Snapshot:
+    def look(
+        self,
+        states: Array,
+        command: Array,
+        robots: Array,
+        parameters: NDArray[np.float64],
+    ) -> Snapshot:
         """Returns what people know when they decide how to move on.
 
         Args:
@@ -110,6 +110,8 @@ class CrowdStep:
                 units.
             command: Shape (n, COMMAND_SIZE): see `layout.Command`.
             robots: Shape (m, 7), rows of ``robot_state``.
+            parameters: Shape (n, 13): the fields of SocialForceParameters; of
+                floats, read-only.
         """
         states = limited(states)
         command = self._room.guide(states, limited(command))
@@ -117,13 +119,13 @@ class CrowdStep:
             states=states,
             radii=self.radii,
             command=command,
-            parameters=self._parameters,
+            parameters=parameters,
             robots=limited(robots),
             obstacles=self._obstacles,
             obstacle_range=self._obstacle_range,
             max_obstacles=self._max_obstacles,
             time_step=self._time_step,
-            eased=self._room.ease(states, command),
+            eased=self._room.ease(states, command, parameters),
         )
 
     def forces(self, snapshot: Snapshot) -> Array:

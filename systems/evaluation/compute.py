@@ -6,7 +6,6 @@ import numpy as np
 import pandas as pd
 
 from hunav_drake.systems.evaluation.metrics import Metric, select_metrics
-from hunav_drake.systems.evaluation.names import BEHAVIOR_ACTIVE
 from hunav_drake.systems.evaluation.recording import Recording
 
 
@@ -69,7 +68,7 @@ def compute_by_behavior(
 def evaluate(
     recording: Recording, names: Iterable[str] = ("all",)
 ) -> tuple[pd.Series, pd.DataFrame]:
-    """Returns what `compute_metrics` and `compute_steps` do, at one go."""
+    """Returns the values of metrics, and their series."""
     metrics = select_metrics(names)
     values = {}
     series = {}
@@ -95,7 +94,7 @@ def evaluate(
 def evaluate_by_behavior(
     recording: Recording, names: Iterable[str] = ("all",)
 ) -> tuple[pd.DataFrame, dict[str, pd.DataFrame]]:
-    """Returns `compute_by_behavior`, and the series for each behavior.
+    """Returns the values of metrics by behavior, and their series.
 
     The frames of series have one more column: `behavior_active` is 1 while
     anyone of that behavior reacts to the robot.
@@ -108,8 +107,8 @@ def evaluate_by_behavior(
         values, steps = evaluate(part, [m.name for m in metrics])
         rows[behavior] = values.to_numpy()
         active = np.asarray(part.behavior_status) != 0
-        steps[BEHAVIOR_ACTIVE] = active.any(axis=1).astype(float)
-        steps.attrs["units"] |= {BEHAVIOR_ACTIVE: "-"}
+        steps["behavior_active"] = active.any(axis=1).astype(float)
+        steps.attrs["units"] |= {"behavior_active": "-"}
         frames[behavior] = steps
     table = pd.DataFrame(
         list(rows.values()),

@@ -1,4 +1,4 @@
-"""Curves in the plane: lines of sight, windings, warping; compiled by numba."""
+"""Lines of sight, winding numbers and time warping, compiled by numba."""
 
 import math
 
@@ -57,7 +57,7 @@ def total_winding(x, y):
 
     Args:
         x: Shape (N + 1, m): m bodies, in meters; NaN where one is missing.
-        y: Likewise.
+        y: Its y coordinate.
 
     Returns:
         The sum of |change of the bearing| / (2 pi).

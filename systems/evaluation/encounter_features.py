@@ -1,4 +1,4 @@
-"""How robot and people move with respect to each other, computed once."""
+"""Features of the relative motion of robot and people."""
 
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -18,7 +18,7 @@ Mask = NDArray[np.bool_]
 HALF_FIELD_OF_VIEW = np.pi / 3
 
 
-class Encounters:
+class EncounterFeatures:
     """What follows from the motion of N + 1 samples of robot and n people.
 
     `Recording.encounters` holds it. P is the vector from the robot to the

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 import math
-from typing import Any, Literal, get_args
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,7 @@ from hunav_drake.systems.common.callbacks import weakly
 from hunav_drake.systems.common.checks import count_steps
 from hunav_drake.systems.common.goal import is_at_goal
 from hunav_drake.systems.common.layout import STATE_SIZE, YAW, X, Y
+from hunav_drake.systems.evaluation.evaluator_config import EvaluatorConfig
 from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.systems.evaluation.running_metrics import (
     RunningMetric,
@@ -29,9 +30,6 @@ from hunav_drake.systems.evaluation.samples import Sample
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.people.names import name_people, people_ids
 from hunav_drake.systems.world.obstacles import Obstacles
-
-# When the recording begins.
-Start = Literal["at_once", "at_goal_command", "by_trigger"]
 
 # Time that passes by rounding alone, as a part of the time step.
 _SAME_INSTANT = 1e-6
@@ -65,12 +63,12 @@ class Evaluator(LeafSystem):
     pose (x, y, yaw) that the robot is to reach; unconnected, or not finite,
     there is none.
 
-    The recording begins at once; or, with ``start="at_goal_command"``, when
-    ``goal`` first is finite; or, with ``start="by_trigger"``, when port
-    ``trigger`` first is above 0.5. It ends for good with the first sample at
-    the goal, if ``stop_at_goal``; with the first that comes ``timeout`` after
-    the first of all; and, however it began, when ``trigger``, if connected,
-    falls back from above 0.5 to at most that.
+    As `EvaluatorConfig` says, the recording begins at once; or, with ``start``
+    "at_goal_command", when ``goal`` first is finite; or, "by_trigger", when
+    port ``trigger`` first is above 0.5. It ends for good with the first sample
+    at the goal, if ``stop_at_goal``; with the first that comes ``timeout``
+    after the first of all; and, however it began, when ``trigger``, if
+    connected, falls back from above 0.5 to at most that.
 
     Port ``metrics`` gives running values as of the last sample, in the order
     of `RunningMetric`; what has no value is NaN. Port ``recording`` gives
@@ -92,48 +90,30 @@ class Evaluator(LeafSystem):
         self,
         humans: Sequence[HumanConfig],
         *,
+        config: EvaluatorConfig | None = None,
         time_step: float = 0.05,
-        period: float = 0.1,
         goal_tolerance: float = 0.25,
         goal_yaw_tolerance: float = 0.25,
         obstacles: Obstacles | None = None,
-        start: Start = "at_once",
-        stop_at_goal: bool = False,
-        timeout: float = math.inf,
     ) -> None:
         """Constructs an Evaluator.
 
         Args:
             humans: The people, in the order of ``human_states``; may be none.
                 Names and numbers are given out as by `name_people`.
+            config: What part of the trial is recorded, and how often.
             time_step: The time step that all systems share, in seconds.
-            period: The time between two samples, in seconds: a multiple of
-                ``time_step``.
             goal_tolerance: How near to the goal is at the goal, in meters.
             goal_yaw_tolerance: The same for the heading, in radians.
             obstacles: The walls, for the metrics of forces.
-            start: When the recording begins: "at_once", "at_goal_command" or
-                "by_trigger".
-            stop_at_goal: Whether it ends at the goal.
-            timeout: The time after which it ends, in seconds.
 
         Raises:
-            ValueError: If ``period`` is not a multiple of ``time_step``, one
-                of the numbers is not positive, ``start`` is unknown, or two
-                people have the same number.
+            ValueError: If the period is not a multiple of ``time_step``, a
+                number is not positive, or two people have the same number.
         """
         super().__init__()
-        if start not in get_args(Start):
-            raise ValueError(
-                f"Evaluator: start must be one of {get_args(Start)}, got"
-                f" {start!r}"
-            )
-        if not timeout > 0:
-            raise ValueError(f"timeout must be positive, got {timeout} s")
-        self._start = start
-        self._stop_at_goal = stop_at_goal
-        self._timeout = timeout
-        self._every = count_steps(period, time_step)
+        self._config = config or EvaluatorConfig()
+        self._every = count_steps(self._config.period, time_step)
         self._time_step = time_step
         self._static: dict[str, Any] = {
             **_describe(humans),
@@ -246,7 +226,9 @@ class Evaluator(LeafSystem):
         if self._IsOn(context, last, window):
             last = self._Sample(context, last)
         if not last.count:
-            what = "goal" if self._start == "at_goal_command" else "trigger"
+            what = (
+                "goal" if self._config.start == "at_goal_command" else "trigger"
+            )
             raise RuntimeError(
                 f"{self.GetSystemPathname()}: nothing has been recorded by"
                 f" t = {context.get_time():g} s; it waits for its port {what!r}"
@@ -318,20 +300,21 @@ class Evaluator(LeafSystem):
         """Tells whether the present instant is to be recorded."""
         if window[_HAS_ENDED] or not self._IsLater(context, last):
             return False
-        if self._start == "by_trigger":
+        if self._config.start == "by_trigger":
             return self._IsTriggerHigh(context)
         if window[_TRIGGER_WAS_HIGH] and not self._IsTriggerHigh(context):
             return False
-        if self._start == "at_goal_command" and not last.count:
+        if self._config.start == "at_goal_command" and not last.count:
             return self._EvalGoal(context) is not None
         return True
 
     def _IsLast(self, context: Context, sample: Sample) -> bool:
         """Tells whether the recording ends with a sample of this instant."""
         elapsed = sample.time - sample.first_time
-        if elapsed >= self._timeout - _SAME_INSTANT * self._time_step:
+        timeout = self._config.timeout or math.inf
+        if elapsed >= timeout - _SAME_INSTANT * self._time_step:
             return True
-        goal = self._EvalGoal(context) if self._stop_at_goal else None
+        goal = self._EvalGoal(context) if self._config.stop_at_goal else None
         return goal is not None and bool(
             is_at_goal(
                 tuple(sample.robot[[X, Y, YAW]].tolist()),

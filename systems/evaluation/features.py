@@ -1,4 +1,4 @@
-"""Quantities that several metrics need, each computed once per recording."""
+"""Features that several metrics share, each computed once per recording."""
 
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -71,10 +71,10 @@ def mean_of_present(values: Array) -> Array:
     return mean
 
 
-class Derived:
+class Features:
     """What follows from a recording of N + 1 samples and n people.
 
-    `Recording.derived` holds it. Each property is computed when it is first
+    `Recording.features` holds it. Each property is computed when it is first
     asked for. NaN stands for no value: a missing person, no goal, no group.
     """
 

@@ -2,12 +2,10 @@
 
 A metric of your own is one decorated function of a recording::
 
-    @register_metric(
-        name="final_speed", unit="m/s", family="speeds", source="myself"
-    )
+    @register_metric(unit="m/s", family="speeds", source="myself")
     def final_speed(recording: Recording) -> float:
         \"\"\"The speed at the end.\"\"\"
-        return float(recording.derived.forward_speed[-1])
+        return float(recording.features.forward_speed[-1])
 """
 
 from collections.abc import Callable, Iterable
@@ -21,10 +19,60 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hunav_drake.systems.common.suggest import did_you_mean, nearest
-from hunav_drake.systems.evaluation.names import RESERVED, TABLE_I
 from hunav_drake.systems.evaluation.recording import Recording
 
 Array = NDArray[np.float64]
+
+# Table I of Perez-Higueras et al., "HuNavSim", 2023, in its order.
+TABLE_I = (
+    "time_to_reach_goal",
+    "path_length",
+    "cumulative_heading_changes",
+    "avg_dist_to_closest_person",
+    "min_dist_to_people",
+    "intimate_space_intrusions",
+    "personal_space_intrusions",
+    "social+_space_intrusions",
+    "group_intimate_space_intrusions",
+    "group_personal_space_intrusions",
+    "group_social+_space_intrusions",
+    "completed",
+    "min_dist_to_target",
+    "final_dist_to_target",
+    "robot_on_person_collisions",
+    "person_on_robot_collisions",
+    "time_not_moving",
+    "avg_robot_linear_speed",
+    "avg_robot_angular_speed",
+    "avg_robot_acceleration",
+    "avg_robot_jerk",
+    "avg_pedestrian_velocity",
+    "avg_closest_pedestrian_velocity",
+    "social_force_on_agents",
+    "social_force_on_robot",
+    "obstacle_force_on_agents",
+    "obstacle_force_on_robot",
+    "social_work",
+)
+
+# A column of the steps of one behavior: whether anyone shows it just then.
+BEHAVIOR_ACTIVE = "behavior_active"
+
+# What the other columns of tables of results are called, so no metric may be:
+# what a run is, the times of its steps, and the names of rows.
+RESERVED = (
+    "tag",
+    "scenario",
+    "planner",
+    "setting",
+    "seed",
+    "end_reason",
+    "end_time",
+    "behavior",
+    BEHAVIOR_ACTIVE,
+    "time",
+    "metric",
+)
 Direction = Literal["lower", "higher", "none"]
 
 # A value; a value with its series over the samples; or the series alone, from
@@ -38,7 +86,7 @@ _REAL = "buif"
 
 @dataclass(frozen=True, kw_only=True)
 class Metric:
-    """One metric, with all that is to be known about it.
+    """A metric: its function, unit, source and definition.
 
     Attributes:
         name: What it is called in tables and files.
@@ -121,10 +169,10 @@ METRICS: dict[str, Metric] = {}
 
 def register_metric[F: Callable[[Recording], Any]](
     *,
-    name: str,
     unit: str,
     family: str,
     source: str,
+    name: str | None = None,
     direction: Direction = "none",
     aliases: Iterable[str] = (),
     definition: str | None = None,
@@ -138,10 +186,11 @@ def register_metric[F: Callable[[Recording], Any]](
     as when a cell of a notebook is run again.
 
     Args:
-        name: What it is called in tables and files.
         unit: Its unit; "-" for numbers of things.
         family: What it is about: "path", "goal", "proxemics", ...
         source: Who defined it.
+        name: What it is called in tables and files; by default, as the
+            function is.
         direction: Whether "lower" or "higher" is better.
         aliases: Other names that it is known by.
         definition: What it is; the function's docstring by default. Lists
@@ -156,6 +205,33 @@ def register_metric[F: Callable[[Recording], Any]](
             of a table, if a text is none, or the direction unknown.
     """
     aliases = (aliases,) if isinstance(aliases, str) else tuple(aliases)
+
+    def register(function: F) -> F:
+        own = function.__name__ if name is None else name
+        _check_facts(own, unit, family, source, direction)
+        for candidate in (own, *aliases):
+            _check_name(own, candidate, function)
+        text = inspect.cleandoc(definition or function.__doc__ or "")
+        METRICS[own] = Metric(
+            name=own,
+            unit=unit,
+            family=family,
+            direction=direction,
+            source=source,
+            definition=text or "(It is not told what it is.)",
+            aliases=aliases,
+            function=function,
+            reduce=reduce,
+        )
+        return function
+
+    return register
+
+
+def _check_facts(
+    name: str, unit: str, family: str, source: str, direction: str
+) -> None:
+    """Raises ValueError if the description of a metric is wrong."""
     for text in (unit, family, source):
         if not isinstance(text, str) or not text:
             raise ValueError(
@@ -173,25 +249,6 @@ def register_metric[F: Callable[[Recording], Any]](
             f"metric {name!r}: family must not be the name of something else,"
             f" got {family!r}"
         )
-
-    def register(function: F) -> F:
-        for candidate in (name, *aliases):
-            _check_name(name, candidate, function)
-        text = inspect.cleandoc(definition or function.__doc__ or "")
-        METRICS[name] = Metric(
-            name=name,
-            unit=unit,
-            family=family,
-            direction=direction,
-            source=source,
-            definition=text or "(It is not told what it is.)",
-            aliases=aliases,
-            function=function,
-            reduce=reduce,
-        )
-        return function
-
-    return register
 
 
 def _check_name(

@@ -1,4 +1,4 @@
-"""What the robot's path has to do with the walls, computed once for all."""
+"""Features of the robot's path: its length, and its gap to walls."""
 
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -20,11 +20,11 @@ Array = NDArray[np.float64]
 _LEAST_CLEARANCE = 0.05
 
 
-class Way:
+class PathFeatures:
     """What follows from the robot's N + 1 samples and the walls alone.
 
-    `Recording.way` holds it. It has nothing to do with people, so all that is
-    left of a recording with some of them shares it.
+    `Recording.path_features` holds it. It has nothing to do with people, so
+    all that is left of a recording with some of them shares it.
     """
 
     def __init__(self, recording: "Recording") -> None:
@@ -33,7 +33,7 @@ class Way:
     @cached_property
     def length(self) -> float:
         """The length of the robot's path, in meters."""
-        return float(self._recording.derived.step_lengths.sum())
+        return float(self._recording.features.step_lengths.sum())
 
     @cached_property
     def wall_gap(self) -> Array:

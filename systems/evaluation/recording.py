@@ -8,14 +8,28 @@ from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from hunav_drake.systems.common.layout import RADIUS, STATE_SIZE, X, Y
+from hunav_drake.systems.common.layout import (
+    STATE_SIZE,
+    X,
+    Y,
+)
 from hunav_drake.systems.common.suggest import did_you_mean
 from hunav_drake.systems.evaluation import recording_file
-from hunav_drake.systems.evaluation.encounter_features import Encounters
-from hunav_drake.systems.evaluation.features import Derived
-from hunav_drake.systems.evaluation.path_features import Way
+from hunav_drake.systems.evaluation.encounter_features import EncounterFeatures
+from hunav_drake.systems.evaluation.features import Features
+from hunav_drake.systems.evaluation.path_features import PathFeatures
+from hunav_drake.systems.evaluation.recording_checks import (
+    LARGEST,
+    check_increasing,
+    check_numbers,
+    check_states,
+    checked_array,
+    checked_goal,
+    checked_path,
+    per_human,
+)
 from hunav_drake.systems.world.obstacles import Obstacles
 
 Array = NDArray[np.float64]
@@ -61,8 +75,8 @@ class Recording:
             a clock of its own.
 
     Raises:
-        ValueError: If an array has a wrong shape, a number that is not
-            finite, or times that do not increase.
+        ValueError: If an array has a wrong shape, a number is not finite or
+            beyond `LARGEST`, or times do not increase.
     """
 
     times: Array
@@ -84,29 +98,36 @@ class Recording:
     reference_path: Array | None = None
 
     def __post_init__(self) -> None:
-        times = _array("times", self.times, (None,))
+        times = checked_array("times", self.times, (None,))
         samples = len(times)
         if not samples:
             raise ValueError("recording.times: needs at least one sample")
-        _check_increasing("times", times)
-        robot = _array("robot", self.robot, (samples, STATE_SIZE))
-        humans = _array("humans", self.humans, (samples, None, STATE_SIZE))
+        check_increasing("times", times)
+        robot = checked_array("robot", self.robot, (samples, STATE_SIZE))
+        humans = checked_array(
+            "humans", self.humans, (samples, None, STATE_SIZE)
+        )
         n = humans.shape[1]
-        _check_states(robot, humans)
+        check_states(robot, humans)
         status = np.zeros((samples, n), dtype=np.int64)
         if self.behavior_status is not None:
-            status[:] = _array(
+            told = checked_array(
                 "behavior_status", self.behavior_status, (samples, n)
             )
+            check_numbers("behavior_status", told, whole=True)
+            status[:] = told
         nearest = self.nearest_walls
         if nearest is not None:
-            nearest = _array(
+            nearest = checked_array(
                 "nearest_walls", nearest, (samples, n + 1, None, 2)
+            )
+            check_numbers(
+                "nearest_walls", nearest[~np.isnan(nearest).all(axis=-1)]
             )
             nearest.setflags(write=False)
         reference = self.reference_path
         if reference is not None:
-            reference = _checked_path(reference)
+            reference = checked_path(reference)
         for array in (times, robot, humans, status):
             array.setflags(write=False)
         ids = range(1, n + 1)
@@ -117,20 +138,22 @@ class Recording:
             behavior_status=status,
             nearest_walls=nearest,
             reference_path=reference,
-            human_names=_per_human(
+            human_names=per_human(
                 "human_names", self.human_names, [f"human_{i}" for i in ids]
             ),
-            human_ids=_per_human("human_ids", self.human_ids, list(ids)),
-            behaviors=_per_human("behaviors", self.behaviors, ["regular"] * n),
-            group_ids=_per_human("group_ids", self.group_ids, [-1] * n),
-            goal=_checked_goal(self.goal),
+            human_ids=per_human("human_ids", self.human_ids, list(ids)),
+            behaviors=per_human("behaviors", self.behaviors, ["regular"] * n),
+            group_ids=per_human("group_ids", self.group_ids, [-1] * n),
+            goal=checked_goal(self.goal),
         )
         for name in ("goal_tolerance", "goal_yaw_tolerance"):
-            if not getattr(self, name) > 0:
+            tolerance = float(checked_array(name, getattr(self, name), ()))
+            if not 0 < tolerance <= LARGEST:
                 raise ValueError(
-                    f"recording.{name}: must be positive, got"
-                    f" {getattr(self, name)}"
+                    f"recording.{name}: must be positive, and at most"
+                    f" {LARGEST:g}, got {tolerance}"
                 )
+            self._set(**{name: tolerance})
 
     def _set(self, **values: Any) -> None:
         # The way of dataclasses themselves to fill in a frozen one.
@@ -158,19 +181,19 @@ class Recording:
         return self.walls_known or self.nearest_walls is not None
 
     @cached_property
-    def derived(self) -> Derived:
-        """Quantities that several metrics share, each computed once."""
-        return Derived(self)
+    def features(self) -> Features:
+        """Features that several metrics share, each computed once."""
+        return Features(self)
 
     @cached_property
-    def way(self) -> Way:
-        """The same for the robot's path and the walls."""
-        return Way(self)
+    def path_features(self) -> PathFeatures:
+        """Features of the robot's path and the walls."""
+        return PathFeatures(self)
 
     @cached_property
-    def encounters(self) -> Encounters:
-        """The same for the motion of robot and people to each other."""
-        return Encounters(self)
+    def encounters(self) -> EncounterFeatures:
+        """Features of the relative motion of robot and people."""
+        return EncounterFeatures(self)
 
     def compared_with(self, reference: "Recording") -> Self:
         """Returns the same trial, with the robot's path of another to compare.
@@ -212,7 +235,7 @@ class Recording:
             values["nearest_walls"] = self.nearest_walls[:, rows]
         part = type(self)(**values)
         # What has nothing to do with people is not computed again.
-        part.__dict__["way"] = self.way
+        part.__dict__["way"] = self.path_features
         return part
 
     def save(self, path: str | Path) -> None:
@@ -268,91 +291,6 @@ class Recording:
 
 def _restore(cls: type[Recording], values: dict[str, Any]) -> Recording:
     return cls(**values)
-
-
-def _array(name: str, value: ArrayLike, shape: tuple[int | None, ...]) -> Array:
-    """Returns a copy of an array, after a check of its shape."""
-    try:
-        array = np.array(value, dtype=float, order="C")
-    except (TypeError, ValueError) as error:
-        raise ValueError(
-            f"recording.{name}: is not an array: {error}"
-        ) from None
-    if len(array.shape) != len(shape) or any(
-        want not in (None, got)
-        for want, got in zip(shape, array.shape, strict=True)
-    ):
-        wanted = ", ".join("any" if s is None else str(s) for s in shape)
-        raise ValueError(
-            f"recording.{name}: must have the shape ({wanted}), got"
-            f" {array.shape}"
-        )
-    return array
-
-
-def _checked_path(path: ArrayLike) -> Array:
-    array = _array("reference_path", path, (None, 3))
-    if not len(array) or not np.isfinite(array).all():
-        raise ValueError(
-            "recording.reference_path: must have rows, all of finite numbers"
-        )
-    _check_increasing("reference_path: its times", array[:, 0])
-    array.setflags(write=False)
-    return array
-
-
-def _check_increasing(name: str, times: Array) -> None:
-    if not np.isfinite(times).all():
-        raise ValueError(f"recording.{name}: must be finite")
-    late = np.flatnonzero(np.diff(times) <= 0)
-    if late.size:
-        k = int(late[0])
-        raise ValueError(
-            f"recording.{name}: must increase strictly, but sample"
-            f" {k + 1} at {times[k + 1]} s follows sample {k} at"
-            f" {times[k]} s"
-        )
-
-
-def _check_states(robot: Array, humans: Array) -> None:
-    bad = np.flatnonzero(~np.isfinite(robot).all(axis=1))
-    if bad.size:
-        raise ValueError(
-            f"recording.robot: must be finite, but sample {bad[0]} is"
-            f" {robot[bad[0]].tolist()}"
-        )
-    finite = np.isfinite(humans).all(axis=2) | np.isnan(humans).all(axis=2)
-    if not finite.all():
-        k, i = np.argwhere(~finite)[0].tolist()
-        raise ValueError(
-            "recording.humans: a row must be finite, or all NaN for a"
-            f" missing person, but person {i} at sample {k} is"
-            f" {humans[k, i].tolist()}"
-        )
-    if (robot[:, RADIUS] < 0).any() or (humans[..., RADIUS] < 0).any():
-        raise ValueError("recording: a radius must not be negative")
-
-
-def _per_human(name: str, values: Sequence[Any], default: list[Any]) -> Any:
-    if not len(values):
-        return tuple(default)
-    if len(values) != len(default):
-        raise ValueError(
-            f"recording.{name}: needs one for each of {len(default)} people,"
-            f" got {len(values)}"
-        )
-    if name == "human_ids" and len(set(values)) != len(values):
-        raise ValueError(f"recording.human_ids: must differ, got {values}")
-    return tuple(type(d)(v) for d, v in zip(default, values, strict=True))
-
-
-def _checked_goal(goal: Any) -> tuple[float, float, float] | None:
-    if goal is None:
-        return None
-    x, y, yaw = _array("goal", goal, (3,)).tolist()
-    if not all(map(math.isfinite, (x, y, yaw))):
-        raise ValueError(f"recording.goal: must be finite, got {goal}")
-    return x, y, yaw
 
 
 def _same(a: Any, b: Any) -> bool:

@@ -4,17 +4,42 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hunav_drake.systems.common.files import atomic_write
 from hunav_drake.systems.world.obstacles import Obstacles
 
 FORMAT = "hunav_drake recording 1"
-_TEXTS = ("human_names", "behaviors")
-_NUMBERS = ("human_ids", "group_ids")
-_ARRAYS = ("times", "robot", "humans", "behavior_status")
-_OPTIONAL_ARRAYS = ("nearest_walls", "reference_path")
-_SCALARS = ("goal_tolerance", "goal_yaw_tolerance")
-_OBSTACLES = ("segments", "first", "solid")
+
+_NUMBER, _INTEGER, _TEXT, _YES_NO = "biuf", "iu", "U", "b"
+
+# What must be in a file: the kinds of NumPy's types, and how many dimensions.
+_REQUIRED = {
+    "times": (_NUMBER, 1),
+    "robot": (_NUMBER, 2),
+    "humans": (_NUMBER, 3),
+    "behavior_status": (_NUMBER, 2),
+    "human_names": (_TEXT, 1),
+    "behaviors": (_TEXT, 1),
+    "human_ids": (_INTEGER, 1),
+    "group_ids": (_INTEGER, 1),
+    "goal_tolerance": (_NUMBER, 0),
+    "goal_yaw_tolerance": (_NUMBER, 0),
+}
+_OBSTACLES = {
+    "obstacles.segments": (_NUMBER, 2),
+    "obstacles.first": (_INTEGER, 1),
+    "obstacles.solid": (_YES_NO, 1),
+}
+
+# What is left out where it is None. Files that do not tell whether walls are
+# known are of trials, which know them.
+_OPTIONAL = {
+    "goal": (_NUMBER, 1),
+    "nearest_walls": (_NUMBER, 4),
+    "reference_path": (_NUMBER, 2),
+    "walls_known": (_YES_NO, 0),
+}
 
 
 def write(path: str | Path, values: dict[str, Any]) -> None:
@@ -23,16 +48,14 @@ def write(path: str | Path, values: dict[str, Any]) -> None:
     Raises:
         OSError: If the file cannot be written.
     """
-    arrays = {name: values[name] for name in _ARRAYS + _SCALARS}
-    arrays["walls_known"] = np.array(values["walls_known"])
-    arrays |= {name: np.array(values[name], dtype=str) for name in _TEXTS}
-    arrays |= {name: np.array(values[name], dtype=int) for name in _NUMBERS}
-    # An optional field is left out where it is None.
-    for name in ("goal", *_OPTIONAL_ARRAYS):
-        if values[name] is not None:
-            arrays[name] = np.array(values[name], dtype=float)
+    types = {_TEXT: str, _INTEGER: int}
+    arrays = {
+        name: np.array(values[name], dtype=types.get(kinds))
+        for name, (kinds, _) in (_REQUIRED | _OPTIONAL).items()
+        if values[name] is not None
+    }
     for name in _OBSTACLES:
-        arrays[f"obstacles.{name}"] = getattr(values["obstacles"], name)
+        arrays[name] = getattr(values["obstacles"], name.split(".")[1])
     with atomic_write(path) as file:
         np.savez(file, allow_pickle=False, format=FORMAT, **arrays)
 
@@ -42,35 +65,67 @@ def read(path: str | Path) -> dict[str, Any]:
 
     Raises:
         OSError: If the file cannot be read.
-        ValueError: If the file is not a recording.
+        ValueError: If the file is not a recording. The text names the array,
+            what it must be, and what it is.
     """
-    try:
-        with np.load(path, allow_pickle=False) as archive:
-            arrays = {name: archive[name] for name in archive.files}
-    except OSError:
-        raise
-    # A damaged archive may fail anywhere in the unpacking.
-    except Exception as error:
-        raise ValueError(f"{path}: is not a recording: {error}") from error
+    with Path(path).open("rb") as file:
+        try:
+            with np.load(file, allow_pickle=False) as archive:
+                arrays = {name: archive[name] for name in archive.files}
+        # A damaged archive may fail anywhere in the unpacking.
+        except Exception as error:
+            raise ValueError(f"{path}: is not a recording: {error}") from error
     if str(arrays.get("format")) != FORMAT:
         raise ValueError(
             f"{path}: is not a recording of this version; expected the format"
-            f" {FORMAT!r}, got {str(arrays.get('format'))!r}"
+            f" {FORMAT!r}, got {str(arrays.get('format'))!r:.60}"
         )
+    values: dict[str, Any] = {}
+    for name, (kinds, dimensions) in (
+        _REQUIRED | _OBSTACLES | _OPTIONAL
+    ).items():
+        if name not in arrays and name not in _OPTIONAL:
+            raise ValueError(f"{path}: is not complete: it has no {name}")
+        if name in arrays:
+            array = arrays[name]
+            if array.dtype.kind not in kinds or array.ndim != dimensions:
+                raise ValueError(
+                    f"{path}: is damaged: {name} must have {dimensions}"
+                    f" dimensions and a type of the kinds {kinds!r}, got"
+                    f" {array.ndim} and {array.dtype}; record it again"
+                )
+            large = name in ("times", "robot", "humans", *_OBSTACLES)
+            values[name] = array if large or dimensions > 1 else array.tolist()
     try:
-        values: dict[str, Any] = {name: arrays[name] for name in _ARRAYS}
-        values |= {name: float(arrays[name]) for name in _SCALARS}
-        values |= {
-            name: tuple(arrays[name].tolist()) for name in _TEXTS + _NUMBERS
-        }
-        values["obstacles"] = Obstacles(
-            **{name: arrays[f"obstacles.{name}"] for name in _OBSTACLES}
-        )
-    except KeyError as error:
-        raise ValueError(f"{path}: is not complete: {error}") from error
-    if "goal" in arrays:
-        values["goal"] = tuple(arrays["goal"].tolist())
-    values |= {name: arrays.get(name) for name in _OPTIONAL_ARRAYS}
-    # Files that do not tell are of trials, which know their walls.
-    values["walls_known"] = bool(arrays.get("walls_known", True))
+        values["obstacles"] = _obstacles(*(values.pop(n) for n in _OBSTACLES))
+    except ValueError as error:
+        raise ValueError(f"{path}: is damaged: {error}") from error
     return values
+
+
+def _obstacles(
+    segments: NDArray[Any], first: NDArray[Any], solid: NDArray[Any]
+) -> Obstacles:
+    """Returns walls, after a check: kernels read what the indices say."""
+    if segments.shape[1] != 4 or not (np.abs(segments) <= 1e10).all():
+        raise ValueError(
+            "obstacles.segments must have 4 columns of finite numbers, up to"
+            f" 1e10 m; it has the shape {segments.shape}"
+        )
+    first = first.astype(np.int64)
+    ends = first[[0, -1]].tolist() if len(first) else []
+    if (
+        len(first) != len(solid) + 1
+        or ends != [0, len(segments)]
+        or (np.diff(first) < 1).any()
+    ):
+        raise ValueError(
+            "obstacles.first must increase from 0 to the number of segments,"
+            f" {len(segments)}, over {len(solid)} shapes; it is"
+            f" {first.tolist()!s:.60}"
+        )
+    return Obstacles(
+        segments=segments.astype(np.float64, copy=False),
+        first=first,
+        solid=solid,
+    )

@@ -1,4 +1,4 @@
-"""The recording while it grows: a list that shares its past.
+"""The growing recording: a linked list of samples.
 
 Drake copies a context's abstract values at every update and for every clone.
 A node that never changes may be shared instead of copied: a sample costs the
@@ -14,12 +14,13 @@ from numpy.typing import NDArray
 
 from hunav_drake.systems.common.layout import STATE_SIZE, X, Y
 from hunav_drake.systems.evaluation.features import CONTACT_GAP, surface_gaps
+from hunav_drake.systems.evaluation.recording import Recording
 
 Array = NDArray[np.float64]
 
 
 class Running(NamedTuple):
-    """What is known of a trial so far."""
+    """Running values of a trial."""
 
     # The length of the path, in meters.
     path_length: float
@@ -111,21 +112,32 @@ class Sample:
 
     def to_arrays(self) -> dict[str, Array]:
         """Returns all samples up to this one, as arrays by name."""
-        nodes = self.nodes()
+        nodes, n = self.nodes(), self._num_humans
         status = [node.status for node in nodes if node.status is not None]
         return {
             "times": np.array([node.time for node in nodes]),
-            "robot": np.array([node.robot for node in nodes]),
-            "humans": np.array([node.humans for node in nodes]),
+            "robot": np.array([node.robot for node in nodes]).reshape(
+                -1, STATE_SIZE
+            ),
+            "humans": np.array([node.humans for node in nodes]).reshape(
+                len(nodes), n * STATE_SIZE
+            ),
             "has_status": np.array(
                 [node.status is not None for node in nodes], dtype=np.bool_
             ),
-            "status": np.array(status),
+            "status": np.array(status).reshape(len(status), n),
         }
 
     def from_arrays(self, arrays: dict[str, Array]) -> Self:
-        """Returns the list that arrays were made of, for as many people."""
-        node = self.start(self.humans.size // STATE_SIZE)
+        """Returns the list that arrays were made of, for as many people.
+
+        Raises:
+            LookupError: If an array is missing.
+            ValueError: If an array has another shape or type, or a recording
+                may not be so: see `Recording`.
+        """
+        self._check(arrays)
+        node = self.start(self._num_humans)
         status = iter(arrays["status"])
         for time, robot, humans, has_status in zip(
             arrays["times"].tolist(),
@@ -142,6 +154,36 @@ class Sample:
                 next(status).copy() if has_status else None,
             )
         return node
+
+    @property
+    def _num_humans(self) -> int:
+        return self.humans.size // STATE_SIZE
+
+    def _check(self, arrays: dict[str, Array]) -> None:
+        """Checks that a list can be made of arrays, for as many people."""
+        n = self._num_humans
+        count = arrays["times"].size
+        for name, dtype, shape in (
+            ("times", np.float64, (count,)),
+            ("robot", np.float64, (count, STATE_SIZE)),
+            ("humans", np.float64, (count, n * STATE_SIZE)),
+            ("has_status", np.bool_, (count,)),
+            ("status", np.float64, (np.sum(arrays["has_status"]), n)),
+        ):
+            got = arrays[name]
+            if got.dtype != dtype or got.shape != shape:
+                raise ValueError(
+                    f"recording.{name}: must be {np.dtype(dtype)} of shape"
+                    f" {shape}, got {got.dtype} of shape {got.shape}"
+                )
+        if not np.isfinite(arrays["status"]).all():
+            raise ValueError("recording.status: must be finite")
+        if count:
+            Recording(
+                times=arrays["times"],
+                robot=arrays["robot"],
+                humans=arrays["humans"].reshape(count, n, STATE_SIZE),
+            )
 
     def nodes(self) -> list[Self]:
         """Returns the samples up to this one, in the order of time."""

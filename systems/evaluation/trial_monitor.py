@@ -1,4 +1,4 @@
-"""The LeafSystem that knows when a trial is over."""
+"""The LeafSystem that detects the end of a trial."""
 
 from enum import IntEnum
 import math
@@ -18,7 +18,7 @@ from hunav_drake.systems.common.layout import STATE_SIZE, YAW, X, Y
 
 
 class TrialStatus(IntEnum):
-    """How a trial stands."""
+    """Whether a trial is running, and how it ended."""
 
     RUNNING = 0
     GOAL = 1
@@ -26,7 +26,7 @@ class TrialStatus(IntEnum):
 
 
 class TrialMonitor(LeafSystem):
-    """Tells when the robot has reached its goal, or gets nowhere.
+    """Detects the end of a trial: the goal is reached, or the robot is stuck.
 
     .. pydrake_system::
 
@@ -86,7 +86,7 @@ class TrialMonitor(LeafSystem):
         self._stuck_distance = check_number(
             "stuck_distance", stuck_distance, "m", low_open=True
         )
-        check_time_step(time_step)
+        self._time_step = check_time_step(time_step)
         self._robot_state = self.DeclareVectorInputPort(
             "robot_state", STATE_SIZE
         )
@@ -130,6 +130,18 @@ class TrialMonitor(LeafSystem):
         """
         (time,) = context.get_discrete_state(self._updated).value()
         return bool(time == context.get_time())
+
+    def IsStep(self, context: Context) -> bool:
+        """Tells whether the present instant is one of the updates.
+
+        Between two, the state is that of the next already, but its time is
+        yet to come: no trial ends there.
+
+        Args:
+            context: This system's own context.
+        """
+        time = context.get_time()
+        return bool(time == round(time / self._time_step) * self._time_step)
 
     def _CalcStatus(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector([self._EvalStatus(context)])

@@ -1,4 +1,4 @@
-"""Which behavior tree a person has, with what settings."""
+"""The choice of a person's behavior tree and its ports."""
 
 from collections.abc import Mapping
 from dataclasses import field
@@ -11,7 +11,11 @@ from pydantic.dataclasses import dataclass
 from hunav_drake.systems.common.schema import CONFIG
 
 
-@dataclass(kw_only=True, config=CONFIG)
+# Any key may be the name of a port.
+@dataclass(
+    kw_only=True,
+    config=CONFIG | {"json_schema_extra": {"additionalProperties": True}},
+)
 class BehaviorConfig:
     """A behavior tree, and values for its ports.
 

@@ -66,7 +66,7 @@ class HumanConfig:
 
     # Where the factors of goal, obstacles and other people come from: they are
     # as in `forces` ("custom"), HuNavSim's ("default"), or drawn for each
-    # person by the seed. Trials and `AddHumans` draw them: see
+    # person by the seed of the Context: see `HumanCrowd.SetSeed` and
     # `hunav_drake.systems.people.weights`. The rest of `forces` always holds.
     forces_mode: ForcesMode = "custom"
 

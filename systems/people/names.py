@@ -1,4 +1,4 @@
-"""Who is who: names and numbers of people, the same wherever they come from."""
+"""Names and numbers of people."""
 
 from collections.abc import Sequence
 import dataclasses
@@ -36,7 +36,7 @@ def name_people(humans: Sequence[HumanConfig]) -> list[HumanConfig]:
 
 
 def check_consistent(humans: Sequence[HumanConfig]) -> None:
-    """Looks for people who are mixed up, or who contradict themselves.
+    """Checks that names and numbers are unique, and speeds consistent.
 
     Raises:
         ValueError: If two have the same name or number, or if somebody's

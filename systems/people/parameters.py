@@ -1,5 +1,6 @@
 """The parameters of the social force model."""
 
+from dataclasses import fields
 from typing import Annotated
 
 from pydantic import StrictFloat
@@ -76,3 +77,8 @@ class SocialForceParameters:
 
     # Keeping the bodies of the group apart.
     group_repulsion_factor: Factor = 1.0
+
+
+# The names of the columns.
+PARAMETERS = tuple(f.name for f in fields(SocialForceParameters))
+NUM_PARAMETERS = len(PARAMETERS)

@@ -4,9 +4,13 @@ The modes are those of HuNavSim 2.0, and so are the distributions.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-import dataclasses
+import operator
 from types import MappingProxyType
 from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pydantic import ValidationError
 
 from hunav_drake.systems.common.random_streams import (
     Purpose,
@@ -15,8 +19,12 @@ from hunav_drake.systems.common.random_streams import (
     draw_uniform,
 )
 from hunav_drake.systems.people.human_config import ForcesMode, HumanConfig
-from hunav_drake.systems.people.names import check_consistent, people_ids
-from hunav_drake.systems.people.parameters import SocialForceParameters
+from hunav_drake.systems.people.names import people_ids
+from hunav_drake.systems.people.parameters import (
+    NUM_PARAMETERS,
+    PARAMETERS,
+    SocialForceParameters,
+)
 
 
 class Weight(NamedTuple):
@@ -48,8 +56,10 @@ WEIGHTS: Mapping[str, Weight] = MappingProxyType(
 )
 
 
-def draw_weights(humans: Sequence[HumanConfig], seed: int) -> list[HumanConfig]:
-    """Returns the people with the weights that their modes give them.
+def draw_weights(
+    humans: Sequence[HumanConfig], seed: int
+) -> NDArray[np.float64]:
+    """Returns the weights of people, as their modes give them.
 
     Each person's draws follow from the seed and the person's number alone:
     they stay as they are when others are added or removed.
@@ -60,82 +70,87 @@ def draw_weights(humans: Sequence[HumanConfig], seed: int) -> list[HumanConfig]:
         seed: The seed of the trial, in [0, 2^63).
 
     Returns:
-        The people in the same order, all with mode "custom": drawing again
-        changes nothing.
+        Shape (n, 13): for each person the fields of SocialForceParameters.
 
     Raises:
-        ValueError: If the seed is not such a number, or if people are mixed
-            up: see `check_consistent`.
+        ValueError: If the seed is not such a number.
     """
     check_seed(seed)
-    check_consistent(humans)
-    return [
-        _draw(human, seed, human_id)
-        for human, human_id in zip(humans, people_ids(humans), strict=True)
-    ]
+    weights = np.array([_as_written(human.forces) for human in humans])
+    weights = weights.reshape(len(humans), NUM_PARAMETERS)
+    ids = people_ids(humans)
+    for mode, draw in _MODES.items():
+        rows = [i for i, h in enumerate(humans) if h.forces_mode == mode]
+        if rows:
+            own_ids = [ids[i] for i in rows]
+            weights[np.ix_(rows, _COLUMNS)] = draw(seed, own_ids)
+    return weights
 
 
-def _draw(human: HumanConfig, seed: int, human_id: int) -> HumanConfig:
-    factors = _MODES[human.forces_mode](seed, human_id)
-    return dataclasses.replace(
-        human,
-        forces=dataclasses.replace(human.forces, **factors),
-        forces_mode="custom",
+# Those of the factors that are drawn.
+_COLUMNS = [PARAMETERS.index(name) for name in WEIGHTS]
+_MEAN, _DEVIATION, _LEAST, _LOW, _HIGH = np.transpose(list(WEIGHTS.values()))
+_as_written = operator.attrgetter(*PARAMETERS)
+_as_default = operator.attrgetter(*WEIGHTS)
+
+
+def _default(seed: int, ids: Sequence[int]) -> ArrayLike:
+    default: ArrayLike = _as_default(SocialForceParameters())
+    return default
+
+
+def _random_normal(seed: int, ids: Sequence[int]) -> ArrayLike:
+    draws = draw_normal(seed, ids, Purpose.WEIGHTS_NORMAL, len(WEIGHTS))
+    weights: ArrayLike = np.maximum(_LEAST, _MEAN + _DEVIATION * draws)
+    return weights
+
+
+def _random_uniform(seed: int, ids: Sequence[int]) -> ArrayLike:
+    draws = draw_uniform(seed, ids, Purpose.WEIGHTS_UNIFORM, len(WEIGHTS))
+    weights: ArrayLike = _LOW + (_HIGH - _LOW) * draws
+    return weights
+
+
+# What stands in for the factors as written, by mode.
+_MODES: Mapping[ForcesMode, Callable[[int, Sequence[int]], ArrayLike]] = (
+    MappingProxyType(
+        {
+            "default": _default,
+            "random_normal": _random_normal,
+            "random_uniform": _random_uniform,
+        }
     )
-
-
-Factors = dict[str, float]
-
-
-def _custom(seed: int, human_id: int) -> Factors:
-    return {}
-
-
-def _default(seed: int, human_id: int) -> Factors:
-    default = SocialForceParameters()
-    return {name: getattr(default, name) for name in WEIGHTS}
-
-
-def _random_normal(seed: int, human_id: int) -> Factors:
-    draws = draw_normal(seed, human_id, Purpose.WEIGHTS_NORMAL, len(WEIGHTS))
-    return {
-        name: max(weight.least, weight.mean + weight.deviation * draw)
-        for (name, weight), draw in zip(
-            WEIGHTS.items(), draws.tolist(), strict=True
-        )
-    }
-
-
-def _random_uniform(seed: int, human_id: int) -> Factors:
-    draws = draw_uniform(seed, human_id, Purpose.WEIGHTS_UNIFORM, len(WEIGHTS))
-    return {
-        name: weight.low + (weight.high - weight.low) * draw
-        for (name, weight), draw in zip(
-            WEIGHTS.items(), draws.tolist(), strict=True
-        )
-    }
-
-
-_MODES: Mapping[ForcesMode, Callable[[int, int], Factors]] = MappingProxyType(
-    {
-        "custom": _custom,
-        "default": _default,
-        "random_normal": _random_normal,
-        "random_uniform": _random_uniform,
-    }
 )
 
 
-def check_drawn(humans: Sequence[HumanConfig]) -> None:
-    """Checks that nobody has weights that are still to be drawn.
+def check_weights(weights: ArrayLike, num_humans: int) -> NDArray[np.float64]:
+    """Returns weights that `SocialForceParameters` allows, as an array.
+
+    Args:
+        weights: Shape (n, 13): for each person the fields of
+            SocialForceParameters.
+        num_humans: How many people there are, n.
 
     Raises:
-        ValueError: If somebody has.
+        ValueError: If the array has another shape, or if a weight is not
+            finite or out of its range.
     """
-    for i, human in enumerate(humans):
-        if human.forces_mode not in ("custom", "default"):
+    rows = np.asarray(weights, dtype=float)
+    if rows.shape != (num_humans, NUM_PARAMETERS):
+        raise ValueError(
+            f"weights must have shape ({num_humans}, {NUM_PARAMETERS}), a row"
+            f" of SocialForceParameters for each person, got {rows.shape}"
+        )
+    for i, k in np.argwhere(~np.isfinite(rows)).tolist():
+        raise ValueError(
+            f"weights[{i}].{PARAMETERS[k]} must be finite, got {rows[i, k]}"
+        )
+    for i, row in enumerate(rows.tolist()):
+        try:
+            SocialForceParameters(**dict(zip(PARAMETERS, row, strict=True)))
+        except ValidationError as error:
+            fault = error.errors()[0]
             raise ValueError(
-                f"humans[{i}].forces_mode is {human.forces_mode!r}, whose"
-                " weights follow from a seed: give HumanCrowd the people"
-                " draw_weights(humans, seed)"
-            )
+                f"weights[{i}].{fault['loc'][0]} {fault['msg']}"
+            ) from error
+    return rows

@@ -1,4 +1,4 @@
-"""How far a robot can go straight on, compiled by numba."""
+"""The free distance straight ahead of a robot, compiled by numba."""
 
 import math
 

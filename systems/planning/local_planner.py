@@ -1,8 +1,8 @@
-"""The LeafSystem that drives the robot."""
+"""The LeafSystem that drives the robot by a pure planner."""
 
-import math
+import dataclasses
 
-import numpy as np
+from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import (
     BasicVector,
     Context,
@@ -10,15 +10,20 @@ from pydrake.systems.framework import (
     InputPort,
     LeafSystem,
     OutputPort,
+    State,
 )
 
+from hunav_drake.systems.common.callbacks import weakly
 from hunav_drake.systems.common.checks import check_count, count_steps
 from hunav_drake.systems.common.layout import STATE_SIZE
+from hunav_drake.systems.common.registry import tag_of
+from hunav_drake.systems.planning.decision import Decision, idle, plan_fault
 from hunav_drake.systems.planning.planner import (
+    NO_PATH,
     Plan,
     Planner,
-    PlannerStatus,
     PlanningTask,
+    View,
 )
 
 
@@ -32,59 +37,61 @@ class LocalPlanner(LeafSystem):
         - robot_state
         - human_states
         - goal
+        - scan
         output_ports:
         - velocity_command
         - status
+        - path
 
-    Every ``task.period`` the planner decides a command from what it sees at
-    that instant; the robot gets it one ``time_step`` later, and until the
+    Every ``planner.period`` the planner decides a command from what it sees at
+    that instant; the robot gets it one ``task.time_step`` later, and until the
     next one. Before the first command, the ports give zeros.
 
     Port ``robot_state`` takes the row (x, y, yaw, vx, vy, omega, radius) of
     the robot, ``human_states`` n such rows of the people, in W, in SI units.
     Port ``goal`` takes (x, y, yaw), in meters and radians; while it is not
-    connected, the robot stays where it is. Port ``velocity_command`` gives
-    (v, omega) in m/s and rad/s, and ``status`` a `PlannerStatus`.
+    connected, the robot stays where it is. Only a planner with a ``scan_size``
+    has port ``scan``: so many distances, in meters. Port ``velocity_command``
+    gives (v, omega) in m/s and rad/s, ``status`` a `PlannerStatus`, and
+    ``path`` what the planner means to follow since it last decided: a
+    read-only array of shape (k, 2) or (k, 3), rows (x, y) or (x, y, yaw).
 
-    The discrete state holds (v, omega, status) and the planner's memory.
+    The discrete state holds (v, omega, status). For a planner that remembers,
+    the abstract state holds the whole plan that was decided last.
     """
 
-    def __init__(
-        self,
-        planner: Planner,
-        task: PlanningTask,
-        *,
-        num_humans: int,
-        time_step: float = 0.05,
-    ) -> None:
+    def __init__(self, planner: Planner, task: PlanningTask) -> None:
         """Constructs a LocalPlanner.
 
         Args:
             planner: What decides.
-            task: What it is to know of the robot and the world.
-            num_humans: How many people port ``human_states`` has.
-            time_step: The time between two updates, in seconds. The system
-                is updated that often, whatever the period, so that all of a
-                trial moves at the same instants.
+            task: What it is to know of the robot and the world. The system is
+                updated every ``task.time_step``, whatever the period, so that
+                all of a trial moves at the same instants.
 
         Raises:
-            ValueError: If ``time_step`` is not positive or the period not a
-                multiple of it, or ``num_humans`` is negative.
+            ValueError: If ``task.time_step`` is not positive or the period not
+                a multiple of it, or ``task.num_humans`` is negative.
         """
         super().__init__()
-        self._ticks_per_cycle = count_steps(task.period, time_step)
+        self._ticks_per_cycle = count_steps(planner.period, task.time_step)
         self._planner = planner
         self._task = task
-        self._time_step = time_step
 
         self._robot_state = self.DeclareVectorInputPort(
             "robot_state", STATE_SIZE
         )
         self._human_states = self.DeclareVectorInputPort(
-            "human_states", check_count("num_humans", num_humans) * STATE_SIZE
+            "human_states",
+            check_count("num_humans", task.num_humans) * STATE_SIZE,
         )
         self._goal = self.DeclareVectorInputPort("goal", 3)
-        self._state = self.DeclareDiscreteState(3 + planner.memory_size)
+        self._scan = (
+            self.DeclareVectorInputPort("scan", planner.scan_size)
+            if planner.scan_size
+            else None
+        )
+        self._state = self.DeclareDiscreteState(3)
         ticket = self.discrete_state_ticket(self._state)
         self._velocity_command = self.DeclareVectorOutputPort(
             "velocity_command",
@@ -95,8 +102,25 @@ class LocalPlanner(LeafSystem):
         self._status = self.DeclareVectorOutputPort(
             "status", 1, self._CalcStatus, prerequisites_of_calc={ticket}
         )
+        self._idle = idle(planner)
+        self._decision = None
+        if planner.initial_memory is not None:
+            self._decision = self.DeclareAbstractState(
+                AbstractValue.Make(self._idle)
+            )
+            # At an instant, Drake makes this update first. Systems that are
+            # updated with the one below still see the old command.
+            self.DeclarePeriodicUnrestrictedUpdateEvent(
+                period_sec=task.time_step, offset_sec=0.0, update=self._Decide
+            )
         self.DeclarePeriodicDiscreteUpdateEvent(
-            period_sec=time_step, offset_sec=0.0, update=self._Update
+            period_sec=task.time_step, offset_sec=0.0, update=self._Command
+        )
+        self._path = self.DeclareAbstractOutputPort(
+            "path",
+            alloc=lambda: AbstractValue.Make(NO_PATH),
+            calc=weakly(self._CalcPath),
+            prerequisites_of_calc={self.xa_ticket()},
         )
 
     def get_robot_state_input_port(self) -> InputPort:
@@ -119,6 +143,21 @@ class LocalPlanner(LeafSystem):
         """Returns the port that tells what the planner is doing."""
         return self._status
 
+    def get_path_output_port(self) -> OutputPort:
+        """Returns the port with what the planner means to follow."""
+        return self._path
+
+    def DescribeMemory(self) -> list[str]:
+        """Returns what the state depends on: the planner and its parameters."""
+        planner = self._planner
+        tag = tag_of(planner)
+        name = tag[1] if tag else type(planner).__qualname__
+        parameters = ", ".join(
+            f"{field.name}={getattr(planner, field.name)!r}"
+            for field in dataclasses.fields(planner)
+        )
+        return [f"of planner {name}({parameters})"]
+
     def _CalcVelocityCommand(
         self, context: Context, output: BasicVector
     ) -> None:
@@ -129,36 +168,62 @@ class LocalPlanner(LeafSystem):
         state = context.get_discrete_state(self._state).value()
         output.SetFromVector(state[2:3])
 
-    def _Update(self, context: Context, discrete_state: DiscreteValues) -> None:
-        tick = round(context.get_time() / self._time_step)
-        if tick % self._ticks_per_cycle:
-            return
+    def _CalcPath(self, context: Context, output: AbstractValue) -> None:
+        output.set_value(self._Decided(context).path)
+
+    def _Decided(self, context: Context) -> Plan:
+        """Returns the plan that was decided last; idle if none is kept."""
+        if self._decision is None:
+            return self._idle.plan
+        value = context.get_abstract_state(self._decision).get_value()
+        assert isinstance(value, Decision)
+        return value.plan
+
+    def _IsDue(self, context: Context) -> bool:
+        tick: int = round(context.get_time() / self._task.time_step)
+        return tick % self._ticks_per_cycle == 0
+
+    def _Plan(self, context: Context) -> Plan:
+        """Returns what the planner decides now.
+
+        Raises:
+            RuntimeError: If that cannot be.
+        """
         if not self._goal.HasValue(context):
-            state = np.zeros(3 + self._planner.memory_size)
-            state[2] = PlannerStatus.IDLE
-            discrete_state.set_value(self._state, state)
-            return
-        memory = context.get_discrete_state(self._state).value()[3:].copy()
+            return self._idle.plan
         plan = self._planner.plan(
-            self._task,
-            self._robot_state.Eval(context),
-            self._human_states.Eval(context).reshape(-1, STATE_SIZE),
-            self._goal.Eval(context),
-            memory,
+            self._task, self._Look(context), self._Decided(context).memory
         )
-        if not isinstance(plan, Plan):
+        if fault := plan_fault(plan, keeps=self._decision is not None):
             raise RuntimeError(
                 f"{self.GetSystemPathname()}, t = {context.get_time():.3f} s:"
-                f" {type(self._planner).__name__}.plan() must give a Plan, got"
-                f" {plan!r:.80}"
+                f" {type(self._planner).__name__}.plan() {fault}"
             )
-        finite = math.isfinite(plan.v) and math.isfinite(plan.omega)
-        if not finite or len(plan.memory) != len(memory):
-            raise RuntimeError(
-                f"{self.GetSystemPathname()}, t = {context.get_time():.3f} s:"
-                f" {type(self._planner).__name__}.plan() must give finite v and"
-                f" omega and a memory of {len(memory)} numbers, got {plan}"
+        return plan
+
+    def _Decide(self, context: Context, state: State) -> None:
+        if self._IsDue(context):
+            plan = self._Plan(context)
+            plan.path.setflags(write=False)
+            decided = state.get_mutable_abstract_state(self._decision)
+            decided.set_value(Decision(plan))
+
+    def _Look(self, context: Context) -> View:
+        arrays = [self._robot_state.Eval(context)]
+        humans = self._human_states.Eval(context).reshape(-1, STATE_SIZE)
+        arrays += [humans, self._goal.Eval(context)]
+        if self._scan is not None:
+            arrays.append(self._scan.Eval(context))
+        for array in arrays:
+            array.setflags(write=False)
+        return View(*arrays)
+
+    def _Command(
+        self, context: Context, discrete_state: DiscreteValues
+    ) -> None:
+        if self._IsDue(context):
+            keeps = self._decision is not None
+            plan = self._Decided(context) if keeps else self._Plan(context)
+            discrete_state.set_value(
+                self._state, [plan.v, plan.omega, plan.status]
             )
-        discrete_state.set_value(
-            self._state, [plan.v, plan.omega, plan.status, *plan.memory]
-        )

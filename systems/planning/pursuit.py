@@ -1,7 +1,7 @@
 """Regulated pursuit: straight to the goal, slower for what is in the way."""
 
 import math
-from typing import Annotated, ClassVar
+from typing import Annotated, Any
 
 import numpy as np
 from pydantic import StrictFloat
@@ -18,17 +18,18 @@ from hunav_drake.systems.common.schema import (
 )
 from hunav_drake.systems.planning.clearance import clearance_ahead
 from hunav_drake.systems.planning.planner import (
-    Array,
     Plan,
+    Planner,
     PlannerStatus,
     PlanningTask,
+    View,
     register_planner,
 )
 
 
 @register_planner("pursuit")
 @dataclass(kw_only=True, config=CONFIG)
-class PursuitPlanner:
+class PursuitPlanner(Planner):
     """Drives at the goal; slows and stops for what stands before it.
 
     The robot turns on the spot towards a goal that lies off to the side, and
@@ -37,8 +38,6 @@ class PursuitPlanner:
     always stop `stop_distance` short of them. It does not drive around
     anything.
     """
-
-    memory_size: ClassVar[int] = 0
 
     # The speed on a free way, in m/s; the robot's own limit holds too.
     cruise_speed: PositiveSpeed = 0.6
@@ -69,17 +68,10 @@ class PursuitPlanner:
         StrictFloat, within(0, 100, "m/s^2", low_open=True)
     ] = 0.5
 
-    def plan(
-        self,
-        task: PlanningTask,
-        robot: Array,
-        humans: Array,
-        goal: Array,
-        memory: Array,
-    ) -> Plan:
+    def plan(self, task: PlanningTask, view: View, memory: Any) -> Plan:
         """Decides the command of one cycle: see `Planner.plan`."""
-        x, y, yaw = robot[:3].tolist()
-        goal_x, goal_y, goal_yaw = goal.tolist()
+        x, y, yaw = view.robot[:3].tolist()
+        goal_x, goal_y, goal_yaw = view.goal.tolist()
         distance = math.hypot(goal_x - x, goal_y - y)
         # Well inside, so that the trial sees the goal as reached.
         if distance <= 0.5 * task.goal_tolerance:
@@ -94,9 +86,9 @@ class PursuitPlanner:
         wanted = min(self.cruise_speed, task.limits.max_speed)
         wanted *= math.cos(bearing)
         wanted = min(wanted, math.sqrt(2 * braking * distance))
-        free = self._free_way(task, robot, humans) - self.stop_distance
+        free = self._free_way(task, view) - self.stop_distance
         # What it drives on before the next command counts as used up.
-        free = max(free - wanted * task.period, 0.0)
+        free = max(free - wanted * self.period, 0.0)
         v = min(wanted, math.sqrt(2 * braking * free))
         if v < 0.01:
             return Plan(0.0, omega, PlannerStatus.BLOCKED)
@@ -112,10 +104,9 @@ class PursuitPlanner:
         omega = _clip(self.heading_gain * error, task.limits.max_turn_rate)
         return Plan(0.0, omega, PlannerStatus.DRIVING)
 
-    def _free_way(
-        self, task: PlanningTask, robot: Array, humans: Array
-    ) -> float:
+    def _free_way(self, task: PlanningTask, view: View) -> float:
         """Returns how far the robot can drive straight on, in meters."""
+        robot, humans = view.robot, view.humans
         free: float = clearance_ahead(
             robot[X],
             robot[Y],

@@ -1,11 +1,15 @@
-"""What the robot of a trial is, where it starts, and where it goes."""
+"""What all robots of trials have: a body, limits, a start and a goal."""
 
+from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import field
-from typing import Annotated, Literal
+from typing import Annotated, Any
 
 from pydantic import StrictFloat
 from pydantic.dataclasses import dataclass
 
+from hunav_drake.systems.common.layout import STATE_SIZE
+from hunav_drake.systems.common.registry import Registry
 from hunav_drake.systems.common.schema import (
     CONFIG,
     BodyRadius,
@@ -37,12 +41,9 @@ class RobotLimits:
     max_turn_acceleration: TurnAcceleration = 2.09
 
 
-@dataclass(kw_only=True, slots=True, config=CONFIG)
-class RobotConfig:
-    """The robot of a trial."""
-
-    # How it moves: "differential_drive" follows (v, omega) within its limits.
-    model: Literal["differential_drive"] = "differential_drive"
+@dataclass(kw_only=True, config=CONFIG)
+class RobotConfig(ABC):
+    """What all robots have; which one it is, a derived class tells."""
 
     # The radius of its disc, in meters. (The metrics of the paper use 0.35.)
     radius: BodyRadius = 0.35
@@ -63,3 +64,64 @@ class RobotConfig:
     goal_yaw_tolerance: Annotated[
         StrictFloat, within(0, 10, "rad", low_open=True)
     ] = 0.25
+
+    @abstractmethod
+    def MakeSystem(self, *, time_step: float) -> Any:
+        """Makes the robot: a LeafSystem or a Diagram with these ports.
+
+        Input ``velocity_command`` takes (v, omega), in m/s and rad/s; output
+        ``robot_state`` gives the row (x, y, yaw, vx, vy, omega, radius) in W.
+
+        Args:
+            time_step: The time between two updates of a trial, in seconds.
+        """
+
+    def AddToBuilder(
+        self,
+        builder: Any,
+        *,
+        time_step: float,
+        name: str = "robot",
+    ) -> Any:
+        """Adds the robot to a builder, and returns it.
+
+        Args:
+            builder: A DiagramBuilder.
+            time_step: The time between two updates, in seconds.
+            name: What the system is called.
+
+        Raises:
+            TypeError: If it lacks a port: see `MakeSystem`.
+        """
+        # Reading a scenario does without Drake.
+        from hunav_drake.systems.common.ports import CheckPorts
+
+        system = self.MakeSystem(time_step=time_step)
+        CheckPorts(
+            system,
+            f"the robot {type(self).__name__}",
+            inputs={"velocity_command": 2},
+            outputs={"robot_state": STATE_SIZE},
+        )
+        return builder.AddNamedSystem(name, system)
+
+
+# The robots by name.
+ROBOTS = Registry(
+    "robot",
+    RobotConfig,
+    tag="model",
+    default="differential_drive",
+    home="hunav_drake.systems.robot.robots",
+)
+
+
+def register_robot[T](name: str) -> Callable[[type[T]], type[T]]:
+    """Returns a decorator that makes a robot known by a name.
+
+    Raises:
+        ValueError: If the name is taken.
+        TypeError: If the class is no dataclass that derives from
+            `RobotConfig`, or lacks ``MakeSystem``.
+    """
+    return ROBOTS.register(name)

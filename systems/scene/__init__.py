@@ -1,4 +1,4 @@
-"""What can be seen: world, people and robot as geometry."""
+"""The visible scene: world, people and robot as geometry."""
 
 from hunav_drake.systems.scene.bounds import Bounds, scene_bounds
 from hunav_drake.systems.scene.human_body import AddHumanBody, HumanBody

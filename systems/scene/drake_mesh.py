@@ -1,4 +1,4 @@
-"""From meshes of numbers to meshes of Drake."""
+"""Converts triangle meshes for Drake."""
 
 from pydrake.common import MemoryFile
 from pydrake.geometry import InMemoryMesh

@@ -1,4 +1,4 @@
-"""How people step and wheels turn: the arithmetic of the scene's motion.
+"""The gait of people and the turning of wheels.
 
 Only looks depend on it; nothing here feeds back into a trial. Compiled,
 because it runs once per step also when nobody looks.

@@ -1,4 +1,4 @@
-"""Puts world, people and robot into a scene that can be seen."""
+"""Builds the scene: world, people and robot."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

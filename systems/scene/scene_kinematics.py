@@ -21,7 +21,7 @@ from hunav_drake.systems.scene.gait import (
 
 
 class SceneKinematics(LeafSystem):
-    """Lets people walk as their states say.
+    """Computes the positions of walking figures from the states of people.
 
     .. pydrake_system::
 

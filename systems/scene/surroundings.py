@@ -1,4 +1,4 @@
-"""What does not move: floor, walls, and the marks of goals."""
+"""Floor, walls and goal marks."""
 
 from collections.abc import Sequence
 import itertools
@@ -23,7 +23,7 @@ from hunav_drake.systems.scene.bounds import Bounds
 from hunav_drake.systems.scene.drake_mesh import MakeInMemoryMesh
 from hunav_drake.systems.scene.meshes import TriangleMesh, extrude, join, lay
 from hunav_drake.systems.scene.palette import FLOOR, ROBOT_ACCENT, TOPS, WALL
-from hunav_drake.systems.world.shapes import Box, Polyline, Wall
+from hunav_drake.systems.world.shapes import Box, Wall
 
 # Below the tiles is a slab, deep enough not to shine through, in meters.
 _SLAB_DEPTH = 0.01
@@ -86,9 +86,7 @@ def AddWalls(plant: MultibodyPlant, walls: Sequence[Wall]) -> None:
             shape = BoxShape(*wall.size, wall.height)
             _Register(plant, f"wall_{i}", shape, WALL, X_WG)
         else:
-            outlines = (
-                _strips(wall) if isinstance(wall, Polyline) else [wall.points]
-            )
+            outlines = [wall.vertices()] if wall.solid else _strips(wall)
             prisms = [extrude(o, 0.0, wall.height) for o in outlines]
             _Register(
                 plant,
@@ -136,7 +134,7 @@ def _cuts(low: float, high: float, tile: float) -> list[float]:
     return [low, *(k * tile for k in range(first, last + 1)), high]
 
 
-def _strips(wall: Polyline) -> list[np.ndarray]:
+def _strips(wall: Wall) -> list[np.ndarray]:
     """Returns a rectangle around each segment, half a thickness longer."""
     half = POLYLINE_THICKNESS / 2
     strips = []

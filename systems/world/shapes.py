@@ -1,13 +1,16 @@
 """The fixed world: walls and furniture, and the same as arrays of segments."""
 
+from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import field
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
+from hunav_drake.systems.common.registry import Registry
 from hunav_drake.systems.common.schema import (
     CONFIG,
     Angle,
@@ -20,14 +23,44 @@ from hunav_drake.systems.common.schema import (
 from hunav_drake.systems.world.obstacles import Obstacles
 
 
-@dataclass(kw_only=True, slots=True, config=CONFIG)
-class Box:
-    """A solid rectangle: a wall with its thickness, a table, a shelf."""
+@dataclass(kw_only=True, config=CONFIG)
+class Wall(ABC):
+    """What all shapes of walls have."""
 
-    shape: Literal["box"] = "box"
+    # Whether it has an inside, where nobody can be.
+    solid: ClassVar[bool] = True
 
     # What it is called in messages and in the scene.
     name: Name = ""
+
+    # How high it stands in the scene, in meters.
+    height: PositiveLength = 1.0
+
+    @abstractmethod
+    def vertices(self) -> NDArray[np.float64]:
+        """Returns the points of its outline in W, shape (k, 2), in meters.
+
+        For a solid shape, the last joins the first.
+        """
+
+
+WALLS = Registry("wall shape", Wall, tag="shape")
+
+
+def register_wall[T](name: str) -> Callable[[type[T]], type[T]]:
+    """Returns a decorator that makes a shape of walls known by a name.
+
+    Raises:
+        ValueError: If the name is taken.
+        TypeError: If the class is no dataclass that derives from `Wall`.
+    """
+    return WALLS.register(name)
+
+
+@register_wall("box")
+@dataclass(kw_only=True, config=CONFIG)
+class Box(Wall):
+    """A solid rectangle: a wall with its thickness, a table, a shelf."""
 
     # The center, in meters.
     center: Point
@@ -38,9 +71,6 @@ class Box:
     # The rotation about the vertical, in radians.
     yaw: Angle = 0.0
 
-    # How high it stands in the scene, in meters.
-    height: PositiveLength = 1.0
-
     def vertices(self) -> NDArray[np.float64]:
         """Returns the four corners, counter-clockwise, shape (4, 2)."""
         half = np.array(self.size) / 2
@@ -50,39 +80,32 @@ class Box:
         return np.asarray(vertices, dtype=float)
 
 
-@dataclass(kw_only=True, slots=True, config=CONFIG)
-class Polygon:
+@register_wall("polygon")
+@dataclass(kw_only=True, config=CONFIG)
+class Polygon(Wall):
     """A solid simple polygon, in either direction of rotation."""
-
-    shape: Literal["polygon"] = "polygon"
-    name: Name = ""
 
     # The corners, three to a thousand, in meters; the last joins the first.
     points: Annotated[Points, Field(min_length=3, max_length=1000)]
-    height: PositiveLength = 1.0
 
     def vertices(self) -> NDArray[np.float64]:
         """Returns the corners as given, shape (k, 2)."""
         return np.array(self.points, dtype=float)
 
 
-@dataclass(kw_only=True, slots=True, config=CONFIG)
-class Polyline:
+@register_wall("polyline")
+@dataclass(kw_only=True, config=CONFIG)
+class Polyline(Wall):
     """A thin wall along a line of points, drawn 5 cm thick."""
 
-    shape: Literal["polyline"] = "polyline"
-    name: Name = ""
+    solid: ClassVar[bool] = False
 
     # The points, at least two, in meters.
     points: Annotated[Points, Field(min_length=2)]
-    height: PositiveLength = 1.0
 
     def vertices(self) -> NDArray[np.float64]:
         """Returns the points as given, shape (k, 2)."""
         return np.array(self.points, dtype=float)
-
-
-Wall = Annotated[Box | Polygon | Polyline, Field(discriminator="shape")]
 
 
 @dataclass(kw_only=True, slots=True, config=CONFIG)
@@ -91,11 +114,11 @@ class World:
 
     # Each wall pushes people away from its nearest point, so a room is four
     # walls, not one outline.
-    walls: list[Wall] = field(default_factory=list)
+    walls: list[Annotated[Wall, WALLS]] = field(default_factory=list)
 
     def obstacles(self) -> Obstacles:
         """Returns the walls as one set of arrays."""
         return Obstacles.from_shapes(
             [wall.vertices() for wall in self.walls],
-            solid=[wall.shape != "polyline" for wall in self.walls],
+            solid=[wall.solid for wall in self.walls],
         )

@@ -1,10 +1,11 @@
 """How long behavior trees take: `python tests/benchmarks/bench_behavior.py`.
 
-Prints microseconds per tick of a tree alone, and per person and step of the
-systems in a diagram, beside a crowd that only reads the commands. Then the
-time of whole diagrams: with a system for each tree, with one system that ticks
-the trees in a Python loop, and with the behavior written out in Python; and
-how many times faster than real time a whole trial with curious people is.
+Prints how long a thousand people take to build, beside one parse of their
+tree; microseconds per tick of a tree alone, and per person and step of the
+systems in a diagram, beside a crowd that only reads the commands; the time of
+whole diagrams: with a system for each tree, with one system that ticks the
+trees in a Python loop, and with the behavior written out in Python; and how
+many times faster than real time a whole trial with curious people is.
 """
 
 import dataclasses
@@ -15,7 +16,7 @@ import timeit
 import numpy as np
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
-from pydrake.systems.primitives import ConstantVectorSource
+from pydrake.systems.primitives import ConstantVectorSource, Multiplexer
 
 from hunav_drake.systems.behavior import (
     BehaviorTree,
@@ -35,7 +36,7 @@ from hunav_drake.systems.common.layout import (
 from hunav_drake.systems.crowd import HumanCrowd
 from hunav_drake.systems.evaluation import Evaluator
 from hunav_drake.systems.people import HumanConfig
-from hunav_drake.systems.robot import DifferentialDrive, RobotConfig
+from hunav_drake.systems.robot import DifferentialDrive, DifferentialDriveConfig
 
 TIME_STEP = 0.05
 HUMAN = HumanConfig(
@@ -56,10 +57,9 @@ class DummyCrowd(LeafSystem):
 
     def __init__(self, n):
         super().__init__()
-        self._commands = [
-            self.DeclareVectorInputPort(f"command_{i}", COMMAND_SIZE)
-            for i in range(n)
-        ]
+        self._commands = self.DeclareVectorInputPort(
+            "commands", n * COMMAND_SIZE
+        )
         self._state = self.DeclareDiscreteState(STATE_SIZE * n)
         self.DeclareStateOutputPort("human_states", self._state)
         self.DeclarePeriodicDiscreteUpdateEvent(
@@ -67,8 +67,7 @@ class DummyCrowd(LeafSystem):
         )
 
     def _Update(self, context, discrete_state):
-        for port in self._commands:
-            port.Eval(context)
+        self._commands.Eval(context)
         x = context.get_discrete_state(self._state).value() + 0.001
         discrete_state.set_value(self._state, x)
 
@@ -78,6 +77,8 @@ def us_per_step(n, tree):
     builder = DiagramBuilder()
     crowd = builder.AddSystem(DummyCrowd(n))
     robot = builder.AddSystem(ConstantVectorSource(ROBOT))
+    commands = builder.AddSystem(Multiplexer([COMMAND_SIZE] * n))
+    builder.Connect(commands.get_output_port(), crowd.get_input_port())
     for i in range(n):
         if tree is None:
             system = builder.AddSystem(
@@ -85,7 +86,7 @@ def us_per_step(n, tree):
             )
         else:
             system = builder.AddNamedSystem(
-                f"tree_{i}", BehaviorTree(tree, HUMAN, i, n)
+                f"tree_{i}", BehaviorTree([tree], [HUMAN] * n, indices=[i])
             )
             builder.Connect(
                 crowd.get_output_port(), system.get_human_states_input_port()
@@ -93,7 +94,7 @@ def us_per_step(n, tree):
             builder.Connect(
                 robot.get_output_port(), system.get_robot_state_input_port()
             )
-        builder.Connect(system.get_output_port(0), crowd.get_input_port(i))
+        builder.Connect(system.get_output_port(0), commands.get_input_port(i))
     simulator = Simulator(builder.Build())
     simulator.Initialize()
     steps = 200
@@ -146,15 +147,12 @@ class Loop(LeafSystem):
             "human_states", n * STATE_SIZE
         )
         self._robot = self.DeclareVectorInputPort("robot_state", STATE_SIZE)
-        for i in range(n):
-            self.DeclareVectorOutputPort(
-                f"command_{i}",
-                COMMAND_SIZE,
-                lambda context, output, i=i: output.SetFromVector(
-                    self._all(context)[i]
-                ),
-                prerequisites_of_calc={self.all_input_ports_ticket()},
-            )
+        self.DeclareVectorOutputPort(
+            "commands",
+            n * COMMAND_SIZE,
+            lambda context, output: output.SetFromVector(self._all(context)),
+            prerequisites_of_calc={self.all_input_ports_ticket()},
+        )
 
     def _all(self, context):
         if context.get_time() != self._time:
@@ -164,7 +162,7 @@ class Loop(LeafSystem):
                     self._states.EvalBasicVector(context).value(),
                     self._robot.EvalBasicVector(context).value(),
                 )
-            )
+            ).ravel()
         return self._commands
 
     def _decide(self, states, robot):
@@ -241,7 +239,7 @@ def seconds_of_a_diagram(n, kind):
     builder = DiagramBuilder()
     crowd = builder.AddSystem(HumanCrowd(humans))
     robot = builder.AddSystem(
-        DifferentialDrive(RobotConfig(start=(-2.0, -2.0, 0.0)))
+        DifferentialDrive(DifferentialDriveConfig(start=(-2.0, -2.0, 0.0)))
     )
     drive = builder.AddSystem(ConstantVectorSource([0.3, 0.02]))
     evaluator = builder.AddSystem(Evaluator(humans))
@@ -257,19 +255,21 @@ def seconds_of_a_diagram(n, kind):
         )
         builder.Connect(states, loop.GetInputPort("human_states"))
         builder.Connect(robot_state, loop.GetInputPort("robot_state"))
+        commands = loop.get_output_port()
     else:
         tree = LoadTree("curious")
-    for i, human in enumerate(humans):
-        if kind != "systems":
-            port = loop.GetOutputPort(f"command_{i}")
-        else:
+        joined = builder.AddSystem(Multiplexer([COMMAND_SIZE] * n))
+        commands = joined.get_output_port()
+        for i in range(n):
             system = builder.AddNamedSystem(
-                f"tree_{i}", BehaviorTree(tree, human, i, n)
+                f"tree_{i}", BehaviorTree([tree], humans, indices=[i])
             )
             builder.Connect(states, system.GetInputPort("human_states"))
             builder.Connect(robot_state, system.GetInputPort("robot_state"))
-            port = system.GetOutputPort("command")
-        builder.Connect(port, crowd.get_command_input_port(i))
+            builder.Connect(
+                system.GetOutputPort("commands"), joined.get_input_port(i)
+            )
+    builder.Connect(commands, crowd.get_commands_input_port())
     simulator = Simulator(builder.Build())
     simulator.Initialize()
     start = time.perf_counter()
@@ -312,7 +312,38 @@ def real_time_factor(n):
     return 60.0 / best
 
 
+def build_and_parse(n):
+    """Returns how long it takes to build n curious people, and one parse."""
+    from hunav_drake import MakeHumans
+    from hunav_drake.systems.behavior.library import _parse
+
+    humans = [
+        HumanConfig(
+            pose=(3.0 * (i % 30), 3.0 * (i // 30), 0.0),
+            goals=[(40.0, 0.0)],
+            behavior="curious",
+        )
+        for i in range(n)
+    ]
+    build = parse = np.inf
+    for _ in range(5):
+        _parse.cache_clear()
+        start = time.perf_counter()
+        LoadTree("curious")
+        parsed = time.perf_counter()
+        _parse.cache_clear()
+        MakeHumans(humans)
+        parse = min(parse, parsed - start)
+        build = min(build, time.perf_counter() - parsed)
+    return build, parse
+
+
 def main():
+    build, parse = build_and_parse(1000)
+    print(
+        f"building 1000 curious people: {build:.2f} s, {build / parse:.0f}"
+        f" times a parse of their tree ({1e3 * parse:.1f} ms)"
+    )
     trees = {
         "ten nodes": ParseTree(TEN_NODES),
         "regular": LoadTree("regular"),

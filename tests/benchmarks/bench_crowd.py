@@ -103,8 +103,7 @@ def drake_step(snapshot: Snapshot) -> float:
     crowd = HumanCrowd(humans, num_robots=0, time_step=TIME_STEP)
     context = crowd.CreateDefaultContext()
     context.SetDiscreteState(snapshot.states.ravel())
-    for i, command in enumerate(snapshot.command):
-        crowd.get_command_input_port(i).FixValue(context, command)
+    crowd.get_commands_input_port().FixValue(context, snapshot.command.ravel())
     return simulate(Simulator(crowd, context), n)
 
 
@@ -152,7 +151,6 @@ def walls_step(boxes: int, people: int = 100) -> tuple[float, dict[str, float]]:
             obstacles=world,
             config=CrowdConfig(route_planning=planned),
             num_robots=0,
-            one_command_port=True,
             time_step=TIME_STEP,
         )
         built = time.perf_counter() - started

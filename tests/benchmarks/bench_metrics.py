@@ -9,7 +9,7 @@ import time
 import numpy as np
 from pydrake.systems.analysis import Simulator
 
-from hunav_drake.systems.evaluation import Evaluator, Recording
+from hunav_drake.systems.evaluation import Evaluator, EvaluatorConfig, Recording
 from hunav_drake.systems.evaluation.compute import (
     evaluate,
     evaluate_by_behavior,
@@ -89,7 +89,7 @@ def bench_evaluator(people: int = 20) -> dict[str, float]:
     humans = [HumanConfig(pose=(0.0, 0.0, 0.0)) for _ in range(people)]
     results = {}
     for what, period in (("sample", 0.05), ("tick, 1 of 1000", 50.0)):
-        dut = Evaluator(humans, time_step=0.05, period=period)
+        dut = Evaluator(humans, config=EvaluatorConfig(period=period))
         simulator = Simulator(dut)
         context = simulator.get_mutable_context()
         dut.get_robot_state_input_port().FixValue(context, np.ones(7))

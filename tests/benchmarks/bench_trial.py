@@ -1,12 +1,19 @@
 """How many times faster than real time a whole trial is, and why not more."""
 
+from collections.abc import Callable
 import cProfile
 import dataclasses
 from pathlib import Path
 import pstats
 import time
+import timeit
 
-from hunav_drake import LoadScenario, MakeTrialDiagram, MakeTrialSimulator
+from hunav_drake import (
+    LoadScenario,
+    MakeTrialDiagram,
+    MakeTrialSimulator,
+    SetTrialSeed,
+)
 from hunav_drake.scenario import Scenario
 from hunav_drake.simulation import GetTrialResult
 
@@ -60,6 +67,35 @@ def profile(scenario: Scenario) -> dict[str, float]:
     return {block: share / total for block, share in shares.items()}
 
 
+def seconds(function: Callable[[], object], count: int) -> float:
+    """Returns the time of a call: the best mean of five rounds of calls."""
+    return min(timeit.repeat(function, number=count, repeat=5)) / count
+
+
+def five_people() -> Scenario:
+    """Returns a trial of five people with all that a seed can draw."""
+    scenario = LoadScenario(filename="cafe")
+    humans = [
+        dataclasses.replace(human, forces_mode="random_normal", group_id=-1)
+        for human in scenario.humans[:5]
+    ]
+    return dataclasses.replace(scenario, humans=humans)
+
+
+def resets() -> None:
+    """Prints how fast a trial is set to another seed."""
+    scenario = five_people()
+    diagram = MakeTrialDiagram(scenario)
+    context = diagram.CreateDefaultContext()
+    build = seconds(lambda: MakeTrialDiagram(scenario), 1)
+    create = seconds(diagram.CreateDefaultContext, 20)
+    reset = seconds(lambda: SetTrialSeed(diagram, context, 7), 200)
+    print("\nAnother seed of a trial of 5 people")
+    print(f"  another diagram  {1e3 * build:8.2f} ms  {build / reset:6.0f} x")
+    print(f"  another Context  {1e3 * create:8.2f} ms  {create / reset:6.1f} x")
+    print(f"  SetTrialSeed     {1e3 * reset:8.2f} ms")
+
+
 def main() -> None:
     """Prints the table."""
     print(f"A whole trial of {DURATION:g} s, headless, one core")
@@ -72,6 +108,7 @@ def main() -> None:
             f"{name:9} {len(scenario.humans):6} {build:8.3f} {step:6.3f}"
             f" {DURATION / step:12.0f} {evaluate:13.3f}"
         )
+    resets()
     print("\nShare of the time of passing, by block")
     shares = profile(sixty_seconds("passing"))
     for block, share in sorted(shares.items(), key=lambda item: -item[1]):

@@ -1,7 +1,10 @@
 """A Context survives in a file, bit for bit."""
 
+import dataclasses
+from dataclasses import dataclass
 import subprocess
 import sys
+from typing import ClassVar
 
 import numpy as np
 from pydrake.common.value import AbstractValue
@@ -19,10 +22,20 @@ from hunav_drake import (
     HumanConfig,
     LoadContext,
     LoadScenario,
+    MakeHumans,
     MakeTrialDiagram,
     MakeTrialSimulator,
     RunTrial,
     SaveContext,
+)
+from hunav_drake.systems.crowd import CrowdConfig
+from hunav_drake.systems.planning import (
+    PLANNERS,
+    Plan,
+    Planner,
+    PlannerStatus,
+    PursuitPlanner,
+    register_planner,
 )
 from hunav_drake.systems.robot import AddBodyState
 
@@ -116,6 +129,27 @@ def test_any_diagram_has_its_state_parameters_and_inputs_kept(tmp_path):
     assert first.get_input_port().Eval(
         first.GetMyContextFromRoot(loaded)
     ) == pytest.approx(7.0)
+
+
+@pytest.mark.parametrize(
+    ("value", "words"),
+    [
+        ([np.nan], "first: continuous: must be finite, but number 0 is nan"),
+        ([-np.inf], "first: continuous: must be finite, but number 0 is -inf"),
+        ([1.0, 2.0], r"must be float64 of shape \(1,\), got"),
+        ([1], r"must be float64 of shape \(1,\), got int64"),
+        ([2.0], "its content is not what SaveContext wrote"),
+    ],
+)
+def test_a_damaged_integrator_is_refused(tmp_path, value, words):
+    diagram = make_own()
+    path = tmp_path / "own.npz"
+    SaveContext(diagram, diagram.CreateDefaultContext(), path)
+    with np.load(path) as file:
+        arrays = dict(file)
+    np.savez(path, **arrays | {"1/continuous": np.array(value)})
+    with pytest.raises(ValueError, match=rf"own\.npz: is damaged: .*{words}"):
+        LoadContext(diagram, path)
 
 
 def test_people_whose_robot_is_fixed(tmp_path):
@@ -232,17 +266,113 @@ def test_other_trees_are_refused(tmp_path):
         LoadContext(diagram, path)
 
 
-@pytest.mark.parametrize("lost", ["time", "systems", "0.0/discrete/0"])
-def test_a_damaged_file_is_refused(tmp_path, lost):
+@dataclass
+class Counter(Planner):
+    """A planner that remembers how often it was asked."""
+
+    initial_memory: ClassVar[float] = 0.0
+
+    step: float = 1.0
+
+    def plan(self, task, view, memory):
+        return Plan(0, 0, PlannerStatus.DRIVING, memory + self.step)
+
+
+@dataclass
+class Twin(Counter):
+    """One that remembers as many numbers, of another kind."""
+
+
+@pytest.mark.parametrize(
+    ("planner", "parameters", "found"),
+    [
+        ("stored_twin", {}, r"_counter\(.*step=1.0\) .*_twin\(.*step=1.0\)"),
+        ("stored_counter", {"step": 2.0}, r"\(.*step=1.0\) .*\(.*step=2.0\)"),
+        ("pursuit", {}, r"pursuit\(.*cruise_speed=0.6, .* in the diagram"),
+    ],
+)
+def test_the_memory_of_another_planner_is_refused(
+    tmp_path, monkeypatch, planner, parameters, found
+):
+    # A register of this test's own.
+    monkeypatch.setattr(PLANNERS, "_choices", dict(PLANNERS))
+    register_planner("stored_counter")(Counter)
+    register_planner("stored_twin")(Twin)
+
+    def make(name, parameters):
+        chosen = {"name": name, **parameters}
+        return dataclasses.replace(
+            LoadScenario(filename="passing"), planner=chosen
+        )
+
+    path = saved(make("stored_counter", {}), 1.0, tmp_path / "c.npz")
+    LoadContext(MakeTrialDiagram(make("stored_counter", {"step": 1.0})), path)
+    with pytest.raises(ValueError, match=rf"c\.npz: does not fit .*{found}"):
+        LoadContext(MakeTrialDiagram(make(planner, parameters)), path)
+
+
+def test_parameters_of_a_planner_are_named(tmp_path):
     scenario = LoadScenario(filename="passing")
     path = saved(scenario, 1.0, tmp_path / "c.npz")
-    with np.load(path) as file:
-        arrays = dict(file)
-    del arrays[lost]
-    np.savez(path, **arrays)
-    with pytest.raises(ValueError, match=r"c.npz: is damaged: KeyError"):
-        LoadContext(MakeTrialDiagram(scenario), path)
-    arrays[lost] = np.array("{")
-    np.savez(path, **arrays)
-    with pytest.raises(ValueError, match=r"c.npz: is damaged"):
-        LoadContext(MakeTrialDiagram(scenario), path)
+    fast = dataclasses.replace(
+        scenario,
+        planner=PursuitPlanner(cruise_speed=0.7),
+    )
+    words = r"of planner pursuit\(.*=0.6.* of planner pursuit\(.*speed=0.7"
+    with pytest.raises(ValueError, match=words):
+        LoadContext(MakeTrialDiagram(fast), path)
+
+
+ANA = HumanConfig(pose=[0, 0, 0], goals=[[9, 0], [0, 0]], behavior="scared")
+
+
+@pytest.mark.parametrize(
+    ("human", "options", "words"),
+    [
+        ({"goals": [[9, 0]]}, {}, "with 2 goals.* with 1 goals"),
+        ({"id": 5}, {}, "person 1 .* person 5 "),
+        ({}, {"num_robots": 2}, " 1 robots .* 2 robots "),
+        ({}, {"time_step": 0.1}, "step of 0.05 s in the file.* of 0.1 s"),
+        (
+            {"behavior": "curious"},
+            {},
+            "tree ScaredNavTree .* tree CuriousNavTree ",
+        ),
+    ],
+)
+def test_trees_of_others_are_refused(tmp_path, human, options, words):
+    diagram = MakeHumans([ANA])
+    path = SaveContext(
+        diagram, diagram.CreateDefaultContext(), tmp_path / "c.npz"
+    )
+    other = MakeHumans([dataclasses.replace(ANA, **human)], **options)
+    with pytest.raises(ValueError, match=rf"c\.npz: does not fit .*{words}"):
+        LoadContext(other, path)
+
+
+def test_trees_of_one_system_are_not_those_of_many(tmp_path):
+    people = [ANA, dataclasses.replace(ANA, pose=(0, 5, 0))]
+    diagram = MakeHumans(people)
+    path = SaveContext(
+        diagram, diagram.CreateDefaultContext(), tmp_path / "c.npz"
+    )
+    other = MakeHumans(people, separate_trees=False)
+    with pytest.raises(ValueError, match=r"c\.npz: does not fit"):
+        LoadContext(other, path)
+
+
+def test_what_may_differ_is_as_it_is_in_the_diagram(tmp_path):
+    diagram = MakeHumans([ANA])
+    context = diagram.CreateDefaultContext()
+    path = SaveContext(diagram, context, tmp_path / "c.npz")
+    moved = dataclasses.replace(ANA, goals=[[9, 1], [1, 0]])
+    LoadContext(MakeHumans([moved], config=CrowdConfig(model="orca")), path)
+
+
+def test_a_state_that_is_not_finite_is_not_saved(tmp_path):
+    diagram = make_own()
+    context = diagram.CreateDefaultContext()
+    context.SetContinuousState([1.0, np.nan, 0, 0])
+    with pytest.raises(ValueError, match="second: continuous: must be finite"):
+        SaveContext(diagram, context, tmp_path / "c.npz")
+    assert not list(tmp_path.iterdir())

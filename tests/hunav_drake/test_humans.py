@@ -7,10 +7,14 @@ from pydrake.systems.primitives import ConstantVectorSource, Multiplexer
 import pytest
 
 from hunav_drake import AddHumans, AgentServices, HumanConfig, MakeHumans
-from hunav_drake.systems.behavior import BehaviorTreeBank, LoadBehavior
-from hunav_drake.systems.crowd import HumanCrowd
+from hunav_drake.systems.behavior import (
+    BEHAVIORS,
+    BehaviorTree,
+    LoadBehavior,
+)
 from hunav_drake.systems.evaluation import Evaluator
 from hunav_drake.systems.people import draw_weights
+from hunav_drake.systems.people.parameters import K_GOAL, K_OBSTACLE
 from hunav_drake.systems.world.obstacles import Obstacles
 from hunav_drake.systems.world.shapes import Polyline, World
 
@@ -145,6 +149,20 @@ def test_a_seed_out_of_range_is_told(seed):
         MakeHumans(make_humans(1), seed=seed)
 
 
+@pytest.mark.parametrize("separate_trees", [True, False])
+@pytest.mark.parametrize("behavior", BEHAVIORS)
+def test_people_without_robots_walk_to_their_goals(behavior, separate_trees):
+    humans = [
+        HumanConfig(pose=[0, y, 0], goals=[[9, y]], behavior=behavior)
+        for y in (0, 2)
+    ]
+    states, status, _ = simulate(
+        humans, num_robots=0, separate_trees=separate_trees
+    )
+    assert (states.reshape(2, 7)[:, 0] > 2).all()
+    assert not status.any()
+
+
 @pytest.mark.parametrize(
     ("people", "message"),
     [
@@ -167,9 +185,9 @@ def test_numbers_are_given_out_without_those_taken():
     first, second = draw_weights(
         [HumanConfig(id=2, **mode), HumanConfig(**mode)], 0
     )
-    assert first.forces.goal_factor != second.forces.goal_factor
+    assert (first[[K_GOAL, K_OBSTACLE]] != second[[K_GOAL, K_OBSTACLE]]).all()
     (one,) = draw_weights([HumanConfig(id=1, **mode)], 0)
-    assert second.forces == one.forces
+    np.testing.assert_array_equal(second, one)
 
 
 # What a tree with this in it remembers at first: the index of the goal, which
@@ -194,14 +212,14 @@ def test_all_trees_know_the_same_numbers():
         own = tree.GetMyContextFromRoot(root)
         assert max(own.get_discrete_state(0).value()) == number
     diagram = MakeHumans(SOME_NUMBERS, separate_trees=False)
-    bank = diagram.GetSubsystemByName("behaviors")
-    own = bank.GetMyContextFromRoot(diagram.CreateDefaultContext())
-    assert [max(bank.GetMemory(own, i)) for i in range(2)] == [2, 1]
+    system = diagram.GetSubsystemByName("behaviors")
+    own = system.GetMyContextFromRoot(diagram.CreateDefaultContext())
+    assert [max(system.GetMemory(own, i)) for i in range(2)] == [2, 1]
 
 
-def test_a_bank_alone_gives_numbers_as_everybody_does():
+def test_a_system_alone_gives_numbers_as_everybody_does():
     trees = [LoadBehavior(WITH_NUMBER)] * 2
-    dut = BehaviorTreeBank(trees, SOME_NUMBERS)
+    dut = BehaviorTree(trees, SOME_NUMBERS)
     context = dut.CreateDefaultContext()
     assert [max(dut.GetMemory(context, i)) for i in range(2)] == [2, 1]
 
@@ -219,11 +237,3 @@ def test_services_and_evaluator_know_the_numbers_of_the_trees():
     recording = dut.GetRecording(context)
     assert recording.human_ids == (2, 1)
     assert recording.human_names == ("human_1", "human_2")
-
-
-def test_a_crowd_alone_does_not_draw():
-    human = HumanConfig(pose=[0, 0, 0], forces_mode="random_uniform")
-    with pytest.raises(ValueError, match=r"draw_weights\(humans, seed\)"):
-        HumanCrowd([human])
-    HumanCrowd(draw_weights([human], 0))
-    HumanCrowd([HumanConfig(pose=[0, 0, 0], forces_mode="default")])

@@ -14,7 +14,7 @@ import pytest
 
 from hunav_drake import replay as mut
 from hunav_drake.systems.people.human_config import HumanConfig
-from hunav_drake.systems.robot.robot_config import RobotConfig
+from hunav_drake.systems.robot import DifferentialDriveConfig
 from hunav_drake.systems.scene import AddScene, Bounds
 from hunav_drake.systems.world.shapes import Box, World
 
@@ -31,7 +31,7 @@ HUMANS = [
         ("cy", (-4.0, -1.6, 0.0)),
     )
 ]
-ROBOT = RobotConfig(start=(-5.0, 0.3, 0.0), goal=(5.0, 0.3, 0.0))
+ROBOT = DifferentialDriveConfig(start=(-5.0, 0.3, 0.0), goal=(5.0, 0.3, 0.0))
 SPEED = 1.0
 DURATION = 8.0
 

@@ -401,3 +401,27 @@ scenario: {humans: [{pose: [5, 5, 0], behavior: mine.xml}],
         provenance = RunTrial(scenario).provenance
         hashes.append(provenance["behavior_sha256"])
     assert hashes[0] == hashes[1] != hashes[2]
+
+
+def test_a_scenario_says_what_part_of_a_trial_is_recorded(passing):
+    scenario = change(passing, evaluator={"timeout": 5.0})
+    result = RunTrial(scenario)
+    assert result.end_reason == "goal"
+    assert result.recording.times[-1] == pytest.approx(5.0)
+    scenario = change(passing, evaluator={"stop_at_goal": True})
+    assert RunTrial(scenario).recording.features.at_goal[-1]
+
+
+def test_a_recording_begun_by_a_trigger_is_for_a_diagram(passing):
+    scenario = change(passing, evaluator={"start": "by_trigger"})
+    with pytest.raises(ScenarioError, match="leaves unconnected"):
+        RunTrial(scenario)
+    diagram = MakeTrialDiagram(scenario)
+    simulator = MakeTrialSimulator(diagram)
+    trigger = diagram.GetInputPort("trigger")
+    trigger.FixValue(simulator.get_mutable_context(), 0.0)
+    simulator.AdvanceTo(1.0)
+    trigger.FixValue(simulator.get_mutable_context(), 1.0)
+    simulator.AdvanceTo(2.0)
+    result = GetTrialResult(scenario, diagram, simulator.get_context())
+    assert result.recording.times[0] == pytest.approx(1.0)

@@ -1,4 +1,4 @@
-"""Makes nodes of drafts, once all of a tree has been read.
+"""Makes nodes from drafts, once the whole tree has been read.
 
 Then it is known which blackboard entries change and need memory, and which of
 them hold texts.
@@ -14,26 +14,32 @@ from hunav_drake.systems.behavior.language.blackboard import (
     resolve,
 )
 from hunav_drake.systems.behavior.language.draft import Draft
-from hunav_drake.systems.behavior.language.values import Kind, Texts, number_of
-from hunav_drake.systems.behavior.nodes.conditions import (
-    BEGUN_SLOT,
-    needs_memory,
+from hunav_drake.systems.behavior.language.entry_types import (
+    EntryType,
+    TextTable,
+    number_of,
 )
 from hunav_drake.systems.behavior.nodes.node import (
-    UNSET,
     Conditions,
-    Constant,
     Memory,
     Node,
+)
+from hunav_drake.systems.behavior.nodes.port import (
+    UNSET,
+    Constant,
     Port,
     Variable,
 )
-from hunav_drake.systems.behavior.tick_context import PERSON_MEMORY
+from hunav_drake.systems.behavior.nodes.pre_post_conditions import (
+    BEGUN_SLOT,
+    needs_memory,
+)
+from hunav_drake.systems.behavior.nodes.tick_context import PERSON_MEMORY
 
 
 @dataclass(frozen=True)
 class Assembled:
-    """A tree, and the layout of its memory.
+    """A tree with the layout of its memory.
 
     Attributes:
         root: Its topmost node.
@@ -49,7 +55,7 @@ class Assembled:
 
 
 def assemble(draft: Draft, entries: list[Entry]) -> Assembled:
-    """Returns the tree of a draft.
+    """Returns the tree of its topmost draft.
 
     Args:
         draft: Its topmost node.
@@ -93,7 +99,7 @@ def _bound_ports(draft: Draft) -> Iterator[tuple[Port, str | Entry]]:
 
 
 def _settle(draft: Draft) -> None:
-    """Finds out what the entries are that a node names."""
+    """Infers the types of the entries that a node refers to."""
     place, node = draft.place, draft.name
     for port, binding in _bound_ports(draft):
         if isinstance(binding, Entry) and binding.set_by_nodes:
@@ -117,9 +123,9 @@ def _settle(draft: Draft) -> None:
             assignment.target.kind.join(assignment.value.kind, place, node)
 
 
-def _collect_texts(drafts: list[Draft], changing: list[Entry]) -> Texts:
-    """Returns all texts that can be in the memory, or are compared with it."""
-    literals: list[tuple[Kind, str | None]] = []
+def _collect_texts(drafts: list[Draft], changing: list[Entry]) -> TextTable:
+    """Returns all texts that the memory can hold or is compared with."""
+    literals: list[tuple[EntryType, str | None]] = []
     for draft in drafts:
         for port, binding in _bound_ports(draft):
             if port.takes_any:
@@ -127,7 +133,7 @@ def _collect_texts(drafts: list[Draft], changing: list[Entry]) -> Texts:
         for expression in draft.expressions():
             literals += script.literals(expression)
     literals += [(entry.kind, entry.literal) for entry in changing]
-    texts = Texts()
+    texts = TextTable()
     for kind, literal in literals:
         if literal is not None and kind.is_text:
             texts.add(literal)
@@ -141,7 +147,7 @@ def _literal(binding: str | Entry) -> str | None:
 
 
 def _own_slots(draft: Draft) -> list[tuple[str, float]]:
-    """Returns what a node remembers, and what that is at first."""
+    """Returns the names and initial values of a node's numbers in memory."""
     result = []
     if needs_memory({*draft.before, *draft.after}):
         result.append((BEGUN_SLOT, 0.0))
@@ -155,10 +161,10 @@ def _own_slots(draft: Draft) -> list[tuple[str, float]]:
 class _Finisher:
     slots: list[str]
     initial: list[float]
-    texts: Texts
+    texts: TextTable
 
     def finish(self, draft: Draft) -> Node:
-        """Returns the node of a draft, and adds what it remembers."""
+        """Returns the node of a draft, and adds its numbers to the memory."""
         first = len(self.slots)
         own = _own_slots(draft)
         self.slots.extend(f"{draft.name}: {slot}" for slot, _ in own)

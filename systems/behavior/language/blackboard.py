@@ -1,7 +1,7 @@
-"""The blackboard while a tree is parsed: which entries there are.
+"""The blackboard entries of a tree that is being parsed.
 
 An entry that nothing sets is a constant; every other has a slot in the
-tree's memory, and holds numbers (or truths), or texts.
+tree's memory, and holds numbers (or booleans), or texts.
 """
 
 from collections.abc import Mapping
@@ -9,13 +9,17 @@ from dataclasses import dataclass, field
 import re
 from types import MappingProxyType
 
-from hunav_drake.systems.behavior.errors import (
+from hunav_drake.systems.behavior.language.entry_types import EntryType
+from hunav_drake.systems.behavior.nodes.errors import (
     BehaviorTreeError,
     Place,
     unknown,
 )
-from hunav_drake.systems.behavior.language.values import Kind
-from hunav_drake.systems.behavior.nodes.node import Constant, Port, Variable
+from hunav_drake.systems.behavior.nodes.port import (
+    Constant,
+    Port,
+    Variable,
+)
 
 # `{key}`, and `${key}` as BehaviorTree.CPP 3 also writes it.
 _REFERENCE = re.compile(r"\$?\{(.*)\}", re.DOTALL)
@@ -32,7 +36,7 @@ GIVEN: Mapping[str, str] = MappingProxyType(
 
 @dataclass(eq=False)
 class Entry:
-    """An entry of the blackboard, under all the names that it has.
+    """An entry of the blackboard.
 
     Attributes:
         key: Its first name.
@@ -50,10 +54,10 @@ class Entry:
     literal: str | None = None
     set_by_nodes: bool = False
     slot: int = -1
-    kind: Kind = field(default_factory=Kind)
+    kind: EntryType = field(default_factory=EntryType)
 
     def __str__(self) -> str:
-        """Returns its name, with the subtree that it belongs to."""
+        """Returns its name, with the name of its subtree."""
         return f"{{{self.key}}}" + (
             f" of {self.scope.name}" if self.scope.name else ""
         )
@@ -61,7 +65,7 @@ class Entry:
 
 @dataclass
 class Scope:
-    """The entries that the nodes of one tree, or one subtree, can name.
+    """The entries that the nodes of one tree or subtree can refer to.
 
     Attributes:
         entries: The entries by name.
@@ -79,7 +83,7 @@ class Scope:
     name: str = ""
 
     def entry(self, key: str, place: Place) -> Entry:
-        """Returns the entry of a name; makes it if there is none."""
+        """Returns the entry of a name; makes it if it does not exist."""
         if key.startswith("@"):
             return (self.root or self).entry(key[1:], place)
         if key not in self.entries:
@@ -96,22 +100,22 @@ class Scope:
         return self.entries[key]
 
     def constant(self, key: str, place: Place, literal: str) -> None:
-        """Makes an entry that has a value from the start."""
+        """Makes an entry with a constant value."""
         self.entries[key] = Entry(key, place, self, literal)
         self.all_entries.append(self.entries[key])
 
 
 def reference(text: str, port: str, place: Place, node: str) -> str | None:
-    """Returns the key in `{key}`, or None of a text that is a literal.
+    """Returns the key in `{key}`, or None for a literal.
 
     Args:
         text: The value of an attribute.
         port: The name of the attribute, which `{=}` stands for.
         place: Where it is, for messages.
-        node: The element where it is, likewise.
+        node: The element where it is, for messages.
 
     Raises:
-        BehaviorTreeError: If what is between the braces is no name.
+        BehaviorTreeError: If the text between the braces is not a name.
     """
     match = _REFERENCE.fullmatch(text.strip())
     if match is None:
@@ -122,10 +126,10 @@ def reference(text: str, port: str, place: Place, node: str) -> str | None:
 
 
 def checked_key(key: str, place: Place, node: str) -> str:
-    """Returns the name of an entry.
+    """Returns the name of an entry if it is valid.
 
     Raises:
-        BehaviorTreeError: If it is no name.
+        BehaviorTreeError: If it is not a valid name.
     """
     if not _KEY.fullmatch(key):
         raise BehaviorTreeError(
@@ -138,7 +142,7 @@ def checked_key(key: str, place: Place, node: str) -> str:
 
 
 def literal_of(entry: Entry, place: Place, node: str) -> str:
-    """Returns what an entry says that no node sets.
+    """Returns the literal of an entry that no node sets.
 
     Args:
         entry: The entry.
@@ -167,7 +171,7 @@ def resolve(
     node: str,
     texts: tuple[str, ...],
 ) -> Constant | Variable:
-    """Returns where a port finds the value of an entry.
+    """Returns the value of a port that refers to an entry.
 
     Args:
         entry: The entry, with its slot if it has one.

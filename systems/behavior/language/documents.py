@@ -1,13 +1,8 @@
-"""Finds the trees in a file and in the files that it includes."""
+"""Reads a file of trees and the files that it includes."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from hunav_drake.systems.behavior.errors import (
-    BehaviorTreeError,
-    Place,
-    unknown,
-)
 from hunav_drake.systems.behavior.language.blackboard import GIVEN
 from hunav_drake.systems.behavior.language.tree_ports import (
     TreePort,
@@ -18,6 +13,11 @@ from hunav_drake.systems.behavior.language.xml_source import (
     NOTES,
     XmlElement,
     read_xml,
+)
+from hunav_drake.systems.behavior.nodes.errors import (
+    BehaviorTreeError,
+    Place,
+    unknown,
 )
 from hunav_drake.systems.behavior.nodes.registry import NODE_TYPES, RESERVED
 
@@ -34,11 +34,14 @@ class TreeElement:
     format: int
 
 
-@dataclass
+@dataclass(eq=False)
 class Documents:
-    """What was read.
+    """A file of trees and the files that it includes, not to be changed.
+
+    Documents of the same text are equal, and can be the key of a cache.
 
     Attributes:
+        sources: The name and the bytes of each file, in the order of reading.
         trees: The trees by their ID.
         main: The ID of the tree to begin with.
         folder: Files are included from here and below; None for none.
@@ -47,9 +50,10 @@ class Documents:
         open: Those that are being read: each includes the next.
         ports: The ports of trees by the ID of the tree and their names.
         models: The <TreeNodesModel> that these come from.
-        comments: What the main file says before it begins.
+        comments: The comments before the root element of the main file.
     """
 
+    sources: list[tuple[str, bytes]] = field(default_factory=list)
     trees: dict[str, TreeElement] = field(default_factory=dict)
     main: str = ""
     folder: Path | None = None
@@ -60,14 +64,25 @@ class Documents:
     models: list[XmlElement] = field(default_factory=list)
     comments: list[str] = field(default_factory=list)
 
+    @property
+    def file(self) -> str:
+        """The main file, or what stands for it in messages."""
+        return self.sources[0][0]
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Documents) and self.sources == other.sources
+
+    def __hash__(self) -> int:
+        return hash(tuple(self.sources))
+
     def main_ports(self) -> dict[str, TreePort]:
-        """Returns the ports that whoever loads the main tree can set."""
+        """Returns the ports of the main tree that can be set by the user."""
         ports = self.ports.get(self.main, {})
         return {name: it for name, it in ports.items() if name not in GIVEN}
 
 
 def is_file(path: Path) -> bool:
-    """Tells whether a path is a regular file; too long a path is none."""
+    """Returns whether a path is a regular file; False for too long a path."""
     try:
         return path.is_file()
     except OSError:
@@ -142,6 +157,7 @@ def _load(
     source: bytes, file: str, folder: Path | None, documents: Documents
 ) -> XmlElement:
     root = read_xml(source, file)
+    documents.sources.append((file, source))
     if root.tag != "root":
         raise BehaviorTreeError(
             "the outermost element of a tree file must be <root>",

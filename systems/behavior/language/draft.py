@@ -1,13 +1,9 @@
-"""A node while its tree is parsed: its ports still name blackboard entries."""
+"""Drafts: nodes while their tree is parsed, with ports that name entries."""
 
 from dataclasses import dataclass, field
 
-from hunav_drake.systems.behavior.errors import (
-    BehaviorTreeError,
-    Place,
-    unknown,
-)
 from hunav_drake.systems.behavior.language.blackboard import Entry, Scope
+from hunav_drake.systems.behavior.language.entry_types import EntryType
 from hunav_drake.systems.behavior.language.script import (
     Assignment,
     Expression,
@@ -15,10 +11,16 @@ from hunav_drake.systems.behavior.language.script import (
     read_assignments,
     read_condition,
 )
-from hunav_drake.systems.behavior.language.values import Kind
 from hunav_drake.systems.behavior.language.xml_source import NOTES
-from hunav_drake.systems.behavior.nodes.conditions import AFTER, BEFORE
-from hunav_drake.systems.behavior.nodes.node import NodeType
+from hunav_drake.systems.behavior.nodes.errors import (
+    BehaviorTreeError,
+    Place,
+    unknown,
+)
+from hunav_drake.systems.behavior.nodes.node import (
+    NodeType,
+)
+from hunav_drake.systems.behavior.nodes.pre_post_conditions import AFTER, BEFORE
 
 
 @dataclass
@@ -31,10 +33,10 @@ class Draft:
         place: Where it is written.
         scope: The entries that it can name.
         bindings: For each port that is given, its text or its entry.
-        before: Its conditions before, by attribute.
-        after: Its conditions after, by attribute.
-        source: The text of its conditions.
-        kind: What its ports hold that take any entry.
+        before: Its pre-conditions by attribute.
+        after: Its post-conditions by attribute.
+        source: The texts of both.
+        kind: The common type of its ports that take any entry.
         children: The nodes under it.
     """
 
@@ -46,7 +48,7 @@ class Draft:
     before: dict[str, Expression] = field(default_factory=dict)
     after: dict[str, tuple[Assignment, ...]] = field(default_factory=dict)
     source: dict[str, str] = field(default_factory=dict)
-    kind: Kind = field(default_factory=Kind)
+    kind: EntryType = field(default_factory=EntryType)
     children: list["Draft"] = field(default_factory=list)
 
     def fault(self, message: str) -> BehaviorTreeError:
@@ -54,10 +56,11 @@ class Draft:
         return BehaviorTreeError(message, self.place, node=self.name)
 
     def add_condition(self, attribute: str, text: str) -> None:
-        """Reads an attribute that begins with an underscore.
+        """Parses a pre- or post-condition.
 
         Raises:
-            BehaviorTreeError: If it is no condition, or not understood.
+            BehaviorTreeError: If there is no such condition, or its script is
+                faulty.
         """
         if attribute not in BEFORE and attribute not in AFTER:
             known = (*BEFORE, *AFTER, *NOTES)
@@ -78,7 +81,7 @@ class Draft:
             bind(expression, self.scope, self.place)
 
     def expressions(self) -> list[Expression]:
-        """Returns the expressions in its conditions."""
+        """Returns the expressions in its pre- and post-conditions."""
         result = list(self.before.values())
         for assignments in self.after.values():
             for assignment in assignments:

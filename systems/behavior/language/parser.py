@@ -1,6 +1,6 @@
-"""Makes the nodes of a tree from its XML elements.
+"""Parses the nodes of a tree from its XML elements.
 
-It goes in two passes: this first makes drafts, whose ports name blackboard
+There are two passes: this one makes drafts, whose ports name blackboard
 entries; `hunav_drake.systems.behavior.language.assembly` then makes the nodes.
 """
 
@@ -8,7 +8,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
-from hunav_drake.systems.behavior.errors import BehaviorTreeError, unknown
 from hunav_drake.systems.behavior.language.assembly import assemble
 from hunav_drake.systems.behavior.language.blackboard import (
     GIVEN,
@@ -28,7 +27,11 @@ from hunav_drake.systems.behavior.language.xml_source import (
     XmlElement,
 )
 from hunav_drake.systems.behavior.nodes.decorators import SUBTREE
-from hunav_drake.systems.behavior.nodes.node import Node, NodeType
+from hunav_drake.systems.behavior.nodes.errors import BehaviorTreeError, unknown
+from hunav_drake.systems.behavior.nodes.node import (
+    Node,
+    NodeType,
+)
 from hunav_drake.systems.behavior.nodes.registry import (
     ALIASES,
     GENERIC_TAGS,
@@ -44,12 +47,12 @@ MAX_NODES = 5000
 SHARED = ("__shared_blackboard",)
 AUTOREMAP = ("_autoremap", "__autoremap")
 
-_TRUTHS = {"1": True, "true": True, "0": False, "false": False}
+_BOOLEANS = {"1": True, "true": True, "0": False, "false": False}
 
 
 @dataclass(frozen=True)
 class ParsedTree:
-    """What the parser gives.
+    """The result of the parser.
 
     Attributes:
         name: The ID of the main tree.
@@ -230,26 +233,26 @@ class _Parser:
 
 
 def flag(element: XmlElement, names: tuple[str, ...]) -> bool:
-    """Tells whether one of some attributes says yes.
+    """Returns whether one of several attributes is true.
 
     Raises:
-        BehaviorTreeError: If one is no truth.
+        BehaviorTreeError: If one is not a boolean.
     """
     for name in names:
         text = element.attributes.get(name, "false")
-        if text.lower() not in _TRUTHS:
+        if text.lower() not in _BOOLEANS:
             raise BehaviorTreeError(
                 f"{name} must be true or false, got {text!r}",
                 element.place,
                 node=element.tag,
             )
-        if _TRUTHS[text.lower()]:
+        if _BOOLEANS[text.lower()]:
             return True
     return False
 
 
 def subtree_ports(element: XmlElement, form: int) -> dict[str, str]:
-    """Returns what a <SubTree> gives to its tree, as format 4 writes it.
+    """Returns what a <SubTree> gives to ports of its tree, as in format 4.
 
     Args:
         element: The subtree.
@@ -257,7 +260,7 @@ def subtree_ports(element: XmlElement, form: int) -> dict[str, str]:
             names entries without braces.
 
     Raises:
-        BehaviorTreeError: If something has no name.
+        BehaviorTreeError: If the name of a port or an entry is invalid.
     """
     bare_keys = form == 3 and element.tag == "SubTree"
     result = {}
@@ -278,7 +281,7 @@ def node_name(element: XmlElement) -> str:
     """Returns the name of the type of an element's node.
 
     Raises:
-        BehaviorTreeError: If a generic element does not say it.
+        BehaviorTreeError: If a generic element has no ID.
     """
     name = element.tag
     if name in GENERIC_TAGS:
@@ -324,7 +327,7 @@ def _check_children(draft: Draft) -> None:
 def parse_documents(
     documents: Documents, values: Mapping[str, str] = MappingProxyType({})
 ) -> ParsedTree:
-    """Returns the main tree of some documents.
+    """Parses the main tree of documents.
 
     Args:
         documents: The documents.

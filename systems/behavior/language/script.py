@@ -12,14 +12,23 @@ from dataclasses import dataclass, field
 import operator
 import re
 
-from hunav_drake.systems.behavior.errors import BehaviorTreeError, Place
 from hunav_drake.systems.behavior.language.blackboard import (
     Entry,
     Scope,
     literal_of,
 )
-from hunav_drake.systems.behavior.language.values import Kind, Texts, number_of
-from hunav_drake.systems.behavior.nodes.node import UNSET, Memory
+from hunav_drake.systems.behavior.language.entry_types import (
+    EntryType,
+    TextTable,
+    number_of,
+)
+from hunav_drake.systems.behavior.nodes.errors import BehaviorTreeError, Place
+from hunav_drake.systems.behavior.nodes.node import (
+    Memory,
+)
+from hunav_drake.systems.behavior.nodes.port import (
+    UNSET,
+)
 
 MAX_LENGTH = 1000
 _MAX_DEPTH = 20
@@ -49,24 +58,24 @@ Value = Callable[[Memory], float]
 
 @dataclass(eq=False)
 class Expression:
-    """An expression, and what it stands on.
+    """A parsed expression.
 
     Attributes:
         sign: Its operator; "name", "number" or "text" for what has none.
-        literal: What it says if it is a number or a text, or the name.
-        operands: The expressions that it joins.
-        kind: What its value is.
-        entry: The blackboard entry that a name means.
+        literal: The number, the text or the name, if it is one.
+        operands: The operands of the operator.
+        kind: The type of its value.
+        entry: The blackboard entry of a name.
     """
 
     sign: str
     literal: str = ""
     operands: tuple["Expression", ...] = ()
-    kind: Kind = field(default_factory=Kind)
+    kind: EntryType = field(default_factory=EntryType)
     entry: Entry | None = None
 
     def parts(self) -> Iterator["Expression"]:
-        """Returns it and all expressions in it."""
+        """Yields the expression and all its subexpressions."""
         yield self
         for operand in self.operands:
             yield from operand.parts()
@@ -74,14 +83,14 @@ class Expression:
 
 @dataclass(frozen=True)
 class Assignment:
-    """A blackboard entry, and the expression whose value it takes."""
+    """An assignment of an expression to a blackboard entry."""
 
     target: Expression
     value: Expression
 
 
 class _Reader:
-    """Reads one script, from left to right."""
+    """A recursive-descent parser of one script."""
 
     def __init__(self, text: str) -> None:
         if len(text) > MAX_LENGTH:
@@ -101,7 +110,7 @@ class _Reader:
         self.depth = 0
 
     def sign(self) -> str:
-        """Returns the sign that comes next, or nothing."""
+        """Returns the next sign, or an empty text."""
         if self.at == len(self.tokens):
             return ""
         group, text = self.tokens[self.at]
@@ -176,10 +185,10 @@ class _Reader:
 
 
 def read_condition(text: str) -> Expression:
-    """Returns the expression that a condition is.
+    """Parses a condition.
 
     Raises:
-        ValueError: If it is none, or needs more than is understood.
+        ValueError: If it is not a condition in the part of the language read.
     """
     reader = _Reader(text)
     expression = reader.expression()
@@ -189,23 +198,23 @@ def read_condition(text: str) -> Expression:
 
 
 def read_assignments(text: str) -> tuple[Assignment, ...]:
-    """Returns the assignments in a script.
+    """Parses the assignments of a script.
 
     Raises:
-        ValueError: If it has others, or more than is understood.
+        ValueError: If it has anything else than assignments.
     """
     return tuple(_Reader(text).assignments())
 
 
 def bind(expression: Expression, scope: Scope, place: Place) -> None:
-    """Finds the entries that an expression names."""
+    """Looks up the blackboard entries of an expression's names."""
     for part in expression.parts():
         if part.sign == "name":
             part.entry = scope.entry(part.literal, place)
 
 
 def settle(expression: Expression, place: Place, node: str) -> None:
-    """Finds out what the values in an expression are.
+    """Infers the types in an expression.
 
     Raises:
         BehaviorTreeError: If types do not fit, or if nothing ever sets an
@@ -232,8 +241,8 @@ def settle(expression: Expression, place: Place, node: str) -> None:
                 operand.kind.require(False, part.sign, place, node)
 
 
-def literals(expression: Expression) -> Iterator[tuple[Kind, str]]:
-    """Returns the literals of an expression, with their kinds."""
+def literals(expression: Expression) -> Iterator[tuple[EntryType, str]]:
+    """Yields the literals of an expression, each after its type."""
     for part in expression.parts():
         if part.sign == "text":
             yield part.kind, part.literal
@@ -243,15 +252,15 @@ def literals(expression: Expression) -> Iterator[tuple[Kind, str]]:
 
 def compiled(
     expression: Expression,
-    texts: Texts,
+    texts: TextTable,
     fault: Callable[[str], BehaviorTreeError],
 ) -> Value:
-    """Returns the function that gives an expression's value in a tick.
+    """Returns the function that evaluates an expression in a tick.
 
     Args:
         expression: The expression, bound and settled.
         texts: The texts of the tree.
-        fault: Makes the error that an entry is not set yet.
+        fault: Makes the error for an entry that is not set yet.
     """
     sign, entry = expression.sign, expression.entry
     if sign == "number":

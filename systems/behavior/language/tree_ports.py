@@ -1,4 +1,4 @@
-"""The ports of whole trees: what the user of a tree can set.
+"""The ports of trees: what the user of a tree can set.
 
 A file says in its TreeNodesModel which ports its trees have, as Groot2 does::
 
@@ -14,17 +14,17 @@ from dataclasses import dataclass
 import math
 from typing import Any
 
-from hunav_drake.systems.behavior.errors import (
+from hunav_drake.systems.behavior.language.blackboard import GIVEN
+from hunav_drake.systems.behavior.language.xml_source import XmlElement
+from hunav_drake.systems.behavior.nodes.errors import (
     BehaviorTreeError,
     Place,
     unknown,
 )
-from hunav_drake.systems.behavior.language.blackboard import GIVEN
-from hunav_drake.systems.behavior.language.xml_source import XmlElement
 
 _PORT_TAGS = ("input_port", "inout_port")
 
-# What values a type in the XML stands for; any other type takes all of them.
+# The Python types that a type in XML accepts; any other type accepts all.
 _RULES: Mapping[str, tuple[tuple[type, ...], str]] = {
     "double": ((int, float), "a number"),
     "float": ((int, float), "a number"),
@@ -53,7 +53,7 @@ class TreePort:
 
 
 class TreePortError(BehaviorTreeError):
-    """A value for a port of a tree that the tree cannot take.
+    """An invalid value for a port of a tree.
 
     Attributes:
         port: The name of the port.
@@ -69,14 +69,14 @@ class TreePortError(BehaviorTreeError):
     ) -> None:
         super().__init__(message, place, nearest=nearest)
         self.port = port
-        # What is wrong, without where the tree is.
+        # Without the place of the tree.
         self.message = message
 
 
 def declared_ports(
     models: Iterable[XmlElement],
 ) -> dict[str, dict[str, TreePort]]:
-    """Returns the ports of the trees that some <TreeNodesModel> describe.
+    """Returns the ports of trees that <TreeNodesModel> elements declare.
 
     Args:
         models: The elements.
@@ -105,11 +105,11 @@ def declared_ports(
 def port_texts(
     ports: Mapping[str, TreePort], values: Mapping[str, Any], place: Place
 ) -> dict[str, str]:
-    """Returns values for the ports of a tree as they stand in XML.
+    """Returns values for the ports of a tree as text in XML.
 
     Args:
         ports: The ports that the tree has.
-        values: Numbers, texts and truths by the names of ports.
+        values: Numbers, texts and booleans by the names of ports.
         place: The tree.
 
     Raises:

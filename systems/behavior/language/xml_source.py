@@ -1,14 +1,15 @@
-"""Reads XML that may come from anywhere, and keeps the line numbers."""
+"""Reads untrusted XML safely, and keeps the line numbers."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+import functools
 from typing import Any
 from xml.etree.ElementTree import ParseError
 
 from defusedxml.common import DefusedXmlException
 from defusedxml.ElementTree import DefusedXMLParser
 
-from hunav_drake.systems.behavior.errors import BehaviorTreeError, Place
+from hunav_drake.systems.behavior.nodes.errors import BehaviorTreeError, Place
 
 # A tree of a thousand nodes is a tenth of this.
 MAX_BYTES = 1_000_000
@@ -23,7 +24,7 @@ MAX_DEPTH = 100
 
 @dataclass
 class XmlElement:
-    """An element with its place.
+    """An XML element with its place.
 
     Attributes:
         tag: Its name.
@@ -45,7 +46,7 @@ class XmlElement:
 
 
 class _Builder:
-    """Takes what the parser finds, and makes elements of it."""
+    """Builds the elements from the events of the XML parser."""
 
     def __init__(self, file: str) -> None:
         self.file = file
@@ -87,8 +88,11 @@ class _Builder:
         return self.root
 
 
+@functools.lru_cache(maxsize=32)
 def read_xml(source: bytes, file: str) -> XmlElement:
-    """Returns the outermost element of an XML document.
+    """Returns the root element of an XML document, not to be changed.
+
+    A document that was read before comes from a cache.
 
     Args:
         source: The document.

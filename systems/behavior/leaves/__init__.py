@@ -1,8 +1,8 @@
 """The conditions and actions of people. Importing this registers them all."""
 
 from hunav_drake.systems.behavior.leaves import (  # noqa: F401
-    noticing,
     reactions,
+    robot_conditions,
     walking,
     yielding,
 )

@@ -1,17 +1,19 @@
-"""The actions of people who react to the robot.
+"""Actions that react to a robot: SurprisedNav, ScaredNav, CuriousNav, ...
 
-Their numbers are HuNavSim's. With several robots, people react to the one that
-a condition before has noticed, or else to the nearest. An action of this kind
-fails if there is no robot.
+Their default values are HuNavSim's. With several robots, people react to the
+one that a condition before has noticed, or else to the nearest. An action of
+this kind fails if there is no robot.
 """
 
 import math
 from typing import Annotated
 
 from hunav_drake.systems.behavior.leaves.walking import IGNORED, ROLES, Role
+from hunav_drake.systems.behavior.nodes.node import (
+    NodeStatus,
+)
 from hunav_drake.systems.behavior.nodes.registry import register_action
-from hunav_drake.systems.behavior.nodes.status import Status
-from hunav_drake.systems.behavior.tick_context import Moment
+from hunav_drake.systems.behavior.nodes.tick_context import TickContext
 from hunav_drake.systems.common.layout import (
     RADIUS,
     YAW,
@@ -30,22 +32,22 @@ PortDistance = Annotated[float, within(0, 1e5, "m")]
 _PositiveDistance = Annotated[float, within(0, 1e5, "m", low_open=True)]
 
 
-def face(moment: Moment, x: float, y: float, turn_rate: float) -> None:
-    """Turns the person to a point, at `turn_rate` at most.
+def face(context: TickContext, x: float, y: float, turn_rate: float) -> None:
+    """Turns the person towards a point, at `turn_rate` at most.
 
-    Whoever stands on the point keeps the heading.
+    A person who stands on the point keeps the heading.
     """
-    state, command = moment.state, moment.command
+    state, command = context.state, context.command
     dx, dy = x - state[X], y - state[Y]
     command[Command.TURN_RATE] = turn_rate
     command[Command.YAW_TARGET] = math.atan2(dy, dx) if dx or dy else state[YAW]
 
 
 def walk_to(
-    moment: Moment, x: float, y: float, goal_radius: float, speed: float
+    context: TickContext, x: float, y: float, goal_radius: float, speed: float
 ) -> None:
     """Walks to a point at a speed, instead of to the current goal."""
-    command = moment.command
+    command = context.command
     command[Command.GOAL_X] = x
     command[Command.GOAL_Y] = y
     command[Command.GOAL_RADIUS] = goal_radius
@@ -55,77 +57,79 @@ def walk_to(
 
 
 @register_action("SurprisedNav", ignored=IGNORED)
-def surprised_nav(moment: Moment, *, turn_rate: TurnRate = TURN_RATE) -> Status:
+def surprised_nav(
+    context: TickContext, *, turn_rate: TurnRate = TURN_RATE
+) -> NodeStatus:
     """Stands still and turns to the robot."""
-    robot = moment.robot
+    robot = context.robot
     if robot is None:
-        return Status.FAILURE
-    moment.command[Command.HOLD] = 1.0
-    face(moment, robot[X], robot[Y], turn_rate)
-    moment.behavior_status = 1
-    return Status.SUCCESS
+        return NodeStatus.FAILURE
+    context.command[Command.HOLD] = 1.0
+    face(context, robot[X], robot[Y], turn_rate)
+    context.behavior_status = 1
+    return NodeStatus.SUCCESS
 
 
 @register_action("ScaredNav", ignored=IGNORED)
 def scared_nav(
-    moment: Moment,
+    context: TickContext,
     *,
     speed: PortSpeed = 0.6,
     push: Annotated[float, within(0, 1e4, "m/s^2")] = 20.0,
     push_range: PortDistance = 0.2,
     robot: Role = "unseen",
-) -> Status:
+) -> NodeStatus:
     """Walks on slowly, pushed away from the robot.
 
     The push is `push` times `push_range` over the distance from the body to
     the robot's center; that distance counts as 0.05 m at least.
     """
-    if moment.robot is None:
-        return Status.FAILURE
-    command = moment.command
+    if context.robot is None:
+        return NodeStatus.FAILURE
+    command = context.command
     command[Command.ROBOT_ROLE] = ROLES[robot]
     command[Command.ROBOT_REPULSION] = push * push_range
     command[Command.DESIRED_SPEED] = speed
     command[Command.MAX_SPEED] = speed
-    moment.behavior_status = 1
-    return Status.SUCCESS
+    context.behavior_status = 1
+    return NodeStatus.SUCCESS
 
 
 @register_action("CuriousNav", ignored=IGNORED)
 def curious_nav(
-    moment: Moment,
+    context: TickContext,
     *,
     stop_distance: PortDistance = 1.5,
     speed: PortSpeed = 1.8,
     speed_distance: _PositiveDistance = 10.0,
     turn_rate: TurnRate = TURN_RATE,
     robot: Role = "unseen",
-) -> Status:
-    """Walks to the robot, and stands before it and looks at it.
+) -> NodeStatus:
+    """Walks to the robot, then stands before it and looks at it.
 
     It comes at `speed` at the distance `speed_distance`, elsewhere in
     proportion, and never faster than the person's own maximum.
     """
-    row = moment.robot
+    row = context.robot
     if row is None:
-        return Status.FAILURE
-    state, command = moment.state, moment.command
+        return NodeStatus.FAILURE
+    state, command = context.state, context.command
     distance = math.hypot(row[X] - state[X], row[Y] - state[Y])
     command[Command.ROBOT_ROLE] = ROLES[robot]
     if distance <= stop_distance:
         command[Command.HOLD] = 1.0
-        face(moment, row[X], row[Y], turn_rate)
+        face(context, row[X], row[Y], turn_rate)
     else:
         approach = speed * (distance / speed_distance)
         approach = min(approach, command[Command.MAX_SPEED])
-        walk_to(moment, row[X], row[Y], row[RADIUS], approach)
-    moment.behavior_status = 1
-    return Status.SUCCESS
+        walk_to(context, row[X], row[Y], row[RADIUS], approach)
+    context.behavior_status = 1
+    return NodeStatus.SUCCESS
 
 
 @register_action("ThreateningNav", ignored=IGNORED)
 def threatening_nav(
-    moment: Moment,
+    context: TickContext,
     *,
     goal_distance: PortDistance = 1.1,
     goal_radius: PortDistance = 0.05,
@@ -133,24 +137,24 @@ def threatening_nav(
     face_distance: PortDistance = 1.2,
     turn_rate: TurnRate = TURN_RATE,
     robot: Role = "unseen",
-) -> Status:
-    """Gets in front of the robot, and looks at it from near.
+) -> NodeStatus:
+    """Walks in front of the robot, and looks at it from close by.
 
     It walks at its own `speed`, which may be above the person's maximum.
     """
-    row = moment.robot
+    row = context.robot
     if row is None:
-        return Status.FAILURE
-    state = moment.state
-    moment.command[Command.ROBOT_ROLE] = ROLES[robot]
+        return NodeStatus.FAILURE
+    state = context.state
+    context.command[Command.ROBOT_ROLE] = ROLES[robot]
     walk_to(
-        moment,
+        context,
         row[X] + goal_distance * math.cos(row[YAW]),
         row[Y] + goal_distance * math.sin(row[YAW]),
         goal_radius,
         speed,
     )
     if math.hypot(row[X] - state[X], row[Y] - state[Y]) <= face_distance:
-        face(moment, row[X], row[Y], turn_rate)
-    moment.behavior_status = 1
-    return Status.SUCCESS
+        face(context, row[X], row[Y], turn_rate)
+    context.behavior_status = 1
+    return NodeStatus.SUCCESS

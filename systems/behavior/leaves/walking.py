@@ -1,4 +1,4 @@
-"""The conditions and actions of people who walk from goal to goal.
+"""Conditions and actions of walking from goal to goal: RegularNav, ...
 
 Each tree belongs to one person and its time is simulated time, so the ports
 that name a person or a time step are accepted and ignored.
@@ -7,12 +7,17 @@ that name a person or a time step are accepted and ignored.
 import math
 from typing import Annotated, Literal
 
+from hunav_drake.systems.behavior.nodes.node import (
+    NodeStatus,
+)
 from hunav_drake.systems.behavior.nodes.registry import (
     register_action,
     register_condition,
 )
-from hunav_drake.systems.behavior.nodes.status import Status
-from hunav_drake.systems.behavior.tick_context import MAX_STATUS, Moment
+from hunav_drake.systems.behavior.nodes.tick_context import (
+    MAX_BEHAVIOR_STATUS,
+    TickContext,
+)
 from hunav_drake.systems.common.layout import Command, RobotRole, X, Y
 from hunav_drake.systems.common.schema import within
 
@@ -30,43 +35,47 @@ ROLES = {
 
 
 @register_condition("IsGoalReached", ignored=IGNORED)
-def is_goal_reached(moment: Moment) -> bool:
-    """Holds within 0.1 m of the current goal's radius; never without goal."""
-    goal = moment.goal
+def is_goal_reached(context: TickContext) -> bool:
+    """Holds within 0.1 m of the goal's radius; never without a goal."""
+    goal = context.goal
     if goal is None:
         return False
-    state = moment.state
+    state = context.state
     distance = math.hypot(goal[0] - state[X], goal[1] - state[Y])
-    return distance <= moment.person.goal_radius + GOAL_MARGIN
+    return distance <= context.person.goal_radius + GOAL_MARGIN
 
 
 @register_action("UpdateGoal", ignored=IGNORED)
-def update_goal(moment: Moment) -> Status:
-    """Goes on to the next goal; fails if there is no goal to leave."""
-    return Status.SUCCESS if moment.drop_goal() else Status.FAILURE
+def update_goal(context: TickContext) -> NodeStatus:
+    """Goes on to the next goal; fails if there is no current goal."""
+    return (
+        NodeStatus.SUCCESS if context.go_to_next_goal() else NodeStatus.FAILURE
+    )
 
 
 @register_action("RegularNav", ignored=IGNORED)
 def regular_nav(
-    moment: Moment,
+    context: TickContext,
     *,
     robot: Role = "pedestrian",
     ignore_robot: bool = False,
 ) -> None:
-    """Walks to the current goal; the robot is what `robot` says.
+    """Walks to the current goal; `robot` is how robots enter the forces.
 
-    With `ignore_robot` it is unseen, whatever `robot` says.
+    With `ignore_robot` they are unseen, whatever `robot` is.
     """
     role = ROLES["unseen" if ignore_robot else robot]
-    moment.command[Command.ROBOT_ROLE] = role
+    context.command[Command.ROBOT_ROLE] = role
 
 
 @register_action("SetBehaviorStatus", ignored=IGNORED)
 def set_behavior_status(
-    moment: Moment, *, status: Annotated[int, within(0, MAX_STATUS)] = 1
+    context: TickContext,
+    *,
+    status: Annotated[int, within(0, MAX_BEHAVIOR_STATUS)] = 1,
 ) -> None:
-    """Tells the world in which state of its behavior the person is."""
-    moment.behavior_status = status
+    """Sets the behavior status: the state of the person's reaction."""
+    context.behavior_status = status
 
 
 @register_condition(
@@ -75,7 +84,7 @@ def set_behavior_status(
     ignored=(*IGNORED, "ts"),
 )
 def time_expired(
-    moment: Moment,
+    context: TickContext,
     own: list[float],
     *,
     seconds: Annotated[float, within(0, 1e9, "s")] = 1.0,
@@ -83,13 +92,13 @@ def time_expired(
 ) -> bool:
     """Holds once its ticks, this one included, have lasted `seconds`.
 
-    With `only_once` it holds for ever after; without, it counts anew.
+    With `only_once` it holds for ever after; without, it counts again.
 
     The time steps are added up, rounding included, as HuNavSim does: 800 steps
     of 0.05 s are a little less than 40 s, and 600 of them a little more than
     30 s.
     """
-    passed = own[0] + moment.person.time_step
+    passed = own[0] + context.person.time_step
     if passed < seconds:
         own[0] = passed
         return False

@@ -1,27 +1,29 @@
-"""The actions of people who make way for the robot."""
+"""Actions that make way for robots: StandStill, StepAside, PassBy."""
 
 import itertools
 import math
 from typing import Annotated, NamedTuple
 
-from hunav_drake.systems.behavior.leaves.noticing import (
-    Distance,
-    OnWay,
-    before_goal,
-    course,
-    way,
-)
 from hunav_drake.systems.behavior.leaves.reactions import (
     TURN_RATE,
     PortDistance,
     TurnRate,
     face,
 )
+from hunav_drake.systems.behavior.leaves.robot_conditions import (
+    Distance,
+    OnWay,
+    before_goal,
+    course,
+    way,
+)
 from hunav_drake.systems.behavior.leaves.walking import IGNORED, ROLES, Role
 from hunav_drake.systems.behavior.nodes.decorators import steps_reach
+from hunav_drake.systems.behavior.nodes.node import (
+    NodeStatus,
+)
 from hunav_drake.systems.behavior.nodes.registry import register_action
-from hunav_drake.systems.behavior.nodes.status import Status
-from hunav_drake.systems.behavior.tick_context import Moment, Row
+from hunav_drake.systems.behavior.nodes.tick_context import Row, TickContext
 from hunav_drake.systems.common.layout import RADIUS, Command, X, Y
 from hunav_drake.systems.common.schema import within
 from hunav_drake.systems.world.ray_cast import ray_cast
@@ -49,26 +51,26 @@ _LEEWAY = 0.5
 
 @register_action("StandStill", memory={"ticks": 0.0}, ignored=IGNORED)
 def stand_still(
-    moment: Moment,
+    context: TickContext,
     own: list[float],
     *,
     seconds: Annotated[float, within(0, 1e9, "s")] = 0.0,
     turn_rate: TurnRate = TURN_RATE,
-) -> Status:
+) -> NodeStatus:
     """Stands still and turns to the robot, if there is one.
 
     It runs for `seconds`, and for one tick at least.
     """
-    moment.command[Command.HOLD] = 1.0
-    robot = moment.robot
+    context.command[Command.HOLD] = 1.0
+    robot = context.robot
     if robot is not None:
-        face(moment, robot[X], robot[Y], turn_rate)
-    moment.behavior_status = 1
+        face(context, robot[X], robot[Y], turn_rate)
+    context.behavior_status = 1
     own[0] += 1
-    if steps_reach(own[0], moment.person.time_step, seconds):
+    if steps_reach(own[0], context.person.time_step, seconds):
         own[0] = 0.0
-        return Status.SUCCESS
-    return Status.RUNNING
+        return NodeStatus.SUCCESS
+    return NodeStatus.RUNNING
 
 
 @register_action(
@@ -77,8 +79,8 @@ def stand_still(
     ignored=IGNORED,
 )
 def step_aside(
-    moment: Moment, own: list[float], *, clearance: PortDistance = 1.0
-) -> Status:
+    context: TickContext, own: list[float], *, clearance: PortDistance = 1.0
+) -> NodeStatus:
     """Walks to a spot `clearance` beside the robot's course.
 
     The side is the one where the person is, the right-hand side on the course
@@ -86,25 +88,25 @@ def step_aside(
     chosen once; the action runs until the person is there, and fails if there
     is no robot.
     """
-    robot = moment.robot
+    robot = context.robot
     if robot is None:
-        return Status.FAILURE
+        return NodeStatus.FAILURE
     if not own[0]:
-        aside = _way_aside(moment, robot, course(robot), clearance)
-        x = moment.state[X] + aside.free * aside.nx
-        y = moment.state[Y] + aside.free * aside.ny
+        aside = _way_aside(context, robot, course(robot), clearance)
+        x = context.state[X] + aside.free * aside.nx
+        y = context.state[Y] + aside.free * aside.ny
         own[:] = [1.0, x, y]
-    state, command = moment.state, moment.command
-    moment.behavior_status = 1
+    state, command = context.state, context.command
+    context.behavior_status = 1
     if math.hypot(own[1] - state[X], own[2] - state[Y]) <= _ARRIVED:
         own[0] = 0.0
         command[Command.HOLD] = 1.0
-        return Status.SUCCESS
+        return NodeStatus.SUCCESS
     command[Command.GOAL_X] = own[1]
     command[Command.GOAL_Y] = own[2]
     command[Command.GOAL_RADIUS] = _ARRIVED / 2
     command[Command.HAS_GOAL] = 1.0
-    return Status.RUNNING
+    return NodeStatus.RUNNING
 
 
 @register_action(
@@ -113,13 +115,13 @@ def step_aside(
     ignored=IGNORED,
 )
 def pass_by(
-    moment: Moment,
+    context: TickContext,
     own: list[float],
     *,
     distance: Distance,
     clearance: PortDistance = 1.0,
     robot: Role = "obstacle",
-) -> Status:
+) -> NodeStatus:
     """Walks on towards the goal, past all robots at a distance of `clearance`.
 
     The side is the one that takes the person the least off the way, the
@@ -130,21 +132,21 @@ def pass_by(
     action runs until no robot is between the person and the goal, at most
     0.5 m farther away than `distance`.
     """
-    state, command = moment.state, moment.command
-    robots = before_goal(moment, distance + _LEEWAY, clearance)
+    state, command = context.state, context.command
+    robots = before_goal(context, distance + _LEEWAY, clearance)
     if not robots:
         own[0] = 0.0
-        return Status.SUCCESS
+        return NodeStatus.SUCCESS
     command[Command.ROBOT_ROLE] = ROLES[robot]
-    moment.behavior_status = 1
-    gx, gy = way(moment)
+    context.behavior_status = 1
+    gx, gy = way(context)
     usual = -_BESIDE
     if own[0]:
         usual = gx * (own[2] - state[Y]) - gy * (own[1] - state[X])
-    lane = _find_lane(moment, robots, clearance, usual)
+    lane = _find_lane(context, robots, clearance, usual)
     # (Before the robot it may be narrower than beside it.)
     reach = abs(lane) + state[RADIUS]
-    part = moment.clear_part(
+    part = context.cast_ray(
         state[X] - math.copysign(reach, lane) * gy,
         state[Y] + math.copysign(reach, lane) * gx,
     )
@@ -153,21 +155,21 @@ def pass_by(
     dx, dy = _AHEAD * gx - lane * gy, _AHEAD * gy + lane * gx
     x, y = state[X] + dx, state[Y] + dy
     # (The way around a wall across leads to the goal itself.)
-    if moment.clear_part(x + state[RADIUS] * gx, y + state[RADIUS] * gy) > 1:
+    if context.cast_ray(x + state[RADIUS] * gx, y + state[RADIUS] * gy) > 1:
         own[:] = [1.0, x, y]
         command[Command.GOAL_X] = x
         command[Command.GOAL_Y] = y
         command[Command.GOAL_RADIUS] = 0.0
-    return Status.RUNNING
+    return NodeStatus.RUNNING
 
 
 def _find_lane(
-    moment: Moment, robots: list[OnWay], clearance: float, usual: float
+    context: TickContext, robots: list[OnWay], clearance: float, usual: float
 ) -> float:
-    """Returns how far to the left of the way to walk, past robots.
+    """Returns the lane past robots: how far left of the line to the goal.
 
     Args:
-        moment: The moment.
+        context: The tick context.
         robots: The robots, of which there is one at least.
         clearance: How far from all of them, if there is room.
         usual: The lane to stay near to.
@@ -175,25 +177,25 @@ def _find_lane(
     blocking = [it.ahead for it in robots if abs(it.beside) < clearance]
     if not blocking:
         return 0.0
-    room, lane = _widest_lane(moment, robots, clearance, usual)
+    room, lane = _widest_lane(context, robots, clearance, usual)
     if room < clearance - _WORTH:
         # Not past all of them at once, but past those that are side by side.
         first = min(blocking)
         abreast = [it for it in robots if abs(it.ahead - first) < clearance]
-        _, lane = _widest_lane(moment, abreast, clearance, usual)
+        _, lane = _widest_lane(context, abreast, clearance, usual)
     return lane
 
 
 def _widest_lane(
-    moment: Moment, robots: list[OnWay], clearance: float, usual: float
+    context: TickContext, robots: list[OnWay], clearance: float, usual: float
 ) -> tuple[float, float]:
-    """Returns the room that the widest lane has, up to `clearance`, and it."""
+    """Returns the widest lane, after the room in it, up to `clearance`."""
     beside = sorted(it.beside for it in robots)
-    left, left_gap = _wall_beside(moment, robots, clearance, 1.0)
-    right, right_gap = _wall_beside(moment, robots, clearance, -1.0)
+    left, left_gap = _wall_beside(context, robots, clearance, 1.0)
+    right, right_gap = _wall_beside(context, robots, clearance, -1.0)
     # Where two bodies hardly fit in, one touches the wall, on either side.
-    narrow = min(left_gap, right_gap) < 2 * (moment.state[RADIUS] + _WALL_GAP)
-    off = moment.state[RADIUS] + (0.0 if narrow else _WALL_GAP)
+    narrow = min(left_gap, right_gap) < 2 * (context.state[RADIUS] + _WALL_GAP)
+    off = context.state[RADIUS] + (0.0 if narrow else _WALL_GAP)
     left, right = max(left - off, beside[-1]), min(right + off, beside[0])
     lanes = [
         *(b - clearance for b in beside),
@@ -212,28 +214,28 @@ def _widest_lane(
 
 
 def _wall_beside(
-    moment: Moment, robots: list[OnWay], clearance: float, side: float
+    context: TickContext, robots: list[OnWay], clearance: float, side: float
 ) -> tuple[float, float]:
-    """Returns where the wall is beside robots, on a side: 1 left, -1 right.
+    """Returns where the wall beside robots is, on a side: 1 left, -1 right.
 
     Returns:
         Its lane, and the gap between it and the body of the nearest robot.
     """
-    gx, gy = way(moment)
+    gx, gy = way(context)
     outermost = max(robots, key=lambda it: side * it.beside)
-    row = moment.robots[outermost.row]
-    reach = clearance + moment.state[RADIUS] + _WALL_GAP
-    wall = reach * _clear_part(
-        moment, row[X], row[Y], -side * reach * gy, side * reach * gx
+    row = context.robots[outermost.row]
+    reach = clearance + context.state[RADIUS] + _WALL_GAP
+    wall = reach * _cast_ray(
+        context, row[X], row[Y], -side * reach * gy, side * reach * gx
     )
     return outermost.beside + side * wall, wall - row[RADIUS]
 
 
-def _clear_part(
-    moment: Moment, x: float, y: float, dx: float, dy: float
+def _cast_ray(
+    context: TickContext, x: float, y: float, dx: float, dy: float
 ) -> float:
-    """Returns how much of a line is before the first wall, as a fraction."""
-    walls = moment.person.walls
+    """Casts a ray; returns the fraction of it before the first wall."""
+    walls = context.person.walls
     if walls is None:
         return math.inf
     part: float = ray_cast(x, y, x + dx, y + dy, walls)
@@ -241,13 +243,13 @@ def _clear_part(
 
 
 class _Aside(NamedTuple):
-    """The way to the side of a course.
+    """The way to one side of a robot's course.
 
     Attributes:
-        nx: Its direction in W: a unit vector.
-        ny: Likewise.
+        nx: The x-component of its direction in W, a unit vector.
+        ny: The y-component of its direction.
         way: Its length, in meters.
-        free: How much of it the walls leave.
+        free: How much of it is free of walls, in meters.
     """
 
     nx: float
@@ -257,10 +259,13 @@ class _Aside(NamedTuple):
 
 
 def _way_aside(
-    moment: Moment, robot: Row, course: tuple[float, float], clearance: float
+    context: TickContext,
+    robot: Row,
+    course: tuple[float, float],
+    clearance: float,
 ) -> _Aside:
-    """Returns the way to the side on which to be `clearance` off a course."""
-    state = moment.state
+    """Returns the way to a place `clearance` beside a robot's course."""
+    state = context.state
     x, y = state[X], state[Y]
     hx, hy = course
     # The left of the robot: the right of someone who faces it.
@@ -272,7 +277,7 @@ def _way_aside(
         way = max(clearance - side * beside, 0.0)
         gap = state[RADIUS] + _WALL_GAP
         reach = way + gap
-        free = reach * moment.clear_part(
+        free = reach * context.cast_ray(
             x + side * reach * nx, y + side * reach * ny
         )
         return _Aside(side * nx, side * ny, way, min(way, max(free - gap, 0.0)))

@@ -1,29 +1,29 @@
-"""The decorators.
+"""The decorators: Inverter, ForceSuccess, Repeat, Delay, Timeout, ...
 
-They mean what BehaviorTree.CPP says; times are simulated times, counted in
-ticks from the one that starts them.
+They work as in BehaviorTree.CPP. Times are simulated times, counted in ticks
+from the first one.
 """
 
 from collections.abc import Mapping
 from typing import Annotated
 
 from hunav_drake.systems.behavior.nodes.node import (
-    BuildFunction,
-    Built,
-    HaltFunction,
-    Memory,
-    Node,
-    NodeType,
-    Port,
-)
-from hunav_drake.systems.behavior.nodes.sequences import (
     FAILURE,
     RUNNING,
     SKIPPED,
     SUCCESS,
+    BuildFunction,
+    Built,
+    Memory,
+    Node,
+    NodeStatus,
+    NodeType,
+    halt_of,
 )
-from hunav_drake.systems.behavior.nodes.status import Status
-from hunav_drake.systems.behavior.tick_context import Moment
+from hunav_drake.systems.behavior.nodes.port import (
+    Port,
+)
+from hunav_drake.systems.behavior.nodes.tick_context import TickContext
 from hunav_drake.systems.common.schema import within
 
 # How often Repeat and RetryUntilSuccessful tick a child that completes at
@@ -34,7 +34,7 @@ Milliseconds = Annotated[float, within(0, 1e9, "ms")]
 
 
 def steps_reach(steps: float, time_step: float, seconds: float) -> bool:
-    """Tells whether some steps last as long as a duration.
+    """Returns whether a number of steps lasts at least a duration.
 
     A multiple of the step that misses the duration by rounding alone has
     reached it.
@@ -42,22 +42,22 @@ def steps_reach(steps: float, time_step: float, seconds: float) -> bool:
     return steps * time_step >= seconds * (1 - 1e-12)
 
 
-def _mapped(results: Mapping[Status, Status]) -> BuildFunction:
-    """Makes a decorator that exchanges the results of its child."""
+def _mapped(results: Mapping[NodeStatus, NodeStatus]) -> BuildFunction:
+    """Builds a decorator that maps the result of its child to another."""
 
     def build(node: Node, children: tuple[Built, ...]) -> Built:
         (child,) = children
         child_tick = child.tick
 
-        def tick(memory: Memory, moment: Moment) -> Status:
-            return results[child_tick(memory, moment)]
+        def tick(memory: Memory, context: TickContext) -> NodeStatus:
+            return results[child_tick(memory, context)]
 
         return child._replace(tick=tick, work=child.work + 1)
 
     return build
 
 
-def _exchange(success: Status, failure: Status) -> BuildFunction:
+def _exchange(success: NodeStatus, failure: NodeStatus) -> BuildFunction:
     return _mapped(
         {
             RUNNING: RUNNING,
@@ -74,21 +74,8 @@ def _keep_running(node: Node, children: tuple[Built, ...]) -> Built:
     return built._replace(may_skip=False)
 
 
-def _resetting(slots: tuple[int, ...], child: Built) -> HaltFunction:
-    """Returns the function that clears slots and halts a child."""
-    child_halt = child.halt
-
-    def halt(memory: Memory) -> None:
-        for slot in slots:
-            memory[slot] = 0.0
-        if child_halt:
-            child_halt(memory)
-
-    return halt
-
-
-def _again(port: str, again: Status, stops: Status) -> BuildFunction:
-    """Makes Repeat (again at SUCCESS) and RetryUntilSuccessful (FAILURE)."""
+def _again(port: str, again: NodeStatus, stops: NodeStatus) -> BuildFunction:
+    """Builds Repeat (again at SUCCESS) or RetryUntilSuccessful (FAILURE)."""
 
     def build(node: Node, children: tuple[Built, ...]) -> Built:
         (child,) = children
@@ -96,7 +83,7 @@ def _again(port: str, again: Status, stops: Status) -> BuildFunction:
         read = node.reader(port)
         counter = node.slot("count")
 
-        def tick(memory: Memory, moment: Moment) -> Status:
+        def tick(memory: Memory, context: TickContext) -> NodeStatus:
             limit = read(memory)
             count = int(memory[counter])
             # An endless loop over a child that completes at once has one
@@ -106,7 +93,7 @@ def _again(port: str, again: Status, stops: Status) -> BuildFunction:
                 if cycles == 0:
                     memory[counter] = count
                     return RUNNING
-                status = child_tick(memory, moment)
+                status = child_tick(memory, context)
                 if status is stops:
                     memory[counter] = 0.0
                     return stops
@@ -126,7 +113,7 @@ def _again(port: str, again: Status, stops: Status) -> BuildFunction:
             most = 1 if limit == -1 else min(limit, most)
         return Built(
             tick,
-            _resetting((counter,), child),
+            halt_of((counter,), children),
             child.may_skip,
             1 + most * child.work,
         )
@@ -140,12 +127,12 @@ def _run_once(node: Node, children: tuple[Built, ...]) -> Built:
     read_then_skip = node.reader("then_skip")
     result = node.slot("result")
 
-    def tick(memory: Memory, moment: Moment) -> Status:
+    def tick(memory: Memory, context: TickContext) -> NodeStatus:
         if memory[result]:
             if read_then_skip(memory):
                 return SKIPPED
-            return Status(int(memory[result]))
-        status = child_tick(memory, moment)
+            return NodeStatus(int(memory[result]))
+        status = child_tick(memory, context)
         if status is SUCCESS or status is FAILURE:
             memory[result] = float(status)
         return status
@@ -160,18 +147,18 @@ def _delay(node: Node, children: tuple[Built, ...]) -> Built:
     read = node.reader("delay_msec")
     steps = node.slot("steps")
 
-    def tick(memory: Memory, moment: Moment) -> Status:
+    def tick(memory: Memory, context: TickContext) -> NodeStatus:
         delay = read(memory) / 1000
-        if not steps_reach(memory[steps], moment.person.time_step, delay):
+        if not steps_reach(memory[steps], context.person.time_step, delay):
             memory[steps] += 1
             return RUNNING
-        status = child_tick(memory, moment)
+        status = child_tick(memory, context)
         if status is SUCCESS or status is FAILURE:
             memory[steps] = 0.0
         return status
 
     return Built(
-        tick, _resetting((steps,), child), child.may_skip, 1 + child.work
+        tick, halt_of((steps,), children), child.may_skip, 1 + child.work
     )
 
 
@@ -180,16 +167,16 @@ def _timeout(node: Node, children: tuple[Built, ...]) -> Built:
     child_tick = child.tick
     read = node.reader("msec")
     steps = node.slot("steps")
-    halt = _resetting((steps,), child)
+    halt = halt_of((steps,), children)
 
-    def tick(memory: Memory, moment: Moment) -> Status:
+    def tick(memory: Memory, context: TickContext) -> NodeStatus:
         limit = read(memory) / 1000
         passed = memory[steps]
-        time_step = moment.person.time_step
+        time_step = context.person.time_step
         if limit and passed and steps_reach(passed, time_step, limit):
             halt(memory)
             return FAILURE
-        status = child_tick(memory, moment)
+        status = child_tick(memory, context)
         if status is RUNNING:
             # Without a limit there is nothing to count.
             memory[steps] = passed + 1 if limit else 0.0

@@ -1,32 +1,32 @@
-"""Makes nodes of the functions that leaves are."""
+"""Builds the tick function of a leaf from the Python function it is."""
 
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
-from hunav_drake.systems.behavior.errors import BehaviorTreeError
+from hunav_drake.systems.behavior.nodes.errors import BehaviorTreeError
 from hunav_drake.systems.behavior.nodes.node import (
-    Built,
-    Constant,
-    HaltFunction,
-    Memory,
-    Node,
-)
-from hunav_drake.systems.behavior.nodes.sequences import (
     FAILURE,
     RUNNING,
     SUCCESS,
+    Built,
+    HaltFunction,
+    Memory,
+    Node,
+    NodeStatus,
 )
-from hunav_drake.systems.behavior.nodes.status import Status
-from hunav_drake.systems.behavior.tick_context import Moment
+from hunav_drake.systems.behavior.nodes.port import (
+    Constant,
+)
+from hunav_drake.systems.behavior.nodes.tick_context import TickContext
 
 # The first slot of an action that remembers: whether it runs.
 RUNNING_SLOT = "(running)"
 
 
 def _is_plain(node: Node) -> bool:
-    """Tells whether a leaf needs the moment only: the usual, fastest case."""
+    """Returns whether a leaf needs only the tick context: the fastest case."""
     return not node.slots and all(
         isinstance(value, Constant)
         and value.value == node.type.ports[name].default
@@ -37,82 +37,83 @@ def _is_plain(node: Node) -> bool:
 def build_leaf(
     function: Callable[..., Any], node: Node, children: tuple[Built, ...]
 ) -> Built:
-    """Makes the functions of a leaf from the function that it is.
+    """Builds a leaf from its Python function.
 
     Args:
-        function: Takes the moment, its memory if it has one, and its ports.
+        function: Takes the tick context, its memory if it has one, and its
+            ports.
         node: The leaf.
-        children: None.
+        children: Empty: a leaf has none.
     """
     call = _with_ports(function, node)
     plain = _is_plain(node)
     if node.type.category == "Condition":
 
-        def check(memory: Memory, moment: Moment) -> Status:
+        def check(memory: Memory, context: TickContext) -> NodeStatus:
             try:
-                holds = function(moment) if plain else call(memory, moment)
+                holds = function(context) if plain else call(memory, context)
             except Exception as error:
                 raise _located(error, node) from _cause(error)
             if holds is True:
                 return SUCCESS
-            return FAILURE if holds is False else _truth(holds, node)
+            return FAILURE if holds is False else _condition_status(holds, node)
 
         return Built(check)
 
-    def act(memory: Memory, moment: Moment) -> Status:
+    def act(memory: Memory, context: TickContext) -> NodeStatus:
         try:
-            status = function(moment) if plain else call(memory, moment)
+            status = function(context) if plain else call(memory, context)
         except Exception as error:
             raise _located(error, node) from _cause(error)
         if status is None:
             return SUCCESS
         if status is SUCCESS or status is RUNNING or status is FAILURE:
-            result: Status = status
+            result: NodeStatus = status
             return result
         raise TypeError(
             f"{node.place}: action {node.type.name} must return"
-            " Status.SUCCESS, FAILURE, RUNNING or None (which is SUCCESS), got"
-            f" {status!r}"
+            " NodeStatus.SUCCESS, FAILURE, RUNNING or None (which is SUCCESS),"
+            f" got {status!r}"
         )
 
     if not node.slots:
         return Built(act)
     running = node.slot(RUNNING_SLOT)
 
-    def note_running(memory: Memory, moment: Moment) -> Status:
-        status = act(memory, moment)
+    def note_running(memory: Memory, context: TickContext) -> NodeStatus:
+        status = act(memory, context)
         memory[running] = 1.0 if status is RUNNING else 0.0
         return status
 
     return Built(note_running, _leaf_halt(node, running))
 
 
-def _truth(holds: Any, node: Node) -> Status:
-    """Returns what a condition means that returns no plain truth.
+def _condition_status(holds: Any, node: Node) -> NodeStatus:
+    """Returns the status for a condition's result that is not True or False.
 
     Raises:
-        TypeError: If it returns none at all.
+        TypeError: If the result is not one that a condition may return.
     """
     if isinstance(holds, np.bool_):
         return SUCCESS if holds else FAILURE
     if holds is SUCCESS or holds is FAILURE:
-        result: Status = holds
+        result: NodeStatus = holds
         return result
     raise TypeError(
         f"{node.place}: condition {node.type.name} must return True, False,"
-        f" Status.SUCCESS or FAILURE, got {holds!r}"
+        f" NodeStatus.SUCCESS or FAILURE, got {holds!r}"
     )
 
 
 def _located(error: Exception, node: Node) -> BehaviorTreeError:
-    """Returns the error of a leaf with the leaf's place."""
+    """Returns an error of a leaf as one that names the leaf's place."""
     if isinstance(error, BehaviorTreeError):
         return error
     return node.error(f"{type(error).__name__}: {error}")
 
 
 def _cause(error: Exception) -> BaseException | None:
-    """Returns what an error with its place comes from."""
+    """Returns the original cause of an error."""
     return error.__cause__ if isinstance(error, BehaviorTreeError) else error
 
 
@@ -129,8 +130,8 @@ def _leaf_halt(node: Node, running: int) -> HaltFunction:
 
 def _with_ports(
     function: Callable[..., Any], node: Node
-) -> Callable[[Memory, Moment], Any]:
-    """Returns the function with its memory and its ports put in."""
+) -> Callable[[Memory, TickContext], Any]:
+    """Returns the leaf's function with its memory and ports bound."""
     ports = node.type.ports
     constants = {
         name: value.value
@@ -147,22 +148,22 @@ def _with_ports(
         begin += 1
     if begin == end:
         if not variables:
-            return lambda memory, moment: function(moment, **constants)
+            return lambda memory, context: function(context, **constants)
 
-        def call(memory: Memory, moment: Moment) -> Any:
+        def call(memory: Memory, context: TickContext) -> Any:
             values = {name: read(memory) for name, read in variables.items()}
-            return function(moment, **constants, **values)
+            return function(context, **constants, **values)
 
         return call
 
-    def call_with_memory(memory: Memory, moment: Moment) -> Any:
+    def call_with_memory(memory: Memory, context: TickContext) -> Any:
         values = constants
         if variables:
             values = dict(constants)
             for name, read in variables.items():
                 values[name] = read(memory)
         own = memory[begin:end]
-        result = function(moment, own, **values)
+        result = function(context, own, **values)
         if len(own) != end - begin:
             raise node.error(
                 f"it must keep {end - begin} numbers of memory, left {len(own)}"

@@ -1,143 +1,61 @@
-"""The parts of a parsed tree: node types, ports, nodes.
+"""The parts of a parsed tree: node types and nodes, and the status of a node.
 
-A node type says how a node of it is written in XML and how it is built into
-a function that ticks it. A node is one use of a type in a tree.
+A node type defines how its nodes are written in XML, and how they are built
+into functions that tick them. A node is one use of a type in a tree.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
+from enum import IntEnum
 from typing import Any, Literal, NamedTuple
 
-from pydantic import ConfigDict, TypeAdapter, ValidationError
+from hunav_drake.systems.behavior.nodes.errors import BehaviorTreeError, Place
+from hunav_drake.systems.behavior.nodes.port import (
+    UNSET,
+    Constant,
+    Port,
+    Variable,
+)
+from hunav_drake.systems.behavior.nodes.tick_context import TickContext
 
-from hunav_drake.systems.behavior.errors import BehaviorTreeError, Place
-from hunav_drake.systems.behavior.nodes.status import Status
-from hunav_drake.systems.behavior.tick_context import Moment
 
-# What a blackboard entry holds until something sets it. No literal is
-# infinite, and unlike NaN it is equal to itself, so that states compare.
-UNSET = float("-inf")
+class NodeStatus(IntEnum):
+    """The status that a node returns when it is ticked.
+
+    The values are those of BehaviorTree.CPP. Compare with `is`: it is faster
+    than `==`, and each status is one object.
+    """
+
+    # Not ticked.
+    IDLE = 0
+    # Needs more ticks.
+    RUNNING = 1
+    SUCCESS = 2
+    FAILURE = 3
+    # Skipped: its parent goes on as if the node were not there.
+    SKIPPED = 4
+
+
+RUNNING = NodeStatus.RUNNING
+SUCCESS = NodeStatus.SUCCESS
+FAILURE = NodeStatus.FAILURE
+SKIPPED = NodeStatus.SKIPPED
 
 Category = Literal["Action", "Condition", "Control", "Decorator"]
 Memory = list[float]
-TickFunction = Callable[[Memory, Moment], Status]
+TickFunction = Callable[[Memory, TickContext], NodeStatus]
 HaltFunction = Callable[[Memory], None]
-
-
-def _message(error: ValidationError, value: Any) -> str:
-    """Returns the rule that a value breaks, and the value."""
-    text = error.errors()[0]["msg"]
-    text = text.removeprefix("Input ").removeprefix("Value error, ")
-    # Rules of our own tell what they got; those of pydantic do not.
-    return text if ", got " in text else f"{text}, got {value!r}"
-
-
-@dataclass(frozen=True)
-class Port:
-    """A value that a node takes from its XML attribute.
-
-    Attributes:
-        name: The name of the attribute.
-        annotation: The Python type: float, int, bool, str or a Literal of
-            texts, or one of these Annotated with rules of pydantic. Any is
-            what a blackboard entry can hold, a number or a text; all such
-            ports of a node hold the same.
-        default: The value without the attribute; `...` if it is required.
-        output: Whether the node sets the blackboard entry that the attribute
-            names, rather than taking a value.
-        adapter: What checks values of the annotation.
-    """
-
-    name: str
-    annotation: Any
-    default: Any = ...
-    output: bool = False
-    adapter: TypeAdapter[Any] = field(init=False, repr=False, compare=False)
-
-    def __post_init__(self) -> None:
-        adapter: TypeAdapter[Any] = TypeAdapter(
-            self.annotation, config=ConfigDict(allow_inf_nan=False)
-        )
-        object.__setattr__(self, "adapter", adapter)
-
-    @property
-    def base(self) -> type:
-        """The Python type without rules: a Literal is a str."""
-        origin = getattr(self.annotation, "__origin__", self.annotation)
-        return origin if isinstance(origin, type) else str
-
-    @property
-    def takes_any(self) -> bool:
-        """Whether it takes what a blackboard entry holds, as it is."""
-        return self.annotation is Any
-
-    def parse(self, text: str, place: Place, node: str) -> Any:
-        """Returns the value that an attribute says.
-
-        Raises:
-            BehaviorTreeError: If it is not of the port's type.
-        """
-        try:
-            return self.adapter.validate_strings(text)
-        except ValidationError as error:
-            raise BehaviorTreeError(
-                f"port {self.name}: {_message(error, text)}",
-                place,
-                node=node,
-            ) from error
-
-    def check(self, value: Any) -> Any:
-        """Returns a Python value as the port's type.
-
-        Raises:
-            ValueError: If it is not of the port's type.
-        """
-        try:
-            return self.adapter.validate_python(value)
-        except ValidationError as error:
-            raise ValueError(
-                f"port {self.name}: {_message(error, value)}"
-            ) from error
-
-
-@dataclass(frozen=True)
-class Constant:
-    """A port's value that is known when the tree is parsed.
-
-    Attributes:
-        value: The value.
-        number: What stands for it in the memory, if the port takes what
-            blackboard entries hold.
-    """
-
-    value: Any
-    number: float = 0.0
-
-
-@dataclass(frozen=True)
-class Variable:
-    """A port's value that is in the memory: a blackboard entry.
-
-    Attributes:
-        key: The name of the entry.
-        slot: Its index in the memory.
-        texts: If the entry holds texts, the texts that its numbers mean.
-    """
-
-    key: str
-    slot: int
-    texts: tuple[str, ...] | None = None
 
 
 @dataclass(frozen=True)
 class Conditions:
-    """The conditions of a node: see `nodes.conditions`.
+    """The pre- and post-conditions of a node: see `pre_post_conditions`.
 
     Attributes:
-        before: For each attribute, the function that tells if it holds.
-        after: For each attribute, the functions that set entries.
-        slot: The index in the memory that tells if the node runs, if that
-            must be known.
+        before: For each pre-condition, the function that evaluates it.
+        after: For each post-condition, the functions that set entries.
+        slot: The index in the memory of whether the node runs; None if that
+            need not be known.
         source: The attributes as they are written.
     """
 
@@ -185,7 +103,7 @@ class Node:
         return value.value if isinstance(value, Constant) else None
 
     def reader(self, port: str) -> Callable[[Memory], Any]:
-        """Returns the function that gives the value of a port in a tick."""
+        """Returns the function that reads the value of a port in a tick."""
         value = self.ports[port]
         if isinstance(value, Constant):
             constant = value.value
@@ -206,7 +124,7 @@ class Node:
         return read
 
     def number_reader(self, port: str) -> Callable[[Memory], float]:
-        """Returns the function that gives a port's value as the memory does.
+        """Returns the function that reads a port's value as a number.
 
         It is for ports that take what blackboard entries hold, and gives
         UNSET of an entry that is not set.
@@ -244,13 +162,13 @@ class Node:
 
 
 class Built(NamedTuple):
-    """A node as functions.
+    """The functions that a node is built into.
 
     Attributes:
-        tick: Ticks the node: changes the memory and the moment.
-        halt: Gives up what is running; None where that changes nothing.
-        may_skip: Whether it can say SKIPPED.
-        work: How many nodes one tick of it ticks at most.
+        tick: Ticks the node: changes the memory and the tick context.
+        halt: Halts the node if it is running; None if that changes nothing.
+        may_skip: Whether it can return SKIPPED.
+        work: The largest number of nodes that one tick of it ticks.
     """
 
     tick: TickFunction
@@ -259,28 +177,62 @@ class Built(NamedTuple):
     work: int = 1
 
 
+def halts_of(children: tuple[Built, ...]) -> tuple[HaltFunction, ...]:
+    """Returns the halt functions of nodes."""
+    return tuple(child.halt for child in children if child.halt)
+
+
+def halt_of(slots: Iterable[int], children: tuple[Built, ...]) -> HaltFunction:
+    """Returns the function that sets slots to 0 and halts children."""
+    own, halts = tuple(slots), halts_of(children)
+
+    def halt(memory: Memory) -> None:
+        for slot in own:
+            memory[slot] = 0.0
+        for halt in halts:
+            halt(memory)
+
+    return halt
+
+
+def leftovers_of(children: tuple[Built, ...]) -> tuple[HaltFunction, ...]:
+    """Returns what to halt when a node completes and no child is running.
+
+    Only a skipped child can still have something in memory.
+    """
+    return halts_of(tuple(child for child in children if child.may_skip))
+
+
+def work_of(children: tuple[Built, ...]) -> int:
+    """Returns the most nodes that one tick ticks, if each child once."""
+    return 1 + sum(child.work for child in children)
+
+
 BuildFunction = Callable[[Node, tuple[Built, ...]], Built]
 
+# How many children a control node may have that takes any number.
+MANY = (1, 10**6)
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, eq=False)
 class NodeType:
-    """A kind of node.
+    """A type of node. Each registration makes one that equals no other.
 
     Attributes:
         name: The name of its XML element.
-        category: What it is to Groot.
-        build: Makes the functions of a node from those of its children.
-        doc: What it does, in a line.
+        category: Its category in Groot2.
+        build: Builds a node from its children.
+        doc: What it does, in one line.
         ports: Its ports by name.
-        ignored: Attributes that are accepted and mean nothing here.
-        slots: What it remembers: a name for each number, and what it is at
-            first.
-        slots_per_child: Likewise for each child.
+        ignored: Attributes that are accepted and have no effect.
+        slots: Its numbers in the memory: their names and initial values.
+        slots_per_child: The names of those that it has for each child, which
+            are 0 at first.
         children: The smallest and the largest number of children.
-        source: The name of what it was made of; empty for the nodes of the
-            language.
-        function: What it was made of: a function, an object, a class; None
-            for the nodes of the language.
+        source: The full name of the leaf's function; empty for built-in
+            nodes.
+        function: The function, object or class of the leaf; None for built-in
+            nodes.
     """
 
     name: str
@@ -296,3 +248,8 @@ class NodeType:
     function: Callable[..., Any] | None = field(
         default=None, repr=False, compare=False
     )
+
+    @property
+    def is_ours(self) -> bool:
+        """Whether it comes with this package."""
+        return not self.source or self.source.startswith("hunav_drake.systems.")

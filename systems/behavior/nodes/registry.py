@@ -1,16 +1,16 @@
-"""The node types that a tree can use, and how to add one's own.
+"""The registered node types, and how to register your own leaves.
 
-A leaf is a function. Its first parameter is the `Moment`; its keyword-only
+A leaf is a function. Its first parameter is the `TickContext`; its keyword-only
 parameters are the ports, with their types and defaults; a leaf that remembers
 takes its own numbers as a list in a second parameter::
 
     @register_condition("IsLate", memory={"ticks": 0.0})
-    def is_late(moment, own, *, seconds: float = 10.0) -> bool:
+    def is_late(context, own, *, seconds: float = 10.0) -> bool:
         own[0] += 1
-        return own[0] * moment.person.time_step >= seconds
+        return own[0] * context.person.time_step >= seconds
 
-A condition returns whether it holds, as a truth or as SUCCESS or FAILURE; an
-action returns a `Status`, or nothing for SUCCESS. Instead of a function, an
+A condition returns whether it holds, as a bool or as SUCCESS or FAILURE; an
+action returns a `NodeStatus`, or nothing for SUCCESS. Instead of a function, an
 object with a method `__call__` is as good, and so is its class, of which one
 object is made, or a `functools.partial`, whose keywords are then no ports. A
 leaf must not keep anything elsewhere: then a tick depends on nothing but the
@@ -24,13 +24,21 @@ import re
 from types import MappingProxyType
 from typing import Any, Literal, TypeVar, get_args, get_origin, get_type_hints
 
-from hunav_drake.systems.behavior.nodes.controls import CONTROLS
+from hunav_drake.systems.behavior.nodes.builtin_actions import BUILTIN_ACTIONS
 from hunav_drake.systems.behavior.nodes.decorators import DECORATORS
-from hunav_drake.systems.behavior.nodes.language_actions import LANGUAGE_ACTIONS
+from hunav_drake.systems.behavior.nodes.if_then_else_and_switch import BRANCHES
 from hunav_drake.systems.behavior.nodes.leaf import RUNNING_SLOT, build_leaf
-from hunav_drake.systems.behavior.nodes.node import Category, NodeType, Port
-from hunav_drake.systems.behavior.nodes.sequences import SEQUENCES
-from hunav_drake.systems.behavior.nodes.switch import SWITCHES
+from hunav_drake.systems.behavior.nodes.node import (
+    Category,
+    NodeType,
+)
+from hunav_drake.systems.behavior.nodes.parallel import PARALLEL
+from hunav_drake.systems.behavior.nodes.port import (
+    Port,
+)
+from hunav_drake.systems.behavior.nodes.sequence_and_fallback import (
+    SEQUENCES,
+)
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -38,13 +46,13 @@ _TYPES: dict[str, NodeType] = {
     node_type.name: node_type
     for node_type in (
         *SEQUENCES,
-        *CONTROLS,
-        *SWITCHES,
+        PARALLEL,
+        *BRANCHES,
         *DECORATORS,
-        *LANGUAGE_ACTIONS,
+        *BUILTIN_ACTIONS,
     )
 }
-# All that is registered, to look at.
+# All registered node types, read-only.
 NODE_TYPES: Mapping[str, NodeType] = MappingProxyType(_TYPES)
 
 # Other spellings that files of BehaviorTree.CPP 3 have.
@@ -92,7 +100,7 @@ def register_condition(
     ignored: Iterable[str] = (),
     replace: bool = False,
 ) -> Callable[[F], F]:
-    """Makes a function the condition of a name.
+    """Registers a function as a condition.
 
     Args:
         name: The name of the XML element.
@@ -119,12 +127,12 @@ def register_action(
     ignored: Iterable[str] = (),
     replace: bool = False,
 ) -> Callable[[F], F]:
-    """Makes a function the action of a name.
+    """Registers a function as an action.
 
     Args:
         name: The name of the XML element.
         memory: What the action remembers, with what it is at first. It begins
-            anew when the action is halted while it is RUNNING.
+            again when the action is halted while it is RUNNING.
         ignored: Attributes that are accepted and mean nothing.
         replace: As for `register_condition`.
 
@@ -164,7 +172,7 @@ def _decorator(
 
 
 def _check_runs_again(name: str, old: Any, new: Any) -> None:
-    """Checks that a leaf comes from the same code as the one before, run again.
+    """Checks that a leaf is the registered one, from code that runs again.
 
     Raises:
         ValueError: If it does not.
@@ -175,13 +183,13 @@ def _check_runs_again(name: str, old: Any, new: Any) -> None:
     if after.__module__ != before.__module__:
         raise ValueError(
             f"the node name {name!r} is taken by a leaf of {before.__module__};"
-            " choose another, or say replace=True"
+            " choose another, or pass replace=True"
         )
-    # Code that runs again defines anew what it defines.
+    # Code that runs again creates new objects.
     if _code(new) is _code(old):
         raise ValueError(
             f"the node name {name!r} is taken by another leaf of the same"
-            " function or class; choose another, or say replace=True"
+            " function or class; choose another, or pass replace=True"
         )
     if _definition(after) == _definition(before):
         return
@@ -191,12 +199,12 @@ def _check_runs_again(name: str, old: Any, new: Any) -> None:
     if before.__module__ != "__main__" or not typed_in:
         raise ValueError(
             f"the node name {name!r} is taken by {before.__qualname__} of"
-            f" {before.__module__}; choose another, or say replace=True"
+            f" {before.__module__}; choose another, or pass replace=True"
         )
 
 
 def _definition(original: Any) -> tuple[str, int]:
-    """Returns what tells the definitions of a module apart."""
+    """Returns what distinguishes the definitions in a module."""
     name: str = original.__qualname__
     # (Functions without a name all have the same.)
     nameless = name.endswith("<lambda>")
@@ -204,21 +212,21 @@ def _definition(original: Any) -> tuple[str, int]:
 
 
 def _file(original: Any) -> str:
-    """Returns the file with a function or class, as Python names it."""
+    """Returns the file that defines a function or class."""
     function = original.__call__ if isinstance(original, type) else original
     code = getattr(function, "__code__", None)
     return code.co_filename if code else "<unknown>"
 
 
 def _original(function: Any) -> Any:
-    """Returns the function or class that says where a leaf comes from."""
+    """Returns the function or class that defines a leaf."""
     while isinstance(function, functools.partial):
         function = function.func
     return function if hasattr(function, "__qualname__") else type(function)
 
 
 def _code(function: Any) -> Any:
-    """Returns what is made anew when a module or a cell runs again."""
+    """Returns an object that is created anew when the code runs again."""
     original = _original(function)
     return getattr(original, "__code__", original)
 
@@ -273,8 +281,8 @@ def _leaf_type(
     if positional != expected:
         raise ValueError(
             f"{name}: the function must take {expected} positional"
-            f" parameters (the moment{', its memory' if memory else ''}) and"
-            f" its ports after a *, got {positional} positional"
+            f" parameters (the tick context{', its memory' if memory else ''})"
+            f" and its ports after a *, got {positional} positional"
         )
     both = sorted(ignored & ports.keys())
     if both:

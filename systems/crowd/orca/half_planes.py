@@ -94,7 +94,7 @@ def _least_offence(rules, hard, count, begin, speed, vx, vy, scratch):
         begin: (vx, vy) obeys the rules before this one.
         speed: The largest speed, in m/s.
         vx: A velocity that obeys the hard rules.
-        vy: Likewise.
+        vy: The y component.
         scratch: Room for as many rules.
 
     Returns:
@@ -139,7 +139,7 @@ def best_velocity(rules, hard, count, speed, tx, ty, scratch):
         count: The number of rules.
         speed: The largest speed, in m/s.
         tx: The wanted velocity, no faster than that, in m/s.
-        ty: Likewise.
+        ty: Its y component.
         scratch: Room for as many rules.
 
     Returns:

@@ -45,6 +45,7 @@ from hunav_drake.systems.common.schema import (
 )
 from hunav_drake.systems.crowd.motion_model import (
     Array,
+    MotionModel,
     Snapshot,
     register_motion_model,
 )
@@ -326,7 +327,7 @@ def orca_accelerations(
 
 @register_motion_model("orca")
 @dataclass(kw_only=True, config=CONFIG)
-class OrcaModel:
+class OrcaModel(MotionModel):
     """Everybody takes the best velocity that keeps free of the others.
 
     van den Berg, Guy, Lin & Manocha 2011. A velocity must leave a person free

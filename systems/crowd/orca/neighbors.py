@@ -29,7 +29,7 @@ def make_cells(x, y):
 
     Args:
         x: Shape (n,), n > 0, in meters.
-        y: Likewise.
+        y: Its y coordinate.
 
     Returns:
         The people's numbers, cell by cell, and their x and y in this order;
@@ -72,7 +72,7 @@ def find_neighbors(i, px, py, cells, reach, most, nearest, found):
     Args:
         i: The number of the person who stands there, who does not count.
         px: The place, that of someone in the cells, in meters.
-        py: Likewise.
+        py: Its y coordinate.
         cells: From `make_cells`.
         reach: People farther than this do not count, in meters.
         most: How many are found, but for those equally far; >= 1.

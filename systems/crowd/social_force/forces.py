@@ -95,9 +95,9 @@ def pair_force_xy(
 
     Args:
         dx: Where the other is from here, in meters.
-        dy: Likewise.
+        dy: The y component.
         dvx: The own velocity minus the other's, in m/s.
-        dvy: Likewise.
+        dvy: The y component.
         parameters: The weights of the one that feels the force.
     """
     k = parameters
@@ -133,7 +133,7 @@ def obstacle_force_xy(
 
     Args:
         dx: Where the pedestrian is from the wall, in meters.
-        dy: Likewise.
+        dy: The y component.
         radius: The radius of the pedestrian, in meters.
         parameters: The weights of the pedestrian.
     """

@@ -124,9 +124,9 @@ def _step(i, states, forces, command, time_step, rows, out, own):
     Args:
         i: The person.
         states: As everywhere.
-        forces: Likewise.
-        command: Likewise.
-        time_step: Likewise.
+        forces: Shape (n, FORCES_SIZE): see `layout.FORCES`.
+        command: Shape (n, COMMAND_SIZE): see `layout.Command`.
+        time_step: In seconds.
         rows: Shape (2, c): the derivatives of the force.
         out: Shape (6, c), of zeros.
         own: The column of the person's own x.

@@ -146,9 +146,9 @@ def add_pairs(states, command, parameters, robots, result):
 
     Args:
         states: As everywhere.
-        command: Likewise.
-        parameters: Likewise.
-        robots: Likewise.
+        command: Shape (n, COMMAND_SIZE): see `layout.Command`.
+        parameters: Shape (n, 13): the fields of SocialForceParameters.
+        robots: Shape (m, 7): rows of `robot_state`.
         result: Shape (2n, c), added to.
     """
     n = len(states)

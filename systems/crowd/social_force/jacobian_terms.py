@@ -33,7 +33,7 @@ def point_derivative(dx, dy, radius, factor, k, edge):
 
     Args:
         dx: Where the person is from that point, in meters.
-        dy: Likewise.
+        dy: The y component.
         radius: Of the person, in meters.
         factor: How hard it pushes, in m/s^2.
         k: The parameters.

@@ -99,10 +99,12 @@ def _all_forces(
             out[GOAL_FORCE] = -vx / k[TAU]
             out[GOAL_FORCE + 1] = -vy / k[TAU]
 
-        out[OBSTACLE_FORCE], out[OBSTACLE_FORCE + 1] = wall_force(
-            *(x, y, at_walls[i, 0], at_walls[i, 1]),
-            *(k, walls, reach, most),
-        )
+        # Without walls not even a call: it hands over six arrays.
+        if len(walls.solid) > 0:
+            out[OBSTACLE_FORCE], out[OBSTACLE_FORCE + 1] = wall_force(
+                *(x, y, at_walls[i, 0], at_walls[i, 1]),
+                *(k, walls, reach, most),
+            )
         if len(people) == n:
             out[SOCIAL_FORCE] = people[i, 0]
             out[SOCIAL_FORCE + 1] = people[i, 1]

@@ -12,6 +12,7 @@ from pydantic.dataclasses import dataclass
 from hunav_drake.systems.common.schema import CONFIG, Integer, within
 from hunav_drake.systems.crowd.motion_model import (
     Array,
+    MotionModel,
     Snapshot,
     register_motion_model,
 )
@@ -24,7 +25,7 @@ _THREADS_FROM = 200
 
 @register_motion_model("social_force")
 @dataclass(kw_only=True, config=CONFIG)
-class SocialForceModel:
+class SocialForceModel(MotionModel):
     """Goal, walls, people, robots and groups push and pull.
 
     Helbing & Molnar 1995, Moussaid et al. 2009 and 2010, as in `lightsfm`.

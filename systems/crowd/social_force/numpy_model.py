@@ -5,7 +5,6 @@ Arrays over pairs have a column for each person who feels a force, and a row
 for whom or what it comes from: so sums run in the order of the rows.
 """
 
-import dataclasses
 from types import SimpleNamespace
 from typing import Any
 
@@ -36,13 +35,13 @@ from hunav_drake.systems.crowd.social_force.forces import (
     values,
     wrap,
 )
-from hunav_drake.systems.people.parameters import SocialForceParameters
+from hunav_drake.systems.people.parameters import (
+    PARAMETERS,
+)
 
 # How many pairs are computed at once. Larger arrays would be fresh memory from
 # the system each time, which costs more than what is computed.
 _PAIRS = 2**13
-
-_NAMES = [field.name for field in dataclasses.fields(SocialForceParameters)]
 
 
 def social_forces(snapshot: Snapshot) -> Array:
@@ -70,7 +69,7 @@ def advance(snapshot: Snapshot, forces: Array) -> Array:
     """Returns where n people are one step later: see `kernel.advance`.
 
     Args:
-        snapshot: Likewise.
+        snapshot: The state of the world, of floats or scalars with derivatives.
         forces: Shape (n, FORCES_SIZE); the last two columns count.
 
     Returns:
@@ -151,7 +150,7 @@ class _Person:
         self.at_walls = snapshot.at_walls[who]
         self.command = snapshot.command[who]
         self.k = SimpleNamespace(
-            **dict(zip(_NAMES, snapshot.parameters[who].T, strict=True))
+            **dict(zip(PARAMETERS, snapshot.parameters[who].T, strict=True))
         )
 
 

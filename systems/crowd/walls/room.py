@@ -36,7 +36,6 @@ class Room:
         self,
         obstacles: Obstacles,
         radii: NDArray[np.float64],
-        parameters: NDArray[np.float64],
         config: CrowdConfig,
         *,
         margin: float = 0.0,
@@ -46,17 +45,13 @@ class Room:
         Args:
             obstacles: The walls.
             radii: Shape (n,), those of the people, in meters.
-            parameters: Shape (n, 13), theirs: the fields of
-                SocialForceParameters.
             config: What it does, and how far walls are felt.
             margin: What the model of motion keeps between bodies and walls,
                 in meters.
         """
         walled = len(obstacles) > 0 and len(radii) > 0
         self._obstacles = obstacles
-        self._parameters = parameters
-        self._at_walls = np.column_stack([radii, parameters[:, K_OBSTACLE]])
-        self._at_walls.setflags(write=False)
+        self._radii = radii
         self._margin = margin
         self._reach = (config.obstacle_range, config.max_obstacles)
         self._walls = (
@@ -84,24 +79,33 @@ class Room:
         command[changed] = [AutoDiffXd(value) for value in guided[changed]]
         return command
 
-    def ease(self, states: Array, command: Array) -> NDArray[np.float64]:
+    def ease(
+        self, states: Array, command: Array, parameters: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
         """Returns with what radii, and how hard, people feel the walls.
 
         Those of their own, unless ways are planned and somebody is in a
         narrow passage: see `passage.ease`. What is eased has no derivatives.
 
+        Args:
+            states: Shape (n, 6).
+            command: Shape (n, COMMAND_SIZE).
+            parameters: Shape (n, 13): the fields of SocialForceParameters.
+
         Returns:
             Shape (n, 2), in meters and m/s^2, read-only.
         """
-        if self._routes is None:
-            return self._at_walls
-        if states.dtype == object:
-            states, command = _plain(states), _plain(command)
-        eased: NDArray[np.float64] = ease(
-            *(states, command, self._at_walls, self._parameters),
-            *(self._margin, 2 * self._routes.sight),
-            *(self._obstacles.table, *self._reach),
-        )
+        eased = np.empty((len(self._radii), 2))
+        eased[:, 0] = self._radii
+        eased[:, 1] = parameters[:, K_OBSTACLE]
+        if self._routes is not None:
+            if states.dtype == object:
+                states, command = _plain(states), _plain(command)
+            eased = ease(
+                *(states, command, eased, parameters),
+                *(self._margin, 2 * self._routes.sight),
+                *(self._obstacles.table, *self._reach),
+            )
         eased.setflags(write=False)
         return eased
 

@@ -12,18 +12,12 @@ from hunav_drake.systems.evaluation.metric import register_metric
 from hunav_drake.systems.evaluation.metrics import reduce
 from hunav_drake.systems.evaluation.metrics.efficiency import FRANCIS
 from hunav_drake.systems.evaluation.metrics.goal import SEAN
-from hunav_drake.systems.evaluation.names import (
-    AVG_CLEARANCE,
-    MIN_CLEARANCE,
-    STATIC_OBSTACLE_COLLISIONS,
-)
 from hunav_drake.systems.evaluation.recording import Recording
 
 Array = NDArray[np.float64]
 
 
 @register_metric(
-    name=MIN_CLEARANCE,
     unit="m",
     family="clearance",
     direction="higher",
@@ -31,11 +25,10 @@ Array = NDArray[np.float64]
 )
 def min_clearance(recording: Recording) -> float:
     """The smallest gap to a wall, min_k c_k; NaN without walls."""
-    return float(np.fmin.reduce(recording.way.wall_gap))
+    return float(np.fmin.reduce(recording.path_features.wall_gap))
 
 
 @register_metric(
-    name=AVG_CLEARANCE,
     unit="m",
     family="clearance",
     direction="higher",
@@ -47,11 +40,10 @@ def avg_clearance(recording: Recording) -> Array:
 
     NaN without walls. Series: that gap.
     """
-    return recording.way.wall_gap
+    return recording.path_features.wall_gap
 
 
 @register_metric(
-    name=STATIC_OBSTACLE_COLLISIONS,
     unit="-",
     family="clearance",
     direction="lower",
@@ -64,7 +56,7 @@ def static_obstacle_collisions(recording: Recording) -> tuple[float, Array]:
     or is below at the start. NaN if the walls are not known. Series: 1 while
     in contact, else 0.
     """
-    gap = recording.way.wall_gap
+    gap = recording.path_features.wall_gap
     if not recording.near_walls_known:
         return np.nan, gap
     contact = gap < CONTACT_GAP

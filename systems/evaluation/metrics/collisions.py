@@ -8,10 +8,6 @@ from numpy.typing import NDArray
 from hunav_drake.systems.common.layout import VX, VY, X, Y
 from hunav_drake.systems.evaluation.metric import register_metric
 from hunav_drake.systems.evaluation.metrics.goal import SEAN
-from hunav_drake.systems.evaluation.names import (
-    PERSON_ON_ROBOT_COLLISIONS,
-    ROBOT_ON_PERSON_COLLISIONS,
-)
 from hunav_drake.systems.evaluation.recording import Recording
 
 Array = NDArray[np.float64]
@@ -36,7 +32,7 @@ def charged(recording: Recording, *, to_robot: bool) -> Mask:
     Returns:
         Shape (N + 1, n).
     """
-    begins = recording.derived.contact_begins
+    begins = recording.features.contact_begins
     sample, person = np.nonzero(begins)
     robot = recording.robot[sample]
     human = recording.humans[sample, person]
@@ -54,22 +50,22 @@ def charged(recording: Recording, *, to_robot: bool) -> Mask:
 
 def _collisions(recording: Recording, *, to_robot: bool) -> tuple[float, Array]:
     events = charged(recording, to_robot=to_robot)
-    derived = recording.derived
+    features = recording.features
     # While a contact lasts, it belongs to whom its beginning is charged to.
     samples = np.arange(len(recording))[:, None]
     began = np.maximum.accumulate(
-        np.where(derived.contact_begins, samples, 0), axis=0
+        np.where(features.contact_begins, samples, 0), axis=0
     )
-    ongoing = derived.contact & np.take_along_axis(events, began, axis=0)
+    ongoing = features.contact & np.take_along_axis(events, began, axis=0)
     return float(np.count_nonzero(events)), ongoing.any(axis=1).astype(float)
 
 
-for _name, _alias, _who, _to_robot in (
-    (ROBOT_ON_PERSON_COLLISIONS, "robot_on_person_collision", "robot", True),
-    (PERSON_ON_ROBOT_COLLISIONS, "person_on_robot_collision", "person", False),
+for _alias, _who, _to_robot in (
+    ("robot_on_person_collision", "robot", True),
+    ("person_on_robot_collision", "person", False),
 ):
     register_metric(
-        name=_name,
+        name=f"{_alias}s",
         unit="-",
         family="collisions",
         direction="lower",

@@ -12,12 +12,6 @@ from hunav_drake.systems.common.layout import X, Y
 from hunav_drake.systems.evaluation.metric import register_metric
 from hunav_drake.systems.evaluation.metrics import reduce
 from hunav_drake.systems.evaluation.metrics.efficiency import GAO_HUANG
-from hunav_drake.systems.evaluation.names import (
-    ASYMMETRIC_DTW,
-    AVG_DISPLACEMENT_ERROR,
-    FINAL_DISPLACEMENT_ERROR,
-    TOPOLOGICAL_COMPLEXITY,
-)
 from hunav_drake.systems.evaluation.path_features import polyline_length
 from hunav_drake.systems.evaluation.recording import Recording
 
@@ -75,7 +69,7 @@ def _displacement(recording: Recording) -> Array:
 
 
 register_metric(
-    name=AVG_DISPLACEMENT_ERROR,
+    name="avg_displacement_error",
     unit="m",
     family="comparison",
     direction="lower",
@@ -92,7 +86,7 @@ register_metric(
 )(_displacement)
 
 register_metric(
-    name=FINAL_DISPLACEMENT_ERROR,
+    name="final_displacement_error",
     unit="m",
     family="comparison",
     direction="lower",
@@ -109,7 +103,6 @@ register_metric(
 
 
 @register_metric(
-    name=ASYMMETRIC_DTW,
     unit="m",
     family="comparison",
     direction="lower",
@@ -134,7 +127,6 @@ def asymmetric_dtw(recording: Recording) -> float:
 
 
 @register_metric(
-    name=TOPOLOGICAL_COMPLEXITY,
     unit="-",
     family="comparison",
     source=f"Mavrogiannis et al. 2018; {GAO_HUANG}",

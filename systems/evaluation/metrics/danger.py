@@ -9,11 +9,6 @@ from numpy.typing import NDArray
 
 from hunav_drake.systems.evaluation.metric import register_metric
 from hunav_drake.systems.evaluation.metrics.rates import register_sum_and_rate
-from hunav_drake.systems.evaluation.names import (
-    DANGER_FEAR_COST,
-    DANGER_PANIC_COST,
-    MIN_TIME_TO_COLLISION,
-)
 from hunav_drake.systems.evaluation.recording import Recording
 
 Array = NDArray[np.float64]
@@ -24,9 +19,11 @@ SINGAMANENI = "Singamaneni, Favier & Alami 2023"
 # would grow without bounds.
 LEAST_DISTANCE = 0.05
 
+# The same for the sine of an angle.
+LEAST_SINE = 1e-9
+
 
 @register_metric(
-    name=MIN_TIME_TO_COLLISION,
     unit="s",
     family="danger",
     direction="higher",
@@ -64,20 +61,22 @@ def danger_panic_cost(recording: Recording) -> Array:
     sum_{k,i} |V| / ((d - R) |sin a|), where a is the angle between P and V
     and d = |P| |sin a| the distance at which the centers pass. Only where
     d > R: who is on a collision course is counted by the fear. d - R is taken
-    to be at least 0.05 m. 0 without people. Series: the sum over people.
+    to be at least 0.05 m, and |sin a| 1e-9. 0 without people. Series: the sum
+    over people.
     """
     pairs = recording.encounters
     passing = pairs.passing_distance
     passes = passing > pairs.reach
     miss = np.maximum(passing - pairs.reach, LEAST_DISTANCE)
     sine = np.where(passes, passing / np.where(passes, pairs.distance, 1), 1)
+    sine = np.maximum(sine, LEAST_SINE)
     cost = np.where(passes, pairs.relative_speed / (miss * sine), 0.0)
     return cost.sum(axis=1)
 
 
 for _name, _function in (
-    (DANGER_FEAR_COST, danger_fear_cost),
-    (DANGER_PANIC_COST, danger_panic_cost),
+    ("danger_fear_cost", danger_fear_cost),
+    ("danger_panic_cost", danger_panic_cost),
 ):
     register_sum_and_rate(
         _function, name=_name, unit="1/s", family="danger", source=SINGAMANENI

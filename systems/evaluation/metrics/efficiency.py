@@ -9,12 +9,6 @@ from hunav_drake.systems.evaluation.metric import register_metric
 from hunav_drake.systems.evaluation.metrics import reduce
 from hunav_drake.systems.evaluation.metrics.path import since_previous
 from hunav_drake.systems.evaluation.metrics.speeds import STILL_SPEED
-from hunav_drake.systems.evaluation.names import (
-    PATH_EFFICIENCY,
-    PATH_IRREGULARITY,
-    STALLED_TIME,
-    SUCCESS_WEIGHTED_PATH_LENGTH,
-)
 from hunav_drake.systems.evaluation.path_features import polyline_length
 from hunav_drake.systems.evaluation.recording import Recording
 
@@ -26,9 +20,11 @@ FRANCIS = "Francis et al. 2025"
 # For shorter legs of a way nobody has to turn, in meters.
 _LEG = 0.01
 
+# A path that is shorter is rounding, in meters.
+_STILL = 1e-9
+
 
 @register_metric(
-    name=PATH_IRREGULARITY,
     unit="rad/m",
     family="efficiency",
     direction="lower",
@@ -41,23 +37,22 @@ def path_irregularity(recording: Recording) -> float:
     the path and A the least rotation of a robot that drives forward: from the
     first heading into the shortest way around the walls to the last position,
     along it, and from there to the last heading. Legs of less than 1 cm need
-    no rotation. NaN if the robot never moved, if walls leave no way, or if
-    they are not known.
+    no rotation. NaN if the robot never moved (1e-9 m), if walls leave no way,
+    or if they are not known.
     """
-    way = recording.way
-    if not way.length or way.shortest_to_end is None:
+    way = recording.path_features
+    if way.length < _STILL or way.shortest_to_end is None:
         return np.nan
     legs = np.diff(way.shortest_to_end, axis=0)
     legs = legs[np.hypot(legs[:, 0], legs[:, 1]) >= _LEG]
     yaw = recording.robot[:, YAW]
     headings = [yaw[:1], np.arctan2(legs[:, 1], legs[:, 0]), yaw[-1:]]
     least = np.abs(wrap_angles(np.diff(np.concatenate(headings)))).sum()
-    turned = recording.derived.heading_changes.sum()
+    turned = recording.features.heading_changes.sum()
     return float(max(turned - least, 0.0) / way.length)
 
 
 @register_metric(
-    name=PATH_EFFICIENCY,
     unit="-",
     family="efficiency",
     direction="higher",
@@ -71,7 +66,7 @@ def path_efficiency(recording: Recording) -> float:
     of the robot's radius. NaN if the robot never moved, if walls leave no
     way, or if they are not known.
     """
-    way = recording.way
+    way = recording.path_features
     if not way.length or way.shortest_to_end is None:
         return np.nan
     shortest = polyline_length(way.shortest_to_end)
@@ -79,7 +74,6 @@ def path_efficiency(recording: Recording) -> float:
 
 
 @register_metric(
-    name=SUCCESS_WEIGHTED_PATH_LENGTH,
     unit="-",
     family="efficiency",
     direction="higher",
@@ -95,10 +89,10 @@ def success_weighted_path_length(recording: Recording) -> float:
     the goal; NaN without a goal, if walls leave no way to it, or if they are
     not known.
     """
-    way = recording.way
+    way = recording.path_features
     if recording.goal is None or way.shortest_to_goal is None:
         return np.nan
-    if not recording.derived.at_goal[-1]:
+    if not recording.features.at_goal[-1]:
         return 0.0
     shortest = polyline_length(way.shortest_to_goal)
     longest = max(way.length, shortest)
@@ -106,7 +100,6 @@ def success_weighted_path_length(recording: Recording) -> float:
 
 
 @register_metric(
-    name=STALLED_TIME,
     unit="s",
     family="efficiency",
     direction="lower",
@@ -120,7 +113,7 @@ def stalled_time(recording: Recording) -> Array:
     begin at the goal; turning on the spot is getting nowhere. Series: the
     time stalled since the sample before.
     """
-    derived = recording.derived
-    stalled = derived.step_lengths < STILL_SPEED * derived.intervals
-    stalled &= ~derived.at_goal[:-1]
-    return since_previous(np.where(stalled, derived.intervals, 0.0))
+    features = recording.features
+    stalled = features.step_lengths < STILL_SPEED * features.intervals
+    stalled &= ~features.at_goal[:-1]
+    return since_previous(np.where(stalled, features.intervals, 0.0))

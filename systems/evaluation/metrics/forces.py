@@ -11,13 +11,6 @@ from numpy.typing import NDArray
 
 from hunav_drake.systems.evaluation.features import mean_of_present
 from hunav_drake.systems.evaluation.metrics.rates import register_sum_and_rate
-from hunav_drake.systems.evaluation.names import (
-    OBSTACLE_FORCE_ON_AGENTS,
-    OBSTACLE_FORCE_ON_ROBOT,
-    SOCIAL_FORCE_ON_AGENTS,
-    SOCIAL_FORCE_ON_ROBOT,
-    SOCIAL_WORK,
-)
 from hunav_drake.systems.evaluation.recording import Recording
 
 Array = NDArray[np.float64]
@@ -33,7 +26,7 @@ def social_force_on_agents(recording: Recording) -> Array:
 
     0 without people. Series: the sum over people.
     """
-    return recording.derived.social_force.sum(axis=1)
+    return recording.features.social_force.sum(axis=1)
 
 
 def social_force_on_robot(recording: Recording) -> Array:
@@ -42,7 +35,7 @@ def social_force_on_robot(recording: Recording) -> Array:
     It equals the forces on the people, as the law is antisymmetric. 0 without
     people. Series: the sum over people.
     """
-    return recording.derived.social_force.sum(axis=1)
+    return recording.features.social_force.sum(axis=1)
 
 
 def obstacle_force_on_agents(recording: Recording) -> Array:
@@ -52,7 +45,7 @@ def obstacle_force_on_agents(recording: Recording) -> Array:
     the people present; NaN without people, or if the walls are not known.
     Series: that mean.
     """
-    return mean_of_present(recording.derived.obstacle_force_on_humans)
+    return mean_of_present(recording.features.obstacle_force_on_humans)
 
 
 def obstacle_force_on_robot(recording: Recording) -> Array:
@@ -61,7 +54,7 @@ def obstacle_force_on_robot(recording: Recording) -> Array:
     The forces of all walls add up as vectors. NaN if the walls are not known.
     Series: the force.
     """
-    return recording.derived.obstacle_force_on_robot
+    return recording.features.obstacle_force_on_robot
 
 
 def social_work(recording: Recording) -> Array:
@@ -79,11 +72,11 @@ def social_work(recording: Recording) -> Array:
 
 
 for _name, _function in (
-    (SOCIAL_FORCE_ON_AGENTS, social_force_on_agents),
-    (SOCIAL_FORCE_ON_ROBOT, social_force_on_robot),
-    (OBSTACLE_FORCE_ON_AGENTS, obstacle_force_on_agents),
-    (OBSTACLE_FORCE_ON_ROBOT, obstacle_force_on_robot),
-    (SOCIAL_WORK, social_work),
+    ("social_force_on_agents", social_force_on_agents),
+    ("social_force_on_robot", social_force_on_robot),
+    ("obstacle_force_on_agents", obstacle_force_on_agents),
+    ("obstacle_force_on_robot", obstacle_force_on_robot),
+    ("social_work", social_work),
 ):
     register_sum_and_rate(
         _function, name=_name, unit="m/s^2", family="forces", source=SOURCE

@@ -6,12 +6,6 @@ from numpy.typing import NDArray
 from hunav_drake.systems.evaluation.metric import register_metric
 from hunav_drake.systems.evaluation.metrics import reduce
 from hunav_drake.systems.evaluation.metrics.path import PEREZ_2018
-from hunav_drake.systems.evaluation.names import (
-    COMPLETED,
-    FINAL_DIST_TO_TARGET,
-    MIN_DIST_TO_TARGET,
-    TIME_TO_REACH_GOAL,
-)
 from hunav_drake.systems.evaluation.recording import Recording
 
 Array = NDArray[np.float64]
@@ -20,7 +14,6 @@ SEAN = "SEAN 2.0, Tsoi et al. 2022"
 
 
 @register_metric(
-    name=TIME_TO_REACH_GOAL,
     unit="s",
     family="goal",
     direction="lower",
@@ -33,15 +26,13 @@ def time_to_reach_goal(recording: Recording) -> float:
     heading by the yaw tolerance at most. NaN if the robot never is, or has no
     goal.
     """
-    at_goal = recording.derived.at_goal
+    at_goal = recording.features.at_goal
     if not at_goal.any():
         return np.nan
     return float(recording.times[at_goal.argmax()] - recording.times[0])
 
 
-@register_metric(
-    name=COMPLETED, unit="-", family="goal", direction="higher", source=SEAN
-)
+@register_metric(unit="-", family="goal", direction="higher", source=SEAN)
 def completed(recording: Recording) -> float:
     """1 if the robot is at the goal in the last sample, or else 0.
 
@@ -50,11 +41,10 @@ def completed(recording: Recording) -> float:
     """
     if recording.goal is None:
         return np.nan
-    return float(recording.derived.at_goal[-1])
+    return float(recording.features.at_goal[-1])
 
 
 @register_metric(
-    name=MIN_DIST_TO_TARGET,
     unit="m",
     family="goal",
     direction="lower",
@@ -66,11 +56,10 @@ def min_dist_to_target(recording: Recording) -> float:
 
     NaN without a goal.
     """
-    return float(recording.derived.goal_distance.min())
+    return float(recording.features.goal_distance.min())
 
 
 @register_metric(
-    name=FINAL_DIST_TO_TARGET,
     unit="m",
     family="goal",
     direction="lower",
@@ -83,4 +72,4 @@ def final_dist_to_target(recording: Recording) -> Array:
 
     NaN without a goal. Series: the distance to the goal.
     """
-    return recording.derived.goal_distance
+    return recording.features.goal_distance

@@ -5,11 +5,6 @@ from numpy.typing import NDArray
 
 from hunav_drake.systems.evaluation.metric import register_metric
 from hunav_drake.systems.evaluation.metrics import reduce
-from hunav_drake.systems.evaluation.names import (
-    CUMULATIVE_HEADING_CHANGES,
-    DURATION,
-    PATH_LENGTH,
-)
 from hunav_drake.systems.evaluation.recording import Recording
 
 Array = NDArray[np.float64]
@@ -22,14 +17,13 @@ def since_previous(changes: Array, first: float = 0.0) -> Array:
     return np.concatenate([[first], changes])
 
 
-@register_metric(name=DURATION, unit="s", family="path", source="hunav_drake")
+@register_metric(unit="s", family="path", source="hunav_drake")
 def duration(recording: Recording) -> float:
     """The length of the recording, t_N - t_0, whether the goal is reached."""
     return float(recording.times[-1] - recording.times[0])
 
 
 @register_metric(
-    name=PATH_LENGTH,
     unit="m",
     family="path",
     direction="lower",
@@ -41,11 +35,10 @@ def path_length(recording: Recording) -> Array:
 
     Series: the way since the sample before.
     """
-    return since_previous(recording.derived.step_lengths)
+    return since_previous(recording.features.step_lengths)
 
 
 @register_metric(
-    name=CUMULATIVE_HEADING_CHANGES,
     unit="rad",
     family="path",
     direction="lower",
@@ -57,4 +50,4 @@ def cumulative_heading_changes(recording: Recording) -> Array:
 
     Series: the turn since the sample before.
     """
-    return since_previous(recording.derived.heading_changes)
+    return since_previous(recording.features.heading_changes)

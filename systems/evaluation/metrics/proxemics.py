@@ -13,19 +13,6 @@ from numpy.typing import NDArray
 from hunav_drake.systems.evaluation.metric import register_metric
 from hunav_drake.systems.evaluation.metrics import reduce
 from hunav_drake.systems.evaluation.metrics.path import PEREZ_2018
-from hunav_drake.systems.evaluation.names import (
-    AVG_DIST_TO_CLOSEST_PERSON,
-    GROUP_INTIMATE_SPACE_INTRUSIONS,
-    GROUP_PERSONAL_SPACE_INTRUSIONS,
-    GROUP_SOCIAL_SPACE_INTRUSIONS,
-    INTIMATE_SPACE_INTRUSIONS,
-    MAX_DIST_TO_PEOPLE,
-    MIN_DIST_TO_PEOPLE,
-    PERSONAL_SPACE_INTRUSIONS,
-    PUBLIC_SPACE_INTRUSIONS,
-    SOCIAL_SPACE_INTRUSIONS,
-    SPACE_COMPLIANCE,
-)
 from hunav_drake.systems.evaluation.recording import Recording
 
 Array = NDArray[np.float64]
@@ -39,7 +26,6 @@ COMPLIANT_GAP = 0.5
 
 
 @register_metric(
-    name=AVG_DIST_TO_CLOSEST_PERSON,
     unit="m",
     family="proxemics",
     direction="higher",
@@ -53,11 +39,10 @@ def avg_dist_to_closest_person(recording: Recording) -> Array:
     mean_k min_i gap_k^i, over the samples at which anyone is present; NaN
     without people. Series: the gap to the closest person.
     """
-    return recording.derived.closest_gap
+    return recording.features.closest_gap
 
 
 @register_metric(
-    name=MIN_DIST_TO_PEOPLE,
     unit="m",
     family="proxemics",
     direction="higher",
@@ -66,11 +51,10 @@ def avg_dist_to_closest_person(recording: Recording) -> Array:
 )
 def min_dist_to_people(recording: Recording) -> float:
     """The smallest gap to anyone, min_{k,i} gap_k^i; NaN without people."""
-    return float(np.fmin.reduce(recording.derived.closest_gap))
+    return float(np.fmin.reduce(recording.features.closest_gap))
 
 
 @register_metric(
-    name=MAX_DIST_TO_PEOPLE,
     unit="m",
     family="proxemics",
     source="HuNavSim, Perez-Higueras et al. 2023",
@@ -78,12 +62,11 @@ def min_dist_to_people(recording: Recording) -> float:
 )
 def max_dist_to_people(recording: Recording) -> float:
     """The largest gap to anyone, max_{k,i} gap_k^i; NaN without people."""
-    gaps = recording.derived.gaps
+    gaps = recording.features.gaps
     return float(np.fmax.reduce(gaps, axis=None, initial=np.nan))
 
 
 @register_metric(
-    name=SPACE_COMPLIANCE,
     unit="%",
     family="proxemics",
     direction="higher",
@@ -96,7 +79,7 @@ def space_compliance(recording: Recording) -> tuple[float, Array]:
     least 0.5 m; NaN without people. Series: 1 at such a sample, else 0.
     """
     complies = within_band(
-        recording.derived.closest_gap, COMPLIANT_GAP, math.inf
+        recording.features.closest_gap, COMPLIANT_GAP, math.inf
     )
     return 100 * reduce.mean(complies), complies
 
@@ -114,23 +97,23 @@ def _gap(low: float, high: float) -> str:
 
 
 def _person_band(recording: Recording, *, low: float, high: float) -> Array:
-    return within_band(recording.derived.closest_gap, low, high)
+    return within_band(recording.features.closest_gap, low, high)
 
 
 def _group_band(recording: Recording, *, low: float, high: float) -> Array:
-    return within_band(recording.derived.group_gap, low, high)
+    return within_band(recording.features.group_gap, low, high)
 
 
 for _name, _alias, _low, _high in (
-    (INTIMATE_SPACE_INTRUSIONS, (), 0.0, INTIMATE),
-    (PERSONAL_SPACE_INTRUSIONS, (), INTIMATE, PERSONAL),
+    ("intimate_space_intrusions", (), 0.0, INTIMATE),
+    ("personal_space_intrusions", (), INTIMATE, PERSONAL),
     (
-        SOCIAL_SPACE_INTRUSIONS,
+        "social+_space_intrusions",
         ("social_space_intrusions",),
         PERSONAL,
         SOCIAL,
     ),
-    (PUBLIC_SPACE_INTRUSIONS, (), SOCIAL, math.inf),
+    ("public_space_intrusions", (), SOCIAL, math.inf),
 ):
     register_metric(
         name=_name,
@@ -149,10 +132,10 @@ for _name, _alias, _low, _high in (
     )(partial(_person_band, low=_low, high=_high))
 
 for _name, _alias, _low, _high in (
-    (GROUP_INTIMATE_SPACE_INTRUSIONS, (), 0.0, INTIMATE),
-    (GROUP_PERSONAL_SPACE_INTRUSIONS, (), INTIMATE, PERSONAL),
+    ("group_intimate_space_intrusions", (), 0.0, INTIMATE),
+    ("group_personal_space_intrusions", (), INTIMATE, PERSONAL),
     (
-        GROUP_SOCIAL_SPACE_INTRUSIONS,
+        "group_social+_space_intrusions",
         ("group_social_space_intrusions",),
         PERSONAL,
         SOCIAL,

@@ -1,4 +1,4 @@
-"""Companions of sums over samples that do not grow with their number."""
+"""Time averages of metrics that are sums over samples."""
 
 from collections.abc import Callable
 from functools import partial

@@ -8,15 +8,6 @@ from hunav_drake.systems.evaluation.metric import register_metric
 from hunav_drake.systems.evaluation.metrics import reduce
 from hunav_drake.systems.evaluation.metrics.goal import SEAN
 from hunav_drake.systems.evaluation.metrics.path import since_previous
-from hunav_drake.systems.evaluation.names import (
-    AVG_CLOSEST_PEDESTRIAN_VELOCITY,
-    AVG_PEDESTRIAN_VELOCITY,
-    AVG_ROBOT_ACCELERATION,
-    AVG_ROBOT_ANGULAR_SPEED,
-    AVG_ROBOT_JERK,
-    AVG_ROBOT_LINEAR_SPEED,
-    TIME_NOT_MOVING,
-)
 from hunav_drake.systems.evaluation.recording import Recording
 
 Array = NDArray[np.float64]
@@ -30,7 +21,6 @@ STILL_TURN_RATE = 0.02
 
 
 @register_metric(
-    name=TIME_NOT_MOVING,
     unit="s",
     family="speeds",
     direction="lower",
@@ -43,17 +33,16 @@ def time_not_moving(recording: Recording) -> Array:
     Those are intervals with |v| < 0.01 m/s and |omega| < 0.02 rad/s at both
     ends. Series: the time not moving since the sample before.
     """
-    derived = recording.derived
-    still = (np.abs(derived.forward_speed) < STILL_SPEED) & (
-        derived.turn_rate < STILL_TURN_RATE
+    features = recording.features
+    still = (np.abs(features.forward_speed) < STILL_SPEED) & (
+        features.turn_rate < STILL_TURN_RATE
     )
     return since_previous(
-        np.where(still[1:] & still[:-1], derived.intervals, 0.0)
+        np.where(still[1:] & still[:-1], features.intervals, 0.0)
     )
 
 
 @register_metric(
-    name=AVG_ROBOT_LINEAR_SPEED,
     unit="m/s",
     family="speeds",
     direction="higher",
@@ -65,11 +54,10 @@ def avg_robot_linear_speed(recording: Recording) -> Array:
 
     Backwards counts as negative. Series: the speed.
     """
-    return recording.derived.forward_speed
+    return recording.features.forward_speed
 
 
 @register_metric(
-    name=AVG_ROBOT_ANGULAR_SPEED,
     unit="rad/s",
     family="speeds",
     direction="lower",
@@ -81,11 +69,10 @@ def avg_robot_angular_speed(recording: Recording) -> Array:
 
     Series: the turn rate, not signed.
     """
-    return recording.derived.turn_rate
+    return recording.features.turn_rate
 
 
 @register_metric(
-    name=AVG_ROBOT_ACCELERATION,
     unit="m/s^2",
     family="speeds",
     direction="lower",
@@ -99,11 +86,10 @@ def avg_robot_acceleration(recording: Recording) -> Array:
     Intervals shorter than 1 microsecond, between repeated stamps, do not
     count. NaN for a single sample. Series: that of the interval before.
     """
-    return since_previous(np.abs(recording.derived.acceleration), np.nan)
+    return since_previous(np.abs(recording.features.acceleration), np.nan)
 
 
 @register_metric(
-    name=AVG_ROBOT_JERK,
     unit="m/s^3",
     family="speeds",
     direction="lower",
@@ -119,15 +105,14 @@ def avg_robot_jerk(recording: Recording) -> Array:
     microsecond, between repeated stamps, have none. NaN for fewer than three
     samples. Series: that of the two intervals before.
     """
-    derived = recording.derived
-    dt = (derived.intervals[1:] + derived.intervals[:-1]) / 2
-    jerk = np.abs(np.diff(derived.acceleration)) / dt
+    features = recording.features
+    dt = (features.intervals[1:] + features.intervals[:-1]) / 2
+    jerk = np.abs(np.diff(features.acceleration)) / dt
     empty = np.full(len(recording) - len(jerk), np.nan)
     return np.concatenate([empty, jerk])
 
 
 @register_metric(
-    name=AVG_PEDESTRIAN_VELOCITY,
     unit="m/s",
     family="speeds",
     direction="higher",
@@ -140,11 +125,10 @@ def avg_pedestrian_velocity(recording: Recording) -> Array:
 
     NaN without people. Series: the mean speed.
     """
-    return mean_of_present(recording.derived.human_speed)
+    return mean_of_present(recording.features.human_speed)
 
 
 @register_metric(
-    name=AVG_CLOSEST_PEDESTRIAN_VELOCITY,
     unit="m/s",
     family="speeds",
     direction="higher",
@@ -157,4 +141,4 @@ def avg_closest_pedestrian_velocity(recording: Recording) -> Array:
     The closest is whose center is closest to the robot's; NaN without people.
     Series: that speed.
     """
-    return recording.derived.closest_human_speed
+    return recording.features.closest_human_speed

@@ -14,11 +14,6 @@ from hunav_drake.systems.evaluation.metrics.danger import (
 )
 from hunav_drake.systems.evaluation.metrics.proxemics import INTIMATE
 from hunav_drake.systems.evaluation.metrics.rates import register_sum_and_rate
-from hunav_drake.systems.evaluation.names import (
-    SURPRISE_REACT_COST,
-    SURPRISE_SHOCK_COST,
-    SURPRISE_VISIBILITY_COST,
-)
 from hunav_drake.systems.evaluation.recording import Recording
 
 Array = NDArray[np.float64]
@@ -76,9 +71,9 @@ def surprise_react_cost(recording: Recording) -> Array:
 
 
 for _name, _function in (
-    (SURPRISE_VISIBILITY_COST, surprise_visibility_cost),
-    (SURPRISE_SHOCK_COST, surprise_shock_cost),
-    (SURPRISE_REACT_COST, surprise_react_cost),
+    ("surprise_visibility_cost", surprise_visibility_cost),
+    ("surprise_shock_cost", surprise_shock_cost),
+    ("surprise_react_cost", surprise_react_cost),
 ):
     register_sum_and_rate(
         _function, name=_name, unit="-", family="surprise", source=SINGAMANENI

@@ -4,10 +4,10 @@ import subprocess
 import sys
 import time
 
-import pandas as pd
 import pytest
 
 from hunav_drake.cli import main
+from hunav_drake.results.run_table import ReadRuns
 from hunav_drake.scenario import LoadScenario
 from hunav_drake.systems.evaluation import Recording
 
@@ -62,21 +62,19 @@ def test_run_writes_tables_recording_and_replay(hunav, tmp_path):
     arguments = ["run", "passing", "--set", "simulation.duration=1.0"]
     for seed in (0, 1):
         hunav(*arguments, "--out", out, "--seed", seed, "--quiet")
-    names = {path.name for path in out.iterdir()}
     for seed in (0, 1):
-        assert f"replay_passing_pursuit_{seed}.html" in names
-        assert f"report_passing_pursuit_{seed}.html" in names
-    metrics = pd.read_csv(out / "metrics.csv")
-    assert metrics["seed"].tolist() == [0, 1]
-    recordings = sorted(out.glob("recording_*.npz"))
-    assert len(Recording.load(recordings[-1]).times) == 11
+        folder = out / f"runs/passing_pursuit_{seed}"
+        assert (folder / "replay.html").exists()
+        assert 'href="replay.html"' in (folder / "report.html").read_text()
+        assert len(Recording.load(folder / "recording.npz").times) == 11
+    assert ReadRuns(out)["seed"].tolist() == [0, 1]
 
 
 def test_run_can_leave_the_replay_out(hunav, tmp_path):
     code, _, _ = hunav("run", "passing", "--out", tmp_path, "--no-replay")
     assert code == 0
-    assert list(tmp_path.glob("report_*.html"))
-    assert not list(tmp_path.glob("replay*"))
+    assert list(tmp_path.glob("runs/*/report.html"))
+    assert not list(tmp_path.glob("runs/*/replay*"))
 
 
 def test_quiet_prints_one_line(hunav):
@@ -91,7 +89,7 @@ def test_settings_seed_and_planner_are_obeyed(hunav, tmp_path):
         *["--out", tmp_path, "--no-replay", *settings],
     )
     assert code == 0
-    recording = Recording.load(next(tmp_path.glob("*.npz")))
+    recording = Recording.load(next(tmp_path.rglob("*.npz")))
     assert recording.robot[0, 6] == 0.3
     assert recording.humans[0, 0, 6] == 0.5
 

@@ -5,6 +5,7 @@ import pandas as pd
 import pytest
 
 from hunav_drake.cli import main
+from hunav_drake.results.run_table import ReadRuns
 from hunav_drake.systems.evaluation.metrics import METRICS
 from hunav_drake.systems.evaluation.recording import Recording
 
@@ -147,12 +148,13 @@ def test_evaluate_writes_tables(hunav, recording, tmp_path):
         "evaluate", recording, "--out", out, "--format", "hunav"
     )
     assert code == 0
-    assert f"files to {out}" in text
-    assert pd.read_csv(out / "metrics.csv")["tag"].tolist() == ["run_1"]
-    assert pd.read_csv(out / "metrics.txt", sep="\t")["path_length"][0] == (
+    folder = out / "runs/run_1"
+    assert f"Wrote the run to {folder}" in text
+    assert ReadRuns(out)["tag"].tolist() == ["run_1"]
+    assert pd.read_csv(folder / "metrics.txt", sep="\t")["path_length"][0] == (
         pytest.approx(2.0)
     )
-    summary = json.loads((out / "result_run_1.json").read_text())
+    summary = json.loads((folder / "result.json").read_text())
     assert summary["provenance"]["source"] == "run 1.npz"
     assert len(summary["provenance"]["source_sha256"]) == 64
 
@@ -199,7 +201,7 @@ def test_run_writes_the_format_of_hunavsim(hunav, tmp_path):
         *("--out", tmp_path, "--no-replay", "--format", "hunav"),
     )
     assert code == 1
-    assert (tmp_path / "metrics.txt").exists()
+    assert (tmp_path / "runs/passing_pursuit_0/metrics.txt").exists()
 
 
 def test_metrics_lists_all_with_unit_and_direction(hunav):

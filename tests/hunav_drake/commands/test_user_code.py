@@ -13,11 +13,11 @@ CODE = """
 import numpy as np
 from pydantic.dataclasses import dataclass
 from hunav_drake.systems.behavior import register_condition
-from hunav_drake.systems.crowd import register_motion_model
+from hunav_drake.systems.crowd import MotionModel, register_motion_model
 
 @register_motion_model("statues of {name}")
 @dataclass
-class Statues:
+class Statues(MotionModel):
     patience: float = 2.0
 
     def forces(self, snapshot):
@@ -27,7 +27,7 @@ class Statues:
         return snapshot.states
 
 @register_condition("IsFullMoonOf{name}")
-def is_full_moon(moment):
+def is_full_moon(context):
     return False
 """
 
@@ -35,7 +35,7 @@ def is_full_moon(moment):
 @pytest.fixture(autouse=True)
 def parts_of_the_package():
     """What a test makes known is forgotten after it."""
-    parts = (METRICS, MOTION_MODELS._parts, PLANNERS._parts)
+    parts = (METRICS, MOTION_MODELS._choices, PLANNERS._choices)
     before = [dict(part) for part in parts]
     yield
     for part, known in zip(parts, before, strict=True):
@@ -72,7 +72,7 @@ def test_a_model_and_a_leaf_of_ones_own(hunav, tmp_path, option):
     assert code == 0, err
     code, _, err = hunav(
         *("check", "passing", *arguments, "--import", option),
-        *("--set", "crowd.parameters={patienec: 1}"),
+        *("--set", "crowd.model.patienec=1"),
     )
     assert code == 2
     assert "unknown key; did you mean 'patience'?" in err
@@ -107,14 +107,12 @@ def test_an_unknown_module_is_bad_input(hunav):
 PLANNER = """
 from pydantic.dataclasses import dataclass
 from hunav_drake.systems.evaluation import register_metric
-from hunav_drake.systems.planning import register_planner
+from hunav_drake.systems.planning import Planner, register_planner
 
 @register_planner("{name}")
 @dataclass
-class Broken:
-    memory_size = 0
-
-    def plan(self, task, robot, humans, goal, memory):
+class Broken(Planner):
+    def plan(self, task, view, memory):
         return {body}
 
 @register_metric(name="{name}", unit="m", family="path", source="me")
@@ -125,12 +123,12 @@ def broken(recording):
 
 def test_an_error_in_ones_own_code_is_told_in_a_line(hunav, tmp_path):
     (tmp_path / "mine_1.py").write_text(
-        PLANNER.format(name="mine_1", body="robot[99]")
+        PLANNER.format(name="mine_1", body="view.robot[99]")
     )
     arguments = ("run", "passing", "--quiet", "--planner", "mine_1")
     code, _, err = hunav(*arguments, "--import", "mine_1.py")
     assert code == 2
-    assert err.startswith(f"hunav: {tmp_path}/mine_1.py:12: IndexError: index")
+    assert err.startswith(f"hunav: {tmp_path}/mine_1.py:10: IndexError: index")
     assert len(err.splitlines()) == 1
 
 
@@ -147,6 +145,6 @@ def test_a_metric_of_ones_own_that_fails_is_a_warning(hunav, tmp_path):
 def test_what_is_unknown_may_be_imported(hunav, change):
     code, _, err = hunav("check", "passing", "--set", change)
     assert code == 2
-    assert "parts of your own are made known by --import FILE" in err
+    assert "import a part of your own with --import FILE" in err
     code, _, err = hunav("check", "passing", "--set", "robot.radus=1")
     assert "--import" not in err

@@ -4,8 +4,8 @@ import pytest
 
 from hunav_drake.hunavsim.agents_yaml import ImportAgents
 from hunav_drake.scenario import (
+    DifferentialDriveConfig,
     LoadScenario,
-    RobotConfig,
     SaveScenario,
     ScenarioError,
 )
@@ -91,7 +91,7 @@ def test_an_agent_becomes_a_person(write):
 
 def test_the_rest_is_as_by_default(write):
     scenario = ImportAgents(write(AGENTS))
-    assert scenario.robot == RobotConfig()
+    assert scenario.robot == DifferentialDriveConfig()
     assert scenario.world.walls == []
 
 

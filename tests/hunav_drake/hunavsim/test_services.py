@@ -1,5 +1,6 @@
 """HuNavSim's services: people for another simulator."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -148,6 +149,26 @@ def test_reset_starts_again(dut):
     agents = dut.reset_agents()
     np.testing.assert_array_equal(agents.states, start)
     np.testing.assert_array_equal(walk(dut, agents.states, 60), first)
+
+
+def test_a_reset_may_draw_weights_anew():
+    people = [
+        dataclasses.replace(human, forces_mode="random_uniform")
+        for human in make_people()
+    ]
+    first, other = (
+        walk(dut, dut.agents.states, 20)
+        for dut in (AgentServices(people), AgentServices(people, seed=3))
+    )
+    assert (first[-1] != other[-1]).any()
+    dut = AgentServices(people)
+    dut.reset_agents(seed=3)
+    np.testing.assert_array_equal(walk(dut, dut.agents.states, 20), other)
+    # They keep them from then on.
+    dut.reset_agents()
+    np.testing.assert_array_equal(walk(dut, dut.agents.states, 20), other)
+    with pytest.raises(ValueError, match="seed must be a whole number"):
+        dut.reset_agents(seed=-1)
 
 
 def test_reset_puts_people_where_they_are_said_to_be(dut):

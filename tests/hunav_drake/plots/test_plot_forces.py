@@ -117,7 +117,11 @@ def test_the_colors_differ_for_color_blind_people_too():
 @pytest.mark.parametrize(
     ("forces", "states", "message"),
     [
-        (np.zeros((1, 16)), STATES, "forces are those of 1 people"),
+        (
+            np.zeros((1, 16)),
+            STATES,
+            "must be for as many people as human_states",
+        ),
         (np.zeros(15), STATES, "forces must hold rows of 16 numbers"),
         (np.zeros((2, 16)), STATES[:, :6], "human_states must hold rows of 7"),
     ],

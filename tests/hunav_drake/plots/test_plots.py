@@ -118,7 +118,7 @@ def test_what_is_no_run_is_refused(plot):
         ),
         (plot_robot_speed, "time (s)", "robot speed (m/s)"),
         (plot_trajectories, "x (m)", "y (m)"),
-        (plot_zones, "share of the time (%)", ""),
+        (plot_zones, "share of time (%)", ""),
         (plot_behavior_activity, "time (s)", ""),
     ],
 )

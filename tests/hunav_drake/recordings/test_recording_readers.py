@@ -152,9 +152,10 @@ def test_the_name_tells_the_kind(write, name):
         (("3.1,-1", "east,-1"), "line 3: yaw must be a finite.*'east'"),
         (
             ("0.5,0,0", "nan,0,0"),
-            "line 5: x must be a finite number, got 'nan'",
+            "line 5: x must be a finite number, at most .* got 'nan'",
         ),
         (("0.25", "-0.25"), "line 3: radius must be .* not negative"),
+        (("0.5,0,0", "1e11,0,0"), r"line 5: x .* at most 1e\+10 .*got '1e11'"),
         (("d,2,0", "d,2.5,0"), "line 3: group_id must be a whole number"),
         (("9,9,", "9,"), "line 6: has 11 cells, but the header has 12"),
         (("robot", "Robot"), "no row has the agent 'robot'"),
@@ -179,6 +180,14 @@ def test_a_fault_in_a_table_is_named_with_its_line(write, change, message):
     path = write("a.csv", CSV.replace(*change, count))
     with pytest.raises(ValueError, match=rf"a\.csv: .*{message}"):
         ReadRecording(path)
+
+
+def test_a_speed_worked_out_must_be_possible(write):
+    rows = ["time,agent,x,y", "0,robot,0,0", "2e-6,robot,9e9,0"]
+    with pytest.raises(
+        ValueError, match=r"a\.csv: 'robot' at 0 s: vx, worked out .*4.5e\+15"
+    ):
+        ReadRecording(write("a.csv", "\n".join(rows)))
 
 
 @pytest.mark.parametrize("text", ["", "\n", "time,agent,x,y\n"])

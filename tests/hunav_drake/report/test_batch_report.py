@@ -1,6 +1,7 @@
 """Reports on runs with settings, repeats, and metrics of one's own."""
 
 import dataclasses
+from html import unescape
 import re
 
 import numpy as np
@@ -60,7 +61,8 @@ def own_metrics():
 def report(results, folder):
     html = WriteReport(results, folder / "r.html").read_text()
     text = re.sub(r"<(style|svg).*?</\1>", "", html, flags=re.DOTALL)
-    return re.sub(r"\s+", " ", re.sub(r"<[^>]*>", " ", text)), html
+    text = unescape(re.sub(r"<[^>]*>", " ", text))
+    return " ".join(text.split()), html
 
 
 def section(text, start, end):
@@ -69,7 +71,7 @@ def section(text, start, end):
 
 def test_settings_of_one_planner_have_columns_of_their_own(tmp_path):
     trials = [
-        make_result(seed, f"planner.parameters.cruise_speed={v}", speed=v)
+        make_result(seed, f"planner.cruise_speed={v}", speed=v)
         for v in (0.3, 0.5)
         for seed in range(3)
     ]
@@ -83,14 +85,14 @@ def test_settings_of_one_planner_have_columns_of_their_own(tmp_path):
     assert f"{fast} \N{MINUS SIGN} {slow}" in text
     assert "Comparison" in text
     # The list of runs has them in full.
-    assert "pursuit planner.parameters.cruise_speed=0.3 0 goal" in text
+    assert "pursuit planner.cruise_speed=0.3 0 goal" in text
     # In pictures the setting stands below the planner.
     assert re.search(r">cruise_speed=0.3</(text|tspan)>", html)
 
 
 def test_without_settings_there_is_no_column_of_them(tmp_path):
     text, _ = report([make_result(s) for s in range(2)], tmp_path)
-    assert "scenario planner seed ended" in text
+    assert "scenario planner seed outcome" in text
     assert "setting" not in text
 
 
@@ -100,16 +102,16 @@ def test_the_same_run_counts_once(tmp_path):
         for planner in ("a", "b")
         for seed in range(6)
     ]
-    expected = section(report(trials, tmp_path)[0], "How the runs", "Proven")
+    expected = section(report(trials, tmp_path)[0], "Outcomes", "Proven")
     tagged = [dataclasses.replace(t, tag=f"t{i}") for i, t in enumerate(trials)]
     again = dataclasses.replace(trials[0], tag="again")
     text, _ = report([*tagged, again], tmp_path)
-    assert section(text, "How the runs", "Proven") == expected
+    assert section(text, "Outcomes", "Proven") == expected
     assert "12 runs" in text
-    assert "1 of the runs is left out" in text
-    assert "again is t0 again" in text
+    assert "Left out: 1 duplicate run" in text
+    assert "again duplicates t0" in text
     # With nothing else left it is a report on a single run.
-    assert "What happened" in report([tagged[0], again], tmp_path)[0]
+    assert "Plots" in report([tagged[0], again], tmp_path)[0]
 
 
 def test_different_runs_of_one_seed_are_told_of(tmp_path):
@@ -120,13 +122,11 @@ def test_different_runs_of_one_seed_are_told_of(tmp_path):
     ]
     other = dataclasses.replace(make_result(1, planner="b", speed=2), tag="<c>")
     text, html = report([*trials, other], tmp_path)
-    assert (
-        "b has several different runs of seed 1 : , &lt;c&gt;. All of" in text
-    )
+    assert "b has several different runs of seed 1 : , <c>. All of" in text
     assert "<c>" not in html
-    assert "pair" not in section(text, "b has several", "On equal seeds")
+    assert "pair" not in section(text, "b has several", "Paired comparison")
     # The other seeds are compared all the same.
-    equal = section(text, "On equal seeds", "All metrics")
+    equal = section(text, "Paired comparison", "All metrics")
     assert re.search(r"path_length ↓ 1.01 1.01 0 \[0, 0\] 2 m", equal)
 
 
@@ -142,13 +142,13 @@ def test_metrics_of_ones_own_are_never_left_out(tmp_path, own_metrics):
     METRICS.pop("my-y(%)")
     text, html = report(LoadResults(tmp_path), tmp_path)
     for name in ("my_x", "my-y(%)"):
-        assert name in section(text, "On equal seeds", "All metrics")
+        assert name in section(text, "Paired comparison", "All metrics")
         assert f'aria-label="{name}: means' in html
         runs = section(text, " Runs ", "Provenance")
         assert f"{name.replace('_', ' ')} (m)" in runs
     assert " mine " in text
     # Of many metrics of this package some are chosen.
-    assert "completed" not in section(text, "On equal seeds", "All metrics")
+    assert "completed" not in section(text, "Paired comparison", "All metrics")
 
 
 def test_of_few_metrics_all_are_shown(tmp_path):
@@ -157,7 +157,7 @@ def test_of_few_metrics_all_are_shown(tmp_path):
     ]
     text, html = report(trials, tmp_path)
     for name in trials[0].metrics.index:
-        assert name in section(text, "On equal seeds", "All metrics")
+        assert name in section(text, "Paired comparison", "All metrics")
     assert 'aria-label="completed: means' not in html
 
 
@@ -209,7 +209,7 @@ def test_what_happens_to_be_equal_is_shown_by_behavior(tmp_path):
     result = make_result()
     assert result.by_behavior["min_dist_to_people"].nunique() == 1
     text, _ = report(result, tmp_path)
-    part = section(text, "By behavior", "Provenance")
+    part = section(text, "Metrics by behavior", "Provenance")
     assert re.search(r"min_dist_to_people ↑ 0.900 0.900 0.900 m", part)
     for name in ("path_length", "completed", "avg_robot_jerk"):
         assert name not in part
@@ -218,12 +218,12 @@ def test_what_happens_to_be_equal_is_shown_by_behavior(tmp_path):
 def test_the_command_names_a_few_of_many_missing_runs(tmp_path, capsys):
     for seed in range(16):
         WriteResult(make_result(seed, metric_names="goal"), tmp_path)
-    for path in sorted(tmp_path.glob("recording_*.npz"))[:14]:
+    for path in sorted(tmp_path.glob("runs/*/recording.npz"))[:14]:
         path.unlink()
     assert cli.main(["report", str(tmp_path)]) == 0
     lines = capsys.readouterr().err.splitlines()
     assert len(lines) == 6
-    assert lines[-1] == "hunav: ... and 9 more, see the page"
+    assert lines[-1] == "hunav: ... and 9 more: see the report"
     assert (tmp_path / "report.html").read_text().count("Left out: ") == 14
 
 
@@ -241,5 +241,5 @@ def test_the_command_tells_settings_apart(tmp_path):
             ]
         )
     assert list(ReadRuns(tmp_path)["setting"]) == [change, "short one", ""]
-    page = (tmp_path / "report_passing_pursuit_0_2.html").read_text()
+    page = (tmp_path / "runs/passing_pursuit_0_2/report.html").read_text()
     assert "setting short one" in page

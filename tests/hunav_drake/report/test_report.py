@@ -1,3 +1,4 @@
+from html import unescape
 import importlib.util
 import os
 from pathlib import Path
@@ -9,10 +10,11 @@ from PIL import Image
 import pytest
 
 from hunav_drake import cli
-from hunav_drake.report.html import number
+from hunav_drake.report.tables import number
 from hunav_drake.report.writing import WriteReport
 from hunav_drake.results.files import LoadResults, WriteResult
 from hunav_drake.results.quantity_text import label_text, number_text, unit_text
+from hunav_drake.results.run_table import ReadRuns
 from hunav_drake.results.trial_result import MakeTrialResult
 from hunav_drake.systems.evaluation.metrics import METRICS
 from hunav_drake.systems.evaluation.recording import Recording
@@ -60,7 +62,7 @@ def make_batch(**kwargs):
 def visible(html):
     """The text of a page without tags, styles and pictures."""
     html = re.sub(r"<(style|svg).*?</\1>", "", html, flags=re.DOTALL)
-    return re.sub(r"\s+", " ", re.sub(r"<[^>]*>", " ", html))
+    return " ".join(unescape(re.sub(r"<[^>]*>", " ", html)).split())
 
 
 def assert_stands_alone(html):
@@ -97,8 +99,8 @@ def test_a_trial_is_told_in_full(tmp_path):
         assert name in text
         assert METRICS[name].family in text
     assert re.search(r"path_length ↓ 4.00 m ", text)
-    assert re.search(r"luis scared &ndash; 0.900 3.00 0", text)
-    assert "everyone regular scared unit" in text
+    assert re.search("luis scared \N{EN DASH} 0.900 3.00 0", text)
+    assert "all people regular scared unit" in text
     assert html.count("<svg") == 5
     assert "Watch the replay" not in html
 
@@ -134,7 +136,7 @@ def test_statistics_are_told_in_full(tmp_path):
     text = visible(html)
     # Mean of 6, or of 4 where only so many have a value.
     assert re.search(r"path_length ↓ 10.03 \[10.01, 10.05\] 10.53", text)
-    assert "time_to_reach_goal ↓ 21.50 [19.45, 23.55] n&nbsp;=&nbsp;4" in text
+    assert "time_to_reach_goal ↓ 21.50 [19.45, 23.55] n = 4" in text
     assert re.search(r"completed ↑ 83.3 \[43.6, 97.0\] 83.3 .*? %", text)
     # The spread: n, mean, standard deviation, median.
     assert "path_length ↓ pursuit 6 10.03 [10.01, 10.05] 0.022 10.03 m" in text
@@ -174,16 +176,15 @@ def test_any_script_is_left_to_the_browser(tmp_path):
 
 def test_runs_link_to_their_own_pages(tmp_path):
     for seed in range(2):
-        WriteResult(make_result(seed=seed), tmp_path)
-    for name in ("report_passing_pursuit_0", "replay_passing_pursuit_0"):
-        (tmp_path / f"{name}.html").touch()
-    (tmp_path / "report_passing_pursuit_1.html").touch()
+        folder = WriteResult(make_result(seed=seed), tmp_path)
+        (folder / "report.html").touch()
+    (folder / "replay.html").touch()
     page = WriteReport(LoadResults(tmp_path), tmp_path / "all.html")
     targets = re.findall(r'<a href="([^"]*)">(\w+)</a>', page.read_text())
     assert targets == [
-        ("report_passing_pursuit_0.html", "report"),
-        ("replay_passing_pursuit_0.html", "replay"),
-        ("report_passing_pursuit_1.html", "report"),
+        ("runs/passing_pursuit_0/report.html", "report"),
+        ("runs/passing_pursuit_1/report.html", "report"),
+        ("runs/passing_pursuit_1/replay.html", "replay"),
     ]
 
 
@@ -212,7 +213,7 @@ def test_metrics_without_any_value_are_dashes(tmp_path):
     result.metrics[:] = np.nan
     for results in (result, [result, result]):
         html = WriteReport(results, tmp_path / "r.html").read_text()
-        assert re.search(r"path_length ↓ &ndash; ", visible(html))
+        assert re.search("path_length ↓ \N{EN DASH} ", visible(html))
 
 
 @pytest.mark.filterwarnings("error")
@@ -232,7 +233,7 @@ def test_names_are_shown_as_they_are(tmp_path):
         html = WriteReport(results, tmp_path / "r.html").read_text()
         assert_stands_alone(html)
         assert "<b>" not in html
-        assert "&lt;b&gt;&quot;&amp;&#x27;&lt;/b&gt;" in html
+        assert "&lt;b&gt;&#34;&amp;&#39;&lt;/b&gt;" in html
 
 
 def test_the_report_links_to_the_replay_beside_it(tmp_path):
@@ -284,17 +285,17 @@ def test_a_report_on_nothing_is_refused(tmp_path):
 @pytest.mark.parametrize(
     ("value", "unit", "text"),
     [
-        (np.nan, "m", "&ndash;"),
-        (np.inf, "s", "&infin;"),
+        (np.nan, "m", "\N{EN DASH}"),
+        (np.inf, "s", "\N{INFINITY}"),
         (3.0, "-", "3"),
         (0.0, "m", "0"),
         (12.345, "%", "12.3"),
         (0.12345, "m", "0.123"),
-        (-1.2345, "m", "&minus;1.23"),
+        (-1.2345, "m", "\N{MINUS SIGN}1.23"),
         (123.45, "m", "123.5"),
         (1234.5, "m", "1234"),
-        (1.2e-7, "m", "1.2&times;10⁻⁷"),
-        (1.2e7, "m", "1.2&times;10⁷"),
+        (1.2e-7, "m", "1.2\N{MULTIPLICATION SIGN}10⁻⁷"),
+        (1.2e7, "m", "1.2\N{MULTIPLICATION SIGN}10⁷"),
     ],
 )
 def test_numbers_have_sensible_digits(value, unit, text):
@@ -351,7 +352,7 @@ def test_results_come_back_from_a_folder(tmp_path):
 
 def test_a_metric_of_another_program_keeps_its_value(tmp_path):
     WriteResult(make_result(), tmp_path, tag="01")
-    path = tmp_path / "result_01.json"
+    path = tmp_path / "runs/01/result.json"
     text = path.read_text()
     path.write_text(text.replace('"path_length"', '"my_length"'))
     (result,) = LoadResults(tmp_path)
@@ -360,58 +361,47 @@ def test_a_metric_of_another_program_keeps_its_value(tmp_path):
     assert "my_length ↓ 4.00 m" in visible(html)
 
 
-def test_a_folder_that_is_damaged_is_refused(tmp_path):
-    with pytest.raises(FileNotFoundError):
-        LoadResults(tmp_path)
-    (tmp_path / "metrics.csv").write_text("a,b\n1,2\n")
-    with pytest.raises(ValueError, match="has no column 'tag'"):
-        LoadResults(tmp_path)
-    (tmp_path / "metrics.csv").unlink()
-    WriteResult(make_result(), tmp_path, tag="x")
-    for text in ("[]", "{}", "{", '{"metrics": {"path_length": 3}}'):
-        (tmp_path / "result_x.json").write_text(text)
-        with pytest.raises(ValueError, match=r"result_x\.json: is not a"):
-            LoadResults(tmp_path)
-    (tmp_path / "recording_x.npz").unlink()
-    with pytest.raises(FileNotFoundError):
-        LoadResults(tmp_path)
-
-
 def test_the_command_reports_on_all_runs_of_a_folder(tmp_path, capsys):
     for seed in range(2):
         WriteResult(make_result(seed=seed), tmp_path)
     assert cli.main(["report", str(tmp_path), "--title", "Two runs"]) == 0
-    assert "report on 2 runs" in capsys.readouterr().out
+    text = capsys.readouterr().out
+    assert "report on 2 runs" in text
+    assert f"metrics to {tmp_path / 'runs.csv'}" in text
+    pd.testing.assert_frame_equal(
+        ReadRuns(tmp_path / "runs.csv"), ReadRuns(tmp_path), check_dtype=False
+    )
     html = (tmp_path / "report.html").read_text()
     assert "<h1>Two runs</h1>" in html
     assert_stands_alone(html)
 
 
 def test_the_command_links_the_replay_of_a_single_run(tmp_path):
-    WriteResult(make_result(), tmp_path)
-    (tmp_path / "replay_passing_pursuit_0.html").touch()
+    (WriteResult(make_result(), tmp_path) / "replay.html").touch()
     other = tmp_path / "other" / "my.html"
     other.parent.mkdir()
     assert cli.main(["report", str(tmp_path), "-o", str(other)]) == 0
     text = other.read_text()
-    assert 'href="../replay_passing_pursuit_0.html"' in text
+    assert 'href="../runs/passing_pursuit_0/replay.html"' in text
 
 
 def test_the_command_reports_on_what_can_be_read(tmp_path, capsys):
     for seed in range(4):
         WriteResult(make_result(seed=seed), tmp_path)
-    (tmp_path / "recording_passing_pursuit_1.npz").write_bytes(b"no zip")
-    (tmp_path / "result_passing_pursuit_2.json").unlink()
+    runs = tmp_path / "runs"
+    (runs / "passing_pursuit_1/recording.npz").write_bytes(b"no zip")
+    (runs / "passing_pursuit_2/result.json").unlink()
     assert cli.main(["report", str(tmp_path)]) == 0
     captured = capsys.readouterr()
     assert "report on 2 runs" in captured.out
     assert len(captured.err.splitlines()) == 2
     text = visible((tmp_path / "report.html").read_text())
-    for line, seed in zip(captured.err.splitlines(), (1, 2), strict=True):
+    lines = sorted(captured.err.splitlines())
+    for line, seed in zip(lines, (1, 2), strict=True):
         assert f"left out the run passing_pursuit_{seed}: " in line
         assert f"Left out: passing_pursuit_{seed}." in text
     for seed in (0, 3):
-        (tmp_path / f"result_passing_pursuit_{seed}.json").write_text("{")
+        (runs / f"passing_pursuit_{seed}/result.json").write_text("{")
     assert cli.main(["report", str(tmp_path)]) == 2
     assert "no run to report on" in capsys.readouterr().err
 
@@ -419,20 +409,17 @@ def test_the_command_reports_on_what_can_be_read(tmp_path, capsys):
 def test_the_command_says_how_to_make_a_folder(tmp_path, capsys):
     assert cli.main(["report", str(tmp_path / "none")]) == 2
     error = capsys.readouterr().err
-    assert "none/metrics.csv: No such file" in error
-    assert "`hunav run SCENARIO --out " in error
+    assert "none: No results are there. `hunav run SCENARIO --out " in error
 
 
-@pytest.mark.parametrize("arguments", [["nowhere"], [".", "-o", "no/r.html"]])
-def test_the_command_says_what_is_missing(
-    tmp_path, capsys, monkeypatch, arguments
+def test_the_command_says_where_the_page_cannot_be(
+    tmp_path, capsys, monkeypatch
 ):
     monkeypatch.chdir(tmp_path)
     WriteResult(make_result(), tmp_path)
-    assert cli.main(["report", *arguments]) == 2
+    assert cli.main(["report", ".", "-o", "no/r.html"]) == 2
     error = capsys.readouterr().err
-    assert error.startswith("hunav: n")
-    assert "No such file" in error
+    assert error == "hunav: no/r.html: No such file or directory\n"
 
 
 def test_each_run_writes_its_own_report(tmp_path, capsys):
@@ -444,7 +431,7 @@ def test_each_run_writes_its_own_report(tmp_path, capsys):
             ]
         )
         assert code == 1
-        path = tmp_path / f"report_passing_pursuit_{seed}.html"
+        path = tmp_path / f"runs/passing_pursuit_{seed}/report.html"
         assert f"Report, for a browser: {path}" in capsys.readouterr().out
         html = path.read_text()
         assert_stands_alone(html)
@@ -453,29 +440,23 @@ def test_each_run_writes_its_own_report(tmp_path, capsys):
     assert not (tmp_path / "report.html").exists()
     assert cli.main(["report", str(tmp_path)]) == 0
     assert path.read_text() == html
-    assert path.name in (tmp_path / "report.html").read_text()
+    assert (
+        str(path.relative_to(tmp_path))
+        in (tmp_path / "report.html").read_text()
+    )
 
 
-def test_a_damaged_table_is_found_before_the_run(tmp_path, capsys):
-    (tmp_path / "metrics.csv").write_text("tag,x\na,1\nb\n")
-    for command in (["run", "passing"], ["evaluate", "nothing.npz"]):
-        assert cli.main([*command, "--out", str(tmp_path)]) == 2
-        error = capsys.readouterr().err
-        assert "metrics.csv: is not a table of runs: row 2" in error
-        assert "Repair it, move it away, or name another folder" in error
-    assert os.listdir(tmp_path) == ["metrics.csv"]
-
-
-def test_a_table_that_is_damaged_meanwhile_loses_no_run(
+def test_if_the_report_cannot_be_written_there_is_no_run(
     tmp_path, capsys, monkeypatch
 ):
-    monkeypatch.setattr(
-        "hunav_drake.commands.run.check_out", lambda directory: None
-    )
-    (tmp_path / "metrics.csv").write_text("tag,x\na,1\nb\n")
-    assert cli.main(["run", "passing", "--quiet", "--out", str(tmp_path)]) == 2
-    assert "row 2" in capsys.readouterr().err
-    assert Recording.load(tmp_path / "recording_passing_pursuit_0.npz")
+    def fail(*args, **kwargs):
+        raise OSError(28, "No space left on device", "report.html")
+
+    monkeypatch.setattr("hunav_drake.report.writing.WriteReport", fail)
+    command = ["run", "passing", "--quiet", "--no-replay"]
+    assert cli.main([*command, "--out", str(tmp_path)]) == 2
+    assert "No space left on device" in capsys.readouterr().err
+    assert os.listdir(tmp_path / "runs") == []
 
 
 @pytest.fixture(scope="module")

@@ -4,23 +4,18 @@ import json
 import math
 from multiprocessing import get_context
 import os
-from pathlib import Path
+import shutil
 import signal
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from hunav_drake.results.files import (
-    CheckTables,
-    GetTag,
-    LoadResult,
-    LoadResults,
-    WriteResult,
-)
+from hunav_drake.results import files
+from hunav_drake.results.files import LoadResults, WriteResult, load_results
 from hunav_drake.results.provenance import MakeProvenance
-from hunav_drake.results.run_table import ReadRuns, tabulate_runs
-from hunav_drake.results.text_table import append_row, read_rows
+from hunav_drake.results.run_folders import find_pages, find_runs
+from hunav_drake.results.run_table import ReadRuns, WriteTables, tabulate_runs
 from hunav_drake.results.trial_result import (
     FormatMetricsTable,
     MakeTrialResult,
@@ -63,6 +58,15 @@ def make_result(seed: int = 0, metric_names=("all",), **kwargs) -> TrialResult:
     )
 
 
+def snapshot(directory) -> dict[str, bytes]:
+    """Returns the files below a folder, by their paths in it."""
+    return {
+        path.relative_to(directory).as_posix(): path.read_bytes()
+        for path in directory.rglob("*")
+        if path.is_file()
+    }
+
+
 def test_a_result_has_all_tables():
     dut = make_result()
     assert list(dut.metrics.index) == list(dut.by_behavior.columns)
@@ -101,134 +105,141 @@ def test_provenance_names_versions_and_scenario():
 
 def test_files_are_there_and_load(tmp_path):
     result = make_result()
-    paths = WriteResult(result, tmp_path / "new/folder", tag="a")
-    names = {path.name for path in paths}
-    assert names == {path.name for path in (tmp_path / "new/folder").iterdir()}
-    assert names == {
-        "metrics.csv",
-        "metrics_beh_regular.csv",
-        "metrics_beh_scared.csv",
-        "recording_a.npz",
-        "result_a.json",
-        "steps_a.csv",
-        "steps_a_beh_regular.csv",
-        "steps_a_beh_scared.csv",
+    folder = WriteResult(result, tmp_path / "new/folder", tag="a")
+    assert folder == tmp_path / "new/folder/runs/a"
+    assert {path.name for path in folder.iterdir()} == {
+        "recording.npz",
+        "result.json",
+        "steps.csv",
+        "steps_beh_regular.csv",
+        "steps_beh_scared.csv",
     }
-    folder = paths[0].parent
-    assert Recording.load(folder / "recording_a.npz") == result.recording
-    table = pd.read_csv(folder / "metrics.csv", index_col="tag")
-    for name, value in result.metrics.items():
-        assert table.loc["a", name] == pytest.approx(value, nan_ok=True, rel=0)
-    steps = pd.read_csv(folder / "steps_a.csv", index_col="time")
+    assert Recording.load(folder / "recording.npz") == result.recording
+    steps = pd.read_csv(folder / "steps.csv", index_col="time")
     pd.testing.assert_frame_equal(
         steps, result.steps, check_exact=True, check_dtype=False
     )
-    summary = json.loads((folder / "result_a.json").read_text())
+    summary = json.loads((folder / "result.json").read_text())
     assert summary["provenance"]["seed"] == 0
     assert summary["metrics"]["path_length"]["unit"] == "m"
     assert summary["metrics"]["time_to_reach_goal"]["value"] is None
+    assert (
+        summary["by_behavior"]["scared"]["min_dist_to_people"]
+        == (result.by_behavior.loc["scared", "min_dist_to_people"])
+    )
+
+
+def test_a_run_comes_back_bit_for_bit(tmp_path):
+    result = make_result()
+    result.metrics[:] = np.random.default_rng(0).normal(size=len(METRICS)) ** 9
+    WriteResult(result, tmp_path, tag="a")
+    (again,) = LoadResults(tmp_path)
+    assert again.tag == "a"
+    pd.testing.assert_series_equal(
+        again.metrics, result.metrics, check_exact=True
+    )
+    pd.testing.assert_frame_equal(again.by_behavior, result.by_behavior)
 
 
 def test_a_second_run_leaves_the_first_as_it_is(tmp_path):
-    WriteResult(make_result(), tmp_path)
-    before = (tmp_path / "steps_passing_pursuit_0.csv").read_bytes()
+    folder = WriteResult(make_result(), tmp_path)
+    before = snapshot(folder)
     WriteResult(make_result(), tmp_path)
     WriteResult(make_result(seed=3), tmp_path)
-    assert (tmp_path / "steps_passing_pursuit_0.csv").read_bytes() == before
-    tags = pd.read_csv(tmp_path / "metrics.csv")["tag"].tolist()
-    assert tags == [
+    WriteResult(make_result(seed=10), tmp_path)
+    assert snapshot(folder) == before
+    # Numbers in tags are in the order of their size.
+    assert ReadRuns(tmp_path)["tag"].tolist() == [
         "passing_pursuit_0",
         "passing_pursuit_0_2",
         "passing_pursuit_3",
+        "passing_pursuit_10",
     ]
 
 
 def test_a_taken_tag_is_refused(tmp_path):
-    assert GetTag(WriteResult(make_result(), tmp_path, tag="a")) == "a"
-    before = (tmp_path / "recording_a.npz").read_bytes()
-    for _ in range(2):
-        with pytest.raises(FileExistsError, match=r"'a' is taken.*recording_a"):
-            WriteResult(make_result(seed=4), tmp_path, tag="a")
-        # Not even if nobody can tell whether it was complete.
-        (tmp_path / "metrics.csv").write_text("tag\n1,2\n")
-    assert (tmp_path / "recording_a.npz").read_bytes() == before
+    folder = WriteResult(make_result(), tmp_path, tag="a")
+    before = snapshot(folder)
+    with pytest.raises(FileExistsError, match=r"'a' is taken.*runs/a"):
+        WriteResult(make_result(seed=4), tmp_path, tag="a")
+    assert snapshot(tmp_path) == {
+        f"runs/a/{name}": content for name, content in before.items()
+    }
 
 
-def test_a_killed_run_can_be_repeated(tmp_path):
-    WriteResult(make_result(seed=1), tmp_path, tag="other")
-    table = tmp_path / "metrics.csv"
-    before = table.read_bytes()
-    WriteResult(make_result(), tmp_path, tag="a", format="hunav")
-    # As if it had been killed before its last step.
-    table.write_bytes(before)
-    WriteResult(make_result(seed=2), tmp_path, tag="a", format="hunav")
-    assert pd.read_csv(table)["tag"].tolist() == ["other", "a"]
-    for path in tmp_path.glob("metrics_beh_*.csv"):
-        rows = pd.read_csv(path)
-        assert rows["tag"].tolist() == ["other", "a"]
-        assert rows["seed"].tolist() == [1, 2]
-    texts = pd.read_csv(tmp_path / "metrics.txt", sep="\t")
-    assert texts["experiment_tag"].tolist() == ["a"]
-    assert LoadResult(tmp_path, "a").provenance["seed"] == 2
+def test_of_two_writers_of_one_run_the_first_to_end_wins(tmp_path):
+    def write_again(folder):
+        # The other one begins later, and ends earlier.
+        assert list(find_runs(tmp_path)) == []
+        WriteResult(make_result(seed=1), tmp_path, tag="a")
+
+    with pytest.raises(FileExistsError, match="'a' is taken"):
+        WriteResult(make_result(), tmp_path, tag="a", add=write_again)
+    assert ReadRuns(tmp_path)["seed"].tolist() == [1]
+    assert os.listdir(tmp_path / "runs") == ["a"]
 
 
-def test_files_stay_even_if_their_table_is_gone(tmp_path):
-    paths = WriteResult(make_result(), tmp_path)
-    before = paths[0].read_bytes()
-    (tmp_path / "metrics.csv").unlink()
-    tag = GetTag(WriteResult(make_result(), tmp_path))
-    assert tag == "passing_pursuit_0_2"
-    assert paths[0].read_bytes() == before
+def test_a_writer_without_a_tag_takes_the_next_free_one(tmp_path):
+    others = []
+
+    def write_again(folder):
+        if not others:
+            others.append(WriteResult(make_result(), tmp_path).name)
+
+    folder = WriteResult(make_result(), tmp_path, add=write_again)
+    assert others == ["passing_pursuit_0"]
+    assert folder.name == "passing_pursuit_0_2"
+    assert sorted(os.listdir(tmp_path / "runs")) == [*others, folder.name]
 
 
-@pytest.mark.parametrize("tag", ["", "../a", "a b", "a/b"])
+def test_more_files_of_a_run_appear_with_it(tmp_path):
+    def add(folder):
+        assert not list(find_runs(tmp_path))
+        (folder / "report.html").write_text("<p>")
+
+    folder = WriteResult(make_result(), tmp_path, add=add)
+    assert find_pages(tmp_path, folder.name) == {
+        "report": folder / "report.html"
+    }
+
+
+def test_if_a_file_cannot_be_written_there_is_no_run(tmp_path):
+    def fail(folder):
+        (folder / "report.html").write_text("<p>")
+        raise ValueError("no report")
+
+    with pytest.raises(ValueError, match="no report"):
+        WriteResult(make_result(), tmp_path, add=fail)
+    assert os.listdir(tmp_path / "runs") == []
+
+
+@pytest.mark.parametrize("tag", ["", "../a", "a b", "a/b", "..", ".a"])
 def test_a_tag_must_fit_into_the_name_of_a_file(tmp_path, tag):
     with pytest.raises(ValueError, match="tag must be of letters"):
         WriteResult(make_result(), tmp_path, tag=tag)
     assert not list(tmp_path.iterdir())
 
 
-def test_a_table_takes_rows_with_other_metrics(tmp_path):
+def test_a_run_has_a_tag_whatever_its_scenario_is_called(tmp_path):
+    names = ("..", ".hidden", "a/b", "", "\u597d\u5947", "x" * 300)
+    folders = [
+        WriteResult(
+            make_result(scenario_name=name, provenance={}), tmp_path
+        ).name
+        for name in names
+    ]
+    assert folders == ["trial", "hidden", "a_b", "trial_2", "_", "x" * 80]
+    assert sorted(os.listdir(tmp_path / "runs")) == sorted(folders)
+    assert {r.scenario_name for r in LoadResults(tmp_path)} == set(names)
+
+
+def test_a_table_has_runs_with_other_metrics(tmp_path):
     WriteResult(make_result(metric_names=["path"]), tmp_path, tag="a")
     WriteResult(make_result(metric_names=["goal"]), tmp_path, tag="b")
-    table = pd.read_csv(tmp_path / "metrics.csv", index_col="tag")
+    table = ReadRuns(tmp_path).set_index("tag")
     assert table.loc["a", "path_length"] == pytest.approx(0.2)
     assert math.isnan(table.loc["b", "path_length"])
     assert table.loc["b", "completed"] == 0
-
-
-def test_texts_with_commas_and_quotes_survive(tmp_path):
-    path = tmp_path / "t.csv"
-    append_row(path, {"tag": 'a "b", c\nd', "x": 0.1})
-    append_row(path, {"tag": "ü", "x": math.nan})
-    table = pd.read_csv(path)
-    assert table["tag"].tolist() == ['a "b", c\nd', "ü"]
-    assert table["x"].tolist()[0] == 0.1
-
-
-def test_a_damaged_table_is_not_touched(tmp_path):
-    path = tmp_path / "metrics.csv"
-    path.write_text("tag,x\na,1\nb\n")
-    with pytest.raises(ValueError, match=r"metrics\.csv.*row 2"):
-        WriteResult(make_result(), tmp_path)
-    assert path.read_text() == "tag,x\na,1\nb\n"
-
-
-def test_what_cannot_have_a_row_is_kept(tmp_path):
-    path = tmp_path / "metrics_beh_scared.csv"
-    path.write_text("tag,x\na,1\nb\n")
-    with pytest.raises(ValueError, match=r"metrics_beh_scared\.csv.*row 2"):
-        CheckTables(tmp_path)
-    with pytest.raises(ValueError, match=r"metrics_beh_scared\.csv.*row 2"):
-        WriteResult(make_result(), tmp_path, tag="c")
-    # The recording is there, and no other table has a row without its like.
-    assert Recording.load(tmp_path / "recording_c.npz")
-    assert {p.name for p in tmp_path.glob("metrics*")} == {path.name}
-    path.unlink()
-    CheckTables(tmp_path)
-    WriteResult(make_result(), tmp_path, tag="c")
-    CheckTables(tmp_path)
-    CheckTables(tmp_path / "nowhere")
 
 
 def test_behaviors_do_not_write_over_each_other(tmp_path):
@@ -239,57 +250,27 @@ def test_behaviors_do_not_write_over_each_other(tmp_path):
         "\u5bb3\u6015",
         "x" * 300,
     )
-    times = np.arange(3) * 0.1
     humans = np.zeros((3, 5, 7))
     humans[..., 0] = [2, 3, 4, 5, 6]
     recording = Recording(
-        times=times,
+        times=np.arange(3) * 0.1,
         robot=np.zeros((3, 7)),
         humans=humans,
         behaviors=behaviors,
     )
-    for tag in "ab":
-        result = MakeTrialResult(
-            recording, provenance={}, end_reason="end", metric_names="paper"
-        )
-        WriteResult(result, tmp_path, tag=tag)
-    tables = [ReadRuns(p) for p in tmp_path.glob("metrics_beh_*.csv")]
-    found = {table["behavior"].unique()[0]: table for table in tables}
-    assert set(found) == set(behaviors)
-    for behavior, table in found.items():
-        assert table["tag"].tolist() == ["a", "b"]
-        assert set(table["behavior"]) == {behavior}
-        assert table["min_dist_to_people"][0] == pytest.approx(
-            result.by_behavior.loc[behavior, "min_dist_to_people"]
-        )
-    assert len(list(tmp_path.glob("steps_a_beh_*.csv"))) == 5
-    # A name that is fit stays as it is.
-    assert (tmp_path / "metrics_beh_run_away.csv").exists()
-
-
-def test_a_row_is_added_as_text_or_with_new_columns(tmp_path):
-    path = tmp_path / "t.csv"
-    path.write_bytes(b"tag,x\r\na,1.50")
-    append_row(path, {"tag": "b", "x": 2})
-    assert path.read_bytes() == b"tag,x\r\na,1.50\nb,2\n"
-    append_row(path, {"tag": "c", "y": 3.0})
-    append_row(path, {"tag": "b", "x": 4})
-    assert read_rows(path) == (
-        ["tag", "x", "y"],
-        [["a", "1.50", ""], ["c", "", "3.0"], ["b", "4", ""]],
+    result = MakeTrialResult(
+        recording, provenance={}, end_reason="end", metric_names="paper"
     )
-
-
-def test_drafts_of_dead_writers_are_removed(tmp_path):
-    old = tmp_path / f".recording_x.npz.{'0' * 16}.tmp"
-    new = tmp_path / f".report.html.{'1' * 16}.tmp"
-    mine = tmp_path / ".notes.tmp"
-    for path in (old, new, mine):
-        path.touch()
-    for path in (old, mine):
-        os.utime(path, (0, 0))
-    WriteResult(make_result(), tmp_path)
-    assert [p.exists() for p in (old, new, mine)] == [False, True, True]
+    for tag in "ab":
+        folder = WriteResult(result, tmp_path, tag=tag)
+    table = ReadRuns(tmp_path, by_behavior=True)
+    assert table["tag"].tolist() == ["a"] * 5 + ["b"] * 5
+    assert table["behavior"].tolist() == [*behaviors, *behaviors]
+    expected = result.by_behavior["min_dist_to_people"].tolist()
+    assert table["min_dist_to_people"].tolist() == [*expected, *expected]
+    assert len(list(folder.glob("steps_beh_*.csv"))) == 5
+    # A name that is fit stays as it is.
+    assert (folder / "steps_beh_run_away.csv").exists()
 
 
 def _write_many(arguments):
@@ -303,15 +284,13 @@ def _write_many(arguments):
 
 
 @forks
-def test_parallel_writers_lose_no_row(tmp_path):
+def test_parallel_writers_lose_no_run(tmp_path):
     with ProcessPoolExecutor(4, mp_context=get_context("fork")) as pool:
         list(pool.map(_write_many, [(tmp_path, w) for w in range(4)]))
-    table = pd.read_csv(tmp_path / "metrics.csv")
-    assert len(table) == 20
-    assert table["tag"].is_unique
+    table = ReadRuns(tmp_path)
+    assert len(table) == len(LoadResults(tmp_path)) == 20
     assert not table["path_length"].isna().any()
-    assert len(list(tmp_path.glob("recording_*.npz"))) == 20
-    assert not list(tmp_path.glob(".*"))
+    assert not list((tmp_path / "runs").glob(".*"))
 
 
 def _write_forever(folder, finished):
@@ -321,7 +300,7 @@ def _write_forever(folder, finished):
 
 
 @forks
-def test_a_killed_writer_leaves_whole_files_and_no_lock(tmp_path):
+def test_a_killed_writer_leaves_whole_runs_only(tmp_path):
     finished = get_context("fork").Value("i", 0)
     WriteResult(make_result(metric_names=["path"]), tmp_path)
     for i in range(20):
@@ -337,20 +316,215 @@ def test_a_killed_writer_leaves_whole_files_and_no_lock(tmp_path):
         process.kill()
         process.join()
         assert process.exitcode == -signal.SIGKILL
-    table = pd.read_csv(tmp_path / "metrics.csv")
-    # The last row of each may be there without having been counted.
-    assert 1 + finished.value <= len(table) <= 21 + finished.value
+    results = LoadResults(tmp_path)
+    # The last run of each may be there without having been counted.
+    assert 1 + finished.value <= len(results) <= 21 + finished.value
     assert finished.value >= 20
-    assert table["tag"].is_unique
-    assert not table["path_length"].isna().any()
-    for path in tmp_path.glob("recording_*.npz"):
-        Recording.load(path)
-    for path in tmp_path.glob("result_*.json"):
-        json.loads(path.read_text())
-    for tag in table["tag"]:
-        assert len(pd.read_csv(tmp_path / f"steps_{tag}.csv")) == 5
-        assert (tmp_path / f"recording_{tag}.npz").exists()
+    names = [set(os.listdir(f)) for f in (tmp_path / "runs").glob("[!.]*")]
+    assert len(names[0]) == 5
+    assert names == [names[0]] * len(results)
     WriteResult(make_result(), tmp_path)
+
+
+def _killed_while_writing(folder):
+    def die(path):
+        os.kill(os.getpid(), signal.SIGKILL)
+
+    WriteResult(make_result(), folder, tag="a", add=die)
+
+
+@forks
+def test_a_run_whose_writer_was_killed_can_be_repeated(tmp_path):
+    """What a runner of many trials needs: the tags tell what is done."""
+    process = get_context("fork").Process(
+        target=_killed_while_writing, args=(tmp_path,)
+    )
+    process.start()
+    process.join()
+    assert process.exitcode == -signal.SIGKILL
+    assert len(os.listdir(tmp_path / "runs")) == 1
+    assert find_runs(tmp_path) == {}
+    with pytest.raises(FileNotFoundError, match="hunav run SCENARIO --out"):
+        LoadResults(tmp_path)
+    WriteResult(make_result(), tmp_path, tag="a")
+    assert list(find_runs(tmp_path)) == ["a"]
+
+
+# --- damaged runs ---
+
+
+def wrong(value, *keys):
+    """Returns a damage that sets an entry of a summary to a value."""
+
+    def damage(folder):
+        path = folder / "result.json"
+        summary = json.loads(path.read_text())
+        place = summary
+        for key in keys[:-1]:
+            place = place[key]
+        place[keys[-1]] = value
+        path.write_text(json.dumps(summary))
+
+    return damage
+
+
+def write(name, content):
+    return lambda folder: (folder / name).write_bytes(content)
+
+
+def remove(name):
+    return lambda folder: (folder / name).unlink()
+
+
+def empty(folder):
+    for path in folder.iterdir():
+        path.unlink()
+
+
+PATH_LENGTH = ("metrics", "path_length")
+
+
+@pytest.mark.parametrize(
+    ("damage", "words"),
+    [
+        (empty, "result.json: No such file"),
+        (remove("result.json"), "result.json: No such file"),
+        (remove("recording.npz"), "recording.npz: No such file"),
+        (write("result.json", b""), "result.json: is not a result: the file"),
+        (write("result.json", b"{"), "the file: Invalid JSON"),
+        (write("result.json", b"\xff"), "the file: Invalid JSON"),
+        (write("result.json", b"[" * 10**5), "the file: Invalid JSON"),
+        (write("result.json", b"[]"), "the file: Input should be an object"),
+        (write("result.json", b"{}"), "scenario: Field required"),
+        (wrong("1", "end_time"), "end_time: Input should be a valid number"),
+        (wrong(math.nan, "end_time"), "end_time: Input should be a finite"),
+        (wrong("bored", "end_reason"), "end_reason: .*got 'bored'"),
+        (wrong([], "metrics"), "metrics: Input should be an object"),
+        (wrong(3, *PATH_LENGTH), r"metrics\.path_length: .*got 3"),
+        (wrong([1], *PATH_LENGTH, "value"), r"path_length\.value.*got \[1\]"),
+        (wrong("fast", *PATH_LENGTH, "value"), "got 'fast'"),
+        (wrong(True, *PATH_LENGTH, "value"), "got True"),
+        (wrong({}, *PATH_LENGTH, "value"), r"path_length\.value.*got \{\}"),
+        (wrong("up", *PATH_LENGTH, "direction"), "direction.*got 'up'"),
+        (wrong([0], "provenance", "seed"), r"provenance\.seed.*got \[0\]"),
+        (wrong({"a": 1}, "by_behavior"), r"by_behavior\.a: .*got 1"),
+        (write("recording.npz", b""), "recording.npz: is not a recording"),
+        (write("recording.npz", b"PK\3\4"), "recording.npz: is not a rec"),
+    ],
+)
+def test_a_damaged_run_is_named_with_what_to_do(tmp_path, damage, words):
+    WriteResult(make_result(metric_names=["path"]), tmp_path, tag="good")
+    damage(WriteResult(make_result(metric_names=["path"]), tmp_path, tag="bad"))
+    remedy = r"(?s)/runs/bad/.*" + words + ".*Delete the damaged run"
+    with pytest.raises(ValueError, match=remedy):
+        LoadResults(tmp_path)
+    damaged = {}
+    results = load_results(tmp_path, damaged)
+    assert [result.tag for result in results] == ["good"]
+    assert list(damaged) == ["bad"]
+    if "recording" not in words:
+        with pytest.raises(ValueError, match=remedy):
+            ReadRuns(tmp_path)
+    # It does not stand in the way of others.
+    WriteResult(make_result(metric_names=["path"]), tmp_path, tag="new")
+
+
+@pytest.fixture
+def work(monkeypatch):
+    """Counts what is read and computed."""
+    counts = {"summary": 0, "recording": 0, "result": 0}
+
+    def count(name, function):
+        def counted(*args, **kwargs):
+            counts[name] += 1
+            return function(*args, **kwargs)
+
+        return counted
+
+    for name, owner, function in (
+        ("summary", files, "read_summary"),
+        ("recording", Recording, "load"),
+        ("result", files, "MakeTrialResult"),
+    ):
+        monkeypatch.setattr(
+            owner, function, count(name, getattr(owner, function))
+        )
+    return counts
+
+
+def test_damage_is_found_before_the_work(tmp_path, work):
+    result = make_result(metric_names=["path"])
+    for i in range(12):
+        WriteResult(result, tmp_path, tag=f"run_{i}")
+    runs = tmp_path / "runs"
+    (runs / "run_11/recording.npz").write_bytes(b"")
+    with pytest.raises(ValueError, match="run_11"):
+        LoadResults(tmp_path)
+    assert work == {"summary": 12, "recording": 12, "result": 0}
+    work |= dict.fromkeys(work, 0)
+    (runs / "run_0/result.json").write_text("{")
+    with pytest.raises(ValueError, match="run_0"):
+        LoadResults(tmp_path)
+    assert work == {"summary": 12, "recording": 0, "result": 0}
+    work |= dict.fromkeys(work, 0)
+    for i in range(12):
+        (runs / f"run_{i}/result.json").write_text("{")
+    with pytest.raises(ValueError, match=r"run_4(?s:.*)and 7 more") as info:
+        LoadResults(tmp_path)
+    assert len(str(info.value).splitlines()) == 6
+    assert load_results(tmp_path, {}) == []
+    assert work == {"summary": 24, "recording": 0, "result": 0}
+
+
+def test_the_table_is_made_of_summaries_alone(tmp_path, work):
+    for seed in range(3):
+        WriteResult(make_result(seed=seed, metric_names="path"), tmp_path)
+    ReadRuns(tmp_path)
+    ReadRuns(tmp_path, by_behavior=True)
+    assert work == {"summary": 6, "recording": 0, "result": 0}
+
+
+def test_what_is_no_run_is_not_read(tmp_path):
+    WriteResult(make_result(metric_names=["path"]), tmp_path, tag="a")
+    (tmp_path / "runs/notes.txt").touch()
+    (tmp_path / "runs/.a.0123456789abcdef.tmp").mkdir()
+    (tmp_path / "plots").mkdir()
+    assert [result.tag for result in LoadResults(tmp_path)] == ["a"]
+
+
+# --- folders of older versions ---
+
+
+def make_old(directory, tag):
+    """Lays a run as versions before runs had folders did."""
+    folder = WriteResult(make_result(metric_names="path"), directory, tag=tag)
+    path = folder / "result.json"
+    summary = json.loads(path.read_text()) | {"tag": tag}
+    del summary["by_behavior"]
+    (directory / f"result_{tag}.json").write_text(json.dumps(summary))
+    (folder / "recording.npz").rename(directory / f"recording_{tag}.npz")
+    (directory / f"report_{tag}.html").touch()
+    (directory / "metrics.csv").write_text("tag,path_length\nold,0.2\n")
+    shutil.rmtree(folder)
+
+
+def test_folders_of_older_versions_are_read(tmp_path):
+    make_old(tmp_path, "old")
+    (result,) = LoadResults(tmp_path)
+    assert result.tag == "old"
+    assert result.metrics["path_length"] == pytest.approx(0.2)
+    assert list(result.by_behavior.index) == ["regular", "scared"]
+    assert ReadRuns(tmp_path)["seed"].tolist() == [0]
+    assert find_pages(tmp_path, "old") == {
+        "report": tmp_path / "report_old.html"
+    }
+    with pytest.raises(FileExistsError, match="'old' is taken"):
+        WriteResult(make_result(), tmp_path, tag="old")
+    WriteResult(make_result(seed=1, metric_names="path"), tmp_path, tag="new")
+    assert ReadRuns(tmp_path)["tag"].tolist() == ["new", "old"]
+    (tmp_path / "recording_old.npz").unlink()
+    with pytest.raises(ValueError, match=r"recording_old\.npz: No such file"):
+        LoadResults(tmp_path)
 
 
 def test_a_folder_that_is_a_file_is_named(tmp_path):
@@ -361,18 +535,21 @@ def test_a_folder_that_is_a_file_is_named(tmp_path):
     assert path.read_text() == "mine"
 
 
-def test_a_full_disk_leaves_what_was_there(tmp_path, monkeypatch):
+@pytest.mark.parametrize("call", ["replace", "rename"])
+def test_a_full_disk_leaves_what_was_there(tmp_path, monkeypatch, call):
     WriteResult(make_result(), tmp_path, tag="a")
-    before = {p.name: p.read_bytes() for p in tmp_path.iterdir()}
+    before = snapshot(tmp_path)
 
     def full(*args):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    monkeypatch.setattr(os, "replace", full)
+    # A recording is written by the one, a folder by the other.
+    monkeypatch.setattr(os, call, full)
     with pytest.raises(OSError, match=r"cannot write.*No space left") as info:
         WriteResult(make_result(), tmp_path, tag="b")
     assert info.value.errno == errno.ENOSPC
-    assert {p.name: p.read_bytes() for p in tmp_path.iterdir()} == before
+    assert snapshot(tmp_path) == before
+    assert os.listdir(tmp_path / "runs") == ["a"]
 
 
 def test_the_table_for_the_terminal_is_narrow_and_complete():
@@ -471,7 +648,7 @@ def test_what_is_infinite_is_a_text_in_json(broken_metric, tmp_path):
     def refuse(name):
         raise AssertionError(f"{name} is not JSON")
 
-    text = (tmp_path / "result_a.json").read_text()
+    text = (tmp_path / "runs/a/result.json").read_text()
     values = json.loads(text, parse_constant=refuse)["metrics"]
     assert values["far"]["value"] == "Infinity"
     assert values["near"]["value"] == "-Infinity"
@@ -485,9 +662,18 @@ def test_the_table_of_runs_has_the_same_columns_in_files_and_in_memory(
     results = [make_result(seed=seed) for seed in (0, 1)]
     for result in results:
         WriteResult(result, tmp_path)
-    table = tabulate_runs(LoadResults(tmp_path))
-    assert table.attrs["units"]["path_length"] == "m"
-    pd.testing.assert_frame_equal(ReadRuns(tmp_path), table, check_dtype=False)
+    loaded = LoadResults(tmp_path)
+    for by_behavior, name in ((False, "runs"), (True, "runs_by_behavior")):
+        table = tabulate_runs(loaded, by_behavior=by_behavior)
+        assert table.attrs["units"]["path_length"] == "m"
+        assert len(table) == (4 if by_behavior else 2)
+        read = ReadRuns(tmp_path, by_behavior=by_behavior)
+        pd.testing.assert_frame_equal(read, table)
+        assert read.attrs == table.attrs
+        assert WriteTables(loaded, tmp_path) == tmp_path / "runs.csv"
+        pd.testing.assert_frame_equal(
+            ReadRuns(tmp_path / f"{name}.csv"), table, check_dtype=False
+        )
 
 
 def test_an_unknown_metric_is_an_error():
@@ -496,5 +682,7 @@ def test_an_unknown_metric_is_an_error():
 
 
 def test_the_path_may_be_a_string(tmp_path):
-    paths = WriteResult(make_result(), str(tmp_path))
-    assert all(isinstance(path, Path) for path in paths)
+    assert WriteResult(make_result(), str(tmp_path)).parent == (
+        tmp_path / "runs"
+    )
+    assert len(LoadResults(str(tmp_path))) == 1

@@ -4,7 +4,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from hunav_drake.results.files import LoadResult, LoadResults, WriteResult
+from hunav_drake.results.duplicate_runs import drop_duplicate_runs
+from hunav_drake.results.files import LoadResults, WriteResult
 from hunav_drake.results.metric_facts import (
     direction_of,
     family_of,
@@ -12,7 +13,6 @@ from hunav_drake.results.metric_facts import (
     unit_of,
 )
 from hunav_drake.results.provenance import MakeProvenance
-from hunav_drake.results.repeats import drop_repeats
 from hunav_drake.results.run_table import ReadRuns, tabulate_runs
 from hunav_drake.results.settings import (
     contenders,
@@ -24,8 +24,8 @@ from hunav_drake.results.trial_result import FormatMetricsTable, MakeTrialResult
 from hunav_drake.systems.evaluation.metrics import METRICS, register_metric
 from hunav_drake.systems.evaluation.recording import Recording
 
-SLOW = "planner.parameters.cruise_speed=0.3"
-FAST = "planner.parameters.cruise_speed=0.7"
+SLOW = "planner.cruise_speed=0.3"
+FAST = "planner.cruise_speed=0.7"
 
 
 def make_result(seed=0, setting="", *, speed=0.5, metrics="paper", text="a"):
@@ -69,8 +69,8 @@ def own_metric():
 
 
 def test_a_setting_is_what_was_changed_in_any_order():
-    a, b = "robot.radius=0.3", "planner.parameters.cruise_speed = 0.5"
-    told = "planner.parameters.cruise_speed=0.5; robot.radius=0.3"
+    a, b = "robot.radius=0.3", "planner.cruise_speed = 0.5"
+    told = "planner.cruise_speed=0.5; robot.radius=0.3"
     assert setting_text([a, b]) == setting_text([b, a]) == told
     # The last one counts, and other columns tell planner and seed.
     assert setting_text(["x=1", "x=2"]) == "x=2"
@@ -129,26 +129,25 @@ def test_a_label_is_a_setting(tmp_path):
     WriteResult(make_result(), tmp_path, tag="c")
     assert [r.setting for r in LoadResults(tmp_path)] == ["x", "mine", ""]
     assert list(ReadRuns(tmp_path)["setting"]) == ["x", "mine", ""]
-    assert "setting mine" in FormatMetricsTable(LoadResult(tmp_path, "b"))
+    assert "setting mine" in FormatMetricsTable(LoadResults(tmp_path)[1])
 
 
-def test_tables_without_settings_can_be_read_and_added_to(tmp_path):
-    WriteResult(make_result(), tmp_path, tag="old")
-    path = tmp_path / "metrics.csv"
-    pd.read_csv(path).drop(columns="setting").to_csv(path, index=False)
-    json = tmp_path / "result_old.json"
-    json.write_text(json.read_text().replace('"setting": "",', ""))
-    assert LoadResult(tmp_path, "old").setting == ""
+def test_runs_without_settings_can_be_read_beside_others(tmp_path):
+    old = WriteResult(make_result(), tmp_path, tag="old") / "result.json"
+    text = old.read_text()
+    old.write_text(text.replace('"setting": "",', ""))
+    assert old.read_text() != text
+    assert [result.setting for result in LoadResults(tmp_path)] == [""]
     table = summarize(ReadRuns(tmp_path))
     assert table.index.names == ["scenario", "planner", "metric"]
-    WriteResult(make_result(1, SLOW), tmp_path, tag="new")
+    WriteResult(make_result(1, SLOW), tmp_path, tag="slow")
     runs = ReadRuns(tmp_path)
     assert list(runs["setting"]) == ["", SLOW]
     assert "setting" in summarize(runs).index.names
     assert len(LoadResults(tmp_path)) == 2
 
 
-# --- repeats ---
+# --- duplicate runs ---
 
 
 def test_a_run_that_repeats_another_is_dropped():
@@ -159,7 +158,7 @@ def test_a_run_that_repeats_another_is_dropped():
         make_result(speed=0.6),
         make_result(text="b"),
     ]
-    kept, dropped = drop_repeats([one, *others, again])
+    kept, dropped = drop_duplicate_runs([one, *others, again])
     assert kept == [one, *others]
     assert dropped == [(again, one)]
 
@@ -168,7 +167,7 @@ def test_without_a_hash_nobody_knows_what_repeats():
     trials = [make_result(), make_result()]
     for trial in trials:
         del trial.provenance["scenario_sha256"]
-    assert drop_repeats(trials) == (trials, [])
+    assert drop_duplicate_runs(trials) == (trials, [])
 
 
 # --- what is known of metrics ---
@@ -206,7 +205,7 @@ def test_a_metric_of_ones_own_is_known_without_its_code(tmp_path, own_metric):
 
 def test_of_older_files_only_units_are_known(tmp_path, own_metric):
     WriteResult(make_result(metrics=own_metric), tmp_path, tag="a")
-    path = tmp_path / "result_a.json"
+    path = tmp_path / "runs/a/result.json"
     lines = path.read_text().replace('"unit": "m/s",', '"unit": "m/s"')
     lines = [
         line
@@ -214,10 +213,10 @@ def test_of_older_files_only_units_are_known(tmp_path, own_metric):
         if '"family"' not in line and '"direction"' not in line
     ]
     path.write_text("\n".join(lines))
-    metrics = LoadResult(tmp_path, "a").metrics
+    (metrics,) = (result.metrics for result in LoadResults(tmp_path))
     assert family_of(metrics, own_metric) == "mine"
     del METRICS[own_metric]
-    metrics = LoadResult(tmp_path, "a").metrics
+    (metrics,) = (result.metrics for result in LoadResults(tmp_path))
     assert unit_of(metrics, own_metric) == "m/s"
     assert family_of(metrics, own_metric) == "other"
     assert direction_of(metrics, own_metric) == "none"

@@ -8,14 +8,13 @@ import stat
 import pytest
 
 from hunav_drake.scenario import (
+    CheckScenario,
     HumanConfig,
     ListScenarios,
     LoadScenario,
-    PlannerConfig,
     SaveScenario,
     Scenario,
     ScenarioError,
-    name_humans,
 )
 
 TWO = """\
@@ -220,11 +219,11 @@ def test_everybody_has_a_name_and_a_number():
 
 
 def test_naming_leaves_the_given_scenario_alone():
-    scenario = Scenario(humans=[HumanConfig(pose=(0, 0, 0))])
-    named = name_humans(scenario)
+    scenario = Scenario(humans=[HumanConfig(pose=(5, 5, 0))])
+    named = CheckScenario(scenario)
     assert (named.humans[0].name, named.humans[0].id) == ("human_1", 1)
     assert (scenario.humans[0].name, scenario.humans[0].id) == ("", None)
-    assert name_humans(named) == named
+    assert CheckScenario(named) == named
 
 
 def test_saved_text_has_only_what_differs_from_the_defaults():
@@ -262,8 +261,9 @@ def test_a_failed_save_leaves_nothing_behind(tmp_path):
 
 
 def test_what_yaml_cannot_say_is_refused():
-    scenario = Scenario(planner=PlannerConfig(parameters={"a": object()}))
-    with pytest.raises(ValueError, match=r"planner\.parameters .* got object"):
+    scenario = Scenario()
+    scenario.planner.cruise_speed = object()
+    with pytest.raises(ValueError, match=r"parameters of choices.* got object"):
         SaveScenario(scenario)
 
 

@@ -10,10 +10,10 @@ import yaml
 
 from hunav_drake.scenario import (
     CheckScenario,
+    DifferentialDriveConfig,
     Fault,
     HumanConfig,
     LoadScenario,
-    RobotConfig,
     Scenario,
     ScenarioError,
 )
@@ -173,6 +173,13 @@ CASES = {
         "humans[1].pose",
         "starts on the same point as humans[0] ('ana'); move it by 0.7 m",
     ),
+    "jitter out of the world": (
+        "humans:\n- pose: [0, -99999.9, 0]\nsimulation: {start_jitter: 0.5}\n",
+        2,
+        "humans[0].pose[1]",
+        "must be in [-99999.5, 99999.5] m, got -99999.9: simulation.start_jit"
+        "ter (0.5 m) may take the person beyond 100000 m; move it, or set the",
+    ),
     "slow limit": (
         HUMAN + "    max_speed: 0.8\n",
         4,
@@ -191,7 +198,7 @@ CASES = {
         WALLS + "    - {shape: boxx}\n",
         3,
         "world.walls[0]",
-        "unknown value 'boxx'; did you mean 'box'?",
+        "there is no wall shape 'boxx'; did you mean 'box'?",
     ),
     "wall as list": (WALLS + "    - []\n", 3, "world.walls[0]", "a mapping"),
     "key of a wall": (
@@ -308,21 +315,21 @@ CASES = {
         "there is no motion model 'orka'; did you mean 'orca'?",
     ),
     "motion model's parameter": (
-        "crowd:\n  model: orca\n  parameters:\n    time_horizn: 1.0\n",
+        "crowd:\n  model:\n    name: orca\n    time_horizn: 1.0\n",
         4,
-        "crowd.parameters.time_horizn",
+        "crowd.model.time_horizn",
         "did you mean 'time_horizon'?",
     ),
     "motion model's value": (
-        "crowd:\n  model: orca\n  parameters: {time_horizon: 0}\n",
+        "crowd:\n  model:\n    {name: orca, time_horizon: 0}\n",
         3,
-        "crowd.parameters.time_horizon",
+        "crowd.model.time_horizon",
         "must be in (0, 1000] s, got 0",
     ),
     "another motion model's parameter": (
-        "crowd:\n  parameters:\n    time_horizon: 1.0\n",
+        "crowd:\n  model:\n    time_horizon: 1.0\n",
         3,
-        "crowd.parameters.time_horizon",
+        "crowd.model.time_horizon",
         "unknown key",
     ),
     # The robot, its planner, the evaluator, the simulation
@@ -330,7 +337,7 @@ CASES = {
         "robot:\n  model: tank\n",
         2,
         "robot.model",
-        "unknown value 'tank'; valid: differential_drive",
+        "there is no robot 'tank'; valid: differential_drive",
     ),
     "robot's limits": (
         "robot:\n  limits:\n    max_sped: 1\n",
@@ -346,16 +353,47 @@ CASES = {
         "there is no planner 'persuit'; did you mean 'pursuit'?",
     ),
     "planner's parameter": (
-        "planner:\n  parameters:\n    cruise_sped: 1.0\n",
+        "planner:\n  name: pursuit\n  cruise_sped: 1.0\n",
         3,
-        "planner.parameters.cruise_sped",
+        "planner.cruise_sped",
         "did you mean 'cruise_speed'?",
     ),
     "planner's value": (
-        "planner:\n  parameters:\n    cruise_speed: fast\n",
+        "planner:\n  name: pursuit\n  cruise_speed: fast\n",
         3,
-        "planner.parameters.cruise_speed",
+        "planner.cruise_speed",
         "must be a number, got 'fast'",
+    ),
+    "bare name of a planner": (
+        "planner: persuit\n",
+        1,
+        "planner.name",
+        "there is no planner 'persuit'; did you mean 'pursuit'?",
+    ),
+    "planner that is a number": (
+        "planner: 5\n",
+        1,
+        "planner",
+        "must be a mapping, or the name of a planner, got 5",
+    ),
+    "planner's name that is a number": (
+        "planner: {name: 5}\n",
+        1,
+        "planner.name",
+        "must be the name of a planner, got 5",
+    ),
+    "planner's parameters as before": (
+        "planner:\n  name: pursuit\n  parameters: {cruise_speed: 0.3}\n",
+        3,
+        "planner.parameters",
+        "parameters stand beside the name now, as in planner: {name: pursuit,"
+        " cruise_speed: 0.8}",
+    ),
+    "motion model's parameters as before": (
+        "crowd:\n  model: orca\n  parameters: {time_horizon: 0.3}\n",
+        3,
+        "crowd.parameters",
+        "crowd: {model: {name: orca, time_horizon: 2.0}}",
     ),
     "planner's period": (
         "planner: {period: 0.12}\n",
@@ -494,9 +532,9 @@ def test_a_huge_file_is_not_read(tmp_path):
         "humans:\n" + "- {pose: [1, 2, 3]}\n" * 10_000,
         "evaluator: {metrics: [" + ", ".join(map("m{}".format, range(10**5))),
         "description: " + "a" * 10**7 + "\nfoo: 1",
-        "planner: {parameters: {"
+        "planner: {"
         + ", ".join(f"cruise_spee{i}: 1" for i in range(50_000))
-        + "}}",
+        + "}",
         WALLS
         + "    - {shape: polyline, points: [[0, 0], [9, 9]]}\n" * 9_000
         + "humans:\n"
@@ -554,7 +592,14 @@ def test_an_error_can_be_pickled():
     assert (
         copy.faults
         == error.faults
-        == (Fault("data", 1, "robot", "must be a mapping, got 5"),)
+        == (
+            Fault(
+                "data",
+                1,
+                "robot",
+                "must be a mapping, or the name of a robot, got 5",
+            ),
+        )
     )
     assert error.faults[0].place == "data:1"
 
@@ -570,7 +615,7 @@ def test_scenario_made_in_python_is_checked_alike():
             HumanConfig(name="ana", pose=(5, 5, 0)),
             HumanConfig(name="ana", pose=(9, 5, 0), behavior="odd"),
         ],
-        robot=RobotConfig(start=(5, 5, 0)),
+        robot=DifferentialDriveConfig(start=(5, 5, 0)),
     )
     with pytest.raises(ScenarioError) as info:
         CheckScenario(scenario)

@@ -1,7 +1,7 @@
 import numpy as np
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
-from pydrake.systems.primitives import ConstantVectorSource
+from pydrake.systems.primitives import ConstantVectorSource, Multiplexer
 import pytest
 
 from hunav_drake.systems.behavior import BehaviorTree, LoadTree, ParseTree
@@ -38,7 +38,7 @@ def row(x, y=0.0):
 
 @pytest.fixture
 def dut():
-    return BehaviorTree(SHY, HUMAN, 1, 2, time_step=0.1)
+    return BehaviorTree([SHY], [HUMAN] * 2, indices=[1], time_step=0.1)
 
 
 def fix(dut, context, x, robot=FAR):
@@ -47,7 +47,7 @@ def fix(dut, context, x, robot=FAR):
 
 
 def command(dut, context):
-    return dut.get_command_output_port().Eval(context)
+    return dut.get_commands_output_port().Eval(context)
 
 
 def status(dut, context):
@@ -63,11 +63,11 @@ def test_ports_have_the_shared_layout(dut):
     assert dut.get_human_states_input_port().get_name() == "human_states"
     assert dut.get_robot_state_input_port().size() == 7
     assert dut.get_robot_state_input_port().get_name() == "robot_state"
-    assert dut.get_command_output_port().size() == COMMAND_SIZE
-    assert dut.get_command_output_port().get_name() == "command"
+    assert dut.get_commands_output_port().size() == COMMAND_SIZE
+    assert dut.get_commands_output_port().get_name() == "commands"
     assert dut.get_behavior_status_output_port().size() == 1
     assert dut.get_behavior_status_output_port().get_name() == "behavior_status"
-    assert dut.tree() is SHY
+    assert dut.trees() == [SHY]
 
 
 def test_command_belongs_to_the_present_instant(dut):
@@ -128,15 +128,15 @@ def test_behavior_status_is_that_of_the_same_tick():
     from hunav_drake.systems.behavior import register_action
 
     @register_action("React")
-    def react(moment):
-        moment.behavior_status = 1
+    def react(context):
+        context.behavior_status = 1
 
     tree = ParseTree(
         "<root><BehaviorTree><Sequence>"
         '<IsRobotVisible distance="3"/><React/></Sequence>'
         "</BehaviorTree></root>"
     )
-    dut = BehaviorTree(tree, HUMAN, 1, 2)
+    dut = BehaviorTree([tree], [HUMAN] * 2, indices=[1])
     context = dut.CreateDefaultContext()
     fix(dut, context, 0.0, FAR)
     assert status(dut, context) == [0]
@@ -159,9 +159,10 @@ def test_state_lives_in_the_context(dut):
 
 
 def test_people_can_share_a_tree():
-    first = BehaviorTree(SHY, HUMAN, 0, 2)
     other = HumanConfig(pose=(0.0, 0.0, 0.0), goals=[(7.0, 7.0)])
-    second = BehaviorTree(SHY, other, 1, 2)
+    first, second = (
+        BehaviorTree([SHY], [HUMAN, other], indices=[i]) for i in range(2)
+    )
     for dut, goal in ((first, 1.0), (second, 7.0)):
         context = dut.CreateDefaultContext()
         dut.get_human_states_input_port().FixValue(context, row(0) + row(0))
@@ -170,7 +171,7 @@ def test_people_can_share_a_tree():
 
 
 def test_without_robots_there_is_no_robot_port():
-    dut = BehaviorTree(SHY, HUMAN, 0, 1, num_robots=0)
+    dut = BehaviorTree([SHY], [HUMAN], num_robots=0)
     assert dut.num_input_ports() == 1
     context = dut.CreateDefaultContext()
     dut.get_human_states_input_port().FixValue(context, row(0.0))
@@ -180,18 +181,20 @@ def test_without_robots_there_is_no_robot_port():
 
 
 @pytest.mark.parametrize(
-    ("index", "num_humans", "kwargs", "words"),
+    ("kwargs", "words"),
     [
-        (2, 2, {}, r"in \[0, 2\)"),
-        (-1, 2, {}, r"in \[0, 2\)"),
-        (0, 1, {"num_robots": -1}, "num_robots"),
-        (0, 1, {"time_step": 0.0}, "time_step"),
-        (0, 1, {"time_step": float("nan")}, "time_step"),
+        ({"indices": [0, 2]}, r"in \[0, 2\), the number of people, got 2"),
+        ({"indices": [-1, 0]}, r"in \[0, 2\)"),
+        ({"indices": [1, 1]}, "must all be different"),
+        ({"indices": [1]}, "a tree for each of 1 people, got 2"),
+        ({"num_robots": -1}, "num_robots"),
+        ({"time_step": 0.0}, "time_step"),
+        ({"time_step": float("nan")}, "time_step"),
     ],
 )
-def test_impossible_arguments_are_refused(index, num_humans, kwargs, words):
+def test_impossible_arguments_are_refused(kwargs, words):
     with pytest.raises(ValueError, match=words):
-        BehaviorTree(SHY, HUMAN, index, num_humans, **kwargs)
+        BehaviorTree([SHY, SHY], [HUMAN, HUMAN], **kwargs)
 
 
 def make_diagram(humans, trees, robot=FAR, time_step=0.05):
@@ -204,10 +207,12 @@ def make_diagram(humans, trees, robot=FAR, time_step=0.05):
     builder.Connect(
         source.get_output_port(), crowd.get_robot_state_input_port()
     )
-    for i, (human, tree) in enumerate(zip(humans, trees, strict=True)):
+    commands = builder.AddSystem(Multiplexer([COMMAND_SIZE] * len(humans)))
+    builder.Connect(commands.get_output_port(), crowd.get_commands_input_port())
+    for i, tree in enumerate(trees):
         dut = builder.AddNamedSystem(
             f"tree_{i}",
-            BehaviorTree(tree, human, i, len(humans), time_step=time_step),
+            BehaviorTree([tree], humans, indices=[i], time_step=time_step),
         )
         builder.Connect(
             crowd.get_human_states_output_port(),
@@ -217,7 +222,7 @@ def make_diagram(humans, trees, robot=FAR, time_step=0.05):
             source.get_output_port(), dut.get_robot_state_input_port()
         )
         builder.Connect(
-            dut.get_command_output_port(), crowd.get_command_input_port(i)
+            dut.get_commands_output_port(), commands.get_input_port(i)
         )
     return builder.Build()
 

@@ -22,14 +22,24 @@ import numpy as np
 import py_trees
 import pytest
 
-from hunav_drake.systems.behavior import ParseTree, Person, Status
-from hunav_drake.systems.behavior.nodes.node import Built, NodeType, Port
+from hunav_drake.systems.behavior import NodeStatus, ParseTree, Person
+from hunav_drake.systems.behavior.nodes.node import (
+    Built,
+    NodeType,
+)
+from hunav_drake.systems.behavior.nodes.port import (
+    Port,
+)
 from hunav_drake.systems.people.human_config import HumanConfig
 
 TICKS = 8
 PERSON = Person.from_config(HumanConfig(pose=(0.0, 0.0, 0.0)), 0, time_step=0.1)
 NOBODY = np.zeros(7)
-OURS = {"S": Status.SUCCESS, "F": Status.FAILURE, "R": Status.RUNNING}
+OURS = {
+    "S": NodeStatus.SUCCESS,
+    "F": NodeStatus.FAILURE,
+    "R": NodeStatus.RUNNING,
+}
 THEIRS = {
     "S": py_trees.common.Status.SUCCESS,
     "F": py_trees.common.Status.FAILURE,
@@ -41,9 +51,9 @@ NAMES = {status.name: letter for letter, status in OURS.items()}
 def build_drawn(node, children):
     results = node.constant("results")
 
-    def tick(memory, moment):
+    def tick(memory, context):
         # The robot's position is the number of the tick.
-        return OURS[results[int(moment.robots[0][0])]]
+        return OURS[results[int(context.robots[0][0])]]
 
     return Built(tick)
 
@@ -133,8 +143,8 @@ def test_random_trees_say_what_py_trees_says(tree):
         robot[0] = t
         outcome, statuses = dut.trace(PERSON, memory, NOBODY, robot)
         memory = outcome.memory
-        assert outcome.status.name == theirs.status.name
-        ticked = [statuses[i] is not Status.IDLE for i in ours]
+        assert outcome.node_status.name == theirs.status.name
+        ticked = [statuses[i] is not NodeStatus.IDLE for i in ours]
         their_ticked = [leaf.ticked[-1:] == [t] for leaf in leaves]
         if "Parallel" in str(tree):
             assert np.all(np.less_equal(ticked, their_ticked))

@@ -30,33 +30,23 @@ one snapshot                                 them, in the order of the trace,
 =====================  ====================  ================================
 """
 
-import gzip
 import itertools
 import json
 import math
 
 import numpy as np
 from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import Multiplexer
 import pytest
 
 from hunav_drake.systems.behavior import BehaviorTree, LoadTree
-from hunav_drake.systems.common.layout import Command
+from hunav_drake.systems.common.layout import COMMAND_SIZE, Command
 from hunav_drake.systems.crowd import CrowdConfig, HumanCrowd
 from hunav_drake.systems.people import HumanConfig, SocialForceParameters
 from hunav_drake.systems.world.obstacles import Obstacles
+from tests.recorded import read_recorded, recorded_names
 
-TRACES = [
-    "00_regular_pass",
-    "03_impassive_pass",
-    "06_surprised_pass",
-    "09_scared_pass",
-    "12_curious_pass",
-    "15_threatening_pass",
-    "19_curious_timer30",
-    "27_group3_regular",
-    "30_regular5_obstacles",
-    "32_mix6",
-]
+TRACES = recorded_names("crowd")
 NAMES = [
     "",
     "regular",
@@ -125,10 +115,14 @@ class Replay:
             self.crowd.get_robot_state_input_port(), "robot_state"
         )
         self.trees = []
-        for i, (human, tree) in enumerate(zip(humans, trees, strict=True)):
+        commands = builder.AddSystem(Multiplexer([COMMAND_SIZE] * len(humans)))
+        builder.Connect(
+            commands.get_output_port(), self.crowd.get_commands_input_port()
+        )
+        for i, tree in enumerate(trees):
             system = builder.AddNamedSystem(
                 f"tree_{i}",
-                BehaviorTree(tree, human, i, len(humans), time_step=time_step),
+                BehaviorTree([tree], humans, indices=[i], time_step=time_step),
             )
             builder.Connect(
                 self.crowd.get_human_states_output_port(),
@@ -138,8 +132,7 @@ class Replay:
                 "robot_state", system.get_robot_state_input_port()
             )
             builder.Connect(
-                system.get_command_output_port(),
-                self.crowd.get_command_input_port(i),
+                system.get_commands_output_port(), commands.get_input_port(i)
             )
             self.trees.append(system)
         self.diagram = builder.Build()
@@ -157,7 +150,7 @@ class Replay:
     def commands(self):
         return np.array(
             [
-                tree.get_command_output_port().Eval(
+                tree.get_commands_output_port().Eval(
                     tree.GetMyContextFromRoot(self.context)
                 )
                 for tree in self.trees
@@ -245,14 +238,9 @@ def replay(case, trees):
     return np.array(recorded), np.array(active), compared
 
 
-def read(reference, name):
-    with gzip.open(reference / "crowd" / f"{name}.json.gz") as file:
-        return json.load(file)
-
-
 @pytest.mark.parametrize("name", TRACES)
-def test_every_step_is_that_of_the_original(reference, name):
-    case = read(reference, name)
+def test_every_step_is_that_of_the_original(name):
+    case = json.loads(read_recorded(name))
     agents = case["scenario"]["agents"]
     recorded, active, compared = replay(
         case, [load_tree(agent["behavior"]) for agent in agents]
@@ -271,11 +259,11 @@ def test_every_step_is_that_of_the_original(reference, name):
 
 # How long a timer of 30 s or 40 s lasts in steps of 0.05 s.
 ACTIVE_TICKS = {
-    ("12_curious_pass", 5): 599,
-    ("19_curious_timer30", 5): 599,
-    ("32_mix6", 3): 599,
-    ("32_mix6", 5): 599,
-    ("32_mix6", 6): 800,
+    ("crowd/12_curious_pass", 5): 599,
+    ("crowd/19_curious_timer30", 5): 599,
+    ("crowd/32_mix6", 3): 599,
+    ("crowd/32_mix6", 5): 599,
+    ("crowd/32_mix6", 6): 800,
 }
 
 # The tree of a reaction in the form of HuNavSim's files.
@@ -359,10 +347,8 @@ def classic_tree(number, folder):
 
 
 @pytest.mark.parametrize("name", TRACES)
-def test_trees_in_the_form_of_the_original_tick_as_ours_do(
-    reference, tmp_path, name
-):
-    case = read(reference, name)
+def test_trees_in_the_form_of_the_original_tick_as_ours_do(tmp_path, name):
+    case = json.loads(read_recorded(name))
     scenario = case["scenario"]
     numbers = [agent["behavior"] for agent in scenario["agents"]]
     memory = [{"memory": 0.0} if n == SCARED else {} for n in numbers]

@@ -11,9 +11,9 @@ from hunav_drake.systems.behavior import (
     BEHAVIORS,
     BehaviorTree,
     LoadTree,
+    NodeStatus,
     ParseTree,
     RenderBehaviorTree,
-    Status,
 )
 from hunav_drake.systems.people.human_config import HumanConfig
 
@@ -40,7 +40,7 @@ IDLE, RUNNING, SUCCESS, FAILURE, SKIPPED = 0, 1, 2, 3, 4
 
 @pytest.fixture
 def dut():
-    return BehaviorTree(TREE, HUMAN, 0, 1, time_step=0.125)
+    return BehaviorTree([TREE], [HUMAN], time_step=0.125)
 
 
 def fix(dut, context, robot):
@@ -49,12 +49,12 @@ def fix(dut, context, robot):
 
 
 def status(dut, context):
-    return dut.get_status_output_port().Eval(context).tolist()
+    return dut.get_node_status_output_port().Eval(context).tolist()
 
 
 def test_status_has_a_number_for_each_node(dut):
     context = dut.CreateDefaultContext()
-    assert dut.get_status_output_port().get_name() == "status"
+    assert dut.get_node_status_output_port().get_name() == "node_status"
     fix(dut, context, NEAR)
     near = [RUNNING, RUNNING, SUCCESS, SKIPPED, RUNNING, IDLE, IDLE, IDLE, IDLE]
     assert status(dut, context) == near
@@ -129,7 +129,7 @@ def test_text_shows_the_status(dut):
     context = dut.CreateDefaultContext()
     fix(dut, context, NEAR)
     drawing = RenderBehaviorTree(
-        TREE, dut.get_status_output_port().Eval(context)
+        TREE, dut.get_node_status_output_port().Eval(context)
     )
     lines = str(drawing).splitlines()
     marks = [re.search("[·▶✓✗↷]", line)[0] for line in lines[:9]]
@@ -144,7 +144,7 @@ def test_status_must_be_of_all_nodes(value):
 
 
 def test_status_must_be_a_status():
-    with pytest.raises(ValueError, match="7 is not a valid Status"):
+    with pytest.raises(ValueError, match="7 is not a valid NodeStatus"):
         RenderBehaviorTree(TREE, [7] * 9)
 
 
@@ -177,7 +177,7 @@ def test_graphviz_draws_all_nodes_and_edges():
 @needs_dot
 def test_graphviz_shows_the_status_by_color_and_word():
     colors = {}
-    for value in Status:
+    for value in NodeStatus:
         svg = RenderBehaviorTree(TREE, [value] * 9)._drawn("svg").decode()
         shapes = r'<(?:polygon|ellipse|path) fill="(#\w+)"'
         # The other color is that of the arrows.
@@ -185,7 +185,7 @@ def test_graphviz_shows_the_status_by_color_and_word():
         colors[value] = fill
         words = {0: "not ticked", 4: "skipped"}
         assert svg.count(words.get(value, value.name.lower())) == 9
-    assert len(set(colors.values())) == len(Status)
+    assert len(set(colors.values())) == len(NodeStatus)
 
 
 @needs_dot

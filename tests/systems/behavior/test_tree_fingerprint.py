@@ -87,7 +87,7 @@ def test_default_of_ones_own_leaf_matters():
     for default in (1.0, 2.0):
 
         @register_condition("IsLate", replace=True)
-        def is_late(moment, *, seconds: float = default) -> bool:
+        def is_late(context, *, seconds: float = default) -> bool:
             return True
 
         values.add(tree_fingerprint(xml))

@@ -1,8 +1,9 @@
+import dataclasses
 import math
 
 import pytest
 
-from hunav_drake.systems.behavior import BehaviorTreeBank
+from hunav_drake.systems.behavior import BehaviorTree
 from hunav_drake.systems.common.checks import (
     check_count,
     check_number,
@@ -19,7 +20,7 @@ from hunav_drake.systems.planning import (
 )
 from hunav_drake.systems.robot import (
     DifferentialDrive,
-    RobotConfig,
+    DifferentialDriveConfig,
     RobotLimits,
 )
 from hunav_drake.systems.world.obstacles import Obstacles
@@ -30,14 +31,16 @@ TASK = PlanningTask(
     goal_tolerance=0.25,
     goal_yaw_tolerance=0.3,
     obstacles=Obstacles.from_points([]),
-    period=0.05,
+    num_humans=0,
 )
 SYSTEMS = {
     "HumanCrowd": lambda **k: HumanCrowd([], **k),
-    "BehaviorTreeBank": lambda **k: BehaviorTreeBank([], [], **k),
-    "DifferentialDrive": lambda **k: DifferentialDrive(RobotConfig(), **k),
+    "BehaviorTree": lambda **k: BehaviorTree([], [], **k),
+    "DifferentialDrive": lambda **k: DifferentialDrive(
+        DifferentialDriveConfig(), **k
+    ),
     "LocalPlanner": lambda **k: LocalPlanner(
-        PursuitPlanner(), TASK, num_humans=0, **k
+        PursuitPlanner(), dataclasses.replace(TASK, **k)
     ),
     "Evaluator": lambda **k: Evaluator([], **k),
     "TrialMonitor": lambda **k: TrialMonitor(
@@ -54,7 +57,7 @@ def test_every_system_refuses_such_a_time_step(name, value):
         SYSTEMS[name](time_step=value)
 
 
-@pytest.mark.parametrize("name", ["HumanCrowd", "BehaviorTreeBank"])
+@pytest.mark.parametrize("name", ["HumanCrowd", "BehaviorTree"])
 def test_a_negative_number_of_robots_is_refused(name):
     with pytest.raises(ValueError, match="num_robots must be at least 0"):
         SYSTEMS[name](num_robots=-1)

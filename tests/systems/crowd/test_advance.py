@@ -12,6 +12,7 @@ from hunav_drake.systems.crowd import (
     MOTION_MODELS,
     CrowdConfig,
     HumanCrowd,
+    MotionModel,
     advance_people,
     register_motion_model,
 )
@@ -19,11 +20,11 @@ from hunav_drake.systems.crowd import (
 
 @pytest.fixture(autouse=True)
 def straight(monkeypatch):
-    monkeypatch.setattr(MOTION_MODELS, "_parts", dict(MOTION_MODELS))
+    monkeypatch.setattr(MOTION_MODELS, "_choices", dict(MOTION_MODELS))
 
     @register_motion_model("straight")
     @dataclass
-    class Straight:
+    class Straight(MotionModel):
         time: float = 0.5
 
         def forces(self, s):
@@ -83,7 +84,7 @@ def test_a_person_who_is_to_stand_still_does():
 def test_what_is_not_finite_is_told_with_the_person():
     @register_motion_model("wild")
     @dataclass
-    class Wild:
+    class Wild(MotionModel):
         def forces(self, s):
             return np.zeros((len(s.states), FORCES_SIZE))
 
@@ -94,7 +95,7 @@ def test_what_is_not_finite_is_told_with_the_person():
     crowd = HumanCrowd([human], config=CrowdConfig(model="wild"), num_robots=0)
     simulator = Simulator(crowd)
     context = simulator.get_mutable_context()
-    crowd.get_command_input_port(0).FixValue(context, np.zeros(12))
+    crowd.get_commands_input_port().FixValue(context, np.zeros(12))
     words = r"'wild' must give finite numbers by advance\(\).* humans\[0\]"
     with pytest.raises(ValueError, match=words):
         simulator.AdvanceTo(0.1)

@@ -20,6 +20,7 @@ from hunav_drake.systems.common.layout import COMMAND_SIZE, Command, RobotRole
 from hunav_drake.systems.crowd import (
     CrowdConfig,
     HumanCrowd,
+    MotionModel,
     register_motion_model,
 )
 from hunav_drake.systems.crowd.human_crowd import HumanCrowd_
@@ -67,8 +68,8 @@ def make_crowd(seed, **options):
     # A pair of the group is in touch.
     states[1, :2] = states[0, :2] + [0.2, 0.1]
     context.SetDiscreteState(states.ravel())
-    for i in range(N):
-        command = np.zeros(COMMAND_SIZE)
+    commands = np.zeros((N, COMMAND_SIZE))
+    for i, command in enumerate(commands):
         command[:4] = *rng.uniform(-9, 9, 2), 0.3, 1
         command[Command.DESIRED_SPEED] = 1.2
         command[Command.MAX_SPEED] = [0.2, 9.0, 9.0, 9.0, 9.0][i]
@@ -78,7 +79,7 @@ def make_crowd(seed, **options):
         command[Command.TURN_RATE] = 0.5 if i == 2 else 0.0
         command[Command.YAW_TARGET] = 2.0
         command[Command.GROUP_ID] = 4 if i < 3 else -1
-        dut.get_command_input_port(i).FixValue(context, command)
+    dut.get_commands_input_port().FixValue(context, commands.ravel())
     robots = rng.normal(size=(M, 7)) * [1.5, 1.5, 1, 0.5, 0.5, 1, 0]
     dut.get_robot_state_input_port().FixValue(context, robots.ravel())
     return dut, context
@@ -106,9 +107,9 @@ def autodiff_step(dut, context):
     state, robots = present(dut, context)
     variables = InitializeAutoDiff(np.concatenate([state, robots])).ravel()
     other = converted.CreateDefaultContext()
-    for i in range(N):
-        command = dut.get_command_input_port(i).Eval(context)
-        converted.get_command_input_port(i).FixValue(other, command)
+    converted.SetWeights(other, dut.GetWeights(context))
+    commands = dut.get_commands_input_port().Eval(context)
+    converted.get_commands_input_port().FixValue(other, commands)
     return next_state(converted, other, variables[: 6 * N], variables[6 * N :])
 
 
@@ -160,6 +161,16 @@ def test_the_analytic_jacobian_agrees(seed):
     )
 
 
+def test_derivatives_are_those_with_the_weights_of_the_context():
+    dut, context = make_crowd(1)
+    before = dut.CalcJacobian(context)
+    dut.SetWeights(context, 1.5 * dut.GetWeights(context))
+    gradient = ExtractGradient(autodiff_step(dut, context))
+    after = dut.CalcJacobian(context)
+    assert (before.robots != after.robots).any()
+    np.testing.assert_allclose(np.hstack(after), gradient, rtol=1e-9, atol=1e-9)
+
+
 def test_the_values_are_those_of_the_plain_crowd():
     dut, context = make_crowd(1)
     expected = next_state(dut, context, *present(dut, context))
@@ -172,9 +183,8 @@ def test_the_ports_carry_derivatives():
     converted = dut.ToAutoDiffXd()
     other = converted.CreateDefaultContext()
     state, robots = present(dut, context)
-    for i in range(N):
-        command = dut.get_command_input_port(i).Eval(context)
-        converted.get_command_input_port(i).FixValue(other, command)
+    commands = dut.get_commands_input_port().Eval(context)
+    converted.get_commands_input_port().FixValue(other, commands)
     variables = InitializeAutoDiff(robots).ravel()
     converted.get_robot_state_input_port().FixValue(other, variables)
     other.SetDiscreteState(state)
@@ -205,10 +215,10 @@ def test_derivatives_are_finite_where_forces_are_undefined(distance):
     robots = np.zeros((M, 7))
     robots[:, :2] = -1.0, 0.5
     dut.get_robot_state_input_port().FixValue(context, robots.ravel())
-    for i in range(N):
-        command = dut.get_command_input_port(i).Eval(context).copy()
-        command[:3] = -1.0, 0.5, 0.0
-        dut.get_command_input_port(i).FixValue(context, command)
+    port = dut.get_commands_input_port()
+    commands = port.Eval(context).reshape(N, COMMAND_SIZE)
+    commands[:, :3] = -1.0, 0.5, 0.0
+    port.FixValue(context, commands.ravel())
     result = autodiff_step(dut, context)
     assert np.isfinite(ExtractValue(result)).all()
     gradient = ExtractGradient(result)
@@ -226,10 +236,9 @@ def test_hardly_anybody_has_derivatives_too(n, m):
     converted = dut.ToAutoDiffXd()
     other = converted.CreateDefaultContext()
     for system, its_context in ((dut, context), (converted, other)):
-        for i in range(n):
-            system.get_command_input_port(i).FixValue(
-                its_context, [5, 0, 0.3, 1, 1, 1, 1, 0, 0, 0, 0, -1]
-            )
+        system.get_commands_input_port().FixValue(
+            its_context, [5, 0, 0.3, 1, 1, 1, 1, 0, 0, 0, 0, -1] * n
+        )
         if m:
             system.get_robot_state_input_port().FixValue(
                 its_context, [1, 0.5, 0, 0, 0, 0, 0.3]
@@ -266,7 +275,7 @@ def test_a_diagram_with_a_crowd_converts():
     command = builder.AddSystem(
         ConstantVectorSource([5, 0, 0.3, 1, 1, 1, 0, 0, 0, 0, 0, -1])
     )
-    builder.Connect(command.get_output_port(), crowd.get_command_input_port(0))
+    builder.Connect(command.get_output_port(), crowd.get_commands_input_port())
     converted = builder.Build().ToAutoDiffXd()
     crowd = converted.GetSubsystemByName("crowd")
     context = crowd.GetMyContextFromRoot(converted.CreateDefaultContext())
@@ -277,7 +286,7 @@ def test_a_diagram_with_a_crowd_converts():
 def test_a_model_without_derivatives_says_so():
     @register_motion_model("test_autodiff: everybody stands")
     @dataclasses.dataclass
-    class Standing:
+    class Standing(MotionModel):
         def forces(self, snapshot):
             return np.zeros((len(snapshot.states), 16))
 

@@ -99,9 +99,7 @@ def run(people, *, matrix=None, epsilon=0.005, steps=30, time_step=0.05):
     walls = Obstacles.from_shapes(
         [np.array(shape) @ matrix.T for shape in ROOM], solid=SOLID
     )
-    dut = HumanCrowd(
-        humans, obstacles=walls, one_command_port=True, time_step=time_step
-    )
+    dut = HumanCrowd(humans, obstacles=walls, time_step=time_step)
     context = dut.CreateDefaultContext()
     if people:
         context.SetDiscreteState(start.ravel())

@@ -1,3 +1,4 @@
+import dataclasses
 import math
 
 import numpy as np
@@ -37,8 +38,7 @@ def walk_to(goal, *, speed=1.2, group_id=-1, role=RobotRole.PEDESTRIAN):
 
 def make_simulator(dut, commands, robot=ROBOT, context=None):
     context = context or dut.CreateDefaultContext()
-    for i, command in enumerate(commands):
-        dut.get_command_input_port(i).FixValue(context, command)
+    dut.get_commands_input_port().FixValue(context, np.ravel(commands))
     if dut.HasInputPort("robot_state"):
         dut.get_robot_state_input_port().FixValue(context, robot)
     return Simulator(dut, context)
@@ -213,7 +213,8 @@ def test_forces_follow_every_input(dut, commands):
     context = simulator.get_mutable_context()
     port = dut.get_forces_output_port()
     before = port.Eval(context).copy()
-    dut.get_command_input_port(1).FixValue(context, walk_to([0, 9]))
+    commands[1] = walk_to([0, 9])
+    dut.get_commands_input_port().FixValue(context, np.ravel(commands))
     after_command = port.Eval(context).copy()
     assert (before != after_command).any()
     dut.get_robot_state_input_port().FixValue(
@@ -338,3 +339,135 @@ def test_bad_arguments_are_refused():
         HumanCrowd([], num_robots=-1)
     with pytest.raises(ValueError, match="num_robots=0"):
         HumanCrowd([], num_robots=0).get_robot_state_input_port()
+    with pytest.raises(ValueError, match="start_jitter must be at least 0"):
+        HumanCrowd([], start_jitter=-0.1)
+    with pytest.raises(ValueError, match="seed must be a whole number in"):
+        HumanCrowd([], seed=-1)
+
+
+def weights_of(dut):
+    return dut.GetWeights(dut.CreateDefaultContext())
+
+
+def test_weights_are_a_parameter(dut, commands):
+    """A crowd moves as one that was made with these weights."""
+    others = [
+        dataclasses.replace(
+            human,
+            forces=SocialForceParameters(
+                goal_factor=1.0 + i, obstacle_factor=5.0 + i, n=1.5
+            ),
+        )
+        for i, human in enumerate(make_humans())
+    ]
+    expected = HumanCrowd(others, obstacles=WALL)
+    context = dut.CreateDefaultContext()
+    dut.SetWeights(context, weights_of(expected))
+    np.testing.assert_array_equal(dut.GetWeights(context), weights_of(expected))
+    simulator = make_simulator(dut, commands, context=context)
+    simulator.AdvanceTo(4.0)
+    np.testing.assert_array_equal(
+        states_of(dut, context), run(expected, commands)
+    )
+    assert (states_of(dut, context) != run(dut, commands)).any()
+
+
+def test_forces_and_derivatives_follow_the_weights(dut, commands):
+    context = make_simulator(dut, commands).get_mutable_context()
+    port = dut.get_forces_output_port()
+    before = port.Eval(context).copy(), dut.CalcJacobian(context)
+    dut.SetWeights(context, 2 * dut.GetWeights(context))
+    after = port.Eval(context), dut.CalcJacobian(context)
+    assert (before[0] != after[0]).any()
+    assert (before[1].states != after[1].states).any()
+
+
+def test_weights_read_are_a_copy(dut):
+    context = dut.CreateDefaultContext()
+    dut.GetWeights(context)[:] = 7.0
+    np.testing.assert_array_equal(dut.GetWeights(context), weights_of(dut))
+
+
+def test_refused_weights_change_nothing(dut):
+    context = dut.CreateDefaultContext()
+    for wrong in (-weights_of(dut), weights_of(dut)[:2], np.full((4, 13), 1e9)):
+        with pytest.raises(ValueError, match="weights"):
+            dut.SetWeights(context, wrong)
+    np.testing.assert_array_equal(dut.GetWeights(context), weights_of(dut))
+
+
+@pytest.fixture(scope="module")
+def random_people():
+    """People whose weights are drawn, in three different ways."""
+    modes = ("random_normal", "random_uniform", "custom", "random_uniform")
+    return [
+        dataclasses.replace(human, forces_mode=mode)
+        for human, mode in zip(make_humans(), modes, strict=True)
+    ]
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2**32, 2**63 - 1])
+def test_a_context_of_any_seed_is_that_of_a_crowd_of_that_seed(
+    random_people, commands, seed
+):
+    dut = HumanCrowd(random_people, start_jitter=0.2, seed=9)
+    other = HumanCrowd(random_people, start_jitter=0.2, seed=seed)
+    simulator = make_simulator(dut, commands)
+    simulator.AdvanceTo(1.0)
+    context = simulator.get_mutable_context()
+    dut.SetSeed(context, seed)
+    expected = other.CreateDefaultContext()
+    np.testing.assert_array_equal(
+        states_of(dut, context), states_of(other, expected)
+    )
+    np.testing.assert_array_equal(
+        dut.GetWeights(context), other.GetWeights(expected)
+    )
+    assert dut.GetSeed(context) == other.GetSeed(expected) == seed
+    assert (
+        (dut.GetWeights(context)[:2] != weights_of(dut)[:2]).any(axis=1).all()
+    )
+    nominal = [human.pose[:2] for human in random_people]
+    offsets = states_of(dut, context)[:, :2] - nominal
+    assert abs(offsets).min() > 0
+    assert abs(offsets).max() <= 0.2
+
+
+@pytest.mark.parametrize("seed", [-1, 2**63, 1.0, True, "1"])
+def test_a_refused_seed_changes_nothing(random_people, seed):
+    dut = HumanCrowd(random_people, seed=3)
+    context = dut.CreateDefaultContext()
+    with pytest.raises(ValueError, match="seed must be a whole number in"):
+        dut.SetSeed(context, seed)
+    assert dut.GetSeed(context) == 3
+
+
+def test_a_start_may_be_at_the_very_edge_of_the_world():
+    """An offset is no part of the configuration, whose range ends there."""
+    dut = HumanCrowd([HumanConfig(pose=[1e5, -1e5, 0])], start_jitter=1.0)
+    context = dut.CreateDefaultContext()
+    beyond = []
+    for seed in range(20):
+        dut.SetSeed(context, seed)
+        (state,) = states_of(dut, context)
+        assert 0 < np.hypot(*(state[:2] - [1e5, -1e5])) < 1.5
+        beyond.append(abs(state[:2]).max() > 1e5)
+    assert any(beyond)
+
+
+def test_a_crowd_of_autodiff_has_weights_and_seed_too(random_people):
+    dut = HumanCrowd(random_people, start_jitter=0.2, seed=5)
+    converted = dut.ToAutoDiffXd()
+    context = dut.CreateDefaultContext()
+    other = converted.CreateDefaultContext()
+    for seed in (5, 2**40):
+        dut.SetSeed(context, seed)
+        if seed != 5:
+            converted.SetSeed(other, seed)
+        assert converted.GetSeed(other) == seed
+        np.testing.assert_array_equal(
+            converted.GetWeights(other), dut.GetWeights(context)
+        )
+    weights = np.ones((4, 13))
+    converted.SetWeights(other, weights)
+    np.testing.assert_array_equal(converted.GetWeights(other), weights)

@@ -21,7 +21,6 @@ from hunav_drake.systems.crowd import (
     CrowdConfig,
     HumanCrowd,
     MotionModel,
-    make_motion_model,
     motion_model,
     register_motion_model,
 )
@@ -41,7 +40,7 @@ def name(request):
 
 @pytest.fixture
 def dut(name):
-    return make_motion_model(name, {})
+    return MOTION_MODELS.make(name)
 
 
 def step(model, snapshot):
@@ -254,7 +253,7 @@ people = st.lists(
 def test_no_crowd_gives_nan_or_exceeds_its_speed(
     name, rows, walls, time_step, make_snapshot
 ):
-    model = make_motion_model(name, {})
+    model = MOTION_MODELS.make(name)
     rows = np.array(rows, dtype=float)
     snapshot = make_snapshot(
         rows[:, :6],
@@ -291,12 +290,13 @@ def make_crowd(config):
     wall = Obstacles.from_shapes([[[-5.0, -1.0], [9.0, -1.0]]], solid=[False])
     dut = HumanCrowd(humans, obstacles=wall, config=config)
     context = dut.CreateDefaultContext()
-    for i, goal in enumerate([[8, 0], [-6, 0], [1, -0.5]]):
-        command = np.zeros(COMMAND_SIZE)
+    goals = [[8, 0], [-6, 0], [1, -0.5]]
+    commands = np.zeros((3, COMMAND_SIZE))
+    for command, goal in zip(commands, goals, strict=True):
         command[:6] = *goal, 0.3, 1, 1.2, 1.3
         command[Command.ROBOT_ROLE] = RobotRole.PEDESTRIAN
         command[Command.GROUP_ID] = -1
-        dut.get_command_input_port(i).FixValue(context, command)
+    dut.get_commands_input_port().FixValue(context, commands.ravel())
     dut.get_robot_state_input_port().FixValue(
         context, [3.0, 3.0, math.pi, 0.0, 0.0, 0.0, 0.35]
     )
@@ -336,13 +336,13 @@ def drifting(monkeypatch):
     """A user's own model, of plain NumPy, for the time of a test."""
     monkeypatch.setattr(
         motion_model.MOTION_MODELS,
-        "_parts",
-        dict(motion_model.MOTION_MODELS._parts),
+        "_choices",
+        dict(motion_model.MOTION_MODELS._choices),
     )
 
     @register_motion_model("drifting")
     @dataclass(kw_only=True)
-    class Drifting:
+    class Drifting(MotionModel):
         """Everybody is carried away by the wind."""
 
         wind: float = 0.5
@@ -362,7 +362,7 @@ def drifting(monkeypatch):
 @pytest.mark.usefixtures("drifting")
 def test_a_model_of_ones_own_moves_a_crowd():
     dut, context = make_crowd(
-        CrowdConfig(model="drifting", parameters={"wind": 2.0})
+        CrowdConfig(model={"name": "drifting", "wind": 2.0})
     )
     Simulator(dut, context).AdvanceTo(1.0 - 0.01)
     np.testing.assert_allclose(states_of(dut, context)[:, 0], [2, 6, 3])
@@ -380,7 +380,7 @@ def test_an_unknown_model_is_told():
 
 def test_an_unknown_parameter_is_told(name):
     with pytest.raises(ValueError, match="no_such_thing"):
-        make_crowd(CrowdConfig(model=name, parameters={"no_such_thing": 1.0}))
+        make_crowd(CrowdConfig(model={"name": name, "no_such_thing": 1.0}))
 
 
 @pytest.mark.parametrize(
@@ -396,7 +396,7 @@ def test_an_unknown_parameter_is_told(name):
 )
 def test_a_parameter_out_of_range_is_told(name, parameter, value, words):
     with pytest.raises(ValueError, match=words) as info:
-        make_motion_model(name, {parameter: value})
+        MOTION_MODELS.make({"name": name, parameter: value})
     assert parameter in str(info.value)
 
 
@@ -409,7 +409,7 @@ def changeable():
 
     @register_motion_model("test_motion_models: changeable")
     @dataclass
-    class Changeable:
+    class Changeable(MotionModel):
         change: str = ""
 
         def forces(self, snapshot):
@@ -442,12 +442,11 @@ def drift(model, change, walls):
     dut = HumanCrowd(
         [HumanConfig(pose=[0, 0, 0]), HumanConfig(pose=[0, 1, 0])],
         obstacles=WALL if walls else None,
-        config=CrowdConfig(model=model, parameters={"change": change}),
+        config=CrowdConfig(model={"name": model, "change": change}),
         num_robots=0,
     )
     context = dut.CreateDefaultContext()
-    for i in range(2):
-        dut.get_command_input_port(i).FixValue(context, np.zeros(COMMAND_SIZE))
+    dut.get_commands_input_port().FixValue(context, np.zeros(2 * COMMAND_SIZE))
     Simulator(dut, context).AdvanceTo(0.02)
     return dut.get_human_states_output_port().Eval(context).reshape(2, 7)
 
@@ -474,7 +473,7 @@ def test_a_model_cannot_write_to_what_it_is_given(what):
 
     @register_motion_model(name)
     @dataclass
-    class Writing:
+    class Writing(MotionModel):
         def forces(self, snapshot):
             getattr(snapshot, what)[:] = 0.01
             return np.zeros((len(snapshot.states), FORCES_SIZE))
@@ -486,7 +485,7 @@ def test_a_model_cannot_write_to_what_it_is_given(what):
         [HumanConfig(pose=[1, 0, 0])], config=CrowdConfig(model=name)
     )
     context = dut.CreateDefaultContext()
-    dut.get_command_input_port(0).FixValue(context, np.zeros(COMMAND_SIZE))
+    dut.get_commands_input_port().FixValue(context, np.zeros(COMMAND_SIZE))
     dut.get_robot_state_input_port().FixValue(context, np.ones(7))
     with pytest.raises(ValueError, match="read-only"):
         dut.get_forces_output_port().Eval(context)
@@ -497,7 +496,7 @@ def test_a_class_that_lacks_a_function_is_no_model():
 
         @register_motion_model("test_motion_models: half")
         @dataclass
-        class Half:
+        class Half(MotionModel):
             def forces(self, snapshot): ...
 
 
@@ -518,9 +517,8 @@ def test_no_finite_number_is_too_large(model, parameters, size):
     n = 60
     dut = HumanCrowd(
         [HumanConfig(pose=[0, 0, 0], group_id=i % 3) for i in range(n)],
-        config=CrowdConfig(model=model, parameters=parameters),
+        config=CrowdConfig(model={"name": model, **parameters}),
         obstacles=WALL,
-        one_command_port=True,
     )
     context = dut.CreateDefaultContext()
     states = rng.choice([0.0, 1.0, -1.0, size, -size], (n, 6))

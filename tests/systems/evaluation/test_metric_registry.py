@@ -7,16 +7,20 @@ import pytest
 import yaml
 
 from hunav_drake.cli import main
-from hunav_drake.results.files import WriteResult
+from hunav_drake.results.files import LoadResults, WriteResult
+from hunav_drake.results.run_table import WriteTables
 from hunav_drake.results.trial_result import MakeTrialResult
 from hunav_drake.systems.evaluation.compute import (
     compute_by_behavior,
     compute_metrics,
     compute_steps,
 )
-from hunav_drake.systems.evaluation.metric import register_metric
+from hunav_drake.systems.evaluation.metric import (
+    RESERVED,
+    TABLE_I,
+    register_metric,
+)
 from hunav_drake.systems.evaluation.metrics import METRICS, select_metrics
-from hunav_drake.systems.evaluation.names import RESERVED, TABLE_I
 from hunav_drake.systems.evaluation.recording import Recording
 
 FAMILIES = {
@@ -237,10 +241,15 @@ def test_a_column_of_the_tables_is_no_metric(name):
 
 def test_all_other_columns_of_the_tables_are_reserved(tmp_path, recording):
     result = MakeTrialResult(recording, provenance={}, end_reason="end")
-    for path in WriteResult(result, tmp_path):
-        if path.suffix == ".csv":
-            columns = set(pd.read_csv(path).columns)
-            assert columns - set(METRICS) <= set(RESERVED), path.name
+    WriteResult(result, tmp_path)
+    WriteTables(LoadResults(tmp_path), tmp_path)
+    paths = list(tmp_path.rglob("*.csv"))
+    assert {"steps.csv", "runs.csv", "runs_by_behavior.csv"} <= {
+        path.name for path in paths
+    }
+    for path in paths:
+        columns = set(pd.read_csv(path).columns)
+        assert columns - set(METRICS) <= set(RESERVED), path.name
 
 
 def register(**kwargs):

@@ -114,7 +114,7 @@ def test_the_shortest_way_leads_around_walls():
     # One that walks around the corner at a distance of 1 m.
     points = [(0, 0), (1, 3), (3, 3), (4, 0)]
     dut = along(points, goal=(4, 0, 0), obstacles=walls, r=0.3)
-    way = dut.way.shortest_to_goal
+    way = dut.path_features.shortest_to_goal
     assert len(way) > 2
     length = 2 * math.sqrt(10) + 2
     # A taut string around the end of the wall, and one with room for r.
@@ -144,10 +144,10 @@ def test_the_shortest_way_leads_through_no_slit(width, passes, goal):
     around = math.hypot(5, 3) + math.hypot(goal[0] - 5, 3)
     spl = value(dut, "spl")
     if passes:
-        assert spl == pytest.approx(straight / dut.way.length)
+        assert spl == pytest.approx(straight / dut.path_features.length)
     else:
         # Taut around the end of the wall, with room for the robot.
-        assert around / dut.way.length < spl <= 1
+        assert around / dut.path_features.length < spl <= 1
     assert value(dut, "path_efficiency") == pytest.approx(spl)
 
 
@@ -158,9 +158,9 @@ def test_no_one_needs_to_turn_around_what_is_passable(width, needed):
     turned = 4 * math.atan2(3.4, 4)
     irregularity = value(dut, "path_irregularity")
     if needed:
-        assert irregularity * dut.way.length < 0.3 * turned
+        assert irregularity * dut.path_features.length < 0.3 * turned
     else:
-        assert irregularity == pytest.approx(turned / dut.way.length)
+        assert irregularity == pytest.approx(turned / dut.path_features.length)
 
 
 def test_the_shortest_way_may_begin_and_end_beside_walls():
@@ -234,7 +234,7 @@ def test_inside_of_a_solid_there_is_no_clearance():
     dut = along(
         [(-8, 0), (0, 0)], obstacles=Obstacles.from_shapes(box, solid=[True])
     )
-    assert dut.way.wall_gap[-1] == 0
+    assert dut.path_features.wall_gap[-1] == 0
     assert value(dut, "static_obstacle_collisions") == 1
 
 
@@ -243,7 +243,7 @@ def test_near_points_stand_in_for_walls():
     near[1, 0, 0] = (0, 1)
     dut = make(np.arange(3.0), rows(3), nearest_walls=near)
     assert value(dut, "min_clearance") == pytest.approx(1 - R)
-    assert np.isnan(dut.way.wall_gap).tolist() == [True, False, True]
+    assert np.isnan(dut.path_features.wall_gap).tolist() == [True, False, True]
 
 
 def head_on(offset=0.0, samples=3):

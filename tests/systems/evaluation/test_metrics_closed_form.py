@@ -319,7 +319,7 @@ def test_tangent_contact(gap, contacts):
     total = v["robot_on_person_collisions"] + v["person_on_robot_collisions"]
     # At the very tangent nobody closes in, but one sample before somebody did.
     assert total == (1 if gap < 0.015 else 0)
-    contact = make(t, robot, [rows(len(t), y=0.7 + gap)]).derived.contact
+    contact = make(t, robot, [rows(len(t), y=0.7 + gap)]).features.contact
     assert contact.any() == bool(contacts)
 
 
@@ -448,7 +448,7 @@ def test_many_bodies_and_walls_in_blocks_are_as_one_by_one():
         obstacles=walls,
     )
     parameters = SocialForceParameters(social_factor=2.1, epsilon=0.0)
-    force = recording.derived.obstacle_force_on_humans
+    force = recording.features.obstacle_force_on_humans
     for k, i in ((0, 0), (682, 4), (683, 0), (899, 5)):
         p = humans[k, i, :2]
         each = obstacle_force(

@@ -1,9 +1,8 @@
 """The recorded results of HuNavSim's evaluator, metric by metric."""
 
-import gzip
+import functools
 import json
 import math
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,50 +10,14 @@ import pytest
 
 from hunav_drake.hunavsim.agents_yaml import BEHAVIOR_NAMES
 from hunav_drake.hunavsim.differences import DIFFERENCES
+from hunav_drake.hunavsim.recording_json import parse_json
 from hunav_drake.hunavsim.result_files import HUNAV_NAMES
-from hunav_drake.recordings.readers import ReadRecording
 from hunav_drake.systems.evaluation.compute import compute_metrics, evaluate
 from hunav_drake.systems.evaluation.metrics import METRICS, select_metrics
-from hunav_drake.systems.evaluation.names import (
-    AVG_DIST_TO_CLOSEST_PERSON,
-    FINAL_DIST_TO_TARGET,
-    MIN_DIST_TO_PEOPLE,
-    MIN_DIST_TO_TARGET,
-)
 from hunav_drake.systems.evaluation.recording import Recording
+from tests.recorded import read_recorded, recorded_names
 
-RECORDED = [
-    "00_regular_pass",
-    "03_impassive_pass",
-    "06_surprised_pass",
-    "09_scared_pass",
-    "12_curious_pass",
-    "15_threatening_pass",
-    "19_curious_timer30",
-    "27_group3_regular",
-    "30_regular5_obstacles",
-    "32_mix6",
-]
-HAND_MADE = [
-    "h01_straight_to_goal",
-    "h03_person_rams_back_of_standing_robot",
-    "h05_head_on_robot_faster",
-    "h07_contact_left",
-    "h07_contact_left_front",
-    "h07_contact_right_front",
-    "h09_spin_positive",
-    "h11_variable_dt_and_duplicate_stamp",
-    "h13_sine_speed",
-    "h15_one_group",
-    "h17_no_goal",
-    "h19_no_people_at_one_step",
-    "h21_robot_id_equals_agent_id",
-    "h23_behaviors_mixed",
-    "h25_goal_edges",
-]
-CASES = [("metrics", name) for name in RECORDED] + [
-    ("metrics_hand", name) for name in HAND_MADE
-]
+CASES = recorded_names("metrics") + recorded_names("metrics_hand")
 
 # Names of the original of what must agree, of values and of series.
 SAME = (
@@ -87,11 +50,13 @@ class Case(NamedTuple):
     by_behavior: dict[str, Any]
 
 
-def load_case(path: Path) -> Case:
+@functools.cache
+def load_case(name: str) -> Case:
     """Reads a case of the evaluator from the recorded results."""
-    expected = json.loads(gzip.decompress(path.read_bytes()))["expected"]
+    text = read_recorded(name)
+    expected = json.loads(text)["expected"]
     return Case(
-        ReadRecording(path),
+        parse_json(text),
         expected["final"],
         expected["per_step"],
         expected["time_stamps"],
@@ -113,10 +78,9 @@ def assert_same(name: str, got: float, expected: float) -> None:
     assert got == pytest.approx(expected, rel=1e-9, abs=1e-9, nan_ok=True), name
 
 
-@pytest.fixture(params=CASES, ids=lambda case: case[1])
-def case(request, reference):
-    folder, name = request.param
-    return load_case(reference / folder / f"{name}.json.gz")
+@pytest.fixture(params=CASES)
+def case(request):
+    return load_case(request.param)
 
 
 def test_values_agree(case, request):
@@ -126,7 +90,9 @@ def test_values_agree(case, request):
         if name not in case.final:
             # The original failed at a step without people.
             assert "h19" in request.node.name
-        elif "h19" in request.node.name and here == AVG_DIST_TO_CLOSEST_PERSON:
+        elif (
+            "h19" in request.node.name and here == "avg_dist_to_closest_person"
+        ):
             # The original counts a step without people as a distance of 0.
             samples = len(case.recording)
             expected = case.final[name] * samples / (samples - 1)
@@ -148,8 +114,8 @@ def test_the_largest_distance_agrees_but_for_the_persons_radius(case):
         assert_same("maximum", got + radii[0], expected)
 
 
-def test_acceleration_agrees_but_for_the_divisor(reference):
-    case = load_case(reference / "metrics_hand/h13_sine_speed.json.gz")
+def test_acceleration_agrees_but_for_the_divisor():
+    case = load_case("metrics_hand/h13_sine_speed")
     samples = len(case.recording)
     got = compute_metrics(case.recording)["avg_robot_acceleration"]
     assert_same(
@@ -216,12 +182,11 @@ def test_every_metric_of_the_paper_is_the_same_or_different_for_a_reason():
     assert set(DIFFERENCES) <= set(METRICS)
 
 
-def test_what_differs_on_purpose_does_differ(reference):
+def test_what_differs_on_purpose_does_differ():
     """Prints, with `pytest -s`, the table of what differs, where, and why."""
     largest = dict.fromkeys(DIFFERENCES, 0.0)
     where = dict.fromkeys(DIFFERENCES, 0)
-    for folder, file in CASES:
-        case = load_case(reference / folder / f"{file}.json.gz")
+    for case in map(load_case, CASES):
         values = compute_metrics(case.recording, list(DIFFERENCES))
         for name in DIFFERENCES:
             original = case.final.get(HUNAV_NAMES[name], math.nan)
@@ -248,11 +213,11 @@ def test_completed_agrees_where_there_is_a_goal(case):
         assert values["completed"] == float(case.final["completed"])
 
 
-def test_nothing_is_said_about_a_goal_that_is_not_there(reference):
-    case = load_case(reference / "metrics_hand/h17_no_goal.json.gz")
+def test_nothing_is_said_about_a_goal_that_is_not_there():
+    case = load_case("metrics_hand/h17_no_goal")
     values = compute_metrics(case.recording)
-    assert values[[MIN_DIST_TO_TARGET, FINAL_DIST_TO_TARGET]].isna().all()
-    assert values[MIN_DIST_TO_PEOPLE] > 0
+    assert values[["min_dist_to_target", "final_dist_to_target"]].isna().all()
+    assert values["min_dist_to_people"] > 0
 
 
 @pytest.mark.parametrize(
@@ -263,10 +228,8 @@ def test_nothing_is_said_about_a_goal_that_is_not_there(reference):
         ("h15_one_group", None, None),
     ],
 )
-def test_collisions_are_charged_to_who_closes_in(
-    reference, name, robot, person
-):
-    case = load_case(reference / f"metrics_hand/{name}.json.gz")
+def test_collisions_are_charged_to_who_closes_in(name, robot, person):
+    case = load_case(f"metrics_hand/{name}")
     values = compute_metrics(case.recording, ["collisions"])
     if robot is not None:
         assert values.tolist() == [robot, person]

@@ -1,4 +1,5 @@
 import copy
+import math
 import pickle
 
 from hypothesis import given, settings, strategies as st
@@ -66,8 +67,33 @@ def test_it_may_be_of_nobody_and_of_one_instant():
         ({"times": [0.0, np.nan, 1.0]}, "times: must be finite"),
         ({"times": "now"}, "times: is not an array"),
         ({"robot": np.ones((3, 6))}, r"robot: must have the shape \(3, 7\)"),
-        ({"robot": np.full((3, 7), np.inf)}, "robot: must be finite"),
-        ({"robot": -np.ones((3, 7))}, "radius must not be negative"),
+        ({"robot": np.full((3, 7), np.inf)}, r"robot: .* 0: x must be finite"),
+        ({"robot": np.full((3, 7), 2e10)}, r"x must be finite, in \[-1e\+10, "),
+        ({"times": [0.0, 0.1, 1e300]}, "times: must be finite, and at most"),
+        ({"times": [0.0, 1e-300, 1.0]}, "sample 1 at 1e-300 s follows"),
+        ({"times": [0.0, 0.1j, 1.0]}, "times: is not an array"),
+        ({"behavior_status": [[0, np.nan]] * 3}, "status: must be finite, who"),
+        ({"behavior_status": [[0, 0.5]] * 3}, "status: must be finite, whole"),
+        ({"human_ids": (1, 1.5)}, "human_ids: must be finite, whole.*got 1.5"),
+        ({"human_ids": (1, 2j)}, "human_ids: is not an array.*complex"),
+        ({"human_ids": (1, 10**30)}, "human_ids: must be finite, whole"),
+        ({"human_ids": ("a", "b")}, "human_ids: is not an array"),
+        ({"human_ids": ([1], [2])}, r"human_ids: must have the shape \(2\)"),
+        ({"group_ids": 3}, "group_ids: is no list"),
+        ({"group_ids": (1, math.inf)}, "group_ids: must be finite, whole"),
+        ({"goal": (1j, 2.0, 3.0)}, "goal: is not an array.*complex"),
+        (
+            {"goal_tolerance": [1.0, 2.0]},
+            "goal_tolerance: must have the",
+        ),
+        ({"goal_tolerance": 1j}, "goal_tolerance: is not an array"),
+        ({"goal_yaw_tolerance": math.inf}, "goal_yaw_tolerance: must be"),
+        (
+            {"nearest_walls": np.full((3, 3, 1, 2), np.inf)},
+            "nearest_walls: must be finite",
+        ),
+        ({"reference_path": np.full((1, 3), 1e11)}, "path: must be finite"),
+        ({"robot": -np.ones((3, 7))}, r"radius must be finite, in \[0, 1e"),
         ({"humans": np.ones((3, 14))}, r"must have the shape \(3, any, 7\)"),
         ({"behavior_status": [[0, 0]]}, "behavior_status: must have"),
         ({"human_names": ("a",)}, "human_names: needs one for each of 2"),
@@ -192,6 +218,59 @@ def test_a_changed_byte_is_an_error_or_does_not_matter(tmp_path):
     assert errors > 10
 
 
+@pytest.mark.parametrize(
+    ("name", "array"),
+    [
+        ("goal_tolerance", np.array([0.2, 0.3])),
+        ("goal_tolerance", np.array(0.2 + 1j)),
+        ("goal_yaw_tolerance", np.array("wide")),
+        ("goal", np.array(1.0)),
+        ("goal", np.array([1j, 2, 3])),
+        ("human_names", np.array("Ana")),
+        ("human_names", np.array([["Ana"], ["Bo"]])),
+        ("human_names", np.array([1, 2])),
+        ("human_ids", np.array(3)),
+        ("human_ids", np.array([1j, 2])),
+        ("human_ids", np.array([[1], [2]])),
+        ("group_ids", np.array([1.5, 2])),
+        ("times", np.array(0.0)),
+        ("times", np.array(["a", "b", "c"])),
+        ("robot", np.ones((3, 7), dtype=complex)),
+        ("behavior_status", np.zeros((3, 2), dtype="M8[s]")),
+        ("walls_known", np.array([True, False])),
+        ("walls_known", np.array(2.5)),
+        ("obstacles.segments", np.zeros(4)),
+        ("obstacles.segments", np.zeros((4, 3))),
+        ("obstacles.segments", np.full((4, 4), np.inf)),
+        ("obstacles.first", np.array([0, 3, 10**9])),
+        ("obstacles.first", np.array([0, 3, 3, 4])),
+        ("obstacles.first", np.array([-1, 3, 4])),
+        ("obstacles.first", np.array([0, 4], dtype=np.uint8)),
+        ("obstacles.first", np.array([], dtype=int)),
+        ("obstacles.solid", np.array([1.0, 0.0])),
+    ],
+)
+def test_an_array_of_another_kind_is_named(tmp_path, name, array):
+    path = tmp_path / "a.npz"
+    full_recording().save(path)
+    with np.load(path) as archive:
+        arrays = dict(archive)
+    np.savez(path, **(arrays | {name: array}))
+    with pytest.raises(ValueError, match=rf"a\.npz: is damaged: {name}"):
+        Recording.load(path)
+
+
+def test_a_missing_array_is_named(tmp_path):
+    path = tmp_path / "a.npz"
+    full_recording().save(path)
+    with np.load(path) as archive:
+        arrays = dict(archive)
+    del arrays["human_ids"]
+    np.savez(path, **arrays)
+    with pytest.raises(ValueError, match=r"a\.npz.*it has no human_ids"):
+        Recording.load(path)
+
+
 def test_recordings_are_equal_by_content():
     assert full_recording() == full_recording()
     assert make_recording() != full_recording()
@@ -207,8 +286,8 @@ def test_copies_share_it_and_pickle_leaves_the_derived_behind():
     assert copy.deepcopy(dut) is dut
     assert copy.copy(dut) is dut
     small = len(pickle.dumps(dut))
-    assert dut.derived is dut.derived
-    assert dut.derived.gaps.shape == (3, 2)
+    assert dut.features is dut.features
+    assert dut.features.gaps.shape == (3, 2)
     assert len(pickle.dumps(dut)) == small
     assert pickle.loads(pickle.dumps(dut)) == dut
 

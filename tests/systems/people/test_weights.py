@@ -19,8 +19,14 @@ from hunav_drake.hunavsim.agents_yaml import ImportAgents
 from hunav_drake.scenario import ScenarioError
 from hunav_drake.systems.common.random_streams import Purpose, draw_normal
 from hunav_drake.systems.people import SocialForceParameters
-from hunav_drake.systems.people.weights import WEIGHTS, draw_weights
+from hunav_drake.systems.people.parameters import PARAMETERS
+from hunav_drake.systems.people.weights import (
+    WEIGHTS,
+    check_weights,
+    draw_weights,
+)
 
+COLUMNS = [PARAMETERS.index(name) for name in WEIGHTS]
 RANDOM_MODES = ("random_normal", "random_uniform")
 AGENTS = """\
 hunav_loader:
@@ -46,10 +52,12 @@ def person(mode, human_id=None, **forces):
 
 
 def factors(humans, seed=0):
-    drawn = draw_weights(humans, seed)
-    return np.array(
-        [[getattr(human.forces, name) for name in WEIGHTS] for human in drawn]
-    )
+    return draw_weights(humans, seed)[:, COLUMNS]
+
+
+def as_written(*forces):
+    """The rows of weights that are as written."""
+    return [dataclasses.astuple(each) for each in forces]
 
 
 @pytest.fixture(scope="module")
@@ -63,23 +71,25 @@ def many():
 
 def test_custom_weights_are_as_written():
     human = person("custom", social_factor=3.0, goal_factor=1.0)
-    assert draw_weights([human], seed=5) == [human]
+    np.testing.assert_array_equal(
+        draw_weights([human], seed=5), as_written(human.forces)
+    )
 
 
 def test_default_weights_are_those_of_hunavsim():
     human = person("default", social_factor=3.0, n=1.5)
-    (drawn,) = draw_weights([human], seed=5)
-    assert drawn.forces == SocialForceParameters(n=1.5)
-    assert drawn.forces_mode == "custom"
+    np.testing.assert_array_equal(
+        draw_weights([human], seed=5), as_written(SocialForceParameters(n=1.5))
+    )
 
 
 @pytest.mark.parametrize("mode", RANDOM_MODES)
 def test_drawn_weights_leave_the_rest_as_written(mode):
-    (drawn,) = draw_weights([person(mode, n=1.5, gamma=0.4)], seed=5)
-    rest = {name: getattr(SocialForceParameters(), name) for name in WEIGHTS}
-    assert dataclasses.replace(drawn.forces, **rest) == SocialForceParameters(
-        n=1.5, gamma=0.4
-    )
+    human = person(mode, n=1.5, gamma=0.4)
+    drawn = draw_weights([human], seed=5)
+    (written,) = as_written(human.forces)
+    changed = np.flatnonzero(drawn[0] != written)
+    np.testing.assert_array_equal(changed, COLUMNS)
 
 
 @pytest.mark.parametrize("mode", RANDOM_MODES)
@@ -106,9 +116,38 @@ def test_people_without_numbers_count_by_their_places(mode):
 
 
 @pytest.mark.parametrize("mode", RANDOM_MODES)
-def test_drawing_twice_is_drawing_once(mode):
-    once = draw_weights([person(mode)], seed=1)
-    assert draw_weights(once, seed=2) == once
+def test_weights_are_drawn_within_their_ranges(mode):
+    people = [person(mode, i) for i in range(50)]
+    weights = draw_weights(people, seed=1)
+    np.testing.assert_array_equal(check_weights(weights, 50), weights)
+
+
+@pytest.mark.parametrize("seed", [-1, 1.5, 2**63, True, None])
+def test_a_wrong_seed_is_refused_though_nothing_is_drawn(seed):
+    with pytest.raises(ValueError, match=r"seed must be a whole number in"):
+        draw_weights([person("custom")], seed)
+
+
+@pytest.mark.parametrize(
+    ("place", "value", "message"),
+    [
+        ((1, 0), -1.0, r"weights\[1\].goal_factor must be in \[0, 1000\], got"),
+        ((0, 1), 0.0, r"weights\[0\].relaxation_time must be in \[0.001, "),
+        ((1, 9), np.nan, r"weights\[1\].epsilon must be finite, got nan"),
+        ((0, 2), np.inf, r"weights\[0\].obstacle_factor must be finite"),
+    ],
+)
+def test_weights_out_of_range_are_refused(place, value, message):
+    weights = draw_weights([person("custom")] * 2, 0)
+    weights[place] = value
+    with pytest.raises(ValueError, match=message):
+        check_weights(weights, 2)
+
+
+@pytest.mark.parametrize("shape", [(13,), (1, 13), (2, 12), (3, 13)])
+def test_weights_of_another_shape_are_refused(shape):
+    with pytest.raises(ValueError, match=r"must have shape \(2, 13\), a row"):
+        check_weights(np.ones(shape), 2)
 
 
 def test_uniform_weights_fill_their_ranges_evenly(many):
@@ -140,9 +179,8 @@ def test_weights_of_one_person_do_not_hang_together(many):
 
 
 def test_normal_draws_have_mean_0_and_deviation_1():
-    draws = draw_normal(3, 4, Purpose.WEIGHTS_NORMAL, 20000)
+    draws, other = draw_normal(3, [4, 5], Purpose.WEIGHTS_NORMAL, 20000)
     assert stats.kstest(draws, "norm").pvalue > 0.01
-    other = draw_normal(3, 5, Purpose.WEIGHTS_NORMAL, 20000)
     assert abs(np.corrcoef(draws, other)[0, 1]) < 0.06
 
 

@@ -1,4 +1,4 @@
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from pydantic.dataclasses import dataclass
@@ -9,35 +9,49 @@ from hunav_drake.systems.planning import (
     PLANNERS,
     LocalPlanner,
     Plan,
+    Planner,
     PlannerStatus,
     PlanningTask,
     PursuitPlanner,
-    make_planner,
     register_planner,
 )
 from hunav_drake.systems.robot import RobotLimits
 from hunav_drake.systems.world.obstacles import Obstacles
 
 
+class Count(NamedTuple):
+    """What a Counter remembers."""
+
+    cycles: int = 0
+    last_goal: str = ""
+
+
 @dataclass
-class Counter:
-    """Commands how often it was asked."""
+class Counter(Planner):
+    """Commands how often it was asked, and follows as many points."""
 
-    memory_size: ClassVar[int] = 1
+    initial_memory: ClassVar[Count] = Count()
 
-    def plan(self, task, robot, humans, goal, memory):
-        count = memory[0] + 1
-        return Plan(count, -count, PlannerStatus.DRIVING, (count,))
+    def plan(self, task, view, memory):
+        count = memory.cycles + 1
+        return Plan(
+            count,
+            -count,
+            PlannerStatus.DRIVING,
+            memory=Count(count, str(view.goal)),
+            path=np.full((count, 2), 0.5),
+        )
 
 
-def make_task(period=0.05):
+def make_task(*, num_humans=0, time_step=0.05):
     return PlanningTask(
         limits=RobotLimits(),
         robot_radius=0.3,
         goal_tolerance=0.25,
         goal_yaw_tolerance=0.25,
         obstacles=Obstacles.from_shapes([], solid=[]),
-        period=period,
+        num_humans=num_humans,
+        time_step=time_step,
     )
 
 
@@ -56,7 +70,7 @@ def command_of(dut, context):
 
 
 def test_holds_zeros_until_the_first_command():
-    dut = LocalPlanner(PursuitPlanner(), make_task(), num_humans=0)
+    dut = LocalPlanner(PursuitPlanner(), make_task())
     simulator = make_simulator(dut)
     context = simulator.get_context()
     assert command_of(dut, context) == [0, 0]
@@ -66,7 +80,7 @@ def test_holds_zeros_until_the_first_command():
 
 
 def test_rests_without_a_goal():
-    dut = LocalPlanner(PursuitPlanner(), make_task(), num_humans=1)
+    dut = LocalPlanner(PursuitPlanner(), make_task(num_humans=1))
     simulator = make_simulator(dut, goal=None)
     simulator.AdvanceTo(1.0)
     context = simulator.get_context()
@@ -78,9 +92,7 @@ def test_rests_without_a_goal():
     ("time_step", "period"), [(0.05, 0.05), (0.01, 0.05), (0.05, 1.0)]
 )
 def test_decides_once_a_period(time_step, period):
-    dut = LocalPlanner(
-        Counter(), make_task(period), num_humans=0, time_step=time_step
-    )
+    dut = LocalPlanner(Counter(period=period), make_task(time_step=time_step))
     simulator = make_simulator(dut)
     for k in range(1, 60):
         simulator.AdvanceTo(k * period - 0.5 * time_step)
@@ -89,7 +101,7 @@ def test_decides_once_a_period(time_step, period):
 
 def test_remembers_in_the_context():
     """Two contexts do not disturb each other; a clone goes on alike."""
-    dut = LocalPlanner(Counter(), make_task(), num_humans=0)
+    dut = LocalPlanner(Counter(), make_task())
     first, second = make_simulator(dut), make_simulator(dut)
     first.AdvanceTo(0.49)
     second.AdvanceTo(0.09)
@@ -103,22 +115,22 @@ def test_remembers_in_the_context():
 
 
 def test_only_the_state_enters_the_command():
-    dut = LocalPlanner(PursuitPlanner(), make_task(), num_humans=1)
+    dut = LocalPlanner(PursuitPlanner(), make_task(num_humans=1))
     assert not dut.HasAnyDirectFeedthrough()
 
 
 def test_a_period_between_two_steps_is_refused():
     with pytest.raises(ValueError, match="multiple of time_step"):
-        LocalPlanner(Counter(), make_task(0.12), num_humans=0)
+        LocalPlanner(Counter(period=0.12), make_task())
 
 
 def test_planners_are_known_by_name():
-    planner = make_planner("pursuit", {"cruise_speed": 0.4})
+    planner = PLANNERS.make({"name": "pursuit", "cruise_speed": 0.4})
     assert planner == PursuitPlanner(cruise_speed=0.4)
     with pytest.raises(ValueError, match="did you mean 'pursuit'"):
-        make_planner("persuit", {})
+        PLANNERS.make("persuit")
     with pytest.raises(ValueError, match="cruise"):
-        make_planner("pursuit", {"cruise": 0.4})
+        PLANNERS.make({"name": "pursuit", "cruise": 0.4})
 
 
 def test_a_name_is_given_once():
@@ -127,35 +139,96 @@ def test_a_name_is_given_once():
     assert PLANNERS["pursuit"] is PursuitPlanner
 
 
+def path_of(dut, context):
+    return dut.get_path_output_port().Eval(context)
+
+
+def test_the_path_is_what_was_decided_last():
+    dut = LocalPlanner(Counter(), make_task())
+    simulator = make_simulator(dut)
+    context = simulator.get_context()
+    assert path_of(dut, context).shape == (0, 3)
+    simulator.AdvanceTo(0.09)
+    path = path_of(dut, context)
+    np.testing.assert_array_equal(path, np.full((2, 2), 0.5))
+    assert not path.flags.writeable
+    clone = context.Clone()
+    simulator.AdvanceTo(0.19)
+    assert len(path_of(dut, context)) == 4
+    assert len(path_of(dut, clone)) == 2
+
+
+def plan_that_gives(plan, memory=()):
+    class Wild(Planner):
+        initial_memory = memory
+
+        def plan(self, task, view, memory):
+            return plan
+
+    return Wild()
+
+
+DRIVING = PlannerStatus.DRIVING
+
+
 @pytest.mark.parametrize(
-    ("v", "memory", "words"),
+    ("plan", "words"),
     [
-        (float("nan"), (), "got Plan.v=nan"),
-        (float("inf"), (), "got Plan.v=inf"),
-        (0.5, (1.0, 2.0), "a memory of 0 numbers, got .*memory=.1.0, 2.0"),
+        (Plan(float("nan"), 0.0, DRIVING), "finite v .*got Plan.v=nan"),
+        (Plan(float("inf"), 0.0, DRIVING), "finite v .*got Plan.v=inf"),
+        (Plan(0.5, 0.0, DRIVING, memory=[1]), r"immutable value.*got \[1\]"),
+        (Plan(0.5, 0.0, DRIVING, memory={}), r"immutable value.*got {}"),
+        (
+            Plan(0.5, 0.0, DRIVING, memory=np.zeros(2)),
+            "immutable value.*read-only array; got array",
+        ),
+        (Plan(0.5, 0.0, DRIVING, path=np.zeros(3)), "a path .*of shape"),
+        (Plan(0.5, 0.0, DRIVING, path=[[0, 0]]), "a path that is an array"),
+        (Plan(0.5, 0.0, DRIVING, path=np.full((1, 2), np.nan)), "finite"),
+        ((0.5, 0.0), r"must give a Plan, got \(0.5, 0"),
     ],
 )
-def test_a_plan_that_cannot_be_is_told(v, memory, words):
-    class Wild:
-        memory_size = 0
-
-        def plan(self, task, robot, humans, goal, memory_before):
-            return Plan(v, 0.0, PlannerStatus.DRIVING, memory)
-
-    dut = LocalPlanner(Wild(), make_task(), num_humans=0)
+def test_a_plan_that_cannot_be_is_told(plan, words):
+    dut = LocalPlanner(plan_that_gives(plan), make_task())
     simulator = make_simulator(dut)
     with pytest.raises(RuntimeError, match=rf"t = 0.000 s: Wild.*{words}"):
         simulator.AdvanceTo(0.1)
 
 
-def test_what_is_no_plan_is_told():
-    class Sloppy:
-        memory_size = 0
-
-        def plan(self, task, robot, humans, goal, memory):
-            return 0.5, 0.0
-
-    dut = LocalPlanner(Sloppy(), make_task(), num_humans=0)
+@pytest.mark.parametrize("more", [{"memory": 1}, {"path": np.zeros((1, 2))}])
+def test_nothing_is_lost_of_who_declares_no_memory(more):
+    plan = Plan(0.5, 0.0, DRIVING, **more)
+    dut = LocalPlanner(plan_that_gives(plan, None), make_task())
     simulator = make_simulator(dut)
-    with pytest.raises(RuntimeError, match=r"must give a Plan, got \(0.5, 0"):
+    with pytest.raises(RuntimeError, match=r"Wild.* without an initial_memory"):
+        simulator.AdvanceTo(0.1)
+
+
+def test_only_who_asks_for_a_scan_has_its_port():
+    seen = []
+
+    class Looking(Planner):
+        scan_size = 3
+
+        def plan(self, task, view, memory):
+            seen.append(view.scan.tolist())
+            return Plan(0.0, 0.0, DRIVING)
+
+    dut = LocalPlanner(Looking(), make_task())
+    simulator = make_simulator(dut)
+    context = simulator.get_mutable_context()
+    dut.GetInputPort("scan").FixValue(context, [1.0, 2.0, 3.0])
+    simulator.AdvanceTo(0.01)
+    assert seen == [[1.0, 2.0, 3.0]]
+    other = LocalPlanner(PursuitPlanner(), make_task())
+    assert not other.HasInputPort("scan")
+
+
+def test_a_planner_cannot_write_to_what_it_sees():
+    class Writing(Planner):
+        def plan(self, task, view, memory):
+            view.robot[:] = 0.0
+
+    simulator = make_simulator(LocalPlanner(Writing(), make_task()))
+    with pytest.raises(ValueError, match="read-only"):
         simulator.AdvanceTo(0.1)

@@ -7,6 +7,7 @@ from hunav_drake.systems.planning import (
     PlannerStatus,
     PlanningTask,
     PursuitPlanner,
+    View,
 )
 from hunav_drake.systems.robot import RobotLimits
 from hunav_drake.systems.world.obstacles import Obstacles
@@ -24,12 +25,11 @@ def plan(
         goal_tolerance=0.25,
         goal_yaw_tolerance=0.25,
         obstacles=walls,
-        period=0.05,
+        num_humans=len(humans),
     )
     state = np.array([*robot, 0, 0, 0, 0.3], dtype=float)
-    return PursuitPlanner(**kwargs).plan(
-        task, state, humans, np.array(goal, dtype=float), np.zeros(0)
-    )
+    view = View(state, humans, np.array(goal, dtype=float))
+    return PursuitPlanner(**kwargs).plan(task, view, None)
 
 
 def person(x, y):

@@ -6,14 +6,16 @@ import pytest
 
 from hunav_drake.systems.robot import (
     DifferentialDrive,
-    RobotConfig,
+    DifferentialDriveConfig,
     RobotLimits,
 )
 
 
 @pytest.fixture
 def dut():
-    return DifferentialDrive(RobotConfig(start=[1, 2, 0.5], radius=0.3))
+    return DifferentialDrive(
+        DifferentialDriveConfig(start=[1, 2, 0.5], radius=0.3)
+    )
 
 
 def simulate(dut, command, times, context=None):
@@ -54,7 +56,9 @@ def test_drives_backwards_no_faster_than_allowed(dut):
 
 def test_a_steady_command_drives_an_exact_circle():
     limits = RobotLimits(max_acceleration=100.0, max_turn_acceleration=1000.0)
-    dut = DifferentialDrive(RobotConfig(limits=limits), time_step=0.1)
+    dut = DifferentialDrive(
+        DifferentialDriveConfig(limits=limits), time_step=0.1
+    )
     times = 0.1 * np.arange(1, 80) - 0.01
     states = simulate(dut, [0.8, 0.5], times)
     center = np.array([0, 1.6])
@@ -107,11 +111,11 @@ def test_a_command_that_is_no_number_is_an_error_with_its_place(dut):
 @pytest.mark.parametrize("time_step", [0.0, -1.0, math.nan])
 def test_a_bad_step_is_refused(time_step):
     with pytest.raises(ValueError, match="time_step must be positive"):
-        DifferentialDrive(RobotConfig(), time_step=time_step)
+        DifferentialDrive(DifferentialDriveConfig(), time_step=time_step)
 
 
 def test_a_bad_configuration_is_refused():
     with pytest.raises(ValueError, match=r"must be in \(0, 5\] m, got 0"):
-        RobotConfig(radius=0.0)
+        DifferentialDriveConfig(radius=0.0)
     with pytest.raises(ValueError, match=r"must be in \(0, 10\] m/s, got -1"):
         RobotLimits(max_speed=-1.0)

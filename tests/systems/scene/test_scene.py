@@ -9,7 +9,7 @@ from pydrake.systems.framework import DiagramBuilder
 import pytest
 
 from hunav_drake.systems.people.human_config import HumanConfig
-from hunav_drake.systems.robot.robot_config import RobotConfig
+from hunav_drake.systems.robot import DifferentialDriveConfig
 from hunav_drake.systems.scene import AddScene, SceneKinematics, scene_bounds
 from hunav_drake.systems.scene.gait import FIGURE_SIZE, SHIN, THIGH
 from hunav_drake.systems.scene.scene import frame_period
@@ -102,7 +102,7 @@ def mesh_vertices(shape: Mesh) -> np.ndarray:
 
 
 def test_everybody_is_where_the_states_say():
-    dut = Trial(robot=RobotConfig())
+    dut = Trial(robot=DifferentialDriveConfig())
     for name, state in zip(dut.ports.human_names, STATES, strict=True):
         assert_pose(dut.X_WB(name), *state[:3])
     assert_pose(dut.X_WB("robot"), *ROBOT_STATE[:3])
@@ -224,7 +224,7 @@ def test_walls_stand_where_the_world_says():
 def test_the_floor_reaches_under_everything():
     world = World(walls=[Polyline(points=[(-30, 5), (-28, 5)])])
     humans = [HumanConfig(pose=(4.0, 0.0, 0.0), goals=[(9.0, 20.0)])]
-    dut = Trial(world, humans, RobotConfig(start=(0, -7, 0)))
+    dut = Trial(world, humans, DifferentialDriveConfig(start=(0, -7, 0)))
     floor = dut.geometry("floor")
     half = dut.inspector.GetShape(floor).size() / 2
     middle = dut.inspector.GetPoseInFrame(floor).translation()
@@ -253,7 +253,9 @@ def test_walls_that_are_degenerate_are_drawn_too():
 
 def test_cameras_see_people_and_walls_but_no_marks():
     humans = [HumanConfig(pose=(0.0, 0.0, 0.0), goals=[(1.0, 1.0)])]
-    dut = Trial(humans=humans, robot=RobotConfig(goal=(5.0, 0.0, 1.0)))
+    dut = Trial(
+        humans=humans, robot=DifferentialDriveConfig(goal=(5.0, 0.0, 1.0))
+    )
     inspector = dut.inspector
     ids = inspector.GetGeometryIds(
         GeometrySet(inspector.GetAllFrameIds()), Role.kPerception
@@ -268,11 +270,11 @@ def test_cameras_see_people_and_walls_but_no_marks():
 
 def test_nothing_collides():
     """The scene is for the eyes: it has no part in any physics."""
-    dut = Trial(robot=RobotConfig())
+    dut = Trial(robot=DifferentialDriveConfig())
     assert dut.inspector.NumGeometriesWithRole(Role.kProximity) == 0
 
 
-@pytest.mark.parametrize("robot", [None, RobotConfig()])
+@pytest.mark.parametrize("robot", [None, DifferentialDriveConfig()])
 def test_a_scene_without_people(robot):
     dut = Trial(humans=[], robot=robot)
     dut.simulator.AdvanceTo(0.2)
@@ -287,7 +289,7 @@ def test_odd_names_become_valid_and_unique():
     names = ["a/b", "a b", "robot", "", "human_4", "José", "--", "a_b"]
     humans = [HumanConfig(name=n, pose=(0.0, 0.0, 0.0)) for n in names]
     builder = DiagramBuilder()
-    dut = AddScene(builder, World(), humans, RobotConfig())
+    dut = AddScene(builder, World(), humans, DifferentialDriveConfig())
     assert dut.human_names[0] == "a_b"
     assert len({*dut.human_names, "robot"}) == len(names) + 1
     for name in dut.human_names:
@@ -323,7 +325,7 @@ def test_two_contexts_do_not_disturb_each_other():
 
 
 def test_a_cloned_context_continues_to_the_same_future():
-    dut = Trial(robot=RobotConfig())
+    dut = Trial(robot=DifferentialDriveConfig())
     dut.simulator.AdvanceTo(0.7)
     fork = Simulator(dut.diagram, dut.context.Clone())
     fork.Initialize()
@@ -374,7 +376,9 @@ def test_bounds_hold_people_robot_and_goals():
     bounds = scene_bounds(
         World(),
         [HumanConfig(pose=(1.0, 2.0, 0.0), radius=0.5, goals=[(-4.0, 0.0)])],
-        RobotConfig(start=(0, 0, 0), goal=(3.0, -6.0, 0.0), radius=0.25),
+        DifferentialDriveConfig(
+            start=(0, 0, 0), goal=(3.0, -6.0, 0.0), radius=0.25
+        ),
         margin=1.0,
     )
     assert bounds.x_min == -5.5
@@ -408,12 +412,12 @@ pydrake.geometry.MeshcatVisualizer = Forbidden
 
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
-from hunav_drake.systems.robot.robot_config import RobotConfig
+from hunav_drake.systems.robot import DifferentialDriveConfig
 from hunav_drake.systems.scene import AddScene
 from hunav_drake.systems.world.shapes import World
 
 builder = DiagramBuilder()
-ports = AddScene(builder, World(), [], RobotConfig())
+ports = AddScene(builder, World(), [], DifferentialDriveConfig())
 assert ports.visualizer is None
 builder.ExportInput(ports.robot_state)
 diagram = builder.Build()

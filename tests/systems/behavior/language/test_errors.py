@@ -9,10 +9,10 @@ import pytest
 from hunav_drake.systems.behavior import (
     BehaviorTreeError,
     LoadTree,
+    NodeStatus,
     ParseTree,
     Person,
     RenderBehaviorTree,
-    Status,
     WriteTree,
 )
 from hunav_drake.systems.people.human_config import HumanConfig
@@ -631,7 +631,7 @@ def test_deepest_accepted_tree_with_conditions_works():
     outcome, _ = dut.trace(
         person, dut.initial_memory(person), np.zeros(7), np.zeros(7)
     )
-    assert outcome.status is Status.SUCCESS
+    assert outcome.node_status is NodeStatus.SUCCESS
     assert ParseTree(WriteTree(dut)).slots == dut.slots
     assert len(str(RenderBehaviorTree(dut)).splitlines()) == len(dut.nodes)
 
@@ -644,4 +644,4 @@ def test_deepest_accepted_tree_ticks():
     outcome, _ = dut.trace(
         person, dut.initial_memory(person), np.zeros(7), np.zeros(7)
     )
-    assert outcome.status is Status.FAILURE
+    assert outcome.node_status is NodeStatus.FAILURE

@@ -10,11 +10,11 @@ from hunav_drake.systems.behavior import (
     NODE_TYPES,
     BehaviorTreeError,
     LoadTree,
+    NodeStatus,
     ParseTree,
     Person,
-    Status,
 )
-from hunav_drake.systems.behavior.language.groot import tree_nodes_model
+from hunav_drake.systems.behavior.writer import tree_nodes_model
 from hunav_drake.systems.common.layout import Command, RobotRole
 from hunav_drake.systems.people.human_config import HumanConfig
 
@@ -127,7 +127,7 @@ def test_files_may_include_a_file_that_another_includes(tmp_path):
     (tmp_path / "sub" / "c.xml").write_text(
         '<root><BehaviorTree ID="C"><AlwaysFailure/></BehaviorTree></root>'
     )
-    assert tick(LoadTree(tmp_path / "a.xml")).status is Status.FAILURE
+    assert tick(LoadTree(tmp_path / "a.xml")).node_status is NodeStatus.FAILURE
 
 
 def test_files_outside_are_included_if_that_is_allowed(tmp_path):
@@ -143,7 +143,7 @@ def test_files_outside_are_included_if_that_is_allowed(tmp_path):
     with pytest.raises(BehaviorTreeError, match="allow_outside=True"):
         LoadTree(path)
     dut = LoadTree(path, allow_outside=True)
-    assert tick(dut).status is Status.FAILURE
+    assert tick(dut).node_status is NodeStatus.FAILURE
 
 
 def test_formats_name_leaves_by_tag_or_by_id():
@@ -177,8 +177,8 @@ def test_subtree_takes_ports(subtree):
         See2='<IsRobotVisible distance="{r}"/>',
         See3='<IsRobotVisible distance="{@r}"/>',
     )
-    assert tick(dut).status is Status.SUCCESS
-    assert tick(dut, robot=FAR_ROBOT).status is Status.FAILURE
+    assert tick(dut).node_status is NodeStatus.SUCCESS
+    assert tick(dut, robot=FAR_ROBOT).node_status is NodeStatus.FAILURE
 
 
 def test_subtree_of_format_3_can_share_the_blackboard():
@@ -188,7 +188,7 @@ def test_subtree_of_format_3_can_share_the_blackboard():
         version=3,
         See='<IsRobotVisible distance="{r}"/>',
     )
-    assert tick(dut).status is Status.SUCCESS
+    assert tick(dut).node_status is NodeStatus.SUCCESS
 
 
 def test_subtree_keeps_its_own_entries():
@@ -207,8 +207,8 @@ def test_literal_of_a_subtree_can_be_changed_in_it():
         '<SetBlackboard output_key="d" value="1"/></Sequence>',
     )
     first = tick(dut)
-    assert first.status is Status.SUCCESS
-    assert tick(dut, first.memory).status is Status.FAILURE
+    assert first.node_status is NodeStatus.SUCCESS
+    assert tick(dut, first.memory).node_status is NodeStatus.FAILURE
 
 
 def test_two_uses_of_a_subtree_remember_apart():
@@ -225,7 +225,7 @@ def test_equals_sign_stands_for_the_name_of_the_port():
         '<Sequence><SetBlackboard output_key="distance" value="3"/>'
         '<IsRobotVisible distance="{=}"/></Sequence>'
     )
-    assert tick(dut).status is Status.SUCCESS
+    assert tick(dut).node_status is NodeStatus.SUCCESS
 
 
 def test_port_follows_the_entry_as_it_changes():
@@ -237,8 +237,8 @@ def test_port_follows_the_entry_as_it_changes():
         '<SetBlackboard output_key="{d}" value="1"/></Sequence>'
     )
     first = tick(dut)
-    assert first.status is Status.SUCCESS
-    assert tick(dut, first.memory).status is Status.FAILURE
+    assert first.node_status is NodeStatus.SUCCESS
+    assert tick(dut, first.memory).node_status is NodeStatus.FAILURE
 
 
 @pytest.mark.parametrize(
@@ -255,7 +255,7 @@ def test_copying_an_entry_that_is_not_set_fails():
         '<SetBlackboard output_key="b" value="1"/></Fallback>'
     )
     first = tick(dut)
-    assert first.status is Status.SUCCESS
+    assert first.node_status is NodeStatus.SUCCESS
     assert dict(zip(dut.slots, first.memory, strict=True))["{b}"] == 1
 
 
@@ -282,7 +282,7 @@ def test_truth_from_the_blackboard():
         '<Sequence><SetBlackboard output_key="t" value="false"/>'
         '<TimeExpiredCondition seconds="0.1" only_once="{t}"/></Sequence>'
     )
-    assert tick(dut).status is Status.SUCCESS
+    assert tick(dut).node_status is NodeStatus.SUCCESS
 
 
 @pytest.mark.parametrize("name", BEHAVIORS)
@@ -291,25 +291,28 @@ def test_shipped_tree_loads(name):
     assert dut.file == str(BEHAVIORS[name])
     # The robot stands in the way: whoever cooperates is walking past it.
     passing = name == "cooperative"
-    assert tick(dut).status is (Status.RUNNING if passing else Status.SUCCESS)
-    assert tick(dut, robot=FAR_ROBOT).status is Status.SUCCESS
+    assert tick(dut).node_status is (
+        NodeStatus.RUNNING if passing else NodeStatus.SUCCESS
+    )
+    assert tick(dut, robot=FAR_ROBOT).node_status is NodeStatus.SUCCESS
 
 
-@pytest.mark.parametrize("name", BEHAVIORS)
-def test_shipped_tree_tells_groot_of_our_nodes(name):
-    """The model in the file is that of the leaves as they are."""
+def test_shipped_trees_tell_groot_of_our_nodes():
+    """The model that they all include is that of the leaves as they are."""
     ours = [
         node_type
         for node_type in NODE_TYPES.values()
         if node_type.source.startswith("hunav_drake.")
     ]
-    written = ET.parse(BEHAVIORS[name]).getroot().find("TreeNodesModel")
-    for subtree in written.findall("SubTree"):
-        written.remove(subtree)
+    file = BEHAVIORS["regular"].with_name("node_models.xml")
+    written = ET.parse(file).getroot().find("TreeNodesModel")
     expected = ET.fromstring(tree_nodes_model(ours))
     assert ET.canonicalize(
         ET.tostring(written), strip_text=True
     ) == ET.canonicalize(ET.tostring(expected), strip_text=True)
+    for name in BEHAVIORS:
+        models = LoadTree(name).documents.models
+        assert any(model.place.file == str(file) for model in models)
 
 
 def test_description_shows_nodes_and_memory():
@@ -384,7 +387,7 @@ def test_number_is_a_text_where_the_entry_holds_texts():
         '<AlwaysSuccess/><AlwaysFailure/><SetBlackboard output_key="m"'
         ' value="none"/></Switch2></Sequence>'
     )
-    assert tick(dut).status is Status.FAILURE
+    assert tick(dut).node_status is NodeStatus.FAILURE
     assert dut.texts == ("1", "01", "none")
 
 
@@ -468,8 +471,8 @@ def test_subtree_takes_the_defaults_of_its_model(subtree, default, sees):
         '<BehaviorTree ID="See"><IsRobotVisible distance="{d}"/>'
         f"</BehaviorTree>{MODEL.replace('{}', default)}</root>"
     )
-    expected = Status.SUCCESS if sees else Status.FAILURE
-    assert tick(dut).status is expected
+    expected = NodeStatus.SUCCESS if sees else NodeStatus.FAILURE
+    assert tick(dut).node_status is expected
 
 
 GIVEN_PORTS = """
@@ -488,16 +491,18 @@ def given_ports(tree, default, main='<SubTree ID="See"/>'):
 
 
 @pytest.mark.parametrize(
-    ("distance", "status"), [(3, Status.SUCCESS), (1, Status.FAILURE)]
+    ("distance", "status"), [(3, NodeStatus.SUCCESS), (1, NodeStatus.FAILURE)]
 )
 def test_subtree_may_have_a_port_named_id(distance, status):
-    assert tick(given_ports("See", f'default="{distance}"')).status is status
+    assert (
+        tick(given_ports("See", f'default="{distance}"')).node_status is status
+    )
 
 
 def test_id_of_the_main_tree_is_that_of_the_person():
     """A declaration is welcome, as files of HuNavSim have it."""
     main = '<SubTree ID="See" id="{id}"/>'
-    assert tick(given_ports("Main", "", main)).status is Status.SUCCESS
+    assert tick(given_ports("Main", "", main)).node_status is NodeStatus.SUCCESS
     with pytest.raises(
         BehaviorTreeError,
         match="<text>:6: the port id of the main tree cannot have a default",

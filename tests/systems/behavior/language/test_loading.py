@@ -74,27 +74,27 @@ def test_fault_in_an_included_file_names_that_file(tmp_path):
     assert caught.value.place == (str(tmp_path / "b.xml"), 2)
 
 
-def no_ports(moment):
+def no_ports(context):
     return True
 
 
-def bad_annotation(moment, *, port: list):
+def bad_annotation(context, *, port: list):
     return True
 
 
-def no_annotation(moment, *, port):
+def no_annotation(context, *, port):
     return True
 
 
-def any_ports(moment, **ports):
+def any_ports(context, **ports):
     return True
 
 
-def two(moment, own):
+def two(context, own):
     return True
 
 
-def bad_default(moment, *, port: float = "x"):
+def bad_default(context, *, port: float = "x"):
     return True
 
 

@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from hunav_drake.systems.behavior import LoadTree, ParseTree, Person, Status
+from hunav_drake.systems.behavior import LoadTree, NodeStatus, ParseTree, Person
 from hunav_drake.systems.common.layout import Command, RobotRole
 from hunav_drake.systems.people.human_config import HumanConfig
 
@@ -55,7 +55,7 @@ def walk(tree, who, places):
 def condition(xml, who, human_states, robots=NO_ROBOT):
     dut = ParseTree(f"<root><BehaviorTree>{xml}</BehaviorTree></root>")
     outcome = dut.tick(who, dut.initial_memory(who), human_states, robots)
-    return outcome.status is Status.SUCCESS
+    return outcome.node_status is NodeStatus.SUCCESS
 
 
 @pytest.mark.parametrize("form", FORMS)
@@ -205,8 +205,8 @@ def test_timer_adds_up_the_steps(seconds, time_step, failures):
     )
     memory = dut.initial_memory(who)
     ticks = 0
-    status = Status.FAILURE
-    while status is Status.FAILURE:
+    status = NodeStatus.FAILURE
+    while status is NodeStatus.FAILURE:
         status, _, _, memory = dut.tick(who, memory, at(0, 0), NO_ROBOT)
         ticks += 1
     assert ticks == failures + 1

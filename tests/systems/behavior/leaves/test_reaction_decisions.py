@@ -211,7 +211,7 @@ def test_time_step_is_exact_in_subtrees():
         who, dut.initial_memory(who), np.array(at(0, 0)), np.zeros(0)
     )
     assert step in outcome.memory
-    assert outcome.status.name == "SUCCESS"
+    assert outcome.node_status.name == "SUCCESS"
 
 
 @pytest.mark.parametrize("number", [0, 1, 2, 7])
@@ -242,7 +242,7 @@ def test_timers_count_simulated_time(monkeypatch):
     for clock in ("time", "monotonic", "perf_counter"):
         monkeypatch.setattr(time, clock, lambda: next(ticking))
     dut = BehaviorTree(
-        LoadTree("curious", {"duration": 1.0}), human("regular"), 0, 1
+        [LoadTree("curious", {"duration": 1.0})], [human("regular")]
     )
     simulator = Simulator(dut)
     context = simulator.get_mutable_context()

@@ -8,9 +8,9 @@ import pytest
 from hunav_drake.systems.behavior import (
     BEHAVIORS,
     LoadTree,
+    NodeStatus,
     ParseTree,
     Person,
-    Status,
 )
 from hunav_drake.systems.common.layout import Command, RobotRole
 from hunav_drake.systems.people.human_config import HumanConfig
@@ -54,21 +54,27 @@ class TestSight:
         dut = tree_of('<IsRobotVisible distance="4"/>')
         robot = at(2.0, 0.0)
         who = person(obstacles=WALL)
-        assert tick(dut, robot=robot).status is Status.SUCCESS
-        assert tick(dut, who, robot=robot).status is Status.FAILURE
-        assert tick(dut, who, robot=at(2.0, 2.5)).status is Status.SUCCESS
-        assert tick(dut, who, robot=at(0.9, 0.0)).status is Status.SUCCESS
+        assert tick(dut, robot=robot).node_status is NodeStatus.SUCCESS
+        assert tick(dut, who, robot=robot).node_status is NodeStatus.FAILURE
+        assert (
+            tick(dut, who, robot=at(2.0, 2.5)).node_status is NodeStatus.SUCCESS
+        )
+        assert (
+            tick(dut, who, robot=at(0.9, 0.0)).node_status is NodeStatus.SUCCESS
+        )
 
     def test_occlusion_can_be_turned_off(self):
         dut = tree_of('<IsRobotVisible distance="4" occlusion="false"/>')
         who = person(obstacles=WALL)
-        assert tick(dut, who, robot=at(2.0, 0.0)).status is Status.SUCCESS
+        assert (
+            tick(dut, who, robot=at(2.0, 0.0)).node_status is NodeStatus.SUCCESS
+        )
 
     def test_of_two_robots_one_in_view_is_enough(self):
         dut = tree_of('<IsRobotVisible distance="4"/>')
         robots = np.concatenate([at(2.0, 0.0), at(0.0, 2.0)])
-        assert tick(dut, person(obstacles=WALL), robot=robots).status is (
-            Status.SUCCESS
+        assert tick(dut, person(obstacles=WALL), robot=robots).node_status is (
+            NodeStatus.SUCCESS
         )
 
     @pytest.mark.parametrize("time_step", [0.05, 0.01])
@@ -76,19 +82,19 @@ class TestSight:
         dut = tree_of('<IsRobotVisible distance="4" memory="1.0"/>')
         who = person(time_step=time_step)
         outcome = tick(dut, who, robot=at(9.0, 0.0))
-        assert outcome.status is Status.FAILURE
+        assert outcome.node_status is NodeStatus.FAILURE
         outcome = tick(dut, who, None, at(3.0, 0.0), outcome.memory)
         for _ in range(round(1.0 / time_step)):
             outcome = tick(dut, who, None, at(-3.0, 0.0), outcome.memory)
-            assert outcome.status is Status.SUCCESS
+            assert outcome.node_status is NodeStatus.SUCCESS
         outcome = tick(dut, who, None, at(-3.0, 0.0), outcome.memory)
-        assert outcome.status is Status.FAILURE
+        assert outcome.node_status is NodeStatus.FAILURE
 
     def test_by_default_out_of_sight_is_out_of_mind(self):
         dut = tree_of('<IsRobotVisible distance="4"/>')
         outcome = tick(dut, robot=at(3.0, 0.0))
         outcome = tick(dut, robot=at(-3.0, 0.0), memory=outcome.memory)
-        assert outcome.status is Status.FAILURE
+        assert outcome.node_status is NodeStatus.FAILURE
 
 
 APPROACHING = {
@@ -108,7 +114,7 @@ def test_approaching_is_driving_at_the_person(name):
     robot, expected = APPROACHING[name]
     dut = tree_of('<IsRobotApproaching distance="5" width="1"/>')
     outcome = tick(dut, robot=robot)
-    assert (outcome.status is Status.SUCCESS) == expected
+    assert (outcome.node_status is NodeStatus.SUCCESS) == expected
 
 
 @pytest.mark.parametrize(
@@ -118,20 +124,20 @@ def test_head_on_is_within_60_degrees_of_opposite(yaw, expected):
     dut = tree_of('<IsRobotApproaching distance="5" head_on="true"/>')
     robot = at(3.0, 0.0, math.pi, -0.5)
     outcome = tick(dut, human=at(0.0, 0.0, yaw), robot=robot)
-    assert (outcome.status is Status.SUCCESS) == expected
+    assert (outcome.node_status is NodeStatus.SUCCESS) == expected
 
 
 def test_robot_behind_a_wall_does_not_approach():
     robot = at(3.0, 0.0, math.pi, -0.5)
     who = person(obstacles=WALL)
     for occlusion, status in (
-        ("true", Status.FAILURE),
-        ("false", Status.SUCCESS),
+        ("true", NodeStatus.FAILURE),
+        ("false", NodeStatus.SUCCESS),
     ):
         dut = tree_of(
             f'<IsRobotApproaching distance="5" occlusion="{occlusion}"/>'
         )
-        assert tick(dut, who, robot=robot).status is status
+        assert tick(dut, who, robot=robot).node_status is status
 
 
 @pytest.mark.parametrize("name", REACTIONS)
@@ -191,7 +197,7 @@ class TestReaction:
     def test_fails_without_a_robot(self, name):
         node = f"{name.capitalize()}Nav"
         outcome = tick(tree_of(f"<{node}/>"))
-        assert outcome.status is Status.FAILURE
+        assert outcome.node_status is NodeStatus.FAILURE
         assert outcome.behavior_status == 0
 
     def test_is_to_the_nearest_robot(self, name):
@@ -341,7 +347,9 @@ class TestStepAside:
             tree_of("<StepAside/>"), human=at(0.0, y), robot=self.COMING
         )
         arrived = abs(spot - y) <= 0.1
-        assert outcome.status is (Status.SUCCESS if arrived else Status.RUNNING)
+        assert outcome.node_status is (
+            NodeStatus.SUCCESS if arrived else NodeStatus.RUNNING
+        )
         if not arrived:
             assert wish(outcome)[Command.GOAL_X] == pytest.approx(0.0)
             assert wish(outcome)[Command.GOAL_Y] == pytest.approx(spot)
@@ -375,7 +383,7 @@ class TestStepAside:
         assert wish(second)[Command.GOAL_Y] == wish(first)[Command.GOAL_Y]
         there = at(0.0, -1.0)
         third = tick(dut, human=there, robot=other, memory=second.memory)
-        assert third.status is Status.SUCCESS
+        assert third.node_status is NodeStatus.SUCCESS
         fourth = tick(dut, robot=other, memory=third.memory)
         assert wish(fourth)[Command.GOAL_Y] == pytest.approx(-0.5)
 
@@ -384,7 +392,7 @@ class TestStepAside:
         assert wish(outcome)[Command.GOAL_Y] == pytest.approx(-1.0)
 
     def test_without_a_robot_it_fails(self):
-        assert tick(tree_of("<StepAside/>")).status is Status.FAILURE
+        assert tick(tree_of("<StepAside/>")).node_status is NodeStatus.FAILURE
 
 
 def test_standing_still_is_looking_at_the_robot():
@@ -392,7 +400,7 @@ def test_standing_still_is_looking_at_the_robot():
     assert wish(outcome)[Command.HOLD] == 1
     assert wish(outcome)[Command.YAW_TARGET] == pytest.approx(math.pi / 2)
     outcome = tick(tree_of("<StandStill/>"))
-    assert outcome.status is Status.SUCCESS
+    assert outcome.node_status is NodeStatus.SUCCESS
     assert wish(outcome)[Command.TURN_RATE] == 0
 
 
@@ -488,13 +496,16 @@ def test_cooperative_person_waits_for_a_robot_that_stops_near():
 
 def test_robot_that_stands_approaches_up_to_its_own_distance():
     standing = at(3.0, 0.0, math.pi)
-    for distance, expected in ((2.9, Status.FAILURE), (3.1, Status.SUCCESS)):
+    for distance, expected in (
+        (2.9, NodeStatus.FAILURE),
+        (3.1, NodeStatus.SUCCESS),
+    ):
         dut = tree_of(
             f'<IsRobotApproaching distance="9" standing_distance="{distance}"/>'
         )
-        assert tick(dut, robot=standing).status is expected
+        assert tick(dut, robot=standing).node_status is expected
         away = at(3.0, 0.0, 0.0)
-        assert tick(dut, robot=away).status is Status.FAILURE
+        assert tick(dut, robot=away).node_status is NodeStatus.FAILURE
 
 
 IN_THE_WAY = {
@@ -515,14 +526,17 @@ def test_in_the_way_is_between_the_person_and_the_goal(name):
     far = "3" if "goal" not in name else "99"
     dut = tree_of(f'<IsRobotInTheWay distance="{far}" clearance="1"/>')
     outcome = tick(dut, robot=robot)
-    assert (outcome.status is Status.SUCCESS) == expected
-    assert tick(dut, person(goals=[]), robot=robot).status is Status.FAILURE
+    assert (outcome.node_status is NodeStatus.SUCCESS) == expected
+    assert (
+        tick(dut, person(goals=[]), robot=robot).node_status
+        is NodeStatus.FAILURE
+    )
 
 
 def test_robot_behind_a_wall_is_not_in_the_way():
     dut = tree_of('<IsRobotInTheWay distance="3"/>')
     who = person(obstacles=WALL)
-    assert tick(dut, who, robot=at(2.0, 0.0)).status is Status.FAILURE
+    assert tick(dut, who, robot=at(2.0, 0.0)).node_status is NodeStatus.FAILURE
 
 
 @pytest.mark.parametrize(("y", "side"), [(0.2, 1), (0.0, -1), (-0.2, -1)])
@@ -531,14 +545,14 @@ def test_passing_by_leads_past_the_robot_on_the_persons_side(y, side):
     who = person(goals=[(9.0, y)])
     human = at(0.0, y)
     outcome = tick(dut, who, human, at(2.0, 0.0, math.pi))
-    assert outcome.status is Status.RUNNING
+    assert outcome.node_status is NodeStatus.RUNNING
     assert outcome.behavior_status == 1
     command = wish(outcome)
     assert command[Command.GOAL_X] > 0
     assert command[Command.GOAL_Y] == pytest.approx(1.1 * side)
     assert command[Command.ROBOT_ROLE] == RobotRole.OBSTACLE
     for robot in (at(-0.1, 0.0), at(4.0, 0.0), NO_ROBOT):
-        assert tick(dut, who, human, robot).status is Status.SUCCESS
+        assert tick(dut, who, human, robot).node_status is NodeStatus.SUCCESS
 
 
 # Standing; without walls, the person walks along the x-axis.
@@ -626,8 +640,8 @@ def test_passing_by_does_not_end_and_begin_again_at_its_distance():
     dut = tree_of('<PassBy distance="3"/>')
     near = tick(dut, person(goals=[(9.0, 0.0)]), robot=at(3.4, 0.0))
     far = tick(dut, person(goals=[(9.0, 0.0)]), robot=at(3.6, 0.0))
-    assert near.status is Status.RUNNING
-    assert far.status is Status.SUCCESS
+    assert near.node_status is NodeStatus.RUNNING
+    assert far.node_status is NodeStatus.SUCCESS
 
 
 class TestTwoRobots:
@@ -681,14 +695,14 @@ def test_tracked_robot_is_noticed_while_it_is_near(memory, expected):
     for robot in (at(0.5, 0.0), behind, far, far, far):
         outcome = tick(dut, who, None, robot, kept)
         kept = outcome.memory
-        seen.append(int(outcome.status is Status.SUCCESS))
+        seen.append(int(outcome.node_status is NodeStatus.SUCCESS))
     assert seen == expected
     # A wall ends it.
     outcome = tick(dut, who, None, at(0.5, 0.0))
     for _ in range(2):
         outcome = tick(dut, who, None, at(2.0, 0.0), outcome.memory)
     outcome = tick(dut, who, None, at(2.0, 0.0), outcome.memory)
-    assert outcome.status is Status.FAILURE
+    assert outcome.node_status is NodeStatus.FAILURE
 
 
 @pytest.mark.parametrize(
@@ -700,8 +714,8 @@ def test_standing_still_takes_its_time(seconds, ticks):
     for _ in range(2 * ticks):
         outcome = tick(dut, who, memory=memory)
         memory = outcome.memory
-        statuses.append(outcome.status)
-    once = [*[Status.RUNNING] * (ticks - 1), Status.SUCCESS]
+        statuses.append(outcome.node_status)
+    once = [*[NodeStatus.RUNNING] * (ticks - 1), NodeStatus.SUCCESS]
     assert statuses == 2 * once
 
 

@@ -11,17 +11,23 @@ from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest
 
-from hunav_drake.systems.behavior import ParseTree, Person, Status
+from hunav_drake.systems.behavior import NodeStatus, ParseTree, Person
 from hunav_drake.systems.behavior.nodes import registry
-from hunav_drake.systems.behavior.nodes.node import Built, NodeType, Port
+from hunav_drake.systems.behavior.nodes.node import (
+    Built,
+    NodeType,
+)
+from hunav_drake.systems.behavior.nodes.port import (
+    Port,
+)
 from hunav_drake.systems.people.human_config import HumanConfig
 
 LETTERS = {
-    "S": Status.SUCCESS,
-    "F": Status.FAILURE,
-    "R": Status.RUNNING,
-    "K": Status.SKIPPED,
-    "-": Status.IDLE,
+    "S": NodeStatus.SUCCESS,
+    "F": NodeStatus.FAILURE,
+    "R": NodeStatus.RUNNING,
+    "K": NodeStatus.SKIPPED,
+    "-": NodeStatus.IDLE,
 }
 NAMES = {status: letter for letter, status in LETTERS.items()}
 PERSON = Person.from_config(
@@ -34,7 +40,7 @@ def build_script(node, children):
     results = node.constant("results")
     slot = node.slot("at")
 
-    def tick(memory, moment):
+    def tick(memory, context):
         at = int(memory[slot])
         memory[slot] = (at + 1) % len(results)
         return LETTERS[results[at]]
@@ -431,8 +437,8 @@ def test_without_running_nodes_trees_are_logic(tree):
     memory = dut.initial_memory(PERSON)
     for _ in range(2):
         outcome = dut.tick(PERSON, memory, NOBODY, NOBODY)
-        expected = Status.SUCCESS if holds(tree) else Status.FAILURE
-        assert outcome.status is expected
+        expected = NodeStatus.SUCCESS if holds(tree) else NodeStatus.FAILURE
+        assert outcome.node_status is expected
         if "SequenceWithMemory" in str(tree):
             break
         memory = outcome.memory

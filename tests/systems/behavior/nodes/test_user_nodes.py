@@ -11,9 +11,9 @@ from hunav_drake.systems.behavior import (
     BehaviorTree,
     BehaviorTreeError,
     LoadTree,
+    NodeStatus,
     ParseTree,
     Person,
-    Status,
     WriteTree,
     register_action,
     register_condition,
@@ -64,14 +64,14 @@ def waving(tmp_path):
         "IsRobotCloser", memory={"was close": 0.0, "times": 0.0}
     )
     def is_robot_closer(
-        moment,
+        context,
         own,
         *,
         distance: Annotated[float, within(0, 100, "m")],
         times: int = 1,
     ) -> bool:
         """Holds from the n-th time on that a robot has come close."""
-        close = any(robot[X] < distance for robot in moment.robots)
+        close = any(robot[X] < distance for robot in context.robots)
         if close and not own[0]:
             own[1] += 1
         own[0] = close
@@ -79,23 +79,23 @@ def waving(tmp_path):
 
     @register_action("Wave", memory={"ticks": 0.0})
     def wave(
-        moment,
+        context,
         own,
         *,
         seconds: float,
         hand: Literal["left", "right"] = "right",
         often: bool = False,
-    ) -> Status:
+    ) -> NodeStatus:
         """Stands, and turns to one side."""
         own[0] += 1
-        moment.behavior_status = 1
-        moment.command[Command.HOLD] = 1.0
+        context.behavior_status = 1
+        context.command[Command.HOLD] = 1.0
         side = 1.0 if hand == "left" else -1.0
-        moment.command[Command.YAW_TARGET] = moment.state[YAW] + side
-        if own[0] * moment.person.time_step < seconds:
-            return Status.RUNNING
+        context.command[Command.YAW_TARGET] = context.state[YAW] + side
+        if own[0] * context.person.time_step < seconds:
+            return NodeStatus.RUNNING
         own[0] = 0.0
-        return Status.SUCCESS
+        return NodeStatus.SUCCESS
 
     path = tmp_path / "waving.xml"
     path.write_text(WAVING)
@@ -181,7 +181,7 @@ def test_ports_are_typed(node, words):
 
 def test_memory_of_a_node_lives_in_the_context(waving):
     """A clone in the middle of a wave continues as the run goes through."""
-    dut = BehaviorTree(waving, HUMAN, 0, 1, time_step=0.125)
+    dut = BehaviorTree([waving], [HUMAN], time_step=0.125)
     simulator = Simulator(dut)
     context = simulator.get_mutable_context()
     dut.get_human_states_input_port().FixValue(context, ME)
@@ -193,7 +193,7 @@ def test_memory_of_a_node_lives_in_the_context(waving):
             robot = ROBOT.copy()
             robot[X] = distance
             dut.get_robot_state_input_port().FixValue(context, robot)
-            result.append(dut.get_command_output_port().Eval(context).copy())
+            result.append(dut.get_commands_output_port().Eval(context).copy())
             simulator.AdvanceTo(context.get_time() + 0.125)
         return result
 
@@ -208,7 +208,7 @@ def test_memory_of_a_node_lives_in_the_context(waving):
 
 def test_own_condition_has_ports_and_memory():
     @register_condition("IsNthTick", memory={"running": 1.0})
-    def is_nth_tick(moment, own, *, n: int, odd: bool = False) -> bool:
+    def is_nth_tick(context, own, *, n: int, odd: bool = False) -> bool:
         own[0] += 1
         return own[0] - 1 == n
 
@@ -217,8 +217,8 @@ def test_own_condition_has_ports_and_memory():
     for _ in range(4):
         outcome = tick(dut, memory)
         memory = outcome.memory
-        results.append(outcome.status)
-    assert [status is Status.SUCCESS for status in results] == [
+        results.append(outcome.node_status)
+    assert [status is NodeStatus.SUCCESS for status in results] == [
         False,
         False,
         True,
@@ -228,22 +228,22 @@ def test_own_condition_has_ports_and_memory():
 
 def test_own_action_commands_and_reports():
     @register_action("Stop")
-    def stop(moment):
-        moment.command[Command.HOLD] = 1.0
-        moment.behavior_status = 1
-        return Status.RUNNING
+    def stop(context):
+        context.command[Command.HOLD] = 1.0
+        context.behavior_status = 1
+        return NodeStatus.RUNNING
 
     outcome = tick(parse("<Stop/>"))
-    assert outcome.status is Status.RUNNING
+    assert outcome.node_status is NodeStatus.RUNNING
     assert outcome.command[Command.HOLD] == 1.0
     assert outcome.behavior_status == 1
 
 
 def test_halted_action_begins_anew():
     @register_action("Count", memory={"ticks": 5.0})
-    def count(moment, own):
+    def count(context, own):
         own[0] += 1
-        return Status.RUNNING
+        return NodeStatus.RUNNING
 
     dut = parse(
         "<ReactiveSequence><Inverter>"
@@ -258,10 +258,10 @@ def test_halted_action_begins_anew():
     assert counts == [6, 7, 5, 6]
 
 
-@pytest.mark.parametrize("result", [True, 2, "SUCCESS", Status.SKIPPED])
+@pytest.mark.parametrize("result", [True, 2, "SUCCESS", NodeStatus.SKIPPED])
 def test_action_must_return_a_status(result):
     @register_action("Odd")
-    def odd(moment):
+    def odd(context):
         return result
 
     with pytest.raises(TypeError, match="action Odd must return"):
@@ -270,7 +270,7 @@ def test_action_must_return_a_status(result):
 
 CELL = """
 @register_condition("Maybe")
-def {name}(moment):
+def {name}(context):
     return {result}
 """
 
@@ -286,7 +286,7 @@ def run_cell(name, result, module="__main__", file="<string>"):
 def test_code_that_runs_again_replaces_its_leaf(module):
     run_cell("maybe", True, module)
     run_cell("maybe", False, module)
-    assert tick(parse("<Maybe/>")).status is Status.FAILURE
+    assert tick(parse("<Maybe/>")).node_status is NodeStatus.FAILURE
 
 
 @pytest.mark.parametrize(
@@ -296,7 +296,7 @@ def test_changed_cell_replaces_its_leaf(files):
     """Also where the function has another name by now."""
     run_cell("maybe", False, file=files[0])
     run_cell("perhaps", True, file=files[1])
-    assert tick(parse("<Maybe/>")).status is Status.SUCCESS
+    assert tick(parse("<Maybe/>")).node_status is NodeStatus.SUCCESS
 
 
 @pytest.mark.parametrize("module", ["__main__", "my_leaves"])
@@ -304,23 +304,23 @@ def test_another_function_of_a_file_replaces_a_leaf_only_on_request(module):
     run_cell("maybe", True, module, "my_leaves.py")
     with pytest.raises(ValueError, match=f"maybe of {module}; .*replace=True"):
         run_cell("perhaps", False, module, "my_leaves.py")
-    assert tick(parse("<Maybe/>")).status is Status.SUCCESS
+    assert tick(parse("<Maybe/>")).node_status is NodeStatus.SUCCESS
 
 
 def test_function_without_a_name_replaces_another_only_on_request():
-    register_condition("Maybe")(lambda moment: True)
+    register_condition("Maybe")(lambda context: True)
     with pytest.raises(ValueError, match=r"lambda.*replace=True"):
-        register_condition("Maybe")(lambda moment: False)
+        register_condition("Maybe")(lambda context: False)
 
 
 def test_same_function_can_be_registered_again():
-    def maybe(moment):
+    def maybe(context):
         return False
 
     register_condition("Maybe")(maybe)
     register_condition("Maybe", ignored=["agent_id"])(maybe)
     outcome = tick(parse('<Maybe agent_id="3"/>'))
-    assert outcome.status is Status.FAILURE
+    assert outcome.node_status is NodeStatus.FAILURE
 
 
 def test_leaf_of_another_module_is_replaced_only_on_request():
@@ -328,14 +328,14 @@ def test_leaf_of_another_module_is_replaced_only_on_request():
     with pytest.raises(ValueError, match=r"leaf of my_leaves; .*replace=True"):
         run_cell("maybe", False, "other_leaves")
     with pytest.raises(ValueError, match=r"a leaf of hunav_drake\.systems"):
-        register_action("RegularNav")(lambda moment: None)
-    register_condition("Maybe", replace=True)(lambda moment: False)
-    assert tick(parse("<Maybe/>")).status is Status.FAILURE
+        register_action("RegularNav")(lambda context: None)
+    register_condition("Maybe", replace=True)(lambda context: False)
+    assert tick(parse("<Maybe/>")).node_status is NodeStatus.FAILURE
 
 
 def test_functions_that_one_function_makes_do_not_replace_each_other():
     def make(result):
-        def maybe(moment):
+        def maybe(context):
             return result
 
         return maybe
@@ -343,15 +343,15 @@ def test_functions_that_one_function_makes_do_not_replace_each_other():
     register_condition("Maybe")(make(True))
     with pytest.raises(ValueError, match="another leaf of the same function"):
         register_condition("Maybe")(make(False))
-    assert tick(parse("<Maybe/>")).status is Status.SUCCESS
+    assert tick(parse("<Maybe/>")).node_status is NodeStatus.SUCCESS
     register_condition("Maybe", replace=True)(make(False))
-    assert tick(parse("<Maybe/>")).status is Status.FAILURE
+    assert tick(parse("<Maybe/>")).node_status is NodeStatus.FAILURE
 
 
 @pytest.mark.parametrize("name", ["Sequence", "SubTree", "SequenceStar"])
 def test_nodes_of_the_language_cannot_be_replaced(name):
     with pytest.raises(ValueError, match=f"{name}' is taken; choose"):
-        register_action(name, replace=True)(lambda moment: None)
+        register_action(name, replace=True)(lambda context: None)
 
 
 class Nearer:
@@ -363,16 +363,16 @@ class Nearer:
     def __init__(self, most=3.0):
         self.most = most
 
-    def __call__(self, moment, *, factor: float = 1.0) -> bool:
-        return moment.robot[X] < self.most * factor
+    def __call__(self, context, *, factor: float = 1.0) -> bool:
+        return context.robot[X] < self.most * factor
 
-    def method(self, moment, *, factor: float = 1.0) -> bool:
-        return self(moment, factor=factor)
+    def method(self, context, *, factor: float = 1.0) -> bool:
+        return self(context, factor=factor)
 
 
-def nearer(moment, *, most: float, factor: float = 1.0) -> bool:
+def nearer(context, *, most: float, factor: float = 1.0) -> bool:
     """Holds if the robot is near."""
-    return moment.robot[X] < most * factor
+    return context.robot[X] < most * factor
 
 
 @pytest.mark.parametrize(
@@ -382,9 +382,9 @@ def nearer(moment, *, most: float, factor: float = 1.0) -> bool:
 )
 def test_objects_that_can_be_called_are_leaves(leaf):
     assert register_condition("IsNearer")(leaf) is leaf
-    assert tick(parse("<IsNearer/>")).status is Status.SUCCESS
+    assert tick(parse("<IsNearer/>")).node_status is NodeStatus.SUCCESS
     dut = parse('<IsNearer factor="0.5"/>')
-    assert tick(dut).status is Status.FAILURE
+    assert tick(dut).node_status is NodeStatus.FAILURE
     with pytest.raises(BehaviorTreeError, match="there is no port 'most'"):
         parse('<IsNearer most="1"/>')
 
@@ -405,7 +405,7 @@ def test_leaf_must_be_something_to_call():
 @pytest.mark.parametrize("port", ["name", "ID", "_x"])
 def test_port_that_no_attribute_could_set_is_refused(port):
     scope = {"register_action": register_action}
-    code = f"def leaf(moment, *, {port}: str = ''): pass"
+    code = f"def leaf(context, *, {port}: str = ''): pass"
     exec(code, scope)
     with pytest.raises(ValueError, match=f"no port can be called '{port}'"):
         register_action("Leaf")(scope["leaf"])
@@ -417,36 +417,36 @@ def test_ignored_attributes_are_several_names_and_no_ports():
     with pytest.raises(ValueError, match="x is a port, and cannot be ignored"):
 
         @register_action("Leaf", ignored=["x"])
-        def leaf(moment, *, x: float = 1.0):
+        def leaf(context, *, x: float = 1.0):
             pass
 
 
 @pytest.mark.parametrize(
     ("result", "status"),
     [
-        (True, Status.SUCCESS),
-        (np.True_, Status.SUCCESS),
-        (Status.SUCCESS, Status.SUCCESS),
-        (False, Status.FAILURE),
-        (np.False_, Status.FAILURE),
-        (Status.FAILURE, Status.FAILURE),
+        (True, NodeStatus.SUCCESS),
+        (np.True_, NodeStatus.SUCCESS),
+        (NodeStatus.SUCCESS, NodeStatus.SUCCESS),
+        (False, NodeStatus.FAILURE),
+        (np.False_, NodeStatus.FAILURE),
+        (NodeStatus.FAILURE, NodeStatus.FAILURE),
     ],
 )
 def test_condition_may_return_a_truth_or_a_status(result, status):
-    register_condition("Maybe")(lambda moment: result)
-    assert tick(parse("<Maybe/>")).status is status
+    register_condition("Maybe")(lambda context: result)
+    assert tick(parse("<Maybe/>")).node_status is status
 
 
-@pytest.mark.parametrize("result", [None, 1, "yes", Status.RUNNING, []])
+@pytest.mark.parametrize("result", [None, 1, "yes", NodeStatus.RUNNING, []])
 def test_condition_must_return_a_truth(result):
-    register_condition("Maybe")(lambda moment: result)
+    register_condition("Maybe")(lambda context: result)
     with pytest.raises(TypeError, match="<text>:2: condition Maybe must"):
         tick(parse("\n<Maybe/>"))
 
 
 @pytest.mark.parametrize("register", [register_action, register_condition])
 def test_error_in_a_leaf_has_the_place_of_the_node(register):
-    register("Divide")(lambda moment: 1 / 0)
+    register("Divide")(lambda context: 1 / 0)
     with pytest.raises(
         BehaviorTreeError, match="<text>:2: <half>: ZeroDivisionError: div"
     ) as caught:
@@ -455,21 +455,21 @@ def test_error_in_a_leaf_has_the_place_of_the_node(register):
 
 
 def set_command(element, value):
-    def write(moment, own):
-        moment.command[element] = value
+    def write(context, own):
+        context.command[element] = value
 
     return write
 
 
 def set_status(value):
-    def write(moment, own):
-        moment.behavior_status = value
+    def write(context, own):
+        context.behavior_status = value
 
     return write
 
 
 def set_memory(value):
-    def write(moment, own):
+    def write(context, own):
         own[0] = value
 
     return write
@@ -484,8 +484,8 @@ WRONG = {
     "radius": (set_command(Command.GOAL_RADIUS, -1), "GOAL_RADIUS.*least 0"),
     "turn": (set_command(Command.TURN_RATE, -1.0), "TURN_RATE.*least 0"),
     "role": (set_command(Command.ROBOT_ROLE, 7), "RobotRole, got 7"),
-    "long": (lambda moment, own: moment.command.append(1.0), "12.*got 13"),
-    "short": (lambda moment, own: moment.command.pop(), "12.*got 11"),
+    "long": (lambda context, own: context.command.append(1.0), "12.*got 13"),
+    "short": (lambda context, own: context.command.pop(), "12.*got 11"),
     "status": (set_status(np.nan), "behavior_status must be in.*nan"),
     "status text": (set_status("1"), "behavior_status must be in.*'1'"),
     "large status": (set_status(101), "behavior_status must be in.*101"),
@@ -514,8 +514,8 @@ def test_what_a_leaf_writes_is_checked_and_the_leaf_is_named(name):
     function, words = WRONG[name]
 
     @register_action("Odd", memory={"kept": 0.0})
-    def odd(moment, own):
-        function(moment, own)
+    def odd(context, own):
+        function(context, own)
 
     body = "<Sequence><RegularNav/>\n<Odd/></Sequence>"
     with pytest.raises(BehaviorTreeError, match=f"<text>:2: <Odd>: .*{words}"):
@@ -545,4 +545,4 @@ def test_what_is_right_passes(function):
         '<ForceSuccess><Sequence><AlwaysFailure/><SetBlackboard value="1"'
         ' output_key="c"/></Sequence></ForceSuccess></Sequence>'
     )
-    assert tick(parse(body)).status is Status.SUCCESS
+    assert tick(parse(body)).node_status is NodeStatus.SUCCESS

@@ -1,6 +1,5 @@
 """The forces and steps of the crowd against those of the original C++."""
 
-import gzip
 import itertools
 import json
 
@@ -12,6 +11,7 @@ from hunav_drake.systems.common.layout import COMMAND_SIZE, Command, RobotRole
 from hunav_drake.systems.crowd import CrowdConfig, HumanCrowd
 from hunav_drake.systems.people import HumanConfig, SocialForceParameters
 from hunav_drake.systems.world.obstacles import Obstacles
+from tests.recorded import read_recorded, recorded_names
 
 # The original's names of the parameters, and ours.
 PARAMETERS = {
@@ -35,11 +35,6 @@ COMPONENTS = {
     5: "group_repulsion",
     7: "global",
 }
-
-
-def read(path):
-    with gzip.open(path) as file:
-        return json.load(file)
 
 
 def make_human(agent, *, epsilon):
@@ -72,7 +67,7 @@ def eval_forces(agents, index, *, epsilon, kernel="fast"):
         [make_human(agent, epsilon=epsilon) for agent in agents],
         obstacles=Obstacles.from_points(agents[index].get("obstacles", [])),
         config=CrowdConfig(
-            parameters={"kernel": kernel},
+            model={"name": "social_force", "kernel": kernel},
             obstacle_range=1e5,
             route_planning=False,
         ),
@@ -84,16 +79,16 @@ def eval_forces(agents, index, *, epsilon, kernel="fast"):
         for agent in agents
     ]
     context.SetDiscreteState(np.ravel(states).astype(float))
-    for i, agent in enumerate(agents):
-        dut.get_command_input_port(i).FixValue(context, make_command(agent))
+    commands = np.ravel([make_command(agent) for agent in agents])
+    dut.get_commands_input_port().FixValue(context, commands)
     forces = dut.get_forces_output_port().Eval(context)
     return forces.reshape(len(agents), 8, 2)[index]
 
 
 @pytest.mark.parametrize(("form", "epsilon"), [("single", 0.0), ("all", None)])
-def test_forces_are_those_of_the_original(reference, form, epsilon):
+def test_forces_are_those_of_the_original(form, epsilon):
     compared = 0
-    for case in read(reference / "forces.json.gz")["cases"]:
+    for case in json.loads(read_recorded("forces"))["cases"]:
         agents = case["input"]["agents"]
         places = [tuple(agent["position"]) for agent in agents]
         for i, expected in enumerate(case["expected"][form]["forces"]):
@@ -116,14 +111,14 @@ def test_forces_are_those_of_the_original(reference, form, epsilon):
 
 
 @pytest.mark.parametrize(("form", "epsilon"), [("single", 0.0), ("all", None)])
-def test_the_reference_kernel_gives_the_same_bits(reference, form, epsilon):
+def test_the_reference_kernel_gives_the_same_bits(form, epsilon):
     """In the form with one snapshot, every bit of every component.
 
     The other form computes the middle of a group in another order.
     """
     different = dict.fromkeys(COMPONENTS.values(), 0)
     compared = 0
-    for case in read(reference / "forces.json.gz")["cases"]:
+    for case in json.loads(read_recorded("forces"))["cases"]:
         agents = case["input"]["agents"]
         places = [tuple(agent["position"]) for agent in agents]
         for i, expected in enumerate(case["expected"][form]["forces"]):
@@ -144,13 +139,13 @@ def test_the_reference_kernel_gives_the_same_bits(reference, form, epsilon):
         assert different[name] == 0
 
 
-# The person, and the row of `goals` that is followed at each step.
-TRACES = {
-    "00_regular_pass": RobotRole.PEDESTRIAN,
-    "03_impassive_pass": RobotRole.OBSTACLE,
-    "27_group3_regular": RobotRole.PEDESTRIAN,
-    "30_regular5_obstacles": RobotRole.PEDESTRIAN,
-}
+# The behaviors of the original that do not react to the robot.
+ROLES = {1: RobotRole.PEDESTRIAN, 2: RobotRole.OBSTACLE}
+TRACES = [
+    name
+    for name in recorded_names("crowd")
+    if "regular" in name or "impassive" in name
+]
 
 
 def single(value):
@@ -185,11 +180,12 @@ def make_crowd(scenario) -> HumanCrowd:
     )
 
 
-def fix_inputs(dut, context: Context, scenario, before, after, role):
+def fix_inputs(dut, context: Context, scenario, before, after):
     robot = [*after["robot"], scenario["robot"]["radius"]]
     dut.get_robot_state_input_port().FixValue(context, robot)
+    commands = np.zeros((len(scenario["agents"]), COMMAND_SIZE))
     for i, agent in enumerate(scenario["agents"]):
-        command = np.zeros(COMMAND_SIZE)
+        command = commands[i]
         goal_index = int(before["agents"][i][8])
         if goal_index >= 0:
             command[:4] = (
@@ -199,19 +195,19 @@ def fix_inputs(dut, context: Context, scenario, before, after, role):
             )
         speed = single(agent["desired_velocity"])
         command[Command.DESIRED_SPEED] = command[Command.MAX_SPEED] = speed
-        command[Command.ROBOT_ROLE] = role
+        command[Command.ROBOT_ROLE] = ROLES[agent["behavior"]]
         command[Command.GROUP_ID] = agent["group_id"]
-        dut.get_command_input_port(i).FixValue(context, command)
+    dut.get_commands_input_port().FixValue(context, commands.ravel())
 
 
 @pytest.mark.parametrize("name", TRACES)
-def test_every_step_is_that_of_the_original(reference, name):
+def test_every_step_is_that_of_the_original(name):
     """Each step starts from the recorded state of the step before.
 
     The one difference: the original stands still for the step in which a goal
     is reached, and a person here walks on.
     """
-    case = read(reference / "crowd" / f"{name}.json.gz")
+    case = json.loads(read_recorded(name))
     scenario, steps = case["scenario"], case["trace"]["steps"]
     dut = make_crowd(scenario)
     context = dut.CreateDefaultContext()
@@ -221,7 +217,7 @@ def test_every_step_is_that_of_the_original(reference, name):
         start = np.zeros((n, 6))
         start[:, :5] = np.array(before["agents"])[:, :5]
         context.SetDiscreteState(start.ravel())
-        fix_inputs(dut, context, scenario, before, after, TRACES[name])
+        fix_inputs(dut, context, scenario, before, after)
         updated = dut.EvalUniquePeriodicDiscreteUpdate(context).value()
         moved = updated.reshape(n, 6)
         expected = np.array(after["agents"])

@@ -133,10 +133,9 @@ def ease(world, *, p=(2.0, 0.0), goal=(6.0, 0.0), planned=True, **command):
     room = Room(
         world.obstacles(),
         np.array([0.35]),
-        parameters,
         CrowdConfig(route_planning=planned),
     )
-    return tuple(room.ease(states, rows)[0])
+    return tuple(room.ease(states, rows, parameters)[0])
 
 
 @pytest.mark.parametrize("width", [1.0, 1.2, 2.0])
@@ -236,7 +235,6 @@ def test_at_doors_derivatives_are_approximate_if_ways_are_planned(
         [HumanConfig(pose=[2, 0, 0])],
         obstacles=room_with_a_door(0.7).obstacles(),
         num_robots=0,
-        one_command_port=True,
         config=CrowdConfig(route_planning=planned),
     )
     context = dut.CreateDefaultContext()

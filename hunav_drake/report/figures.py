@@ -1,0 +1,73 @@
+"""The figures of a report: plots as SVG that stands inside a page."""
+
+from collections.abc import Callable
+import io
+import re
+from typing import TYPE_CHECKING, NamedTuple
+import warnings
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+class ReportFigure(NamedTuple):
+    """A plot and its caption.
+
+    Attributes:
+        caption: What is to be seen, as text.
+        svg: The plot as markup, in which Matplotlib has escaped all text.
+    """
+
+    caption: str
+    svg: str
+
+
+def make_figure(
+    name: str,
+    caption: str,
+    size: tuple[float, float],
+    draw: Callable[["Axes"], object],
+    *,
+    layout: str = "constrained",
+) -> ReportFigure:
+    """Returns a plot as a part of a page.
+
+    Args:
+        name: A name that no other figure of the page has, of letters, digits
+            and "-".
+        caption: What is to be seen, as text.
+        size: Width and height, in inches.
+        draw: Draws on the axes that it is given.
+        layout: The layout of Matplotlib.
+    """
+    import matplotlib as mpl
+    from matplotlib.figure import Figure
+
+    from hunav_drake.plots.style import set_text_sizes
+
+    # Text stays text, so that the browser finds a font for any script; and the
+    # same drawing is the same text.
+    settings = {"svg.fonttype": "none", "svg.hashsalt": name}
+    with mpl.rc_context(settings), warnings.catch_warnings():
+        # The browser has the letters; only their size is unknown here.
+        warnings.filterwarnings("ignore", "Glyph .* missing from font")
+        drawing = Figure(figsize=size, layout=layout)
+        ax = drawing.subplots()
+        set_text_sizes(ax)
+        draw(ax)
+        stream = io.StringIO()
+        nothing = dict.fromkeys(("Creator", "Date", "Format", "Type"))
+        drawing.savefig(stream, format="svg", metadata=nothing)
+    return ReportFigure(caption, _inline(stream.getvalue(), name))
+
+
+def _inline(svg: str, name: str) -> str:
+    """Returns an SVG to embed in a page, with unique ids."""
+    svg = svg[svg.index("<svg") :].strip()
+    # HTML needs no namespaces.
+    svg = re.sub(r' xmlns(:\w+)?="[^"]*"', "", svg)
+    # The ids of groups are not used, and would not be unique in the page.
+    svg = re.sub(r'<g id="[^"]*"', "<g", svg)
+    svg = re.sub(r'\bid="', f'id="{name}-', svg)
+    svg = re.sub(r'href="#', f'href="#{name}-', svg)
+    return svg.replace("url(#", f"url(#{name}-")

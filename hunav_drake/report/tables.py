@@ -1,0 +1,121 @@
+"""The tables of a report as data; the templates show them."""
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import pandas as pd
+
+from hunav_drake.results.metric_facts import direction_of, family_of
+from hunav_drake.results.quantity_text import (
+    number_text,
+    superscript,
+    unit_text,
+)
+from hunav_drake.systems.evaluation.metrics import METRICS
+
+_ARROWS = {"lower": "↓", "higher": "↑"}
+
+
+class Metric(NamedTuple):
+    """The name of a metric as a cell of a table.
+
+    Attributes:
+        name: The name.
+        arrow: Whether lower or higher values are better; or nothing.
+        definition: What it is, in one sentence; or nothing.
+    """
+
+    name: str
+    arrow: str
+    definition: str
+
+
+class Estimate(NamedTuple):
+    """A mean as a cell of a table.
+
+    Attributes:
+        text: The mean.
+        low: The lower end of its confidence interval; or nothing.
+        high: The upper end.
+        n: How many runs have a value, if not all.
+    """
+
+    text: str
+    low: str = ""
+    high: str = ""
+    n: str = ""
+
+
+# Text, a metric, a mean, or links by their texts.
+Cell = str | Metric | Estimate | Mapping[str, str]
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table.
+
+    Attributes:
+        head: The headings of the columns; none for a table without.
+        groups: The rows below each subheading, the empty one for none. The
+            first cell of a row is its heading.
+        numbers: The columns of numbers, which are aligned to the right.
+        caption: The heading of the whole.
+        kind: The class of the table, for its style.
+    """
+
+    head: Sequence[str]
+    groups: Mapping[str, Sequence[Sequence[Cell]]]
+    numbers: Collection[int] = ()
+    caption: str = ""
+    kind: str = ""
+
+
+@dataclass
+class MetricRows:
+    """Collects rows about metrics.
+
+    Attributes:
+        metrics: The metrics of a trial or a table of runs, with their units.
+        by_family: Whether each family is a group of its own.
+        groups: The rows of each group.
+    """
+
+    metrics: pd.Series | pd.DataFrame
+    by_family: bool = True
+    groups: dict[str, list[list[Cell]]] = field(default_factory=dict)
+
+    def add(self, name: str, cells: Iterable[Cell], unit: str) -> None:
+        """Adds the row of a metric: its name, some cells, and its unit."""
+        family = family_of(self.metrics, name) if self.by_family else ""
+        row = [metric_cell(self.metrics, name), *cells, unit_text(unit)]
+        self.groups.setdefault(family, []).append(row)
+
+
+def metric_cell(metrics: pd.Series | pd.DataFrame, name: str) -> Metric:
+    """Returns the name of a metric with its direction and definition."""
+    definition = ""
+    if name in METRICS:
+        first = METRICS[name].definition.split("\n\n")[0]
+        definition = " ".join(first.split())
+    arrow = _ARROWS.get(direction_of(metrics, name), "")
+    return Metric(name, arrow, definition)
+
+
+def provenance_table(provenance: Mapping[str, Any]) -> Table:
+    """Returns the table of all that determines the result of a trial."""
+    rows = [[k.replace("_", " "), str(v)] for k, v in provenance.items()]
+    return Table([], {"": rows}, kind="provenance")
+
+
+def number(value: float, unit: str = "", *, scale: float = 0.0) -> str:
+    """Returns a number as printed: see `number_text`; a dash for NaN."""
+    text = number_text(value, unit, scale=scale)
+    if text == "-":
+        return "\N{EN DASH}"
+    mantissa, power, exponent = text.partition("e")
+    if power:
+        raised = superscript(str(int(exponent)))
+        mantissa += f"\N{MULTIPLICATION SIGN}10{raised}"
+    mantissa = mantissa.replace("inf", "\N{INFINITY}")
+    return mantissa.replace("-", "\N{MINUS SIGN}")

@@ -1,0 +1,76 @@
+"""The seed of a Context: all that is drawn at random follows from it."""
+
+from pydrake.systems.framework import Context, Diagram
+
+from hunav_drake.systems.common.random_streams import check_seed
+
+
+def SetTrialSeed(diagram: Diagram, context: Context, seed: int) -> None:
+    """Puts a trial back to its start, as a seed draws it.
+
+    Nothing of the past is kept: the time is 0, and state and parameters are
+    those of the default Context, but for what is drawn. It is, bit for bit,
+    the Context in which a diagram of the same scenario with that seed starts.
+    One diagram serves all seeds:
+
+        simulator = MakeTrialSimulator(diagram)
+        for seed in range(100):
+            SetTrialSeed(diagram, simulator.get_mutable_context(), seed)
+            simulator.Initialize()
+            simulator.AdvanceTo(scenario.simulation.duration)
+
+    (Drake's own `SetRandomContext` draws nothing here: with it, the draws of a
+    person would depend on who else is there.)
+
+    Args:
+        diagram: From `MakeTrialDiagram`.
+        context: A Context of it, changed.
+        seed: In [0, 2^63).
+
+    Raises:
+        ValueError: If the seed is not such a number.
+        RuntimeError: If the Context is of another diagram.
+    """
+    check_seed(seed)
+    diagram.ValidateContext(context)
+    diagram.SetDefaultContext(context)
+    context.SetTime(0.0)
+    crowd = diagram.GetSubsystemByName("humans").GetSubsystemByName("crowd")
+    crowd.SetSeed(crowd.GetMyMutableContextFromRoot(context), seed)
+
+
+def GetTrialSeed(diagram: Diagram, context: Context) -> int:
+    """Returns the seed of a trial: of its diagram, or as `SetTrialSeed` set it.
+
+    Args:
+        diagram: From `MakeTrialDiagram`.
+        context: A Context of it.
+    """
+    crowd = diagram.GetSubsystemByName("humans").GetSubsystemByName("crowd")
+    seed: int = crowd.GetSeed(crowd.GetMyContextFromRoot(context))
+    return seed
+
+
+def SetHumansSeed(humans: Diagram, context: Context, seed: int) -> None:
+    """Puts people back to their start, as a seed draws it.
+
+    They are at rest, with nothing in mind yet. All else stays as it is. For
+    people of `AddHumans`, in a Context of the whole diagram:
+
+        humans = diagram.GetSubsystemByName("humans")
+        SetHumansSeed(humans, humans.GetMyMutableContextFromRoot(context), 3)
+
+    Args:
+        humans: From `MakeHumans` or `AddHumans`.
+        context: Its own Context, changed.
+        seed: In [0, 2^63).
+
+    Raises:
+        ValueError: If the seed is not such a number.
+        RuntimeError: If the Context is of another system.
+    """
+    check_seed(seed)
+    humans.ValidateContext(context)
+    humans.SetDefaultContext(context)
+    crowd = humans.GetSubsystemByName("crowd")
+    crowd.SetSeed(humans.GetMutableSubsystemContext(crowd, context), seed)

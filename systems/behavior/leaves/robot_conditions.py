@@ -1,0 +1,216 @@
+"""Conditions about robots: IsRobotVisible, IsRobotApproaching, ...
+
+A condition that holds has noticed a robot: of those that fit, the nearest. It
+is the one that the actions after it are about.
+"""
+
+import math
+from typing import Annotated, NamedTuple
+
+from hunav_drake.systems.behavior.leaves.walking import IGNORED
+from hunav_drake.systems.behavior.nodes.registry import register_condition
+from hunav_drake.systems.behavior.nodes.tick_context import Row, TickContext
+from hunav_drake.systems.common.layout import VX, VY, YAW, X, Y
+from hunav_drake.systems.common.schema import within
+
+# People see a little more than what lies before them, in radians.
+FIELD_OF_VIEW = 2 * (math.pi / 2 + 0.17)
+
+# A robot slower than this stands, in m/s.
+SLOW = 0.05
+
+# How nearly opposite two headings are that meet head-on: within 60 degrees.
+_OPPOSITE = -math.cos(math.pi / 3)
+
+Distance = Annotated[float, within(0, 1e5, "m")]
+
+
+def course(robot: Row) -> tuple[float, float]:
+    """Returns the unit vector of a robot's velocity; of its heading at rest."""
+    speed = math.hypot(robot[VX], robot[VY])
+    if speed < SLOW:
+        return math.cos(robot[YAW]), math.sin(robot[YAW])
+    return robot[VX] / speed, robot[VY] / speed
+
+
+def _robot_in_view(
+    context: TickContext, distance: float, field_of_view: float, occlusion: bool
+) -> int:
+    """Returns the index of the nearest visible robot, or -1."""
+    state = context.state
+    found = -1
+    for i, robot in enumerate(context.robots):
+        dx, dy = robot[X] - state[X], robot[Y] - state[Y]
+        away = math.hypot(dx, dy)
+        if away > distance or (found >= 0 and away == distance):
+            continue
+        bearing = math.atan2(dy, dx) - state[YAW]
+        if abs(math.remainder(bearing, 2 * math.pi)) > field_of_view / 2:
+            continue
+        if not occlusion or context.cast_ray(robot[X], robot[Y]) > 1:
+            found, distance = i, away
+    return found
+
+
+@register_condition(
+    "IsRobotVisible",
+    memory={"ticks left": 0.0, "robot": 0.0},
+    ignored=IGNORED,
+)
+def is_robot_visible(
+    context: TickContext,
+    own: list[float],
+    *,
+    distance: Distance,
+    field_of_view: Annotated[
+        float, within(0, 2 * math.pi, "rad")
+    ] = FIELD_OF_VIEW,
+    occlusion: bool = True,
+    memory: Annotated[float, within(0, 1e9, "s")] = 0.0,
+    track: bool = False,
+) -> bool:
+    """Holds if a robot's center is near, in view, and not behind a wall.
+
+    Walls do not matter without `occlusion`. A person who loses sight of the
+    robot keeps it in mind for the time of `memory`; with `track`, that time
+    does not run while the robot is merely out of view: near, and not behind a
+    wall.
+    """
+    seen = _robot_in_view(context, distance, field_of_view, occlusion)
+    if seen >= 0:
+        own[0] = float(round(memory / context.person.time_step))
+        own[1] = float(seen)
+        context.notice(seen)
+        return True
+    remembered = int(own[1])
+    # (The memory may be of a trial with more robots.)
+    if own[0] == 0 or remembered >= len(context.robots):
+        return False
+    context.notice(remembered)
+    if not track or not _is_near(context, remembered, distance, occlusion):
+        own[0] -= 1
+    return True
+
+
+def _is_near(
+    context: TickContext, index: int, distance: float, occlusion: bool
+) -> bool:
+    state, robot = context.state, context.robots[index]
+    if math.hypot(robot[X] - state[X], robot[Y] - state[Y]) > distance:
+        return False
+    return not occlusion or context.cast_ray(robot[X], robot[Y]) > 1
+
+
+@register_condition("IsRobotApproaching", ignored=IGNORED)
+def is_robot_approaching(
+    context: TickContext,
+    *,
+    distance: Distance,
+    width: Distance = 1.0,
+    head_on: bool = False,
+    occlusion: bool = True,
+    standing_distance: Distance = 0.0,
+) -> bool:
+    """Holds if a robot is about to pass near the person.
+
+    The person is ahead of it, at most `distance` along its course and `width`
+    beside it. With `head_on`, the person faces it, too. A robot that stands
+    counts only up to `standing_distance`, as if it were to drive on.
+    """
+    state = context.state
+    found, nearest = -1, math.inf
+    for i, robot in enumerate(context.robots):
+        stands = math.hypot(robot[VX], robot[VY]) < SLOW
+        hx, hy = course(robot)
+        rx, ry = state[X] - robot[X], state[Y] - robot[Y]
+        along = rx * hx + ry * hy
+        if not 0 < along <= (standing_distance if stands else distance):
+            continue
+        if abs(hx * ry - hy * rx) > width or along >= nearest:
+            continue
+        facing = hx * math.cos(state[YAW]) + hy * math.sin(state[YAW])
+        if head_on and facing > _OPPOSITE:
+            continue
+        if not occlusion or context.cast_ray(robot[X], robot[Y]) > 1:
+            found, nearest = i, along
+    if found >= 0:
+        context.notice(found)
+    return found >= 0
+
+
+@register_condition("IsRobotInTheWay", ignored=IGNORED)
+def is_robot_in_the_way(
+    context: TickContext,
+    *,
+    distance: Distance,
+    clearance: Distance = 1.0,
+    occlusion: bool = True,
+) -> bool:
+    """Holds if the straight line to the goal passes too close to a robot.
+
+    The robot is at most `distance` away, between the person and the goal, and
+    nearer than `clearance` to the line from the one to the other. A robot so
+    near to the goal itself cannot be passed, and does not count.
+    """
+    found, nearest = -1, math.inf
+    for it in before_goal(context, distance, clearance):
+        if abs(it.beside) >= clearance or it.ahead >= nearest:
+            continue
+        robot = context.robots[it.row]
+        if not occlusion or context.cast_ray(robot[X], robot[Y]) > 1:
+            found, nearest = it.row, it.ahead
+    if found >= 0:
+        context.notice(found)
+    return found >= 0
+
+
+class OnWay(NamedTuple):
+    """Where a robot is relative to a person's straight line to the goal.
+
+    Attributes:
+        ahead: How far ahead, in meters.
+        beside: How far to the left, in meters.
+        row: Its place in `TickContext.robots`.
+    """
+
+    ahead: float
+    beside: float
+    row: int
+
+
+def before_goal(
+    context: TickContext, distance: float, clearance: float
+) -> list[OnWay]:
+    """Returns the robots between the person and the goal.
+
+    Args:
+        context: The tick context.
+        distance: How far away robots are at most, in meters.
+        clearance: How near to the goal those are that cannot be passed, and
+            do not count, in meters.
+    """
+    state, goal = context.state, context.goal
+    if goal is None:
+        return []
+    gx, gy = way(context)
+    length = math.hypot(goal[0] - state[X], goal[1] - state[Y])
+    found = []
+    for i, robot in enumerate(context.robots):
+        dx, dy = robot[X] - state[X], robot[Y] - state[Y]
+        ahead, beside = dx * gx + dy * gy, gx * dy - gy * dx
+        if math.hypot(dx, dy) > distance or not 0 < ahead < length:
+            continue
+        if math.hypot(length - ahead, beside) >= clearance:
+            found.append(OnWay(ahead, beside, i))
+    return found
+
+
+def way(context: TickContext) -> tuple[float, float]:
+    """Returns the unit vector to the goal; of the heading if there is none."""
+    state, goal = context.state, context.goal
+    if goal is not None:
+        dx, dy = goal[0] - state[X], goal[1] - state[Y]
+        length = math.hypot(dx, dy)
+        if length > 0:
+            return dx / length, dy / length
+    return math.cos(state[YAW]), math.sin(state[YAW])

@@ -1,0 +1,75 @@
+"""The errors of faulty trees, with the place of the fault."""
+
+from collections.abc import Iterable
+from typing import NamedTuple
+
+from hunav_drake.systems.common import suggest
+
+
+class Place(NamedTuple):
+    """A line of a file.
+
+    Attributes:
+        file: The path of the file, or what stands for it.
+        line: The line, from 1; 0 for the file as a whole.
+    """
+
+    file: str
+    line: int = 0
+
+    def __str__(self) -> str:
+        return f"{self.file}:{self.line}" if self.line else self.file
+
+
+class BehaviorTreeError(ValueError):
+    """A fault in a behavior tree.
+
+    Attributes:
+        message: What is wrong, without the place.
+        place: Where it is.
+        node: The name of the XML element or node; empty for a whole file.
+        nearest: The known name that is nearest to an unknown one, or None.
+    """
+
+    def __init__(
+        self,
+        message: str,
+        place: Place,
+        *,
+        node: str = "",
+        nearest: str | None = None,
+    ) -> None:
+        subject = f"<{node}>: " if node else ""
+        super().__init__(f"{place}: {subject}{message}")
+        self.message = f"{subject}{message}"
+        self.place = place
+        self.node = node
+        self.nearest = nearest
+
+
+def unknown(
+    what: str, name: str, known: Iterable[str], place: Place, node: str
+) -> BehaviorTreeError:
+    """Returns the error for an unknown name, with the nearest known one.
+
+    Args:
+        what: What the name should be, for instance "port".
+        name: The unknown name.
+        known: The known names.
+        place: Where the name is.
+        node: The XML element where it is.
+    """
+    names = sorted(known)
+    near = suggest.nearest(name, names)
+    if near:
+        remedy = f"did you mean {near!r}?"
+    elif names:
+        remedy = f"there is {', '.join(names)}"
+    else:
+        remedy = "there is none here"
+    return BehaviorTreeError(
+        f"there is no {what} {name!r}; {remedy}",
+        place,
+        node=node,
+        nearest=near,
+    )

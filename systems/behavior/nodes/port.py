@@ -1,0 +1,121 @@
+"""Ports: how a node gets values from its XML attributes.
+
+A port's value is either a constant, known when the tree is parsed, or a
+variable: a blackboard entry in the tree's memory.
+"""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from pydantic import ConfigDict, TypeAdapter, ValidationError
+
+from hunav_drake.systems.behavior.nodes.errors import BehaviorTreeError, Place
+
+# What a blackboard entry holds until something sets it. No literal is
+# infinite, and unlike NaN it is equal to itself, so that states compare.
+UNSET = float("-inf")
+
+
+def _message(error: ValidationError, value: Any) -> str:
+    """Returns the message for a value that breaks a rule."""
+    text = error.errors()[0]["msg"]
+    text = text.removeprefix("Input ").removeprefix("Value error, ")
+    # Rules of our own tell what they got; those of pydantic do not.
+    return text if ", got " in text else f"{text}, got {value!r}"
+
+
+@dataclass(frozen=True)
+class Port:
+    """A value that a node takes from its XML attribute.
+
+    Attributes:
+        name: The name of the attribute.
+        annotation: The Python type: float, int, bool, str or a Literal of
+            texts, or one of these Annotated with rules of pydantic. Any is
+            what a blackboard entry can hold, a number or a text; all such
+            ports of a node hold the same.
+        default: The value without the attribute; `...` if it is required.
+        output: Whether the node sets the blackboard entry that the attribute
+            names, rather than taking a value.
+        adapter: What checks values of the annotation.
+    """
+
+    name: str
+    annotation: Any
+    default: Any = ...
+    output: bool = False
+    adapter: TypeAdapter[Any] = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        adapter: TypeAdapter[Any] = TypeAdapter(
+            self.annotation, config=ConfigDict(allow_inf_nan=False)
+        )
+        object.__setattr__(self, "adapter", adapter)
+
+    @property
+    def base(self) -> type:
+        """The Python type without constraints; str for a Literal."""
+        origin = getattr(self.annotation, "__origin__", self.annotation)
+        return origin if isinstance(origin, type) else str
+
+    @property
+    def takes_any(self) -> bool:
+        """Whether it takes any value that a blackboard entry can hold."""
+        return self.annotation is Any
+
+    def parse(self, text: str, place: Place, node: str) -> Any:
+        """Returns the value of an attribute's text.
+
+        Raises:
+            BehaviorTreeError: If it is not of the port's type.
+        """
+        try:
+            return self.adapter.validate_strings(text)
+        except ValidationError as error:
+            raise BehaviorTreeError(
+                f"port {self.name}: {_message(error, text)}",
+                place,
+                node=node,
+            ) from error
+
+    def check(self, value: Any) -> Any:
+        """Returns a Python value converted to the port's type.
+
+        Raises:
+            ValueError: If it is not of the port's type.
+        """
+        try:
+            return self.adapter.validate_python(value)
+        except ValidationError as error:
+            raise ValueError(
+                f"port {self.name}: {_message(error, value)}"
+            ) from error
+
+
+@dataclass(frozen=True)
+class Constant:
+    """A port's value that is known when the tree is parsed.
+
+    Attributes:
+        value: The value.
+        number: What stands for it in the memory, if the port takes what
+            blackboard entries hold.
+    """
+
+    value: Any
+    number: float = 0.0
+
+
+@dataclass(frozen=True)
+class Variable:
+    """A port's value that is in the memory: a blackboard entry.
+
+    Attributes:
+        key: The name of the entry.
+        slot: Its index in the memory.
+        texts: If the entry holds texts, the texts that its numbers mean.
+    """
+
+    key: str
+    slot: int
+    texts: tuple[str, ...] | None = None

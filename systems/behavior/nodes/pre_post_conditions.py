@@ -1,0 +1,111 @@
+"""Pre- and post-conditions: attributes that any node can have.
+
+The pre-conditions, `_failureIf`, `_successIf`, `_skipIf` and `_while`, are
+checked in this order when the node is to begin: the first that holds (or
+`_while` that does not) gives the result instead of the node. While the node is
+RUNNING only `_while` is checked, and halts it. (BehaviorTree.CPP does not check
+the first child of a WhileDoElse again while another child runs; here it is a
+node like any other.)
+
+BehaviorTree.CPP differs where the children of a control node or decorator have
+skipped: there it counts as RUNNING until its parent halts it. So it is not
+asked again for its `_skipIf`, `_failureIf` and `_successIf`; and being halted,
+for instance a ForceFailure, it runs its `_onHalted`. Here a node that was
+skipped has not begun: the conditions are checked again in the next tick, and
+there is nothing to halt.
+
+The post-conditions, `_onHalted`, `_onFailure`, `_onSuccess` and `_post` (after
+both), set blackboard entries.
+"""
+
+from hunav_drake.systems.behavior.nodes.node import (
+    BuildFunction,
+    Built,
+    Conditions,
+    Memory,
+    Node,
+    NodeStatus,
+)
+from hunav_drake.systems.behavior.nodes.tick_context import TickContext
+
+RUNNING = NodeStatus.RUNNING
+SUCCESS = NodeStatus.SUCCESS
+FAILURE = NodeStatus.FAILURE
+SKIPPED = NodeStatus.SKIPPED
+
+BEFORE = ("_failureIf", "_successIf", "_skipIf", "_while")
+AFTER = ("_onHalted", "_onFailure", "_onSuccess", "_post")
+
+# What a node with one of these must remember.
+BEGUN_SLOT = "(runs)"
+_NEED_MEMORY = frozenset({*BEFORE, "_onHalted"})
+_RESULTS = {"_failureIf": FAILURE, "_successIf": SUCCESS, "_skipIf": SKIPPED}
+
+
+def needs_memory(names: set[str]) -> bool:
+    """Returns whether a node must remember that it is running."""
+    return bool(_NEED_MEMORY & names)
+
+
+def build_with_conditions(node: Node, children: tuple[Built, ...]) -> Built:
+    """Builds a node, with its pre- and post-conditions if it has any."""
+    build: BuildFunction = node.type.build
+    built = build(node, children)
+    if node.conditions is None:
+        return built
+    return _conditional(built, node.conditions)
+
+
+def _conditional(built: Built, conditions: Conditions) -> Built:
+    own_tick, own_halt = built.tick, built.halt
+    before, after = conditions.before, conditions.after
+    slot = conditions.slot
+    holds_while = before.get("_while")
+    results = tuple(
+        (before[name], result)
+        for name, result in _RESULTS.items()
+        if name in before
+    )
+    effects = {
+        SUCCESS: (*after.get("_onSuccess", ()), *after.get("_post", ())),
+        FAILURE: (*after.get("_onFailure", ()), *after.get("_post", ())),
+    }
+    when_halted = after.get("_onHalted", ())
+
+    def halt(memory: Memory) -> None:
+        if own_halt:
+            own_halt(memory)
+        if slot is not None and memory[slot]:
+            memory[slot] = 0.0
+            for effect in when_halted:
+                effect(memory)
+
+    def enter(memory: Memory, context: TickContext) -> NodeStatus:
+        for holds, result in results:
+            if holds(memory):
+                return result
+        if holds_while and not holds_while(memory):
+            return SKIPPED
+        return own_tick(memory, context)
+
+    def tick(memory: Memory, context: TickContext) -> NodeStatus:
+        if slot is None or not memory[slot]:
+            status = enter(memory, context)
+        elif holds_while and not holds_while(memory):
+            halt(memory)
+            return SKIPPED
+        else:
+            status = own_tick(memory, context)
+        if slot is not None:
+            memory[slot] = 1.0 if status is RUNNING else 0.0
+        for effect in effects.get(status, ()):
+            effect(memory)
+        return status
+
+    skips = "_skipIf" in before or "_while" in before
+    return Built(
+        tick,
+        halt if own_halt or slot is not None else None,
+        built.may_skip or skips,
+        built.work,
+    )

@@ -1,0 +1,250 @@
+"""The tick context: what the nodes of a tree read and write in one tick."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+import math
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hunav_drake.systems.common.layout import (
+    COMMAND_SIZE,
+    STATE_SIZE,
+    Command,
+    RobotRole,
+    X,
+    Y,
+)
+from hunav_drake.systems.people.human_config import HumanConfig
+from hunav_drake.systems.world.obstacles import Obstacles
+from hunav_drake.systems.world.ray_cast import ray_cast
+
+# The memory of every tree begins with what belongs to the person, not to a
+# node: the number of the current goal in the person's list; as many as there
+# are goals once none is left.
+GOAL_INDEX = 0
+PERSON_MEMORY = ("goal index",)
+
+Row = list[float]
+
+# The largest `behavior_status`.
+MAX_BEHAVIOR_STATUS = 100
+
+
+def _default_command(
+    human: HumanConfig, goal: Sequence[float] | None
+) -> tuple[float, ...]:
+    """Returns the command to walk to a goal and do nothing else."""
+    command = [0.0] * COMMAND_SIZE
+    if goal is not None:
+        command[Command.GOAL_X], command[Command.GOAL_Y] = goal
+        command[Command.HAS_GOAL] = 1.0
+    command[Command.GOAL_RADIUS] = human.goal_radius
+    command[Command.DESIRED_SPEED] = human.desired_speed
+    command[Command.MAX_SPEED] = human.speed_limit
+    command[Command.ROBOT_ROLE] = float(RobotRole.PEDESTRIAN)
+    command[Command.GROUP_ID] = float(human.group_id)
+    return tuple(command)
+
+
+@dataclass(frozen=True)
+class Person:
+    """The constant properties of a person.
+
+    Attributes:
+        index: The row of the person in `human_states`.
+        id: The number by which other programs know the person.
+        goals: The points to walk to, in W, in meters.
+        goal_radius: The distance at which one counts as reached, in meters.
+        cyclic: Whether the first goal follows the last.
+        time_step: The time between two ticks, in seconds.
+        commands: For each goal, and for none, the command to walk to it and
+            do nothing else: see `layout.Command`.
+        walls: What the person cannot see through: `Obstacles.table`. None if
+            there is nothing of the kind.
+    """
+
+    index: int
+    id: int
+    goals: tuple[tuple[float, float], ...]
+    goal_radius: float
+    cyclic: bool
+    time_step: float
+    commands: tuple[tuple[float, ...], ...]
+    walls: NDArray[np.float64] | None = field(default=None, compare=False)
+
+    @classmethod
+    def from_config(
+        cls,
+        human: HumanConfig,
+        index: int,
+        *,
+        id: int | None = None,
+        time_step: float,
+        obstacles: Obstacles | None = None,
+    ) -> Self:
+        """Makes a person from a configuration.
+
+        Args:
+            human: The configuration.
+            index: The row of the person in `human_states`.
+            id: The number of the person; by default that of the
+                configuration, else ``index + 1``.
+            time_step: The time between two ticks, in seconds.
+            obstacles: What the person cannot see through; nothing by default.
+        """
+        if id is None:
+            id = index + 1 if human.id is None else human.id
+        return cls(
+            index=index,
+            id=id,
+            goals=tuple((x, y) for x, y in human.goals),
+            goal_radius=human.goal_radius,
+            cyclic=human.cyclic,
+            time_step=time_step,
+            commands=tuple(
+                _default_command(human, goal) for goal in [*human.goals, None]
+            ),
+            walls=obstacles.table if obstacles else None,
+        )
+
+
+class TickContext:
+    """What leaves read and write in one tick of one person's tree.
+
+    A leaf reads the rest and writes `command` and `behavior_status`.
+
+    Attributes:
+        person: Whose tick it is.
+        command: What the person is going to do, laid out as `layout.Command`;
+            before any leaf writes, to walk to the current goal.
+        behavior_status: 0 while no reaction is active, else the state that
+            it is in, up to `MAX_BEHAVIOR_STATUS`; most have the one state 1.
+    """
+
+    __slots__ = (
+        "_human_states",
+        "_memory",
+        "_noticed",
+        "_robot_states",
+        "_robots",
+        "_self",
+        "behavior_status",
+        "command",
+        "person",
+    )
+
+    def __init__(
+        self,
+        person: Person,
+        memory: list[float],
+        human_states: NDArray[np.float64],
+        robot_states: NDArray[np.float64],
+    ) -> None:
+        """Constructs a TickContext.
+
+        Args:
+            person: Whose tick it is.
+            memory: The memory of the tree; the tick changes it.
+            human_states: Shape (7n,), see `common.layout`.
+            robot_states: Shape (7m,), see `common.layout`.
+        """
+        self.person = person
+        self.command = list(person.commands[int(memory[GOAL_INDEX])])
+        self.behavior_status = 0
+        self._memory = memory
+        self._human_states = human_states
+        self._robot_states = robot_states
+        self._self: Row | None = None
+        self._robots: list[Row] | None = None
+        self._noticed: Row | None = None
+
+    @property
+    def state(self) -> Row:
+        """The person's own row of `human_states`."""
+        if self._self is None:
+            first = STATE_SIZE * self.person.index
+            self._self = self._human_states[first : first + STATE_SIZE].tolist()
+        return self._self
+
+    @property
+    def humans(self) -> list[Row]:
+        """The rows of `human_states`, in the order of the scenario."""
+        rows: list[Row] = self._human_states.reshape(-1, STATE_SIZE).tolist()
+        return rows
+
+    @property
+    def robots(self) -> list[Row]:
+        """The rows of `robot_state`."""
+        if self._robots is None:
+            flat: Row = self._robot_states.tolist()
+            # (Most often there is one.)
+            self._robots = [
+                flat[i : i + STATE_SIZE]
+                for i in range(0, len(flat), STATE_SIZE)
+            ]
+        return self._robots
+
+    @property
+    def robot(self) -> Row | None:
+        """The row of the robot to react to; None if there are no robots.
+
+        It is the one that a condition has noticed last in this tick; if none
+        has, the nearest one.
+        """
+        if self._noticed is not None:
+            return self._noticed
+        robots = self.robots
+        if len(robots) < 2:
+            return robots[0] if robots else None
+        x, y = self.state[X], self.state[Y]
+        return min(robots, key=lambda row: math.hypot(row[X] - x, row[Y] - y))
+
+    def notice(self, index: int) -> None:
+        """Sets the robot to react to, by its index in `robots`."""
+        self._noticed = self.robots[index]
+
+    def cast_ray(self, x: float, y: float) -> float:
+        """Casts a ray from the person to a point.
+
+        Args:
+            x: The x of the point in W, in meters.
+            y: The y of the point in W, in meters.
+
+        Returns:
+            The fraction of the ray at which it meets the first wall, in
+            [0, 1]; infinity if it meets none.
+        """
+        walls = self.person.walls
+        if walls is None:
+            return math.inf
+        state = self.state
+        part: float = ray_cast(state[X], state[Y], x, y, walls)
+        return part
+
+    @property
+    def goal(self) -> tuple[float, float] | None:
+        """The current goal in W, in meters; None once none is left."""
+        index = int(self._memory[GOAL_INDEX])
+        goals = self.person.goals
+        return goals[index] if index < len(goals) else None
+
+    def go_to_next_goal(self) -> bool:
+        """Goes on to the next goal, and makes it the goal of the command.
+
+        Returns:
+            Whether there was a goal to drop.
+        """
+        person = self.person
+        index = int(self._memory[GOAL_INDEX])
+        if index == len(person.goals):
+            return False
+        index += 1
+        if person.cyclic and index == len(person.goals):
+            index = 0
+        self._memory[GOAL_INDEX] = float(index)
+        following = person.commands[index]
+        for i in (Command.GOAL_X, Command.GOAL_Y, Command.HAS_GOAL):
+            self.command[i] = following[i]
+        return True

@@ -1,0 +1,127 @@
+"""Immutable values as arrays, to be written to a file, and back.
+
+Values are None, truths, numbers, texts, NumPy arrays, and tuples, NamedTuples,
+members of an Enum and frozen dataclasses made of such. Nothing of a file is
+run: a class is looked up among those that are loaded, and an object is filled
+without its constructor.
+"""
+
+import dataclasses
+from enum import Enum
+import json
+import sys
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Arrays = dict[str, NDArray[Any]]
+
+_FORM = "value"
+
+
+def to_arrays(value: Any, what: str) -> Arrays:
+    """Returns arrays that a value can be made of again.
+
+    Args:
+        value: The value.
+        what: What it is, for the message.
+
+    Raises:
+        ValueError: If it is made of something else than the module tells, or
+            of a class that is not at the top level of a module.
+    """
+    arrays: Arrays = {}
+    form = _form(value, arrays, what)
+    return {_FORM: np.array(json.dumps(form)), **arrays}
+
+
+def from_arrays(arrays: Arrays) -> Any:
+    """Returns the value that `to_arrays` turned into arrays.
+
+    Raises:
+        ValueError: If they do not hold one, or one of a class that is not
+            loaded.
+    """
+    try:
+        return _value(json.loads(str(arrays[_FORM])), arrays)
+    except (LookupError, TypeError, AttributeError, RecursionError) as error:
+        raise ValueError(f"is no value: {error!r}") from error
+
+
+def _form(value: Any, arrays: Arrays, what: str) -> Any:
+    """Returns a value as JSON; its arrays are added to `arrays`."""
+    cls = type(value)
+    if value is None or cls in (bool, int, float, str):
+        return value
+    if isinstance(value, np.ndarray | np.generic) and not value.dtype.hasobject:
+        name = f"array_{len(arrays)}"
+        arrays[name] = np.asarray(value)
+        return {"array": name, "scalar": isinstance(value, np.generic)}
+    if cls is tuple:
+        return {"tuple": [_form(item, arrays, what) for item in value]}
+    kind = f"{cls.__module__}:{cls.__qualname__}"
+    if _is_value_class(cls) and _find(kind) is cls:
+        if isinstance(value, Enum):
+            return {"class": kind, "name": value.name}
+        items = {
+            name: _form(getattr(value, name), arrays, what)
+            for name in _names(cls)
+        }
+        return {"class": kind, "items": items}
+    raise ValueError(
+        f"{what} holds {value!r:.80} of {cls.__module__}.{cls.__qualname__},"
+        " which cannot be saved: use None, numbers, texts, arrays, and tuples,"
+        " NamedTuples or frozen dataclasses of such, of classes at the top"
+        " level of a module"
+    )
+
+
+def _value(form: Any, arrays: Arrays) -> Any:
+    if not isinstance(form, dict):
+        return form
+    if "array" in form:
+        array = arrays[form["array"]]
+        if form["scalar"]:
+            return array[()]
+        array.setflags(write=False)
+        return array
+    if "tuple" in form:
+        return tuple(_value(item, arrays) for item in form["tuple"])
+    cls = _find(form["class"])
+    if cls is None or not _is_value_class(cls):
+        raise ValueError(f"there is no class {form['class']}; import it first")
+    if issubclass(cls, Enum):
+        return cls[form["name"]]
+    items = {key: _value(item, arrays) for key, item in form["items"].items()}
+    if list(items) != list(_names(cls)):
+        raise ValueError(f"{form['class']} has other fields now")
+    if issubclass(cls, tuple):
+        return tuple.__new__(cls, items.values())
+    value = object.__new__(cls)
+    for key, item in items.items():
+        object.__setattr__(value, key, item)
+    return value
+
+
+def _is_value_class(cls: type[Any]) -> bool:
+    if issubclass(cls, tuple):
+        return hasattr(cls, "_fields")
+    is_frozen = dataclasses.is_dataclass(cls) and (
+        cls.__dataclass_params__.frozen  # type: ignore[attr-defined]
+    )
+    return is_frozen or issubclass(cls, Enum)
+
+
+def _names(cls: type[Any]) -> tuple[str, ...]:
+    if issubclass(cls, tuple):
+        names: tuple[str, ...] = cls._fields  # type: ignore[attr-defined]
+        return names
+    return tuple(field.name for field in dataclasses.fields(cls))
+
+
+def _find(kind: str) -> type[Any] | None:
+    """Returns a class that is loaded, by its module and name."""
+    module, _, name = kind.partition(":")
+    found = getattr(sys.modules.get(module), name, None)
+    return found if isinstance(found, type) else None

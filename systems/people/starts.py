@@ -1,0 +1,40 @@
+"""Where people start."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hunav_drake.systems.common.random_streams import (
+    Purpose,
+    check_seed,
+    draw_uniform,
+)
+from hunav_drake.systems.people.human_config import HumanConfig
+from hunav_drake.systems.people.names import people_ids
+
+
+def draw_starts(
+    humans: Sequence[HumanConfig], seed: int, jitter: float
+) -> NDArray[np.float64]:
+    """Returns the poses at which people start.
+
+    Args:
+        humans: The people. Those without a number have the one that
+            `people_ids` gives.
+        seed: The seed of the trial, in [0, 2^63).
+        jitter: How far x and y are at most from those of the configurations,
+            in meters; each offset is drawn evenly from [-jitter, jitter).
+
+    Returns:
+        Shape (n, 3): x, y, yaw in W, in meters and radians.
+
+    Raises:
+        ValueError: If the seed is not such a number.
+    """
+    check_seed(seed)
+    poses = np.array([human.pose for human in humans]).reshape(len(humans), 3)
+    if jitter:
+        draws = draw_uniform(seed, people_ids(humans), Purpose.START_JITTER, 2)
+        poses[:, :2] += jitter * (2 * draws - 1)
+    return poses

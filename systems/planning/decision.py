@@ -1,0 +1,99 @@
+"""What a planner has decided, as a value in the Context."""
+
+from dataclasses import dataclass
+import math
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hunav_drake.systems.common.value_arrays import from_arrays, to_arrays
+from hunav_drake.systems.planning.planner import (
+    NO_PATH,
+    Plan,
+    Planner,
+    PlannerStatus,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Decision:
+    """Holds a plan; it cannot change, so copies of a Context share it."""
+
+    plan: Plan
+
+    def __deepcopy__(self, memo: Any) -> Self:
+        return self
+
+    def to_arrays(self) -> dict[str, NDArray[Any]]:
+        """Returns all that the plan is made of, by name.
+
+        Raises:
+            ValueError: If the planner remembers something that arrays cannot
+                hold: see `value_arrays`.
+        """
+        v, omega, status, memory, path = self.plan
+        return to_arrays(
+            (v, omega, int(status), memory, path),
+            "what the planner remembers",
+        )
+
+    def from_arrays(self, arrays: dict[str, NDArray[Any]]) -> "Decision":
+        """Returns the decision that arrays were made of.
+
+        Raises:
+            ValueError: If they are no decision.
+        """
+        v, omega, status, memory, path = from_arrays(arrays)
+        plan = Plan(v, omega, PlannerStatus(status), memory, path)
+        if fault := plan_fault(plan):
+            raise ValueError(fault)
+        return Decision(plan)
+
+
+def idle(planner: Planner) -> Decision:
+    """Returns what holds while there is nothing to do."""
+    return Decision(
+        Plan(0.0, 0.0, PlannerStatus.IDLE, memory=planner.initial_memory)
+    )
+
+
+def plan_fault(plan: Any, *, keeps: bool = True) -> str:
+    """Returns what keeps something from being a plan, or nothing.
+
+    Args:
+        plan: What a planner gave.
+        keeps: Whether its planner has an initial memory.
+    """
+    if not isinstance(plan, Plan):
+        return f"must give a Plan, got {plan!r:.80}"
+    if not (math.isfinite(plan.v) and math.isfinite(plan.omega)):
+        return f"must give finite v and omega, got {plan}"
+    path, memory = plan.path, plan.memory
+    if not keeps:
+        if memory is None and path is NO_PATH:
+            return ""
+        return (
+            "must not give a memory or a path without an initial_memory; give"
+            f" its class one that is not None. Got {plan}"
+        )
+    if not (
+        isinstance(path, np.ndarray)
+        and path.ndim == 2
+        and path.shape[1] in (2, 3)
+        and path.dtype == np.float64
+        and np.isfinite(path).all()
+    ):
+        return (
+            "must give a path that is an array of finite numbers of shape"
+            f" (k, 2) or (k, 3), got {path!r:.80}"
+        )
+    is_array = isinstance(memory, np.ndarray)
+    if isinstance(memory, list | dict | set | bytearray) or (
+        is_array and memory.flags.writeable
+    ):
+        return (
+            "must remember an immutable value, such as a tuple, a frozen"
+            f" dataclass or a read-only array; got {memory!r:.80}"
+        )
+    return ""

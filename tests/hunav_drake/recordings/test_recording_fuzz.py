@@ -1,0 +1,344 @@
+"""Damaged recordings and results: an error that says so, or finite metrics.
+
+Mutations are drawn from a fixed seed, so that a failure comes again.
+"""
+
+import json
+import warnings
+
+import numpy as np
+import pytest
+
+from hunav_drake.recordings.readers import ReadRecording
+from hunav_drake.results.files import WriteResult, load_results
+from hunav_drake.results.run_table import ReadRuns
+from hunav_drake.results.trial_result import MakeTrialResult
+from hunav_drake.systems.evaluation.compute import (
+    evaluate,
+    evaluate_by_behavior,
+)
+from hunav_drake.systems.evaluation.metrics import select_metrics
+from hunav_drake.systems.evaluation.recording import Recording
+from hunav_drake.systems.evaluation.recording_checks import LARGEST
+from hunav_drake.systems.world.obstacles import Obstacles
+
+# How often each kind of file is changed; more find more, and take longer.
+ROUNDS = 60
+NAMES = [metric.name for metric in select_metrics("all")]
+
+NUMBERS = (
+    *(0.0, -0.0, 1.0, -1.0, 0.5, 3e-7, 1e-6, 1e-9, 1e-160, 5e-324, 1e5),
+    *(1e9, 1e10, -1e10, 1.1e10, 100.0, 101.0, 1e18, 1e155, 1e308),
+    *(np.nan, np.inf, -np.inf, 2.0**63, -(2.0**63)),
+)
+WORDS = ("", "x", "1e999", "nan", "inf", "-Infinity", "1_0", "0x1", "é", "\0")
+
+
+def make_recording(samples=6, **kwargs):
+    rng = np.random.default_rng(1)
+    humans = rng.normal(size=(samples, 2, 7)) * 2
+    humans[..., 6] = 0.3
+    humans[2, 0] = np.nan
+    robot = rng.normal(size=(samples, 7))
+    robot[:, 6] = 0.35
+    settings = {
+        "times": np.arange(samples) * 0.1,
+        "robot": robot,
+        "humans": humans,
+        "behavior_status": rng.integers(0, 3, (samples, 2)),
+        "behaviors": ("regular", "scared"),
+        "group_ids": (1, 1),
+        "goal": (1.0, 2.0, 0.5),
+        "obstacles": Obstacles.from_shapes(
+            [[[-3, -3], [-3, 3], [-4, 3]], [[5, 5]]], solid=[True, False]
+        ),
+        "nearest_walls": rng.normal(size=(samples, 3, 2, 2)),
+        "reference_path": np.column_stack(
+            [np.arange(3.0), rng.normal(size=(3, 2))]
+        ),
+    }
+    return Recording(**(settings | kwargs))
+
+
+def assert_finite(recording):
+    """Computes all metrics, none of which may be infinite or raise."""
+    with warnings.catch_warnings():
+        # An overflow on the way to a finite value is no fault.
+        warnings.simplefilter("ignore", RuntimeWarning)
+        metrics, steps = evaluate(recording, NAMES)
+        tables = [steps, *evaluate_by_behavior(recording, NAMES)[1].values()]
+    assert not np.isinf(metrics).any(), metrics[np.isinf(metrics)]
+    for table in tables:
+        bad = np.isinf(table).any()
+        assert not bad.any(), list(table.columns[bad])
+
+
+def is_sound(path, read=ReadRecording):
+    """Tells whether a file can be read; if so, its metrics are finite."""
+    fault = ""
+    try:
+        recording = read(path)
+    except ValueError as error:
+        fault = str(error)
+    if not fault:
+        assert_finite(recording)
+    assert not fault or str(path) in fault
+    return not fault
+
+
+def pick(rng, things):
+    return things[int(rng.integers(len(things)))]
+
+
+def mutate_array(rng, array):
+    kind = rng.integers(8)
+    if kind == 0:
+        return array.astype(pick(rng, [complex, int, str, bool, "f4", "M8[s]"]))
+    if kind == 1:
+        return array[None]
+    if kind == 2:
+        return array.reshape(-1)
+    if kind == 3 and array.ndim:
+        return array[: rng.integers(len(array) + 1)]
+    if kind == 4 and array.ndim:
+        return np.concatenate([array, array])
+    array = array.copy()
+    if array.dtype.kind == "U":
+        return np.full(array.shape, pick(rng, WORDS))
+    value = pick(rng, NUMBERS)
+    if kind == 5 and array.ndim:
+        array = array.astype(float)
+        array[..., rng.integers(array.shape[-1])] = value
+        return array
+    if kind == 6:
+        return array * value
+    if array.size:
+        array = array.astype(float)
+        array.flat[rng.integers(array.size)] = value
+    return array
+
+
+def test_a_changed_npz(tmp_path):
+    rng = np.random.default_rng(2)
+    path = tmp_path / "a.npz"
+    make_recording().save(path)
+    with np.load(path) as archive:
+        whole = dict(archive)
+    outcomes = []
+    for _ in range(ROUNDS):
+        arrays = dict(whole)
+        for _ in range(rng.integers(1, 3)):
+            name = pick(rng, list(whole))
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                try:
+                    arrays[name] = mutate_array(rng, arrays[name])
+                except (ValueError, TypeError):
+                    del arrays[name]
+                    break
+        np.savez(path, **arrays)
+        outcomes.append(is_sound(path))
+    assert 0.1 < np.mean(outcomes) < 0.9
+
+
+def test_the_smallest_numbers():
+    """What is next to nothing does not make what is divided by it infinite."""
+    least = 5e-324
+    moving = make_recording()
+    for scale in (0.0, least, 1e-160, 1e-20, 1e9):
+        for radius in (0.0, 0.3, 1e9):
+            robot, humans = moving.robot.copy(), moving.humans.copy()
+            robot[:, :2] *= scale
+            humans[..., :2] *= scale
+            robot[:, 6] = radius
+            humans[..., 6][~np.isnan(humans[..., 6])] = radius
+            assert_finite(make_recording(robot=robot, humans=humans))
+    # Points that pass each other at the smallest distance there is.
+    robot, humans = np.zeros((6, 7)), np.zeros((6, 2, 7))
+    robot[:, 3] = 1.0
+    humans[..., 0], humans[..., 1] = 1.0, least
+    assert_finite(make_recording(robot=robot, humans=humans))
+
+
+@pytest.mark.parametrize("value", [1e9, 1e155, -1e308])
+@pytest.mark.parametrize("name", ["robot", "humans", "goal"])
+def test_the_largest_numbers(name, value):
+    """Each is refused where it stands, or gives finite metrics."""
+    whole = getattr(make_recording(), name)
+    for column in range(np.shape(whole)[-1]):
+        array = np.array(whole)
+        array[(-1,) * (array.ndim - 1) + (column,)] = value
+        if abs(value) <= LARGEST:
+            assert_finite(make_recording(**{name: array}))
+        else:
+            with pytest.raises(ValueError, match=f"recording.{name}: "):
+                make_recording(**{name: array})
+
+
+def table_of(recording):
+    """Returns the cells of a recording as a table with a row per body."""
+    rows = [["time", "agent", "x", "y", "yaw", "vx", "vy", "omega", "radius"]]
+    for k, time in enumerate(recording.times):
+        bodies = {"robot": recording.robot[k], "ana": recording.humans[k, 1]}
+        for name, state in bodies.items():
+            rows.append([repr(float(time)), name, *map(repr, state.tolist())])
+    return rows
+
+
+def mutate_table(rng, rows):
+    rows = [list(row) for row in rows]
+    kind = rng.integers(7)
+    row = rows[int(rng.integers(len(rows)))]
+    column = int(rng.integers(len(row)))
+    if kind == 0:
+        row[column] = pick(rng, WORDS)
+    elif kind == 1:
+        for row in rows:
+            del row[column]
+    elif kind == 2:
+        rows.remove(row)
+    elif kind == 3:
+        rows.append(list(row))
+    elif kind == 4:
+        value = pick(rng, NUMBERS)
+        for row in rows[1:]:
+            if column != 1:
+                row[column] = repr(float(row[column]) * value)
+    else:
+        row[column] = repr(pick(rng, NUMBERS))
+    return rows
+
+
+def test_a_changed_csv(tmp_path):
+    rng = np.random.default_rng(3)
+    path = tmp_path / "a.csv"
+    whole = table_of(make_recording())
+    # A table without velocities has them worked out.
+    bare = [row[:4] for row in whole]
+    outcomes = []
+    for i in range(ROUNDS):
+        rows = mutate_table(rng, bare if i % 2 else whole)
+        path.write_text("\n".join(map(",".join, rows)), encoding="utf-8")
+        outcomes.append(is_sound(path))
+    assert 0.1 < np.mean(outcomes) < 0.9
+
+
+def mutate_bytes(rng, data):
+    data = bytearray(data)
+    at = int(rng.integers(len(data)))
+    kind = rng.integers(4)
+    if kind == 0:
+        data[at] = int(rng.integers(256))
+    elif kind == 1:
+        del data[at : at + int(rng.integers(1, 40))]
+    elif kind == 2:
+        data[at:at] = bytes(rng.integers(0, 256, 4, dtype=np.uint8))
+    else:
+        del data[at:]
+    return bytes(data)
+
+
+@pytest.mark.parametrize("name", ["a.npz", "a.csv", "a.csv.gz", "a.json"])
+def test_changed_bytes(tmp_path, name):
+    rng = np.random.default_rng(4)
+    path = tmp_path / name
+    recording = make_recording()
+    if name == "a.npz":
+        recording.save(path)
+        whole = path.read_bytes()
+    elif name == "a.json":
+        whole = json.dumps(messages(recording)).encode()
+    else:
+        whole = "\n".join(map(",".join, table_of(recording))).encode()
+    for _ in range(ROUNDS):
+        path.write_bytes(mutate_bytes(rng, whole))
+        is_sound(path)
+
+
+def messages(recording):
+    """Returns a recording as HuNavSim's messages."""
+    keys = ("x", "y", "yaw", "vx", "vy", "angular_vel", "radius")
+
+    def body(state):
+        values = dict(zip(keys, state.tolist(), strict=True))
+        return values | {"linear_vel": 0.5, "closest_obs": [[1.0, 2.0]]}
+
+    return {
+        "robot_goal": [1.0, 2.0],
+        "robot_goal_radius": 0.3,
+        "steps": [
+            {
+                "sec": 0,
+                "nanosec": k * 10**8,
+                "robot": body(recording.robot[k]),
+                "agents": [body(recording.humans[k, 1]) | {"id": 1}],
+            }
+            for k in range(len(recording))
+        ],
+    }
+
+
+def mutate_json(rng, document):
+    """Replaces an entry somewhere in a document, which it changes."""
+    values = (*NUMBERS[:20], 10**30, None, True, "", "fast", [], {}, [1, 2])
+    while True:
+        place = pick(
+            rng,
+            list(document)
+            if isinstance(document, dict)
+            else list(range(len(document))),
+        )
+        entry = document[place]
+        if isinstance(entry, dict | list) and entry and rng.random() < 0.8:
+            document = entry
+            continue
+        if isinstance(document, dict) and rng.random() < 0.2:
+            del document[place]
+        else:
+            document[place] = pick(rng, values)
+        return
+
+
+def test_changed_messages(tmp_path):
+    rng = np.random.default_rng(5)
+    path = tmp_path / "a.json"
+    whole = json.dumps(messages(make_recording()))
+    outcomes = []
+    for _ in range(ROUNDS):
+        document = json.loads(whole)
+        mutate_json(rng, document)
+        path.write_text(json.dumps(document))
+        outcomes.append(is_sound(path))
+    assert 0.1 < np.mean(outcomes) < 0.9
+
+
+def test_changed_folders_of_results(tmp_path):
+    rng = np.random.default_rng(6)
+    result = MakeTrialResult(
+        make_recording(),
+        metric_names="path",
+        provenance={"seed": 0, "planner": "pursuit"},
+        end_reason="end",
+    )
+    path = WriteResult(result, tmp_path, tag="a") / "result.json"
+    whole = path.read_bytes()
+    outcomes = []
+    for i in range(ROUNDS):
+        if i % 3:
+            document = json.loads(whole)
+            mutate_json(rng, document)
+            path.write_text(json.dumps(document))
+        else:
+            path.write_bytes(mutate_bytes(rng, whole))
+        damaged = {}
+        results = load_results(tmp_path, damaged)
+        outcomes.append(bool(results))
+        if damaged:
+            assert str(path) in damaged["a"]
+            with pytest.raises(ValueError, match="Delete the damaged run"):
+                ReadRuns(tmp_path)
+        else:
+            assert len(ReadRuns(tmp_path)) == 1
+            ReadRuns(tmp_path, by_behavior=True)
+            assert not np.isinf(results[0].metrics).any()
+    assert 0.1 < np.mean(outcomes) < 0.9

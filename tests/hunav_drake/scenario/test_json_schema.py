@@ -1,0 +1,113 @@
+"""The JSON schema tells what a scenario file may hold."""
+
+from importlib import resources
+import json
+
+import jsonschema
+from pydantic.dataclasses import dataclass
+import pytest
+import yaml
+
+from hunav_drake import ListScenarios, LoadScenario, SaveScenario, cli
+from hunav_drake.scenario.json_schema import scenario_json_schema
+from hunav_drake.systems.planning import PLANNERS, Planner, register_planner
+
+
+@pytest.fixture(scope="module")
+def schema():
+    return scenario_json_schema()
+
+
+@pytest.fixture(scope="module")
+def dut(schema):
+    jsonschema.Draft202012Validator.check_schema(schema)
+    return jsonschema.Draft202012Validator(schema)
+
+
+@pytest.mark.parametrize("name", ListScenarios())
+def test_every_shipped_scenario_fits(dut, name):
+    file = resources.files("hunav_drake.scenarios") / f"{name}.yaml"
+    dut.validate(yaml.safe_load(file.read_text(encoding="utf-8")))
+    saved = SaveScenario(LoadScenario(filename=name))
+    dut.validate(yaml.safe_load(saved))
+
+
+WALL = "shape: box, center: [5, 5], size: [1, 1]"
+PERSON = "pose: [5, 5, 0]"
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong"),
+    [
+        ("planner: pursuit", "planner: persuit"),
+        ("planner: {name: pursuit}", "planner: {name: persuit}"),
+        ("planner: {cruise_speed: 1}", "planner: {cruise_sped: 1}"),
+        ("planner: {cruise_speed: 1}", "planner: {cruise_speed: -1}"),
+        ("planner: {period: 0.1}", "planner: {period: 0}"),
+        ("crowd: {model: orca}", "crowd: {model: orka}"),
+        (
+            "crowd: {model: {name: orca, time_horizon: 2}}",
+            "crowd: {model: {time_horizon: 2}}",
+        ),
+        ("crowd: {model: {kernel: numpy}}", "crowd: {model: {kernel: gpu}}"),
+        ("robot: {radius: 0.3}", "robot: {radius: 6}"),
+        ("robot: differential_drive", "robot: {model: tank}"),
+        (
+            f"world: {{walls: [{{{WALL}}}]}}",
+            "world: {walls: [{center: [5, 5], size: [1, 1]}]}",
+        ),
+        (f"world: {{walls: [{{{WALL}}}]}}", "world: {walls: [box]}"),
+        (f"humans: [{{{PERSON}}}]", "humans: [{}]"),
+        (f"humans: [{{{PERSON}}}]", "humans: [{pose: [5, 5]}]"),
+        (
+            f"humans: [{{{PERSON}, behavior: {{tree: curious, duration: 3}}}}]",
+            f"humans: [{{{PERSON}, behavior: {{duration: 3}}}}]",
+        ),
+        ("simulation: {seed: 1}", "simulation: {sed: 1}"),
+    ],
+)
+def test_what_a_scenario_may_hold_fits_and_nothing_else(dut, right, wrong):
+    """The schema and the loader agree."""
+    assert dut.is_valid(yaml.safe_load(right))
+    LoadScenario(data=right)
+    assert not dut.is_valid(yaml.safe_load(wrong))
+    with pytest.raises(ValueError, match="fault"):
+        LoadScenario(data=wrong)
+
+
+def test_fields_are_described_by_their_comments(schema):
+    forms = schema["properties"]["robot"]["oneOf"]
+    fields = next(f for f in forms if "properties" in f)["properties"]
+    assert fields["model"] == {"const": "differential_drive"}
+    assert fields["goal"]["description"] == (
+        "The pose to reach; without one the robot stays where it is."
+    )
+    human = schema["$defs"]["HumanConfig"]["properties"]
+    assert human["desired_speed"]["description"].startswith("The speed that")
+    assert human["desired_speed"]["maximum"] == 10
+
+
+def test_the_command_writes_it_with_what_users_add(
+    capsys, tmp_path, monkeypatch
+):
+    monkeypatch.setattr(PLANNERS, "_choices", dict(PLANNERS))
+
+    @register_planner("of my own")
+    @dataclass
+    class Mine(Planner):
+        boldness: float = 1.0
+
+        def plan(self, task, view, memory): ...
+
+    file = tmp_path / "schema.json"
+    assert cli.main(["schema", "-o", str(file)]) == 0
+    capsys.readouterr()
+    assert cli.main(["schema"]) == 0
+    schema = json.loads(capsys.readouterr().out)
+    assert json.loads(file.read_text()) == schema
+    jsonschema.validate(
+        {"planner": {"name": "of my own", "boldness": 2}}, schema
+    )
+    # Without --force, nothing is written over.
+    assert cli.main(["schema", "-o", str(file)]) == 2
+    assert cli.main(["schema", "-o", str(file), "--force"]) == 0

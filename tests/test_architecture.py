@@ -1,0 +1,142 @@
+"""The shape of the package: rooms, sizes, and which file may know which."""
+
+import ast
+import importlib
+from pathlib import Path
+import sys
+
+import pytest
+
+import hunav_drake
+from tests import architecture
+
+PACKAGE = Path(hunav_drake.__file__).parent
+SYSTEMS = PACKAGE / "systems"
+FILES = sorted(p for p in SYSTEMS.rglob("*.py") if p.name != "__init__.py")
+
+
+def imported(text):
+    """Yields the files of this package that a text imports, wherever in it."""
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.Import):
+            for alias in node.names:
+                yield from files_of(alias.name, None)
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            for alias in node.names:
+                yield from files_of(node.module, alias.name)
+
+
+def files_of(module, name):
+    """Yields the file of a module, or the one where its export is defined."""
+    if module.split(".")[0] != "hunav_drake":
+        return
+    imported = importlib.import_module(module)
+    if name is not None and Path(imported.__file__).name == "__init__.py":
+        # A package: what counts is where the name comes from.
+        value = getattr(imported, name, None)
+        home = getattr(value, "__module__", None) or f"{module}.{name}"
+        imported = sys.modules.get(home, imported)
+    yield Path(imported.__file__)
+
+
+def uses_drake(path):
+    nodes = ast.walk(ast.parse(path.read_text()))
+    names = [
+        node.module if isinstance(node, ast.ImportFrom) else alias.name
+        for node in nodes
+        if isinstance(node, ast.Import | ast.ImportFrom)
+        for alias in node.names
+    ]
+    return any((name or "").split(".")[0] == "pydrake" for name in names)
+
+
+def breaches(path, text):
+    """Yields what a file of a block must not import, but does."""
+    block = SYSTEMS / path.relative_to(SYSTEMS).parts[0]
+    for other in imported(text):
+        if not other.is_relative_to(SYSTEMS):
+            yield f"the application: {other.relative_to(PACKAGE)}"
+        elif (
+            not other.is_relative_to(block)
+            and not other.is_relative_to(SYSTEMS / "common")
+            and uses_drake(other)
+        ):
+            yield f"another system: {other.relative_to(SYSTEMS)}"
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda p: p.stem)
+def test_blocks_meet_through_ports(path):
+    """Of another block they know configurations and functions on data."""
+    assert not list(breaches(path, path.read_text()))
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("from hunav_drake.systems.crowd import HumanCrowd", "human_crowd"),
+        (
+            "from hunav_drake.systems.crowd.human_crowd import HumanCrowd",
+            "another system",
+        ),
+        ("def f():\n    import hunav_drake.systems.crowd.walls.room", "room"),
+        ("from hunav_drake.humans import AddHumans", "the application"),
+        ("from hunav_drake import AddHumans", "the application"),
+    ],
+)
+def test_a_breach_is_found(line, words):
+    path = SYSTEMS / "robot" / "differential_drive.py"
+    (breach,) = breaches(path, line)
+    assert words in breach
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "from hunav_drake.systems.people import HumanConfig",
+        "from hunav_drake.systems.robot import RobotConfig",
+        "from hunav_drake.systems.world.shapes import World",
+        "from pydrake.systems.framework import LeafSystem",
+    ],
+)
+def test_what_is_allowed_is_no_breach(line):
+    path = SYSTEMS / "robot" / "differential_drive.py"
+    assert not list(breaches(path, line))
+
+
+def test_configurations_do_without_drake():
+    configs = [*SYSTEMS.rglob("*_config.py"), SYSTEMS / "world/shapes.py"]
+    assert len(configs) > 4
+    for path in configs:
+        assert not uses_drake(path)
+
+
+def test_folders_can_be_overlooked():
+    folders = architecture.files_per_folder()
+    assert folders["systems"] == 0
+    assert {f: n for f, n in folders.items() if n > 16} == {}
+
+
+def test_files_are_short():
+    lines = architecture.lines_per_file()
+    assert {path: n for path, n in lines.items() if n > 400} == {}
+
+
+def test_nothing_imports_itself_by_a_detour():
+    assert architecture.circles() == []
+    assert architecture.room_circles() == []
+
+
+def test_a_circle_is_found(monkeypatch):
+    known = {"a": Path("a.py"), "b": Path("b.py"), "c": Path("c.py")}
+    graph = {"a": {"b"}, "b": {"a"}, "c": {"a"}}
+    monkeypatch.setattr(architecture, "modules", lambda: known)
+    monkeypatch.setattr(
+        architecture, "imports", lambda name, at_import: graph[name]
+    )
+    assert architecture.circles() == [["a", "b"]]
+
+
+def test_argument_lists_are_short():
+    """Kernels of numba must have theirs spelled out."""
+    found = [f for f in architecture.functions() if not f.compiled]
+    assert [f for f in found if f.arguments > 8] == []
