@@ -1,6 +1,7 @@
 from .context_file import LoadContext as LoadContext, SaveContext as SaveContext
 from .humans import (
     AddHumans as AddHumans,
+    HumanOptions as HumanOptions,
     HumanPorts as HumanPorts,
     MakeHumans as MakeHumans,
 )

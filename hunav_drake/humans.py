@@ -1,9 +1,9 @@
 """Adds people to any diagram."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 import numbers
 from types import NoneType
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypedDict, Unpack
 
 from pydrake.systems.framework import (
     Diagram,
@@ -15,6 +15,7 @@ from pydrake.systems.primitives import Multiplexer
 
 from hunav_drake.systems.behavior import BehaviorTree, LoadBehaviors
 from hunav_drake.systems.common.checks import check_kind
+from hunav_drake.systems.common.suggest import did_you_mean
 from hunav_drake.systems.crowd import CrowdConfig, HumanCrowd
 from hunav_drake.systems.people import HumanConfig
 from hunav_drake.systems.people.names import check_consistent, name_people
@@ -29,7 +30,7 @@ class HumanPorts(NamedTuple):
     """What `AddHumans` leaves to connect.
 
     Attributes:
-        robot_state: Takes m rows (x, y, yaw, vx, vy, omega, radius) of the
+        robot_states: Takes m rows (x, y, yaw, vx, vy, omega, radius) of the
             robots; None if there are none.
         human_states: Gives n such rows of the people, in W, in SI units.
         behavior_status: Gives, for each person, 0 while no reaction is
@@ -37,41 +38,51 @@ class HumanPorts(NamedTuple):
         forces: Gives the forces on each person: see `layout.FORCES`.
     """
 
-    robot_state: InputPort | None
+    robot_states: InputPort | None
     human_states: OutputPort
     behavior_status: OutputPort
     forces: OutputPort
 
 
+class HumanOptions(TypedDict, total=False):
+    """The options of `MakeHumans` and `AddHumans`, all by keyword."""
+
+    # The walls that people feel and cannot see through, or the world that has
+    # them; none by default.
+    obstacles: Obstacles | World | None
+
+    # How people take in the world.
+    config: CrowdConfig | None
+
+    # How many robots they meet; 1 by default.
+    num_robots: int
+
+    # The time between two steps, in seconds; 0.05 by default.
+    time_step: float
+
+    # How far x and y of a start are at most from those of the configuration,
+    # in meters; the seed draws by how much. 0 by default.
+    start_jitter: float
+
+    # The seed of the default Context, in [0, 2^63), from which drawn starts and
+    # weights follow; 0 by default. `SetHumansSeed` sets another in any Context.
+    seed: int
+
+    # Whether each person's tree is a system of its own, or one `BehaviorTree`
+    # ticks all, which does the same and is faster for many; by default, up to
+    # `MAX_SEPARATE_TREES` people have systems of their own.
+    separate_trees: bool | None
+
+
 def MakeHumans(
-    humans: Sequence[HumanConfig],
-    *,
-    obstacles: Obstacles | World | None = None,
-    config: CrowdConfig | None = None,
-    num_robots: int = 1,
-    time_step: float = 0.05,
-    start_jitter: float = 0.0,
-    seed: int = 0,
-    separate_trees: bool | None = None,
+    humans: Sequence[HumanConfig], **options: Unpack[HumanOptions]
 ) -> Diagram:
     """Makes a diagram of people: their crowd, and a behavior tree for each.
 
     Args:
         humans: The people; there may be none. Those without a name or a number
             are given some that are free: see `name_people`.
-        obstacles: The walls that they feel and cannot see through, or the
-            world that has them; none by default.
-        config: How they take in the world.
-        num_robots: How many robots they meet.
-        time_step: The time between two steps, in seconds.
-        start_jitter: How far x and y of a start are at most from those of the
-            configuration, in meters; the seed draws by how much.
-        seed: The seed of the default Context, in [0, 2^63). What is drawn of
-            starts and weights follows from it; `SetHumansSeed` sets another
-            one in any Context.
-        separate_trees: Whether each person's tree is a system of its own,
-            or one `BehaviorTree` ticks all, which does the same and is faster
-            for many; by default, up to 20 people have systems of their own.
+        options: See `HumanOptions`.
 
     Returns:
         A diagram named "humans" of the systems "crowd" and "behaviors", or
@@ -85,7 +96,11 @@ def MakeHumans(
             `desired_speed`.
         TypeError: If an argument is of another kind.
     """
-    _check_arguments(humans, obstacles, config, num_robots, time_step)
+    _check_arguments(humans, options)
+    obstacles = options.get("obstacles")
+    num_robots = options.get("num_robots", 1)
+    time_step = options.get("time_step", 0.05)
+    separate_trees = options.get("separate_trees")
     if isinstance(obstacles, World):
         obstacles = obstacles.obstacles()
     # Before anything is made of them: crowd and trees know the same numbers.
@@ -99,11 +114,11 @@ def MakeHumans(
         HumanCrowd(
             humans,
             obstacles=obstacles,
-            config=config,
+            config=options.get("config"),
             num_robots=num_robots,
             time_step=time_step,
-            start_jitter=start_jitter,
-            seed=seed,
+            start_jitter=options.get("start_jitter", 0.0),
+            seed=options.get("seed", 0),
         ),
     )
     trees = LoadBehaviors(human.behavior for human in humans)
@@ -138,29 +153,38 @@ def MakeHumans(
             system.GetInputPort("human_states"),
         )
     if num_robots:
-        builder.ExportInput(crowd.get_robot_state_input_port(), "robot_state")
+        builder.ExportInput(crowd.get_robot_states_input_port(), "robot_states")
         for system in systems:
             builder.ConnectInput(
-                "robot_state", system.GetInputPort("robot_state")
+                "robot_states", system.GetInputPort("robot_states")
             )
     diagram = builder.Build()
     diagram.set_name("humans")
     return diagram
 
 
-def _check_arguments(
-    humans: Any, obstacles: Any, config: Any, num_robots: Any, time_step: Any
-) -> None:
+def _check_arguments(humans: Any, options: Mapping[str, Any]) -> None:
     """Checks of what kind the arguments of `MakeHumans` are.
 
     Raises:
-        TypeError: If one is of another kind.
+        TypeError: If one is of another kind, or not an option.
     """
-    known = (Obstacles, World, NoneType)
-    check_kind("obstacles", obstacles, known, "Obstacles or a World")
-    check_kind("config", config, (CrowdConfig, NoneType), "a CrowdConfig")
-    check_kind("num_robots", num_robots, numbers.Integral, "a whole number")
-    check_kind("time_step", time_step, numbers.Real, "a number")
+    kinds: dict[str, tuple[Any, str]] = {
+        "obstacles": ((Obstacles, World, NoneType), "Obstacles or a World"),
+        "config": ((CrowdConfig, NoneType), "a CrowdConfig"),
+        "num_robots": (numbers.Integral, "a whole number"),
+        "time_step": (numbers.Real, "a number"),
+        "start_jitter": (numbers.Real, "a number"),
+    }
+    known = HumanOptions.__annotations__
+    for name, value in options.items():
+        if name not in known:
+            raise TypeError(
+                f"{name!r} is no option of people{did_you_mean(name, known)}"
+                f" (there are: {', '.join(known)})"
+            )
+        if name in kinds:
+            check_kind(name, value, *kinds[name])
     check_kind("humans", humans, Sequence, "a sequence")
     for i, human in enumerate(humans):
         check_kind(f"humans[{i}]", human, HumanConfig, "a HumanConfig")
@@ -185,14 +209,8 @@ def AddHumans(
     builder: DiagramBuilder,
     humans: Sequence[HumanConfig],
     *,
-    obstacles: Obstacles | World | None = None,
-    config: CrowdConfig | None = None,
-    num_robots: int = 1,
-    time_step: float = 0.05,
-    start_jitter: float = 0.0,
-    seed: int = 0,
-    separate_trees: bool | None = None,
     name: str = "humans",
+    **options: Unpack[HumanOptions],
 ) -> HumanPorts:
     """Adds people to a builder, as one system.
 
@@ -204,7 +222,7 @@ def AddHumans(
         robots = builder.AddSystem(Multiplexer([STATE_SIZE, STATE_SIZE]))
         for i, robot in enumerate(states_of_my_robots):
             builder.Connect(robot, robots.get_input_port(i))
-        builder.Connect(robots.get_output_port(), people.robot_state)
+        builder.Connect(robots.get_output_port(), people.robot_states)
 
     A diagram with behavior trees in it does not convert to AutoDiffXd; a
     `HumanCrowd` alone does.
@@ -212,18 +230,11 @@ def AddHumans(
     Args:
         builder: Where they are added.
         humans: The people; there may be none.
-        obstacles: The walls that they feel and cannot see through, or the
-            world that has them; none by default.
-        config: How they take in the world.
-        num_robots: How many robots they meet.
-        time_step: The time between two steps, in seconds.
-        start_jitter: How far starts are off at most: see `MakeHumans`.
-        seed: The seed of the default Context: see `MakeHumans`.
-        separate_trees: Whether each tree is a system: see `MakeHumans`.
         name: What the system is called; each in a diagram has its own name.
+        options: See `HumanOptions`.
 
     Returns:
-        The ports of the new system: ``robot_state``, left for the caller to
+        The ports of the new system: ``robot_states``, left for the caller to
         connect, takes the robots; ``human_states`` gives where people are,
         ``behavior_status`` who reacts, ``forces`` what moves them. See
         `HumanPorts` for their layouts.
@@ -239,21 +250,11 @@ def AddHumans(
             f"the diagram has a system named {name!r} already: give these"
             " people another name, as in AddHumans(..., name='more_humans')"
         )
-    diagram = builder.AddNamedSystem(
-        name,
-        MakeHumans(
-            humans,
-            obstacles=obstacles,
-            config=config,
-            num_robots=num_robots,
-            time_step=time_step,
-            start_jitter=start_jitter,
-            seed=seed,
-            separate_trees=separate_trees,
-        ),
-    )
+    diagram = builder.AddNamedSystem(name, MakeHumans(humans, **options))
     return HumanPorts(
-        robot_state=diagram.GetInputPort("robot_state") if num_robots else None,
+        robot_states=(
+            diagram.get_input_port() if diagram.num_input_ports() else None
+        ),
         human_states=diagram.GetOutputPort("human_states"),
         behavior_status=diagram.GetOutputPort("behavior_status"),
         forces=diagram.GetOutputPort("forces"),

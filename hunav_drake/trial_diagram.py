@@ -77,7 +77,7 @@ def MakeTrialDiagram(
         robot.GetInputPort("velocity_command"),
     )
     for port in (
-        humans.robot_state,
+        humans.robot_states,
         planner.GetInputPort("robot_state"),
         evaluator.GetInputPort("robot_state"),
         monitor.get_robot_state_input_port(),

@@ -90,14 +90,14 @@ class StepwiseHumans:
     def FixRobots(self, context: Context, robots: Array) -> None:
         """Sets where the robots are, of shape (m, 7)."""
         if self._num_robots:
-            port = self._diagram.GetInputPort("robot_state")
+            port = self._diagram.GetInputPort("robot_states")
             port.FixValue(context, robots.ravel())
 
     def AreRobotsKnown(self, context: Context) -> bool:
         """Tells whether it was set where the robots are, if there are any."""
         if not self._num_robots:
             return True
-        port = self._diagram.GetInputPort("robot_state")
+        port = self._diagram.GetInputPort("robot_states")
         return bool(port.HasValue(context))
 
     def CalcBehaviorStatus(self, context: Context) -> NDArray[np.int64]:

@@ -21,7 +21,7 @@ from hunav_drake.systems.behavior.tree import Outcome, TickArguments, Tree
 from hunav_drake.systems.common.callbacks import weakly
 from hunav_drake.systems.common.checks import check_count, check_time_step
 from hunav_drake.systems.common.layout import COMMAND_SIZE, STATE_SIZE
-from hunav_drake.systems.common.ports import DeclareRobotState, RequirePort
+from hunav_drake.systems.common.ports import DeclareRobotStates, RequirePort
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.people.names import people_ids
 from hunav_drake.systems.world.obstacles import Obstacles
@@ -35,7 +35,7 @@ class BehaviorTree(LeafSystem):
         name: BehaviorTree
         input_ports:
         - human_states
-        - robot_state
+        - robot_states
         output_ports:
         - commands
         - behavior_status
@@ -47,9 +47,9 @@ class BehaviorTree(LeafSystem):
     a thousand people.
 
     Port ``human_states`` takes n rows (x, y, yaw, vx, vy, omega, radius) of
-    all people, and ``robot_state`` m such rows of the robots, in W, in SI
+    all people, and ``robot_states`` m such rows of the robots, in W, in SI
     units: see `common.layout`. Without robots there is no port
-    ``robot_state``.
+    ``robot_states``.
 
     The outputs have the k people one after the other. Port ``commands`` gives
     k rows of what each wants, laid out as `layout.Command`. Port
@@ -86,7 +86,7 @@ class BehaviorTree(LeafSystem):
                 a number have that of `people_ids`.
             indices: The rows in ``human_states`` of the people that are
                 ticked; by default, all.
-            num_robots: How many robots ``robot_state`` has.
+            num_robots: How many robots ``robot_states`` has.
             time_step: The time between two ticks, in seconds.
             obstacles: The walls, all of which people cannot see through,
                 however low; none by default.
@@ -133,7 +133,7 @@ class BehaviorTree(LeafSystem):
         self._human_states = self.DeclareVectorInputPort(
             "human_states", n * STATE_SIZE
         )
-        self._robot_state = DeclareRobotState(self, num_robots)
+        self._robot_states = DeclareRobotStates(self, num_robots)
         self._memory = self.DeclareDiscreteState(
             np.array([*itertools.chain(*memories)])
         )
@@ -203,14 +203,14 @@ class BehaviorTree(LeafSystem):
         """Returns the port with the states of the people."""
         return self._human_states
 
-    def get_robot_state_input_port(self) -> InputPort:
+    def get_robot_states_input_port(self) -> InputPort:
         """Returns the port with the states of the robots.
 
         Raises:
             ValueError: If the system was made with no robots.
         """
         return RequirePort(
-            self, self._robot_state, "robot_state", "num_robots=0"
+            self, self._robot_states, "robot_states", "num_robots=0"
         )
 
     def get_commands_output_port(self) -> OutputPort:
@@ -306,8 +306,8 @@ class BehaviorTree(LeafSystem):
         # Views: Eval() would copy the states of everybody.
         states = self._human_states.EvalBasicVector(context).value()
         robots = self._no_robots
-        if self._robot_state is not None:
-            robots = self._robot_state.EvalBasicVector(context).value()
+        if self._robot_states is not None:
+            robots = self._robot_states.EvalBasicVector(context).value()
         for tree, person, own in zip(
             self._trees, self._people, self._slices, strict=True
         ):

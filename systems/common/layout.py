@@ -7,7 +7,7 @@ one after the other.
 
 from enum import IntEnum
 
-# A row of `human_states`, and of `robot_state`: the pose, the velocity of the
+# A row of `human_states` and of `robot_states`: the pose, the velocity of the
 # center expressed in W, the turn rate, and the radius of the body's disc.
 X, Y, YAW, VX, VY, OMEGA, RADIUS = range(7)
 STATE_FIELDS = ("x", "y", "yaw", "vx", "vy", "omega", "radius")

@@ -8,8 +8,8 @@ from pydrake.systems.framework import InputPort, PortDataType, System
 from hunav_drake.systems.common.layout import STATE_SIZE
 
 
-def DeclareRobotState(system: Any, num_robots: int) -> InputPort | None:
-    """Declares port ``robot_state`` of a system; none if there are no robots.
+def DeclareRobotStates(system: Any, num_robots: int) -> InputPort | None:
+    """Declares port ``robot_states`` of a system; none if there are no robots.
 
     Args:
         system: Changed.
@@ -17,7 +17,9 @@ def DeclareRobotState(system: Any, num_robots: int) -> InputPort | None:
     """
     if num_robots == 0:
         return None
-    return system.DeclareVectorInputPort("robot_state", num_robots * STATE_SIZE)
+    return system.DeclareVectorInputPort(
+        "robot_states", num_robots * STATE_SIZE
+    )
 
 
 def RequirePort(

@@ -30,7 +30,7 @@ from hunav_drake.systems.common.layout import (
     RADIUS,
     STATE_SIZE,
 )
-from hunav_drake.systems.common.ports import DeclareRobotState, RequirePort
+from hunav_drake.systems.common.ports import DeclareRobotStates, RequirePort
 from hunav_drake.systems.crowd.crowd_config import CrowdConfig
 from hunav_drake.systems.crowd.motion_model import Snapshot
 from hunav_drake.systems.crowd.step import CrowdJacobian, CrowdStep
@@ -55,7 +55,7 @@ def HumanCrowd_(T: Any) -> type:
 
             name: HumanCrowd
             input_ports:
-            - robot_state
+            - robot_states
             - commands
             output_ports:
             - human_states
@@ -65,10 +65,10 @@ def HumanCrowd_(T: Any) -> type:
         snapshot, and everybody moves at once: the order of people does not
         matter, to rounding.
 
-        Port ``robot_state`` takes m rows (x, y, yaw, vx, vy, omega, radius) of
+        Port ``robot_states`` takes m rows (x, y, yaw, vx, vy, omega, radius) of
         the robots, and ``human_states`` gives n such rows of the people, in W,
         in SI units: see `common.layout`. Without robots there is
-        no port ``robot_state``. Port ``commands`` takes n rows of what each
+        no port ``robot_states``. Port ``commands`` takes n rows of what each
         person wants, laid out as `layout.Command`; where they come from
         several systems, a Multiplexer joins them.
         Port ``forces`` gives n rows of 8 vectors (x, y), in m/s^2: see
@@ -106,7 +106,7 @@ def HumanCrowd_(T: Any) -> type:
                     rest.
                 obstacles: The walls; none by default.
                 config: How people move, and how they take in the world.
-                num_robots: How many robots port ``robot_state`` has.
+                num_robots: How many robots port ``robot_states`` has.
                 time_step: The time between two updates, in seconds.
                 start_jitter: How far x and y of a start are at most from those
                     of the configuration, in meters; the seed draws by how
@@ -143,7 +143,7 @@ def HumanCrowd_(T: Any) -> type:
                 with_derivatives=T is not float,
             )
             self._no_robots = np.zeros((0, STATE_SIZE))
-            self._robot_state = DeclareRobotState(self, num_robots)
+            self._robot_states = DeclareRobotStates(self, num_robots)
             self._commands = self.DeclareVectorInputPort(
                 "commands", len(humans) * COMMAND_SIZE
             )
@@ -202,14 +202,14 @@ def HumanCrowd_(T: Any) -> type:
                 self, other._humans, **other._options, converter=converter
             )
 
-        def get_robot_state_input_port(self) -> InputPort:
+        def get_robot_states_input_port(self) -> InputPort:
             """Returns the port with the states of the robots.
 
             Raises:
                 ValueError: If the crowd was made with no robots.
             """
             return RequirePort(
-                self, self._robot_state, "robot_state", "num_robots=0"
+                self, self._robot_states, "robot_states", "num_robots=0"
             )
 
         def get_commands_input_port(self) -> InputPort:
@@ -348,8 +348,10 @@ def HumanCrowd_(T: Any) -> type:
             """Returns the snapshot of a Context."""
             commands = self._commands.Eval(context)
             robots = self._no_robots
-            if self._robot_state is not None:
-                robots = self._robot_state.Eval(context).reshape(-1, STATE_SIZE)
+            if self._robot_states is not None:
+                robots = self._robot_states.Eval(context).reshape(
+                    -1, STATE_SIZE
+                )
                 robots.setflags(write=False)
             weights = self.GetWeights(context)
             weights.setflags(write=False)

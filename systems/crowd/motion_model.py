@@ -23,7 +23,7 @@ class Snapshot(NamedTuple):
         radii: Shape (n,), in meters.
         command: Shape (n, COMMAND_SIZE): see `layout.Command`.
         parameters: Shape (n, 13): the fields of SocialForceParameters.
-        robots: Shape (m, 7): rows of `robot_state`.
+        robots: Shape (m, 7): rows of `robot_states`.
         obstacles: The walls.
         obstacle_range: Walls farther than this are not felt, in meters.
         max_obstacles: How many walls are felt at most; 0 for all in range.

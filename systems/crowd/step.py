@@ -37,7 +37,7 @@ class CrowdJacobian(NamedTuple):
 
     Attributes:
         states: Shape (6n, 6n): by the present state, in the same order.
-        robots: Shape (6n, 7m): by port ``robot_state``.
+        robots: Shape (6n, 7m): by port ``robot_states``.
     """
 
     states: NDArray[np.float64]
@@ -109,7 +109,7 @@ class CrowdStep:
             states: Shape (n, 6), rows (x, y, yaw, vx, vy, omega) in W, in SI
                 units.
             command: Shape (n, COMMAND_SIZE): see `layout.Command`.
-            robots: Shape (m, 7), rows of ``robot_state``.
+            robots: Shape (m, 7), rows of ``robot_states``.
             parameters: Shape (n, 13): the fields of SocialForceParameters; of
                 floats, read-only.
         """

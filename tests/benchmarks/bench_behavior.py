@@ -92,7 +92,7 @@ def us_per_step(n, tree):
                 crowd.get_output_port(), system.get_human_states_input_port()
             )
             builder.Connect(
-                robot.get_output_port(), system.get_robot_state_input_port()
+                robot.get_output_port(), system.get_robot_states_input_port()
             )
         builder.Connect(system.get_output_port(0), commands.get_input_port(i))
     simulator = Simulator(builder.Build())
@@ -246,7 +246,7 @@ def seconds_of_a_diagram(n, kind):
     states = crowd.get_human_states_output_port()
     robot_state = robot.get_robot_state_output_port()
     builder.Connect(drive.get_output_port(), robot.get_input_port())
-    builder.Connect(robot_state, crowd.get_robot_state_input_port())
+    builder.Connect(robot_state, crowd.get_robot_states_input_port())
     builder.Connect(states, evaluator.GetInputPort("human_states"))
     builder.Connect(robot_state, evaluator.GetInputPort("robot_state"))
     if kind != "systems":
@@ -265,7 +265,7 @@ def seconds_of_a_diagram(n, kind):
                 f"tree_{i}", BehaviorTree([tree], humans, indices=[i])
             )
             builder.Connect(states, system.GetInputPort("human_states"))
-            builder.Connect(robot_state, system.GetInputPort("robot_state"))
+            builder.Connect(robot_state, system.GetInputPort("robot_states"))
             builder.Connect(
                 system.GetOutputPort("commands"), joined.get_input_port(i)
             )

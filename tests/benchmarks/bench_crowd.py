@@ -194,7 +194,7 @@ def make_diagram(n: int, config: CrowdConfig | None = None) -> Simulator:
     builder = DiagramBuilder()
     ports = AddHumans(builder, humans, config=config, time_step=TIME_STEP)
     robot = builder.AddSystem(ConstantVectorSource([0, 0, 0, 0, 0, 0, 0.3]))
-    builder.Connect(robot.get_output_port(), ports.robot_state)
+    builder.Connect(robot.get_output_port(), ports.robot_states)
     return Simulator(builder.Build())
 
 

@@ -159,8 +159,8 @@ def test_people_whose_robot_is_fixed(tmp_path):
     builder.ExportOutput(people.human_states, "human_states")
     diagram = builder.Build()
     simulator = Simulator(diagram)
-    humans = people.robot_state.get_system()
-    people.robot_state.FixValue(
+    humans = people.robot_states.get_system()
+    people.robot_states.FixValue(
         humans.GetMyMutableContextFromRoot(simulator.get_mutable_context()),
         [3.0, 0.1, 0, 0, 0, 0, 0.35],
     )
@@ -185,7 +185,7 @@ def test_a_robot_of_a_plant_goes_on(tmp_path):
     plant.Finalize()
     people = AddHumans(builder, [HumanConfig(pose=[4, 0, 3], goals=[[-9, 0]])])
     robot = AddBodyState(builder, plant, body, radius=0.3)
-    builder.Connect(robot, people.robot_state)
+    builder.Connect(robot, people.robot_states)
     builder.ExportOutput(people.human_states, "human_states")
     diagram = builder.Build()
     simulator = Simulator(diagram)

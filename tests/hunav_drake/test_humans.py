@@ -34,9 +34,9 @@ def simulate(humans, *, time=4.0, robot=ROBOT, **kwargs):
     """Returns what the ports give at a time."""
     builder = DiagramBuilder()
     ports = AddHumans(builder, humans, **kwargs)
-    if ports.robot_state is not None:
+    if ports.robot_states is not None:
         source = builder.AddSystem(ConstantVectorSource(robot))
-        builder.Connect(source.get_output_port(), ports.robot_state)
+        builder.Connect(source.get_output_port(), ports.robot_states)
     for name in ("human_states", "behavior_status", "forces"):
         builder.ExportOutput(getattr(ports, name), name)
     diagram = builder.Build()
@@ -112,7 +112,7 @@ def test_two_robots_come_by_a_multiplexer():
     for i in range(2):
         source = builder.AddSystem(ConstantVectorSource(ROBOT))
         builder.Connect(source.get_output_port(), robots.get_input_port(i))
-    builder.Connect(robots.get_output_port(), ports.robot_state)
+    builder.Connect(robots.get_output_port(), ports.robot_states)
     Simulator(builder.Build()).AdvanceTo(0.2)
 
 
@@ -232,7 +232,7 @@ def test_services_and_evaluator_know_the_numbers_of_the_trees():
         assert agent.states[1] == pytest.approx(y, abs=0.1)
     dut = Evaluator(SOME_NUMBERS)
     context = dut.CreateDefaultContext()
-    dut.GetInputPort("robot_state").FixValue(context, ROBOT)
+    dut.GetInputPort("robot_states").FixValue(context, ROBOT)
     dut.GetInputPort("human_states").FixValue(context, np.ones(14))
     recording = dut.GetRecording(context)
     assert recording.human_ids == (2, 1)

@@ -105,7 +105,7 @@ def make_meeting(*, unseen=False):
         time_step=CROWD_STEP,
     )
     if not unseen:
-        builder.Connect(robot_state, humans.robot_state)
+        builder.Connect(robot_state, humans.robot_states)
     driver = builder.AddNamedSystem("driver", CarefulDriver(len(people)))
     builder.Connect(plant.get_state_output_port(), driver.get_input_port(0))
     builder.Connect(humans.human_states, driver.get_input_port(1))

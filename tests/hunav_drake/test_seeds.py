@@ -223,7 +223,7 @@ def test_people_in_a_diagram_of_ones_own_start_again(separate_trees, tmp_path):
         )
         robot = builder.AddNamedSystem("robot", Integrator(7))
         builder.Connect(speed.get_output_port(), robot.get_input_port())
-        builder.Connect(robot.get_output_port(), people.robot_state)
+        builder.Connect(robot.get_output_port(), people.robot_states)
         builder.ExportOutput(people.human_states, "human_states")
         return builder.Build()
 

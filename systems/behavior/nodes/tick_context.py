@@ -176,7 +176,7 @@ class TickContext:
 
     @property
     def robots(self) -> list[Row]:
-        """The rows of `robot_state`."""
+        """The rows of `robot_states`."""
         if self._robots is None:
             flat: Row = self._robot_states.tolist()
             # (Most often there is one.)

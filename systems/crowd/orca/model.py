@@ -240,7 +240,7 @@ def orca_accelerations(
         radii: Shape (n,), in meters.
         command: Shape (n, COMMAND_SIZE).
         parameters: Shape (n, 13): the fields of SocialForceParameters.
-        robots: Shape (m, 7): rows of `robot_state`.
+        robots: Shape (m, 7): rows of `robot_states`.
         at_walls: Shape (n, 2): see `Snapshot`; the radii count.
         table: `Obstacles.table`.
         sight: Walls farther than this do not count, in meters.

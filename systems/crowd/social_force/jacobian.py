@@ -1,7 +1,7 @@
 """The derivatives of one step of the social force model, compiled by numba.
 
 Those of what `kernel.py` computes, with respect to the rows of `human_states`
-without the radii, and of `robot_state`: a column for each element of the n
+without the radii, and of `robot_states`: a column for each element of the n
 rows (x, y, yaw, vx, vy, omega), then one for each of the m rows (x, y, yaw,
 vx, vy, omega, radius). See `jacobian_terms.py` for where there is none.
 """
@@ -205,7 +205,7 @@ def force_jacobian(
         radii: Shape (n,), in meters.
         command: Shape (n, COMMAND_SIZE).
         parameters: Shape (n, 13): the fields of SocialForceParameters.
-        robots: Shape (m, 7): rows of `robot_state`.
+        robots: Shape (m, 7): rows of `robot_states`.
         at_walls: Shape (n, 2): see `Snapshot`.
         table: `Obstacles.table`.
         reach: Shapes farther than this are not felt, in meters.
@@ -266,7 +266,7 @@ def step_jacobian(
         radii: Shape (n,), in meters.
         command: Shape (n, COMMAND_SIZE).
         parameters: Shape (n, 13): the fields of SocialForceParameters.
-        robots: Shape (m, 7): rows of `robot_state`.
+        robots: Shape (m, 7): rows of `robot_states`.
         at_walls: Shape (n, 2): see `Snapshot`.
         table: `Obstacles.table`.
         reach: Shapes farther than this are not felt, in meters.

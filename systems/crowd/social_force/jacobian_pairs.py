@@ -148,7 +148,7 @@ def add_pairs(states, command, parameters, robots, result):
         states: As everywhere.
         command: Shape (n, COMMAND_SIZE): see `layout.Command`.
         parameters: Shape (n, 13): the fields of SocialForceParameters.
-        robots: Shape (m, 7): rows of `robot_state`.
+        robots: Shape (m, 7): rows of `robot_states`.
         result: Shape (2n, c), added to.
     """
     n = len(states)

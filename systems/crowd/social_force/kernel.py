@@ -166,7 +166,7 @@ def social_forces(
         radii: Shape (n,), in meters.
         command: Shape (n, COMMAND_SIZE).
         parameters: Shape (n, 13): the fields of SocialForceParameters.
-        robots: Shape (m, 7): rows of `robot_state`.
+        robots: Shape (m, 7): rows of `robot_states`.
         at_walls: Shape (n, 2): see `Snapshot`.
         table: `Obstacles.table`.
         reach: Shapes farther than this are not felt, in meters.

@@ -38,7 +38,7 @@ def make_diagram(n, *, separate_trees, num_robots=1):
     )
     if num_robots:
         robot = builder.AddSystem(ConstantVectorSource(ROBOT * num_robots))
-        builder.Connect(robot.get_output_port(), ports.robot_state)
+        builder.Connect(robot.get_output_port(), ports.robot_states)
     for name in ("human_states", "behavior_status"):
         builder.ExportOutput(getattr(ports, name), name)
     return builder.Build()
@@ -91,7 +91,7 @@ def test_ports_have_getters():
     trees = [LoadTree("regular")] * 2
     dut = BehaviorTree(trees, make_humans(2), num_robots=3)
     assert dut.get_human_states_input_port().size() == 14
-    assert dut.get_robot_state_input_port().size() == 21
+    assert dut.get_robot_states_input_port().size() == 21
     assert dut.get_commands_output_port().size() == 24
     assert dut.get_behavior_status_output_port().size() == 2
     nodes = len(trees[0].nodes)
@@ -99,7 +99,7 @@ def test_ports_have_getters():
     assert dut.trees() == trees
     dut = BehaviorTree(trees, make_humans(2), num_robots=0)
     with pytest.raises(ValueError, match="made with num_robots=0"):
-        dut.get_robot_state_input_port()
+        dut.get_robot_states_input_port()
 
 
 def test_bad_arguments_are_refused():
@@ -142,7 +142,7 @@ def test_a_memory_can_be_put_where_there_are_no_robots(behavior):
     for dut, context in zip((before, after), contexts, strict=True):
         dut.get_human_states_input_port().FixValue(context, state)
     far = [80.0, *robot[1:]]
-    before.get_robot_state_input_port().FixValue(contexts[0], far + robot)
+    before.get_robot_states_input_port().FixValue(contexts[0], far + robot)
     for _ in range(3):
         updated = before.EvalUniquePeriodicDiscreteUpdate(contexts[0])
         contexts[0].SetDiscreteState(updated)
@@ -180,7 +180,7 @@ def test_some_of_the_people_are_ticked_as_among_all():
         )
         context = dut.CreateDefaultContext()
         dut.get_human_states_input_port().FixValue(context, rows)
-        dut.get_robot_state_input_port().FixValue(context, ROBOT)
+        dut.get_robot_states_input_port().FixValue(context, ROBOT)
         commands = dut.get_commands_output_port().Eval(context)
         results.append(
             [

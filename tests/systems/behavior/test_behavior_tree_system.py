@@ -43,7 +43,7 @@ def dut():
 
 def fix(dut, context, x, robot=FAR):
     dut.get_human_states_input_port().FixValue(context, row(9.0) + row(x))
-    dut.get_robot_state_input_port().FixValue(context, robot)
+    dut.get_robot_states_input_port().FixValue(context, robot)
 
 
 def command(dut, context):
@@ -61,8 +61,8 @@ def memory(context):
 def test_ports_have_the_shared_layout(dut):
     assert dut.get_human_states_input_port().size() == 14
     assert dut.get_human_states_input_port().get_name() == "human_states"
-    assert dut.get_robot_state_input_port().size() == 7
-    assert dut.get_robot_state_input_port().get_name() == "robot_state"
+    assert dut.get_robot_states_input_port().size() == 7
+    assert dut.get_robot_states_input_port().get_name() == "robot_states"
     assert dut.get_commands_output_port().size() == COMMAND_SIZE
     assert dut.get_commands_output_port().get_name() == "commands"
     assert dut.get_behavior_status_output_port().size() == 1
@@ -166,7 +166,7 @@ def test_people_can_share_a_tree():
     for dut, goal in ((first, 1.0), (second, 7.0)):
         context = dut.CreateDefaultContext()
         dut.get_human_states_input_port().FixValue(context, row(0) + row(0))
-        dut.get_robot_state_input_port().FixValue(context, FAR)
+        dut.get_robot_states_input_port().FixValue(context, FAR)
         assert command(dut, context)[Command.GOAL_X] == goal
 
 
@@ -177,7 +177,7 @@ def test_without_robots_there_is_no_robot_port():
     dut.get_human_states_input_port().FixValue(context, row(0.0))
     assert command(dut, context)[Command.ROBOT_ROLE] == RobotRole.PEDESTRIAN
     with pytest.raises(ValueError, match="num_robots=0"):
-        dut.get_robot_state_input_port()
+        dut.get_robot_states_input_port()
 
 
 @pytest.mark.parametrize(
@@ -205,7 +205,7 @@ def make_diagram(humans, trees, robot=FAR, time_step=0.05):
     )
     source = builder.AddNamedSystem("robot", ConstantVectorSource(robot))
     builder.Connect(
-        source.get_output_port(), crowd.get_robot_state_input_port()
+        source.get_output_port(), crowd.get_robot_states_input_port()
     )
     commands = builder.AddSystem(Multiplexer([COMMAND_SIZE] * len(humans)))
     builder.Connect(commands.get_output_port(), crowd.get_commands_input_port())
@@ -219,7 +219,7 @@ def make_diagram(humans, trees, robot=FAR, time_step=0.05):
             dut.get_human_states_input_port(),
         )
         builder.Connect(
-            source.get_output_port(), dut.get_robot_state_input_port()
+            source.get_output_port(), dut.get_robot_states_input_port()
         )
         builder.Connect(
             dut.get_commands_output_port(), commands.get_input_port(i)

@@ -112,7 +112,7 @@ class Replay:
             )
         )
         builder.ExportInput(
-            self.crowd.get_robot_state_input_port(), "robot_state"
+            self.crowd.get_robot_states_input_port(), "robot_states"
         )
         self.trees = []
         commands = builder.AddSystem(Multiplexer([COMMAND_SIZE] * len(humans)))
@@ -129,7 +129,7 @@ class Replay:
                 system.get_human_states_input_port(),
             )
             builder.ConnectInput(
-                "robot_state", system.get_robot_state_input_port()
+                "robot_states", system.get_robot_states_input_port()
             )
             builder.Connect(
                 system.get_commands_output_port(), commands.get_input_port(i)
@@ -140,7 +140,7 @@ class Replay:
 
     def put(self, robot, agents):
         """Puts the robot and the people where they were."""
-        self.diagram.GetInputPort("robot_state").FixValue(self.context, robot)
+        self.diagram.GetInputPort("robot_states").FixValue(self.context, robot)
         state = np.zeros((len(agents), 6))
         state[:, :5] = np.array(agents)[:, :5]
         self.crowd.GetMyMutableContextFromRoot(self.context).SetDiscreteState(

@@ -45,7 +45,7 @@ def dut():
 
 def fix(dut, context, robot):
     dut.get_human_states_input_port().FixValue(context, ME)
-    dut.get_robot_state_input_port().FixValue(context, robot)
+    dut.get_robot_states_input_port().FixValue(context, robot)
 
 
 def status(dut, context):

@@ -81,14 +81,14 @@ def make_crowd(seed, **options):
         command[Command.GROUP_ID] = 4 if i < 3 else -1
     dut.get_commands_input_port().FixValue(context, commands.ravel())
     robots = rng.normal(size=(M, 7)) * [1.5, 1.5, 1, 0.5, 0.5, 1, 0]
-    dut.get_robot_state_input_port().FixValue(context, robots.ravel())
+    dut.get_robot_states_input_port().FixValue(context, robots.ravel())
     return dut, context
 
 
 def next_state(dut, context, state, robots):
     context = context.Clone()
     context.SetDiscreteState(state)
-    dut.get_robot_state_input_port().FixValue(context, robots)
+    dut.get_robot_states_input_port().FixValue(context, robots)
     updated = dut.EvalUniquePeriodicDiscreteUpdate(context)
     return updated.get_vector(0).CopyToVector()
 
@@ -97,7 +97,7 @@ def present(dut, context):
     """Returns the states of the people, and those of the robots."""
     return (
         context.get_discrete_state(0).CopyToVector(),
-        dut.get_robot_state_input_port().Eval(context).copy(),
+        dut.get_robot_states_input_port().Eval(context).copy(),
     )
 
 
@@ -186,7 +186,7 @@ def test_the_ports_carry_derivatives():
     commands = dut.get_commands_input_port().Eval(context)
     converted.get_commands_input_port().FixValue(other, commands)
     variables = InitializeAutoDiff(robots).ravel()
-    converted.get_robot_state_input_port().FixValue(other, variables)
+    converted.get_robot_states_input_port().FixValue(other, variables)
     other.SetDiscreteState(state)
     forces = converted.get_forces_output_port().Eval(other)
     np.testing.assert_allclose(
@@ -214,7 +214,7 @@ def test_derivatives_are_finite_where_forces_are_undefined(distance):
     context.SetDiscreteState(state.ravel())
     robots = np.zeros((M, 7))
     robots[:, :2] = -1.0, 0.5
-    dut.get_robot_state_input_port().FixValue(context, robots.ravel())
+    dut.get_robot_states_input_port().FixValue(context, robots.ravel())
     port = dut.get_commands_input_port()
     commands = port.Eval(context).reshape(N, COMMAND_SIZE)
     commands[:, :3] = -1.0, 0.5, 0.0
@@ -240,7 +240,7 @@ def test_hardly_anybody_has_derivatives_too(n, m):
             its_context, [5, 0, 0.3, 1, 1, 1, 1, 0, 0, 0, 0, -1] * n
         )
         if m:
-            system.get_robot_state_input_port().FixValue(
+            system.get_robot_states_input_port().FixValue(
                 its_context, [1, 0.5, 0, 0, 0, 0, 0.3]
             )
     other.SetDiscreteState(InitializeAutoDiff(np.zeros(6 * n)).ravel())

@@ -106,7 +106,7 @@ def run(people, *, matrix=None, epsilon=0.005, steps=30, time_step=0.05):
     dut.GetInputPort("commands").FixValue(context, commands.ravel())
     robot = np.array([0.0, 0.0, 0.0, 0.4, 0.2, 0.0, 0.3])
     robot[3:5] = matrix @ robot[3:5]
-    dut.get_robot_state_input_port().FixValue(context, robot)
+    dut.get_robot_states_input_port().FixValue(context, robot)
     simulator = Simulator(dut, context)
     simulator.AdvanceTo((steps - 0.5) * time_step)
     states = dut.get_human_states_output_port().Eval(simulator.get_context())

@@ -39,8 +39,8 @@ def walk_to(goal, *, speed=1.2, group_id=-1, role=RobotRole.PEDESTRIAN):
 def make_simulator(dut, commands, robot=ROBOT, context=None):
     context = context or dut.CreateDefaultContext()
     dut.get_commands_input_port().FixValue(context, np.ravel(commands))
-    if dut.HasInputPort("robot_state"):
-        dut.get_robot_state_input_port().FixValue(context, robot)
+    if dut.HasInputPort("robot_states"):
+        dut.get_robot_states_input_port().FixValue(context, robot)
     return Simulator(dut, context)
 
 
@@ -217,7 +217,7 @@ def test_forces_follow_every_input(dut, commands):
     dut.get_commands_input_port().FixValue(context, np.ravel(commands))
     after_command = port.Eval(context).copy()
     assert (before != after_command).any()
-    dut.get_robot_state_input_port().FixValue(
+    dut.get_robot_states_input_port().FixValue(
         context, [0.5, 0.5, 0, 0, 0, 0, 0.3]
     )
     after_robot = port.Eval(context).copy()
@@ -338,7 +338,7 @@ def test_bad_arguments_are_refused():
     with pytest.raises(ValueError, match="num_robots must be at least 0"):
         HumanCrowd([], num_robots=-1)
     with pytest.raises(ValueError, match="num_robots=0"):
-        HumanCrowd([], num_robots=0).get_robot_state_input_port()
+        HumanCrowd([], num_robots=0).get_robot_states_input_port()
     with pytest.raises(ValueError, match="start_jitter must be at least 0"):
         HumanCrowd([], start_jitter=-0.1)
     with pytest.raises(ValueError, match="seed must be a whole number in"):

@@ -297,7 +297,7 @@ def make_crowd(config):
         command[Command.ROBOT_ROLE] = RobotRole.PEDESTRIAN
         command[Command.GROUP_ID] = -1
     dut.get_commands_input_port().FixValue(context, commands.ravel())
-    dut.get_robot_state_input_port().FixValue(
+    dut.get_robot_states_input_port().FixValue(
         context, [3.0, 3.0, math.pi, 0.0, 0.0, 0.0, 0.35]
     )
     return dut, context
@@ -486,7 +486,7 @@ def test_a_model_cannot_write_to_what_it_is_given(what):
     )
     context = dut.CreateDefaultContext()
     dut.get_commands_input_port().FixValue(context, np.zeros(COMMAND_SIZE))
-    dut.get_robot_state_input_port().FixValue(context, np.ones(7))
+    dut.get_robot_states_input_port().FixValue(context, np.ones(7))
     with pytest.raises(ValueError, match="read-only"):
         dut.get_forces_output_port().Eval(context)
 
@@ -526,7 +526,7 @@ def test_no_finite_number_is_too_large(model, parameters, size):
     command = rng.choice([0.0, 1.0, -1.0, size], (n, COMMAND_SIZE))
     command[:, Command.MAX_SPEED] = abs(command[:, Command.MAX_SPEED])
     dut.get_commands_input_port().FixValue(context, command.ravel())
-    dut.get_robot_state_input_port().FixValue(
+    dut.get_robot_states_input_port().FixValue(
         context, rng.choice([0.0, 1.0, size], 7)
     )
     assert np.isfinite(dut.get_forces_output_port().Eval(context)).all()

@@ -311,7 +311,7 @@ def test_people_are_made_with_their_ports():
         ]
     )
     context = dut.CreateDefaultContext()
-    dut.GetInputPort("robot_state").FixValue(
+    dut.GetInputPort("robot_states").FixValue(
         context, [2.0, 0, 0, 0, 0, 0, 0.35]
     )
     status = dut.GetOutputPort("behavior_status").Eval(context)

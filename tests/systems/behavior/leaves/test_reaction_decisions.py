@@ -32,7 +32,7 @@ class People:
 
     def step(self, robot, count=1):
         """Returns the states of the people after some steps."""
-        self.diagram.GetInputPort("robot_state").FixValue(self.context, robot)
+        self.diagram.GetInputPort("robot_states").FixValue(self.context, robot)
         self.steps += count
         # Updates come at the beginning of a step; this is half-way.
         self.simulator.AdvanceTo((self.steps - 0.5) * self.time_step)
@@ -247,7 +247,7 @@ def test_timers_count_simulated_time(monkeypatch):
     simulator = Simulator(dut)
     context = simulator.get_mutable_context()
     dut.get_human_states_input_port().FixValue(context, at(0, 0))
-    dut.get_robot_state_input_port().FixValue(context, at(3, 0))
+    dut.get_robot_states_input_port().FixValue(context, at(3, 0))
     port = dut.get_behavior_status_output_port()
     active = 0
     for step in range(40):

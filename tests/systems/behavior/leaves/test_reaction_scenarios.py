@@ -227,7 +227,7 @@ def test_cooperative_person_passes_a_robot_that_has_stopped(width, stop):
     for step in range(700):
         x = min(-8.0 + 0.6 * 0.05 * step, stop)
         robot = [x, 0.0, 0.0, 0.6 if x < stop else 0.0, 0.0, 0.0, 0.35]
-        people.GetInputPort("robot_state").FixValue(context, robot)
+        people.GetInputPort("robot_states").FixValue(context, robot)
         simulator.AdvanceTo(0.05 * (step + 0.5))
         states = people.GetOutputPort("human_states").Eval(context)
         positions.append([states[0] - x, states[1]])
@@ -254,7 +254,7 @@ def walk_past(robots, width=None):
     simulator = Simulator(people)
     context = simulator.get_mutable_context()
     rows = [[*xy, math.pi, 0.0, 0.0, 0.0, 0.3] for xy in robots]
-    people.GetInputPort("robot_state").FixValue(context, np.ravel(rows))
+    people.GetInputPort("robot_states").FixValue(context, np.ravel(rows))
     way, active = [], []
     for step in range(300):
         simulator.AdvanceTo(0.05 * (step + 0.5))

@@ -192,7 +192,7 @@ def test_memory_of_a_node_lives_in_the_context(waving):
         for distance in distances:
             robot = ROBOT.copy()
             robot[X] = distance
-            dut.get_robot_state_input_port().FixValue(context, robot)
+            dut.get_robot_states_input_port().FixValue(context, robot)
             result.append(dut.get_commands_output_port().Eval(context).copy())
             simulator.AdvanceTo(context.get_time() + 0.125)
         return result

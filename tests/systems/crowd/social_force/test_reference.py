@@ -182,7 +182,7 @@ def make_crowd(scenario) -> HumanCrowd:
 
 def fix_inputs(dut, context: Context, scenario, before, after):
     robot = [*after["robot"], scenario["robot"]["radius"]]
-    dut.get_robot_state_input_port().FixValue(context, robot)
+    dut.get_robot_states_input_port().FixValue(context, robot)
     commands = np.zeros((len(scenario["agents"]), COMMAND_SIZE))
     for i, agent in enumerate(scenario["agents"]):
         command = commands[i]
