@@ -232,7 +232,7 @@ def test_services_and_evaluator_know_the_numbers_of_the_trees():
         assert agent.states[1] == pytest.approx(y, abs=0.1)
     dut = Evaluator(SOME_NUMBERS)
     context = dut.CreateDefaultContext()
-    dut.GetInputPort("robot_states").FixValue(context, ROBOT)
+    dut.GetInputPort("robot_state").FixValue(context, ROBOT)
     dut.GetInputPort("human_states").FixValue(context, np.ones(14))
     recording = dut.GetRecording(context)
     assert recording.human_ids == (2, 1)
