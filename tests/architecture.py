@@ -184,7 +184,7 @@ def functions() -> list[Function]:
             compiled = any(
                 word in ast.unparse(decorator)
                 for decorator in node.decorator_list
-                for word in ("jit", "intrinsic")
+                for word in ("jit", "vectorized")
             )
             found.append(Function(count, f"{name}.{node.name}", compiled))
     return sorted(found, reverse=True)
