@@ -2,11 +2,31 @@
 
 from pathlib import Path
 import re
+import textwrap
+
+import pytest
 
 from hunav_drake import LoadScenario, MakeTrialDiagram
 from tests import architecture
 
-DOCS = Path(__file__).resolve().parents[1] / "docs"
+ROOT = Path(__file__).resolve().parents[1]
+DOCS = ROOT / "docs"
+
+
+def readme_code():
+    """Yields the sections of the README with the Python code in each."""
+    for section in (ROOT / "README.md").read_text().split("\n## ")[1:]:
+        title, _, text = section.partition("\n")
+        blocks = re.findall(r"(?:^    .*\n|^\n)+", text, re.M)
+        code = [b for b in blocks if "import " in b and "    hunav " not in b]
+        if code:
+            yield pytest.param(textwrap.dedent("".join(code)), id=title)
+
+
+@pytest.mark.parametrize("code", list(readme_code()))
+def test_the_code_of_the_readme_runs(code, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    exec(compile(code, "README.md", "exec"), {"__name__": "readme"})
 
 
 def test_the_drawing_of_the_diagram_is_up_to_date():
