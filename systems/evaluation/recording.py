@@ -235,7 +235,7 @@ class Recording:
             values["nearest_walls"] = self.nearest_walls[:, rows]
         part = type(self)(**values)
         # What has nothing to do with people is not computed again.
-        part.__dict__["way"] = self.path_features
+        part.__dict__["path_features"] = self.path_features
         return part
 
     def save(self, path: str | Path) -> None:
