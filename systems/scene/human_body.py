@@ -1,15 +1,6 @@
 """A person's figure: bodies, joints and clothes, built in code."""
 
-from dataclasses import dataclass
-
-from pydrake.geometry import (
-    Cylinder,
-    GeometryInstance,
-    InMemoryMesh,
-    MakePhongIllustrationProperties,
-    Mesh,
-    Rgba,
-)
+from pydrake.geometry import Cylinder, InMemoryMesh, Mesh, Rgba
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import (
@@ -25,6 +16,7 @@ from pydrake.multibody.tree import (
 from hunav_drake.systems.scene import human_parts
 from hunav_drake.systems.scene.gait import THIGH
 from hunav_drake.systems.scene.palette import BODY_DISC, Clothes
+from hunav_drake.systems.scene.visuals import AddVisual
 
 # The radius of the disc, in meters, at which the figure has the width of an
 # adult; other radii make it wider or slimmer, within reason.
@@ -42,26 +34,9 @@ _SHOULDER_Z = 0.515
 _DISC_Z = 0.012
 
 
-@dataclass(frozen=True)
-class HumanBody:
-    """The figure of one person in a plant.
-
-    Attributes:
-        base: The body at (x, y, yaw) on the floor.
-        trunk: The body at the hips, above the base.
-        joints: In the order of the positions in `gait`: the joint of the
-            base (x, y, yaw), of the trunk (height of the hips), left hip,
-            left knee, right hip, right knee, left shoulder, right shoulder.
-    """
-
-    base: RigidBody
-    trunk: RigidBody
-    joints: tuple[Joint, ...]
-
-
 def AddHumanBody(
     plant: MultibodyPlant, name: str, *, radius: float, clothes: Clothes
-) -> HumanBody:
+) -> list[Joint]:
     """Adds the figure of a person to a plant, as its own model instance.
 
     The figure is 1.7 m tall and faces +x at yaw 0. It has eight bodies
@@ -75,6 +50,11 @@ def AddHumanBody(
         name: The name of the model instance, unique in the plant.
         radius: The radius of the person's disc, in meters.
         clothes: The colors.
+
+    Returns:
+        The joints in the order of the positions in `gait`: of the base
+        (x, y, yaw), of the trunk (height of the hips), left hip, left knee,
+        right hip, right knee, left shoulder, right shoulder.
     """
     instance = plant.AddModelInstance(name)
     low, high = _WIDTH_LIMITS
@@ -82,13 +62,15 @@ def AddHumanBody(
     builder = _FigureBuilder(plant, instance, width)
 
     base = builder.AddBody("base")
-    disc = GeometryInstance(
-        RigidTransform([0, 0, _DISC_Z - 0.001]), Cylinder(radius, 0.002), "disc"
+    AddVisual(
+        plant,
+        base,
+        "disc",
+        Cylinder(radius, 0.002),
+        BODY_DISC,
+        RigidTransform([0, 0, _DISC_Z - 0.001]),
+        perceived=False,
     )
-    disc.set_illustration_properties(
-        MakePhongIllustrationProperties(BODY_DISC.rgba)
-    )
-    plant.RegisterVisualGeometry(base, disc)
 
     trunk = builder.AddBody("trunk")
     builder.AddPart(trunk, "hips", human_parts.Hips(), clothes.trousers)
@@ -135,17 +117,14 @@ def AddHumanBody(
                 -1,
             )
         )
-    return HumanBody(base=base, trunk=trunk, joints=tuple(joints))
+    return joints
 
 
 class _FigureBuilder:
     """What the parts of one figure share while it is built."""
 
     def __init__(
-        self,
-        plant: MultibodyPlant,
-        instance: ModelInstanceIndex,
-        width: float,
+        self, plant: MultibodyPlant, instance: ModelInstanceIndex, width: float
     ) -> None:
         self._plant = plant
         self._instance = instance
@@ -157,13 +136,8 @@ class _FigureBuilder:
     def AddPart(
         self, body: RigidBody, name: str, mesh: InMemoryMesh, color: Rgba
     ) -> None:
-        self._plant.RegisterVisualGeometry(
-            body,
-            RigidTransform(),
-            Mesh(mesh, [self._width, self._width, 1.0]),
-            name,
-            color.rgba,
-        )
+        shape = Mesh(mesh, [self._width, self._width, 1.0])
+        AddVisual(self._plant, body, name, shape, color)
 
     def AddSwing(
         self,

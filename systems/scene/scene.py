@@ -48,7 +48,6 @@ class ScenePorts:
         plant: The plant whose bodies are drawn. It is not part of the diagram
             and has no mass: only a table of frames and geometry.
         human_names: The model instance of each person in the plant.
-        robot_name: The model instance of the robot; None without one.
         visualizer: What publishes to Meshcat, and records; None if headless.
     """
 
@@ -58,7 +57,6 @@ class ScenePorts:
     scene_graph: SceneGraph
     plant: MultibodyPlant
     human_names: tuple[str, ...]
-    robot_name: str | None
     visualizer: "MeshcatVisualizer | None"
 
 
@@ -121,11 +119,11 @@ def AddScene(
     AddWalls(plant, world.walls)
     AddGoalMarks(plant, humans, robot)
     human_names = _instance_names(humans)
-    bodies = [
+    joints = [
         AddHumanBody(plant, name, radius=human.radius, clothes=clothes(i))
         for i, (name, human) in enumerate(zip(human_names, humans, strict=True))
     ]
-    robot_body = (
+    robot_joint = (
         AddRobotBody(plant, "robot", radius=robot.radius) if robot else None
     )
     plant.Finalize()
@@ -133,8 +131,8 @@ def AddScene(
     kinematics = inner.AddNamedSystem(
         "kinematics",
         SceneKinematics(
-            np.array([_positions(b.joints) for b in bodies]).reshape(-1, 10),
-            _positions([robot_body.joint]) if robot_body else None,
+            np.array([_positions(j) for j in joints]).reshape(-1, 10),
+            _positions([robot_joint]) if robot_joint else None,
             num_positions=plant.num_positions(),
             time_step=time_step,
         ),
@@ -169,7 +167,6 @@ def AddScene(
         scene_graph=scene_graph,
         plant=plant,
         human_names=human_names,
-        robot_name="robot" if robot else None,
         visualizer=visualizer,
     )
 
