@@ -1,6 +1,5 @@
 """A recorded trial, as arrays: all that a metric is computed from."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 import math
@@ -10,11 +9,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from hunav_drake.systems.common.layout import (
-    STATE_SIZE,
-    X,
-    Y,
-)
+from hunav_drake.systems.common.layout import STATE_SIZE, X, Y
 from hunav_drake.systems.common.suggest import did_you_mean
 from hunav_drake.systems.evaluation import recording_file
 from hunav_drake.systems.evaluation.encounter_features import EncounterFeatures
@@ -130,7 +125,6 @@ class Recording:
             reference = checked_path(reference)
         for array in (times, robot, humans, status):
             array.setflags(write=False)
-        ids = range(1, n + 1)
         self._set(
             times=times,
             robot=robot,
@@ -138,14 +132,15 @@ class Recording:
             behavior_status=status,
             nearest_walls=nearest,
             reference_path=reference,
-            human_names=per_human(
-                "human_names", self.human_names, [f"human_{i}" for i in ids]
-            ),
-            human_ids=per_human("human_ids", self.human_ids, list(ids)),
-            behaviors=per_human("behaviors", self.behaviors, ["regular"] * n),
-            group_ids=per_human("group_ids", self.group_ids, [-1] * n),
             goal=checked_goal(self.goal),
         )
+        for name, default in (
+            ("human_names", [f"human_{i + 1}" for i in range(n)]),
+            ("human_ids", list(range(1, n + 1))),
+            ("behaviors", ["regular"] * n),
+            ("group_ids", [-1] * n),
+        ):
+            self._set(**{name: per_human(name, getattr(self, name), default)})
         for name in ("goal_tolerance", "goal_yaw_tolerance"):
             tolerance = float(checked_array(name, getattr(self, name), ()))
             if not 0 < tolerance <= LARGEST:
@@ -218,18 +213,11 @@ class Recording:
                 + did_you_mean(behavior, self.behaviors)
             )
 
-        def pick(values: Sequence[Any]) -> tuple[Any, ...]:
-            return tuple(values[i] for i in chosen)
-
         values = self._values()
-        values |= {
-            "humans": self.humans[:, chosen],
-            "behavior_status": values["behavior_status"][:, chosen],
-            "human_names": pick(self.human_names),
-            "human_ids": pick(self.human_ids),
-            "behaviors": pick(self.behaviors),
-            "group_ids": pick(self.group_ids),
-        }
+        for name in ("humans", "behavior_status"):
+            values[name] = values[name][:, chosen]
+        for name in ("human_names", "human_ids", "behaviors", "group_ids"):
+            values[name] = tuple(values[name][i] for i in chosen)
         if self.nearest_walls is not None:
             rows = [0, *(1 + i for i in chosen)]
             values["nearest_walls"] = self.nearest_walls[:, rows]

@@ -79,16 +79,14 @@ def AddHumanBody(
     builder.AddPart(trunk, "hair", human_parts.Hair(), clothes.hair)
     builder.AddPart(trunk, "eyes", human_parts.Eyes(), Rgba(0.08, 0.07, 0.07))
 
-    joints = [
-        plant.AddJoint(
-            PlanarJoint("pose", plant.world_frame(), base.body_frame())
-        ),
-        plant.AddJoint(
-            PrismaticJoint(
-                "height", base.body_frame(), trunk.body_frame(), [0, 0, 1]
-            )
-        ),
-    ]
+    builder.AddJoint(
+        PlanarJoint("pose", plant.world_frame(), base.body_frame())
+    )
+    builder.AddJoint(
+        PrismaticJoint(
+            "height", base.body_frame(), trunk.body_frame(), [0, 0, 1]
+        )
+    )
     for side, sign in (("left", 1.0), ("right", -1.0)):
         thigh = builder.AddBody(f"{side}_thigh")
         builder.AddPart(thigh, "thigh", human_parts.Thigh(), clothes.trousers)
@@ -96,28 +94,15 @@ def AddHumanBody(
         builder.AddPart(shin, "shin", human_parts.Shin(), clothes.trousers)
         builder.AddPart(shin, "shoe", human_parts.Shoe(), clothes.shoes)
         # Positive angles swing forward at the hip, and bend the knee.
-        joints.append(
-            builder.AddSwing(
-                f"{side}_hip", trunk, thigh, (0, sign * _HIP_Y, 0), -1
-            )
-        )
-        joints.append(
-            builder.AddSwing(f"{side}_knee", thigh, shin, (0, 0, -THIGH), 1)
-        )
+        builder.AddSwing(f"{side}_hip", trunk, thigh, sign * _HIP_Y, 0, -1)
+        builder.AddSwing(f"{side}_knee", thigh, shin, 0, -THIGH, 1)
     for side, sign in (("left", 1.0), ("right", -1.0)):
         arm = builder.AddBody(f"{side}_arm")
         builder.AddPart(arm, "sleeve", human_parts.Sleeve(), clothes.top)
         builder.AddPart(arm, "hand", human_parts.Hand(), clothes.skin)
-        joints.append(
-            builder.AddSwing(
-                f"{side}_shoulder",
-                trunk,
-                arm,
-                (0, sign * _SHOULDER_Y, _SHOULDER_Z),
-                -1,
-            )
-        )
-    return joints
+        y = sign * _SHOULDER_Y
+        builder.AddSwing(f"{side}_shoulder", trunk, arm, y, _SHOULDER_Z, -1)
+    return builder.joints
 
 
 class _FigureBuilder:
@@ -129,6 +114,7 @@ class _FigureBuilder:
         self._plant = plant
         self._instance = instance
         self._width = width
+        self.joints: list[Joint] = []
 
     def AddBody(self, name: str) -> RigidBody:
         return self._plant.AddRigidBody(name, self._instance)
@@ -144,18 +130,16 @@ class _FigureBuilder:
         name: str,
         parent: RigidBody,
         child: RigidBody,
-        p_PJ: tuple[float, float, float],
+        y: float,
+        z: float,
         direction: int,
-    ) -> Joint:
-        x, y, z = p_PJ
-        X_PJ = RigidTransform([x * self._width, y * self._width, z])
-        return self._plant.AddJoint(
-            RevoluteJoint(
-                name,
-                self._plant.AddFrame(
-                    FixedOffsetFrame(name, parent.body_frame(), X_PJ)
-                ),
-                child.body_frame(),
-                [0, direction, 0],
-            )
+    ) -> None:
+        X_PJ = RigidTransform([0, y * self._width, z])
+        frame = self._plant.AddFrame(
+            FixedOffsetFrame(name, parent.body_frame(), X_PJ)
         )
+        axis = [0, direction, 0]
+        self.AddJoint(RevoluteJoint(name, frame, child.body_frame(), axis))
+
+    def AddJoint(self, joint: Joint) -> None:
+        self.joints.append(self._plant.AddJoint(joint))

@@ -74,25 +74,15 @@ def AddRobotBody(plant: MultibodyPlant, name: str, *, radius: float) -> Joint:
         sides=40,
     )
     add("deck", deck, ROBOT_SHELL)
-    add(
-        "band",
-        Cylinder(1.004 * radius, 0.022 * scale),
-        ROBOT_ACCENT,
-        RigidTransform([0.0, 0.0, low + 0.018 * scale]),
-    )
     add("arrow", _arrow(radius, high), ROBOT_ACCENT)
-    add(
-        "lidar",
-        Cylinder(0.17 * radius, 0.07 * scale),
-        ROBOT_DARK,
-        RigidTransform([0.60 * radius, 0.0, high + 0.035 * scale]),
-    )
-    add(
-        "lidar_cap",
-        Cylinder(0.18 * radius, 0.012 * scale),
-        ROBOT_SHELL,
-        RigidTransform([0.60 * radius, 0.0, high + 0.076 * scale]),
-    )
+    # Radius and x are in robot radii, the length is for a robot of full size.
+    for part, color, r, length, x, z in (
+        ("band", ROBOT_ACCENT, 1.004, 0.022, 0.0, low + 0.018 * scale),
+        ("lidar", ROBOT_DARK, 0.17, 0.07, 0.60, high + 0.035 * scale),
+        ("lidar_cap", ROBOT_SHELL, 0.18, 0.012, 0.60, high + 0.076 * scale),
+    ):
+        shape = Cylinder(r * radius, length * scale)
+        add(part, shape, color, RigidTransform([x * radius, 0.0, z]))
     lamp = ellipsoid(
         (0.985 * radius, 0, 0.5 * (low + high) + 0.012 * scale),
         (0.03 * radius, 0.30 * radius, 0.016 * scale),
