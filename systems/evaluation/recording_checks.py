@@ -1,4 +1,4 @@
-"""What must hold of the arrays of a recording."""
+"""Checks of the arrays of a recording."""
 
 from collections.abc import Sequence
 from typing import Any

@@ -159,7 +159,7 @@ class Sample:
 
     @property
     def running(self) -> Running:
-        """What is known up to this sample.
+        """The running values up to this sample.
 
         Each node works it out when it is first asked for, from the node
         before, and remembers it.

@@ -41,7 +41,7 @@ FRAME_PERIOD = 0.1
 
 @dataclass(frozen=True)
 class ScenePorts:
-    """What AddScene leaves to the caller.
+    """The ports and parts of a scene, for the caller of `AddScene`.
 
     Attributes:
         human_states: Takes the states of the people, size 7n.

@@ -1,4 +1,4 @@
-"""How far the robot's path is from another, and from being simple.
+"""How the robot's path differs from a reference, and how entangled it is.
 
 The path to compare with is `Recording.reference_path`: that of a robot which
 a person drives, say, or of the same robot without people. Compiled code is

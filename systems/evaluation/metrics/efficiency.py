@@ -1,4 +1,4 @@
-"""How direct and how steady the robot's way was."""
+"""How direct the robot's path was, and how steadily it moved."""
 
 from functools import partial
 

@@ -1,4 +1,4 @@
-"""How long the robot was on its way, how far, and how it turned."""
+"""The duration, length and rotation of the robot's path."""
 
 from functools import partial
 
@@ -38,7 +38,7 @@ def path_length(recording: Recording) -> Array:
 
 @_metric(unit="rad", direction="lower", source=PEREZ_2018, reduce=reduce.total)
 def cumulative_heading_changes(recording: Recording) -> Array:
-    """All that the robot turned, sum |wrap(yaw_{k+1} - yaw_k)|.
+    """The total rotation of the robot, sum |wrap(yaw_{k+1} - yaw_k)|.
 
     Series: the turn since the sample before.
     """
