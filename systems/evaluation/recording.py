@@ -104,27 +104,23 @@ class Recording:
         )
         n = humans.shape[1]
         check_states(robot, humans)
-        status = np.zeros((samples, n), dtype=np.int64)
-        if self.behavior_status is not None:
-            told = checked_array(
-                "behavior_status", self.behavior_status, (samples, n)
-            )
-            check_numbers("behavior_status", told, whole=True)
-            status[:] = told
+        status: Any = self.behavior_status
+        if status is None:
+            status = np.zeros((samples, n))
+        status = checked_array("behavior_status", status, (samples, n))
+        check_numbers("behavior_status", status, whole=True)
+        status = status.astype(np.int64)
+        status.setflags(write=False)
         nearest = self.nearest_walls
         if nearest is not None:
             nearest = checked_array(
                 "nearest_walls", nearest, (samples, n + 1, None, 2)
             )
-            check_numbers(
-                "nearest_walls", nearest[~np.isnan(nearest).all(axis=-1)]
-            )
-            nearest.setflags(write=False)
+            known = ~np.isnan(nearest).all(axis=-1)
+            check_numbers("nearest_walls", nearest[known])
         reference = self.reference_path
         if reference is not None:
             reference = checked_path(reference)
-        for array in (times, robot, humans, status):
-            array.setflags(write=False)
         self._set(
             times=times,
             robot=robot,
