@@ -57,7 +57,7 @@ def MakeTrialSimulator(
     else:
         _skip_done_updates(diagram, context)
         simulator = Simulator(diagram, context)
-    status = diagram.GetOutputPort("status")
+    status = diagram.GetOutputPort("trial_status")
     trial = diagram.GetSubsystemByName("monitor")
 
     def monitor(root_context: Context) -> EventStatus:
@@ -176,7 +176,7 @@ def GetTrialResult(
             scenario.
     """
     scenario = _reseed(scenario, GetTrialSeed(diagram, context))
-    status = TrialStatus(int(diagram.GetOutputPort("status").Eval(context)[0]))
+    status = TrialStatus(int(diagram.GetOutputPort("trial_status").Eval(context)[0]))
     reason = _REASONS[status]
     duration = scenario.simulation.duration
     if reason == "running" and context.get_time() >= duration * (1 - 1e-9):

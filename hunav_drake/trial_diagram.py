@@ -37,8 +37,8 @@ def MakeTrialDiagram(
         (`AddScene`). It has no inputs, but for "trigger" if that begins the
         recording (`EvaluatorConfig.start`); its outputs are "robot_state",
         "human_states", "behavior_status", "forces", "velocity_command",
-        "planner_status", "planner_path", "metrics", "recording", "status" and
-        "query".
+        "planner_status", "planner_path", "metrics", "recording",
+        "trial_status" and "query".
 
     Raises:
         ScenarioError: If the scenario cannot be simulated.
@@ -109,7 +109,7 @@ def MakeTrialDiagram(
         ("planner_path", planner.GetOutputPort("path")),
         ("metrics", evaluator.GetOutputPort("metrics")),
         ("recording", evaluator.GetOutputPort("recording")),
-        ("status", monitor.get_status_output_port()),
+        ("trial_status", monitor.get_trial_status_output_port()),
         ("query", scene.query_object),
     ):
         builder.ExportOutput(port, name)

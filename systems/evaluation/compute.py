@@ -32,16 +32,11 @@ def compute_steps(
 ) -> pd.DataFrame:
     """Returns the series of those metrics that have one.
 
-    Args:
-        recording: What happened.
-        names: Names of metrics, their aliases, families, "paper" or "all".
+    Takes and raises the same as `compute_metrics`.
 
     Returns:
         A row per sample, indexed by the time in seconds, and a column per
         metric; the units by name are in `attrs["units"]`.
-
-    Raises:
-        ValueError: If a name is unknown.
     """
     return evaluate(recording, names)[1]
 
@@ -51,16 +46,11 @@ def compute_by_behavior(
 ) -> pd.DataFrame:
     """Returns the metrics as if only the people of one behavior were there.
 
-    Args:
-        recording: What happened.
-        names: Names of metrics, their aliases, families, "paper" or "all".
+    Takes and raises the same as `compute_metrics`.
 
     Returns:
         A row per behavior that anyone has, in the order of its first person,
         and a column per metric; the units are in `attrs["units"]`.
-
-    Raises:
-        ValueError: If a name is unknown.
     """
     return evaluate_by_behavior(recording, names)[0]
 
@@ -70,13 +60,9 @@ def evaluate(
 ) -> tuple[pd.Series, pd.DataFrame]:
     """Returns the values of metrics, and their series."""
     metrics = select_metrics(names)
-    values = {}
-    series = {}
-    for metric in metrics:
-        value, steps = metric.compute(recording)
-        values[metric.name] = value
-        if steps is not None:
-            series[metric.name] = steps
+    results = {m.name: m.compute(recording) for m in metrics}
+    values = {name: value for name, (value, _) in results.items()}
+    series = {name: s for name, (_, s) in results.items() if s is not None}
     table = pd.Series(values, dtype=float, name="value")
     table.index.name = "metric"
     table.attrs["units"] = _units(metrics)

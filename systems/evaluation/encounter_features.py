@@ -19,7 +19,7 @@ HALF_FIELD_OF_VIEW = np.pi / 3
 
 
 class EncounterFeatures:
-    """What follows from the motion of N + 1 samples of robot and n people.
+    """Features of the relative motion of a robot and n people.
 
     `Recording.encounters` holds it. P is the vector from the robot to the
     person, V the velocity of the robot as the person sees it, v_r - v_i. NaN

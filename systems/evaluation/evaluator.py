@@ -37,6 +37,7 @@ _SAME_INSTANT = 1e-6
 # Elements of the discrete state; the goal is between them.
 _HAS_ENDED = 0
 _TRIGGER_WAS_HIGH = 4
+_NO_GOAL = (np.nan, np.nan, np.nan)
 
 
 class Evaluator(LeafSystem):
@@ -126,9 +127,7 @@ class Evaluator(LeafSystem):
         self._samples = self.DeclareAbstractState(
             AbstractValue.Make(Sample.start(self._n))
         )
-        self._window = self.DeclareDiscreteState(
-            [0.0, np.nan, np.nan, np.nan, 0.0]
-        )
+        self._window = self.DeclareDiscreteState([0.0, *_NO_GOAL, 0.0])
         self._DeclareOutputs()
         exact = self._every & (self._every - 1) == 0
         self.DeclarePeriodicUnrestrictedUpdateEvent(
@@ -138,18 +137,12 @@ class Evaluator(LeafSystem):
         )
 
     def _DeclareInputs(self) -> None:
-        n = self._n
-        self._robot_state = self.DeclareVectorInputPort(
-            "robot_state", STATE_SIZE
-        )
-        self._human_states = self.DeclareVectorInputPort(
-            "human_states", STATE_SIZE * n
-        )
-        self._behavior_status = self.DeclareVectorInputPort(
-            "behavior_status", n
-        )
-        self._goal = self.DeclareVectorInputPort("goal", 3)
-        self._trigger = self.DeclareVectorInputPort("trigger", 1)
+        declare = self.DeclareVectorInputPort
+        self._robot_state = declare("robot_state", STATE_SIZE)
+        self._human_states = declare("human_states", STATE_SIZE * self._n)
+        self._behavior_status = declare("behavior_status", self._n)
+        self._goal = declare("goal", 3)
+        self._trigger = declare("trigger", 1)
 
     def _DeclareOutputs(self) -> None:
         # An impossible setting shows up here, not at the end of a trial.
@@ -278,7 +271,7 @@ class Evaluator(LeafSystem):
         else:
             ends = last.count > 0
         if ends:
-            goal = self._EvalGoal(context) or (np.nan, np.nan, np.nan)
+            goal = self._EvalGoal(context) or _NO_GOAL
             state.get_mutable_discrete_state(self._window).set_value(
                 [1.0, *goal, 0.0]
             )

@@ -1,4 +1,4 @@
-"""What part of a trial is recorded, how often, and what is computed of it."""
+"""What part of a trial is recorded, how often, and which metrics follow."""
 
 from dataclasses import field
 from typing import Annotated, Literal
@@ -11,7 +11,7 @@ from hunav_drake.systems.common.schema import CONFIG, within
 
 @dataclass(kw_only=True, slots=True, config=CONFIG)
 class EvaluatorConfig:
-    """What is recorded and computed."""
+    """What an Evaluator records, and which metrics are computed."""
 
     # The time between two samples, in seconds: a multiple of the step.
     # HuNavSim's paper used 1.0.

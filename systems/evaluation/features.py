@@ -72,7 +72,7 @@ def mean_of_present(values: Array) -> Array:
 
 
 class Features:
-    """What follows from a recording of N + 1 samples and n people.
+    """Features of a recording of N + 1 samples and n people.
 
     `Recording.features` holds it. Each property is computed when it is first
     asked for. NaN stands for no value: a missing person, no goal, no group.
@@ -88,7 +88,7 @@ class Features:
 
     @cached_property
     def step_lengths(self) -> Array:
-        """The ways between samples, shape (N,), in meters."""
+        """The distances between samples, shape (N,), in meters."""
         steps = np.diff(self._recording.robot[:, : Y + 1], axis=0)
         lengths: Array = np.hypot(steps[:, X], steps[:, Y])
         return lengths

@@ -268,7 +268,11 @@ def _check_name(
     owner = METRICS.get(candidate) or _by_alias(candidate)
     if owner is None and candidate not in _selections():
         return
-    if owner is None or owner.name != name or _differ(owner.function, function):
+    if (
+        owner is None
+        or owner.name != name
+        or _origin(owner.function) != _origin(function)
+    ):
         what = "a family" if owner is None else f"metric {owner.name!r}"
         raise ValueError(
             f"metric {name!r}: the name {candidate!r} is taken, by {what};"
@@ -276,20 +280,14 @@ def _check_name(
         )
 
 
-def _differ(
-    one: Callable[[Recording], Any], other: Callable[[Recording], Any]
-) -> bool:
-    """Tells whether two functions were defined in different places."""
-
-    def origin(function: Any) -> tuple[object, object]:
-        while isinstance(function, functools.partial):
-            function = function.func
-        return (
-            getattr(function, "__module__", None),
-            getattr(function, "__qualname__", function),
-        )
-
-    return origin(one) != origin(other)
+def _origin(function: Any) -> tuple[object, object]:
+    """Returns the place where a function was defined."""
+    while isinstance(function, functools.partial):
+        function = function.func
+    return (
+        getattr(function, "__module__", None),
+        getattr(function, "__qualname__", function),
+    )
 
 
 def select_metrics(names: Iterable[str]) -> list[Metric]:

@@ -21,7 +21,7 @@ _LEAST_CLEARANCE = 0.05
 
 
 class PathFeatures:
-    """What follows from the robot's N + 1 samples and the walls alone.
+    """Features of the robot's N + 1 samples and the walls alone.
 
     `Recording.path_features` holds it. It has nothing to do with people, so
     all that is left of a recording with some of them shares it.

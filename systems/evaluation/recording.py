@@ -1,6 +1,5 @@
 """A recorded trial, as arrays: all that a metric is computed from."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 import math
@@ -10,11 +9,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from hunav_drake.systems.common.layout import (
-    STATE_SIZE,
-    X,
-    Y,
-)
+from hunav_drake.systems.common.layout import STATE_SIZE, X, Y
 from hunav_drake.systems.common.suggest import did_you_mean
 from hunav_drake.systems.evaluation import recording_file
 from hunav_drake.systems.evaluation.encounter_features import EncounterFeatures
@@ -109,28 +104,23 @@ class Recording:
         )
         n = humans.shape[1]
         check_states(robot, humans)
-        status = np.zeros((samples, n), dtype=np.int64)
-        if self.behavior_status is not None:
-            told = checked_array(
-                "behavior_status", self.behavior_status, (samples, n)
-            )
-            check_numbers("behavior_status", told, whole=True)
-            status[:] = told
+        status: Any = self.behavior_status
+        if status is None:
+            status = np.zeros((samples, n))
+        status = checked_array("behavior_status", status, (samples, n))
+        check_numbers("behavior_status", status, whole=True)
+        status = status.astype(np.int64)
+        status.setflags(write=False)
         nearest = self.nearest_walls
         if nearest is not None:
             nearest = checked_array(
                 "nearest_walls", nearest, (samples, n + 1, None, 2)
             )
-            check_numbers(
-                "nearest_walls", nearest[~np.isnan(nearest).all(axis=-1)]
-            )
-            nearest.setflags(write=False)
+            known = ~np.isnan(nearest).all(axis=-1)
+            check_numbers("nearest_walls", nearest[known])
         reference = self.reference_path
         if reference is not None:
             reference = checked_path(reference)
-        for array in (times, robot, humans, status):
-            array.setflags(write=False)
-        ids = range(1, n + 1)
         self._set(
             times=times,
             robot=robot,
@@ -138,14 +128,15 @@ class Recording:
             behavior_status=status,
             nearest_walls=nearest,
             reference_path=reference,
-            human_names=per_human(
-                "human_names", self.human_names, [f"human_{i}" for i in ids]
-            ),
-            human_ids=per_human("human_ids", self.human_ids, list(ids)),
-            behaviors=per_human("behaviors", self.behaviors, ["regular"] * n),
-            group_ids=per_human("group_ids", self.group_ids, [-1] * n),
             goal=checked_goal(self.goal),
         )
+        for name, default in (
+            ("human_names", [f"human_{i + 1}" for i in range(n)]),
+            ("human_ids", list(range(1, n + 1))),
+            ("behaviors", ["regular"] * n),
+            ("group_ids", [-1] * n),
+        ):
+            self._set(**{name: per_human(name, getattr(self, name), default)})
         for name in ("goal_tolerance", "goal_yaw_tolerance"):
             tolerance = float(checked_array(name, getattr(self, name), ()))
             if not 0 < tolerance <= LARGEST:
@@ -218,24 +209,17 @@ class Recording:
                 + did_you_mean(behavior, self.behaviors)
             )
 
-        def pick(values: Sequence[Any]) -> tuple[Any, ...]:
-            return tuple(values[i] for i in chosen)
-
         values = self._values()
-        values |= {
-            "humans": self.humans[:, chosen],
-            "behavior_status": values["behavior_status"][:, chosen],
-            "human_names": pick(self.human_names),
-            "human_ids": pick(self.human_ids),
-            "behaviors": pick(self.behaviors),
-            "group_ids": pick(self.group_ids),
-        }
+        for name in ("humans", "behavior_status"):
+            values[name] = values[name][:, chosen]
+        for name in ("human_names", "human_ids", "behaviors", "group_ids"):
+            values[name] = tuple(values[name][i] for i in chosen)
         if self.nearest_walls is not None:
             rows = [0, *(1 + i for i in chosen)]
             values["nearest_walls"] = self.nearest_walls[:, rows]
         part = type(self)(**values)
         # What has nothing to do with people is not computed again.
-        part.__dict__["way"] = self.path_features
+        part.__dict__["path_features"] = self.path_features
         return part
 
     def save(self, path: str | Path) -> None:

@@ -1,4 +1,4 @@
-"""What must hold of the arrays of a recording."""
+"""Checks of the arrays of a recording."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -22,7 +22,7 @@ SHORTEST_INTERVAL = 1e-20
 def checked_array(
     name: str, value: ArrayLike, shape: tuple[int | None, ...]
 ) -> Array:
-    """Returns a copy of an array, after a check of its shape."""
+    """Returns a read-only copy of an array, after a check of its shape."""
     try:
         if np.iscomplexobj(value):
             raise TypeError("it has complex numbers")
@@ -40,6 +40,7 @@ def checked_array(
             f"recording.{name}: must have the shape ({wanted}), got"
             f" {array.shape}"
         )
+    array.setflags(write=False)
     return array
 
 
@@ -50,7 +51,6 @@ def checked_path(path: ArrayLike) -> Array:
         raise ValueError("recording.reference_path: must have rows")
     check_numbers("reference_path", array)
     check_increasing("reference_path: its times", array[:, 0])
-    array.setflags(write=False)
     return array
 
 

@@ -6,6 +6,7 @@ same however many came before, and clones of a context share what happened
 until they part.
 """
 
+from dataclasses import dataclass, field
 import math
 from typing import Any, NamedTuple, Self
 
@@ -34,72 +35,37 @@ class Running(NamedTuple):
     contact: NDArray[np.bool_]
 
 
+@dataclass(slots=True, eq=False, repr=False)
 class Sample:
     """One sample, and through it all that came before. It never changes.
 
     The first node of a list is the start, which is no sample.
     """
 
-    __slots__ = (
-        "_running",
-        "count",
-        "first_time",
-        "humans",
-        "previous",
-        "robot",
-        "status",
-        "time",
-    )
-
-    # The node before, and how many there are up to this one.
     previous: Self | None
-    count: int
-    # When the list begins, and the time of this sample, in seconds.
-    first_time: float
+    # In seconds.
     time: float
     # The robot's state, shape (7,), those of people, shape (7n,), and the
     # status of their behaviors, shape (n,), if there is any.
     robot: Array
     humans: Array
     status: Array | None
-    _running: Running | None
+    # How many samples there are up to this one, and the time of the first.
+    count: int = field(init=False, default=0)
+    first_time: float = field(init=False, default=-math.inf)
+    _running: Running | None = field(init=False, default=None)
 
-    def __init__(
-        self,
-        previous: Self,
-        time: float,
-        robot: Array,
-        humans: Array,
-        status: Array | None,
-    ) -> None:
-        """Constructs the node that follows another.
-
-        Args:
-            previous: The node before.
-            time: The time, in seconds.
-            robot: The robot's state, shape (7,).
-            humans: The states of people, shape (7n,).
-            status: The status of their behaviors, shape (n,), or None.
-        """
-        self.previous = previous
-        self.count = previous.count + 1
-        self.first_time = previous.first_time if previous.count else time
-        self.time = time
-        self.robot = robot
-        self.humans = humans
-        self.status = status
-        self._running = None
+    def __post_init__(self) -> None:
+        before = self.previous
+        if before is not None:
+            self.count = before.count + 1
+            self.first_time = before.first_time if before.count else self.time
 
     @classmethod
     def start(cls, n: int) -> Self:
         """Returns the start of a list for n people."""
-        node = cls.__new__(cls)
-        node.previous = None
-        node.count = 0
-        node.first_time = node.time = -math.inf
-        node.robot = np.zeros(STATE_SIZE)
-        node.humans = np.zeros(STATE_SIZE * n)
-        node.status = None
+        nowhere = np.zeros(STATE_SIZE), np.zeros(STATE_SIZE * n)
+        node = cls(None, -math.inf, *nowhere, None)
         nobody = np.zeros(n, dtype=np.bool_)
         node._running = Running(0.0, np.nan, np.nan, 0, nobody)
         return node
@@ -113,18 +79,15 @@ class Sample:
     def to_arrays(self) -> dict[str, Array]:
         """Returns all samples up to this one, as arrays by name."""
         nodes, n = self.nodes(), self._num_humans
+        robot = np.array([node.robot for node in nodes])
+        humans = np.array([node.humans for node in nodes])
+        has_status = [node.status is not None for node in nodes]
         status = [node.status for node in nodes if node.status is not None]
         return {
             "times": np.array([node.time for node in nodes]),
-            "robot": np.array([node.robot for node in nodes]).reshape(
-                -1, STATE_SIZE
-            ),
-            "humans": np.array([node.humans for node in nodes]).reshape(
-                len(nodes), n * STATE_SIZE
-            ),
-            "has_status": np.array(
-                [node.status is not None for node in nodes], dtype=np.bool_
-            ),
+            "robot": robot.reshape(-1, STATE_SIZE),
+            "humans": humans.reshape(len(nodes), n * STATE_SIZE),
+            "has_status": np.array(has_status, dtype=np.bool_),
             "status": np.array(status).reshape(len(status), n),
         }
 
@@ -196,7 +159,7 @@ class Sample:
 
     @property
     def running(self) -> Running:
-        """What is known up to this sample.
+        """The running values up to this sample.
 
         Each node works it out when it is first asked for, from the node
         before, and remembers it.

@@ -35,7 +35,7 @@ class TrialMonitor(LeafSystem):
         - robot_state
         - goal
         output_ports:
-        - status
+        - trial_status
 
     The goal is reached while the robot is within both tolerances of it. The
     robot is stuck when it has stayed within ``stuck_distance`` of one place
@@ -44,7 +44,7 @@ class TrialMonitor(LeafSystem):
     Port ``robot_state`` takes the row (x, y, yaw, vx, vy, omega, radius) of
     the robot, in W, in SI units, and ``goal`` takes (x, y, yaw), in meters and
     radians; while it is not connected, the trial is always running. Port
-    ``status`` gives a `TrialStatus`, at the very instant.
+    ``trial_status`` gives a `TrialStatus`, at the very instant.
 
     The discrete state holds the place (x, y), the time since when the robot
     is near it, and 1 once there is such a place; and, in a group of its own,
@@ -94,7 +94,7 @@ class TrialMonitor(LeafSystem):
         self._state = self.DeclareDiscreteState(4)
         self._updated = self.DeclareDiscreteState([-math.inf])
         self._status = self.DeclareVectorOutputPort(
-            "status",
+            "trial_status",
             1,
             self._CalcStatus,
             prerequisites_of_calc={
@@ -115,7 +115,7 @@ class TrialMonitor(LeafSystem):
         """Returns the port with the pose to reach."""
         return self._goal
 
-    def get_status_output_port(self) -> OutputPort:
+    def get_trial_status_output_port(self) -> OutputPort:
         """Returns the port that tells how the trial stands."""
         return self._status
 

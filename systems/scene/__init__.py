@@ -1,8 +1,8 @@
 """The visible scene: world, people and robot as geometry."""
 
 from hunav_drake.systems.scene.bounds import Bounds, scene_bounds
-from hunav_drake.systems.scene.human_body import AddHumanBody, HumanBody
-from hunav_drake.systems.scene.robot_body import AddRobotBody, RobotBody
+from hunav_drake.systems.scene.human_body import AddHumanBody
+from hunav_drake.systems.scene.robot_body import AddRobotBody
 from hunav_drake.systems.scene.scene import AddScene, ScenePorts
 from hunav_drake.systems.scene.scene_kinematics import SceneKinematics
 
@@ -11,8 +11,6 @@ __all__ = [
     "AddRobotBody",
     "AddScene",
     "Bounds",
-    "HumanBody",
-    "RobotBody",
     "SceneKinematics",
     "ScenePorts",
     "scene_bounds",

@@ -1,4 +1,4 @@
-"""The rectangle of floor that a trial happens on."""
+"""The bounds of the scene."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,15 +1,6 @@
 """A person's figure: bodies, joints and clothes, built in code."""
 
-from dataclasses import dataclass
-
-from pydrake.geometry import (
-    Cylinder,
-    GeometryInstance,
-    InMemoryMesh,
-    MakePhongIllustrationProperties,
-    Mesh,
-    Rgba,
-)
+from pydrake.geometry import Cylinder, InMemoryMesh, Mesh, Rgba
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import (
@@ -25,6 +16,7 @@ from pydrake.multibody.tree import (
 from hunav_drake.systems.scene import human_parts
 from hunav_drake.systems.scene.gait import THIGH
 from hunav_drake.systems.scene.palette import BODY_DISC, Clothes
+from hunav_drake.systems.scene.visuals import AddVisual
 
 # The radius of the disc, in meters, at which the figure has the width of an
 # adult; other radii make it wider or slimmer, within reason.
@@ -42,26 +34,9 @@ _SHOULDER_Z = 0.515
 _DISC_Z = 0.012
 
 
-@dataclass(frozen=True)
-class HumanBody:
-    """The figure of one person in a plant.
-
-    Attributes:
-        base: The body at (x, y, yaw) on the floor.
-        trunk: The body at the hips, above the base.
-        joints: In the order of the positions in `gait`: the joint of the
-            base (x, y, yaw), of the trunk (height of the hips), left hip,
-            left knee, right hip, right knee, left shoulder, right shoulder.
-    """
-
-    base: RigidBody
-    trunk: RigidBody
-    joints: tuple[Joint, ...]
-
-
 def AddHumanBody(
     plant: MultibodyPlant, name: str, *, radius: float, clothes: Clothes
-) -> HumanBody:
+) -> list[Joint]:
     """Adds the figure of a person to a plant, as its own model instance.
 
     The figure is 1.7 m tall and faces +x at yaw 0. It has eight bodies
@@ -75,6 +50,11 @@ def AddHumanBody(
         name: The name of the model instance, unique in the plant.
         radius: The radius of the person's disc, in meters.
         clothes: The colors.
+
+    Returns:
+        The joints in the order of the positions in `gait`: of the base
+        (x, y, yaw), of the trunk (height of the hips), left hip, left knee,
+        right hip, right knee, left shoulder, right shoulder.
     """
     instance = plant.AddModelInstance(name)
     low, high = _WIDTH_LIMITS
@@ -82,13 +62,15 @@ def AddHumanBody(
     builder = _FigureBuilder(plant, instance, width)
 
     base = builder.AddBody("base")
-    disc = GeometryInstance(
-        RigidTransform([0, 0, _DISC_Z - 0.001]), Cylinder(radius, 0.002), "disc"
+    AddVisual(
+        plant,
+        base,
+        "disc",
+        Cylinder(radius, 0.002),
+        BODY_DISC,
+        RigidTransform([0, 0, _DISC_Z - 0.001]),
+        perceived=False,
     )
-    disc.set_illustration_properties(
-        MakePhongIllustrationProperties(BODY_DISC.rgba)
-    )
-    plant.RegisterVisualGeometry(base, disc)
 
     trunk = builder.AddBody("trunk")
     builder.AddPart(trunk, "hips", human_parts.Hips(), clothes.trousers)
@@ -97,16 +79,14 @@ def AddHumanBody(
     builder.AddPart(trunk, "hair", human_parts.Hair(), clothes.hair)
     builder.AddPart(trunk, "eyes", human_parts.Eyes(), Rgba(0.08, 0.07, 0.07))
 
-    joints = [
-        plant.AddJoint(
-            PlanarJoint("pose", plant.world_frame(), base.body_frame())
-        ),
-        plant.AddJoint(
-            PrismaticJoint(
-                "height", base.body_frame(), trunk.body_frame(), [0, 0, 1]
-            )
-        ),
-    ]
+    builder.AddJoint(
+        PlanarJoint("pose", plant.world_frame(), base.body_frame())
+    )
+    builder.AddJoint(
+        PrismaticJoint(
+            "height", base.body_frame(), trunk.body_frame(), [0, 0, 1]
+        )
+    )
     for side, sign in (("left", 1.0), ("right", -1.0)):
         thigh = builder.AddBody(f"{side}_thigh")
         builder.AddPart(thigh, "thigh", human_parts.Thigh(), clothes.trousers)
@@ -114,42 +94,27 @@ def AddHumanBody(
         builder.AddPart(shin, "shin", human_parts.Shin(), clothes.trousers)
         builder.AddPart(shin, "shoe", human_parts.Shoe(), clothes.shoes)
         # Positive angles swing forward at the hip, and bend the knee.
-        joints.append(
-            builder.AddSwing(
-                f"{side}_hip", trunk, thigh, (0, sign * _HIP_Y, 0), -1
-            )
-        )
-        joints.append(
-            builder.AddSwing(f"{side}_knee", thigh, shin, (0, 0, -THIGH), 1)
-        )
+        builder.AddSwing(f"{side}_hip", trunk, thigh, sign * _HIP_Y, 0, -1)
+        builder.AddSwing(f"{side}_knee", thigh, shin, 0, -THIGH, 1)
     for side, sign in (("left", 1.0), ("right", -1.0)):
         arm = builder.AddBody(f"{side}_arm")
         builder.AddPart(arm, "sleeve", human_parts.Sleeve(), clothes.top)
         builder.AddPart(arm, "hand", human_parts.Hand(), clothes.skin)
-        joints.append(
-            builder.AddSwing(
-                f"{side}_shoulder",
-                trunk,
-                arm,
-                (0, sign * _SHOULDER_Y, _SHOULDER_Z),
-                -1,
-            )
-        )
-    return HumanBody(base=base, trunk=trunk, joints=tuple(joints))
+        y = sign * _SHOULDER_Y
+        builder.AddSwing(f"{side}_shoulder", trunk, arm, y, _SHOULDER_Z, -1)
+    return builder.joints
 
 
 class _FigureBuilder:
     """What the parts of one figure share while it is built."""
 
     def __init__(
-        self,
-        plant: MultibodyPlant,
-        instance: ModelInstanceIndex,
-        width: float,
+        self, plant: MultibodyPlant, instance: ModelInstanceIndex, width: float
     ) -> None:
         self._plant = plant
         self._instance = instance
         self._width = width
+        self.joints: list[Joint] = []
 
     def AddBody(self, name: str) -> RigidBody:
         return self._plant.AddRigidBody(name, self._instance)
@@ -157,31 +122,24 @@ class _FigureBuilder:
     def AddPart(
         self, body: RigidBody, name: str, mesh: InMemoryMesh, color: Rgba
     ) -> None:
-        self._plant.RegisterVisualGeometry(
-            body,
-            RigidTransform(),
-            Mesh(mesh, [self._width, self._width, 1.0]),
-            name,
-            color.rgba,
-        )
+        shape = Mesh(mesh, [self._width, self._width, 1.0])
+        AddVisual(self._plant, body, name, shape, color)
 
     def AddSwing(
         self,
         name: str,
         parent: RigidBody,
         child: RigidBody,
-        p_PJ: tuple[float, float, float],
+        y: float,
+        z: float,
         direction: int,
-    ) -> Joint:
-        x, y, z = p_PJ
-        X_PJ = RigidTransform([x * self._width, y * self._width, z])
-        return self._plant.AddJoint(
-            RevoluteJoint(
-                name,
-                self._plant.AddFrame(
-                    FixedOffsetFrame(name, parent.body_frame(), X_PJ)
-                ),
-                child.body_frame(),
-                [0, direction, 0],
-            )
+    ) -> None:
+        X_PJ = RigidTransform([0, y * self._width, z])
+        frame = self._plant.AddFrame(
+            FixedOffsetFrame(name, parent.body_frame(), X_PJ)
         )
+        axis = [0, direction, 0]
+        self.AddJoint(RevoluteJoint(name, frame, child.body_frame(), axis))
+
+    def AddJoint(self, joint: Joint) -> None:
+        self.joints.append(self._plant.AddJoint(joint))

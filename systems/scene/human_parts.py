@@ -4,17 +4,23 @@ Each is in the frame of its body, x forward and z up, in meters, and is made
 once.
 """
 
+from collections.abc import Callable
 from functools import cache
 
 from pydrake.geometry import InMemoryMesh
 
-from hunav_drake.systems.scene.drake_mesh import MakeInMemoryMesh
 from hunav_drake.systems.scene.gait import SHIN
 from hunav_drake.systems.scene.meshes import TriangleMesh, ellipsoid, join, loft
+from hunav_drake.systems.scene.visuals import MakeInMemoryMesh
 
 
-@cache
-def Hips() -> InMemoryMesh:
+def _part(make: Callable[[], TriangleMesh]) -> Callable[[], InMemoryMesh]:
+    """Returns what makes the mesh of a part, once, under its name."""
+    return cache(lambda: MakeInMemoryMesh(make(), make.__name__.lower()))
+
+
+@_part
+def Hips() -> TriangleMesh:
     """Returns the hips, in trousers, of the trunk."""
     sections = [
         [0.00, 0, -0.10, 0.060, 0.095],
@@ -22,11 +28,11 @@ def Hips() -> InMemoryMesh:
         [-0.01, 0, 0.03, 0.108, 0.165],
         [0.00, 0, 0.14, 0.092, 0.140],
     ]
-    return MakeInMemoryMesh(loft(sections, power=2.3), "hips")
+    return loft(sections, power=2.3)
 
 
-@cache
-def Torso() -> InMemoryMesh:
+@_part
+def Torso() -> TriangleMesh:
     """Returns the torso, in a shirt, of the trunk."""
     sections = [
         [0.000, 0, 0.050, 0.114, 0.176],
@@ -41,53 +47,47 @@ def Torso() -> InMemoryMesh:
         [-0.008, 0, 0.588, 0.056, 0.078],
         [-0.006, 0, 0.600, 0.050, 0.055],
     ]
-    return MakeInMemoryMesh(loft(sections, sides=20, power=2.3), "torso")
+    return loft(sections, sides=20, power=2.3)
 
 
-@cache
-def Head() -> InMemoryMesh:
+@_part
+def Head() -> TriangleMesh:
     """Returns the neck and head with nose and ears, of the trunk."""
     neck = [
         [-0.006, 0, 0.56, 0.050, 0.050],
         [0.000, 0, 0.66, 0.047, 0.047],
     ]
-    return MakeInMemoryMesh(
-        join(
-            [
-                loft(neck, sides=12),
-                ellipsoid((0.012, 0, 0.712), (0.088, 0.073, 0.108)),
-                ellipsoid((0.102, 0, 0.700), (0.020, 0.013, 0.022), sides=8),
-                ellipsoid((0.005, 0.074, 0.705), (0.018, 0.01, 0.026), sides=8),
-                ellipsoid(
-                    (0.005, -0.074, 0.705), (0.018, 0.01, 0.026), sides=8
-                ),
-            ]
-        ),
-        "head",
+    ear = (0.018, 0.01, 0.026)
+    return join(
+        [
+            loft(neck, sides=12),
+            ellipsoid((0.012, 0, 0.712), (0.088, 0.073, 0.108)),
+            ellipsoid((0.102, 0, 0.700), (0.020, 0.013, 0.022), sides=8),
+            ellipsoid((0.005, 0.074, 0.705), ear, sides=8),
+            ellipsoid((0.005, -0.074, 0.705), ear, sides=8),
+        ]
     )
 
 
-@cache
-def Hair() -> InMemoryMesh:
+@_part
+def Hair() -> TriangleMesh:
     """Returns the hair, of the trunk."""
     crown = ellipsoid((0, 0, 0), (0.098, 0.082, 0.088))
-    return MakeInMemoryMesh(
-        crown.moved((-0.010, 0, 0.744), pitch=-0.35), "hair"
-    )
+    return crown.moved((-0.010, 0, 0.744), pitch=-0.35)
 
 
-@cache
-def Eyes() -> InMemoryMesh:
+@_part
+def Eyes() -> TriangleMesh:
     """Returns the eyes, of the trunk."""
     eyes = [
         ellipsoid((0.088, y, 0.728), (0.012, 0.011, 0.011), sides=8)
         for y in (-0.03, 0.03)
     ]
-    return MakeInMemoryMesh(join(eyes), "eyes")
+    return join(eyes)
 
 
-@cache
-def Thigh() -> InMemoryMesh:
+@_part
+def Thigh() -> TriangleMesh:
     """Returns the thigh, in trousers, that hangs from the hip."""
     sections = [
         [0.000, 0, -0.455, 0.040, 0.040],
@@ -97,11 +97,11 @@ def Thigh() -> InMemoryMesh:
         [0.000, 0, 0.000, 0.086, 0.080],
         [0.000, 0, 0.050, 0.060, 0.060],
     ]
-    return MakeInMemoryMesh(loft(sections, sides=14), "thigh")
+    return loft(sections, sides=14)
 
 
-@cache
-def Shin() -> InMemoryMesh:
+@_part
+def Shin() -> TriangleMesh:
     """Returns the shin, in trousers, that hangs from the knee."""
     sections = [
         [0.000, 0, -0.400, 0.058, 0.053],
@@ -110,11 +110,11 @@ def Shin() -> InMemoryMesh:
         [0.000, 0, 0.000, 0.064, 0.061],
         [0.000, 0, 0.040, 0.046, 0.046],
     ]
-    return MakeInMemoryMesh(loft(sections, sides=14), "shin")
+    return loft(sections, sides=14)
 
 
-@cache
-def Shoe() -> InMemoryMesh:
+@_part
+def Shoe() -> TriangleMesh:
     """Returns the shoe, of the shin."""
     # The lowest section reaches from HEEL to TOE, which the gait puts on the
     # floor.
@@ -125,11 +125,11 @@ def Shoe() -> InMemoryMesh:
         [0.020, 0, -0.400, 0.080, 0.044],
         [0.000, 0, -0.370, 0.050, 0.042],
     ]
-    return MakeInMemoryMesh(loft(sections, sides=14, power=2.3), "shoe")
+    return loft(sections, sides=14, power=2.3)
 
 
-@cache
-def Sleeve() -> InMemoryMesh:
+@_part
+def Sleeve() -> TriangleMesh:
     """Returns the arm, in its sleeve, that hangs from the shoulder."""
     upper = [
         [0.000, 0, -0.300, 0.034, 0.034],
@@ -147,11 +147,11 @@ def Sleeve() -> InMemoryMesh:
         [0.000, 0, 0.020, 0.030, 0.030],
     ]
     arm = [loft(upper, sides=12), _bent(loft(lower, sides=12))]
-    return MakeInMemoryMesh(join(arm), "sleeve")
+    return join(arm)
 
 
-@cache
-def Hand() -> InMemoryMesh:
+@_part
+def Hand() -> TriangleMesh:
     """Returns the hand and wrist, of the arm."""
     wrist = loft(
         [
@@ -161,7 +161,7 @@ def Hand() -> InMemoryMesh:
         sides=8,
     )
     palm = ellipsoid((0.006, 0, -0.275), (0.034, 0.020, 0.055), sides=10)
-    return MakeInMemoryMesh(_bent(join([wrist, palm])), "hand")
+    return _bent(join([wrist, palm]))
 
 
 def _bent(forearm: TriangleMesh) -> TriangleMesh:

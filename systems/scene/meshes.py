@@ -10,8 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-
-from hunav_drake.systems.scene.triangulation import triangulate
+import shapely
 
 Array = NDArray[np.float64]
 
@@ -58,16 +57,11 @@ class TriangleMesh:
 
 def join(meshes: Sequence[TriangleMesh]) -> TriangleMesh:
     """Returns several meshes as one."""
-    starts = np.cumsum([0] + [len(mesh.vertices) for mesh in meshes])
+    starts = np.cumsum([0, *(len(m.vertices) for m in meshes[:-1])])
     return TriangleMesh(
-        np.vstack([mesh.vertices for mesh in meshes]),
-        np.vstack([mesh.normals for mesh in meshes]),
-        np.vstack(
-            [
-                mesh.faces + start
-                for mesh, start in zip(meshes, starts, strict=False)
-            ]
-        ),
+        np.vstack([m.vertices for m in meshes]),
+        np.vstack([m.normals for m in meshes]),
+        np.vstack([m.faces + k for m, k in zip(meshes, starts, strict=True)]),
     )
 
 
@@ -85,14 +79,8 @@ def loft(
     """
     rows = np.asarray(sections, dtype=float)
     angle = np.arange(sides) * (2 * np.pi / sides)
-    c, s = np.cos(angle), np.sin(angle)
-    ring = np.stack(
-        [
-            np.sign(c) * np.abs(c) ** (2 / power),
-            np.sign(s) * np.abs(s) ** (2 / power),
-        ],
-        axis=1,
-    )
+    circle = np.column_stack([np.cos(angle), np.sin(angle)])
+    ring = np.sign(circle) * np.abs(circle) ** (2 / power)
     rings = np.empty((len(rows), sides, 3))
     rings[:, :, :2] = rows[:, None, :2] + ring * rows[:, None, 3:5]
     rings[:, :, 2] = rows[:, None, 2]
@@ -101,20 +89,15 @@ def loft(
 
     lower = np.arange(sides)
     after = (lower + 1) % sides
-    faces = [
-        np.stack([np.full(sides, len(vertices) - 2), after, lower], axis=1)
-    ]
+    bottom_center = np.full(sides, len(vertices) - 2)
+    faces = [np.column_stack([bottom_center, after, lower])]
     for k in range(len(rows) - 1):
         a, b = lower + k * sides, after + k * sides
-        faces.append(np.stack([a, b, b + sides], axis=1))
-        faces.append(np.stack([a, b + sides, a + sides], axis=1))
+        faces.append(np.column_stack([a, b, b + sides]))
+        faces.append(np.column_stack([a, b + sides, a + sides]))
     last = (len(rows) - 1) * sides
-    faces.append(
-        np.stack(
-            [np.full(sides, len(vertices) - 1), lower + last, after + last],
-            axis=1,
-        )
-    )
+    top_center = bottom_center + 1
+    faces.append(np.column_stack([top_center, lower + last, after + last]))
     triangles = np.vstack(faces)
     return TriangleMesh(
         vertices, _smooth_normals(vertices, triangles), triangles
@@ -129,14 +112,7 @@ def ellipsoid(
     r = np.asarray(radii, dtype=float)
     polar = np.linspace(-np.pi / 2, np.pi / 2, sides // 2 + 1)[1:-1]
     rows = [
-        [
-            c[0],
-            c[1],
-            c[2] + r[2] * np.sin(a),
-            r[0] * np.cos(a),
-            r[1] * np.cos(a),
-        ]
-        for a in polar
+        [*c[:2], c[2] + r[2] * np.sin(a), *(r[:2] * np.cos(a))] for a in polar
     ]
     mesh = loft(rows, sides=sides)
     vertices = mesh.vertices.copy()
@@ -174,18 +150,13 @@ def extrude(outline: ArrayLike, low: float, high: float) -> TriangleMesh:
     corners = [(p, low), (q, low), (q, high), (p, high)]
     sides = np.vstack([np.column_stack([c, np.full(k, z)]) for c, z in corners])
     i = np.arange(k) + 2 * k
-    quads = np.vstack(
-        [
-            np.stack([i, i + k, i + 2 * k], axis=1),
-            np.stack([i, i + 2 * k, i + 3 * k], axis=1),
-        ]
-    )
+    lower = np.column_stack([i, i + k, i + 2 * k])
+    upper = np.column_stack([i, i + 2 * k, i + 3 * k])
+    outward = np.tile(np.column_stack([out, np.zeros(k)]), (4, 1))
     return TriangleMesh(
         np.vstack([*flat, sides]),
-        np.vstack(
-            [-up, up, np.tile(np.column_stack([out, np.zeros(k)]), (4, 1))]
-        ),
-        np.vstack([lid[:, ::-1], lid + k, quads]),
+        np.vstack([-up, up, outward]),
+        np.vstack([lid[:, ::-1], lid + k, lower, upper]),
     )
 
 
@@ -203,6 +174,32 @@ def lay(quads: ArrayLike, height: float) -> TriangleMesh:
         np.tile([0.0, 0.0, 1.0], (len(p), 1)),
         np.vstack([first + np.array(half) for half in ((0, 1, 2), (0, 2, 3))]),
     )
+
+
+def triangulate(outline: ArrayLike) -> NDArray[np.int64]:
+    """Returns triangles that cover a simple polygon.
+
+    Args:
+        outline: The corners, shape (k, 2), counter-clockwise.
+
+    Returns:
+        Shape (k - 2, 3): indices of corners, counter-clockwise. An outline
+        that crosses or repeats itself gives a fan, whose triangles may
+        overlap.
+    """
+    p = np.asarray(outline, dtype=float)
+    polygon = shapely.polygons(p)
+    if not polygon.is_valid or len(np.unique(p, axis=0)) < len(p):
+        i = np.arange(1, len(p) - 1)
+        return np.column_stack([np.zeros_like(i), i, i + 1])
+    triangles = shapely.constrained_delaunay_triangles(polygon)
+    # Of each, the last corner is the first again. All turn to the right.
+    index = {tuple(corner): i for i, corner in enumerate(p.tolist())}
+    rows = [
+        [index[corner] for corner in triangle.exterior.coords[2::-1]]
+        for triangle in triangles.geoms
+    ]
+    return np.array(rows, dtype=np.int64)
 
 
 def _numbers(values: Sequence[float], digits: int) -> str:

@@ -7,15 +7,7 @@ from pydrake.geometry import Rgba
 
 @dataclass(frozen=True)
 class Clothes:
-    """What one person looks like.
-
-    Attributes:
-        top: The color of the shirt: what tells people apart.
-        trousers: The color of the trousers.
-        shoes: The color of the shoes.
-        skin: The color of face and hands.
-        hair: The color of the hair.
-    """
+    """The colors of one person; the shirt's, `top`, tells people apart."""
 
     top: Rgba
     trousers: Rgba

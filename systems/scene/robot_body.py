@@ -1,18 +1,13 @@
 """The robot's figure: a round mobile base on two wheels."""
 
-from dataclasses import dataclass
+from functools import partial
 import math
 
-from pydrake.geometry import Cylinder, Mesh, Rgba, Shape
+from pydrake.geometry import Cylinder
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import (
-    Joint,
-    PlanarJoint,
-    RigidBody,
-)
+from pydrake.multibody.tree import Joint, PlanarJoint
 
-from hunav_drake.systems.scene.drake_mesh import MakeInMemoryMesh
 from hunav_drake.systems.scene.meshes import (
     TriangleMesh,
     ellipsoid,
@@ -24,6 +19,7 @@ from hunav_drake.systems.scene.palette import (
     ROBOT_DARK,
     ROBOT_SHELL,
 )
+from hunav_drake.systems.scene.visuals import AddVisual
 
 # Heights, in meters; a robot slimmer than this is lower too.
 _FULL_SIZE_RADIUS = 0.3
@@ -34,22 +30,7 @@ _WHEEL_Y = 0.80
 _WHEEL_WIDTH = 0.17
 
 
-@dataclass(frozen=True)
-class RobotBody:
-    """The figure of the robot in a plant.
-
-    Attributes:
-        base: The body at (x, y, yaw) on the floor.
-        joint: The joint of the base, with the positions x, y and yaw.
-    """
-
-    base: RigidBody
-    joint: Joint
-
-
-def AddRobotBody(
-    plant: MultibodyPlant, name: str, *, radius: float
-) -> RobotBody:
+def AddRobotBody(plant: MultibodyPlant, name: str, *, radius: float) -> Joint:
     """Adds the figure of a differential-drive robot, as a model instance.
 
     Its deck is a disc of the robot's radius; a lidar, a lamp and an arrow on
@@ -60,6 +41,9 @@ def AddRobotBody(
         plant: A plant that is registered with a SceneGraph and not finalized.
         name: The name of the model instance, unique in the plant.
         radius: The radius of the robot's disc, in meters.
+
+    Returns:
+        The joint of its base, with the positions x, y and yaw.
     """
     instance = plant.AddModelInstance(name)
     scale = min(radius / _FULL_SIZE_RADIUS, 1.0)
@@ -67,16 +51,7 @@ def AddRobotBody(
     wheel_radius, width = 0.09 * scale, _WHEEL_WIDTH * radius
 
     base = plant.AddRigidBody("base", instance)
-
-    def add(
-        part: str,
-        shape: Shape,
-        color: Rgba,
-        X_BG: RigidTransform | None = None,
-    ) -> None:
-        plant.RegisterVisualGeometry(
-            base, X_BG or RigidTransform(), shape, part, color.rgba
-        )
+    add = partial(AddVisual, plant, base)
 
     chassis = loft(
         [
@@ -87,7 +62,7 @@ def AddRobotBody(
         sides=32,
         power=2.6,
     )
-    add("chassis", Mesh(MakeInMemoryMesh(chassis, "chassis")), ROBOT_DARK)
+    add("chassis", chassis, ROBOT_DARK)
     deck = loft(
         [
             [0, 0, low - 0.012 * scale, 0.96 * radius, 0.96 * radius],
@@ -98,35 +73,21 @@ def AddRobotBody(
         ],
         sides=40,
     )
-    add("deck", Mesh(MakeInMemoryMesh(deck, "deck")), ROBOT_SHELL)
-    add(
-        "band",
-        Cylinder(1.004 * radius, 0.022 * scale),
-        ROBOT_ACCENT,
-        RigidTransform([0.0, 0.0, low + 0.018 * scale]),
-    )
-    add(
-        "arrow",
-        Mesh(MakeInMemoryMesh(_arrow(radius, high), "arrow")),
-        ROBOT_ACCENT,
-    )
-    add(
-        "lidar",
-        Cylinder(0.17 * radius, 0.07 * scale),
-        ROBOT_DARK,
-        RigidTransform([0.60 * radius, 0.0, high + 0.035 * scale]),
-    )
-    add(
-        "lidar_cap",
-        Cylinder(0.18 * radius, 0.012 * scale),
-        ROBOT_SHELL,
-        RigidTransform([0.60 * radius, 0.0, high + 0.076 * scale]),
-    )
+    add("deck", deck, ROBOT_SHELL)
+    add("arrow", _arrow(radius, high), ROBOT_ACCENT)
+    # Radius and x are in robot radii, the length is for a robot of full size.
+    for part, color, r, length, x, z in (
+        ("band", ROBOT_ACCENT, 1.004, 0.022, 0.0, low + 0.018 * scale),
+        ("lidar", ROBOT_DARK, 0.17, 0.07, 0.60, high + 0.035 * scale),
+        ("lidar_cap", ROBOT_SHELL, 0.18, 0.012, 0.60, high + 0.076 * scale),
+    ):
+        shape = Cylinder(r * radius, length * scale)
+        add(part, shape, color, RigidTransform([x * radius, 0.0, z]))
     lamp = ellipsoid(
         (0.985 * radius, 0, 0.5 * (low + high) + 0.012 * scale),
         (0.03 * radius, 0.30 * radius, 0.016 * scale),
     )
-    add("lamp", Mesh(MakeInMemoryMesh(lamp, "lamp")), ROBOT_DARK)
+    add("lamp", lamp, ROBOT_DARK)
 
     for side, sign in (("left", 1.0), ("right", -1.0)):
         wheel = RigidTransform(
@@ -136,10 +97,9 @@ def AddRobotBody(
         add(f"{side}_tire", Cylinder(wheel_radius, width), ROBOT_DARK, wheel)
         hub = Cylinder(0.6 * wheel_radius, 1.04 * width)
         add(f"{side}_hub", hub, ROBOT_SHELL, wheel)
-    joint = plant.AddJoint(
+    return plant.AddJoint(
         PlanarJoint("pose", plant.world_frame(), base.body_frame())
     )
-    return RobotBody(base=base, joint=joint)
 
 
 def _arrow(radius: float, height: float) -> TriangleMesh:

@@ -14,7 +14,7 @@ from pydrake.multibody.tree import Joint
 from pydrake.systems.framework import DiagramBuilder, InputPort, OutputPort
 from pydrake.systems.rendering import MultibodyPositionToGeometryPose
 
-from hunav_drake.systems.common.checks import check_number, check_time_step
+from hunav_drake.systems.common.checks import check_time_step
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.robot.robot_config import RobotConfig
 from hunav_drake.systems.scene.bounds import scene_bounds
@@ -35,10 +35,13 @@ if TYPE_CHECKING:
 # How far the floor reaches beyond everything on it, in meters.
 FLOOR_MARGIN = 0.6
 
+# About the time between frames that are shown or recorded, in seconds.
+FRAME_PERIOD = 0.1
+
 
 @dataclass(frozen=True)
 class ScenePorts:
-    """What AddScene leaves to the caller.
+    """The ports and parts of a scene, for the caller of `AddScene`.
 
     Attributes:
         human_states: Takes the states of the people, size 7n.
@@ -48,7 +51,6 @@ class ScenePorts:
         plant: The plant whose bodies are drawn. It is not part of the diagram
             and has no mass: only a table of frames and geometry.
         human_names: The model instance of each person in the plant.
-        robot_name: The model instance of the robot; None without one.
         visualizer: What publishes to Meshcat, and records; None if headless.
     """
 
@@ -58,7 +60,6 @@ class ScenePorts:
     scene_graph: SceneGraph
     plant: MultibodyPlant
     human_names: tuple[str, ...]
-    robot_name: str | None
     visualizer: "MeshcatVisualizer | None"
 
 
@@ -70,7 +71,6 @@ def AddScene(
     *,
     time_step: float = 0.05,
     meshcat: "Meshcat | None" = None,
-    frame_rate: float = 10.0,
 ) -> ScenePorts:
     """Adds the scene to a builder, as one diagram named "scene".
 
@@ -97,13 +97,10 @@ def AddScene(
         robot: The robot; None for a world without one.
         time_step: The period of the states, in seconds.
         meshcat: Where to show the scene.
-        frame_rate: About how many frames per second are shown or recorded:
-            the nearest rate whose period is the time step times a power of
-            two, because other multiples do not meet the steps exactly.
 
     Raises:
-        ValueError: If the builder has a system named "scene" already, or a
-            rate or step is not positive.
+        ValueError: If the builder has a system named "scene" already, or the
+            step is not positive.
     """
     if builder.HasSubsystemNamed("scene"):
         raise ValueError(
@@ -111,7 +108,6 @@ def AddScene(
             " diagram holds one scene."
         )
     check_time_step(time_step)
-    check_number("frame_rate", frame_rate, "Hz", low_open=True)
     inner = DiagramBuilder()
     scene_graph = inner.AddNamedSystem("scene_graph", SceneGraph())
     plant = MultibodyPlant(time_step=0.0)
@@ -121,11 +117,11 @@ def AddScene(
     AddWalls(plant, world.walls)
     AddGoalMarks(plant, humans, robot)
     human_names = _instance_names(humans)
-    bodies = [
+    joints = [
         AddHumanBody(plant, name, radius=human.radius, clothes=clothes(i))
         for i, (name, human) in enumerate(zip(human_names, humans, strict=True))
     ]
-    robot_body = (
+    robot_joint = (
         AddRobotBody(plant, "robot", radius=robot.radius) if robot else None
     )
     plant.Finalize()
@@ -133,8 +129,8 @@ def AddScene(
     kinematics = inner.AddNamedSystem(
         "kinematics",
         SceneKinematics(
-            np.array([_positions(b.joints) for b in bodies]).reshape(-1, 10),
-            _positions([robot_body.joint]) if robot_body else None,
+            np.array([_positions(j) for j in joints]).reshape(-1, 10),
+            _positions([robot_joint]) if robot_joint else None,
             num_positions=plant.num_positions(),
             time_step=time_step,
         ),
@@ -151,9 +147,8 @@ def AddScene(
     )
     visualizer = None
     if meshcat is not None:
-        visualizer = _AddVisualizer(
-            inner, scene_graph, meshcat, frame_period(time_step, frame_rate)
-        )
+        period = frame_period(time_step)
+        visualizer = _AddVisualizer(inner, scene_graph, meshcat, period)
     inner.ExportInput(kinematics.get_human_states_input_port(), "human_states")
     if robot:
         inner.ExportInput(
@@ -169,23 +164,20 @@ def AddScene(
         scene_graph=scene_graph,
         plant=plant,
         human_names=human_names,
-        robot_name="robot" if robot else None,
         visualizer=visualizer,
     )
 
 
-def frame_period(time_step: float, frame_rate: float) -> float:
+def frame_period(time_step: float) -> float:
     """Returns the time between frames, a power of two of time steps, in s.
+
+    It is that nearest to `FRAME_PERIOD`.
 
     Drake computes the k-th time of an event as k times its period. Only for
     powers of two these are exactly times of steps as well; an ulp apart, the
     frame would show the state of the next step.
-
-    Args:
-        time_step: In seconds.
-        frame_rate: The wanted number of frames per second.
     """
-    doublings = round(math.log2(1.0 / (frame_rate * time_step)))
+    doublings = round(math.log2(FRAME_PERIOD / time_step))
     return time_step * 2.0 ** max(doublings, 0)
 
 
@@ -210,10 +202,7 @@ def _AddVisualizer(
 def _positions(joints: Sequence[Joint]) -> NDArray[np.int64]:
     """Returns where the positions of some joints are in those of a plant."""
     return np.concatenate(
-        [
-            joint.position_start() + np.arange(joint.num_positions())
-            for joint in joints
-        ]
+        [j.position_start() + np.arange(j.num_positions()) for j in joints]
     )
 
 

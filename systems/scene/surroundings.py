@@ -1,28 +1,21 @@
 """Floor, walls and goal marks."""
 
 from collections.abc import Sequence
+from functools import partial
 import itertools
 import math
 
 import numpy as np
-from pydrake.geometry import (
-    Box as BoxShape,
-    Cylinder,
-    GeometryInstance,
-    MakePhongIllustrationProperties,
-    Mesh,
-    Rgba,
-    Shape,
-)
+from pydrake.geometry import Box as BoxShape, Cylinder
 from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.multibody.plant import MultibodyPlant
 
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.robot.robot_config import RobotConfig
 from hunav_drake.systems.scene.bounds import Bounds
-from hunav_drake.systems.scene.drake_mesh import MakeInMemoryMesh
 from hunav_drake.systems.scene.meshes import TriangleMesh, extrude, join, lay
 from hunav_drake.systems.scene.palette import FLOOR, ROBOT_ACCENT, TOPS, WALL
+from hunav_drake.systems.scene.visuals import AddVisual
 from hunav_drake.systems.world.shapes import Box, Wall
 
 # Below the tiles is a slab, deep enough not to shine through, in meters.
@@ -63,37 +56,29 @@ def AddFloor(plant: MultibodyPlant, bounds: Bounds) -> None:
             shades[odd].append(
                 [(x, y), (x_next, y), (x_next, y_next), (x, y_next)]
             )
+    world = plant.world_body()
     for i, (tiles, color) in enumerate(zip(shades, FLOOR, strict=True)):
         if tiles:
-            _Register(
-                plant,
-                f"tiles_{i}",
-                Mesh(MakeInMemoryMesh(lay(tiles, 0.0), f"tiles_{i}")),
-                color,
-            )
+            AddVisual(plant, world, f"tiles_{i}", lay(tiles, 0.0), color)
     slab = BoxShape(*bounds.size, _SLAB_THICKNESS)
     X_WG = RigidTransform([*bounds.center, -_SLAB_DEPTH - _SLAB_THICKNESS / 2])
-    _Register(plant, "floor", slab, FLOOR[1], X_WG)
+    AddVisual(plant, world, "floor", slab, FLOOR[1], X_WG)
 
 
 def AddWalls(plant: MultibodyPlant, walls: Sequence[Wall]) -> None:
     """Adds the walls, as "wall_0", "wall_1", ... on the world body."""
+    add = partial(AddVisual, plant, plant.world_body())
     for i, wall in enumerate(walls):
         if isinstance(wall, Box):
             X_WG = RigidTransform(
                 RollPitchYaw(0, 0, wall.yaw), [*wall.center, wall.height / 2]
             )
             shape = BoxShape(*wall.size, wall.height)
-            _Register(plant, f"wall_{i}", shape, WALL, X_WG)
+            add(f"wall_{i}", shape, WALL, X_WG)
         else:
             outlines = [wall.vertices()] if wall.solid else _strips(wall)
             prisms = [extrude(o, 0.0, wall.height) for o in outlines]
-            _Register(
-                plant,
-                f"wall_{i}",
-                Mesh(MakeInMemoryMesh(join(prisms), f"wall_{i}")),
-                WALL,
-            )
+            add(f"wall_{i}", join(prisms), WALL)
 
 
 def AddGoalMarks(
@@ -108,6 +93,7 @@ def AddGoalMarks(
     shirt, "human_i_goal_k". Marks have no perception role: simulated cameras
     do not see them.
     """
+    mark = partial(AddVisual, plant, plant.world_body(), perceived=False)
     for i, human in enumerate(humans):
         level = i % len(TOPS)
         # Goals that people share show as rings of their colors.
@@ -115,17 +101,11 @@ def AddGoalMarks(
         dot = Cylinder(0.10 - 0.012 * level, thickness)
         for k, (x, y) in enumerate(human.goals):
             X_WG = RigidTransform([x, y, _MARK_LOW + thickness / 2])
-            _Mark(plant, f"human_{i}_goal_{k}", dot, TOPS[level], X_WG)
+            mark(f"human_{i}_goal_{k}", dot, TOPS[level], X_WG)
     if robot is not None and robot.goal is not None:
         x, y, yaw = robot.goal
         X_WG = RigidTransform(RollPitchYaw(0, 0, yaw), [x, y, 0])
-        _Mark(
-            plant,
-            "robot_goal",
-            Mesh(MakeInMemoryMesh(_goal_ring(robot.radius), "robot_goal")),
-            ROBOT_ACCENT,
-            X_WG,
-        )
+        mark("robot_goal", _goal_ring(robot.radius), ROBOT_ACCENT, X_WG)
 
 
 def _cuts(low: float, high: float, tile: float) -> list[float]:
@@ -165,29 +145,3 @@ def _goal_ring(radius: float) -> TriangleMesh:
         [[0.62, 0], [-0.30, 0.42], [-0.10, 0], [-0.30, -0.42]]
     )
     return join([lay(ring, _MARK_HIGH), extrude(head, _MARK_LOW, _MARK_HIGH)])
-
-
-def _Register(
-    plant: MultibodyPlant,
-    name: str,
-    shape: Shape,
-    color: Rgba,
-    X_WG: RigidTransform | None = None,
-) -> None:
-    plant.RegisterVisualGeometry(
-        plant.world_body(), X_WG or RigidTransform(), shape, name, color.rgba
-    )
-
-
-def _Mark(
-    plant: MultibodyPlant,
-    name: str,
-    shape: Shape,
-    color: Rgba,
-    X_WG: RigidTransform,
-) -> None:
-    mark = GeometryInstance(X_WG, shape, name)
-    mark.set_illustration_properties(
-        MakePhongIllustrationProperties(color.rgba)
-    )
-    plant.RegisterVisualGeometry(plant.world_body(), mark)

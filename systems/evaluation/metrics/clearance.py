@@ -4,6 +4,8 @@ The distance is the gap between the surface of the robot's disc and the
 nearest wall: 0 where they overlap, also inside of a solid.
 """
 
+from functools import partial
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,25 +18,16 @@ from hunav_drake.systems.evaluation.recording import Recording
 
 Array = NDArray[np.float64]
 
+_metric = partial(register_metric, family="clearance")
 
-@register_metric(
-    unit="m",
-    family="clearance",
-    direction="higher",
-    source=FRANCIS,
-)
+
+@_metric(unit="m", direction="higher", source=FRANCIS)
 def min_clearance(recording: Recording) -> float:
     """The smallest gap to a wall, min_k c_k; NaN without walls."""
     return float(np.fmin.reduce(recording.path_features.wall_gap))
 
 
-@register_metric(
-    unit="m",
-    family="clearance",
-    direction="higher",
-    source=FRANCIS,
-    reduce=reduce.mean,
-)
+@_metric(unit="m", direction="higher", source=FRANCIS, reduce=reduce.mean)
 def avg_clearance(recording: Recording) -> Array:
     """The mean over the samples of the gap to the nearest wall, mean_k c_k.
 
@@ -43,12 +36,7 @@ def avg_clearance(recording: Recording) -> Array:
     return recording.path_features.wall_gap
 
 
-@register_metric(
-    unit="-",
-    family="clearance",
-    direction="lower",
-    source=SEAN,
-)
+@_metric(unit="-", direction="lower", source=SEAN)
 def static_obstacle_collisions(recording: Recording) -> tuple[float, Array]:
     """How many contacts with walls began.
 

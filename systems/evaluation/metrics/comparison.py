@@ -1,9 +1,11 @@
-"""How far the robot's path is from another, and from being simple.
+"""How the robot's path differs from a reference, and how entangled it is.
 
 The path to compare with is `Recording.reference_path`: that of a robot which
 a person drives, say, or of the same robot without people. Compiled code is
 loaded where it is used, so that metrics can be listed without it.
 """
+
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +18,8 @@ from hunav_drake.systems.evaluation.path_features import polyline_length
 from hunav_drake.systems.evaluation.recording import Recording
 
 Array = NDArray[np.float64]
+
+_metric = partial(register_metric, family="comparison")
 
 
 def displacement(times: Array, positions: Array, reference: Array) -> Array:
@@ -60,7 +64,20 @@ def warped_distance(first: Array, second: Array) -> float:
     return float(curves.warped_distance(a, b))
 
 
-def _displacement(recording: Recording) -> Array:
+@_metric(
+    unit="m",
+    direction="lower",
+    source=GAO_HUANG,
+    aliases=["ade"],
+    reduce=reduce.mean,
+)
+def avg_displacement_error(recording: Recording) -> Array:
+    """ADE: the mean distance to where the reference is at the same time.
+
+    mean_k |p_k - q(t_k - t_0)|, where q is the reference path on a clock
+    that starts with it, straight between its rows, at rest after them.
+    NaN without a reference. Series: that distance.
+    """
     if recording.reference_path is None:
         return np.full(len(recording), np.nan)
     return displacement(
@@ -68,47 +85,18 @@ def _displacement(recording: Recording) -> Array:
     )
 
 
-register_metric(
-    name="avg_displacement_error",
-    unit="m",
-    family="comparison",
-    direction="lower",
-    source=GAO_HUANG,
-    aliases=["ade"],
-    definition="""
-        ADE: the mean distance to where the reference is at the same time.
+@_metric(unit="m", direction="lower", source=GAO_HUANG, aliases=["fde"])
+def final_displacement_error(recording: Recording) -> float:
+    """FDE: the distance to where the reference is in the end.
 
-        mean_k |p_k - q(t_k - t_0)|, where q is the reference path on a clock
-        that starts with it, straight between its rows, at rest after them.
-        NaN without a reference. Series: that distance.
-        """,
-    reduce=reduce.mean,
-)(_displacement)
-
-register_metric(
-    name="final_displacement_error",
-    unit="m",
-    family="comparison",
-    direction="lower",
-    source=GAO_HUANG,
-    aliases=["fde"],
-    definition="""
-        FDE: the distance to where the reference is in the end.
-
-        |p_N - q(t_N - t_0)|, where q is the reference path on a clock that
-        starts with it, straight between its rows, at rest after them. NaN
-        without a reference.
-        """,
-)(lambda recording: reduce.last(_displacement(recording)))
+    |p_N - q(t_N - t_0)|, where q is the reference path on a clock that
+    starts with it, straight between its rows, at rest after them. NaN
+    without a reference.
+    """
+    return reduce.last(avg_displacement_error(recording))
 
 
-@register_metric(
-    unit="m",
-    family="comparison",
-    direction="lower",
-    source=GAO_HUANG,
-    aliases=["adtw"],
-)
+@_metric(unit="m", direction="lower", source=GAO_HUANG, aliases=["adtw"])
 def asymmetric_dtw(recording: Recording) -> float:
     """The distance of two paths whatever the speeds along them.
 
@@ -126,11 +114,7 @@ def asymmetric_dtw(recording: Recording) -> float:
     )
 
 
-@register_metric(
-    unit="-",
-    family="comparison",
-    source=f"Mavrogiannis et al. 2018; {GAO_HUANG}",
-)
+@_metric(unit="-", source=f"Mavrogiannis et al. 2018; {GAO_HUANG}")
 def topological_complexity(recording: Recording) -> float:
     """How entangled the paths of robot and people are: sum_{i<j} |w_ij|.
 

@@ -22,6 +22,10 @@ LEAST_DISTANCE = 0.05
 # The same for the sine of an angle.
 LEAST_SINE = 1e-9
 
+_sum_and_rate = register_sum_and_rate(
+    unit="1/s", family="danger", source=SINGAMANENI
+)
+
 
 @register_metric(
     unit="s",
@@ -42,6 +46,7 @@ def min_time_to_collision(recording: Recording) -> tuple[float, Array]:
     return float(np.fmin.reduce(series)), series
 
 
+@_sum_and_rate
 def danger_fear_cost(recording: Recording) -> Array:
     """The fear of a robot that draws near: sum_{k,i} |V| / |P|.
 
@@ -55,6 +60,7 @@ def danger_fear_cost(recording: Recording) -> Array:
     return cost.sum(axis=1)
 
 
+@_sum_and_rate
 def danger_panic_cost(recording: Recording) -> Array:
     """The panic at a robot that passes closely.
 
@@ -72,12 +78,3 @@ def danger_panic_cost(recording: Recording) -> Array:
     sine = np.maximum(sine, LEAST_SINE)
     cost = np.where(passes, pairs.relative_speed / (miss * sine), 0.0)
     return cost.sum(axis=1)
-
-
-for _name, _function in (
-    ("danger_fear_cost", danger_fear_cost),
-    ("danger_panic_cost", danger_panic_cost),
-):
-    register_sum_and_rate(
-        _function, name=_name, unit="1/s", family="danger", source=SINGAMANENI
-    )

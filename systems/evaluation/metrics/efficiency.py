@@ -1,4 +1,6 @@
-"""How direct and how steady the robot's way was."""
+"""How direct the robot's path was, and how steadily it moved."""
+
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +16,8 @@ from hunav_drake.systems.evaluation.recording import Recording
 
 Array = NDArray[np.float64]
 
+_metric = partial(register_metric, family="efficiency")
+
 GAO_HUANG = "Gao & Huang 2022"
 FRANCIS = "Francis et al. 2025"
 
@@ -24,9 +28,8 @@ _LEG = 0.01
 _STILL = 1e-9
 
 
-@register_metric(
+@_metric(
     unit="rad/m",
-    family="efficiency",
     direction="lower",
     source=f"SEAN 2.0, Tsoi et al. 2022; {GAO_HUANG}",
 )
@@ -52,12 +55,7 @@ def path_irregularity(recording: Recording) -> float:
     return float(max(turned - least, 0.0) / way.length)
 
 
-@register_metric(
-    unit="-",
-    family="efficiency",
-    direction="higher",
-    source=GAO_HUANG,
-)
+@_metric(unit="-", direction="higher", source=GAO_HUANG)
 def path_efficiency(recording: Recording) -> float:
     """How direct the robot's path was, L* / max(L, L*), in [0, 1].
 
@@ -73,9 +71,8 @@ def path_efficiency(recording: Recording) -> float:
     return float(shortest / max(way.length, shortest))
 
 
-@register_metric(
+@_metric(
     unit="-",
-    family="efficiency",
     direction="higher",
     source=f"Anderson et al. 2018; {FRANCIS}",
     aliases=["spl"],
@@ -99,13 +96,7 @@ def success_weighted_path_length(recording: Recording) -> float:
     return float(shortest / longest) if longest else 1.0
 
 
-@register_metric(
-    unit="s",
-    family="efficiency",
-    direction="lower",
-    source=FRANCIS,
-    reduce=reduce.total,
-)
+@_metric(unit="s", direction="lower", source=FRANCIS, reduce=reduce.total)
 def stalled_time(recording: Recording) -> Array:
     """The total time in which the robot got nowhere, short of the goal.
 

@@ -20,7 +20,12 @@ SOURCE = (
     "HuNavSim, Perez-Higueras et al. 2023"
 )
 
+_sum_and_rate = register_sum_and_rate(
+    unit="m/s^2", family="forces", source=SOURCE
+)
 
+
+@_sum_and_rate
 def social_force_on_agents(recording: Recording) -> Array:
     """The social forces of the robot on people: sum_{k,i} |f_k^{r->i}|.
 
@@ -29,6 +34,7 @@ def social_force_on_agents(recording: Recording) -> Array:
     return recording.features.social_force.sum(axis=1)
 
 
+@_sum_and_rate
 def social_force_on_robot(recording: Recording) -> Array:
     """The social forces of people on the robot: sum_{k,i} |f_k^{i->r}|.
 
@@ -38,6 +44,7 @@ def social_force_on_robot(recording: Recording) -> Array:
     return recording.features.social_force.sum(axis=1)
 
 
+@_sum_and_rate
 def obstacle_force_on_agents(recording: Recording) -> Array:
     """The forces of the walls on people: sum_k mean_i |f_k^{o->i}|.
 
@@ -48,6 +55,7 @@ def obstacle_force_on_agents(recording: Recording) -> Array:
     return mean_of_present(recording.features.obstacle_force_on_humans)
 
 
+@_sum_and_rate
 def obstacle_force_on_robot(recording: Recording) -> Array:
     """The force of the walls on the robot: sum_k |f_k^{o->r}|.
 
@@ -57,6 +65,7 @@ def obstacle_force_on_robot(recording: Recording) -> Array:
     return recording.features.obstacle_force_on_robot
 
 
+@_sum_and_rate
 def social_work(recording: Recording) -> Array:
     """The work that the robot makes for itself and for people.
 
@@ -68,16 +77,4 @@ def social_work(recording: Recording) -> Array:
         social_force_on_robot(recording)
         + obstacle_force_on_robot(recording)
         + social_force_on_agents(recording)
-    )
-
-
-for _name, _function in (
-    ("social_force_on_agents", social_force_on_agents),
-    ("social_force_on_robot", social_force_on_robot),
-    ("obstacle_force_on_agents", obstacle_force_on_agents),
-    ("obstacle_force_on_robot", obstacle_force_on_robot),
-    ("social_work", social_work),
-):
-    register_sum_and_rate(
-        _function, name=_name, unit="m/s^2", family="forces", source=SOURCE
     )

@@ -1,5 +1,7 @@
 """Whether, when, and how closely the robot reached its goal."""
 
+from functools import partial
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -10,15 +12,12 @@ from hunav_drake.systems.evaluation.recording import Recording
 
 Array = NDArray[np.float64]
 
+_metric = partial(register_metric, family="goal")
+
 SEAN = "SEAN 2.0, Tsoi et al. 2022"
 
 
-@register_metric(
-    unit="s",
-    family="goal",
-    direction="lower",
-    source=PEREZ_2018,
-)
+@_metric(unit="s", direction="lower", source=PEREZ_2018)
 def time_to_reach_goal(recording: Recording) -> float:
     """The time from the start to the first sample at the goal.
 
@@ -32,7 +31,7 @@ def time_to_reach_goal(recording: Recording) -> float:
     return float(recording.times[at_goal.argmax()] - recording.times[0])
 
 
-@register_metric(unit="-", family="goal", direction="higher", source=SEAN)
+@_metric(unit="-", direction="higher", source=SEAN)
 def completed(recording: Recording) -> float:
     """1 if the robot is at the goal in the last sample, or else 0.
 
@@ -44,9 +43,8 @@ def completed(recording: Recording) -> float:
     return float(recording.features.at_goal[-1])
 
 
-@register_metric(
+@_metric(
     unit="m",
-    family="goal",
     direction="lower",
     source=SEAN,
     aliases=["minimum_distance_to_target"],
@@ -59,9 +57,8 @@ def min_dist_to_target(recording: Recording) -> float:
     return float(recording.features.goal_distance.min())
 
 
-@register_metric(
+@_metric(
     unit="m",
-    family="goal",
     direction="lower",
     source=SEAN,
     aliases=["final_distance_to_target"],

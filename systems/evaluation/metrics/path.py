@@ -1,4 +1,6 @@
-"""How long the robot was on its way, how far, and how it turned."""
+"""The duration, length and rotation of the robot's path."""
+
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,6 +11,8 @@ from hunav_drake.systems.evaluation.recording import Recording
 
 Array = NDArray[np.float64]
 
+_metric = partial(register_metric, family="path")
+
 PEREZ_2018 = "Perez-Higueras et al. 2018"
 
 
@@ -17,19 +21,13 @@ def since_previous(changes: Array, first: float = 0.0) -> Array:
     return np.concatenate([[first], changes])
 
 
-@register_metric(unit="s", family="path", source="hunav_drake")
+@_metric(unit="s", source="hunav_drake")
 def duration(recording: Recording) -> float:
     """The length of the recording, t_N - t_0, whether the goal is reached."""
     return float(recording.times[-1] - recording.times[0])
 
 
-@register_metric(
-    unit="m",
-    family="path",
-    direction="lower",
-    source=PEREZ_2018,
-    reduce=reduce.total,
-)
+@_metric(unit="m", direction="lower", source=PEREZ_2018, reduce=reduce.total)
 def path_length(recording: Recording) -> Array:
     """The length of the robot's path, sum |p_{k+1} - p_k|.
 
@@ -38,15 +36,9 @@ def path_length(recording: Recording) -> Array:
     return since_previous(recording.features.step_lengths)
 
 
-@register_metric(
-    unit="rad",
-    family="path",
-    direction="lower",
-    source=PEREZ_2018,
-    reduce=reduce.total,
-)
+@_metric(unit="rad", direction="lower", source=PEREZ_2018, reduce=reduce.total)
 def cumulative_heading_changes(recording: Recording) -> Array:
-    """All that the robot turned, sum |wrap(yaw_{k+1} - yaw_k)|.
+    """The total rotation of the robot, sum |wrap(yaw_{k+1} - yaw_k)|.
 
     Series: the turn since the sample before.
     """

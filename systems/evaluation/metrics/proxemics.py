@@ -17,6 +17,8 @@ from hunav_drake.systems.evaluation.recording import Recording
 
 Array = NDArray[np.float64]
 
+_metric = partial(register_metric, family="proxemics")
+
 # The outer bounds of the intimate, personal and social space around a person,
 # in meters: Hall, "The Hidden Dimension", 1969.
 INTIMATE, PERSONAL, SOCIAL = 0.45, 1.2, 3.6
@@ -25,9 +27,8 @@ INTIMATE, PERSONAL, SOCIAL = 0.45, 1.2, 3.6
 COMPLIANT_GAP = 0.5
 
 
-@register_metric(
+@_metric(
     unit="m",
-    family="proxemics",
     direction="higher",
     source=PEREZ_2018,
     aliases=["avg_distance_to_closest_person"],
@@ -42,9 +43,8 @@ def avg_dist_to_closest_person(recording: Recording) -> Array:
     return recording.features.closest_gap
 
 
-@register_metric(
+@_metric(
     unit="m",
-    family="proxemics",
     direction="higher",
     source=PEREZ_2018,
     aliases=["minimum_distance_to_people"],
@@ -54,9 +54,8 @@ def min_dist_to_people(recording: Recording) -> float:
     return float(np.fmin.reduce(recording.features.closest_gap))
 
 
-@register_metric(
+@_metric(
     unit="m",
-    family="proxemics",
     source="HuNavSim, Perez-Higueras et al. 2023",
     aliases=["maximum_distance_to_people"],
 )
@@ -66,12 +65,7 @@ def max_dist_to_people(recording: Recording) -> float:
     return float(np.fmax.reduce(gaps, axis=None, initial=np.nan))
 
 
-@register_metric(
-    unit="%",
-    family="proxemics",
-    direction="higher",
-    source="Francis et al. 2025",
-)
+@_metric(unit="%", direction="higher", source="Francis et al. 2025")
 def space_compliance(recording: Recording) -> tuple[float, Array]:
     """The share of the samples at which nobody is closer than 0.5 m.
 
@@ -96,65 +90,44 @@ def _gap(low: float, high: float) -> str:
     return f"{low} m <= gap{below}" if low else f"gap{below}"
 
 
-def _person_band(recording: Recording, *, low: float, high: float) -> Array:
-    return within_band(recording.features.closest_gap, low, high)
+def _in_band(
+    recording: Recording, *, feature: str, low: float, high: float
+) -> Array:
+    return within_band(getattr(recording.features, feature), low, high)
 
 
-def _group_band(recording: Recording, *, low: float, high: float) -> Array:
-    return within_band(recording.features.group_gap, low, high)
+# To whom the gap is, the feature that is this gap, and what it is.
+_PERSON = (
+    "person",
+    "closest_gap",
+    "The gap is min_i gap_k^i. Samples without people count among all;\n"
+    "NaN if nobody ever is present.",
+)
+_GROUP = (
+    "group",
+    "group_gap",
+    "The gap is that to the interaction center c of the group,\n"
+    "max(|p_k - c_k| - R_r, 0), where c is the mean over the members\n"
+    "present, two at least, of the point 1.5 m ahead of each. NaN\n"
+    "without groups.",
+)
 
-
-for _name, _alias, _low, _high in (
-    ("intimate_space_intrusions", (), 0.0, INTIMATE),
-    ("personal_space_intrusions", (), INTIMATE, PERSONAL),
-    (
-        "social+_space_intrusions",
-        ("social_space_intrusions",),
-        PERSONAL,
-        SOCIAL,
-    ),
-    ("public_space_intrusions", (), SOCIAL, math.inf),
+for _name, _low, _high, (_whom, _feature, _gap_text) in (
+    ("intimate_space_intrusions", 0.0, INTIMATE, _PERSON),
+    ("personal_space_intrusions", INTIMATE, PERSONAL, _PERSON),
+    ("social+_space_intrusions", PERSONAL, SOCIAL, _PERSON),
+    ("public_space_intrusions", SOCIAL, math.inf, _PERSON),
+    ("group_intimate_space_intrusions", 0.0, INTIMATE, _GROUP),
+    ("group_personal_space_intrusions", INTIMATE, PERSONAL, _GROUP),
+    ("group_social+_space_intrusions", PERSONAL, SOCIAL, _GROUP),
 ):
-    register_metric(
+    _metric(
         name=_name,
         unit="%",
-        family="proxemics",
         direction="none" if math.isinf(_high) else "lower",
         source=PEREZ_2018 if math.isfinite(_high) else "hunav_drake",
-        aliases=_alias,
-        definition=f"""
-            The share of samples with {_gap(_low, _high)} to the nearest person.
-
-            The gap is min_i gap_k^i. Samples without people count among all;
-            NaN if nobody ever is present. Series: 1 at such a sample, else 0.
-            """,
+        aliases=[_name.replace("+", "")] if "+" in _name else [],
+        definition=f"The share of samples with {_gap(_low, _high)} to the"
+        f" nearest {_whom}.\n\n{_gap_text} Series: 1 at such a sample, else 0.",
         reduce=reduce.share,
-    )(partial(_person_band, low=_low, high=_high))
-
-for _name, _alias, _low, _high in (
-    ("group_intimate_space_intrusions", (), 0.0, INTIMATE),
-    ("group_personal_space_intrusions", (), INTIMATE, PERSONAL),
-    (
-        "group_social+_space_intrusions",
-        ("group_social_space_intrusions",),
-        PERSONAL,
-        SOCIAL,
-    ),
-):
-    register_metric(
-        name=_name,
-        unit="%",
-        family="proxemics",
-        direction="lower",
-        source=PEREZ_2018,
-        aliases=_alias,
-        definition=f"""
-            The share of samples with {_gap(_low, _high)} to the nearest group.
-
-            The gap is that to the interaction center c of the group,
-            max(|p_k - c_k| - R_r, 0), where c is the mean over the members
-            present, two at least, of the point 1.5 m ahead of each. NaN
-            without groups. Series: 1 at such a sample, else 0.
-            """,
-        reduce=reduce.share,
-    )(partial(_group_band, low=_low, high=_high))
+    )(partial(_in_band, feature=_feature, low=_low, high=_high))

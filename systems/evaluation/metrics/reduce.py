@@ -1,4 +1,4 @@
-"""From a series over the samples to one number. NaN is skipped."""
+"""Reduces a series over the samples to one number; NaN is skipped."""
 
 import numpy as np
 from numpy.typing import NDArray

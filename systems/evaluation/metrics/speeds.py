@@ -1,5 +1,7 @@
 """How fast robot and people moved, and how smoothly the robot did."""
 
+from functools import partial
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,6 +14,8 @@ from hunav_drake.systems.evaluation.recording import Recording
 
 Array = NDArray[np.float64]
 
+_metric = partial(register_metric, family="speeds")
+
 SOCNAVBENCH = "SocNavBench, Biswas et al. 2022"
 KATYAL = "Katyal et al. 2022"
 
@@ -20,13 +24,7 @@ STILL_SPEED = 0.01
 STILL_TURN_RATE = 0.02
 
 
-@register_metric(
-    unit="s",
-    family="speeds",
-    direction="lower",
-    source=SEAN,
-    reduce=reduce.total,
-)
+@_metric(unit="s", direction="lower", source=SEAN, reduce=reduce.total)
 def time_not_moving(recording: Recording) -> Array:
     """The total time of the intervals in which the robot did not move.
 
@@ -42,13 +40,7 @@ def time_not_moving(recording: Recording) -> Array:
     )
 
 
-@register_metric(
-    unit="m/s",
-    family="speeds",
-    direction="higher",
-    source=SOCNAVBENCH,
-    reduce=reduce.mean,
-)
+@_metric(unit="m/s", direction="higher", source=SOCNAVBENCH, reduce=reduce.mean)
 def avg_robot_linear_speed(recording: Recording) -> Array:
     """The mean over the samples of the robot's forward speed v.
 
@@ -57,12 +49,8 @@ def avg_robot_linear_speed(recording: Recording) -> Array:
     return recording.features.forward_speed
 
 
-@register_metric(
-    unit="rad/s",
-    family="speeds",
-    direction="lower",
-    source=SOCNAVBENCH,
-    reduce=reduce.mean,
+@_metric(
+    unit="rad/s", direction="lower", source=SOCNAVBENCH, reduce=reduce.mean
 )
 def avg_robot_angular_speed(recording: Recording) -> Array:
     """The mean over the samples of the robot's turn rate |omega|.
@@ -72,9 +60,8 @@ def avg_robot_angular_speed(recording: Recording) -> Array:
     return recording.features.turn_rate
 
 
-@register_metric(
+@_metric(
     unit="m/s^2",
-    family="speeds",
     direction="lower",
     source=SOCNAVBENCH,
     aliases=["avg_acceleration"],
@@ -89,9 +76,8 @@ def avg_robot_acceleration(recording: Recording) -> Array:
     return since_previous(np.abs(recording.features.acceleration), np.nan)
 
 
-@register_metric(
+@_metric(
     unit="m/s^3",
-    family="speeds",
     direction="lower",
     source=SOCNAVBENCH,
     aliases=["avg_overacceleration", "avg_robot_overacceleration"],
@@ -112,9 +98,8 @@ def avg_robot_jerk(recording: Recording) -> Array:
     return np.concatenate([empty, jerk])
 
 
-@register_metric(
+@_metric(
     unit="m/s",
-    family="speeds",
     direction="higher",
     source=KATYAL,
     aliases=["avg_pedestrians_velocity"],
@@ -128,13 +113,7 @@ def avg_pedestrian_velocity(recording: Recording) -> Array:
     return mean_of_present(recording.features.human_speed)
 
 
-@register_metric(
-    unit="m/s",
-    family="speeds",
-    direction="higher",
-    source=KATYAL,
-    reduce=reduce.mean,
-)
+@_metric(unit="m/s", direction="higher", source=KATYAL, reduce=reduce.mean)
 def avg_closest_pedestrian_velocity(recording: Recording) -> Array:
     """The mean over the samples of the closest person's speed.
 

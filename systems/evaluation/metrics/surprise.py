@@ -22,6 +22,10 @@ Array = NDArray[np.float64]
 # seconds.
 RECOGNITION_TIME, REACTION_TIME = 0.15, 0.6
 
+_sum_and_rate = register_sum_and_rate(
+    unit="-", family="surprise", source=SINGAMANENI
+)
+
 
 def _cost(recording: Recording, factor: Array) -> Array:
     """Returns the sum over who sees the robot of factor 0.45 m / d.
@@ -35,6 +39,7 @@ def _cost(recording: Recording, factor: Array) -> Array:
     return np.where(pairs.visible, factor * INTIMATE / distance, 0.0).sum(1)
 
 
+@_sum_and_rate
 def surprise_visibility_cost(recording: Recording) -> Array:
     """How far from where they look people see the robot.
 
@@ -46,6 +51,7 @@ def surprise_visibility_cost(recording: Recording) -> Array:
     return _cost(recording, angle / HALF_FIELD_OF_VIEW)
 
 
+@_sum_and_rate
 def surprise_shock_cost(recording: Recording) -> Array:
     """The shock at a robot before it is recognized.
 
@@ -58,6 +64,7 @@ def surprise_shock_cost(recording: Recording) -> Array:
     return _cost(recording, np.maximum(1 - seen / RECOGNITION_TIME, 0.0))
 
 
+@_sum_and_rate
 def surprise_react_cost(recording: Recording) -> Array:
     """The surprise at a robot before there was time to react to it.
 
@@ -68,13 +75,3 @@ def surprise_react_cost(recording: Recording) -> Array:
     """
     seen = recording.encounters.seen_for
     return _cost(recording, np.maximum(1 - seen / REACTION_TIME, 0.0))
-
-
-for _name, _function in (
-    ("surprise_visibility_cost", surprise_visibility_cost),
-    ("surprise_shock_cost", surprise_shock_cost),
-    ("surprise_react_cost", surprise_react_cost),
-):
-    register_sum_and_rate(
-        _function, name=_name, unit="-", family="surprise", source=SINGAMANENI
-    )

@@ -100,8 +100,7 @@ def make_walk(time_step=0.05, period=0.1):
     return builder.Build(), evaluator
 
 
-def record(diagram, evaluator, context):
-    del diagram
+def record(evaluator, context):
     return evaluator.GetRecording(evaluator.GetMyContextFromRoot(context))
 
 
@@ -154,7 +153,7 @@ def test_samples_come_at_the_multiples_of_the_period(time_step, period):
     diagram, evaluator = make_walk(time_step, period)
     simulator = Simulator(diagram)
     simulator.AdvanceTo(60.0)
-    dut = record(diagram, evaluator, simulator.get_context())
+    dut = record(evaluator, simulator.get_context())
     every = round(period / time_step)
     count = round(60.0 / period)
     assert len(dut) == count + 1
@@ -168,13 +167,13 @@ def test_the_recording_ends_at_the_present_instant():
     diagram, evaluator = make_walk(0.05, 0.2)
     simulator = Simulator(diagram)
     simulator.AdvanceTo(0.35)
-    dut = record(diagram, evaluator, simulator.get_context())
+    dut = record(evaluator, simulator.get_context())
     assert dut.times.tolist() == pytest.approx([0, 0.2, 0.35])
     assert dut.robot[:, 0].tolist() == pytest.approx([0, 0.2, 0.35])
     # To ask twice adds nothing, and does not shift later samples.
-    assert record(diagram, evaluator, simulator.get_context()) == dut
+    assert record(evaluator, simulator.get_context()) == dut
     simulator.AdvanceTo(0.5)
-    dut = record(diagram, evaluator, simulator.get_context())
+    dut = record(evaluator, simulator.get_context())
     assert dut.times.tolist() == pytest.approx([0, 0.2, 0.4, 0.5])
 
 
@@ -221,7 +220,7 @@ def test_behavior_status_is_recorded():
     diagram, evaluator = make_walk(0.05, 0.25)
     simulator = Simulator(diagram)
     simulator.AdvanceTo(1.0)
-    dut = record(diagram, evaluator, simulator.get_context())
+    dut = record(evaluator, simulator.get_context())
     assert dut.behavior_status.T.tolist() == [[0, 0, 0, 1, 1], [0] * 5]
 
 
@@ -347,8 +346,8 @@ def test_a_clone_continues_as_if_nothing_had_been(pause):
     paused.AdvanceTo(pause)
     clone = Simulator(diagram, paused.get_context().Clone())
     clone.AdvanceTo(2.0)
-    assert record(diagram, evaluator, clone.get_context()) == record(
-        diagram, evaluator, straight.get_context()
+    assert record(evaluator, clone.get_context()) == record(
+        evaluator, straight.get_context()
     )
 
 
@@ -373,19 +372,19 @@ def test_events_that_are_repeated_at_an_instant_add_no_sample(period):
     diagram, evaluator = make_drive(period)
     straight = Simulator(diagram)
     straight.AdvanceTo(4.0)
-    expected = record(diagram, evaluator, straight.get_context())
+    expected = record(evaluator, straight.get_context())
     paused = Simulator(diagram)
     # The second time does the updates of the instant that the first reached.
     paused.AdvanceTo(2.0)
     paused.AdvanceTo(2.0)
     clone = paused.get_context().Clone()
-    at_pause = record(diagram, evaluator, clone)
+    at_pause = record(evaluator, clone)
     other = Simulator(diagram, clone)
     other.AdvanceTo(2.0)
     other.AdvanceTo(2.0)
-    assert record(diagram, evaluator, clone) == at_pause
+    assert record(evaluator, clone) == at_pause
     other.AdvanceTo(4.0)
-    assert record(diagram, evaluator, clone) == expected
+    assert record(evaluator, clone) == expected
 
 
 def test_forks_share_their_past():

@@ -17,26 +17,10 @@ from hunav_drake.systems.evaluation.metrics.comparison import (
     displacement,
     warped_distance,
 )
-from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.systems.world.obstacles import Obstacles
+from tests.systems.evaluation.trials import R, make, rows
 
-R = 0.35
 PI = math.pi
-
-
-def rows(samples, x=0.0, y=0.0, yaw=0.0, vx=0.0, vy=0.0, omega=0.0, r=R):
-    columns = np.broadcast_arrays(
-        x, y, yaw, vx, vy, omega, r, np.zeros(samples)
-    )
-    return np.stack(columns[:7], axis=-1)
-
-
-def make(times, robot, humans=(), **kwargs):
-    samples = len(times)
-    people = np.zeros((samples, len(humans), 7))
-    for i, states in enumerate(humans):
-        people[:, i] = states
-    return Recording(times=times, robot=robot, humans=people, **kwargs)
 
 
 def along(points, *, step=0.05, r=R, **kwargs):

@@ -14,35 +14,13 @@ from hunav_drake.systems.evaluation.compute import (
     compute_steps,
 )
 from hunav_drake.systems.evaluation.metrics import METRICS
-from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.systems.people.parameters import SocialForceParameters
 from hunav_drake.systems.world.obstacles import Obstacles, nearest_points
-
-R = 0.35
+from tests.systems.evaluation.trials import R, make, rows
 
 
 def times_to(duration, dt=0.1):
     return np.arange(round(duration / dt) + 1) * dt
-
-
-def rows(samples, x=0.0, y=0.0, yaw=0.0, vx=0.0, vy=0.0, omega=0.0, r=R):
-    """Returns states, shape (samples, 7), from numbers or series."""
-    columns = np.broadcast_arrays(
-        x, y, yaw, vx, vy, omega, r, np.zeros(samples)
-    )
-    return np.stack(columns[:7], axis=-1)
-
-
-def make(times, robot, humans=(), **kwargs):
-    samples = len(times)
-    people = np.zeros((samples, len(humans), 7))
-    for i, states in enumerate(humans):
-        people[:, i] = states
-    return Recording(times=times, robot=robot, humans=people, **kwargs)
-
-
-def values(recording):
-    return compute_metrics(recording)
 
 
 def straight(speed=0.5, duration=4.0, **kwargs):
@@ -51,7 +29,7 @@ def straight(speed=0.5, duration=4.0, **kwargs):
 
 
 def test_straight_line():
-    v = values(straight(goal=(2.0, 1.0, 0.0), goal_tolerance=0.2))
+    v = compute_metrics(straight(goal=(2.0, 1.0, 0.0), goal_tolerance=0.2))
     assert v["path_length"] == pytest.approx(2.0)
     assert v["duration"] == pytest.approx(4.0)
     assert v["cumulative_heading_changes"] == 0
@@ -68,11 +46,11 @@ def test_straight_line():
 
 def test_standstill():
     t = times_to(5.0)
-    v = values(make(t, rows(len(t), vx=0.0099, omega=-0.0199)))
+    v = compute_metrics(make(t, rows(len(t), vx=0.0099, omega=-0.0199)))
     assert v["time_not_moving"] == pytest.approx(5.0)
     assert v["path_length"] == 0
     for moving in ({"vx": 0.0101}, {"omega": -0.0201}, {"vx": -0.0101}):
-        v = values(make(t, rows(len(t), **moving)))
+        v = compute_metrics(make(t, rows(len(t), **moving)))
         assert v["time_not_moving"] == 0
 
 
@@ -80,7 +58,7 @@ def test_time_not_moving_counts_intervals_still_at_both_ends():
     t = np.array([0.0, 0.1, 0.3, 0.6, 1.0, 1.5])
     robot = rows(6, vx=[0.5, 0.0, 0.0, 0.0, 0.5, 0.0])
     recording = make(t, robot)
-    assert values(recording)["time_not_moving"] == pytest.approx(0.5)
+    assert compute_metrics(recording)["time_not_moving"] == pytest.approx(0.5)
     steps = compute_steps(recording)["time_not_moving"]
     assert steps.to_numpy() == pytest.approx([0, 0, 0.2, 0.3, 0, 0])
 
@@ -99,7 +77,7 @@ def test_circle():
         vy=omega * np.sin(yaw),
         omega=omega,
     )
-    v = values(make(t, robot))
+    v = compute_metrics(make(t, robot))
     # The chords of a circle of radius 1 m.
     chords = 6000 * 2 * math.sin(omega * 0.01 / 2)
     assert v["path_length"] == pytest.approx(chords, rel=1e-12)
@@ -111,13 +89,15 @@ def test_circle():
 
 
 def test_turning_to_and_fro_adds_up():
-    v = values(make(times_to(0.3), rows(4, yaw=[0, 0.5, -0.5, 0])))
+    v = compute_metrics(make(times_to(0.3), rows(4, yaw=[0, 0.5, -0.5, 0])))
     assert v["cumulative_heading_changes"] == pytest.approx(2.0)
 
 
 def test_backwards_is_negative():
     t = times_to(1.0)
-    v = values(make(t, rows(len(t), yaw=math.pi / 2, vy=-0.3, omega=-0.2)))
+    v = compute_metrics(
+        make(t, rows(len(t), yaw=math.pi / 2, vy=-0.3, omega=-0.2))
+    )
     assert v["avg_robot_linear_speed"] == pytest.approx(-0.3)
     assert v["avg_robot_angular_speed"] == pytest.approx(0.2)
     assert v["time_not_moving"] == 0
@@ -125,20 +105,20 @@ def test_backwards_is_negative():
 
 def test_constant_acceleration():
     t = np.array([0.0, 0.1, 0.3, 0.6, 1.0])
-    v = values(make(t, rows(5, x=0.4 * t**2, vx=0.8 * t)))
+    v = compute_metrics(make(t, rows(5, x=0.4 * t**2, vx=0.8 * t)))
     assert v["avg_robot_acceleration"] == pytest.approx(0.8)
     assert v["avg_robot_jerk"] == pytest.approx(0, abs=1e-12)
 
 
 def test_constant_jerk_whatever_the_intervals():
     for t in (times_to(2.0), np.array([0.0, 0.1, 0.3, 0.6, 1.0])):
-        v = values(make(t, rows(len(t), vx=0.3 * t**2)))
+        v = compute_metrics(make(t, rows(len(t), vx=0.3 * t**2)))
         # The mean acceleration of an interval is that of its middle.
         assert v["avg_robot_jerk"] == pytest.approx(0.6)
 
 
 def test_braking_and_speeding_up_make_jerk():
-    v = values(make([0.0, 1.0, 2.0], rows(3, vx=[1.0, 0.0, 1.0])))
+    v = compute_metrics(make([0.0, 1.0, 2.0], rows(3, vx=[1.0, 0.0, 1.0])))
     assert v["avg_robot_acceleration"] == 1
     assert v["avg_robot_jerk"] == 2
     steps = compute_steps(make([0.0, 1.0, 2.0], rows(3, vx=[1.0, 0.0, 1.0])))
@@ -153,17 +133,17 @@ def test_braking_and_speeding_up_make_jerk():
 def test_the_goal_is_reached_at_the_first_sample_within_tolerance():
     # It passes the goal's tolerance of 0.2 m after 1.8 m, exclusively.
     recording = straight(goal=(2.0, 0.0, 0.0), goal_tolerance=0.2001)
-    v = values(recording)
+    v = compute_metrics(recording)
     assert v["completed"] == 1
     assert v["time_to_reach_goal"] == pytest.approx(3.6)
-    v = values(straight(goal=(2.0, 0.0, 0.0), goal_tolerance=0.1999))
+    v = compute_metrics(straight(goal=(2.0, 0.0, 0.0), goal_tolerance=0.1999))
     assert v["time_to_reach_goal"] == pytest.approx(3.7)
     steps = compute_steps(recording)
     assert steps["final_dist_to_target"].iloc[0] == pytest.approx(2.0)
 
 
 def test_a_goal_that_was_left_again_is_not_completed():
-    v = values(straight(goal=(1.0, 0.0, 0.0)))
+    v = compute_metrics(straight(goal=(1.0, 0.0, 0.0)))
     assert v["time_to_reach_goal"] == pytest.approx(1.6)
     assert v["completed"] == 0
     assert v["min_dist_to_target"] == pytest.approx(0, abs=1e-9)
@@ -173,9 +153,9 @@ def test_a_goal_that_was_left_again_is_not_completed():
 @pytest.mark.parametrize(("yaw", "done"), [(0.2, 1), (0.3, 0), (-0.2, 1)])
 def test_the_heading_belongs_to_the_goal(yaw, done):
     goal = (2.0, 0.0, yaw + 2 * math.pi)
-    v = values(straight(goal=goal, goal_yaw_tolerance=0.25))
+    v = compute_metrics(straight(goal=goal, goal_yaw_tolerance=0.25))
     assert v["completed"] == done
-    assert values(straight(goal=goal))["completed"] == 1
+    assert compute_metrics(straight(goal=goal))["completed"] == 1
 
 
 def test_distance_to_someone_standing_abreast():
@@ -185,7 +165,7 @@ def test_distance_to_someone_standing_abreast():
     far = rows(len(t), y=30.0)
     recording = make(t, robot, [far, person])
     gap = np.hypot(t - 2, 1.5) - 0.75
-    v = values(recording)
+    v = compute_metrics(recording)
     assert v["min_dist_to_people"] == pytest.approx(0.75)
     assert v["avg_dist_to_closest_person"] == pytest.approx(gap.mean())
     assert v["max_dist_to_people"] == pytest.approx(math.hypot(2, 30) - 0.7)
@@ -194,7 +174,7 @@ def test_distance_to_someone_standing_abreast():
 
 
 def test_overlapping_bodies_have_no_gap():
-    v = values(make([0.0], rows(1), [rows(1, x=0.3)]))
+    v = compute_metrics(make([0.0], rows(1), [rows(1, x=0.3)]))
     assert v["min_dist_to_people"] == 0
     assert v["intimate_space_intrusions"] == 100
 
@@ -213,7 +193,7 @@ def test_overlapping_bodies_have_no_gap():
     ],
 )
 def test_spaces(gap, space):
-    v = values(make([0.0], rows(1), [rows(1, x=0.7 + gap)]))
+    v = compute_metrics(make([0.0], rows(1), [rows(1, x=0.7 + gap)]))
     shares = {
         name: v[f"{name}_space_intrusions"]
         for name in ("intimate", "personal", "social+", "public")
@@ -226,7 +206,7 @@ def test_spaces(gap, space):
 def test_share_of_samples_in_a_space():
     # The gap grows by 0.1 m a sample, from 0.07 m.
     x = 0.77 + 0.1 * np.arange(40)
-    v = values(make(np.arange(40.0), rows(40), [rows(40, x=x)]))
+    v = compute_metrics(make(np.arange(40.0), rows(40), [rows(40, x=x)]))
     assert v["intimate_space_intrusions"] == pytest.approx(100 * 4 / 40)
     assert v["personal_space_intrusions"] == pytest.approx(100 * 8 / 40)
     assert v["social+_space_intrusions"] == pytest.approx(100 * 24 / 40)
@@ -238,7 +218,7 @@ def group_values(distance, **kwargs):
     a = rows(1, x=-1.5, yaw=0.0)
     b = rows(1, x=1.5, yaw=math.pi)
     settings = {"group_ids": (4, 4)} | kwargs
-    return values(make([0.0], rows(1, y=distance), [a, b], **settings))
+    return compute_metrics(make([0.0], rows(1, y=distance), [a, b], **settings))
 
 
 @pytest.mark.parametrize(
@@ -258,7 +238,9 @@ def test_one_person_is_no_group():
 
 def test_the_closest_group_counts():
     people = [rows(1, x=x, yaw=yaw) for x in (-1.5, 8.5) for yaw in (0.0, 0.0)]
-    v = values(make([0.0], rows(1, y=0.5), people, group_ids=(1, 1, 2, 2)))
+    v = compute_metrics(
+        make([0.0], rows(1, y=0.5), people, group_ids=(1, 1, 2, 2))
+    )
     assert v["group_intimate_space_intrusions"] == 100
 
 
@@ -289,7 +271,7 @@ def approach(v_robot, v_person, **kwargs):
 )
 def test_a_collision_is_charged_to_the_faster(v_robot, v_person, robot, person):
     recording = approach(v_robot, v_person)
-    v = values(recording)
+    v = compute_metrics(recording)
     assert v["robot_on_person_collisions"] == robot
     assert v["person_on_robot_collisions"] == person
     steps = compute_steps(recording, ["collisions"])
@@ -303,7 +285,7 @@ def test_a_robot_hit_from_behind_is_not_to_blame():
     x = np.minimum(0.5 + 0.2 * t, 2.0)
     robot = rows(len(t), x=x, vx=0.2)
     person = rows(len(t), x=np.minimum(-2.0 + 2 * t, x - 0.7), vx=2.0)
-    v = values(make(t, robot, [person]))
+    v = compute_metrics(make(t, robot, [person]))
     assert v["robot_on_person_collisions"] == 0
     assert v["person_on_robot_collisions"] == 1
 
@@ -315,7 +297,7 @@ def test_tangent_contact(gap, contacts):
     """The robot passes a person at a constant gap at the closest."""
     t = times_to(2.0)
     robot = rows(len(t), x=t - 1.0, vx=1.0)
-    v = values(make(t, robot, [rows(len(t), y=0.7 + gap)]))
+    v = compute_metrics(make(t, robot, [rows(len(t), y=0.7 + gap)]))
     total = v["robot_on_person_collisions"] + v["person_on_robot_collisions"]
     # At the very tangent nobody closes in, but one sample before somebody did.
     assert total == (1 if gap < 0.015 else 0)
@@ -328,18 +310,18 @@ def test_each_contact_is_an_event_of_its_own():
     near, far = 0.7, 1.5
     x = np.array([far, near, near, far, near, far])
     recording = make(t, rows(6, vx=1.0), [rows(6, x=x), rows(6, x=-far)])
-    assert values(recording)["robot_on_person_collisions"] == 2
+    assert compute_metrics(recording)["robot_on_person_collisions"] == 2
     steps = compute_steps(recording, ["robot_on_person_collisions"])
     assert steps.iloc[:, 0].tolist() == [0, 1, 1, 0, 1, 0]
 
 
 def test_a_contact_at_the_start_is_a_collision():
-    v = values(make([0.0, 1.0], rows(2, vx=1.0), [rows(2, x=0.6)]))
+    v = compute_metrics(make([0.0, 1.0], rows(2, vx=1.0), [rows(2, x=0.6)]))
     assert v["robot_on_person_collisions"] == 1
 
 
 def test_who_stands_inside_the_robot_is_a_contact_of_nobody():
-    v = values(make([0.0], rows(1, vx=1.0), [rows(1)]))
+    v = compute_metrics(make([0.0], rows(1, vx=1.0), [rows(1)]))
     assert v["robot_on_person_collisions"] == 0
     assert v["person_on_robot_collisions"] == 0
     assert np.isfinite(v["social_work"])
@@ -349,7 +331,7 @@ def test_speeds_of_people():
     t = times_to(1.0)
     slow = rows(len(t), x=1.0, vx=0.3, vy=0.4)
     fast = rows(len(t), x=5.0, vy=-1.5)
-    v = values(make(t, rows(len(t)), [fast, slow]))
+    v = compute_metrics(make(t, rows(len(t)), [fast, slow]))
     assert v["avg_pedestrian_velocity"] == pytest.approx(1.0)
     assert v["avg_closest_pedestrian_velocity"] == pytest.approx(0.5)
 
@@ -357,7 +339,7 @@ def test_speeds_of_people():
 def test_the_closest_person_is_by_the_center():
     thin = rows(1, x=2.0, vx=0.1, r=0.1)
     wide = rows(1, x=2.2, vx=0.9, r=0.9)
-    v = values(make([0.0], rows(1), [wide, thin]))
+    v = compute_metrics(make([0.0], rows(1), [wide, thin]))
     assert v["avg_closest_pedestrian_velocity"] == pytest.approx(0.1)
     assert v["min_dist_to_people"] == pytest.approx(2.2 - 0.9 - R)
 
@@ -365,7 +347,7 @@ def test_the_closest_person_is_by_the_center():
 def test_social_force_between_two_who_stand():
     # At rest the interaction has the direction of the other, so B = gamma and
     # theta = 0, which leaves k_s exp(-r / gamma).
-    v = values(make([0.0, 1.0], rows(2), [rows(2, x=0.6, y=0.8)]))
+    v = compute_metrics(make([0.0, 1.0], rows(2), [rows(2, x=0.6, y=0.8)]))
     force = 2.1 * math.exp(-1.0 / 0.35)
     assert v["social_force_on_agents"] == pytest.approx(2 * force)
     assert v["social_force_on_robot"] == pytest.approx(2 * force)
@@ -395,7 +377,7 @@ def test_social_forces_are_those_of_the_crowd_with_the_metrics_constants():
 def test_obstacle_force_of_one_wall():
     wall = Obstacles.from_shapes([[[-9, 1], [9, 1]]], solid=[False])
     near, far = rows(2, y=0.5, r=0.4), rows(2, y=-50.0)
-    v = values(make([0.0, 1.0], rows(2), [near, far], obstacles=wall))
+    v = compute_metrics(make([0.0, 1.0], rows(2), [near, far], obstacles=wall))
     on_robot = 10 * math.exp(-(1 - R) / 0.2)
     on_near = 10 * math.exp(-(0.5 - 0.4) / 0.2)
     assert v["obstacle_force_on_robot"] == pytest.approx(2 * on_robot)
@@ -411,7 +393,7 @@ def test_obstacle_force_of_one_wall():
 
 def test_walls_on_both_sides_cancel():
     walls = Obstacles.from_points([[0, 1], [0, -1]])
-    v = values(make([0.0], rows(1), [rows(1)], obstacles=walls))
+    v = compute_metrics(make([0.0], rows(1), [rows(1)], obstacles=walls))
     assert v["obstacle_force_on_robot"] == pytest.approx(0, abs=1e-15)
 
 
@@ -426,7 +408,7 @@ def test_given_nearest_points_stand_in_for_walls():
         nearest_walls=nearest,
         obstacles=Obstacles.from_points([[0, 0.01]]),
     )
-    v = values(recording)
+    v = compute_metrics(recording)
     assert v["obstacle_force_on_robot"] == pytest.approx(
         10 * math.exp(-(1 - R) / 0.2)
     )
@@ -458,7 +440,7 @@ def test_many_bodies_and_walls_in_blocks_are_as_one_by_one():
 
 
 def test_without_people_sums_are_0_and_the_rest_has_no_value():
-    v = values(straight(goal=(2.0, 0.0, 0.0)))
+    v = compute_metrics(straight(goal=(2.0, 0.0, 0.0)))
     zero = [
         "robot_on_person_collisions",
         "person_on_robot_collisions",
@@ -491,7 +473,7 @@ def test_without_people_sums_are_0_and_the_rest_has_no_value():
 
 
 def test_one_sample_has_neither_acceleration_nor_jerk():
-    v = values(make([3.0], rows(1, vx=0.4), [rows(1, x=2.0)]))
+    v = compute_metrics(make([3.0], rows(1, vx=0.4), [rows(1, x=2.0)]))
     assert v["path_length"] == 0
     assert v["duration"] == 0
     assert v["avg_robot_linear_speed"] == 0.4
@@ -507,7 +489,7 @@ def test_a_missing_person_counts_only_while_there():
     here[2] = np.nan
     gone = np.full((4, 7), np.nan)
     recording = make(t, rows(4), [here, gone], group_ids=(1, 1))
-    v = values(recording)
+    v = compute_metrics(recording)
     assert v["avg_dist_to_closest_person"] == pytest.approx(1.0)
     assert v["personal_space_intrusions"] == 75
     assert v["avg_pedestrian_velocity"] == 1
@@ -517,7 +499,7 @@ def test_a_missing_person_counts_only_while_there():
     steps = compute_steps(recording)
     assert math.isnan(steps["avg_dist_to_closest_person"].iloc[2])
     assert steps["social_force_on_agents"].iloc[2] == 0
-    alone = values(make(t, rows(4), [here]))
+    alone = compute_metrics(make(t, rows(4), [here]))
     for name in METRICS:
         assert alone[name] == pytest.approx(v[name], nan_ok=True), name
 
@@ -525,5 +507,5 @@ def test_a_missing_person_counts_only_while_there():
 def test_who_comes_back_into_contact_begins_anew():
     person = rows(3, x=0.6, vx=-1.0)
     person[1] = np.nan
-    v = values(make(np.arange(3.0), rows(3), [person]))
+    v = compute_metrics(make(np.arange(3.0), rows(3), [person]))
     assert v["person_on_robot_collisions"] == 2

@@ -23,7 +23,7 @@ def status_at(dut, context, x, y=0.0, yaw=0.0):
     dut.get_robot_state_input_port().FixValue(
         context, [x, y, yaw, 0, 0, 0, 0.3]
     )
-    return int(dut.get_status_output_port().Eval(context)[0])
+    return int(dut.get_trial_status_output_port().Eval(context)[0])
 
 
 @pytest.mark.parametrize(

@@ -11,8 +11,8 @@ from hunav_drake.systems.scene.meshes import (
     join,
     lay,
     loft,
+    triangulate,
 )
-from hunav_drake.systems.scene.triangulation import triangulate
 
 L_SHAPE = [(0, 0), (3, 0), (3, 1), (1, 1), (1, 2), (0, 2)]
 

@@ -352,7 +352,7 @@ def test_people_do_not_march_in_step():
 
 @pytest.mark.parametrize("time_step", [0.05, 0.01, 0.02, 0.1, 1 / 60, 1 / 128])
 def test_frames_fall_exactly_on_steps(time_step):
-    period = frame_period(time_step, 10.0)
+    period = frame_period(time_step)
     k = np.arange(20000)
     assert np.all(np.isin(k * period, np.arange(20000 * 32) * time_step))
     assert 0.07 <= period <= 0.15
@@ -365,11 +365,10 @@ def test_a_second_scene_in_a_diagram_is_an_error_and_not_an_exit():
         AddScene(builder, World())
 
 
-@pytest.mark.parametrize("option", ["time_step", "frame_rate"])
 @pytest.mark.parametrize("value", [0.0, -1.0, np.nan, np.inf])
-def test_steps_and_rates_are_positive(option, value):
-    with pytest.raises(ValueError, match=f"{option} must be positive"):
-        AddScene(DiagramBuilder(), World(), **{option: value})
+def test_the_time_step_is_positive(value):
+    with pytest.raises(ValueError, match="time_step must be positive"):
+        AddScene(DiagramBuilder(), World(), time_step=value)
 
 
 def test_bounds_hold_people_robot_and_goals():
