@@ -19,11 +19,7 @@ from hunav_drake.systems.behavior.language.entry_types import (
     TextTable,
     number_of,
 )
-from hunav_drake.systems.behavior.nodes.node import (
-    Conditions,
-    Memory,
-    Node,
-)
+from hunav_drake.systems.behavior.nodes.node import Conditions, Memory, Node
 from hunav_drake.systems.behavior.nodes.port import (
     UNSET,
     Constant,

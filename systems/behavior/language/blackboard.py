@@ -15,11 +15,7 @@ from hunav_drake.systems.behavior.nodes.errors import (
     Place,
     unknown,
 )
-from hunav_drake.systems.behavior.nodes.port import (
-    Constant,
-    Port,
-    Variable,
-)
+from hunav_drake.systems.behavior.nodes.port import Constant, Port, Variable
 
 # `{key}`, and `${key}` as BehaviorTree.CPP 3 also writes it.
 _REFERENCE = re.compile(r"\$?\{(.*)\}", re.DOTALL)

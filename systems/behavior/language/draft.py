@@ -17,9 +17,7 @@ from hunav_drake.systems.behavior.nodes.errors import (
     Place,
     unknown,
 )
-from hunav_drake.systems.behavior.nodes.node import (
-    NodeType,
-)
+from hunav_drake.systems.behavior.nodes.node import NodeType
 from hunav_drake.systems.behavior.nodes.pre_post_conditions import AFTER, BEFORE
 
 

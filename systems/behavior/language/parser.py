@@ -28,10 +28,7 @@ from hunav_drake.systems.behavior.language.xml_source import (
 )
 from hunav_drake.systems.behavior.nodes.decorators import SUBTREE
 from hunav_drake.systems.behavior.nodes.errors import BehaviorTreeError, unknown
-from hunav_drake.systems.behavior.nodes.node import (
-    Node,
-    NodeType,
-)
+from hunav_drake.systems.behavior.nodes.node import Node, NodeType
 from hunav_drake.systems.behavior.nodes.registry import (
     ALIASES,
     GENERIC_TAGS,

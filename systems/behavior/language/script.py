@@ -23,12 +23,8 @@ from hunav_drake.systems.behavior.language.entry_types import (
     number_of,
 )
 from hunav_drake.systems.behavior.nodes.errors import BehaviorTreeError, Place
-from hunav_drake.systems.behavior.nodes.node import (
-    Memory,
-)
-from hunav_drake.systems.behavior.nodes.port import (
-    UNSET,
-)
+from hunav_drake.systems.behavior.nodes.node import Memory
+from hunav_drake.systems.behavior.nodes.port import UNSET
 
 MAX_LENGTH = 1000
 _MAX_DEPTH = 20

@@ -9,18 +9,10 @@ import math
 from typing import Annotated
 
 from hunav_drake.systems.behavior.leaves.walking import IGNORED, ROLES, Role
-from hunav_drake.systems.behavior.nodes.node import (
-    NodeStatus,
-)
+from hunav_drake.systems.behavior.nodes.node import NodeStatus
 from hunav_drake.systems.behavior.nodes.registry import register_action
 from hunav_drake.systems.behavior.nodes.tick_context import TickContext
-from hunav_drake.systems.common.layout import (
-    RADIUS,
-    YAW,
-    Command,
-    X,
-    Y,
-)
+from hunav_drake.systems.common.layout import RADIUS, YAW, Command, X, Y
 from hunav_drake.systems.common.schema import within
 
 # How fast people turn to the robot, in rad/s.

@@ -19,9 +19,7 @@ from hunav_drake.systems.behavior.leaves.robot_conditions import (
 )
 from hunav_drake.systems.behavior.leaves.walking import IGNORED, ROLES, Role
 from hunav_drake.systems.behavior.nodes.decorators import steps_reach
-from hunav_drake.systems.behavior.nodes.node import (
-    NodeStatus,
-)
+from hunav_drake.systems.behavior.nodes.node import NodeStatus
 from hunav_drake.systems.behavior.nodes.registry import register_action
 from hunav_drake.systems.behavior.nodes.tick_context import Row, TickContext
 from hunav_drake.systems.common.layout import RADIUS, Command, X, Y
