@@ -19,7 +19,6 @@ from hunav_drake.systems.behavior.language.parser import (
 )
 from hunav_drake.systems.behavior.language.xml_source import NOTES, XmlElement
 from hunav_drake.systems.behavior.library import LoadTree
-from hunav_drake.systems.behavior.nodes.errors import BehaviorTreeError
 from hunav_drake.systems.behavior.nodes.node import NodeType
 from hunav_drake.systems.behavior.nodes.registry import (
     GENERIC_TAGS,
@@ -162,7 +161,7 @@ def _braces(value: str, element: XmlElement) -> str:
     """Writes `${key}` of format 3 as `{key}`."""
     if not value.strip().startswith("$"):
         return value
-    key = reference(value, "", element.place, element.tag)
+    key = reference(value, "", element.spot)
     return value if key is None else f"{{{key}}}"
 
 
@@ -193,16 +192,14 @@ def _check_shared(element: XmlElement, documents: Documents) -> None:
         return
     for node in _walk(tree.element):
         for attribute, value in node.attributes.items():
-            key = reference(value, attribute, node.place, node.tag)
+            key = reference(value, attribute, node.spot)
             if attribute == "output_key":
                 key = key or value.strip()
             if key and key.startswith("_"):
-                raise BehaviorTreeError(
+                raise node.spot.fault(
                     f"the subtree {tree_id} shares the blackboard, and names"
                     f" {key!r}; format 4 keeps names with an underscore apart,"
-                    " so rename the entry",
-                    node.place,
-                    node=node.tag,
+                    " so rename the entry"
                 )
 
 
