@@ -223,7 +223,7 @@ def _parse(
     ports = documents.main_ports()
     texts = dict(values)
     try:
-        return Tree(parse_documents(documents, texts), documents.file)
+        return Tree(parse_documents(documents, texts))
     except BehaviorTreeError as error:
         # A value that a node refuses is a fault of the value.
         for name in texts:
@@ -241,7 +241,7 @@ def _parse(
 
 def _parses(documents: Documents, texts: Mapping[str, str]) -> bool:
     try:
-        Tree(parse_documents(documents, texts), "")
+        Tree(parse_documents(documents, texts))
     except BehaviorTreeError:
         return False
     return True

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
-from hunav_drake.systems.behavior.language.assembly import assemble
+from hunav_drake.systems.behavior.language.assembly import Assembled, assemble
 from hunav_drake.systems.behavior.language.blackboard import (
     GIVEN,
     Entry,
@@ -28,7 +28,7 @@ from hunav_drake.systems.behavior.language.xml_source import (
 )
 from hunav_drake.systems.behavior.nodes.decorators import SUBTREE
 from hunav_drake.systems.behavior.nodes.errors import BehaviorTreeError, Spot
-from hunav_drake.systems.behavior.nodes.node import Node, NodeType
+from hunav_drake.systems.behavior.nodes.node import NodeType
 from hunav_drake.systems.behavior.nodes.registry import (
     ALIASES,
     GENERIC_TAGS,
@@ -52,21 +52,13 @@ class ParsedTree:
     """The result of the parser.
 
     Attributes:
-        name: The ID of the main tree.
-        root: Its topmost node.
-        slots: What each number of the memory is.
-        initial: What each number is before the first tick.
-        texts: The texts that blackboard entries can hold.
+        assembled: The nodes of the main tree, and the layout of its memory.
         entries: The blackboard entries of the main tree that have a slot.
         documents: What it was made of.
         values: What the ports of the main tree are, as they stand in XML.
     """
 
-    name: str
-    root: Node
-    slots: tuple[str, ...]
-    initial: tuple[float, ...]
-    texts: tuple[str, ...]
+    assembled: Assembled
     entries: Mapping[str, int]
     documents: Documents
     values: Mapping[str, str]
@@ -97,7 +89,9 @@ class _Parser:
         draft = Draft(node_type, Spot(element.place, name), scope)
         for attribute, text in element.attributes.items():
             self.bind(draft, element, attribute, text)
-        self.check_required(draft)
+        for port in node_type.ports.values():
+            if port.default is ... and port.name not in draft.bindings:
+                raise draft.spot.fault(f"the port {port.name} must be given")
         for child in element.children:
             draft.children.append(self.draft(child, scope, form, depth + 1))
         _check_children(draft)
@@ -145,11 +139,6 @@ class _Parser:
             draft.bindings[name] = text
         else:
             draft.bindings[name] = draft.scope.entry(key, draft.spot.place)
-
-    def check_required(self, draft: Draft) -> None:
-        for port in draft.type.ports.values():
-            if port.default is ... and port.name not in draft.bindings:
-                raise draft.spot.fault(f"the port {port.name} must be given")
 
     def subtree(
         self, element: XmlElement, scope: Scope, form: int, depth: int
@@ -326,17 +315,9 @@ def parse_documents(
     parser.open_trees.append(documents.main)
     draft = parser.tree(documents.trees[documents.main], scope, 1)
     assembled = assemble(draft, parser.entries)
-    return ParsedTree(
-        documents.main,
-        assembled.root,
-        assembled.slots,
-        assembled.initial,
-        assembled.texts,
-        {
-            key: entry.slot
-            for key, entry in scope.entries.items()
-            if entry.set_by_nodes
-        },
-        documents,
-        all_values,
-    )
+    entries = {
+        key: entry.slot
+        for key, entry in scope.entries.items()
+        if entry.set_by_nodes
+    }
+    return ParsedTree(assembled, entries, documents, all_values)
