@@ -2,13 +2,8 @@
 
 from collections.abc import Iterator, Sequence
 
-from hunav_drake.systems.behavior.nodes.node import (
-    Node,
-)
-from hunav_drake.systems.behavior.nodes.port import (
-    Constant,
-    Variable,
-)
+from hunav_drake.systems.behavior.nodes.node import Node
+from hunav_drake.systems.behavior.nodes.port import Constant, Variable
 
 
 def describe_port(value: Constant | Variable) -> str:

@@ -7,13 +7,8 @@ from typing import Any
 from hunav_drake.systems.behavior.language.documents import Documents
 from hunav_drake.systems.behavior.language.xml_source import NOTES, XmlElement
 from hunav_drake.systems.behavior.library import LoadBehavior
-from hunav_drake.systems.behavior.nodes.node import (
-    Node,
-)
-from hunav_drake.systems.behavior.nodes.port import (
-    Constant,
-    Variable,
-)
+from hunav_drake.systems.behavior.nodes.node import Node
+from hunav_drake.systems.behavior.nodes.port import Constant, Variable
 from hunav_drake.systems.behavior.tree import Tree
 from hunav_drake.systems.people.behavior_choice import BehaviorConfig
 

@@ -22,7 +22,7 @@ from hunav_drake.systems.behavior.language.tree_ports import (
 from hunav_drake.systems.behavior.nodes.errors import (
     BehaviorTreeError,
     Place,
-    unknown,
+    Spot,
 )
 from hunav_drake.systems.behavior.nodes.node import NodeType
 from hunav_drake.systems.behavior.nodes.registry import NODE_TYPES
@@ -83,13 +83,8 @@ def LoadTree(
     """
     path = BEHAVIORS.get(str(name_or_path), Path(name_or_path))
     if not is_file(path):
-        raise unknown(
-            "behavior or file",
-            str(name_or_path),
-            BEHAVIORS,
-            Place(str(name_or_path)),
-            "",
-        )
+        name = str(name_or_path)
+        raise Spot(Place(name)).unknown("behavior or file", name, BEHAVIORS)
     documents = load_documents(
         read_file(path), str(path), path.parent, allow_outside=allow_outside
     )
@@ -140,9 +135,8 @@ def LoadBehavior(behavior: str | BehaviorConfig) -> Tree:
             )
     elif behavior.tree not in BEHAVIORS:
         # Any other word is meant as a name, even where there is such a file.
-        raise unknown(
-            "behavior", behavior.tree, BEHAVIORS, Place("behavior"), ""
-        )
+        place = Place("behavior")
+        raise Spot(place).unknown("behavior", behavior.tree, BEHAVIORS)
     return LoadTree(behavior.tree, behavior.ports)
 
 
@@ -229,7 +223,7 @@ def _parse(
     ports = documents.main_ports()
     texts = dict(values)
     try:
-        return Tree(parse_documents(documents, texts), documents.file)
+        return Tree(parse_documents(documents, texts))
     except BehaviorTreeError as error:
         # A value that a node refuses is a fault of the value.
         for name in texts:
@@ -247,7 +241,7 @@ def _parse(
 
 def _parses(documents: Documents, texts: Mapping[str, str]) -> bool:
     try:
-        Tree(parse_documents(documents, texts), "")
+        Tree(parse_documents(documents, texts))
     except BehaviorTreeError:
         return False
     return True

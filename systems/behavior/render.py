@@ -1,42 +1,34 @@
 """Draws behavior trees: with Graphviz where it is installed, else as text."""
 
 from collections.abc import Sequence
-import functools
 import html
 from pathlib import Path
 import shutil
-from typing import Any
+from typing import Any, NamedTuple
 
 from hunav_drake.systems.behavior.describe import describe_ports
-from hunav_drake.systems.behavior.nodes.node import (
-    Node,
-    NodeStatus,
-)
+from hunav_drake.systems.behavior.nodes.node import Node, NodeStatus
 from hunav_drake.systems.behavior.tree import Tree
 from hunav_drake.systems.common.files import atomic_write
 
-# Colors that colorblind people can tell apart: fill, line. (M. Okabe and
-# K. Ito, "Color Universal Design", 2008; the fills are lighter, for the text.)
-_COLORS = {
-    NodeStatus.IDLE: ("#ffffff", "#555555"),
-    NodeStatus.RUNNING: ("#cfe8f8", "#0072b2"),
-    NodeStatus.SUCCESS: ("#bfe8d9", "#007a58"),
-    NodeStatus.FAILURE: ("#f8cfae", "#b84a00"),
-    NodeStatus.SKIPPED: ("#e4e4e4", "#5f5f5f"),
-}
-_MARKS = {
-    NodeStatus.IDLE: "·",
-    NodeStatus.RUNNING: "▶",
-    NodeStatus.SUCCESS: "✓",
-    NodeStatus.FAILURE: "✗",
-    NodeStatus.SKIPPED: "↷",
-}
-_WORDS = {
-    NodeStatus.IDLE: "not ticked",
-    NodeStatus.RUNNING: "running",
-    NodeStatus.SUCCESS: "success",
-    NodeStatus.FAILURE: "failure",
-    NodeStatus.SKIPPED: "skipped",
+
+class _Look(NamedTuple):
+    """How a status is drawn: its mark, its word, and two colors."""
+
+    mark: str
+    word: str
+    fill: str
+    line: str
+
+
+# Colors that colorblind people can tell apart. (M. Okabe and K. Ito, "Color
+# Universal Design", 2008; the fills are lighter, for the text.)
+_LOOKS = {
+    NodeStatus.IDLE: _Look("·", "not ticked", "#ffffff", "#555555"),
+    NodeStatus.RUNNING: _Look("▶", "running", "#cfe8f8", "#0072b2"),
+    NodeStatus.SUCCESS: _Look("✓", "success", "#bfe8d9", "#007a58"),
+    NodeStatus.FAILURE: _Look("✗", "failure", "#f8cfae", "#b84a00"),
+    NodeStatus.SKIPPED: _Look("↷", "skipped", "#e4e4e4", "#5f5f5f"),
 }
 # The signs that papers on behavior trees have for these nodes.
 _SIGNS = {
@@ -71,19 +63,16 @@ class TreeDrawing:
         self.tree = tree
         self.node_status = node_status
 
-    @functools.cached_property
+    @property
     def text(self) -> str:
         """The drawing as text."""
         lines: list[str] = []
         statuses = dict(self._statuses())
         _text_lines(self.tree.root, "", "", statuses, lines)
         if statuses:
-            legend = [f"{mark} {_WORDS[s]}" for s, mark in _MARKS.items()]
+            legend = [f"{it.mark} {it.word}" for it in _LOOKS.values()]
             lines += ["", "  ".join(legend)]
         return "\n".join(lines)
-
-    def __str__(self) -> str:
-        return self.text
 
     def __repr__(self) -> str:
         return self.text
@@ -200,7 +189,7 @@ def _text_lines(
 ) -> None:
     parts = [_title(node)]
     if statuses:
-        parts.insert(0, _MARKS[statuses[id(node)]])
+        parts.insert(0, _LOOKS[statuses[id(node)]].mark)
     if node.name != node.type.name:
         parts.append(repr(node.name))
     parts += describe_ports(node, defaults=False)
@@ -220,7 +209,7 @@ def _graph_node(
     pydot: Any, node: Node, name: str, statuses: dict[int, NodeStatus]
 ) -> Any:
     status = statuses.get(id(node), NodeStatus.IDLE)
-    fill, line = _COLORS[status]
+    look = _LOOKS[status]
     rows = [f"<b>{_escaped(_title(node))}</b>"]
     if node.name != node.type.name:
         rows.append(f"<i>{_escaped(node.name)}</i>")
@@ -229,8 +218,8 @@ def _graph_node(
         for port in describe_ports(node, defaults=False)
     ]
     if statuses:
-        word = f"{_MARKS[status]} {_WORDS[status]}"
-        rows.append(f'<font point-size="9" color="{line}">{word}</font>')
+        word = f"{look.mark} {look.word}"
+        rows.append(f'<font point-size="9" color="{look.line}">{word}</font>')
     is_subtree = node.type.name == "SubTree"
     styles = ["filled"]
     if node.type.category == "Action":
@@ -241,8 +230,8 @@ def _graph_node(
         name,
         label=f"<{'<br/>'.join(rows)}>",
         shape="folder" if is_subtree else _SHAPES[node.type.category],
-        fillcolor=fill,
-        color=line,
+        fillcolor=look.fill,
+        color=look.line,
         fontcolor="#222222",
         penwidth="2" if status is NodeStatus.RUNNING else "1",
         style=f'"{",".join(styles)}"',

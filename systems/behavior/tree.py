@@ -94,27 +94,23 @@ class Tree:
         values: The values of its ports, as in XML.
     """
 
-    def __init__(self, parsed: ParsedTree, file: str) -> None:
+    def __init__(self, parsed: ParsedTree) -> None:
         """Constructs a Tree from the parser's result.
-
-        Args:
-            parsed: The tree.
-            file: The file that it was read from.
 
         Raises:
             BehaviorTreeError: If a node cannot work as it is written.
         """
-        self.name = parsed.name
-        self.file = file
-        self.root = parsed.root
-        self.nodes = tuple(_preorder(parsed.root))
-        self.slots = parsed.slots
-        self.texts = parsed.texts
         self.documents = parsed.documents
+        self.name = self.documents.main
+        self.file = self.documents.file
         self.values = parsed.values
-        self._tick = _build(parsed.root, None).tick
+        self.root = parsed.assembled.root
+        self.nodes = tuple(_preorder(self.root))
+        self.slots = parsed.assembled.slots
+        self.texts = parsed.assembled.texts
+        self._tick = _build(self.root, None).tick
         self._traced_tick = self._build_traced()
-        self._initial = parsed.initial
+        self._initial = parsed.assembled.initial
         # The leaves of this package write what they may; to look at it again
         # would cost a tenth of their time.
         self._has_foreign_leaves = not all(
@@ -198,11 +194,7 @@ class Tree:
     ) -> tuple[Outcome, tuple[NodeStatus, ...]]:
         """Ticks the tree once, and returns the status of each node.
 
-        Args:
-            person: Whose tick it is.
-            memory: What the tick before gave, or `initial_memory`.
-            human_states: Shape (7n,): see `common.layout`.
-            robot_states: Shape (7m,): see `common.layout`.
+        The arguments are those of `tick`.
 
         Returns:
             What `tick` gives, and the last status of each of `nodes` in this

@@ -1,15 +1,12 @@
 """Writes trees as XML in format 4 of BehaviorTree.CPP, as for Groot2."""
 
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
-from types import MappingProxyType
 from xml.sax.saxutils import quoteattr
 
 from hunav_drake.systems.behavior.language.blackboard import reference
-from hunav_drake.systems.behavior.language.documents import (
-    Documents,
-    TreeElement,
-)
+from hunav_drake.systems.behavior.language.documents import Documents
 from hunav_drake.systems.behavior.language.parser import (
     AUTOREMAP,
     SHARED,
@@ -19,8 +16,9 @@ from hunav_drake.systems.behavior.language.parser import (
 )
 from hunav_drake.systems.behavior.language.xml_source import NOTES, XmlElement
 from hunav_drake.systems.behavior.library import LoadTree
-from hunav_drake.systems.behavior.nodes.errors import BehaviorTreeError
+from hunav_drake.systems.behavior.nodes.errors import Place
 from hunav_drake.systems.behavior.nodes.node import NodeType
+from hunav_drake.systems.behavior.nodes.port import Port
 from hunav_drake.systems.behavior.nodes.registry import (
     GENERIC_TAGS,
     NODE_TYPES,
@@ -66,39 +64,27 @@ def WriteTree(tree: Tree | Documents) -> str:
     documents = tree.documents if isinstance(tree, Tree) else tree
     names = _tree_names(documents)
     main = documents.main
-    order = [main, *(name for name in documents.trees if name != main)]
     lines = [
         '<?xml version="1.0" encoding="UTF-8"?>',
         *_comments(documents.comments, 0),
-        f"<root{_text('BTCPP_format', '4')}"
-        f"{_text('main_tree_to_execute', names[main])}>",
+        f"<root{_attributes({'BTCPP_format': '4'})}"
+        f"{_attributes({'main_tree_to_execute': names[main]})}>",
     ]
-    for name in order:
+    for name in (main, *(name for name in documents.trees if name != main)):
         written = documents.trees[name]
-        lines.append("")
-        lines += _comments(written.element.comments, 1)
-        attributes = {**written.element.attributes, "ID": names[name]}
-        lines += _element(
-            "BehaviorTree",
-            {"ID": attributes.pop("ID"), **attributes},
+        others = {**written.element.attributes}
+        others.pop("ID", None)
+        tree = replace(
             written.element,
-            _Position(documents, written.format, 1),
+            attributes={"ID": names[name], **others},
+            children=[
+                _node(child, documents, written.format)
+                for child in written.element.children
+            ],
         )
-    trees = documents.trees.values()
-    lines += ["", *_model(documents, trees), "", "</root>", ""]
+        lines += ["", *_lines(tree, 1)]
+    lines += ["", *_lines(_model(documents), 1), "", "</root>", ""]
     return "\n".join(lines)
-
-
-class _Position:
-    """The writer's position: the documents, the format, and the depth."""
-
-    def __init__(self, documents: Documents, form: int, depth: int) -> None:
-        self.documents = documents
-        self.form = form
-        self.depth = depth
-
-    def inner(self) -> "_Position":
-        return _Position(self.documents, self.form, self.depth + 1)
 
 
 def _tree_names(documents: Documents) -> dict[str, str]:
@@ -114,60 +100,57 @@ def _tree_names(documents: Documents) -> dict[str, str]:
     return names
 
 
-def _text(attribute: str, value: str) -> str:
-    return f" {attribute}={quoteattr(value)}"
+def _attributes(attributes: Mapping[str, str]) -> str:
+    return "".join(
+        f" {name}={quoteattr(value)}" for name, value in attributes.items()
+    )
 
 
 def _comments(comments: Iterable[str], depth: int) -> list[str]:
     return [f"{_INDENT * depth}<!--{comment}-->" for comment in comments]
 
 
-def _element(
-    tag: str,
-    attributes: Mapping[str, str],
-    element: XmlElement,
-    position: _Position,
-) -> Iterator[str]:
-    depth = position.depth
-    start = f"{_INDENT * depth}<{tag}" + "".join(
-        _text(name, value) for name, value in attributes.items()
-    )
+def _lines(element: XmlElement, depth: int) -> Iterator[str]:
+    """Yields the lines of an element, after those of its comments."""
+    indent = _INDENT * depth
+    yield from _comments(element.comments, depth)
+    start = f"{indent}<{element.tag}{_attributes(element.attributes)}"
     if not element.children and not element.last_comments:
         yield f"{start}/>"
         return
     yield f"{start}>"
     for child in element.children:
-        yield from _comments(child.comments, depth + 1)
-        yield from _node(child, position.inner())
+        yield from _lines(child, depth + 1)
     yield from _comments(element.last_comments, depth + 1)
-    yield f"{_INDENT * depth}</{tag}>"
+    yield f"{indent}</{element.tag}>"
 
 
-def _node(element: XmlElement, position: _Position) -> Iterator[str]:
+def _node(element: XmlElement, documents: Documents, form: int) -> XmlElement:
+    """Returns the element of a node, written in a format, in format 4."""
     if element.tag in SUBTREE_TAGS:
-        attributes = _subtree_attributes(element, position)
-        yield from _element("SubTree", attributes, element, position)
-        return
-    name = node_name(element)
-    attributes = {}
-    for attribute, value in element.attributes.items():
-        if attribute == "ID" and element.tag in GENERIC_TAGS:
-            continue
-        new = PORT_ALIASES.get((name, attribute), attribute)
-        attributes[new] = _braces(value, element)
-    yield from _element(name, attributes, element, position)
+        name = "SubTree"
+        attributes = _subtree_attributes(element, documents, form)
+    else:
+        name = node_name(element)
+        attributes = {
+            PORT_ALIASES.get((name, key), key): _braces(value, element)
+            for key, value in element.attributes.items()
+            if key != "ID" or element.tag not in GENERIC_TAGS
+        }
+    children = [_node(child, documents, form) for child in element.children]
+    return replace(element, tag=name, attributes=attributes, children=children)
 
 
 def _braces(value: str, element: XmlElement) -> str:
     """Writes `${key}` of format 3 as `{key}`."""
     if not value.strip().startswith("$"):
         return value
-    key = reference(value, "", element.place, element.tag)
+    key = reference(value, "", element.spot)
     return value if key is None else f"{{{key}}}"
 
 
 def _subtree_attributes(
-    element: XmlElement, position: _Position
+    element: XmlElement, documents: Documents, form: int
 ) -> dict[str, str]:
     attributes = {
         name: value
@@ -176,11 +159,11 @@ def _subtree_attributes(
         or (name.startswith("_") and name not in (*SHARED, *AUTOREMAP))
     }
     if flag(element, SHARED):
-        _check_shared(element, position.documents)
+        _check_shared(element, documents)
         return {**attributes, "_autoremap": "true"}
     if flag(element, AUTOREMAP):
         attributes["_autoremap"] = "true"
-    ports = subtree_ports(element, position.form)
+    ports = subtree_ports(element, form)
     return attributes | {
         name: _braces(value, element) for name, value in ports.items()
     }
@@ -193,16 +176,14 @@ def _check_shared(element: XmlElement, documents: Documents) -> None:
         return
     for node in _walk(tree.element):
         for attribute, value in node.attributes.items():
-            key = reference(value, attribute, node.place, node.tag)
+            key = reference(value, attribute, node.spot)
             if attribute == "output_key":
                 key = key or value.strip()
             if key and key.startswith("_"):
-                raise BehaviorTreeError(
+                raise node.spot.fault(
                     f"the subtree {tree_id} shares the blackboard, and names"
                     f" {key!r}; format 4 keeps names with an underscore apart,"
-                    " so rename the entry",
-                    node.place,
-                    node=node.tag,
+                    " so rename the entry"
                 )
 
 
@@ -212,10 +193,10 @@ def _walk(element: XmlElement) -> Iterator[XmlElement]:
         yield from _walk(child)
 
 
-def _model(documents: Documents, trees: Iterable[TreeElement]) -> list[str]:
+def _model(documents: Documents) -> XmlElement:
     """Returns the <TreeNodesModel> of the leaves that are used."""
     used: dict[str, set[str]] = {}
-    for tree in trees:
+    for tree in documents.trees.values():
         for node in _walk(tree.element):
             if node is tree.element or node.tag in SUBTREE_TAGS:
                 continue
@@ -224,76 +205,63 @@ def _model(documents: Documents, trees: Iterable[TreeElement]) -> list[str]:
                 ignored = node_type.ignored & node.attributes.keys()
                 used.setdefault(node_type.name, set()).update(ignored)
     subtrees = {
-        subtree.attributes["ID"]: subtree
+        subtree.attributes["ID"]: _element(
+            "SubTree",
+            {"ID": subtree.attributes["ID"]},
+            [
+                _element(child.tag, child.attributes)
+                for child in subtree.children
+                if child.tag.endswith("_port")
+            ],
+        )
         for model in documents.models
         for subtree in model.children
         if subtree.tag == "SubTree" and "ID" in subtree.attributes
     }
-    text = tree_nodes_model(
-        [NODE_TYPES[name] for name in used],
-        ignored=used,
-        subtrees=list(subtrees.values()),
-    )
-    return text.splitlines()
+    named = [subtree for _, subtree in sorted(subtrees.items())]
+    return _element("TreeNodesModel", {}, [*_leaves(used), *named])
 
 
-def tree_nodes_model(
-    node_types: Iterable[NodeType],
-    *,
-    ignored: Mapping[str, Iterable[str]] = MappingProxyType({}),
-    subtrees: Iterable[XmlElement] = (),
-) -> str:
+def tree_nodes_model(node_types: Iterable[NodeType]) -> str:
     """Returns the <TreeNodesModel> of leaves, which tells Groot2 their ports.
 
     Args:
         node_types: The leaves.
-        ignored: For a leaf, attributes to show that it accepts and ignores.
-        subtrees: The <SubTree> elements of other models, to be in it, too.
     """
-    lines = ["  <TreeNodesModel>"]
-    for node_type in sorted(node_types, key=lambda t: (t.category, t.name)):
-        ports = list(_model_ports(node_type))
-        ports += [
-            f"<input_port name={quoteattr(name)}/>"
-            for name in sorted(ignored.get(node_type.name, ()))
-        ]
-        lines += _model_entry(node_type.category, node_type.name, ports)
-    for subtree in sorted(subtrees, key=lambda s: s.attributes["ID"]):
-        ports = [
-            f"<{child.tag}{_port_attributes(child)}/>"
-            for child in subtree.children
-            if child.tag.endswith("_port")
-        ]
-        lines += _model_entry("SubTree", subtree.attributes["ID"], ports)
-    lines.append("  </TreeNodesModel>")
-    return "\n".join(lines)
+    leaves = _leaves({node_type.name: () for node_type in node_types})
+    return "\n".join(_lines(_element("TreeNodesModel", {}, leaves), 1))
 
 
-def _model_entry(tag: str, name: str, ports: list[str]) -> Iterator[str]:
-    start = f"    <{tag} ID={quoteattr(name)}"
-    if not ports:
-        yield f"{start}/>"
-        return
-    yield f"{start}>"
-    for port in ports:
-        yield f"      {port}"
-    yield f"    </{tag}>"
+def _leaves(used: Mapping[str, Iterable[str]]) -> list[XmlElement]:
+    """Returns the models of leaves, with attributes that each ignores."""
+    types = [NODE_TYPES[name] for name in used]
+    types.sort(key=lambda it: (it.category, it.name))
+    return [
+        _element(
+            node_type.category,
+            {"ID": node_type.name},
+            [
+                *map(_model_port, node_type.ports.values()),
+                *(
+                    _element("input_port", {"name": name})
+                    for name in sorted(used[node_type.name])
+                ),
+            ],
+        )
+        for node_type in types
+    ]
 
 
-def _model_ports(node_type: NodeType) -> Iterator[str]:
-    for port in node_type.ports.values():
-        text = f"name={quoteattr(port.name)} type="
-        text += quoteattr(_CPP_TYPES[port.base])
-        if port.default is not ...:
-            default = str(port.default)
-            if port.base is bool:
-                default = default.lower()
-            text += f" default={quoteattr(default)}"
-        yield f"<input_port {text}/>"
+def _element(
+    tag: str, attributes: dict[str, str], children: Iterable[XmlElement] = ()
+) -> XmlElement:
+    return XmlElement(tag, attributes, Place(""), [*children])
 
 
-def _port_attributes(element: XmlElement) -> str:
-    return "".join(
-        f" {name}={quoteattr(value)}"
-        for name, value in element.attributes.items()
-    )
+def _model_port(port: Port) -> XmlElement:
+    attributes = {"name": port.name, "type": _CPP_TYPES[port.base]}
+    if port.default is not ...:
+        default = str(port.default)
+        is_bool = port.base is bool
+        attributes["default"] = default.lower() if is_bool else default
+    return _element("input_port", attributes)

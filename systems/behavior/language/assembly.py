@@ -19,11 +19,8 @@ from hunav_drake.systems.behavior.language.entry_types import (
     TextTable,
     number_of,
 )
-from hunav_drake.systems.behavior.nodes.node import (
-    Conditions,
-    Memory,
-    Node,
-)
+from hunav_drake.systems.behavior.nodes.errors import Spot
+from hunav_drake.systems.behavior.nodes.node import Conditions, Memory, Node
 from hunav_drake.systems.behavior.nodes.port import (
     UNSET,
     Constant,
@@ -70,7 +67,7 @@ def assemble(draft: Draft, entries: list[Entry]) -> Assembled:
     changing = [entry for entry in entries if entry.set_by_nodes]
     for entry in changing:
         if entry.literal is not None:
-            entry.kind.literal(entry.literal, entry.place, "SubTree")
+            entry.kind.literal(entry.literal, Spot(entry.place, "SubTree"))
     texts = _collect_texts(drafts, changing)
     slots = list(PERSON_MEMORY)
     initial = [0.0] * len(slots)
@@ -100,27 +97,27 @@ def _bound_ports(draft: Draft) -> Iterator[tuple[Port, str | Entry]]:
 
 def _settle(draft: Draft) -> None:
     """Infers the types of the entries that a node refers to."""
-    place, node = draft.place, draft.name
+    spot = draft.spot
     for port, binding in _bound_ports(draft):
         if isinstance(binding, Entry) and binding.set_by_nodes:
             if port.takes_any:
-                draft.kind.join(binding.kind, place, node)
+                draft.kind.join(binding.kind, spot)
             else:
                 text = port.base is str
                 reason = f"port {port.name} with {{{binding.key}}}"
-                binding.kind.require(text, reason, place, node)
+                binding.kind.require(text, reason, spot)
             continue
         if isinstance(binding, Entry):
-            binding = literal_of(binding, place, node)
+            binding = literal_of(binding, spot)
         if port.takes_any:
-            draft.kind.literal(binding, place, node)
+            draft.kind.literal(binding, spot)
     for expression in draft.expressions():
-        script.settle(expression, place, node)
+        script.settle(expression, spot)
     for attribute, expression in draft.before.items():
-        expression.kind.require(False, attribute, place, node)
+        expression.kind.require(False, attribute, spot)
     for assignments in draft.after.values():
         for assignment in assignments:
-            assignment.target.kind.join(assignment.value.kind, place, node)
+            assignment.target.kind.join(assignment.value.kind, spot)
 
 
 def _collect_texts(drafts: list[Draft], changing: list[Entry]) -> TextTable:
@@ -167,7 +164,7 @@ class _Finisher:
         """Returns the node of a draft, and adds its numbers to the memory."""
         first = len(self.slots)
         own = _own_slots(draft)
-        self.slots.extend(f"{draft.name}: {slot}" for slot, _ in own)
+        self.slots.extend(f"{draft.spot.node}: {slot}" for slot, _ in own)
         self.initial.extend(value for _, value in own)
         conditions = self.conditions(draft, first)
         if conditions and conditions.slot is not None:
@@ -179,8 +176,8 @@ class _Finisher:
         }
         return Node(
             draft.type,
-            draft.name,
-            draft.place,
+            draft.spot.node,
+            draft.spot.place,
             ports,
             tuple(self.finish(child) for child in draft.children),
             first,
@@ -198,16 +195,14 @@ class _Finisher:
             value = literal if draft.kind.is_text else number_of(literal)
             return Constant(value, number)
         if isinstance(binding, str):
-            return Constant(port.parse(binding, draft.place, draft.name))
-        return resolve(
-            binding, port, draft.place, draft.name, self.texts.table()
-        )
+            return Constant(port.parse(binding, draft.spot))
+        return resolve(binding, port, draft.spot, self.texts.table())
 
     def conditions(self, draft: Draft, slot: int) -> Conditions | None:
         if not draft.source:
             return None
         before: Mapping[str, script.Value] = {
-            name: script.compiled(expression, self.texts, draft.fault)
+            name: script.compiled(expression, self.texts, draft.spot)
             for name, expression in draft.before.items()
         }
         after = {
@@ -222,7 +217,7 @@ class _Finisher:
     def effect(
         self, draft: Draft, assignment: script.Assignment
     ) -> Callable[[Memory], None]:
-        value = script.compiled(assignment.value, self.texts, draft.fault)
+        value = script.compiled(assignment.value, self.texts, draft.spot)
         entry = assignment.target.entry
         assert entry is not None  # The target of an assignment is a name.
         slot = entry.slot

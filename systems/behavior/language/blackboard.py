@@ -10,16 +10,8 @@ import re
 from types import MappingProxyType
 
 from hunav_drake.systems.behavior.language.entry_types import EntryType
-from hunav_drake.systems.behavior.nodes.errors import (
-    BehaviorTreeError,
-    Place,
-    unknown,
-)
-from hunav_drake.systems.behavior.nodes.port import (
-    Constant,
-    Port,
-    Variable,
-)
+from hunav_drake.systems.behavior.nodes.errors import Place, Spot
+from hunav_drake.systems.behavior.nodes.port import Constant, Port, Variable
 
 # `{key}`, and `${key}` as BehaviorTree.CPP 3 also writes it.
 _REFERENCE = re.compile(r"\$?\{(.*)\}", re.DOTALL)
@@ -94,7 +86,7 @@ class Scope:
                 given = not self.root and key in GIVEN
                 entry = Entry(key, place, self, set_by_nodes=given)
                 if given:
-                    entry.kind.require(False, f"{{{key}}}", place, key)
+                    entry.kind.require(False, f"{{{key}}}", Spot(place, key))
                 self.all_entries.append(entry)
                 self.entries[key] = entry
         return self.entries[key]
@@ -105,14 +97,13 @@ class Scope:
         self.all_entries.append(self.entries[key])
 
 
-def reference(text: str, port: str, place: Place, node: str) -> str | None:
+def reference(text: str, port: str, spot: Spot) -> str | None:
     """Returns the key in `{key}`, or None for a literal.
 
     Args:
         text: The value of an attribute.
         port: The name of the attribute, which `{=}` stands for.
-        place: Where it is, for messages.
-        node: The element where it is, for messages.
+        spot: Where it is, for messages.
 
     Raises:
         BehaviorTreeError: If the text between the braces is not a name.
@@ -120,34 +111,29 @@ def reference(text: str, port: str, place: Place, node: str) -> str | None:
     match = _REFERENCE.fullmatch(text.strip())
     if match is None:
         return None
-    return checked_key(
-        port if match[1].strip() == "=" else match[1].strip(), place, node
-    )
+    key = match[1].strip()
+    return checked_key(port if key == "=" else key, spot)
 
 
-def checked_key(key: str, place: Place, node: str) -> str:
+def checked_key(key: str, spot: Spot) -> str:
     """Returns the name of an entry if it is valid.
 
     Raises:
         BehaviorTreeError: If it is not a valid name.
     """
     if not _KEY.fullmatch(key):
-        raise BehaviorTreeError(
-            f"a blackboard entry is named by letters, digits and _, got"
-            f" {key!r}",
-            place,
-            node=node,
+        raise spot.fault(
+            f"a blackboard entry is named by letters, digits and _, got {key!r}"
         )
     return key
 
 
-def literal_of(entry: Entry, place: Place, node: str) -> str:
+def literal_of(entry: Entry, spot: Spot) -> str:
     """Returns the literal of an entry that no node sets.
 
     Args:
         entry: The entry.
-        place: Where it is used.
-        node: The node that uses it.
+        spot: The node that uses it.
 
     Raises:
         BehaviorTreeError: If nothing ever gives it a value.
@@ -159,16 +145,13 @@ def literal_of(entry: Entry, place: Place, node: str) -> str:
         for name, other in entry.scope.entries.items()
         if other.set_by_nodes or other.literal is not None
     }
-    raise unknown(
-        "node that sets the entry", entry.key, {*known, *GIVEN}, place, node
-    )
+    raise spot.unknown("node that sets the entry", entry.key, {*known, *GIVEN})
 
 
 def resolve(
     entry: Entry,
     port: Port,
-    place: Place,
-    node: str,
+    spot: Spot,
     texts: tuple[str, ...],
 ) -> Constant | Variable:
     """Returns the value of a port that refers to an entry.
@@ -176,8 +159,7 @@ def resolve(
     Args:
         entry: The entry, with its slot if it has one.
         port: The port that names it, of the entry's kind.
-        place: Where the node is.
-        node: What the node is called.
+        spot: The node.
         texts: The texts of the tree.
 
     Raises:
@@ -187,4 +169,4 @@ def resolve(
         return Variable(
             entry.key, entry.slot, texts if entry.kind.is_text else None
         )
-    return Constant(port.parse(literal_of(entry, place, node), place, node))
+    return Constant(port.parse(literal_of(entry, spot), spot))

@@ -14,11 +14,7 @@ from hunav_drake.systems.behavior.language.xml_source import (
     XmlElement,
     read_xml,
 )
-from hunav_drake.systems.behavior.nodes.errors import (
-    BehaviorTreeError,
-    Place,
-    unknown,
-)
+from hunav_drake.systems.behavior.nodes.errors import BehaviorTreeError, Place
 from hunav_drake.systems.behavior.nodes.registry import NODE_TYPES, RESERVED
 
 MAX_FILES = 100
@@ -140,15 +136,13 @@ def load_documents(
     main = root.attributes.get("main_tree_to_execute")
     if main is None:
         if len(own) != 1:
-            raise BehaviorTreeError(
+            raise root.spot.fault(
                 "main_tree_to_execute must say which of the trees is the main"
-                f" one: there is {', '.join(own) or 'none'}",
-                root.place,
-                node="root",
+                f" one: there is {', '.join(own) or 'none'}"
             )
         main = own[0]
     if main not in documents.trees:
-        raise unknown("tree", main, documents.trees, root.place, "root")
+        raise root.spot.unknown("tree", main, documents.trees)
     documents.main = main
     return documents
 
@@ -159,35 +153,22 @@ def _load(
     root = read_xml(source, file)
     documents.sources.append((file, source))
     if root.tag != "root":
-        raise BehaviorTreeError(
-            "the outermost element of a tree file must be <root>",
-            root.place,
-            node=root.tag,
+        raise root.spot.fault(
+            "the outermost element of a tree file must be <root>"
         )
     for attribute in root.attributes:
         if attribute not in _ROOT_ATTRIBUTES:
-            raise unknown(
-                "attribute", attribute, _ROOT_ATTRIBUTES, root.place, "root"
-            )
+            raise root.spot.unknown("attribute", attribute, _ROOT_ATTRIBUTES)
     form = root.attributes.get("BTCPP_format", "3")
     if form not in ("3", "4"):
-        raise BehaviorTreeError(
-            f"BTCPP_format must be 3 or 4, got {form!r}",
-            root.place,
-            node="root",
-        )
+        raise root.spot.fault(f"BTCPP_format must be 3 or 4, got {form!r}")
     trees = [child for child in root.children if child.tag == "BehaviorTree"]
     for child in root.children:
         if child.tag == "include":
             _include(child, folder, documents)
         elif child.tag not in ("BehaviorTree", "TreeNodesModel"):
-            raise unknown(
-                "element",
-                child.tag,
-                ("BehaviorTree", "TreeNodesModel", "include"),
-                child.place,
-                child.tag,
-            )
+            known = ("BehaviorTree", "TreeNodesModel", "include")
+            raise child.spot.unknown("element", child.tag, known)
     for tree in trees:
         _add_tree(tree, int(form), len(trees) == 1, documents)
     if form == "4":
@@ -204,9 +185,7 @@ def _load(
 def _include(
     element: XmlElement, folder: Path | None, documents: Documents
 ) -> None:
-    def fault(message: str) -> BehaviorTreeError:
-        return BehaviorTreeError(message, element.place, node="include")
-
+    fault = element.spot.fault
     if set(element.attributes) != {"path"}:
         raise fault(
             "an include must have the attribute path, and no other, got"
@@ -247,17 +226,13 @@ def _include(
 def _add_tree(
     tree: XmlElement, form: int, alone: bool, documents: Documents
 ) -> None:
-    def fault(message: str) -> BehaviorTreeError:
-        return BehaviorTreeError(message, tree.place, node="BehaviorTree")
-
+    fault = tree.spot.fault
     tree_id = tree.attributes.get("ID", "BehaviorTree" if alone else "")
     if not tree_id:
         raise fault("a tree must have an ID")
     for attribute in tree.attributes:
         if attribute != "ID" and attribute not in NOTES:
-            raise unknown(
-                "attribute", attribute, ("ID",), tree.place, "BehaviorTree"
-            )
+            raise tree.spot.unknown("attribute", attribute, ("ID",))
     if tree_id in NODE_TYPES or (
         tree_id in RESERVED and "ID" in tree.attributes
     ):

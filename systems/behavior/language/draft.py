@@ -12,14 +12,8 @@ from hunav_drake.systems.behavior.language.script import (
     read_condition,
 )
 from hunav_drake.systems.behavior.language.xml_source import NOTES
-from hunav_drake.systems.behavior.nodes.errors import (
-    BehaviorTreeError,
-    Place,
-    unknown,
-)
-from hunav_drake.systems.behavior.nodes.node import (
-    NodeType,
-)
+from hunav_drake.systems.behavior.nodes.errors import Spot
+from hunav_drake.systems.behavior.nodes.node import NodeType
 from hunav_drake.systems.behavior.nodes.pre_post_conditions import AFTER, BEFORE
 
 
@@ -29,8 +23,7 @@ class Draft:
 
     Attributes:
         type: What it is.
-        name: What it is called.
-        place: Where it is written.
+        spot: What it is called, and where it is written.
         scope: The entries that it can name.
         bindings: For each port that is given, its text or its entry.
         before: Its pre-conditions by attribute.
@@ -41,8 +34,7 @@ class Draft:
     """
 
     type: NodeType
-    name: str
-    place: Place
+    spot: Spot
     scope: Scope
     bindings: dict[str, str | Entry] = field(default_factory=dict)
     before: dict[str, Expression] = field(default_factory=dict)
@@ -50,10 +42,6 @@ class Draft:
     source: dict[str, str] = field(default_factory=dict)
     kind: EntryType = field(default_factory=EntryType)
     children: list["Draft"] = field(default_factory=list)
-
-    def fault(self, message: str) -> BehaviorTreeError:
-        """Returns an error at this node."""
-        return BehaviorTreeError(message, self.place, node=self.name)
 
     def add_condition(self, attribute: str, text: str) -> None:
         """Parses a pre- or post-condition.
@@ -64,7 +52,7 @@ class Draft:
         """
         if attribute not in BEFORE and attribute not in AFTER:
             known = (*BEFORE, *AFTER, *NOTES)
-            raise unknown("condition", attribute, known, self.place, self.name)
+            raise self.spot.unknown("condition", attribute, known)
         self.source[attribute] = text
         try:
             if attribute in BEFORE:
@@ -72,13 +60,15 @@ class Draft:
             else:
                 self.after[attribute] = read_assignments(text)
         except ValueError as error:
-            raise self.fault(f"{attribute}={text[:80]!r}: {error}") from error
+            raise self.spot.fault(
+                f"{attribute}={text[:80]!r}: {error}"
+            ) from error
         for assignment in self.after.get(attribute, ()):
-            bind(assignment.target, self.scope, self.place)
+            bind(assignment.target, self.scope, self.spot.place)
             if assignment.target.entry is not None:
                 assignment.target.entry.set_by_nodes = True
         for expression in self.expressions():
-            bind(expression, self.scope, self.place)
+            bind(expression, self.scope, self.spot.place)
 
     def expressions(self) -> list[Expression]:
         """Returns the expressions in its pre- and post-conditions."""

@@ -9,7 +9,7 @@ from typing import Annotated
 
 from pydantic import BeforeValidator, ConfigDict, TypeAdapter, ValidationError
 
-from hunav_drake.systems.behavior.nodes.errors import BehaviorTreeError, Place
+from hunav_drake.systems.behavior.nodes.errors import Spot
 
 # The largest length of a text on the blackboard.
 MAX_TEXT = 100
@@ -58,14 +58,13 @@ class EntryType:
         """Whether it is text; a type that is never determined is number."""
         return bool(self._last()._text)
 
-    def require(self, text: bool, reason: str, place: Place, node: str) -> None:
+    def require(self, text: bool, reason: str, spot: Spot) -> None:
         """Requires it to be text, or number.
 
         Args:
             text: Whether it must be text.
             reason: What requires that, for messages: "port distance".
-            place: Where that is.
-            node: The node where that is.
+            spot: The node where that is.
 
         Raises:
             BehaviorTreeError: If something else has required the other.
@@ -73,42 +72,37 @@ class EntryType:
         last = self._last()
         if last._text is None:
             last._text = text
-            last._reason = f"{reason} at {place}"
+            last._reason = f"{reason} at {spot.place}"
         elif last._text is not text:
             ours, theirs = ("text", "number") if text else ("number", "text")
-            raise BehaviorTreeError(
+            raise spot.fault(
                 f"{reason} needs a {ours}, and {last._reason} a {theirs}; an"
-                " entry holds the one or the other for ever",
-                place,
-                node=node,
+                " entry holds the one or the other for ever"
             )
 
-    def literal(self, text: str, place: Place, node: str) -> None:
+    def literal(self, text: str, spot: Spot) -> None:
         """Requires it to be text if a literal is not a number.
 
         Raises:
             BehaviorTreeError: If something has asked for numbers, or if the
                 text is too long.
         """
-        if number_of(text) is not None:
-            return
-        self.text(text, place, node)
+        if number_of(text) is None:
+            self.text(text, spot)
 
-    def text(self, text: str, place: Place, node: str) -> None:
+    def text(self, text: str, spot: Spot) -> None:
         """Requires it to be text, even if the literal looks like a number.
 
         Raises:
             BehaviorTreeError: As `literal`.
         """
-        self.require(True, f"the text {text[:MAX_TEXT]!r}", place, node)
+        self.require(True, f"the text {text[:MAX_TEXT]!r}", spot)
         if len(text) > MAX_TEXT:
-            raise BehaviorTreeError(
-                f"a text may have {MAX_TEXT} letters, this has {len(text)}",
-                place,
-                node=node,
+            raise spot.fault(
+                f"a text may have {MAX_TEXT} letters, this has {len(text)}"
             )
 
-    def join(self, other: "EntryType", place: Place, node: str) -> None:
+    def join(self, other: "EntryType", spot: Spot) -> None:
         """Joins two types into one.
 
         Raises:
@@ -121,12 +115,10 @@ class EntryType:
             ours, theirs = theirs, ours
         if theirs._text is not None and theirs._text is not ours._text:
             words = {True: "a text", False: "a number"}
-            raise BehaviorTreeError(
+            raise spot.fault(
                 f"what meets here must be of one type: {ours._reason} needs"
                 f" {words[bool(ours._text)]}, and {theirs._reason}"
-                f" {words[theirs._text]}",
-                place,
-                node=node,
+                f" {words[theirs._text]}"
             )
         theirs._next = ours
 

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
-from hunav_drake.systems.behavior.language.assembly import assemble
+from hunav_drake.systems.behavior.language.assembly import Assembled, assemble
 from hunav_drake.systems.behavior.language.blackboard import (
     GIVEN,
     Entry,
@@ -27,11 +27,8 @@ from hunav_drake.systems.behavior.language.xml_source import (
     XmlElement,
 )
 from hunav_drake.systems.behavior.nodes.decorators import SUBTREE
-from hunav_drake.systems.behavior.nodes.errors import BehaviorTreeError, unknown
-from hunav_drake.systems.behavior.nodes.node import (
-    Node,
-    NodeType,
-)
+from hunav_drake.systems.behavior.nodes.errors import BehaviorTreeError, Spot
+from hunav_drake.systems.behavior.nodes.node import NodeType
 from hunav_drake.systems.behavior.nodes.registry import (
     ALIASES,
     GENERIC_TAGS,
@@ -55,21 +52,13 @@ class ParsedTree:
     """The result of the parser.
 
     Attributes:
-        name: The ID of the main tree.
-        root: Its topmost node.
-        slots: What each number of the memory is.
-        initial: What each number is before the first tick.
-        texts: The texts that blackboard entries can hold.
+        assembled: The nodes of the main tree, and the layout of its memory.
         entries: The blackboard entries of the main tree that have a slot.
         documents: What it was made of.
         values: What the ports of the main tree are, as they stand in XML.
     """
 
-    name: str
-    root: Node
-    slots: tuple[str, ...]
-    initial: tuple[float, ...]
-    texts: tuple[str, ...]
+    assembled: Assembled
     entries: Mapping[str, int]
     documents: Documents
     values: Mapping[str, str]
@@ -97,10 +86,12 @@ class _Parser:
             return self.subtree(element, scope, form, depth)
         node_type = _node_type(element)
         name = element.attributes.get("name", node_type.name)
-        draft = Draft(node_type, name, element.place, scope)
+        draft = Draft(node_type, Spot(element.place, name), scope)
         for attribute, text in element.attributes.items():
             self.bind(draft, element, attribute, text)
-        self.check_required(draft)
+        for port in node_type.ports.values():
+            if port.default is ... and port.name not in draft.bindings:
+                raise draft.spot.fault(f"the port {port.name} must be given")
         for child in element.children:
             draft.children.append(self.draft(child, scope, form, depth + 1))
         _check_children(draft)
@@ -113,16 +104,12 @@ class _Parser:
             message = f"the tree has more than {MAX_NODES} nodes"
         else:
             return
-        raise BehaviorTreeError(
-            f"{message}, subtrees included", element.place, node=element.tag
-        )
+        raise element.spot.fault(f"{message}, subtrees included")
 
     def check_text(self, element: XmlElement) -> None:
         if element.text:
-            raise BehaviorTreeError(
-                f"a node holds nodes only, got the text {element.text[:40]!r}",
-                element.place,
-                node=element.tag,
+            raise element.spot.fault(
+                f"a node holds nodes only, got the text {element.text[:40]!r}"
             )
 
     def bind(
@@ -141,29 +128,22 @@ class _Parser:
         port = draft.type.ports.get(name)
         if port is None:
             known = {*draft.type.ports, *draft.type.ignored, "name"}
-            raise unknown("port", attribute, known, draft.place, draft.name)
-        key = reference(text, name, draft.place, draft.name)
+            raise draft.spot.unknown("port", attribute, known)
+        key = reference(text, name, draft.spot)
         if port.output:
-            key = key or checked_key(text.strip(), draft.place, draft.name)
-            entry = draft.scope.entry(key, draft.place)
+            key = key or checked_key(text.strip(), draft.spot)
+            entry = draft.scope.entry(key, draft.spot.place)
             entry.set_by_nodes = True
             draft.bindings[name] = entry
         elif key is None:
             draft.bindings[name] = text
         else:
-            draft.bindings[name] = draft.scope.entry(key, draft.place)
-
-    def check_required(self, draft: Draft) -> None:
-        for port in draft.type.ports.values():
-            if port.default is ... and port.name not in draft.bindings:
-                raise draft.fault(f"the port {port.name} must be given")
+            draft.bindings[name] = draft.scope.entry(key, draft.spot.place)
 
     def subtree(
         self, element: XmlElement, scope: Scope, form: int, depth: int
     ) -> Draft:
-        def fault(message: str) -> BehaviorTreeError:
-            return BehaviorTreeError(message, element.place, node=element.tag)
-
+        fault = element.spot.fault
         tree_id = element.attributes.get("ID")
         if not tree_id:
             raise fault("a subtree must have the attribute ID")
@@ -171,18 +151,12 @@ class _Parser:
             raise fault("a subtree cannot have children here")
         tree = self.documents.trees.get(tree_id)
         if tree is None:
-            raise unknown(
-                "tree",
-                tree_id,
-                self.documents.trees,
-                element.place,
-                element.tag,
-            )
+            raise element.spot.unknown("tree", tree_id, self.documents.trees)
         if tree_id in self.open_trees:
             chain = " -> ".join([*self.open_trees, tree_id])
             raise fault(f"a tree cannot contain itself: {chain}")
         name = element.attributes.get("name", tree_id)
-        draft = Draft(SUBTREE, name, element.place, scope)
+        draft = Draft(SUBTREE, Spot(element.place, name), scope)
         for attribute, text in element.attributes.items():
             if attribute.startswith("_") and attribute not in (
                 *NOTES,
@@ -216,15 +190,13 @@ class _Parser:
             if port.default is None:
                 if port.name in GIVEN:
                     continue
-                raise BehaviorTreeError(
+                raise element.spot.fault(
                     f"the port {port.name} must be given: the TreeNodesModel"
-                    f" at {port.place} has no default for it",
-                    element.place,
-                    node=element.tag,
+                    f" at {port.place} has no default for it"
                 )
             given[port.name] = port.default
         for attribute, text in given.items():
-            key = reference(text, attribute, element.place, element.tag)
+            key = reference(text, attribute, element.spot)
             if key is None:
                 inner.constant(attribute, element.place, text)
             else:
@@ -241,10 +213,8 @@ def flag(element: XmlElement, names: tuple[str, ...]) -> bool:
     for name in names:
         text = element.attributes.get(name, "false")
         if text.lower() not in _BOOLEANS:
-            raise BehaviorTreeError(
-                f"{name} must be true or false, got {text!r}",
-                element.place,
-                node=element.tag,
+            raise element.spot.fault(
+                f"{name} must be true or false, got {text!r}"
             )
         if _BOOLEANS[text.lower()]:
             return True
@@ -267,12 +237,9 @@ def subtree_ports(element: XmlElement, form: int) -> dict[str, str]:
     for attribute, text in element.attributes.items():
         if attribute in ("ID", "name") or attribute.startswith("_"):
             continue
-        checked_key(attribute, element.place, element.tag)
-        if bare_keys and not reference(
-            text, attribute, element.place, element.tag
-        ):
-            key = checked_key(text.strip(), element.place, element.tag)
-            text = f"{{{key}}}"
+        checked_key(attribute, element.spot)
+        if bare_keys and not reference(text, attribute, element.spot):
+            text = f"{{{checked_key(text.strip(), element.spot)}}}"
         result[attribute] = text
     return result
 
@@ -287,10 +254,8 @@ def node_name(element: XmlElement) -> str:
     if name in GENERIC_TAGS:
         name = element.attributes.get("ID", "")
         if not name:
-            raise BehaviorTreeError(
-                f"<{element.tag}> must have the attribute ID",
-                element.place,
-                node=element.tag,
+            raise element.spot.fault(
+                f"<{element.tag}> must have the attribute ID"
             )
     return ALIASES.get(name, name)
 
@@ -299,13 +264,8 @@ def _node_type(element: XmlElement) -> NodeType:
     name = node_name(element)
     node_type = NODE_TYPES.get(name)
     if node_type is None:
-        raise unknown(
-            "node",
-            name,
-            (*NODE_TYPES, *ALIASES, *SUBTREE_TAGS),
-            element.place,
-            name,
-        )
+        known = (*NODE_TYPES, *ALIASES, *SUBTREE_TAGS)
+        raise Spot(element.place, name).unknown("node", name, known)
     return node_type
 
 
@@ -321,7 +281,7 @@ def _check_children(draft: Draft) -> None:
     else:
         rule = f"{low} or {high}"
     noun = "child" if high == 1 else "children"
-    raise draft.fault(f"must have {rule} {noun}, has {count}")
+    raise draft.spot.fault(f"must have {rule} {noun}, has {count}")
 
 
 def parse_documents(
@@ -355,17 +315,9 @@ def parse_documents(
     parser.open_trees.append(documents.main)
     draft = parser.tree(documents.trees[documents.main], scope, 1)
     assembled = assemble(draft, parser.entries)
-    return ParsedTree(
-        documents.main,
-        assembled.root,
-        assembled.slots,
-        assembled.initial,
-        assembled.texts,
-        {
-            key: entry.slot
-            for key, entry in scope.entries.items()
-            if entry.set_by_nodes
-        },
-        documents,
-        all_values,
-    )
+    entries = {
+        key: entry.slot
+        for key, entry in scope.entries.items()
+        if entry.set_by_nodes
+    }
+    return ParsedTree(assembled, entries, documents, all_values)

@@ -22,13 +22,9 @@ from hunav_drake.systems.behavior.language.entry_types import (
     TextTable,
     number_of,
 )
-from hunav_drake.systems.behavior.nodes.errors import BehaviorTreeError, Place
-from hunav_drake.systems.behavior.nodes.node import (
-    Memory,
-)
-from hunav_drake.systems.behavior.nodes.port import (
-    UNSET,
-)
+from hunav_drake.systems.behavior.nodes.errors import Place, Spot
+from hunav_drake.systems.behavior.nodes.node import Memory
+from hunav_drake.systems.behavior.nodes.port import UNSET
 
 MAX_LENGTH = 1000
 _MAX_DEPTH = 20
@@ -213,7 +209,7 @@ def bind(expression: Expression, scope: Scope, place: Place) -> None:
             part.entry = scope.entry(part.literal, place)
 
 
-def settle(expression: Expression, place: Place, node: str) -> None:
+def settle(expression: Expression, spot: Spot) -> None:
     """Infers the types in an expression.
 
     Raises:
@@ -225,20 +221,20 @@ def settle(expression: Expression, place: Place, node: str) -> None:
             if part.entry.set_by_nodes:
                 part.kind = part.entry.kind
             else:
-                text = literal_of(part.entry, place, node)
-                part.kind.literal(text, place, node)
+                text = literal_of(part.entry, spot)
+                part.kind.literal(text, spot)
         elif part.sign == "text":
-            part.kind.text(part.literal, place, node)
+            part.kind.text(part.literal, spot)
         else:
             what = part.literal or f"what {part.sign} gives"
-            part.kind.require(False, what, place, node)
+            part.kind.require(False, what, spot)
     for part in expression.parts():
         if part.sign in _EQUALITIES:
             left, right = part.operands
-            left.kind.join(right.kind, place, node)
+            left.kind.join(right.kind, spot)
         else:
             for operand in part.operands:
-                operand.kind.require(False, part.sign, place, node)
+                operand.kind.require(False, part.sign, spot)
 
 
 def literals(expression: Expression) -> Iterator[tuple[EntryType, str]]:
@@ -250,17 +246,13 @@ def literals(expression: Expression) -> Iterator[tuple[EntryType, str]]:
             yield part.kind, part.entry.literal or ""
 
 
-def compiled(
-    expression: Expression,
-    texts: TextTable,
-    fault: Callable[[str], BehaviorTreeError],
-) -> Value:
+def compiled(expression: Expression, texts: TextTable, spot: Spot) -> Value:
     """Returns the function that evaluates an expression in a tick.
 
     Args:
         expression: The expression, bound and settled.
         texts: The texts of the tree.
-        fault: Makes the error for an entry that is not set yet.
+        spot: The node, for the error for an entry that is not set yet.
     """
     sign, entry = expression.sign, expression.entry
     if sign == "number":
@@ -277,11 +269,11 @@ def compiled(
 
         def read(memory: Memory) -> float:
             if memory[slot] == UNSET:
-                raise fault(f"nothing has set {{{key}}} yet")
+                raise spot.fault(f"nothing has set {{{key}}} yet")
             return memory[slot]
 
         return read
-    values = tuple(compiled(e, texts, fault) for e in expression.operands)
+    values = tuple(compiled(e, texts, spot) for e in expression.operands)
     if sign == "!":
         (value,) = values
         return lambda memory: not value(memory)

@@ -19,7 +19,7 @@ from hunav_drake.systems.behavior.language.xml_source import XmlElement
 from hunav_drake.systems.behavior.nodes.errors import (
     BehaviorTreeError,
     Place,
-    unknown,
+    Spot,
 )
 
 _PORT_TAGS = ("input_port", "inout_port")
@@ -130,12 +130,9 @@ def _port_text(
         )
     port = ports.get(name)
     if port is None:
-        error = unknown("port", name, ports, place, "")
+        error = Spot(place).unknown("port", name, ports)
         raise TreePortError(
-            error.message,
-            place,
-            port=name,
-            nearest=error.nearest,
+            error.message, place, port=name, nearest=error.nearest
         )
     types, rule = _RULES.get(port.type, _ANY)
     fits = isinstance(value, types)

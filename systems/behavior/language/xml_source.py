@@ -9,7 +9,11 @@ from xml.etree.ElementTree import ParseError
 from defusedxml.common import DefusedXmlException
 from defusedxml.ElementTree import DefusedXMLParser
 
-from hunav_drake.systems.behavior.nodes.errors import BehaviorTreeError, Place
+from hunav_drake.systems.behavior.nodes.errors import (
+    BehaviorTreeError,
+    Place,
+    Spot,
+)
 
 # A tree of a thousand nodes is a tenth of this.
 MAX_BYTES = 1_000_000
@@ -44,6 +48,11 @@ class XmlElement:
     comments: list[str] = field(default_factory=list)
     last_comments: list[str] = field(default_factory=list)
 
+    @property
+    def spot(self) -> Spot:
+        """The element and its place, for messages."""
+        return Spot(self.place, self.tag)
+
 
 class _Builder:
     """Builds the elements from the events of the XML parser."""
@@ -58,10 +67,8 @@ class _Builder:
     def start(self, tag: str, attributes: dict[str, str]) -> None:
         element = XmlElement(tag, attributes, Place(self.file, self.line()))
         if len(self._open) == MAX_DEPTH:
-            raise BehaviorTreeError(
-                f"elements are nested more than {MAX_DEPTH} deep",
-                element.place,
-                node=tag,
+            raise element.spot.fault(
+                f"elements are nested more than {MAX_DEPTH} deep"
             )
         if self._open:
             self._open[-1].children.append(element)

@@ -9,18 +9,10 @@ import math
 from typing import Annotated
 
 from hunav_drake.systems.behavior.leaves.walking import IGNORED, ROLES, Role
-from hunav_drake.systems.behavior.nodes.node import (
-    NodeStatus,
-)
+from hunav_drake.systems.behavior.nodes.node import NodeStatus
 from hunav_drake.systems.behavior.nodes.registry import register_action
 from hunav_drake.systems.behavior.nodes.tick_context import TickContext
-from hunav_drake.systems.common.layout import (
-    RADIUS,
-    YAW,
-    Command,
-    X,
-    Y,
-)
+from hunav_drake.systems.common.layout import RADIUS, YAW, Command, X, Y
 from hunav_drake.systems.common.schema import within
 
 # How fast people turn to the robot, in rad/s.
@@ -43,17 +35,20 @@ def face(context: TickContext, x: float, y: float, turn_rate: float) -> None:
     command[Command.YAW_TARGET] = math.atan2(dy, dx) if dx or dy else state[YAW]
 
 
-def walk_to(
-    context: TickContext, x: float, y: float, goal_radius: float, speed: float
+def head_for(
+    context: TickContext, x: float, y: float, goal_radius: float
 ) -> None:
-    """Walks to a point at a speed, instead of to the current goal."""
+    """Walks to a point instead of to the current goal."""
     command = context.command
     command[Command.GOAL_X] = x
     command[Command.GOAL_Y] = y
     command[Command.GOAL_RADIUS] = goal_radius
     command[Command.HAS_GOAL] = 1.0
-    command[Command.DESIRED_SPEED] = speed
-    command[Command.MAX_SPEED] = speed
+
+
+def _walk_at(context: TickContext, speed: float) -> None:
+    context.command[Command.DESIRED_SPEED] = speed
+    context.command[Command.MAX_SPEED] = speed
 
 
 @register_action("SurprisedNav", ignored=IGNORED)
@@ -89,8 +84,7 @@ def scared_nav(
     command = context.command
     command[Command.ROBOT_ROLE] = ROLES[robot]
     command[Command.ROBOT_REPULSION] = push * push_range
-    command[Command.DESIRED_SPEED] = speed
-    command[Command.MAX_SPEED] = speed
+    _walk_at(context, speed)
     context.behavior_status = 1
     return NodeStatus.SUCCESS
 
@@ -122,7 +116,8 @@ def curious_nav(
     else:
         approach = speed * (distance / speed_distance)
         approach = min(approach, command[Command.MAX_SPEED])
-        walk_to(context, row[X], row[Y], row[RADIUS], approach)
+        head_for(context, row[X], row[Y], row[RADIUS])
+        _walk_at(context, approach)
     context.behavior_status = 1
     return NodeStatus.SUCCESS
 
@@ -147,13 +142,10 @@ def threatening_nav(
         return NodeStatus.FAILURE
     state = context.state
     context.command[Command.ROBOT_ROLE] = ROLES[robot]
-    walk_to(
-        context,
-        row[X] + goal_distance * math.cos(row[YAW]),
-        row[Y] + goal_distance * math.sin(row[YAW]),
-        goal_radius,
-        speed,
-    )
+    x = row[X] + goal_distance * math.cos(row[YAW])
+    y = row[Y] + goal_distance * math.sin(row[YAW])
+    head_for(context, x, y, goal_radius)
+    _walk_at(context, speed)
     if math.hypot(row[X] - state[X], row[Y] - state[Y]) <= face_distance:
         face(context, row[X], row[Y], turn_rate)
     context.behavior_status = 1

@@ -33,23 +33,30 @@ def course(robot: Row) -> tuple[float, float]:
     return robot[VX] / speed, robot[VY] / speed
 
 
-def _robot_in_view(
-    context: TickContext, distance: float, field_of_view: float, occlusion: bool
+def _is_clear(context: TickContext, index: int, occlusion: bool) -> bool:
+    """Returns whether no wall hides a robot; always without `occlusion`."""
+    robot = context.robots[index]
+    return not occlusion or context.cast_ray(robot[X], robot[Y]) > 1
+
+
+def _notice_nearest(
+    context: TickContext, found: list[tuple[float, int]], occlusion: bool
 ) -> int:
-    """Returns the index of the nearest visible robot, or -1."""
-    state = context.state
-    found = -1
-    for i, robot in enumerate(context.robots):
-        dx, dy = robot[X] - state[X], robot[Y] - state[Y]
-        away = math.hypot(dx, dy)
-        if away > distance or (found >= 0 and away == distance):
-            continue
-        bearing = math.atan2(dy, dx) - state[YAW]
-        if abs(math.remainder(bearing, 2 * math.pi)) > field_of_view / 2:
-            continue
-        if not occlusion or context.cast_ray(robot[X], robot[Y]) > 1:
-            found, distance = i, away
-    return found
+    """Notices the nearest robot that no wall hides.
+
+    Args:
+        context: The tick context.
+        found: The distance and the index of each robot that fits otherwise.
+        occlusion: Whether walls matter.
+
+    Returns:
+        Its index, or -1 if there is none.
+    """
+    for _, index in sorted(found):
+        if _is_clear(context, index, occlusion):
+            context.notice(index)
+            return index
+    return -1
 
 
 @register_condition(
@@ -76,29 +83,31 @@ def is_robot_visible(
     does not run while the robot is merely out of view: near, and not behind a
     wall.
     """
-    seen = _robot_in_view(context, distance, field_of_view, occlusion)
+    state = context.state
+    found = []
+    for i, robot in enumerate(context.robots):
+        dx, dy = robot[X] - state[X], robot[Y] - state[Y]
+        away = math.hypot(dx, dy)
+        bearing = math.atan2(dy, dx) - state[YAW]
+        off = abs(math.remainder(bearing, 2 * math.pi))
+        if away <= distance and off <= field_of_view / 2:
+            found.append((away, i))
+    seen = _notice_nearest(context, found, occlusion)
     if seen >= 0:
         own[0] = float(round(memory / context.person.time_step))
         own[1] = float(seen)
-        context.notice(seen)
         return True
     remembered = int(own[1])
     # (The memory may be of a trial with more robots.)
     if own[0] == 0 or remembered >= len(context.robots):
         return False
     context.notice(remembered)
-    if not track or not _is_near(context, remembered, distance, occlusion):
+    robot = context.robots[remembered]
+    away = math.hypot(robot[X] - state[X], robot[Y] - state[Y])
+    is_near = away <= distance and _is_clear(context, remembered, occlusion)
+    if not (track and is_near):
         own[0] -= 1
     return True
-
-
-def _is_near(
-    context: TickContext, index: int, distance: float, occlusion: bool
-) -> bool:
-    state, robot = context.state, context.robots[index]
-    if math.hypot(robot[X] - state[X], robot[Y] - state[Y]) > distance:
-        return False
-    return not occlusion or context.cast_ray(robot[X], robot[Y]) > 1
 
 
 @register_condition("IsRobotApproaching", ignored=IGNORED)
@@ -118,7 +127,7 @@ def is_robot_approaching(
     counts only up to `standing_distance`, as if it were to drive on.
     """
     state = context.state
-    found, nearest = -1, math.inf
+    found = []
     for i, robot in enumerate(context.robots):
         stands = math.hypot(robot[VX], robot[VY]) < SLOW
         hx, hy = course(robot)
@@ -126,16 +135,11 @@ def is_robot_approaching(
         along = rx * hx + ry * hy
         if not 0 < along <= (standing_distance if stands else distance):
             continue
-        if abs(hx * ry - hy * rx) > width or along >= nearest:
-            continue
         facing = hx * math.cos(state[YAW]) + hy * math.sin(state[YAW])
-        if head_on and facing > _OPPOSITE:
-            continue
-        if not occlusion or context.cast_ray(robot[X], robot[Y]) > 1:
-            found, nearest = i, along
-    if found >= 0:
-        context.notice(found)
-    return found >= 0
+        is_on_course = abs(hx * ry - hy * rx) <= width
+        if is_on_course and (not head_on or facing <= _OPPOSITE):
+            found.append((along, i))
+    return _notice_nearest(context, found, occlusion) >= 0
 
 
 @register_condition("IsRobotInTheWay", ignored=IGNORED)
@@ -152,16 +156,12 @@ def is_robot_in_the_way(
     nearer than `clearance` to the line from the one to the other. A robot so
     near to the goal itself cannot be passed, and does not count.
     """
-    found, nearest = -1, math.inf
-    for it in before_goal(context, distance, clearance):
-        if abs(it.beside) >= clearance or it.ahead >= nearest:
-            continue
-        robot = context.robots[it.row]
-        if not occlusion or context.cast_ray(robot[X], robot[Y]) > 1:
-            found, nearest = it.row, it.ahead
-    if found >= 0:
-        context.notice(found)
-    return found >= 0
+    found = [
+        (it.ahead, it.row)
+        for it in before_goal(context, distance, clearance)
+        if abs(it.beside) < clearance
+    ]
+    return _notice_nearest(context, found, occlusion) >= 0
 
 
 class OnWay(NamedTuple):

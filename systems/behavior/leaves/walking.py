@@ -7,9 +7,7 @@ that name a person or a time step are accepted and ignored.
 import math
 from typing import Annotated, Literal
 
-from hunav_drake.systems.behavior.nodes.node import (
-    NodeStatus,
-)
+from hunav_drake.systems.behavior.nodes.node import NodeStatus
 from hunav_drake.systems.behavior.nodes.registry import (
     register_action,
     register_condition,

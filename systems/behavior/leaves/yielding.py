@@ -9,6 +9,7 @@ from hunav_drake.systems.behavior.leaves.reactions import (
     PortDistance,
     TurnRate,
     face,
+    head_for,
 )
 from hunav_drake.systems.behavior.leaves.robot_conditions import (
     Distance,
@@ -19,14 +20,11 @@ from hunav_drake.systems.behavior.leaves.robot_conditions import (
 )
 from hunav_drake.systems.behavior.leaves.walking import IGNORED, ROLES, Role
 from hunav_drake.systems.behavior.nodes.decorators import steps_reach
-from hunav_drake.systems.behavior.nodes.node import (
-    NodeStatus,
-)
+from hunav_drake.systems.behavior.nodes.node import NodeStatus
 from hunav_drake.systems.behavior.nodes.registry import register_action
 from hunav_drake.systems.behavior.nodes.tick_context import Row, TickContext
 from hunav_drake.systems.common.layout import RADIUS, Command, X, Y
 from hunav_drake.systems.common.schema import within
-from hunav_drake.systems.world.ray_cast import ray_cast
 
 # What is left free between the body and a wall, in meters.
 _WALL_GAP = 0.15
@@ -102,10 +100,7 @@ def step_aside(
         own[0] = 0.0
         command[Command.HOLD] = 1.0
         return NodeStatus.SUCCESS
-    command[Command.GOAL_X] = own[1]
-    command[Command.GOAL_Y] = own[2]
-    command[Command.GOAL_RADIUS] = _ARRIVED / 2
-    command[Command.HAS_GOAL] = 1.0
+    head_for(context, own[1], own[2], _ARRIVED / 2)
     return NodeStatus.RUNNING
 
 
@@ -157,23 +152,14 @@ def pass_by(
     # (The way around a wall across leads to the goal itself.)
     if context.cast_ray(x + state[RADIUS] * gx, y + state[RADIUS] * gy) > 1:
         own[:] = [1.0, x, y]
-        command[Command.GOAL_X] = x
-        command[Command.GOAL_Y] = y
-        command[Command.GOAL_RADIUS] = 0.0
+        head_for(context, x, y, 0.0)
     return NodeStatus.RUNNING
 
 
 def _find_lane(
     context: TickContext, robots: list[OnWay], clearance: float, usual: float
 ) -> float:
-    """Returns the lane past robots: how far left of the line to the goal.
-
-    Args:
-        context: The tick context.
-        robots: The robots, of which there is one at least.
-        clearance: How far from all of them, if there is room.
-        usual: The lane to stay near to.
-    """
+    """Returns the lane past robots: how far left of the line to the goal."""
     blocking = [it.ahead for it in robots if abs(it.beside) < clearance]
     if not blocking:
         return 0.0
@@ -225,35 +211,19 @@ def _wall_beside(
     outermost = max(robots, key=lambda it: side * it.beside)
     row = context.robots[outermost.row]
     reach = clearance + context.state[RADIUS] + _WALL_GAP
-    wall = reach * _cast_ray(
-        context, row[X], row[Y], -side * reach * gy, side * reach * gx
+    wall = reach * context.cast_ray(
+        row[X] - side * reach * gy, row[Y] + side * reach * gx, row
     )
     return outermost.beside + side * wall, wall - row[RADIUS]
 
 
-def _cast_ray(
-    context: TickContext, x: float, y: float, dx: float, dy: float
-) -> float:
-    """Casts a ray; returns the fraction of it before the first wall."""
-    walls = context.person.walls
-    if walls is None:
-        return math.inf
-    part: float = ray_cast(x, y, x + dx, y + dy, walls)
-    return part
-
-
 class _Aside(NamedTuple):
-    """The way to one side of a robot's course.
+    """The way to one side of a robot's course."""
 
-    Attributes:
-        nx: The x-component of its direction in W, a unit vector.
-        ny: The y-component of its direction.
-        way: Its length, in meters.
-        free: How much of it is free of walls, in meters.
-    """
-
+    # Its direction in W, a unit vector.
     nx: float
     ny: float
+    # Its length, and how much of it is free of walls, in meters.
     way: float
     free: float
 

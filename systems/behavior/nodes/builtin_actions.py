@@ -12,11 +12,7 @@ from hunav_drake.systems.behavior.nodes.node import (
     NodeStatus,
     NodeType,
 )
-from hunav_drake.systems.behavior.nodes.port import (
-    UNSET,
-    Port,
-    Variable,
-)
+from hunav_drake.systems.behavior.nodes.port import UNSET, Port, Variable
 from hunav_drake.systems.behavior.nodes.tick_context import TickContext
 
 

@@ -18,11 +18,10 @@ from hunav_drake.systems.behavior.nodes.node import (
     Node,
     NodeStatus,
     NodeType,
+    compose,
     halt_of,
 )
-from hunav_drake.systems.behavior.nodes.port import (
-    Port,
-)
+from hunav_drake.systems.behavior.nodes.port import Port
 from hunav_drake.systems.behavior.nodes.tick_context import TickContext
 from hunav_drake.systems.common.schema import within
 
@@ -52,20 +51,14 @@ def _mapped(results: Mapping[NodeStatus, NodeStatus]) -> BuildFunction:
         def tick(memory: Memory, context: TickContext) -> NodeStatus:
             return results[child_tick(memory, context)]
 
-        return child._replace(tick=tick, work=child.work + 1)
+        return compose(tick, children)
 
     return build
 
 
 def _exchange(success: NodeStatus, failure: NodeStatus) -> BuildFunction:
-    return _mapped(
-        {
-            RUNNING: RUNNING,
-            SUCCESS: success,
-            FAILURE: failure,
-            SKIPPED: SKIPPED,
-        }
-    )
+    same = {RUNNING: RUNNING, SKIPPED: SKIPPED}
+    return _mapped({**same, SUCCESS: success, FAILURE: failure})
 
 
 def _keep_running(node: Node, children: tuple[Built, ...]) -> Built:
@@ -111,12 +104,8 @@ def _again(port: str, again: NodeStatus, stops: NodeStatus) -> BuildFunction:
         most = MAX_CYCLES_PER_TICK
         if limit is not None:
             most = 1 if limit == -1 else min(limit, most)
-        return Built(
-            tick,
-            halt_of((counter,), children),
-            child.may_skip,
-            1 + most * child.work,
-        )
+        work = 1 + most * child.work
+        return compose(tick, children, (counter,))._replace(work=work)
 
     return build
 
@@ -138,7 +127,7 @@ def _run_once(node: Node, children: tuple[Built, ...]) -> Built:
         return status
 
     may_skip = child.may_skip or node.constant("then_skip") is not False
-    return Built(tick, child.halt, may_skip, 1 + child.work)
+    return compose(tick, children)._replace(may_skip=may_skip)
 
 
 def _delay(node: Node, children: tuple[Built, ...]) -> Built:
@@ -157,9 +146,7 @@ def _delay(node: Node, children: tuple[Built, ...]) -> Built:
             memory[steps] = 0.0
         return status
 
-    return Built(
-        tick, halt_of((steps,), children), child.may_skip, 1 + child.work
-    )
+    return compose(tick, children, (steps,))
 
 
 def _timeout(node: Node, children: tuple[Built, ...]) -> Built:
@@ -184,94 +171,89 @@ def _timeout(node: Node, children: tuple[Built, ...]) -> Built:
             memory[steps] = 0.0
         return status
 
-    return Built(tick, halt, child.may_skip, 1 + child.work)
+    return compose(tick, children, (steps,))
 
 
-ONE = (1, 1)
+def _decorator(
+    name: str,
+    build: BuildFunction,
+    doc: str,
+    port: Port | None = None,
+    slot: str = "",
+) -> NodeType:
+    return NodeType(
+        name,
+        "Decorator",
+        build,
+        doc,
+        ports={port.name: port} if port else {},
+        slots={slot: 0.0} if slot else {},
+        children=(1, 1),
+    )
+
+
 _CYCLES = Annotated[int, within(-1, 1e9)]
 
 # The type of <SubTree>: the node shows where a subtree begins. Its ports are
 # those of the subtree, so the parser handles it apart.
-SUBTREE = NodeType(
-    "SubTree",
-    "Decorator",
-    _exchange(SUCCESS, FAILURE),
-    "Ticks another tree.",
-    children=ONE,
+SUBTREE = _decorator(
+    "SubTree", _exchange(SUCCESS, FAILURE), "Ticks another tree."
 )
 
 DECORATORS = (
-    NodeType(
+    _decorator(
         "Inverter",
-        "Decorator",
         _exchange(FAILURE, SUCCESS),
         "Exchanges success and failure.",
-        children=ONE,
     ),
-    NodeType(
+    _decorator(
         "ForceSuccess",
-        "Decorator",
         _exchange(SUCCESS, SUCCESS),
         "Succeeds as soon as its child completes.",
-        children=ONE,
     ),
-    NodeType(
+    _decorator(
         "ForceFailure",
-        "Decorator",
         _exchange(FAILURE, FAILURE),
         "Fails as soon as its child completes.",
-        children=ONE,
     ),
-    NodeType(
+    _decorator(
         "KeepRunningUntilFailure",
-        "Decorator",
         _keep_running,
         "Ticks its child, tick after tick, until it fails.",
-        children=ONE,
     ),
-    NodeType(
+    _decorator(
         "Repeat",
-        "Decorator",
         _again("num_cycles", SUCCESS, FAILURE),
         "Ticks its child again while it succeeds; -1 is for ever.",
-        ports={"num_cycles": Port("num_cycles", _CYCLES)},
-        slots={"count": 0.0},
-        children=ONE,
+        Port("num_cycles", _CYCLES),
+        "count",
     ),
-    NodeType(
+    _decorator(
         "RetryUntilSuccessful",
-        "Decorator",
         _again("num_attempts", FAILURE, SUCCESS),
         "Ticks its child again while it fails; -1 is for ever.",
-        ports={"num_attempts": Port("num_attempts", _CYCLES)},
-        slots={"count": 0.0},
-        children=ONE,
+        Port("num_attempts", _CYCLES),
+        "count",
     ),
-    NodeType(
+    _decorator(
         "RunOnce",
-        "Decorator",
         _run_once,
         "Ticks its child to completion once, and then skips it.",
-        ports={"then_skip": Port("then_skip", bool, True)},
-        slots={"result": 0.0},
-        children=ONE,
+        Port("then_skip", bool, True),
+        "result",
     ),
-    NodeType(
+    _decorator(
         "Delay",
-        "Decorator",
         _delay,
         "Ticks its child after some simulated time.",
-        ports={"delay_msec": Port("delay_msec", Milliseconds)},
-        slots={"steps": 0.0},
-        children=ONE,
+        Port("delay_msec", Milliseconds),
+        "steps",
     ),
-    NodeType(
+    _decorator(
         "Timeout",
-        "Decorator",
         _timeout,
         "Fails if its child still runs after some simulated time.",
-        ports={"msec": Port("msec", Milliseconds)},
-        slots={"steps": 0.0},
-        children=ONE,
+        Port("msec", Milliseconds),
+        "steps",
     ),
 )

@@ -47,29 +47,39 @@ class BehaviorTreeError(ValueError):
         self.nearest = nearest
 
 
-def unknown(
-    what: str, name: str, known: Iterable[str], place: Place, node: str
-) -> BehaviorTreeError:
-    """Returns the error for an unknown name, with the nearest known one.
+class Spot(NamedTuple):
+    """A node or XML element, and where it is written.
 
-    Args:
-        what: What the name should be, for instance "port".
-        name: The unknown name.
-        known: The known names.
-        place: Where the name is.
-        node: The XML element where it is.
+    Attributes:
+        place: Where it is.
+        node: What it is called; empty for a whole file.
     """
-    names = sorted(known)
-    near = suggest.nearest(name, names)
-    if near:
-        remedy = f"did you mean {near!r}?"
-    elif names:
-        remedy = f"there is {', '.join(names)}"
-    else:
-        remedy = "there is none here"
-    return BehaviorTreeError(
-        f"there is no {what} {name!r}; {remedy}",
-        place,
-        node=node,
-        nearest=near,
-    )
+
+    place: Place
+    node: str = ""
+
+    def fault(self, message: str) -> BehaviorTreeError:
+        """Returns the error for a fault here."""
+        return BehaviorTreeError(message, self.place, node=self.node)
+
+    def unknown(
+        self, what: str, name: str, known: Iterable[str]
+    ) -> BehaviorTreeError:
+        """Returns the error for an unknown name, with the nearest known one.
+
+        Args:
+            what: What the name should be, for instance "port".
+            name: The unknown name.
+            known: The known names.
+        """
+        names = sorted(known)
+        near = suggest.nearest(name, names)
+        if near:
+            remedy = f"did you mean {near!r}?"
+        elif names:
+            remedy = f"there is {', '.join(names)}"
+        else:
+            remedy = "there is none here"
+        error = self.fault(f"there is no {what} {name!r}; {remedy}")
+        error.nearest = near
+        return error

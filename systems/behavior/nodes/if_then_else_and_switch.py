@@ -16,18 +16,12 @@ from hunav_drake.systems.behavior.nodes.node import (
     Node,
     NodeStatus,
     NodeType,
-    halt_of,
+    compose,
     halts_of,
     leftovers_of,
-    work_of,
 )
-from hunav_drake.systems.behavior.nodes.port import (
-    UNSET,
-    Port,
-)
-from hunav_drake.systems.behavior.nodes.tick_context import (
-    TickContext,
-)
+from hunav_drake.systems.behavior.nodes.port import UNSET, Port
+from hunav_drake.systems.behavior.nodes.tick_context import TickContext
 
 
 def _if_then_else(node: Node, children: tuple[Built, ...]) -> Built:
@@ -56,12 +50,7 @@ def _if_then_else(node: Node, children: tuple[Built, ...]) -> Built:
             halt(memory)
         return status
 
-    return Built(
-        tick,
-        halt_of((branch,), children),
-        any(c.may_skip for c in children),
-        work_of(children),
-    )
+    return compose(tick, children, (branch,))
 
 
 def _while_do_else(node: Node, children: tuple[Built, ...]) -> Built:
@@ -91,12 +80,7 @@ def _while_do_else(node: Node, children: tuple[Built, ...]) -> Built:
             halt(memory)
         return status
 
-    return Built(
-        tick,
-        halt_of((), children) if halts else None,
-        any(c.may_skip for c in children),
-        work_of(children),
-    )
+    return compose(tick, children)
 
 
 def _switch(node: Node, children: tuple[Built, ...]) -> Built:
@@ -133,8 +117,7 @@ def _switch(node: Node, children: tuple[Built, ...]) -> Built:
 
     # One child is ticked, whichever it is.
     work = 1 + max(child.work for child in children)
-    may_skip = any(c.may_skip for c in children)
-    return Built(tick, halt_of((running,), children), may_skip, work)
+    return compose(tick, children, (running,))._replace(work=work)
 
 
 def _ports(cases: int) -> dict[str, Port]:

@@ -16,9 +16,7 @@ from hunav_drake.systems.behavior.nodes.node import (
     Node,
     NodeStatus,
 )
-from hunav_drake.systems.behavior.nodes.port import (
-    Constant,
-)
+from hunav_drake.systems.behavior.nodes.port import Constant
 from hunav_drake.systems.behavior.nodes.tick_context import TickContext
 
 # The first slot of an action that remembers: whether it runs.

@@ -203,9 +203,28 @@ def leftovers_of(children: tuple[Built, ...]) -> tuple[HaltFunction, ...]:
     return halts_of(tuple(child for child in children if child.may_skip))
 
 
-def work_of(children: tuple[Built, ...]) -> int:
-    """Returns the most nodes that one tick ticks, if each child once."""
-    return 1 + sum(child.work for child in children)
+def compose(
+    tick: TickFunction,
+    children: tuple[Built, ...],
+    slots: Iterable[int] = (),
+    *,
+    skips: Callable[[Iterable[bool]], bool] = any,
+) -> Built:
+    """Returns a node that ticks each child once at most.
+
+    Args:
+        tick: Ticks the node.
+        children: Its children.
+        slots: What is 0 in the memory unless the node is running.
+        skips: Whether it can skip if `any` of its children can, or `all`.
+    """
+    own = tuple(slots)
+    return Built(
+        tick,
+        halt_of(own, children) if own or halts_of(children) else None,
+        skips(child.may_skip for child in children),
+        1 + sum(child.work for child in children),
+    )
 
 
 BuildFunction = Callable[[Node, tuple[Built, ...]], Built]

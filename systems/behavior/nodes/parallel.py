@@ -11,15 +11,11 @@ from hunav_drake.systems.behavior.nodes.node import (
     Node,
     NodeStatus,
     NodeType,
+    compose,
     halt_of,
-    work_of,
 )
-from hunav_drake.systems.behavior.nodes.port import (
-    Port,
-)
-from hunav_drake.systems.behavior.nodes.tick_context import (
-    TickContext,
-)
+from hunav_drake.systems.behavior.nodes.port import Port
+from hunav_drake.systems.behavior.nodes.tick_context import TickContext
 
 
 def _parallel(node: Node, children: tuple[Built, ...]) -> Built:
@@ -72,9 +68,7 @@ def _parallel(node: Node, children: tuple[Built, ...]) -> Built:
                 return FAILURE
         return SKIPPED if skipped == count else RUNNING
 
-    return Built(
-        tick, halt, all(c.may_skip for c in children), work_of(children)
-    )
+    return compose(tick, children, slots, skips=all)
 
 
 PARALLEL = NodeType(

@@ -9,7 +9,7 @@ from typing import Any
 
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
-from hunav_drake.systems.behavior.nodes.errors import BehaviorTreeError, Place
+from hunav_drake.systems.behavior.nodes.errors import Spot
 
 # What a blackboard entry holds until something sets it. No literal is
 # infinite, and unlike NaN it is equal to itself, so that states compare.
@@ -63,7 +63,7 @@ class Port:
         """Whether it takes any value that a blackboard entry can hold."""
         return self.annotation is Any
 
-    def parse(self, text: str, place: Place, node: str) -> Any:
+    def parse(self, text: str, spot: Spot) -> Any:
         """Returns the value of an attribute's text.
 
         Raises:
@@ -72,10 +72,8 @@ class Port:
         try:
             return self.adapter.validate_strings(text)
         except ValidationError as error:
-            raise BehaviorTreeError(
-                f"port {self.name}: {_message(error, text)}",
-                place,
-                node=node,
+            raise spot.fault(
+                f"port {self.name}: {_message(error, text)}"
             ) from error
 
     def check(self, value: Any) -> Any:

@@ -28,17 +28,10 @@ from hunav_drake.systems.behavior.nodes.builtin_actions import BUILTIN_ACTIONS
 from hunav_drake.systems.behavior.nodes.decorators import DECORATORS
 from hunav_drake.systems.behavior.nodes.if_then_else_and_switch import BRANCHES
 from hunav_drake.systems.behavior.nodes.leaf import RUNNING_SLOT, build_leaf
-from hunav_drake.systems.behavior.nodes.node import (
-    Category,
-    NodeType,
-)
+from hunav_drake.systems.behavior.nodes.node import Category, NodeType
 from hunav_drake.systems.behavior.nodes.parallel import PARALLEL
-from hunav_drake.systems.behavior.nodes.port import (
-    Port,
-)
-from hunav_drake.systems.behavior.nodes.sequence_and_fallback import (
-    SEQUENCES,
-)
+from hunav_drake.systems.behavior.nodes.port import Port
+from hunav_drake.systems.behavior.nodes.sequence_and_fallback import SEQUENCES
 
 F = TypeVar("F", bound=Callable[..., Any])
 

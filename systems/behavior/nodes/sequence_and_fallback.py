@@ -1,8 +1,7 @@
 """Sequence and Fallback, with memory and reactive, as in BehaviorTree.CPP.
 
-Each function builds one node from its children. A
-node's memory is zero unless it is RUNNING, with the exceptions that
-BehaviorTree.CPP makes.
+Each function builds one node from its children. A node's memory is
+zero unless it is RUNNING, with the exceptions that BehaviorTree.CPP makes.
 """
 
 from hunav_drake.systems.behavior.nodes.node import (
@@ -17,16 +16,21 @@ from hunav_drake.systems.behavior.nodes.node import (
     Node,
     NodeStatus,
     NodeType,
-    halt_of,
+    compose,
     halts_of,
     leftovers_of,
-    work_of,
 )
 from hunav_drake.systems.behavior.nodes.tick_context import TickContext
 
 
-def _in_order(goes_on: NodeStatus, stops: NodeStatus) -> BuildFunction:
-    """Builds Sequence (goes on at SUCCESS) or Fallback (at FAILURE)."""
+def _in_order(
+    goes_on: NodeStatus, stops: NodeStatus, *, stays: bool = False
+) -> BuildFunction:
+    """Builds Sequence (goes on at SUCCESS) or Fallback (at FAILURE).
+
+    With `stays` it begins again at the child that stopped it, also after it
+    was halted.
+    """
 
     def build(node: Node, children: tuple[Built, ...]) -> Built:
         ticks = tuple(enumerate(child.tick for child in children))
@@ -37,6 +41,7 @@ def _in_order(goes_on: NodeStatus, stops: NodeStatus) -> BuildFunction:
         def tick(memory: Memory, context: TickContext) -> NodeStatus:
             first = int(memory[at])
             skipped = memory[skips]
+            following = 0
             for i, child_tick in ticks[first:] if first else ticks:
                 status = child_tick(memory, context)
                 if status is goes_on:
@@ -46,62 +51,22 @@ def _in_order(goes_on: NodeStatus, stops: NodeStatus) -> BuildFunction:
                     memory[skips] = skipped
                     return RUNNING
                 if status is stops:
+                    following = i if stays else 0
                     break
                 skipped += 1
             else:
                 status = SKIPPED if skipped == count else goes_on
-            if first:
-                memory[at] = 0.0
+            if first or following:
+                memory[at] = following
                 memory[skips] = 0.0
             for halt in leftovers:
                 halt(memory)
             return status
 
-        return Built(
-            tick,
-            halt_of((at, skips), children),
-            all(c.may_skip for c in children),
-            work_of(children),
-        )
+        slots = (skips,) if stays else (at, skips)
+        return compose(tick, children, slots, skips=all)
 
     return build
-
-
-def _sequence_with_memory(node: Node, children: tuple[Built, ...]) -> Built:
-    ticks = tuple(child.tick for child in children)
-    count = len(ticks)
-    leftovers = leftovers_of(children)
-    at, skips = node.slot("child"), node.slot("skipped")
-
-    def tick(memory: Memory, context: TickContext) -> NodeStatus:
-        skipped = memory[skips]
-        memory[skips] = 0.0
-        for i in range(int(memory[at]), count):
-            status = ticks[i](memory, context)
-            if status is SUCCESS:
-                continue
-            if status is RUNNING:
-                memory[at] = i
-                memory[skips] = skipped
-                return RUNNING
-            if status is FAILURE:
-                # It goes on from here, also after it was halted.
-                memory[at] = i
-                for halt in leftovers:
-                    halt(memory)
-                return FAILURE
-            skipped += 1
-        memory[at] = 0.0
-        for halt in leftovers:
-            halt(memory)
-        return SKIPPED if skipped == count else SUCCESS
-
-    return Built(
-        tick,
-        halt_of((skips,), children),
-        all(c.may_skip for c in children),
-        work_of(children),
-    )
 
 
 def _reactive(goes_on: NodeStatus, stops: NodeStatus) -> BuildFunction:
@@ -139,55 +104,45 @@ def _reactive(goes_on: NodeStatus, stops: NodeStatus) -> BuildFunction:
                 halt(memory)
             return status
 
-        return Built(
-            tick,
-            halt_of((), children) if halts else None,
-            all(c.may_skip for c in children),
-            work_of(children),
-        )
+        return compose(tick, children, skips=all)
 
     return build
 
 
 _ORDERED = {"child": 0.0, "skipped": 0.0}
 
-SEQUENCES = (
-    NodeType(
-        "Sequence",
-        "Control",
-        _in_order(SUCCESS, FAILURE),
-        "Ticks its children in order while they succeed.",
-        slots=_ORDERED,
-        children=MANY,
-    ),
-    NodeType(
-        "Fallback",
-        "Control",
-        _in_order(FAILURE, SUCCESS),
-        "Ticks its children in order until one succeeds.",
-        slots=_ORDERED,
-        children=MANY,
-    ),
-    NodeType(
-        "SequenceWithMemory",
-        "Control",
-        _sequence_with_memory,
-        "A Sequence that goes on at the child that failed.",
-        slots=_ORDERED,
-        children=MANY,
-    ),
-    NodeType(
-        "ReactiveSequence",
-        "Control",
-        _reactive(SUCCESS, FAILURE),
-        "A Sequence that starts at its first child in each tick.",
-        children=MANY,
-    ),
-    NodeType(
-        "ReactiveFallback",
-        "Control",
-        _reactive(FAILURE, SUCCESS),
-        "A Fallback that starts at its first child in each tick.",
-        children=MANY,
-    ),
+SEQUENCES = tuple(
+    NodeType(name, "Control", build, doc, slots=slots, children=MANY)
+    for name, build, slots, doc in (
+        (
+            "Sequence",
+            _in_order(SUCCESS, FAILURE),
+            _ORDERED,
+            "Ticks its children in order while they succeed.",
+        ),
+        (
+            "Fallback",
+            _in_order(FAILURE, SUCCESS),
+            _ORDERED,
+            "Ticks its children in order until one succeeds.",
+        ),
+        (
+            "SequenceWithMemory",
+            _in_order(SUCCESS, FAILURE, stays=True),
+            _ORDERED,
+            "A Sequence that goes on at the child that failed.",
+        ),
+        (
+            "ReactiveSequence",
+            _reactive(SUCCESS, FAILURE),
+            {},
+            "A Sequence that starts at its first child in each tick.",
+        ),
+        (
+            "ReactiveFallback",
+            _reactive(FAILURE, SUCCESS),
+            {},
+            "A Fallback that starts at its first child in each tick.",
+        ),
+    )
 )

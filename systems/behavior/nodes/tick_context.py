@@ -205,12 +205,16 @@ class TickContext:
         """Sets the robot to react to, by its index in `robots`."""
         self._noticed = self.robots[index]
 
-    def cast_ray(self, x: float, y: float) -> float:
-        """Casts a ray from the person to a point.
+    def cast_ray(
+        self, x: float, y: float, start: Sequence[float] | None = None
+    ) -> float:
+        """Casts a ray to a point.
 
         Args:
             x: The x of the point in W, in meters.
             y: The y of the point in W, in meters.
+            start: The row of the person or robot where it starts; by default,
+                this person's.
 
         Returns:
             The fraction of the ray at which it meets the first wall, in
@@ -219,8 +223,9 @@ class TickContext:
         walls = self.person.walls
         if walls is None:
             return math.inf
-        state = self.state
-        part: float = ray_cast(state[X], state[Y], x, y, walls)
+        if start is None:
+            start = self.state
+        part: float = ray_cast(start[X], start[Y], x, y, walls)
         return part
 
     @property

@@ -13,13 +13,8 @@ import pytest
 
 from hunav_drake.systems.behavior import NodeStatus, ParseTree, Person
 from hunav_drake.systems.behavior.nodes import registry
-from hunav_drake.systems.behavior.nodes.node import (
-    Built,
-    NodeType,
-)
-from hunav_drake.systems.behavior.nodes.port import (
-    Port,
-)
+from hunav_drake.systems.behavior.nodes.node import Built, NodeType
+from hunav_drake.systems.behavior.nodes.port import Port
 from hunav_drake.systems.people.human_config import HumanConfig
 
 LETTERS = {
