@@ -81,9 +81,9 @@ class LocalPlanner(LeafSystem):
         self._robot_state = self.DeclareVectorInputPort(
             "robot_state", STATE_SIZE
         )
+        num_humans = check_count("num_humans", task.num_humans)
         self._human_states = self.DeclareVectorInputPort(
-            "human_states",
-            check_count("num_humans", task.num_humans) * STATE_SIZE,
+            "human_states", num_humans * STATE_SIZE
         )
         self._goal = self.DeclareVectorInputPort("goal", 3)
         self._scan = (
@@ -209,9 +209,9 @@ class LocalPlanner(LeafSystem):
             decided.set_value(Decision(plan))
 
     def _Look(self, context: Context) -> View:
-        arrays = [self._robot_state.Eval(context)]
         humans = self._human_states.Eval(context).reshape(-1, STATE_SIZE)
-        arrays += [humans, self._goal.Eval(context)]
+        robot, goal = self._robot_state.Eval(context), self._goal.Eval(context)
+        arrays = [robot, humans, goal]
         if self._scan is not None:
             arrays.append(self._scan.Eval(context))
         for array in arrays:
