@@ -11,9 +11,7 @@ from hunav_drake.systems.common.layout import STATE_SIZE
 def DeclareRobotStates(system: Any, num_robots: int) -> InputPort | None:
     """Declares port ``robot_states`` of a system; none if there are no robots.
 
-    Args:
-        system: Changed.
-        num_robots: How many rows (x, y, yaw, vx, vy, omega, radius) it takes.
+    It takes a row (x, y, yaw, vx, vy, omega, radius) of each.
     """
     if num_robots == 0:
         return None
@@ -27,15 +25,9 @@ def RequirePort(
 ) -> InputPort:
     """Returns a port that a system has.
 
-    Args:
-        system: Whose port it is.
-        port: The port, or None if the system was made without.
-        name: The name of the port.
-        made_with: The argument of the system's constructor that decides so,
-            as in "num_robots=0".
-
     Raises:
-        ValueError: If the system was made without.
+        ValueError: If it was made without, by an argument of its constructor
+            such as "num_robots=0".
     """
     if port is None:
         raise ValueError(
