@@ -1,7 +1,8 @@
-"""Helpers that declare, find and check ports."""
+"""Helpers that declare, find and check ports, and what they call."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
+from weakref import WeakMethod
 
 from pydrake.systems.framework import InputPort, PortDataType, System
 
@@ -75,3 +76,23 @@ def CheckPorts(
                 faults.append(f"{kind} port {name} must be {wanted}, is {got}")
     if faults:
         raise TypeError(f"{what} lacks ports of its kind: {'; '.join(faults)}")
+
+
+def weakly(method: Callable[..., Any]) -> Callable[..., Any]:
+    """Returns a callback that does not keep its object alive.
+
+    pydrake keeps the callbacks of cache entries and of abstract output ports
+    where Python's garbage collector does not see them: a bound method there
+    would keep its system, and the whole diagram, alive for ever.
+
+    Args:
+        method: A bound method.
+    """
+    reference = WeakMethod(method)
+
+    def call(*arguments: Any) -> Any:
+        bound = reference()
+        assert bound is not None, "Drake calls back only while it is alive"
+        return bound(*arguments)
+
+    return call

@@ -13,9 +13,9 @@ from pydrake.systems.framework import (
     State,
 )
 
-from hunav_drake.systems.common.callbacks import weakly
 from hunav_drake.systems.common.checks import check_count, count_steps
 from hunav_drake.systems.common.layout import STATE_SIZE
+from hunav_drake.systems.common.ports import weakly
 from hunav_drake.systems.common.registry import tag_of
 from hunav_drake.systems.planning.decision import Decision, idle, plan_fault
 from hunav_drake.systems.planning.planner import (

@@ -7,8 +7,8 @@ import numpy as np
 from pydantic import StrictFloat
 from pydantic.dataclasses import dataclass
 
-from hunav_drake.systems.common.angles import wrap_angle
 from hunav_drake.systems.common.layout import RADIUS, YAW, X, Y
+from hunav_drake.systems.common.poses import wrap_angle
 from hunav_drake.systems.common.schema import (
     CONFIG,
     Length,

@@ -13,9 +13,9 @@ from pydrake.systems.framework import (
     OutputPort,
 )
 
-from hunav_drake.systems.common.angles import wrap_angle
 from hunav_drake.systems.common.checks import check_time_step
 from hunav_drake.systems.common.layout import STATE_SIZE
+from hunav_drake.systems.common.poses import wrap_angle
 from hunav_drake.systems.robot.robot_config import RobotConfig
 
 
