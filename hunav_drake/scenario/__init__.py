@@ -11,8 +11,11 @@ from hunav_drake.systems.people.behavior_choice import BehaviorConfig
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.people.parameters import SocialForceParameters
 from hunav_drake.systems.planning.planner import PlannerConfig
-from hunav_drake.systems.robot.robot_config import RobotConfig, RobotLimits
-from hunav_drake.systems.robot.robots import DifferentialDriveConfig
+from hunav_drake.systems.robot.robot_config import (
+    DifferentialDriveConfig,
+    RobotConfig,
+    RobotLimits,
+)
 from hunav_drake.systems.world.shapes import (
     Box,
     Polygon,

@@ -18,10 +18,13 @@ from pydrake.systems.framework import (
 
 from hunav_drake.systems.behavior.nodes.tick_context import Person
 from hunav_drake.systems.behavior.tree import Outcome, TickArguments, Tree
-from hunav_drake.systems.common.callbacks import weakly
 from hunav_drake.systems.common.checks import check_count, check_time_step
 from hunav_drake.systems.common.layout import COMMAND_SIZE, STATE_SIZE
-from hunav_drake.systems.common.ports import DeclareRobotStates, RequirePort
+from hunav_drake.systems.common.ports import (
+    DeclareRobotStates,
+    RequirePort,
+    weakly,
+)
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.people.names import people_ids
 from hunav_drake.systems.world.obstacles import Obstacles

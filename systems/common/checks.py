@@ -14,14 +14,8 @@ def check_kind(
 ) -> None:
     """Checks of what kind an argument is; a truth is never a number.
 
-    Args:
-        name: What it is called in the message.
-        value: The argument.
-        kind: The classes that it may be of.
-        words: What they are, for the message.
-
     Raises:
-        TypeError: If it is of another kind.
+        TypeError: If it is of another kind: "`name` must be `words`, got ...".
     """
     if not isinstance(value, kind) or isinstance(value, bool):
         raise TypeError(
@@ -37,17 +31,10 @@ def check_number(
     low: float = 0.0,
     low_open: bool = False,
 ) -> float:
-    """Returns a number that is finite and at least a bound.
-
-    Args:
-        name: What it is called in the message.
-        value: The number.
-        unit: Its unit, for the message.
-        low: The bound.
-        low_open: Whether the bound itself is outside.
+    """Returns a number that is finite and at least `low`, or above if open.
 
     Raises:
-        ValueError: If it is not.
+        ValueError: If it is not; the message has its name and unit.
         TypeError: If it is no number.
     """
     try:
@@ -66,11 +53,7 @@ def check_number(
 
 
 def check_time_step(value: float) -> float:
-    """Returns a time step, which is positive and finite, in seconds.
-
-    Raises:
-        ValueError: If it is not.
-    """
+    """Returns a time step in seconds, checked to be positive and finite."""
     return check_number("time_step", value, "s", low_open=True)
 
 

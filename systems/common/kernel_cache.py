@@ -24,12 +24,8 @@ def drop_stale_kernels(folder: Path = _FOLDER, stamp: Path = _STAMP) -> bool:
     Where nothing can be written, numba keeps its code elsewhere, in a place
     that is named after the folder of the sources.
 
-    Args:
-        folder: Where the sources are.
-        stamp: The file that remembers what they were.
-
     Returns:
-        Whether there was a change.
+        Whether the sources differ from what file `stamp` remembers.
     """
     content = hashlib.sha256()
     for path, text in sorted(_compiled_from(folder).items()):

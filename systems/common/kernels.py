@@ -15,8 +15,6 @@ jit = numba.njit(cache=True, error_model="numpy")
 # are compiled once, whether or not Drake hands out read-only arrays.
 VECTOR = numba.types.Array(numba.float64, 1, "C", readonly=True)
 MATRIX = numba.types.Array(numba.float64, 2, "C", readonly=True)
-INDICES = numba.types.Array(numba.int64, 1, "C", readonly=True)
-FLAGS = numba.types.Array(numba.boolean, 1, "C", readonly=True)
 WALLS = VECTOR  # `Obstacles.table`: `opened` by `systems/world/walls.py`.
 REAL = numba.float64
 INTEGER = numba.int64

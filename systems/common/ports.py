@@ -1,7 +1,8 @@
-"""Helpers that declare, find and check ports."""
+"""Helpers that declare, find and check ports, and what they call."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
+from weakref import WeakMethod
 
 from pydrake.systems.framework import InputPort, PortDataType, System
 
@@ -11,9 +12,7 @@ from hunav_drake.systems.common.layout import STATE_SIZE
 def DeclareRobotStates(system: Any, num_robots: int) -> InputPort | None:
     """Declares port ``robot_states`` of a system; none if there are no robots.
 
-    Args:
-        system: Changed.
-        num_robots: How many rows (x, y, yaw, vx, vy, omega, radius) it takes.
+    It takes a row (x, y, yaw, vx, vy, omega, radius) of each.
     """
     if num_robots == 0:
         return None
@@ -27,15 +26,9 @@ def RequirePort(
 ) -> InputPort:
     """Returns a port that a system has.
 
-    Args:
-        system: Whose port it is.
-        port: The port, or None if the system was made without.
-        name: The name of the port.
-        made_with: The argument of the system's constructor that decides so,
-            as in "num_robots=0".
-
     Raises:
-        ValueError: If the system was made without.
+        ValueError: If it was made without, by an argument of its constructor
+            such as "num_robots=0".
     """
     if port is None:
         raise ValueError(
@@ -83,3 +76,23 @@ def CheckPorts(
                 faults.append(f"{kind} port {name} must be {wanted}, is {got}")
     if faults:
         raise TypeError(f"{what} lacks ports of its kind: {'; '.join(faults)}")
+
+
+def weakly(method: Callable[..., Any]) -> Callable[..., Any]:
+    """Returns a callback that does not keep its object alive.
+
+    pydrake keeps the callbacks of cache entries and of abstract output ports
+    where Python's garbage collector does not see them: a bound method there
+    would keep its system, and the whole diagram, alive for ever.
+
+    Args:
+        method: A bound method.
+    """
+    reference = WeakMethod(method)
+
+    def call(*arguments: Any) -> Any:
+        bound = reference()
+        assert bound is not None, "Drake calls back only while it is alive"
+        return bound(*arguments)
+
+    return call

@@ -17,11 +17,7 @@ import inspect
 from typing import Annotated, Any
 
 from pydantic import TypeAdapter, ValidationError
-from pydantic_core import (
-    InitErrorDetails,
-    PydanticCustomError,
-    core_schema,
-)
+from pydantic_core import InitErrorDetails, PydanticCustomError, core_schema
 
 from hunav_drake.systems.common.suggest import shown, suggestion
 
@@ -52,8 +48,8 @@ class Registry(Mapping[str, type[Any]]):
             tag: The key that names a choice.
             default: What is meant by a mapping without the tag; by default,
                 the tag must be there.
-            home: The module that registers the choices of the package. It is
-                loaded when it is needed.
+            home: The module that registers the choices of the package, loaded
+                when it is needed.
         """
         self.kind = kind
         self.tag = tag

@@ -75,14 +75,8 @@ def within(
 ) -> Any:
     """Returns the rule that a number lies in [low, high], or (low, high].
 
-    Args:
-        low: The lower bound.
-        high: The upper bound; infinity for none (the number is finite still).
-        unit: The unit of the number, for the message.
-        low_open: Whether the lower bound itself is outside.
-
-    Returns:
-        What stands beside the type in an `Annotated`.
+    Without an upper bound the number is finite still. The unit is for the
+    message, and the rule stands beside the type in an `Annotated`.
     """
     return _Within(low, high, unit, low_open)
 

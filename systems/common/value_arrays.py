@@ -23,13 +23,10 @@ _FORM = "value"
 def to_arrays(value: Any, what: str) -> Arrays:
     """Returns arrays that a value can be made of again.
 
-    Args:
-        value: The value.
-        what: What it is, for the message.
-
     Raises:
         ValueError: If it is made of something else than the module tells, or
-            of a class that is not at the top level of a module.
+            of a class that is not at the top level of a module. The message
+            begins with `what` the value is.
     """
     arrays: Arrays = {}
     form = _form(value, arrays, what)

@@ -16,10 +16,10 @@ from pydrake.systems.framework import (
     State,
 )
 
-from hunav_drake.systems.common.callbacks import weakly
 from hunav_drake.systems.common.checks import count_steps
-from hunav_drake.systems.common.goal import is_at_goal
 from hunav_drake.systems.common.layout import STATE_SIZE, YAW, X, Y
+from hunav_drake.systems.common.ports import weakly
+from hunav_drake.systems.common.poses import is_at_goal
 from hunav_drake.systems.evaluation.evaluator_config import EvaluatorConfig
 from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.systems.evaluation.running_metrics import (

@@ -6,9 +6,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from hunav_drake.systems.common.angles import wrap_angles
-from hunav_drake.systems.common.goal import is_at_goal
 from hunav_drake.systems.common.layout import OMEGA, RADIUS, VX, VY, YAW, X, Y
+from hunav_drake.systems.common.poses import is_at_goal, wrap_angles
 from hunav_drake.systems.crowd.social_force.forces import (
     obstacle_force,
     pair_force,

@@ -13,8 +13,8 @@ from pydrake.systems.framework import (
 )
 
 from hunav_drake.systems.common.checks import check_number, check_time_step
-from hunav_drake.systems.common.goal import is_at_goal
 from hunav_drake.systems.common.layout import STATE_SIZE, YAW, X, Y
+from hunav_drake.systems.common.poses import is_at_goal
 
 
 class TrialStatus(IntEnum):

@@ -1,5 +1,6 @@
 from .local_planner import LocalPlanner as LocalPlanner
 from .planner import (
+    PLANNERS as PLANNERS,
     Plan as Plan,
     Planner as Planner,
     PlannerConfig as PlannerConfig,
@@ -8,4 +9,4 @@ from .planner import (
     View as View,
     register_planner as register_planner,
 )
-from .planners import PLANNERS as PLANNERS, PursuitPlanner as PursuitPlanner
+from .pursuit import PursuitPlanner as PursuitPlanner

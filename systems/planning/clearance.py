@@ -11,16 +11,11 @@ from hunav_drake.systems.world.walls import opened
 def clearance_ahead(x, y, heading, radius, reach, table):
     """Returns how far a disc can move straight ahead before it touches.
 
+    Its center is (x, y) and its heading in radians; the result is at most
+    `reach`, in meters. `table` is `Obstacles.table`.
+
     Sphere tracing: at every point the disc may move on by its distance to the
     nearest segment.
-
-    Args:
-        x: The x of the center, in meters.
-        y: The y of the center, in meters.
-        heading: The direction of motion, in radians.
-        radius: The radius of the disc, in meters.
-        reach: The result is never more than this, in meters.
-        table: `Obstacles.table`.
     """
     walls = opened(table)
     cx = math.cos(heading)

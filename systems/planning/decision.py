@@ -34,8 +34,7 @@ class Decision:
         """
         v, omega, status, memory, path = self.plan
         return to_arrays(
-            (v, omega, int(status), memory, path),
-            "what the planner remembers",
+            (v, omega, int(status), memory, path), "what the planner remembers"
         )
 
     def from_arrays(self, arrays: dict[str, NDArray[Any]]) -> "Decision":
@@ -88,10 +87,8 @@ def plan_fault(plan: Any, *, keeps: bool = True) -> str:
             "must give a path that is an array of finite numbers of shape"
             f" (k, 2) or (k, 3), got {path!r:.80}"
         )
-    is_array = isinstance(memory, np.ndarray)
-    if isinstance(memory, list | dict | set | bytearray) or (
-        is_array and memory.flags.writeable
-    ):
+    mutable = isinstance(memory, list | dict | set | bytearray)
+    if mutable or (isinstance(memory, np.ndarray) and memory.flags.writeable):
         return (
             "must remember an immutable value, such as a tuple, a frozen"
             f" dataclass or a read-only array; got {memory!r:.80}"

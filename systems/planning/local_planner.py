@@ -13,9 +13,9 @@ from pydrake.systems.framework import (
     State,
 )
 
-from hunav_drake.systems.common.callbacks import weakly
 from hunav_drake.systems.common.checks import check_count, count_steps
 from hunav_drake.systems.common.layout import STATE_SIZE
+from hunav_drake.systems.common.ports import weakly
 from hunav_drake.systems.common.registry import tag_of
 from hunav_drake.systems.planning.decision import Decision, idle, plan_fault
 from hunav_drake.systems.planning.planner import (
@@ -81,9 +81,9 @@ class LocalPlanner(LeafSystem):
         self._robot_state = self.DeclareVectorInputPort(
             "robot_state", STATE_SIZE
         )
+        num_humans = check_count("num_humans", task.num_humans)
         self._human_states = self.DeclareVectorInputPort(
-            "human_states",
-            check_count("num_humans", task.num_humans) * STATE_SIZE,
+            "human_states", num_humans * STATE_SIZE
         )
         self._goal = self.DeclareVectorInputPort("goal", 3)
         self._scan = (
@@ -209,9 +209,9 @@ class LocalPlanner(LeafSystem):
             decided.set_value(Decision(plan))
 
     def _Look(self, context: Context) -> View:
-        arrays = [self._robot_state.Eval(context)]
         humans = self._human_states.Eval(context).reshape(-1, STATE_SIZE)
-        arrays += [humans, self._goal.Eval(context)]
+        robot, goal = self._robot_state.Eval(context), self._goal.Eval(context)
+        arrays = [robot, humans, goal]
         if self._scan is not None:
             arrays.append(self._scan.Eval(context))
         for array in arrays:

@@ -1,7 +1,6 @@
 """The interface of planners, and the register of planners."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Annotated, Any, ClassVar, NamedTuple
@@ -89,11 +88,7 @@ class PlannerConfig(ABC):
         """
 
     def AddToBuilder(
-        self,
-        builder: Any,
-        task: PlanningTask,
-        *,
-        name: str = "planner",
+        self, builder: Any, task: PlanningTask, *, name: str = "planner"
     ) -> Any:
         """Adds the planner to a builder, and returns it.
 
@@ -198,16 +193,7 @@ PLANNERS = Registry(
     PlannerConfig,
     tag="name",
     default="pursuit",
-    home="hunav_drake.systems.planning.planners",
+    home="hunav_drake.systems.planning.pursuit",
 )
 
-
-def register_planner[T](name: str) -> Callable[[type[T]], type[T]]:
-    """Returns a decorator that makes a planner known by a name.
-
-    Raises:
-        ValueError: If the name is taken.
-        TypeError: If the class is no dataclass that derives from `Planner` or
-            `PlannerConfig`, or lacks ``plan`` or ``MakeSystem``.
-    """
-    return PLANNERS.register(name)
+register_planner = PLANNERS.register

@@ -7,8 +7,8 @@ import numpy as np
 from pydantic import StrictFloat
 from pydantic.dataclasses import dataclass
 
-from hunav_drake.systems.common.angles import wrap_angle
 from hunav_drake.systems.common.layout import RADIUS, YAW, X, Y
+from hunav_drake.systems.common.poses import wrap_angle
 from hunav_drake.systems.common.schema import (
     CONFIG,
     Length,
@@ -93,9 +93,8 @@ class PursuitPlanner(Planner):
         if v < 0.01:
             return Plan(0.0, omega, PlannerStatus.BLOCKED)
         slowed = v < wanted
-        return Plan(
-            v, omega, PlannerStatus.SLOWED if slowed else PlannerStatus.DRIVING
-        )
+        status = PlannerStatus.SLOWED if slowed else PlannerStatus.DRIVING
+        return Plan(v, omega, status)
 
     def _turn_at_goal(self, task: PlanningTask, error: float) -> Plan:
         """Turns to the heading of the goal, if that matters."""
@@ -108,12 +107,7 @@ class PursuitPlanner(Planner):
         """Returns how far the robot can drive straight on, in meters."""
         robot, humans = view.robot, view.humans
         free: float = clearance_ahead(
-            robot[X],
-            robot[Y],
-            robot[YAW],
-            task.robot_radius,
-            self.lookahead,
-            task.obstacles.table,
+            *robot[:3], task.robot_radius, self.lookahead, task.obstacles.table
         )
         if not len(humans):
             return free

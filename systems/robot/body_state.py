@@ -17,6 +17,7 @@ from pydrake.systems.framework import (
     OutputPort,
 )
 
+from hunav_drake.systems.common.checks import check_number
 from hunav_drake.systems.common.layout import STATE_SIZE
 
 
@@ -54,12 +55,8 @@ class BodyState(LeafSystem):
             ValueError: If ``radius`` is not positive and finite.
         """
         super().__init__()
-        if not 0 < radius < math.inf:
-            raise ValueError(
-                f"radius must be positive and finite, got {radius} m"
-            )
         self._index = int(body_index)
-        self._radius = radius
+        self._radius = check_number("radius", radius, "m", low_open=True)
         self._body_poses = self.DeclareAbstractInputPort(
             "body_poses", AbstractValue.Make([RigidTransform()])
         )

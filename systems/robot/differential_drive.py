@@ -13,9 +13,9 @@ from pydrake.systems.framework import (
     OutputPort,
 )
 
-from hunav_drake.systems.common.angles import wrap_angle
 from hunav_drake.systems.common.checks import check_time_step
 from hunav_drake.systems.common.layout import STATE_SIZE
+from hunav_drake.systems.common.poses import wrap_angle
 from hunav_drake.systems.robot.robot_config import RobotConfig
 
 
@@ -87,17 +87,8 @@ class DifferentialDrive(LeafSystem):
     def _CalcRobotState(self, context: Context, output: BasicVector) -> None:
         state = context.get_discrete_state(self._state).value()
         x, y, yaw, v, omega = state.tolist()
-        output.SetFromVector(
-            [
-                x,
-                y,
-                yaw,
-                v * math.cos(yaw),
-                v * math.sin(yaw),
-                omega,
-                self._radius,
-            ]
-        )
+        vx, vy = v * math.cos(yaw), v * math.sin(yaw)
+        output.SetFromVector([x, y, yaw, vx, vy, omega, self._radius])
 
     def _Update(self, context: Context, discrete_state: DiscreteValues) -> None:
         wanted_v, wanted_omega = self._velocity_command.Eval(context).tolist()
@@ -126,16 +117,10 @@ class DifferentialDrive(LeafSystem):
         # sin(turn/2) / (turn/2), and it points half the turn ahead.
         half = turn / 2
         chord = v * dt * (math.sin(half) / half if abs(half) > 1e-9 else 1.0)
-        discrete_state.set_value(
-            self._state,
-            [
-                x + chord * math.cos(yaw + half),
-                y + chord * math.sin(yaw + half),
-                wrap_angle(yaw + turn),
-                v,
-                omega,
-            ],
-        )
+        x += chord * math.cos(yaw + half)
+        y += chord * math.sin(yaw + half)
+        yaw = wrap_angle(yaw + turn)
+        discrete_state.set_value(self._state, [x, y, yaw, v, omega])
 
 
 def _clip(value: float, low: float, high: float) -> float:

@@ -1,7 +1,6 @@
-"""What all robots of trials have: a body, limits, a start and a goal."""
+"""The robots of trials: each has a body, limits, a start and a goal."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
 from dataclasses import field
 from typing import Annotated, Any
 
@@ -15,6 +14,7 @@ from hunav_drake.systems.common.schema import (
     BodyRadius,
     Pose,
     PositiveSpeed,
+    Speed,
     within,
 )
 
@@ -23,6 +23,8 @@ TurnRate = Annotated[StrictFloat, within(0, 100, "rad/s", low_open=True)]
 TurnAcceleration = Annotated[
     StrictFloat, within(0, 1e3, "rad/s^2", low_open=True)
 ]
+Tolerance = Annotated[StrictFloat, within(0, 10, "m", low_open=True)]
+YawTolerance = Annotated[StrictFloat, within(0, 10, "rad", low_open=True)]
 
 
 @dataclass(kw_only=True, slots=True, config=CONFIG)
@@ -31,7 +33,7 @@ class RobotLimits:
 
     # The largest speed forwards and the largest backwards, in m/s.
     max_speed: PositiveSpeed = 1.0
-    max_reverse_speed: Annotated[StrictFloat, within(0, 10, "m/s")] = 0.2
+    max_reverse_speed: Speed = 0.2
 
     # The largest change of speed, in m/s^2.
     max_acceleration: Acceleration = 1.0
@@ -58,12 +60,8 @@ class RobotConfig(ABC):
 
     # How near to the goal is at the goal, in meters and radians. A tolerance
     # of pi or more leaves the final heading free.
-    goal_tolerance: Annotated[
-        StrictFloat, within(0, 10, "m", low_open=True)
-    ] = 0.25
-    goal_yaw_tolerance: Annotated[
-        StrictFloat, within(0, 10, "rad", low_open=True)
-    ] = 0.25
+    goal_tolerance: Tolerance = 0.25
+    goal_yaw_tolerance: YawTolerance = 0.25
 
     @abstractmethod
     def MakeSystem(self, *, time_step: float) -> Any:
@@ -77,11 +75,7 @@ class RobotConfig(ABC):
         """
 
     def AddToBuilder(
-        self,
-        builder: Any,
-        *,
-        time_step: float,
-        name: str = "robot",
+        self, builder: Any, *, time_step: float, name: str = "robot"
     ) -> Any:
         """Adds the robot to a builder, and returns it.
 
@@ -108,20 +102,22 @@ class RobotConfig(ABC):
 
 # The robots by name.
 ROBOTS = Registry(
-    "robot",
-    RobotConfig,
-    tag="model",
-    default="differential_drive",
-    home="hunav_drake.systems.robot.robots",
+    "robot", RobotConfig, tag="model", default="differential_drive"
 )
 
+register_robot = ROBOTS.register
 
-def register_robot[T](name: str) -> Callable[[type[T]], type[T]]:
-    """Returns a decorator that makes a robot known by a name.
 
-    Raises:
-        ValueError: If the name is taken.
-        TypeError: If the class is no dataclass that derives from
-            `RobotConfig`, or lacks ``MakeSystem``.
-    """
-    return ROBOTS.register(name)
+@register_robot("differential_drive")
+@dataclass(kw_only=True, config=CONFIG)
+class DifferentialDriveConfig(RobotConfig):
+    """A kinematic robot that follows (v, omega) within its limits."""
+
+    def MakeSystem(self, *, time_step: float) -> Any:
+        """Makes a `DifferentialDrive`."""
+        # Reading a scenario does without Drake.
+        from hunav_drake.systems.robot.differential_drive import (
+            DifferentialDrive,
+        )
+
+        return DifferentialDrive(self, time_step=time_step)

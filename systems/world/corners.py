@@ -1,6 +1,7 @@
 """Where ways lead around corners: the vertices of a visibility graph."""
 
 from collections.abc import Iterator
+import itertools
 import math
 
 import numpy as np
@@ -28,31 +29,22 @@ def corner_vertices(
     Returns:
         Shape (m, 2), in meters, in the order of the corners.
     """
-    corners = [
-        corner
-        for solid, lo, hi in zip(
-            obstacles.solid, obstacles.first, obstacles.first[1:], strict=False
-        )
-        for corner in _corners(obstacles.segments[lo:hi], bool(solid))
-    ]
-    found: list[list[Array]] = [[] for _ in corners]
-    # Where there is no room for the points of a wide bend, those of a closer
-    # one may still have it.
-    left = list(range(len(corners)))
-    for parts in (1, 2, 4):
-        bends = [_bend(*corners[i], clearance, parts) for i in left]
-        points = np.vstack([np.zeros((0, 2)), *bends])
-        free = visibility_graph.free_points(points, sight, obstacles.table)
-        ends = np.cumsum([len(bend) for bend in bends])[:-1]
-        frees = np.split(free, ends) if bends else []
-        for i, bend, roomy in zip(left, bends, frees, strict=True):
-            found[i].append(bend[roomy])
-        left = [
-            i for i, roomy in zip(left, frees, strict=True) if not roomy.all()
-        ]
-    vertices = np.vstack(
-        [np.zeros((0, 2)), *(bend for bends in found for bend in bends)]
-    )
+    found = [np.zeros((0, 2))]
+    for solid, (lo, hi) in zip(
+        obstacles.solid, itertools.pairwise(obstacles.first), strict=True
+    ):
+        for corner in _corners(obstacles.segments[lo:hi], bool(solid)):
+            # Where there is no room for the points of a wide bend, those of a
+            # closer one may still have it.
+            for parts in (1, 2, 4):
+                bend = _bend(*corner, clearance, parts)
+                free = visibility_graph.free_points(
+                    bend, sight, obstacles.table
+                )
+                found.append(bend[free])
+                if free.all():
+                    break
+    vertices = np.vstack(found)
     _, which = np.unique(vertices.round(9), axis=0, return_index=True)
     return vertices[np.sort(which)]
 
@@ -60,11 +52,7 @@ def corner_vertices(
 def _corners(
     segments: Array, solid: bool
 ) -> Iterator[tuple[Array, float, float]]:
-    """Yields the convex corners of a shape that people walk around.
-
-    Args:
-        segments: Shape (s, 4), none of length zero, one after the other.
-        solid: Whether they close around a solid.
+    """Yields the convex corners of a shape (s, 4) that people walk around.
 
     Yields:
         A corner (2,), the direction of the normal of the wall before it, and

@@ -51,6 +51,7 @@ class DistanceField:
         return self.distances[i, j]
 
 
+@functools.lru_cache(maxsize=8)
 def distance_field(
     obstacles: Obstacles,
     resolution: float,
@@ -65,7 +66,7 @@ def distance_field(
     ):
         raise ValueError(
             "bounds must be (least x, least y, largest x, largest y) in meters,"
-            f" got {tuple(bounds)}"
+            f" got {bounds}"
         )
     # (Whole steps, but for rounding.)
     columns, rows = (
@@ -77,20 +78,8 @@ def distance_field(
             f"resolution: {resolution} m gives {rows * columns} places within"
             f" the bounds; take at most {_MOST}"
         )
-    return _field(obstacles, float(resolution), x0, y0, rows, columns)
-
-
-@functools.lru_cache(maxsize=8)
-def _field(
-    obstacles: Obstacles,
-    resolution: float,
-    x0: float,
-    y0: float,
-    rows: int,
-    columns: int,
-) -> DistanceField:
     distances: NDArray[np.float64] = signed_distances(
         x0, y0, resolution, rows, columns, obstacles.table
     )
     distances.setflags(write=False)
-    return DistanceField(distances, (x0, y0), resolution)
+    return DistanceField(distances, (x0, y0), float(resolution))

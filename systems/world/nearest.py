@@ -1,4 +1,8 @@
-"""The nearest points of walls, compiled by numba."""
+"""The nearest points of walls, compiled by numba.
+
+Points are (x, y) in W, in meters; `walls` are `Walls`, and `table` is
+`Obstacles.table`.
+"""
 
 import math
 
@@ -24,12 +28,8 @@ from hunav_drake.systems.world.walls import (
 def nearest_on_segments(x, y, segments, lo, hi):
     """Returns the nearest point (x, y) of some segments, and its distance^2.
 
-    Args:
-        x: The x to be near to, in meters.
-        y: The y to be near to, in meters.
-        segments: Shape (s, 4): see `Obstacles`.
-        lo: The first segment.
-        hi: The one after the last; with none the distance is infinite.
+    They are the rows `lo` to `hi` - 1 of `segments`, shape (s, 4); with none,
+    the distance is infinite.
     """
     best = math.inf
     best_x = 0.0
@@ -58,17 +58,11 @@ def nearest_on_segments(x, y, segments, lo, hi):
 def _nearest_in_run(x, y, run, best, row, walls):
     """Writes the nearest point of a run, if it is nearer than the best so far.
 
-    Args:
-        x: The x to be near to, in meters.
-        y: The y to be near to, in meters.
-        run: Which run.
-        best: The squared distance of the best so far.
-        row: That best, a row as `shapes_within` gives it; changed.
-        walls: See `Walls`.
+    Argument `row` is that best, as `shapes_within` gives it, and `best` its
+    squared distance. Of equal ones the segment with the lower number counts.
 
     Returns:
-        The squared distance of the better one. Of equal ones that is the
-        segment with the lower number.
+        The squared distance of the better one.
     """
     for s in range(walls.runs[run, 0], walls.runs[run, 1]):
         px, py, d2 = nearest_on_segments(x, y, walls.segments, s, s + 1)
@@ -85,12 +79,8 @@ def _nearest_in_run(x, y, run, best, row, walls):
 def shapes_within(x, y, reach, most, walls):
     """Returns the nearest points of the shapes that a person feels.
 
-    Args:
-        x: Where the person is, in meters.
-        y: Where the person is, in meters.
-        reach: Shapes farther than this are left out, in meters.
-        most: How many shapes count at most, the nearest; 0 for all.
-        walls: See `Walls`.
+    They are the shapes within `reach` meters of the person at (x, y), at most
+    the nearest `most` of them; 0 is for all.
 
     Returns:
         Shape (n, 4): rows (x, y, squared distance, segment), in the order of
@@ -133,12 +123,8 @@ def shapes_within(x, y, reach, most, walls):
 def nearest_within(x, y, bound, walls):
     """Returns the nearest point (x, y) of all walls, and its distance^2.
 
-    Args:
-        x: The x to be near to, in meters.
-        y: The y to be near to, in meters.
-        bound: A squared distance: walls farther than that do not count. With
-            none, the distance is infinite.
-        walls: See `Walls`.
+    Walls do not count whose squared distance is above `bound`. With none left,
+    the distance is infinite.
     """
     best = bound
     best_x = 0.0
@@ -232,14 +218,9 @@ def nearest_on_shapes(points, table):
 
 @jit_as(numba.float64[:, ::1], MATRIX, WALLS)
 def nearest_on_walls(points, table):
-    """Returns the nearest point of all walls to each point.
+    """Returns the nearest points (m, 2) of all walls to points (m, 2).
 
-    Args:
-        points: Shape (m, 2), in meters.
-        table: See `wall_table`.
-
-    Returns:
-        Shape (m, 2), in meters; NaN without walls.
+    They are NaN without walls.
     """
     walls = opened(table)
     nearest = np.full((len(points), 2), np.nan)
@@ -264,19 +245,9 @@ def inside_shapes(points, table):
 
 @jit_as(numba.float64[:, ::1], REAL, REAL, REAL, INTEGER, INTEGER, WALLS)
 def signed_distances(left, bottom, resolution, rows, columns, table):
-    """Returns the distances of places on a grid to the nearest wall.
+    """Returns the distances of places on a grid: see `DistanceField`.
 
-    Args:
-        left: The x of the first column, in meters.
-        bottom: The y of the first row, in meters.
-        resolution: The distance between two places, in meters.
-        rows: How many y there are.
-        columns: How many x there are.
-        table: See `wall_table`.
-
-    Returns:
-        Shape (rows, columns), in meters: negative inside solids, infinite
-        without walls.
+    The first place is (left, bottom); neighbors are `resolution` meters apart.
     """
     walls = opened(table)
     result = np.empty((rows, columns))

@@ -112,20 +112,15 @@ class Obstacles:
         # Here, for a scenario can be read without loading numba.
         from hunav_drake.systems.world.distance_field import distance_field
 
-        return distance_field(self, resolution, bounds)
+        return distance_field(self, resolution, tuple(bounds))
 
 
 def nearest_points(
     obstacles: Obstacles, points: ArrayLike
 ) -> NDArray[np.float64]:
-    """Returns the nearest point of each shape to each of some points.
+    """Returns the nearest points of k shapes, (..., k, 2), to points (..., 2).
 
-    Args:
-        obstacles: k shapes.
-        points: Shape (..., 2), in meters.
-
-    Returns:
-        Shape (..., k, 2), in meters. The outline counts, also from inside.
+    All are in W, in meters. The outline counts, also from inside.
     """
     # Here, for a scenario can be read without loading numba.
     from hunav_drake.systems.world.nearest import nearest_on_shapes
@@ -140,15 +135,10 @@ def nearest_points(
 def nearest_wall(
     obstacles: Obstacles, points: ArrayLike
 ) -> NDArray[np.float64]:
-    """Returns the nearest point of all walls to each of some points.
+    """Returns the nearest points of all walls, (..., 2), to points (..., 2).
 
-    Args:
-        obstacles: The walls.
-        points: Shape (..., 2), in meters.
-
-    Returns:
-        Shape (..., 2), in meters, NaN if there are no walls. The outline
-        counts, also from inside.
+    All are in W, in meters; NaN if there are no walls. The outline counts,
+    also from inside.
     """
     from hunav_drake.systems.world.nearest import nearest_on_walls
 
@@ -160,14 +150,9 @@ def nearest_wall(
 
 
 def inside(obstacles: Obstacles, points: ArrayLike) -> NDArray[np.bool_]:
-    """Tells which points lie inside each solid shape.
+    """Tells which points (..., 2) lie inside which of k shapes: (..., k).
 
-    Args:
-        obstacles: k shapes.
-        points: Shape (..., 2), in meters.
-
-    Returns:
-        Shape (..., k). Even-odd rule; a thin wall has no inside.
+    Even-odd rule; a thin wall has no inside. Points are in W, in meters.
     """
     from hunav_drake.systems.world.nearest import inside_shapes
 

@@ -54,13 +54,8 @@ def ray_cast(px, py, qx, qy, table):
 
     A wall that only touches the line counts or not as if the line were moved
     by a hair, so that no line slips through the joint of two segments.
-
-    Args:
-        px: The x of its start, in meters.
-        py: The y of its start, in meters.
-        qx: The x of its end, in meters.
-        qy: The y of its end, in meters.
-        table: `Obstacles.table`.
+    Positions (px, py) and (qx, qy) are in meters, `table` is
+    `Obstacles.table`.
 
     Returns:
         The fraction of the line, in [0, 1]; infinity if no wall is on it.

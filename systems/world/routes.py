@@ -1,7 +1,7 @@
 """Ways around walls: a visibility graph of the corners of the world."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 import functools
 import math
 
@@ -68,22 +68,21 @@ class RouteMap:
     vertices: Array
     ways: Array
 
-    # What `_ways_to` gives for a goal, kept for the goals asked for last. It
-    # is a pure function, so this changes no result, and threads may share it.
-    _goal: Callable[[float, float], tuple[Array, float, Array]] = field(
-        init=False, repr=False
-    )
-
     def __post_init__(self) -> None:
         # All diagrams of a process share it.
         self.vertices.setflags(write=False)
         self.ways.setflags(write=False)
+
+    @functools.cached_property
+    def _goal(self) -> Callable[[float, float], tuple[Array, float, Array]]:
+        """What `_ways_to` gives for a goal, kept for those asked for last.
+
+        It is a pure function, so this changes no result.
+        """
         ways_to = functools.partial(
             _ways_to, self.sight, self.vertices, self.ways, self.obstacles.table
         )
-        object.__setattr__(
-            self, "_goal", functools.lru_cache(maxsize=_MOST_GOALS)(ways_to)
-        )
+        return functools.lru_cache(maxsize=_MOST_GOALS)(ways_to)
 
     @staticmethod
     def from_obstacles(
@@ -107,35 +106,17 @@ class RouteMap:
         return _route_map(obstacles, float(clearance))
 
     def next_waypoint(self, p: ArrayLike, goal: ArrayLike) -> Array:
-        """Returns the point to walk to next, for one person.
+        """Returns the point (2,) to walk to next from p (2,), in meters.
 
-        See `waypoints`.
+        It is the goal (2,) itself if the straight way is free, or if there is
+        no way. A goal inside a solid is approached from the nearest place
+        outside of it, and is the waypoint itself near that place.
         """
-        waypoints = self.waypoints(np.atleast_2d(p), np.atleast_2d(goal))
-        return waypoints.reshape(2)
-
-    def waypoints(self, positions: ArrayLike, goals: ArrayLike) -> Array:
-        """Returns the points to walk to next.
-
-        The goal itself if the straight way is free, or if there is no way. A
-        goal inside a solid is approached from the nearest place outside of
-        it, and is the waypoint itself near that place.
-
-        Args:
-            positions: Shape (n, 2 or more): x, y, ..., in meters.
-            goals: Shape (n, 2), in meters.
-
-        Returns:
-            Shape (n, 2), in meters.
-        """
-        p = np.ascontiguousarray(positions, dtype=float)
-        result = np.array(goals, dtype=float, order="C")
-        blocked = visibility_graph.blocked(
-            p, result, self.sight, self.obstacles.table
-        )
-        for i in np.flatnonzero(blocked):
-            result[i] = self._waypoint(p[i], result[i])
-        return result
+        start, end = np.array(p, dtype=float), np.array(goal, dtype=float)
+        way = start[None], end[None], self.sight, self.obstacles.table
+        if visibility_graph.blocked(*way)[0]:
+            return self._waypoint(start, end)
+        return end
 
     def guide(self, positions: ArrayLike, command: Array) -> Array:
         """Returns commands whose goals are the next waypoints.
@@ -221,15 +202,9 @@ def _ways_to(
 
 
 def _shortest(legs: Array, ways: Array) -> Array:
-    """Returns the lengths of the shortest ways from vertices to a place.
+    """Returns the lengths (m,) of the shortest ways from vertices to a place.
 
-    Args:
-        legs: Shape (m,): those of the straight ways, in meters; infinity
-            where there is none.
-        ways: Shape (e, 3): see `RouteMap`.
-
-    Returns:
-        Shape (m,), in meters.
+    Those of the straight ways, `legs` (m,), are infinite where there is none.
     """
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import dijkstra
@@ -237,15 +212,9 @@ def _shortest(legs: Array, ways: Array) -> Array:
     m = len(legs)
     seen = np.flatnonzero(np.isfinite(legs))
     i, j = ways[:, :2].astype(np.int32).T
-    graph = csr_array(
-        (
-            np.concatenate([ways[:, 2], legs[seen]]),
-            (
-                np.concatenate([i, np.full(len(seen), m)]),
-                np.concatenate([j, seen]),
-            ),
-        ),
-        shape=(m + 1, m + 1),
-    )
-    lengths: Array = dijkstra(graph, directed=False, indices=m)[:m]
-    return lengths
+    rows = np.concatenate([i, np.full(len(seen), m)])
+    columns = np.concatenate([j, seen])
+    lengths = np.concatenate([ways[:, 2], legs[seen]])
+    graph = csr_array((lengths, (rows, columns)), shape=(m + 1, m + 1))
+    shortest: Array = dijkstra(graph, directed=False, indices=m)[:m]
+    return shortest

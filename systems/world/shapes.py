@@ -1,7 +1,6 @@
 """The fixed world: walls and furniture, and the same as arrays of segments."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
 from dataclasses import field
 from typing import Annotated, ClassVar
 
@@ -46,15 +45,7 @@ class Wall(ABC):
 
 WALLS = Registry("wall shape", Wall, tag="shape")
 
-
-def register_wall[T](name: str) -> Callable[[type[T]], type[T]]:
-    """Returns a decorator that makes a shape of walls known by a name.
-
-    Raises:
-        ValueError: If the name is taken.
-        TypeError: If the class is no dataclass that derives from `Wall`.
-    """
-    return WALLS.register(name)
+register_wall = WALLS.register
 
 
 @register_wall("box")

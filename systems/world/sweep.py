@@ -1,6 +1,11 @@
-"""How near a straight path comes to walls, compiled by numba."""
+"""How near a straight path comes to walls, compiled by numba.
+
+The arguments have the names and units that `walls.py` tells.
+"""
 
 import math
+
+import numpy as np
 
 from hunav_drake.systems.common.kernels import jit
 from hunav_drake.systems.world.nearest import (
@@ -8,11 +13,7 @@ from hunav_drake.systems.world.nearest import (
     inside_shape,
     nearest_on_segments,
 )
-from hunav_drake.systems.world.walls import (
-    beyond,
-    distance2_to_box,
-    out_of_box,
-)
+from hunav_drake.systems.world.walls import distance2_to_box, segments_near
 
 # The offsets that a place near a wall is tried at, the most roomy first.
 _OFFSETS = (1.0, 0.25, 0.0625)
@@ -94,38 +95,21 @@ def path_distance(px, py, qx, qy, segments, s):
 def is_free(x, y, distance, walls):
     """Tells whether a point is outside all solids, and that far from walls."""
     reach = distance + 1e-12 * (abs(x) + abs(y))
-    box = 0
-    while box < len(walls.boxes):
-        if out_of_box(x, y, x, y, reach, walls.boxes, box):
-            box = walls.links[box, 0]
-            continue
-        run = walls.links[box, 1]
-        if run >= 0:
-            _, _, d2 = nearest_on_segments(
-                x, y, walls.segments, walls.runs[run, 0], walls.runs[run, 1]
-            )
-            if d2 < distance * distance:
-                return False
-        box += 1
+    for s in segments_near(x, y, x, y, reach, walls):
+        _, _, d2 = nearest_on_segments(x, y, walls.segments, s, s + 1)
+        if d2 < distance * distance:
+            return False
     return not inside_any(x, y, walls)
 
 
 @jit
 def _leaves_freely(px, py, qx, qy, walls):
     """Tells whether a path crosses no shape but those that p is inside."""
-    box = 0
-    while box < len(walls.boxes):
-        if beyond(px, py, qx, qy, 0.0, walls.boxes, box):
-            box = walls.links[box, 0]
-            continue
-        run = walls.links[box, 1]
-        box += 1
-        if run >= 0:
-            for s in range(walls.runs[run, 0], walls.runs[run, 1]):
-                if crosses(
-                    px, py, qx, qy, walls.segments, s
-                ) and not inside_shape(px, py, walls, walls.runs[run, 2]):
-                    return False
+    for s in segments_near(px, py, qx, qy, 0.0, walls):
+        if crosses(px, py, qx, qy, walls.segments, s):
+            shape = np.searchsorted(walls.first, s, side="right") - 1
+            if not inside_shape(px, py, walls, shape):
+                return False
     return True
 
 
@@ -134,16 +118,9 @@ def nearest_free(x, y, hx, hy, offset, walls):
     """Returns a place near a point inside a solid, or on a wall, that is free.
 
     Of the nearest points and the ends of all segments, it lies beside the
-    nearest that has room: `offset` away from it, or a quarter or a sixteenth
-    of that. No other wall lies between the point and its place.
-
-    Args:
-        x: The x of the point, in meters.
-        y: The y of the point, in meters.
-        hx: The x of a direction that decides between equally near places.
-        hy: The y of that direction.
-        offset: The distance from the walls that the place has if it can.
-        walls: See `Walls`.
+    nearest that has room: `offset` meters away from it, or a quarter or a
+    sixteenth of that. No other wall lies between the point and its place.
+    The direction (hx, hy) decides between equally near places.
 
     Returns:
         The place (x, y) and whether there is one; else the point itself.

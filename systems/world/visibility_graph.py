@@ -1,4 +1,7 @@
-"""Who can walk straight to where, compiled by numba."""
+"""Who can walk straight to where, compiled by numba.
+
+The arguments have the names and units that `walls.py` tells.
+"""
 
 import math
 
@@ -22,7 +25,7 @@ from hunav_drake.systems.world.sweep import (
     nearest_free,
     nearest_on_path,
 )
-from hunav_drake.systems.world.walls import beyond, opened, out_of_box
+from hunav_drake.systems.world.walls import opened, segments_near
 
 # Lengths that differ less are the same, in meters.
 _SAME = 1e-9
@@ -47,43 +50,25 @@ def _passes(px, py, qx, qy, near, where, walls, s):
     """Tells whether a path first nears and then leaves walls at segment `s`.
 
     It does not where another wall is nearer, or as near and so from an end of
-    the path on.
-
-    Args:
-        px: The x of the start of the path, in meters.
-        py: The y of the start of the path, in meters.
-        qx: The x of the end of the path, in meters.
-        qy: The y of the end of the path, in meters.
-        near: How near the path comes to segment `s`, in meters.
-        where: At what part of the path: see `nearest_on_path`.
-        walls: See `Walls`.
-        s: A segment that is nearest to neither end.
+    the path on. Segment `s` is nearest to neither end; `near` and `where` are
+    what `nearest_on_path` gives for it.
     """
     x = px + where * (qx - px)
     y = py + where * (qy - py)
     segments = walls.segments
-    box = 0
-    while box < len(walls.boxes):
-        if out_of_box(x, y, x, y, near + _SAME, walls.boxes, box):
-            box = walls.links[box, 0]
+    for r in segments_near(x, y, x, y, near + _SAME, walls):
+        if r == s:
             continue
-        run = walls.links[box, 1]
-        box += 1
-        if run < 0:
-            continue
-        for r in range(walls.runs[run, 0], walls.runs[run, 1]):
-            if r == s or out_of_box(x, y, x, y, near + _SAME, segments, r):
-                continue
-            other = distance_to(x, y, segments, r)
-            if other < near - _SAME or (
-                other <= near + _SAME
-                and min(
-                    distance_to(px, py, segments, r),
-                    distance_to(qx, qy, segments, r),
-                )
-                <= other + _SAME
-            ):
-                return False
+        other = distance_to(x, y, segments, r)
+        if other < near - _SAME or (
+            other <= near + _SAME
+            and min(
+                distance_to(px, py, segments, r),
+                distance_to(qx, qy, segments, r),
+            )
+            <= other + _SAME
+        ):
+            return False
     return True
 
 
@@ -91,8 +76,6 @@ def _passes(px, py, qx, qy, near, where, walls, s):
 def _stops(px, py, qx, qy, clearance, walls, s):
     """Tells whether segment `s` is in the way: see `sees`."""
     segments = walls.segments
-    if out_of_box(px, py, qx, qy, clearance, segments, s):
-        return False
     # Both ends on one side of the line, and farther away from it than that.
     dx = qx - px
     dy = qy - py
@@ -115,17 +98,9 @@ def _stops(px, py, qx, qy, clearance, walls, s):
 @jit
 def blocker(px, py, qx, qy, clearance, walls):
     """Returns a segment that is in the way from p to q, or -1: see `sees`."""
-    box = 0
-    while box < len(walls.boxes):
-        if beyond(px, py, qx, qy, clearance, walls.boxes, box):
-            box = walls.links[box, 0]
-            continue
-        run = walls.links[box, 1]
-        box += 1
-        if run >= 0:
-            for s in range(walls.runs[run, 0], walls.runs[run, 1]):
-                if _stops(px, py, qx, qy, clearance, walls, s):
-                    return s
+    for s in segments_near(px, py, qx, qy, clearance, walls):
+        if _stops(px, py, qx, qy, clearance, walls, s):
+            return s
     return -1
 
 
@@ -144,17 +119,9 @@ def sees(px, py, qx, qy, clearance, walls):
 def _sees_past(px, py, qx, qy, clearance, walls, hiders):
     """Tells what `sees` does, for one of many points seen from p.
 
-    What hid one point often hides the next.
-
-    Args:
-        px: The x of the start of the path, in meters.
-        py: The y of the start of the path, in meters.
-        qx: The x of the end of the path, in meters.
-        qy: The y of the end of the path, in meters.
-        clearance: In meters.
-        walls: See `Walls`.
-        hiders: Segments that hid other points, or -1, and in the last element
-            which of them is replaced next; at first all -1. Changed.
+    What hid one point often hides the next. Array `hiders` keeps segments that
+    hid other points, or -1, and in its last element which of them is replaced
+    next; at first all are -1.
     """
     for i in range(_HIDERS):
         if hiders[i] >= 0 and crosses(
@@ -170,16 +137,9 @@ def _sees_past(px, py, qx, qy, clearance, walls, hiders):
 
 @jit_as(numba.boolean[::1], MATRIX, MATRIX, REAL, WALLS)
 def blocked(positions, goals, clearance, table):
-    """Tells whose straight way is not free.
+    """Tells who (n,) has no free straight way to their goal.
 
-    Args:
-        positions: Shape (n, 2 or more): x, y, ..., in meters.
-        goals: Shape (n, 2), in meters.
-        clearance: In meters.
-        table: `Obstacles.table`.
-
-    Returns:
-        Shape (n,).
+    Rows of positions are x, y, ..., rows of goals x, y, in meters.
     """
     walls = opened(table)
     result = np.empty(len(positions), dtype=np.bool_)
@@ -193,16 +153,9 @@ def blocked(positions, goals, clearance, table):
 
 @jit_as(numba.boolean[::1], MATRIX, MATRIX, REAL, WALLS)
 def needs_way(positions, command, clearance, table):
-    """Tells who has a goal, is not there, and cannot walk straight to it.
+    """Tells who (n,) has a goal, is not there, and does not see it.
 
-    Args:
-        positions: Shape (n, 2 or more): x, y, ..., in meters.
-        command: Shape (n, COMMAND_SIZE).
-        clearance: In meters.
-        table: `Obstacles.table`.
-
-    Returns:
-        Shape (n,).
+    Rows of positions are x, y, ..., in meters; those of command see `Command`.
     """
     walls = opened(table)
     result = np.empty(len(positions), dtype=np.bool_)
@@ -302,16 +255,10 @@ def _turns_back(x, y, vx, vy, ox, oy, clearance):
 
 @jit
 def _choice(x, y, legs, ways, clearance, vertices, walls):
-    """Returns the vertex in sight with the shortest way, or -1.
+    """Returns the vertex in sight of (x, y) with the shortest way, or -1.
 
-    Args:
-        x: The x of the person, in meters.
-        y: The y of the person, in meters.
-        legs: Shape (m,): how far the vertices are, in meters.
-        ways: Shape (m,): how far the place is by way of them, in meters.
-        clearance: That of the legs, in meters.
-        vertices: Shape (m, 2), in meters.
-        walls: See `Walls`.
+    `legs` (m,) are the distances to the vertices (m, 2), `ways` (m,) those to
+    the place by way of them, in meters.
     """
     if len(ways) == 0:
         return -1
@@ -356,7 +303,7 @@ def waypoint(
         last_clearance: That of the last leg, in meters.
         to_place: Shape (m,): the length of the shortest way from each vertex
             to the place, in meters; infinity where there is none.
-        clearance: That of the other legs, in meters.
+        clearance: That of the other legs.
         vertices: Shape (m, 2), in meters.
         table: `Obstacles.table`.
     """

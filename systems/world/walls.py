@@ -4,6 +4,10 @@ A query goes through the boxes of the table in their order. One that cannot
 matter is left out with all that is in it, by `links[box, 0]`; the others come
 down to runs of segments. What is left out never changes a result, not even
 its last bit.
+
+Kernels call the start of a path (px, py) and its end (qx, qy), in meters;
+`reach` and `clearance` are distances, in meters; `walls` are `Walls`, and
+`table` is `Obstacles.table`.
 """
 
 from typing import NamedTuple
@@ -60,14 +64,7 @@ def opened(table):
 def out_of_box(px, py, qx, qy, reach, rows, i):
     """Tells whether a path is farther than `reach` by its bounds alone.
 
-    Args:
-        px: The x of its start, in meters.
-        py: The y of its start, in meters.
-        qx: The x of its end, in meters.
-        qy: The y of its end, in meters.
-        reach: In meters.
-        rows: Shape (m, 4): segments or boxes.
-        i: Which of them the path is compared with.
+    It is compared with row `i` of segments or boxes, shape (m, 4).
     """
     x0 = rows[i, 0]
     y0 = rows[i, 1]
@@ -83,17 +80,7 @@ def out_of_box(px, py, qx, qy, reach, rows, i):
 
 @jit
 def beyond(px, py, qx, qy, reach, boxes, box):
-    """Tells whether a box is surely farther than `reach` from a long path.
-
-    Args:
-        px: The x of its start, in meters.
-        py: The y of its start, in meters.
-        qx: The x of its end, in meters.
-        qy: The y of its end, in meters.
-        reach: In meters.
-        boxes: Shape (m, 4): see `Walls`.
-        box: One of them.
-    """
+    """Tells whether a box is surely farther than `reach` from a long path."""
     reach += _ROUNDING * (abs(px) + abs(py) + abs(qx) + abs(qy))
     if out_of_box(px, py, qx, qy, reach, boxes, box):
         return True
@@ -109,6 +96,25 @@ def beyond(px, py, qx, qy, reach, boxes, box):
     return abs(dx * ry - dy * rx) > 0.5 * (wide + high) + reach * (
         abs(dx) + abs(dy)
     )
+
+
+@jit
+def segments_near(px, py, qx, qy, reach, walls):
+    """Yields the segments that may be within `reach` of a path.
+
+    All others are farther away by their bounds alone.
+    """
+    box = 0
+    while box < len(walls.boxes):
+        if beyond(px, py, qx, qy, reach, walls.boxes, box):
+            box = walls.links[box, 0]
+            continue
+        run = walls.links[box, 1]
+        box += 1
+        if run >= 0:
+            for s in range(walls.runs[run, 0], walls.runs[run, 1]):
+                if not out_of_box(px, py, qx, qy, reach, walls.segments, s):
+                    yield s
 
 
 @jit

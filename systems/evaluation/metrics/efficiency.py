@@ -5,8 +5,8 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from hunav_drake.systems.common.angles import wrap_angles
 from hunav_drake.systems.common.layout import YAW
+from hunav_drake.systems.common.poses import wrap_angles
 from hunav_drake.systems.evaluation.metric import register_metric
 from hunav_drake.systems.evaluation.metrics import reduce
 from hunav_drake.systems.evaluation.metrics.path import since_previous

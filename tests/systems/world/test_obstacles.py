@@ -4,7 +4,7 @@ from hypothesis import given, strategies as st
 import numpy as np
 import pytest
 
-from hunav_drake.systems.common.angles import wrap_angle
+from hunav_drake.systems.common.poses import wrap_angle
 from hunav_drake.systems.world.obstacles import (
     Obstacles,
     inside,

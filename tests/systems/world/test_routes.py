@@ -407,13 +407,16 @@ def test_lengths_are_those_of_the_shortest_ways():
     )
 
 
-def test_all_people_are_asked_for_at_once():
+def test_people_asked_for_together_get_the_same_waypoints():
     walls = WORLDS["furniture"][0]
     dut = make_map(walls)
     rng = np.random.default_rng(3)
     positions = rng.uniform(0, 8, (50, 2))
     goals = rng.uniform(0, 6, (50, 2))
-    together = dut.waypoints(positions, goals)
+    command = np.zeros((50, COMMAND_SIZE))
+    command[:, :2] = goals
+    command[:, Command.HAS_GOAL] = 1
+    together = dut.guide(positions, command)[:, :2]
     assert ((together != goals).any(axis=1)).sum() > 10
     for i in range(50):
         fresh = (
@@ -431,7 +434,8 @@ def test_many_goals_change_nothing():
     dut = make_map([Box(center=[0, 0], size=[2, 2])])
     first = dut.next_waypoint([-3, 0], [3, 0.5])
     goals = np.column_stack([np.full(3000, 3.0), np.linspace(-0.5, 0.5, 3000)])
-    dut.waypoints(np.tile([-3.0, 0.0], (3000, 1)), goals)
+    for goal in goals:
+        dut.next_waypoint([-3, 0], goal)
     assert dut._goal.cache_info().currsize <= 1024
     np.testing.assert_array_equal(dut.next_waypoint([-3, 0], [3, 0.5]), first)
 
@@ -463,8 +467,10 @@ def test_commands_stay_as_they_are_where_all_ways_are_free():
 def test_without_walls_every_way_is_straight():
     dut = RouteMap.from_obstacles(Obstacles.from_shapes([], solid=[]))
     goals = np.arange(6.0).reshape(3, 2)
-    np.testing.assert_array_equal(dut.waypoints(np.zeros((3, 2)), goals), goals)
-    assert dut.waypoints(np.zeros((0, 2)), np.zeros((0, 2))).shape == (0, 2)
+    for goal in goals:
+        np.testing.assert_array_equal(dut.next_waypoint([0, 0], goal), goal)
+    nobody = np.zeros((0, COMMAND_SIZE))
+    assert dut.guide(np.zeros((0, 2)), nobody) is nobody
 
 
 def test_the_clearance_follows_the_largest_radius_up_to_30_cm():

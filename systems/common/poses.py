@@ -1,9 +1,31 @@
-"""The test whether a robot is at its goal."""
+"""Arithmetic with angles and poses."""
+
+import math
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hunav_drake.systems.common.angles import turn_between
+Array = NDArray[np.float64]
+
+
+def wrap_angle(angle: float) -> float:
+    """Returns the same direction as an angle in (-pi, pi], in radians."""
+    wrapped = math.remainder(angle, 2 * math.pi)
+    return math.pi if wrapped == -math.pi else wrapped
+
+
+def wrap_angles(angles: Array) -> Array:
+    """Returns the same directions as angles in (-pi, pi], in radians."""
+    turns = np.ceil((angles - np.pi) / (2 * np.pi))
+    wrapped: Array = angles - 2 * np.pi * turns
+    return wrapped
+
+
+def turn_between[Value: (float, NDArray[np.float64])](
+    first: Value, second: float
+) -> Value:
+    """Returns the least turn between two headings, in [0, pi], in radians."""
+    return abs((first - second + math.pi) % (2 * math.pi) - math.pi)
 
 
 def is_at_goal[Value: (float, NDArray[np.float64])](
@@ -18,7 +40,7 @@ def is_at_goal[Value: (float, NDArray[np.float64])](
     Args:
         pose: x, y and yaw of the robot, in meters and radians: numbers, or
             arrays of one shape.
-        goal: The pose to reach, likewise.
+        goal: The pose to reach, in the same units.
         tolerance: It is at the goal if it is closer than this, in meters,
         yaw_tolerance: and turned from the goal's heading by this at most, in
             radians.

@@ -6,8 +6,7 @@ from hypothesis import given, strategies as st
 import numpy as np
 import pytest
 
-from hunav_drake.systems.common.angles import wrap_angle, wrap_angles
-from hunav_drake.systems.common.goal import is_at_goal
+from hunav_drake.systems.common.poses import is_at_goal, wrap_angle, wrap_angles
 
 PI = math.pi
 
