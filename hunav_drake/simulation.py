@@ -176,8 +176,8 @@ def GetTrialResult(
             scenario.
     """
     scenario = _reseed(scenario, GetTrialSeed(diagram, context))
-    status = TrialStatus(int(diagram.GetOutputPort("trial_status").Eval(context)[0]))
-    reason = _REASONS[status]
+    (status,) = diagram.GetOutputPort("trial_status").Eval(context)
+    reason = _REASONS[TrialStatus(int(status))]
     duration = scenario.simulation.duration
     if reason == "running" and context.get_time() >= duration * (1 - 1e-9):
         reason = "timeout"
