@@ -354,11 +354,7 @@ class BehaviorTree(LeafSystem):
 
 
 def _check_rows(rows: Sequence[int], n: int) -> None:
-    """Checks the rows of the people that are ticked.
-
-    Raises:
-        ValueError: If one is not in [0, n), or is there twice.
-    """
+    """Checks the rows of the people that are ticked."""
     for row in rows:
         if not 0 <= row < n:
             raise ValueError(

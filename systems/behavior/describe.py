@@ -6,31 +6,28 @@ from hunav_drake.systems.behavior.nodes.node import Node
 from hunav_drake.systems.behavior.nodes.port import Constant, Variable
 
 
-def describe_port(value: Constant | Variable) -> str:
-    """Returns the value of a port, or the blackboard entry that holds it."""
+def _describe_port(value: Constant | Variable) -> str:
     if isinstance(value, Constant):
         return repr(value.value)
     return f"{{{value.key}}}"
 
 
-def describe_node(node: Node, *, defaults: bool = True) -> str:
-    """Returns a node in one line: its type, name, ports and conditions.
+def _describe_node(node: Node) -> str:
+    parts = [node.type.name]
+    if node.name != node.type.name:
+        parts.append(repr(node.name))
+    return " ".join(parts + describe_ports(node))
+
+
+def describe_ports(node: Node, *, defaults: bool = True) -> list[str]:
+    """Returns the ports and the conditions of a node.
 
     Args:
         node: The node.
         defaults: Whether ports are shown that have their default.
     """
-    parts = [node.type.name]
-    if node.name != node.type.name:
-        parts.append(repr(node.name))
-    parts += describe_ports(node, defaults=defaults)
-    return " ".join(parts)
-
-
-def describe_ports(node: Node, *, defaults: bool = True) -> list[str]:
-    """Returns the ports and the conditions of a node, as `describe_node`."""
     parts = [
-        f"{name}={describe_port(value)}"
+        f"{name}={_describe_port(value)}"
         for name, value in node.ports.items()
         if defaults
         or not isinstance(value, Constant)
@@ -54,7 +51,7 @@ def describe_tree(
     owners: dict[int, int] = {}
     for i, node in enumerate(nodes):
         indent = "  " * depths[id(node)]
-        lines.append(f"  {i:3d}  {indent}{describe_node(node)}")
+        lines.append(f"  {i:3d}  {indent}{_describe_node(node)}")
         for slot in range(node.first, node.first + len(node.slots)):
             owners[slot] = i
         if node.conditions and node.conditions.slot is not None:

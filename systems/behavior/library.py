@@ -149,14 +149,10 @@ def LoadBehaviors(behaviors: Iterable[str | BehaviorConfig]) -> list[Tree]:
     Raises:
         BehaviorTreeError: As `LoadBehavior`.
     """
-    trees: dict[str, Tree] = {}
-    result = []
-    for behavior in behaviors:
-        key = repr(behavior)
-        if key not in trees:
-            trees[key] = LoadBehavior(behavior)
-        result.append(trees[key])
-    return result
+    all_behaviors = list(behaviors)
+    distinct = {repr(behavior): behavior for behavior in all_behaviors}
+    trees = {key: LoadBehavior(it) for key, it in distinct.items()}
+    return [trees[repr(behavior)] for behavior in all_behaviors]
 
 
 def CheckBehavior(
@@ -192,17 +188,11 @@ def CheckBehavior(
 def _tree(documents: Documents, values: Mapping[str, Any]) -> Tree:
     ports = documents.main_ports()
     texts = port_texts(ports, values, Place(documents.file))
-    missing = [
-        name
-        for name, port in ports.items()
-        if port.default is None and name not in texts
-    ]
-    if missing:
-        raise TreePortError(
-            f"the tree needs a value for {missing[0]}",
-            ports[missing[0]].place,
-            port=missing[0],
-        )
+    for name, port in ports.items():
+        if port.default is None and name not in texts:
+            raise TreePortError(
+                f"the tree needs a value for {name}", port.place, port=name
+            )
     return _parse(documents, tuple(texts.items()), (*NODE_TYPES.values(),))
 
 
@@ -214,11 +204,8 @@ def _parse(
 ) -> Tree:
     """Returns the tree of documents, from a cache if it was parsed before.
 
-    Args:
-        documents: What the tree is made of.
-        values: Values for its ports by name, as they stand in XML.
-        node_types: All that are registered: a tree keeps the leaves of its
-            time, so a leaf that is registered again needs a new tree.
+    The key has all registered node types: a tree keeps the leaves of its time,
+    so a leaf that is registered again needs a new tree.
     """
     ports = documents.main_ports()
     texts = dict(values)

@@ -27,12 +27,7 @@ _PLAIN = frozenset({float, int, bool, np.float64})
 
 
 def is_sound(context: TickContext, memory: Sequence[float]) -> bool:
-    """Returns quickly whether all is valid; `find_fault` finds what is not.
-
-    Args:
-        context: After a tick.
-        memory: The memory of the tree after the tick.
-    """
+    """Returns quickly whether a tick left all valid; else see `find_fault`."""
     command = context.command
     try:
         # Nothing adds up to a finite number with infinity or NaN in it.
@@ -64,12 +59,9 @@ def is_sound(context: TickContext, memory: Sequence[float]) -> bool:
 def find_fault(
     context: TickContext, memory: Sequence[float], slots: Sequence[str]
 ) -> str:
-    """Returns a message about the first invalid number; empty if there is none.
+    """Returns a message about the first invalid number that a tick left.
 
-    Args:
-        context: After a tick.
-        memory: The memory of the tree after the tick.
-        slots: The name of each number of the memory.
+    It is empty if there is none. The slots name the numbers of the memory.
     """
     command = context.command
     if len(command) != COMMAND_SIZE:

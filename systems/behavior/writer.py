@@ -64,17 +64,17 @@ def WriteTree(tree: Tree | Documents) -> str:
     documents = tree.documents if isinstance(tree, Tree) else tree
     names = _tree_names(documents)
     main = documents.main
+    root = {"BTCPP_format": "4", "main_tree_to_execute": names[main]}
     lines = [
         '<?xml version="1.0" encoding="UTF-8"?>',
         *_comments(documents.comments, 0),
-        f"<root{_attributes({'BTCPP_format': '4'})}"
-        f"{_attributes({'main_tree_to_execute': names[main]})}>",
+        f"<root{_attributes(root)}>",
     ]
     for name in (main, *(name for name in documents.trees if name != main)):
         written = documents.trees[name]
         others = {**written.element.attributes}
         others.pop("ID", None)
-        tree = replace(
+        element = replace(
             written.element,
             attributes={"ID": names[name], **others},
             children=[
@@ -82,7 +82,7 @@ def WriteTree(tree: Tree | Documents) -> str:
                 for child in written.element.children
             ],
         )
-        lines += ["", *_lines(tree, 1)]
+        lines += ["", *_lines(element, 1)]
     lines += ["", *_lines(_model(documents), 1), "", "</root>", ""]
     return "\n".join(lines)
 

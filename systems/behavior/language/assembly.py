@@ -52,11 +52,7 @@ class Assembled:
 
 
 def assemble(draft: Draft, entries: list[Entry]) -> Assembled:
-    """Returns the tree of its topmost draft.
-
-    Args:
-        draft: Its topmost node.
-        entries: The blackboard entries; those that change get their slots.
+    """Returns the tree of its topmost draft; entries that change get slots.
 
     Raises:
         BehaviorTreeError: If the types of entries and ports do not fit.

@@ -98,12 +98,7 @@ class Scope:
 
 
 def reference(text: str, port: str, spot: Spot) -> str | None:
-    """Returns the key in `{key}`, or None for a literal.
-
-    Args:
-        text: The value of an attribute.
-        port: The name of the attribute, which `{=}` stands for.
-        spot: Where it is, for messages.
+    """Returns the key in `{key}`, or None for a literal; `{=}` names the port.
 
     Raises:
         BehaviorTreeError: If the text between the braces is not a name.
@@ -131,10 +126,6 @@ def checked_key(key: str, spot: Spot) -> str:
 def literal_of(entry: Entry, spot: Spot) -> str:
     """Returns the literal of an entry that no node sets.
 
-    Args:
-        entry: The entry.
-        spot: The node that uses it.
-
     Raises:
         BehaviorTreeError: If nothing ever gives it a value.
     """
@@ -155,12 +146,6 @@ def resolve(
     texts: tuple[str, ...],
 ) -> Constant | Variable:
     """Returns the value of a port that refers to an entry.
-
-    Args:
-        entry: The entry, with its slot if it has one.
-        port: The port that names it, of the entry's kind.
-        spot: The node.
-        texts: The texts of the tree.
 
     Raises:
         BehaviorTreeError: If the entry's literal is not of the port's type.

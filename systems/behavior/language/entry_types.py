@@ -59,12 +59,7 @@ class EntryType:
         return bool(self._last()._text)
 
     def require(self, text: bool, reason: str, spot: Spot) -> None:
-        """Requires it to be text, or number.
-
-        Args:
-            text: Whether it must be text.
-            reason: What requires that, for messages: "port distance".
-            spot: The node where that is.
+        """Requires it to be text, or number, for a reason: "port distance".
 
         Raises:
             BehaviorTreeError: If something else has required the other.

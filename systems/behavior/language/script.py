@@ -119,13 +119,19 @@ class _Reader:
             f"{self.tokens[self.at][1]!r} cannot be here; {_REMEDY}"
         )
 
-    def expression(self) -> Expression:
+    def nested(self, read: Callable[[], Expression]) -> Expression:
         self.depth += 1
         if self.depth > _MAX_DEPTH:
             raise ValueError(f"it is nested more than {_MAX_DEPTH} deep")
-        result = self.chain("||", lambda: self.chain("&&", self.comparison))
+        result = read()
         self.depth -= 1
         return result
+
+    def expression(self) -> Expression:
+        return self.nested(lambda: self.chain("||", self.conjunction))
+
+    def conjunction(self) -> Expression:
+        return self.chain("&&", self.comparison)
 
     def chain(self, sign: str, read: Callable[[], Expression]) -> Expression:
         parts = [read()]
@@ -146,12 +152,7 @@ class _Reader:
         sign = self.sign()
         if sign == "!":
             self.at += 1
-            self.depth += 1
-            if self.depth > _MAX_DEPTH:
-                raise ValueError(f"it is nested more than {_MAX_DEPTH} deep")
-            result = Expression("!", "", (self.operand(),))
-            self.depth -= 1
-            return result
+            return Expression("!", "", (self.nested(self.operand),))
         if sign == "(":
             self.at += 1
             result = self.expression()
@@ -247,13 +248,7 @@ def literals(expression: Expression) -> Iterator[tuple[EntryType, str]]:
 
 
 def compiled(expression: Expression, texts: TextTable, spot: Spot) -> Value:
-    """Returns the function that evaluates an expression in a tick.
-
-    Args:
-        expression: The expression, bound and settled.
-        texts: The texts of the tree.
-        spot: The node, for the error for an entry that is not set yet.
-    """
+    """Returns the function that evaluates a settled expression in a tick."""
     sign, entry = expression.sign, expression.entry
     if sign == "number":
         number = number_of(expression.literal) or 0.0

@@ -76,14 +76,7 @@ class TreePortError(BehaviorTreeError):
 def declared_ports(
     models: Iterable[XmlElement],
 ) -> dict[str, dict[str, TreePort]]:
-    """Returns the ports of trees that <TreeNodesModel> elements declare.
-
-    Args:
-        models: The elements.
-
-    Returns:
-        For the ID of each tree, its ports by name.
-    """
+    """Returns the ports, by tree and name, that <TreeNodesModel>s declare."""
     result: dict[str, dict[str, TreePort]] = {}
     for model in models:
         for tree in model.children:
@@ -105,12 +98,7 @@ def declared_ports(
 def port_texts(
     ports: Mapping[str, TreePort], values: Mapping[str, Any], place: Place
 ) -> dict[str, str]:
-    """Returns values for the ports of a tree as text in XML.
-
-    Args:
-        ports: The ports that the tree has.
-        values: Numbers, texts and booleans by the names of ports.
-        place: The tree.
+    """Returns values for the ports of a tree as text in XML, by port.
 
     Raises:
         TreePortError: At the first value without a port, or of a wrong type.

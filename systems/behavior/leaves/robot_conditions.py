@@ -42,15 +42,9 @@ def _is_clear(context: TickContext, index: int, occlusion: bool) -> bool:
 def _notice_nearest(
     context: TickContext, found: list[tuple[float, int]], occlusion: bool
 ) -> int:
-    """Notices the nearest robot that no wall hides.
+    """Notices the nearest robot that no wall hides; returns its index or -1.
 
-    Args:
-        context: The tick context.
-        found: The distance and the index of each robot that fits otherwise.
-        occlusion: Whether walls matter.
-
-    Returns:
-        Its index, or -1 if there is none.
+    Each robot that fits otherwise comes as its distance and its index.
     """
     for _, index in sorted(found):
         if _is_clear(context, index, occlusion):

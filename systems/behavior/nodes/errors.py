@@ -65,13 +65,7 @@ class Spot(NamedTuple):
     def unknown(
         self, what: str, name: str, known: Iterable[str]
     ) -> BehaviorTreeError:
-        """Returns the error for an unknown name, with the nearest known one.
-
-        Args:
-            what: What the name should be, for instance "port".
-            name: The unknown name.
-            known: The known names.
-        """
+        """Returns the error for an unknown name, with the nearest known one."""
         names = sorted(known)
         near = suggest.nearest(name, names)
         if near:

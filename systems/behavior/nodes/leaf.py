@@ -37,21 +37,24 @@ def build_leaf(
 ) -> Built:
     """Builds a leaf from its Python function.
 
-    Args:
-        function: Takes the tick context, its memory if it has one, and its
-            ports.
-        node: The leaf.
-        children: Empty: a leaf has none.
+    The function takes the tick context, its memory if it has one, and its
+    ports. There are no children.
     """
     call = _with_ports(function, node)
     plain = _is_plain(node)
+
+    def run(memory: Memory, context: TickContext) -> Any:
+        try:
+            return function(context) if plain else call(memory, context)
+        except BehaviorTreeError:
+            raise
+        except Exception as error:
+            raise node.error(f"{type(error).__name__}: {error}") from error
+
     if node.type.category == "Condition":
 
         def check(memory: Memory, context: TickContext) -> NodeStatus:
-            try:
-                holds = function(context) if plain else call(memory, context)
-            except Exception as error:
-                raise _located(error, node) from _cause(error)
+            holds = run(memory, context)
             if holds is True:
                 return SUCCESS
             return FAILURE if holds is False else _condition_status(holds, node)
@@ -59,10 +62,7 @@ def build_leaf(
         return Built(check)
 
     def act(memory: Memory, context: TickContext) -> NodeStatus:
-        try:
-            status = function(context) if plain else call(memory, context)
-        except Exception as error:
-            raise _located(error, node) from _cause(error)
+        status = run(memory, context)
         if status is None:
             return SUCCESS
         if status is SUCCESS or status is RUNNING or status is FAILURE:
@@ -87,11 +87,7 @@ def build_leaf(
 
 
 def _condition_status(holds: Any, node: Node) -> NodeStatus:
-    """Returns the status for a condition's result that is not True or False.
-
-    Raises:
-        TypeError: If the result is not one that a condition may return.
-    """
+    """Returns the status for a condition's result that is not True or False."""
     if isinstance(holds, np.bool_):
         return SUCCESS if holds else FAILURE
     if holds is SUCCESS or holds is FAILURE:
@@ -101,18 +97,6 @@ def _condition_status(holds: Any, node: Node) -> NodeStatus:
         f"{node.place}: condition {node.type.name} must return True, False,"
         f" NodeStatus.SUCCESS or FAILURE, got {holds!r}"
     )
-
-
-def _located(error: Exception, node: Node) -> BehaviorTreeError:
-    """Returns an error of a leaf as one that names the leaf's place."""
-    if isinstance(error, BehaviorTreeError):
-        return error
-    return node.error(f"{type(error).__name__}: {error}")
-
-
-def _cause(error: Exception) -> BaseException | None:
-    """Returns the original cause of an error."""
-    return error.__cause__ if isinstance(error, BehaviorTreeError) else error
 
 
 def _leaf_halt(node: Node, running: int) -> HaltFunction:
@@ -144,22 +128,16 @@ def _with_ports(
     begin, end = node.first, node.first + len(node.slots)
     if node.slots[:1] == (RUNNING_SLOT,):
         begin += 1
-    if begin == end:
-        if not variables:
-            return lambda memory, context: function(context, **constants)
+    if begin == end and not variables:
+        return lambda memory, context: function(context, **constants)
 
-        def call(memory: Memory, context: TickContext) -> Any:
-            values = {name: read(memory) for name, read in variables.items()}
-            return function(context, **constants, **values)
-
-        return call
-
-    def call_with_memory(memory: Memory, context: TickContext) -> Any:
+    def call(memory: Memory, context: TickContext) -> Any:
         values = constants
         if variables:
-            values = dict(constants)
-            for name, read in variables.items():
-                values[name] = read(memory)
+            given = {name: read(memory) for name, read in variables.items()}
+            values = {**constants, **given}
+        if begin == end:
+            return function(context, **values)
         own = memory[begin:end]
         result = function(context, own, **values)
         if len(own) != end - begin:
@@ -169,4 +147,4 @@ def _with_ports(
         memory[begin:end] = own
         return result
 
-    return call_with_memory
+    return call

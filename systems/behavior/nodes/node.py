@@ -108,16 +108,15 @@ class Node:
         if isinstance(value, Constant):
             constant = value.value
             return lambda memory: constant
-        slot, key, check = value.slot, value.key, self.type.ports[port].check
-        if value.texts is not None:
-            return self._text_reader(value, port)
+        slot, key, texts = value.slot, value.key, value.texts
+        check = self.type.ports[port].check
 
         def read(memory: Memory) -> Any:
             number = memory[slot]
             if number == UNSET:
                 raise self.error(f"port {port}: nothing has set {{{key}}} yet")
             try:
-                return check(number)
+                return check(number if texts is None else texts[int(number)])
             except ValueError as error:
                 raise self.error(f"{error}, from {{{key}}}") from error
 
@@ -135,30 +134,6 @@ class Node:
             return lambda memory: number
         slot = value.slot
         return lambda memory: memory[slot]
-
-    def _text_reader(
-        self, value: Variable, port: str
-    ) -> Callable[[Memory], Any]:
-        check = self.type.ports[port].check
-        faults = {}
-        for text in value.texts or ():
-            try:
-                check(text)
-            except ValueError as error:
-                faults[text] = error
-
-        def read(memory: Memory) -> str:
-            number = memory[value.slot]
-            if number == UNSET:
-                raise self.error(
-                    f"port {port}: nothing has set {{{value.key}}} yet"
-                )
-            text = (value.texts or ())[int(number)]
-            if text in faults:
-                raise self.error(f"{faults[text]}, from {{{value.key}}}")
-            return text
-
-        return read
 
 
 class Built(NamedTuple):

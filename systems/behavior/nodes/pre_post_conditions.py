@@ -19,7 +19,10 @@ both), set blackboard entries.
 """
 
 from hunav_drake.systems.behavior.nodes.node import (
-    BuildFunction,
+    FAILURE,
+    RUNNING,
+    SKIPPED,
+    SUCCESS,
     Built,
     Conditions,
     Memory,
@@ -27,11 +30,6 @@ from hunav_drake.systems.behavior.nodes.node import (
     NodeStatus,
 )
 from hunav_drake.systems.behavior.nodes.tick_context import TickContext
-
-RUNNING = NodeStatus.RUNNING
-SUCCESS = NodeStatus.SUCCESS
-FAILURE = NodeStatus.FAILURE
-SKIPPED = NodeStatus.SKIPPED
 
 BEFORE = ("_failureIf", "_successIf", "_skipIf", "_while")
 AFTER = ("_onHalted", "_onFailure", "_onSuccess", "_post")
@@ -49,11 +47,8 @@ def needs_memory(names: set[str]) -> bool:
 
 def build_with_conditions(node: Node, children: tuple[Built, ...]) -> Built:
     """Builds a node, with its pre- and post-conditions if it has any."""
-    build: BuildFunction = node.type.build
-    built = build(node, children)
-    if node.conditions is None:
-        return built
-    return _conditional(built, node.conditions)
+    built = node.type.build(node, children)
+    return _conditional(built, node.conditions) if node.conditions else built
 
 
 def _conditional(built: Built, conditions: Conditions) -> Built:

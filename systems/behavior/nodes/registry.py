@@ -35,16 +35,8 @@ from hunav_drake.systems.behavior.nodes.sequence_and_fallback import SEQUENCES
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-_TYPES: dict[str, NodeType] = {
-    node_type.name: node_type
-    for node_type in (
-        *SEQUENCES,
-        PARALLEL,
-        *BRANCHES,
-        *DECORATORS,
-        *BUILTIN_ACTIONS,
-    )
-}
+_BUILTIN = (*SEQUENCES, PARALLEL, *BRANCHES, *DECORATORS, *BUILTIN_ACTIONS)
+_TYPES: dict[str, NodeType] = {it.name: it for it in _BUILTIN}
 # All registered node types, read-only.
 NODE_TYPES: Mapping[str, NodeType] = MappingProxyType(_TYPES)
 
@@ -70,16 +62,8 @@ SUBTREE_TAGS = ("SubTree", "SubTreePlus")
 
 # The words of the tree language itself.
 RESERVED = frozenset(
-    {
-        "root",
-        "Root",
-        "BehaviorTree",
-        "TreeNodesModel",
-        "include",
-        *GENERIC_TAGS,
-        *SUBTREE_TAGS,
-    }
-)
+    ("root", "Root", "BehaviorTree", "TreeNodesModel", "include")
+).union(GENERIC_TAGS, SUBTREE_TAGS)
 
 
 # Attributes that no port can have.
@@ -165,35 +149,29 @@ def _decorator(
 
 
 def _check_runs_again(name: str, old: Any, new: Any) -> None:
-    """Checks that a leaf is the registered one, from code that runs again.
-
-    Raises:
-        ValueError: If it does not.
-    """
+    """Checks that a leaf is the registered one, from code that runs again."""
     if new is old:
         return
+
+    def taken(by: str) -> ValueError:
+        return ValueError(
+            f"the node name {name!r} is taken by {by}; choose another, or pass"
+            " replace=True"
+        )
+
     before, after = _original(old), _original(new)
     if after.__module__ != before.__module__:
-        raise ValueError(
-            f"the node name {name!r} is taken by a leaf of {before.__module__};"
-            " choose another, or pass replace=True"
-        )
+        raise taken(f"a leaf of {before.__module__}")
     # Code that runs again creates new objects.
     if _code(new) is _code(old):
-        raise ValueError(
-            f"the node name {name!r} is taken by another leaf of the same"
-            " function or class; choose another, or pass replace=True"
-        )
+        raise taken("another leaf of the same function or class")
     if _definition(after) == _definition(before):
         return
     # A changed cell has another file; what is typed in, a name such as <stdin>.
     file = _file(before)
     typed_in = file.startswith("<") or file != _file(after)
     if before.__module__ != "__main__" or not typed_in:
-        raise ValueError(
-            f"the node name {name!r} is taken by {before.__qualname__} of"
-            f" {before.__module__}; choose another, or pass replace=True"
-        )
+        raise taken(f"{before.__qualname__} of {before.__module__}")
 
 
 def _definition(original: Any) -> tuple[str, int]:
@@ -259,17 +237,16 @@ def _leaf_type(
     for parameter in inspect.signature(leaf).parameters.values():
         if parameter.name in fixed:
             continue
-        if parameter.kind in (
-            parameter.POSITIONAL_ONLY,
-            parameter.POSITIONAL_OR_KEYWORD,
-        ):
-            positional += 1
-        elif parameter.kind == parameter.KEYWORD_ONLY:
-            ports[parameter.name] = _port(name, parameter, hints)
-        else:
-            raise ValueError(
-                f"{name}: *{parameter.name} cannot be a port; name each port"
-            )
+        match parameter.kind:
+            case parameter.POSITIONAL_ONLY | parameter.POSITIONAL_OR_KEYWORD:
+                positional += 1
+            case parameter.KEYWORD_ONLY:
+                ports[parameter.name] = _port(name, parameter, hints)
+            case _:
+                raise ValueError(
+                    f"{name}: *{parameter.name} cannot be a port; name each"
+                    " port"
+                )
     expected = 2 if memory else 1
     if positional != expected:
         raise ValueError(
@@ -282,9 +259,8 @@ def _leaf_type(
         raise ValueError(
             f"{name}: {both[0]} is a port, and cannot be ignored as well"
         )
-    slots = dict(memory)
     if memory and category == "Action":
-        slots = {RUNNING_SLOT: 0.0, **memory}
+        memory = {RUNNING_SLOT: 0.0, **memory}
     return NodeType(
         name,
         category,
@@ -292,7 +268,7 @@ def _leaf_type(
         (inspect.getdoc(original) or "").partition("\n")[0],
         ports=ports,
         ignored=ignored,
-        slots=slots,
+        slots=memory,
         source=f"{original.__module__}.{original.__qualname__}",
         function=function,
     )
@@ -308,7 +284,8 @@ def _port(
             " have meanings of their own; choose another name"
         )
     annotation = hints.get(parameter.name)
-    base = get_args(annotation)[0] if _is_annotated(annotation) else annotation
+    is_annotated = hasattr(annotation, "__metadata__")
+    base = get_args(annotation)[0] if is_annotated else annotation
     literal = get_origin(base) is Literal and all(
         isinstance(choice, str) for choice in get_args(base)
     )
@@ -321,7 +298,3 @@ def _port(
         return Port(parameter.name, annotation)
     default = Port(parameter.name, annotation).check(parameter.default)
     return Port(parameter.name, annotation, default)
-
-
-def _is_annotated(annotation: Any) -> bool:
-    return hasattr(annotation, "__metadata__")
