@@ -110,7 +110,7 @@ def ImportAgents(
 
 
 def convert_agents(document: YamlDocument) -> "HunavImport":
-    """Brings what an agents.yaml says into the form of a scenario.
+    """Converts an agents.yaml to the data of a scenario.
 
     Raises:
         ScenarioError: If the list of agents itself cannot be read.

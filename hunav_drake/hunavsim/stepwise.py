@@ -1,4 +1,4 @@
-"""People whose steps are taken one at a time by the caller."""
+"""People that the caller moves step by step."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,14 +61,14 @@ class StepwiseHumans:
             port.FixValue(context, robots.ravel())
 
     def AreRobotsKnown(self, context: Context) -> bool:
-        """Tells whether it was set where the robots are, if there are any."""
+        """Returns whether it is known where all robots are."""
         if not self._num_robots:
             return True
         port = self._diagram.GetInputPort("robot_states")
         return bool(port.HasValue(context))
 
     def CalcBehaviorStatus(self, context: Context) -> NDArray[np.int64]:
-        """Returns everybody's behavior status in the step to come."""
+        """Returns the behavior status of all people in the next step."""
         port = self._diagram.GetOutputPort("behavior_status")
         status: NDArray[np.int64] = port.Eval(context).astype(np.int64)
         return status

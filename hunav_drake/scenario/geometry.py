@@ -17,7 +17,7 @@ _SAME = 1e-9
 
 
 def check_walls(scenario: Scenario) -> Iterator[Finding]:
-    """Looks for shapes that have no sides, or no one inside."""
+    """Looks for walls with repeated points, no area or crossing sides."""
     for i, wall in enumerate(scenario.world.walls):
         loc: Loc = ("world", "walls", i, "points")
         if isinstance(wall, Polyline):
