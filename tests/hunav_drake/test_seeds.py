@@ -113,7 +113,7 @@ def test_so_it_does_in_other_scenarios(name):
         ("humans[0].radius=0.31", "humans"),
         ("robot.start=[0, 0.1, 0]", "robot"),
         ("planner.cruise_speed=0.4", "planner"),
-        ("simulation.time_step=0.1", "simulation"),
+        ("simulation.stuck_time=5.0", "simulation"),
     ],
 )
 def test_a_diagram_of_another_scenario_is_refused(change, part):
