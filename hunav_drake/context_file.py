@@ -137,11 +137,7 @@ def LoadContext(diagram: Diagram, filename: str | Path) -> Context:
 
 
 def _fill(diagram: Diagram, context: Context, arrays: dict[str, Array]) -> None:
-    """Sets all of a Context that a file holds.
-
-    Raises:
-        ValueError: If something is missing, or is not what it must be.
-    """
+    """Sets all of a Context that a file holds; a ValueError says the fault."""
     time = _numbers(arrays, "time", ())
     if not np.isfinite(time):
         raise ValueError(f"the time must be finite, got {time} s")
@@ -175,11 +171,7 @@ def _fill(diagram: Diagram, context: Context, arrays: dict[str, Array]) -> None:
 def _numbers(
     arrays: dict[str, Array], key: str, shape: tuple[int, ...]
 ) -> Array:
-    """Returns an array of the file, of floating-point numbers.
-
-    Raises:
-        ValueError: If there is none, or it is another one.
-    """
+    """Returns an array of the file, of float64 and of this shape."""
     array = arrays.get(key)
     if array is None:
         raise ValueError(f"it has no entry {key!r}")
@@ -194,11 +186,9 @@ def _numbers(
 def _check_values(
     system: System, name: str, values: Array, default: Array
 ) -> None:
-    """Checks the numbers of a leaf's state or parameters.
+    """Checks that numbers are finite where they are so by default.
 
-    Raises:
-        ValueError: If one is not finite. A number may be so that already is by
-            default; and those of behavior trees have a rule of their own.
+    Those of behavior trees have a rule of their own.
     """
     try:
         if isinstance(system, BehaviorTree):

@@ -1,4 +1,4 @@
-"""What a Context is made of, part by part: what a file of it holds."""
+"""The parts of a Context that a file of it holds."""
 
 from collections.abc import Iterator
 import itertools
@@ -32,7 +32,7 @@ class Storable(Protocol):
 
 @runtime_checkable
 class Remembering(Protocol):
-    """A system whose state means nothing but to a system made alike."""
+    """A system whose state only a system made alike can use."""
 
     def DescribeMemory(self) -> list[str]:
         """Returns all that the meaning of the state depends on, in words."""
@@ -64,25 +64,22 @@ def abstract_states(
         yield i, value
 
 
-def free_ports(diagram: Diagram) -> Iterator[tuple[str, InputPort]]:
-    """Yields the input ports that may have a fixed value, each with a key."""
-    for i in range(diagram.num_input_ports()):
-        yield f"input/{i}", diagram.get_input_port(i)
-    yield from _free_inner_ports(diagram, "")
-
-
-def _free_inner_ports(
-    diagram: Diagram, prefix: str
+def free_ports(
+    diagram: Diagram, prefix: str = ""
 ) -> Iterator[tuple[str, InputPort]]:
+    """Yields the input ports that may have a fixed value, each with a key."""
     taken = set(diagram.connection_map())
     for i in range(diagram.num_input_ports()):
+        # Inputs of an inner diagram are inputs of the systems in it.
+        if not prefix:
+            yield f"input/{i}", diagram.get_input_port(i)
         taken |= set(diagram.GetInputPortLocators(InputPortIndex(i)))
     for i, system in enumerate(diagram.GetSystems()):
         for k in range(system.num_input_ports()):
             if (system, InputPortIndex(k)) not in taken:
                 yield f"{prefix}{i}/input/{k}", system.get_input_port(k)
         if isinstance(system, Diagram):
-            yield from _free_inner_ports(system, f"{prefix}{i}.")
+            yield from free_ports(system, f"{prefix}{i}.")
 
 
 def leaves(diagram: Diagram, prefix: str = "") -> Iterator[tuple[str, System]]:
@@ -132,7 +129,7 @@ def layout(diagram: Diagram, context: Context) -> list[dict[str, Any]]:
 
 
 def misfit(saved: list[dict[str, Any]], present: list[dict[str, Any]]) -> str:
-    """Returns what does not fit of a file and a diagram, or nothing."""
+    """Returns how a file and a diagram differ, or an empty text."""
     for old, new in zip(saved, present, strict=False):
         for what in ("key", "type", "memory", "sizes", "abstract"):
             differing = (old[what], new[what])

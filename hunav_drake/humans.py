@@ -164,11 +164,7 @@ def MakeHumans(
 
 
 def _check_arguments(humans: Any, options: Mapping[str, Any]) -> None:
-    """Checks of what kind the arguments of `MakeHumans` are.
-
-    Raises:
-        TypeError: If one is of another kind, or not an option.
-    """
+    """Raises a TypeError for an argument of another kind, or no option."""
     kinds: dict[str, tuple[Any, str]] = {
         "obstacles": ((Obstacles, World, NoneType), "Obstacles or a World"),
         "config": ((CrowdConfig, NoneType), "a CrowdConfig"),

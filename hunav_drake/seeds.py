@@ -6,7 +6,7 @@ from hunav_drake.systems.common.random_streams import check_seed
 
 
 def SetTrialSeed(diagram: Diagram, context: Context, seed: int) -> None:
-    """Puts a trial back to its start, as a seed draws it.
+    """Resets a trial to its start, as drawn from a seed.
 
     Nothing of the past is kept: the time is 0, and state and parameters are
     those of the default Context, but for what is drawn. It is, bit for bit,
@@ -52,7 +52,7 @@ def GetTrialSeed(diagram: Diagram, context: Context) -> int:
 
 
 def SetHumansSeed(humans: Diagram, context: Context, seed: int) -> None:
-    """Puts people back to their start, as a seed draws it.
+    """Resets people to their start, as drawn from a seed.
 
     They are at rest, with nothing in mind yet. All else stays as it is. For
     people of `AddHumans`, in a Context of the whole diagram:

@@ -29,7 +29,7 @@ from hunav_drake.seeds import GetTrialSeed, SetTrialSeed
 from hunav_drake.systems.behavior.fingerprint import tree_fingerprint
 from hunav_drake.systems.common.registry import name_of
 from hunav_drake.systems.evaluation.trial_monitor import TrialStatus
-from hunav_drake.trial_diagram import MakeTrialDiagram
+from hunav_drake.trial_diagram import CheckTrialDiagram, MakeTrialDiagram
 
 if TYPE_CHECKING:
     from pydrake.geometry import Meshcat
@@ -119,9 +119,12 @@ def RunTrial(
 
     Raises:
         ScenarioError: If the scenario cannot be simulated.
+        ValueError: If the diagram was made from another scenario.
     """
     if diagram is None:
         diagram = MakeTrialDiagram(scenario, meshcat)
+    else:
+        CheckTrialDiagram(scenario, diagram)
     if scenario.evaluator.start == "by_trigger":
         fault = Fault(
             "RunTrial",
@@ -174,7 +177,11 @@ def GetTrialResult(
         diagram: From `MakeTrialDiagram(scenario)`.
         context: A Context of that diagram; its seed counts, not that of the
             scenario.
+
+    Raises:
+        ValueError: If the diagram was made from another scenario.
     """
+    CheckTrialDiagram(scenario, diagram)
     scenario = _reseed(scenario, GetTrialSeed(diagram, context))
     (status,) = diagram.GetOutputPort("trial_status").Eval(context)
     reason = _REASONS[TrialStatus(int(status))]

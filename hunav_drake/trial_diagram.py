@@ -1,6 +1,7 @@
 """The diagram of a trial."""
 
-from typing import TYPE_CHECKING
+import dataclasses
+from typing import TYPE_CHECKING, Any
 
 from pydrake.systems.framework import Diagram, DiagramBuilder, System
 from pydrake.systems.primitives import ConstantVectorSource
@@ -9,9 +10,11 @@ from hunav_drake.humans import AddHumans
 from hunav_drake.scenario import CheckScenario
 from hunav_drake.scenario.error import Fault, ScenarioError
 from hunav_drake.scenario.schema import Scenario
+from hunav_drake.scenario.writer import plain
 from hunav_drake.systems.common.registry import name_of
 from hunav_drake.systems.evaluation import Evaluator
 from hunav_drake.systems.evaluation.trial_monitor import TrialMonitor
+from hunav_drake.systems.people.names import name_people
 from hunav_drake.systems.planning import PlanningTask
 from hunav_drake.systems.scene import AddScene
 from hunav_drake.systems.world.obstacles import Obstacles
@@ -62,6 +65,7 @@ def MakeTrialDiagram(
     planner = _AddPlanner(builder, scenario, obstacles)
     evaluator = _AddEvaluator(builder, scenario, obstacles)
     monitor = _AddMonitor(builder, scenario)
+    monitor.made_for = _fixed_parts(scenario)
     scene = AddScene(
         builder,
         scenario.world,
@@ -118,6 +122,32 @@ def MakeTrialDiagram(
     diagram = builder.Build()
     diagram.set_name("trial")
     return diagram
+
+
+def CheckTrialDiagram(scenario: Scenario, diagram: Diagram) -> None:
+    """Checks that a trial's diagram was made from a scenario, for any seed.
+
+    Raises:
+        ValueError: If it was made from another one, whose name, description
+            and duration alone may differ.
+    """
+    made_for = diagram.GetSubsystemByName("monitor").made_for
+    for part, value in _fixed_parts(scenario).items():
+        if value != made_for[part]:
+            raise ValueError(
+                f"the diagram was made from a scenario with other {part}: make"
+                " it by MakeTrialDiagram from this one"
+            )
+
+
+def _fixed_parts(scenario: Scenario) -> dict[str, Any]:
+    """Returns what a diagram is made from, as plain data by section."""
+    humans = name_people(scenario.humans)
+    parts: dict[str, Any] = plain(dataclasses.replace(scenario, humans=humans))
+    for free in (parts, parts["simulation"]):
+        for key in ("name", "description", "seed", "duration"):
+            free.pop(key, None)
+    return parts
 
 
 def _AddPlanner(

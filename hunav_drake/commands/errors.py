@@ -1,6 +1,8 @@
 """Exit codes and input errors of the commands of `hunav`."""
 
 import argparse
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 import re
 import sys
@@ -25,14 +27,62 @@ def print_import_hint(error: Exception, options: argparse.Namespace) -> None:
         )
 
 
-def check_new(path: Path, *, force: bool) -> None:
-    """Checks that a file may be written.
+@contextmanager
+def input_errors(
+    *kinds: type[Exception], place: str | Path = ""
+) -> Iterator[None]:
+    """Turns errors of these kinds, and of files, into an InputError.
+
+    Args:
+        kinds: The kinds besides OSError.
+        place: What an OSError is about; by default the file that it names.
+    """
+    try:
+        yield
+    except OSError as error:
+        place = place or error.filename
+        text = f"{place}: {error.strerror}" if place else str(error)
+        raise InputError(text) from error
+    except kinds as error:
+        raise InputError(str(error)) from error
+
+
+def check_each(
+    names: Iterable[str],
+    options: argparse.Namespace,
+    describe: Callable[[str], str],
+) -> int:
+    """Prints what each file holds, or its faults; returns the exit code."""
+    code = DONE
+    for name in names:
+        try:
+            print(f"{name}: ok ({describe(name)})")
+        except InputError as error:
+            print(error, file=sys.stderr)
+            print_import_hint(error, options)
+            code = BAD_INPUT
+    return code
+
+
+def write_output(text: str, options: argparse.Namespace, done: str) -> int:
+    """Writes a text to the file of `--output` and says so, or else prints it.
 
     Raises:
-        InputError: If the file exists, unless ``force``.
+        InputError: If the file exists, unless by `--force`, or cannot be
+            written.
     """
-    if path.exists() and not force:
-        raise InputError(f"{path} already exists; overwrite it with --force")
+    from hunav_drake.systems.common.files import atomic_write
+
+    output: Path | None = options.output
+    if output is None:
+        print(text, end="")
+        return DONE
+    if output.exists() and not options.force:
+        raise InputError(f"{output} already exists; overwrite it with --force")
+    with input_errors(place=output), atomic_write(output) as file:
+        file.write(text.encode())
+    print(done)
+    return DONE
 
 
 def check_out(directory: Path) -> None:

@@ -8,7 +8,12 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from hunav_drake.commands.errors import DONE, InputError, check_out
+from hunav_drake.commands.errors import (
+    DONE,
+    InputError,
+    check_out,
+    input_errors,
+)
 from hunav_drake.commands.options import add_format_option, add_import_option
 
 
@@ -85,7 +90,7 @@ def _evaluate(options: argparse.Namespace) -> int:
     from hunav_drake.results.files import WriteResult
     from hunav_drake.results.trial_result import FormatMetricsTable
 
-    try:
+    with input_errors(ValueError):
         result = evaluate_file(
             options.file,
             metric_names=options.metrics,
@@ -94,10 +99,6 @@ def _evaluate(options: argparse.Namespace) -> int:
             walls=options.walls,
             reference=options.reference,
         )
-    except OSError as error:
-        raise InputError(f"{error.filename}: {error.strerror}") from error
-    except ValueError as error:
-        raise InputError(str(error)) from error
     print(FormatMetricsTable(result))
     if lacks_walls(result):
         print(
@@ -123,8 +124,6 @@ def _list(options: argparse.Namespace) -> int:
 def _show(options: argparse.Namespace) -> int:
     from hunav_drake.commands.metrics_text import show_metrics
 
-    try:
+    with input_errors(ValueError):
         print(show_metrics(options.name))
-    except ValueError as error:
-        raise InputError(str(error)) from error
     return DONE

@@ -2,9 +2,10 @@
 
 import argparse
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hunav_drake.commands.errors import InputError
+from hunav_drake.commands.errors import input_errors
 
 if TYPE_CHECKING:
     from hunav_drake.scenario import Scenario
@@ -50,6 +51,19 @@ def add_format_option(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_output_options(parser: argparse.ArgumentParser) -> None:
+    """Adds the options for the one file that a command writes."""
+    parser.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        help="the file to write; by default printed",
+    )
+    parser.add_argument(
+        "--force", action="store_true", help="overwrite an existing file"
+    )
+
+
 def load_scenario(
     scenario: str, options: Any, more: Sequence[str] = ()
 ) -> "Scenario":
@@ -65,11 +79,9 @@ def load_scenario(
     """
     from hunav_drake.scenario import LoadScenario, ScenarioError
 
-    try:
+    with input_errors(ScenarioError):
         return LoadScenario(
             filename=scenario,
             scenario_name=options.name,
             overrides=[*options.overrides, *more],
         )
-    except ScenarioError as error:
-        raise InputError(str(error)) from error

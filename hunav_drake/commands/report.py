@@ -5,7 +5,7 @@ from pathlib import Path
 import sys
 from typing import Any
 
-from hunav_drake.commands.errors import DONE, InputError
+from hunav_drake.commands.errors import DONE, InputError, input_errors
 from hunav_drake.commands.options import add_import_option
 
 # How many of the runs that are left out are named in the terminal.
@@ -40,10 +40,8 @@ def _report(options: argparse.Namespace) -> int:
 
     directory: Path = options.directory
     left_out: dict[str, str] = {}
-    try:
+    with input_errors():
         results = load_results(directory, left_out)
-    except OSError as error:
-        raise InputError(f"{error.filename}: {error.strerror}") from error
     for tag, reason in list(left_out.items())[:_MOST_LINES]:
         print(f"hunav: left out the run {tag}: {reason}", file=sys.stderr)
     if len(left_out) > _MOST_LINES:
@@ -55,7 +53,7 @@ def _report(options: argparse.Namespace) -> int:
     from hunav_drake.report.writing import WriteReport
     from hunav_drake.results.run_table import WriteTables
 
-    try:
+    with input_errors():
         path = WriteReport(
             results,
             options.output or directory / "report.html",
@@ -64,8 +62,6 @@ def _report(options: argparse.Namespace) -> int:
             left_out=left_out,
         )
         table = WriteTables(results, path.parent)
-    except OSError as error:
-        raise InputError(f"{error.filename}: {error.strerror}") from error
     runs = "1 run" if len(results) == 1 else f"{len(results)} runs"
     print(f"Wrote the report on {runs} to {path}")
     print(f"Wrote their metrics to {table}")

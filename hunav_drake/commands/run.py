@@ -9,7 +9,13 @@ import sys
 import time
 from typing import TYPE_CHECKING, Any
 
-from hunav_drake.commands.errors import DONE, FAILED, InputError, check_out
+from hunav_drake.commands.errors import (
+    DONE,
+    FAILED,
+    InputError,
+    check_out,
+    input_errors,
+)
 from hunav_drake.commands.options import (
     add_format_option,
     add_import_option,
@@ -94,22 +100,19 @@ def _run(options: argparse.Namespace) -> int:
         print(f"Watch the trial at {meshcat.web_url()}", flush=True)
 
     started = time.perf_counter()
-    with contextlib.ExitStack() as stack:
+    with contextlib.ExitStack() as stack, input_errors(ScenarioError):
         progress = None
         if not options.quiet:
             progress = stack.enter_context(
                 _ProgressBar(scenario.simulation.duration)
             ).show
-        try:
-            result = RunTrial(
-                scenario,
-                options.seed,
-                meshcat=meshcat,
-                realtime_rate=1.0 if options.meshcat else 0.0,
-                progress=progress,
-            )
-        except ScenarioError as error:
-            raise InputError(str(error)) from error
+        result = RunTrial(
+            scenario,
+            options.seed,
+            meshcat=meshcat,
+            realtime_rate=1.0 if options.meshcat else 0.0,
+            progress=progress,
+        )
     elapsed = time.perf_counter() - started
 
     text = FormatMetricsTable(result)

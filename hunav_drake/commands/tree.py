@@ -1,18 +1,15 @@
 """The commands `hunav tree show`, `check` and `convert`."""
 
 import argparse
-from pathlib import Path
-import sys
 from typing import Any
 
 from hunav_drake.commands.errors import (
-    BAD_INPUT,
     DONE,
-    InputError,
-    check_new,
-    print_import_hint,
+    check_each,
+    input_errors,
+    write_output,
 )
-from hunav_drake.commands.options import add_import_option
+from hunav_drake.commands.options import add_import_option, add_output_options
 
 
 def add_tree_commands(commands: Any) -> None:
@@ -38,15 +35,7 @@ def add_tree_commands(commands: Any) -> None:
     )
     convert.set_defaults(function=_convert)
     convert.add_argument("file", help=file_help)
-    convert.add_argument(
-        "-o",
-        "--output",
-        type=Path,
-        help="the file to write; by default printed",
-    )
-    convert.add_argument(
-        "--force", action="store_true", help="overwrite an existing file"
-    )
+    add_output_options(convert)
     for command in (show, check, convert):
         add_import_option(command)
 
@@ -59,10 +48,8 @@ def _show(options: argparse.Namespace) -> int:
         RenderBehaviorTree,
     )
 
-    try:
+    with input_errors(BehaviorTreeError):
         tree = LoadTree(options.file)
-    except BehaviorTreeError as error:
-        raise InputError(str(error)) from error
     print(f"{tree.name} ({tree.file})\n")
     # Each line is a node.
     for i, line in enumerate(str(RenderBehaviorTree(tree)).splitlines()):
@@ -84,41 +71,22 @@ def _check(options: argparse.Namespace) -> int:
     """Checks tree files, and prints the first fault of each."""
     from hunav_drake.systems.behavior import BehaviorTreeError, LoadTree
 
-    code = DONE
-    for file in options.file:
-        try:
+    def describe(file: str) -> str:
+        with input_errors(BehaviorTreeError):
             tree = LoadTree(file)
-        except BehaviorTreeError as error:
-            print(error, file=sys.stderr)
-            print_import_hint(error, options)
-            code = BAD_INPUT
-        else:
-            print(
-                f"{file}: ok ({tree.name}, {len(tree.nodes)}"
-                f" {'node' if len(tree.nodes) == 1 else 'nodes'},"
-                f" {len(tree.slots)} numbers of memory)"
-            )
-    return code
+        return (
+            f"{tree.name}, {len(tree.nodes)}"
+            f" {'node' if len(tree.nodes) == 1 else 'nodes'},"
+            f" {len(tree.slots)} numbers of memory"
+        )
+
+    return check_each(options.file, options, describe)
 
 
 def _convert(options: argparse.Namespace) -> int:
     """Writes a tree in format 4 of BehaviorTree.CPP."""
     from hunav_drake.systems.behavior import BehaviorTreeError, ConvertTree
-    from hunav_drake.systems.common.files import atomic_write
 
-    output: Path | None = options.output
-    try:
+    with input_errors(BehaviorTreeError):
         text = ConvertTree(options.file)
-    except BehaviorTreeError as error:
-        raise InputError(str(error)) from error
-    if output is None:
-        print(text, end="")
-        return DONE
-    check_new(output, force=options.force)
-    try:
-        with atomic_write(output) as stream:
-            stream.write(text.encode())
-    except OSError as error:
-        raise InputError(f"{output}: {error.strerror}") from error
-    print(f"Wrote {output}")
-    return DONE
+    return write_output(text, options, f"Wrote {options.output}")

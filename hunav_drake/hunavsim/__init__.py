@@ -1,1 +1,1 @@
-"""All that knows HuNavSim: its files, services and differences."""
+"""HuNavSim's files and services, and the differences from it."""

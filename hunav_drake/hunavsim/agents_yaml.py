@@ -110,7 +110,7 @@ def ImportAgents(
 
 
 def convert_agents(document: YamlDocument) -> "HunavImport":
-    """Brings what an agents.yaml says into the form of a scenario.
+    """Converts an agents.yaml to the data of a scenario.
 
     Raises:
         ScenarioError: If the list of agents itself cannot be read.
@@ -242,8 +242,12 @@ class HunavImport:
         number = agent.get("behavior", 1)
         loc = (*loc, "behavior")
         if isinstance(number, dict):
-            mode = self._forces_mode(number.get("configuration", 0), loc)
-            human["forces_mode"] = mode
+            mode = self._choice(
+                number.get("configuration", 0),
+                _FORCES_MODES,
+                (*loc, "configuration"),
+            )
+            human["forces_mode"] = mode or "default"
             if mode == "custom":
                 forces = human["forces"] = {}
                 for key, field in _FORCE_FIELDS.items():
@@ -253,19 +257,18 @@ class HunavImport:
             number = number.get("type", 1)
             loc = (*loc, "type")
         self._origin((*here, "behavior"), loc)
-        if type(number) is int and number in BEHAVIOR_NAMES:
-            human["behavior"] = BEHAVIOR_NAMES[number]
-        else:
-            numbers = ", ".join(f"{k} {v}" for k, v in BEHAVIOR_NAMES.items())
-            self._report(loc, f"must be one of {numbers}; got {shown(number)}")
+        if behavior := self._choice(number, BEHAVIOR_NAMES, loc):
+            human["behavior"] = behavior
 
-    def _forces_mode(self, number: Any, loc: Loc) -> str:
-        if type(number) is int and number in _FORCES_MODES:
-            return _FORCES_MODES[number]
-        modes = ", ".join(f"{k} {v}" for k, v in _FORCES_MODES.items())
-        problem = f"must be one of {modes}; got {shown(number)}"
-        self._report((*loc, "configuration"), problem)
-        return _FORCES_MODES[0]
+    def _choice(
+        self, number: Any, names: Mapping[int, str], loc: Loc
+    ) -> str | None:
+        """Returns the name of a number; reports one that is not known."""
+        if type(number) is int and number in names:
+            return names[number]
+        known = ", ".join(f"{k} {v}" for k, v in names.items())
+        self._report(loc, f"must be one of {known}; got {shown(number)}")
+        return None
 
     def _add_pose(
         self, agent: dict[str, Any], human: dict[str, Any], loc: Loc, here: Loc

@@ -227,15 +227,11 @@ def _behavior(agent: Mapping[str, Any]) -> str:
 
 def _check_state(body: Any, place: str, *more: str) -> None:
     _check_keys(body, (*_STATE_KEYS, *more), place)
-    if type(body.get("id", 0)) is not int:
-        raise ValueError(
-            f"{place}.id: must be a whole number, got {body['id']!r}"
-        )
-    if type(body.get("group_id", -1)) is not int:
-        raise ValueError(
-            f"{place}.group_id: must be a whole number, got"
-            f" {body['group_id']!r}"
-        )
+    for key in ("id", "group_id"):
+        if type(number := body.get(key, -1)) is not int:
+            raise ValueError(
+                f"{place}.{key}: must be a whole number, got {number!r}"
+            )
 
 
 def _check_keys(value: Any, keys: tuple[str, ...], place: str) -> None:

@@ -8,7 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydrake.systems.framework import Context
 
+from hunav_drake.humans import MakeHumans
 from hunav_drake.hunavsim.stepwise import Array, StepwiseHumans
+from hunav_drake.seeds import SetHumansSeed
 from hunav_drake.systems.common.checks import check_kind
 from hunav_drake.systems.common.layout import STATE_SIZE
 from hunav_drake.systems.crowd import CrowdConfig
@@ -107,20 +109,24 @@ class AgentServices:
                 people with the same number.
             TypeError: If an argument is of another kind.
         """
-        self._people = StepwiseHumans(
+        self._diagram = MakeHumans(
             humans,
             obstacles=obstacles,
             config=config,
             num_robots=num_robots,
             time_step=time_step,
             seed=seed,
+            separate_trees=False,
+        )
+        self._people = StepwiseHumans(
+            self._diagram, num_robots=num_robots, time_step=time_step
         )
         self._ids = people_ids(humans)
         self._num_robots = num_robots
         self._time_step = time_step
-        self._context = self._people.CreateContext()
-        # What is left to do of a step, which the Context does not say yet: a
-        # function of it and of what was given, and so no state of its own.
+        self._context = self._diagram.CreateDefaultContext()
+        # What is left to do of a step: a function of the Context and of what
+        # was given, and so no state of its own.
         self._round: _Round | None = None
 
     @property
@@ -134,7 +140,7 @@ class AgentServices:
 
     @context.setter
     def context(self, context: Context) -> None:
-        self._people.CheckContext(context)
+        self._diagram.ValidateContext(context)
         self._context = context.Clone()
         self._round = None
 
@@ -190,9 +196,8 @@ class AgentServices:
 
         Raises:
             ValueError: If nobody has that number, no call has told where the
-                robots are, or `dt` is not a whole number of steps.
-            TypeError: As `compute_agents`.
-            BehaviorTreeError: As `compute_agents`.
+                robots are, or `dt` is not a whole number of steps; else, all
+                errors are those of `compute_agents`.
         """
         index = self._index(agent_id)
         steps = self._count_steps(dt)
@@ -224,9 +229,8 @@ class AgentServices:
             dt: As for `compute_agents`.
 
         Raises:
-            ValueError: As `compute_agents`, and if nobody has that number.
-            TypeError: As `compute_agents`.
-            BehaviorTreeError: As `compute_agents`.
+            ValueError: If nobody has that number; else, all errors are those
+                of `compute_agents`.
         """
         index = self._index(agent_id)
         steps = self._count_steps(dt)
@@ -263,8 +267,8 @@ class AgentServices:
         """
         if seed is None:
             seed = self._people.GetSeed(self._context)
-        context = self._people.CreateContext()
-        self._people.SetSeed(context, seed)
+        context = self._diagram.CreateDefaultContext()
+        SetHumansSeed(self._diagram, context, seed)
         start = self._people.GetStates(context) if humans is None else humans
         if robot is None:
             states = _rows(start, len(self._ids), "humans")

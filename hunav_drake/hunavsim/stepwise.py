@@ -1,17 +1,10 @@
-"""People whose steps are taken one at a time by the caller."""
-
-from collections.abc import Sequence
+"""People that the caller moves step by step."""
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.systems.framework import Context
+from pydrake.systems.framework import Context, Diagram
 
-from hunav_drake.humans import MakeHumans
 from hunav_drake.systems.common.layout import STATE_SIZE
-from hunav_drake.systems.crowd import CrowdConfig
-from hunav_drake.systems.people import HumanConfig
-from hunav_drake.systems.world.obstacles import Obstacles
-from hunav_drake.systems.world.shapes import World
 
 Array = NDArray[np.float64]
 
@@ -24,52 +17,26 @@ class StepwiseHumans:
     """
 
     def __init__(
-        self,
-        humans: Sequence[HumanConfig],
-        *,
-        obstacles: Obstacles | World | None,
-        config: CrowdConfig | None,
-        num_robots: int,
-        time_step: float,
-        seed: int,
+        self, diagram: Diagram, *, num_robots: int, time_step: float
     ) -> None:
-        """Constructs the diagram; see `MakeHumans` for what it takes."""
-        self._diagram = MakeHumans(
-            humans,
-            obstacles=obstacles,
-            config=config,
-            num_robots=num_robots,
-            time_step=time_step,
-            seed=seed,
-            separate_trees=False,
-        )
-        self._crowd = self._diagram.GetSubsystemByName("crowd")
-        self._behaviors = self._diagram.GetSubsystemByName("behaviors")
+        """Takes a diagram of `MakeHumans`, without separate trees.
+
+        Args:
+            diagram: The diagram.
+            num_robots: How many robots it was made for.
+            time_step: The time step it was made for, in seconds.
+        """
+        self._diagram = diagram
+        self._crowd = diagram.GetSubsystemByName("crowd")
+        self._behaviors = diagram.GetSubsystemByName("behaviors")
         self._num_robots = num_robots
         self._time_step = time_step
-
-    def CreateContext(self) -> Context:
-        """Returns a Context of people at rest where they start."""
-        return self._diagram.CreateDefaultContext()
 
     def GetSeed(self, context: Context) -> int:
         """Returns the seed that drawn weights follow from."""
         own = self._crowd.GetMyContextFromRoot(context)
         seed: int = self._crowd.GetSeed(own)
         return seed
-
-    def SetSeed(self, context: Context, seed: int) -> None:
-        """Puts people at rest where they start, with the weights of a seed."""
-        own = self._crowd.GetMyMutableContextFromRoot(context)
-        self._crowd.SetSeed(own, seed)
-
-    def CheckContext(self, context: Context) -> None:
-        """Checks that a Context is of this diagram.
-
-        Raises:
-            RuntimeError: If it is of another one.
-        """
-        self._diagram.ValidateContext(context)
 
     def GetStates(self, context: Context) -> Array:
         """Returns the rows of all people, a copy of shape (n, 7)."""
@@ -94,14 +61,14 @@ class StepwiseHumans:
             port.FixValue(context, robots.ravel())
 
     def AreRobotsKnown(self, context: Context) -> bool:
-        """Tells whether it was set where the robots are, if there are any."""
+        """Returns whether it is known where all robots are."""
         if not self._num_robots:
             return True
         port = self._diagram.GetInputPort("robot_states")
         return bool(port.HasValue(context))
 
     def CalcBehaviorStatus(self, context: Context) -> NDArray[np.int64]:
-        """Returns everybody's behavior status in the step to come."""
+        """Returns the behavior status of all people in the next step."""
         port = self._diagram.GetOutputPort("behavior_status")
         status: NDArray[np.int64] = port.Eval(context).astype(np.int64)
         return status

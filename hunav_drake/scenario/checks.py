@@ -149,7 +149,7 @@ def check_times(scenario: Scenario) -> Iterator[Finding]:
 
 
 def check_names(scenario: Scenario) -> Iterator[Finding]:
-    """Looks for behaviors and metrics that there are not."""
+    """Looks for unknown or faulty behaviors, and for unknown metrics."""
     yield from _check_behaviors(scenario)
     yield from _check_metrics(scenario)
 

@@ -1,4 +1,4 @@
-"""The one exception of scenario files, and the faults that it lists."""
+"""The exception for bad scenarios, and the faults that it lists."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass

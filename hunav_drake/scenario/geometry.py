@@ -17,7 +17,7 @@ _SAME = 1e-9
 
 
 def check_walls(scenario: Scenario) -> Iterator[Finding]:
-    """Looks for shapes that have no sides, or no one inside."""
+    """Looks for walls with repeated points, no area or crossing sides."""
     for i, wall in enumerate(scenario.world.walls):
         loc: Loc = ("world", "walls", i, "points")
         if isinstance(wall, Polyline):
@@ -62,13 +62,9 @@ def _check_polygon(points: NDArray[np.float64], loc: Loc) -> Iterator[Finding]:
 
 
 def _crossing_sides(points: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Returns the sides of a polygon that meet where they should not.
+    """Returns pairs (i, j), i < j, of sides that meet where they should not.
 
-    Args:
-        points: The corners, shape (n, 2). Side i begins at corner i.
-
-    Returns:
-        Shape (m, 2): rows (i, j), i < j, in their order.
+    Side i of a polygon begins at its corner i.
     """
     ends = np.stack([points, np.roll(points, -1, axis=0)], axis=1)
     sides = shapely.linestrings(ends)
@@ -163,16 +159,10 @@ def _shape(wall: Wall) -> shapely.Geometry:
 def _depth(
     shape: shapely.Geometry, place: shapely.Point, radius: float
 ) -> tuple[float, NDArray[np.float64]]:
-    """Returns how far a disc reaches into a wall, and the way out.
+    """Returns how far a disc reaches into a wall, in meters, and the way out.
 
-    Args:
-        shape: A polygon or a line, in meters.
-        place: The center of the disc, in meters.
-        radius: Of the disc, in meters.
-
-    Returns:
-        The depth, in meters, negative for a free disc; and a unit vector,
-        shape (2,), zero where the center is on the outline.
+    The depth is negative for a free disc; the way is a unit vector, shape
+    (2,), zero where the center is on the outline.
     """
     solid = isinstance(shape, shapely.Polygon)
     outline = shape.boundary if solid else shape

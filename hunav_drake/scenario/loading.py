@@ -67,11 +67,10 @@ def LoadScenario(
         raise ValueError(
             "LoadScenario() takes either filename or data, and one of them"
         )
-    document = (
-        _read(filename)
-        if filename is not None
-        else parse_yaml(data or "", name="data")
-    )
+    if filename is not None:
+        document = _read(filename)
+    else:
+        document = parse_yaml(data or "", name="data")
     if document.root is None:
         raise ScenarioError(document.name, document_faults(document))
     # HuNavSim's own files; here, for that module knows this package.
@@ -155,28 +154,26 @@ def _override(
 def _prefix(document: YamlDocument, scenario_name: str | None) -> Loc:
     """Returns the way to the scenario of a name; checks that it is there."""
     content = document.root.value if document.root else None
+    faults = []
     if scenario_name is None:
-        if names := _several(content):
-            fault = Fault(
-                document.name,
-                0,
-                "",
-                "holds several scenarios: choose one by scenario_name, or"
-                f" --name: {', '.join(map(shown, names[:20]))}",
-            )
-            raise ScenarioError(document.name, [fault])
-        return ()
-    if isinstance(content, dict) and scenario_name in content:
-        return (scenario_name,)
-    names = list(content) if isinstance(content, dict) else []
-    fault = Fault(
-        document.name,
-        0,
-        "",
-        f"there is no scenario {shown(scenario_name)} in it;"
-        f" {suggestion(scenario_name, names[:100])}",
-    )
-    raise ScenarioError(document.name, [*document_faults(document), fault])
+        names = _several(content)
+        if not names:
+            return ()
+        message = (
+            "holds several scenarios: choose one by scenario_name, or"
+            f" --name: {', '.join(map(shown, names[:20]))}"
+        )
+    else:
+        names = list(content) if isinstance(content, dict) else []
+        if scenario_name in names:
+            return (scenario_name,)
+        message = (
+            f"there is no scenario {shown(scenario_name)} in it;"
+            f" {suggestion(scenario_name, names[:100])}"
+        )
+        faults = document_faults(document)
+    faults.append(Fault(document.name, 0, "", message))
+    raise ScenarioError(document.name, faults)
 
 
 def _several(content: Any) -> list[str]:

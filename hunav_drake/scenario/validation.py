@@ -173,12 +173,7 @@ def build_scenario(
 
 
 def _schema_findings(error: ValidationError, data: Any) -> list[Finding]:
-    """Returns what pydantic found, in this project's words.
-
-    Args:
-        error: What was raised when data were turned into a Scenario.
-        data: The data.
-    """
+    """Returns what pydantic found in the data, in this project's words."""
     result: dict[Loc, Finding] = {}
     for item in error.errors(include_url=False)[:_MAX_SCHEMA_FAULTS]:
         loc, keys = _clean(item["loc"], data)
@@ -224,11 +219,9 @@ def _is_huge(value: Any) -> bool:
 
 
 def _clean(steps: Sequence[str | int], data: Any) -> tuple[Loc, list[str]]:
-    """Follows pydantic's path through the schema.
+    """Returns pydantic's path without the names of a union's members.
 
-    Returns:
-        The path without the names of a union's members, which pydantic puts
-        in, and the keys that may stand where the last step is.
+    With it come the keys that may stand where the last step is.
     """
     loc: list[str | int] = []
     keys: list[str] = []

@@ -1,4 +1,4 @@
-"""A document of YAML as nodes that know their lines."""
+"""A YAML document as nodes with their lines."""
 
 from dataclasses import dataclass, field
 from typing import Any

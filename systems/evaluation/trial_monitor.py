@@ -1,7 +1,10 @@
 """The LeafSystem that detects the end of a trial."""
 
+from collections.abc import Mapping
 from enum import IntEnum
 import math
+from types import MappingProxyType
+from typing import Any
 
 from pydrake.systems.framework import (
     BasicVector,
@@ -49,7 +52,12 @@ class TrialMonitor(LeafSystem):
     The discrete state holds the place (x, y), the time since when the robot
     is near it, and 1 once there is such a place; and, in a group of its own,
     the time of the last update.
+
+    Attributes:
+        made_for: What the caller notes about the trial; nothing by default.
     """
+
+    made_for: Mapping[str, Any] = MappingProxyType({})
 
     def __init__(
         self,

@@ -107,6 +107,24 @@ def test_so_it_does_in_other_scenarios(name):
     )
 
 
+@pytest.mark.parametrize(
+    ("change", "part"),
+    [
+        ("humans[0].radius=0.31", "humans"),
+        ("robot.start=[0, 0.1, 0]", "robot"),
+        ("planner.cruise_speed=0.4", "planner"),
+        ("simulation.stuck_time=5.0", "simulation"),
+    ],
+)
+def test_a_diagram_of_another_scenario_is_refused(change, part):
+    diagram = MakeTrialDiagram(LoadScenario(filename="passing"))
+    other = LoadScenario(filename="passing", overrides=[change])
+    with pytest.raises(ValueError, match=f"other {part}: make it by"):
+        RunTrial(other, diagram=diagram)
+    with pytest.raises(ValueError, match=f"other {part}: make it by"):
+        GetTrialResult(other, diagram, diagram.CreateDefaultContext())
+
+
 def test_a_reused_simulator_does_so_too(scenario, diagram, results):
     simulator = MakeTrialSimulator(diagram)
     for seed in (1, 0, 1):

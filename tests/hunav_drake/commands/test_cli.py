@@ -12,18 +12,6 @@ from hunav_drake.scenario import LoadScenario
 from hunav_drake.systems.evaluation import Recording
 
 
-@pytest.fixture
-def hunav(capsys):
-    """Runs the command in this process: (exit code, output, errors)."""
-
-    def run(*arguments):
-        code = main([str(argument) for argument in arguments])
-        captured = capsys.readouterr()
-        return code, captured.out, captured.err
-
-    return run
-
-
 def test_help_answers_at_once():
     command = Path(sys.executable).parent / "hunav"
     times = []

@@ -4,22 +4,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from hunav_drake.cli import main
 from hunav_drake.results.run_table import ReadRuns
 from hunav_drake.systems.evaluation.metrics import METRICS
 from hunav_drake.systems.evaluation.recording import Recording
-
-
-@pytest.fixture
-def hunav(capsys):
-    """Runs the command in this process: (exit code, output, errors)."""
-
-    def run(*arguments):
-        code = main([str(argument) for argument in arguments])
-        captured = capsys.readouterr()
-        return code, captured.out, captured.err
-
-    return run
 
 
 @pytest.fixture

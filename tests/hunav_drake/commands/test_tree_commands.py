@@ -2,7 +2,6 @@
 
 import pytest
 
-from hunav_drake.cli import main
 from hunav_drake.systems.behavior import BEHAVIORS, LoadTree, ParseTree
 
 FORMAT_3 = """<root main_tree_to_execute="Main">
@@ -15,18 +14,6 @@ FORMAT_3 = """<root main_tree_to_execute="Main">
 </root>
 """
 FAULTY = "<root>\n<BehaviorTree><RegularNaw/></BehaviorTree></root>"
-
-
-@pytest.fixture
-def hunav(capsys):
-    """Runs the command in this process: (exit code, output, errors)."""
-
-    def run(*arguments):
-        code = main([str(argument) for argument in arguments])
-        captured = capsys.readouterr()
-        return code, captured.out, captured.err
-
-    return run
 
 
 @pytest.fixture

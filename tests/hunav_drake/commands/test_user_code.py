@@ -4,7 +4,6 @@ import sys
 
 import pytest
 
-from hunav_drake import cli
 from hunav_drake.systems.crowd import MOTION_MODELS
 from hunav_drake.systems.evaluation import METRICS
 from hunav_drake.systems.planning import PLANNERS
@@ -44,16 +43,10 @@ def parts_of_the_package():
 
 
 @pytest.fixture
-def hunav(capsys, monkeypatch, tmp_path):
+def hunav(hunav, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", sys.path.copy())
-
-    def run(*arguments):
-        code = cli.main(arguments)
-        captured = capsys.readouterr()
-        return code, captured.out, captured.err
-
-    return run
+    return hunav
 
 
 @pytest.mark.parametrize("option", ["mine_by_file.py", "mine_by_name"])
