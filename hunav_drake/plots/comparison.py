@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from hunav_drake.plots.style import PALETTE, new_axes, note, shown
+from hunav_drake.plots.style import PALETTE, label_rows, new_axes, note, shown
 from hunav_drake.results.metric_facts import unit_of
 from hunav_drake.results.quantity_text import label_text
 from hunav_drake.results.run_table import tabulate_runs
