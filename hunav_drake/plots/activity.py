@@ -7,7 +7,7 @@ import numpy as np
 from hunav_drake.plots.approaches import spans
 from hunav_drake.plots.runs import Run, recordings
 from hunav_drake.plots.style import (
-    SMALL_SIZE,
+    label_rows,
     legend_outside,
     line_styles,
     new_axes,
@@ -39,12 +39,8 @@ def plot_behavior_activity(data: Run, *, ax: "Axes | None" = None) -> "Axes":
     n = run.num_humans
     ax = new_axes(ax, activity_height(n))
     behaviors = list(dict.fromkeys(run.behaviors))
-    colors = {
-        behavior: style["color"]
-        for behavior, style in zip(
-            behaviors, line_styles(len(behaviors)), strict=True
-        )
-    }
+    styles = line_styles(len(behaviors))
+    colors = {b: s["color"] for b, s in zip(behaviors, styles, strict=True)}
     active = np.asarray(run.behavior_status) != 0
     for i in range(n):
         present = run.features.present[:, i]
@@ -69,19 +65,10 @@ def plot_behavior_activity(data: Run, *, ax: "Axes | None" = None) -> "Axes":
         )
     if not n:
         note(ax, "there are no people")
-    ax.set(
-        xlabel="time (s)",
-        yticks=range(n),
-        ylim=(n - 0.5, -0.5) if n else (0, 1),
-    )
-    ax.set_yticklabels(
-        [shown(name) for name in run.human_names],
-        fontsize=SMALL_SIZE,
-        parse_math=False,
-    )
+    ax.set(xlabel="time (s)")
+    label_rows(ax, [shown(name) for name in run.human_names])
     if len(run) > 1:
         ax.set_xlim(run.times[0], run.times[-1])
-    ax.tick_params(axis="y", length=0)
     legend_outside(ax, columns=4)
     return ax
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from hunav_drake.plots.style import PALETTE, SMALL_SIZE, new_axes, note, shown
+from hunav_drake.plots.style import PALETTE, label_rows, new_axes, note, shown
 from hunav_drake.results.metric_facts import unit_of
 from hunav_drake.results.quantity_text import label_text
 from hunav_drake.results.run_table import tabulate_runs
@@ -88,20 +88,9 @@ def plot_comparison(
         ax.set_xlim(left=0, right=None if (values > 0).any() else 1)
     # A long name has room to the left of the bars.
     ax.set_xlabel(label_text(metric, unit), loc="right")
-    ax.set(
-        yticks=rows,
-        ylim=(len(rows) - 0.5, -0.5),
-    )
-    ax.set_yticklabels(
-        # A planner, and below it its setting.
-        [
-            "\n".join(map(shown, str(n).split(", ", 1)))
-            for n in statistics.index
-        ],
-        fontsize=SMALL_SIZE,
-        parse_math=False,
-    )
-    ax.tick_params(axis="y", length=0)
+    # A planner, and below it its setting.
+    names = [str(name).split(", ", 1) for name in statistics.index]
+    label_rows(ax, ["\n".join(map(shown, parts)) for parts in names])
     return ax
 
 

@@ -1,5 +1,6 @@
 """What all plots share: colors, sizes, new figures, legends and walls."""
 
+from collections.abc import Sequence
 from itertools import cycle, islice
 from typing import TYPE_CHECKING
 
@@ -145,6 +146,13 @@ def shown(name: str) -> str:
         name = f"{name[: half - 1]}\u2026{name[-half:]}"
     # Labels that begin with an underscore are left out of legends.
     return f" {name}" if name.startswith("_") else name
+
+
+def label_rows(ax: "Axes", labels: Sequence[str]) -> None:
+    """Writes a label beside each row of axes, the first at the top."""
+    ax.set(yticks=range(len(labels)), ylim=(max(len(labels), 1) - 0.5, -0.5))
+    ax.set_yticklabels(labels, fontsize=SMALL_SIZE, parse_math=False)
+    ax.tick_params(axis="y", length=0)
 
 
 def note(ax: "Axes", text: str) -> None:

@@ -7,6 +7,7 @@ import numpy as np
 from hunav_drake.plots.runs import Runs, recordings
 from hunav_drake.plots.style import (
     SMALL_SIZE,
+    label_rows,
     legend_outside,
     new_axes,
     note,
@@ -87,16 +88,8 @@ def plot_zones(data: Runs, *, ax: "Axes | None" = None) -> "Axes":
         )
     if not shares.any():
         note(ax, "there are no people")
-    ax.set(
-        xlabel="share of time (%)",
-        xlim=(0, 100),
-        yticks=rows,
-        ylim=(len(runs) - 0.5, -0.5),
-    )
-    ax.set_yticklabels(
-        [shown(name) for name in runs], fontsize=SMALL_SIZE, parse_math=False
-    )
-    ax.tick_params(axis="y", length=0)
+    ax.set(xlabel="share of time (%)", xlim=(0, 100))
+    label_rows(ax, [shown(name) for name in runs])
     legend_outside(ax, columns=4)
     return ax
 

@@ -9,12 +9,7 @@ from pathlib import Path
 import re
 from typing import Literal
 
-from hunav_drake.results.run_folders import (
-    RUNS,
-    RunFiles,
-    find_runs,
-    write_run_folder,
-)
+from hunav_drake.results.run_folders import RUNS, find_runs, write_run_folder
 from hunav_drake.results.run_summary import (
     RunSummary,
     make_summary,
@@ -110,8 +105,7 @@ def LoadResults(directory: str | Path) -> list[TrialResult]:
     """Reads the results that `WriteResult` has written into a folder.
 
     Metrics have the values that were written; the series and the tables by
-    behavior are computed again from the recording. Results of older versions,
-    whose files were beside each other, are read, too.
+    behavior are computed again from the recording.
 
     Args:
         directory: The folder of results.
@@ -120,7 +114,7 @@ def LoadResults(directory: str | Path) -> list[TrialResult]:
         The results in the order of their tags.
 
     Raises:
-        OSError: If there are no results.
+        OSError: If there are no results, or those of an old version.
         ValueError: If runs are damaged. No metric is computed then, and no
             recording is read unless all summaries are sound.
     """
@@ -138,10 +132,10 @@ def load_results(
             it they are an error.
     """
     found = _find(directory)
-    summaries = _read(found, lambda run: read_summary(run.summary), damaged)
+    summaries = _read(found, _read_summary, damaged)
     sound = {tag: found[tag] for tag in summaries}
     recordings = _read(
-        sound, lambda run: Recording.load(run.recording), damaged
+        sound, lambda run: Recording.load(run / "recording.npz"), damaged
     )
     return [
         _make_result(tag, summaries[tag], recording)
@@ -153,14 +147,28 @@ def read_summaries(directory: str | Path) -> dict[str, RunSummary]:
     """Reads the summaries of all runs by their tags, and no recording.
 
     Raises:
-        OSError: If there are no results.
+        OSError: If there are no results, or those of an old version.
         ValueError: If runs are damaged.
     """
-    return _read(_find(directory), lambda run: read_summary(run.summary))
+    return _read(_find(directory), _read_summary)
 
 
-def _find(directory: str | Path) -> dict[str, RunFiles]:
+def _read_summary(run: Path) -> RunSummary:
+    return read_summary(run / "result.json")
+
+
+def _find(directory: str | Path) -> dict[str, Path]:
     found = find_runs(directory)
+    # Beside new runs, recordings of an old version must not go unseen.
+    old = ["recording_*.npz"] if found else ["recording_*.npz", "metrics*.csv"]
+    if any(any(Path(directory).glob(pattern)) for pattern in old):
+        raise OSError(
+            errno.EINVAL,
+            "This folder has results of an old version, which are not read."
+            " Evaluate each recording again with `hunav evaluate FILE --out"
+            " NEW_FOLDER`, or repeat the runs into a new folder",
+            str(directory),
+        )
     if not found:
         raise FileNotFoundError(
             errno.ENOENT,
@@ -172,8 +180,8 @@ def _find(directory: str | Path) -> dict[str, RunFiles]:
 
 
 def _read[Content](
-    runs: dict[str, RunFiles],
-    read: Callable[[RunFiles], Content],
+    runs: dict[str, Path],
+    read: Callable[[Path], Content],
     damaged: dict[str, str] | None = None,
 ) -> dict[str, Content]:
     """Reads a part of each run: see `load_results`."""

@@ -13,7 +13,6 @@ from pathlib import Path
 import re
 import secrets
 import shutil
-from typing import NamedTuple
 
 RUNS = "runs"
 
@@ -21,20 +20,11 @@ RUNS = "runs"
 _TAKEN = (errno.EEXIST, errno.ENOTEMPTY, errno.ENOTDIR)
 
 
-class RunFiles(NamedTuple):
-    """The files that a run is read from."""
-
-    summary: Path
-    recording: Path
-
-
-def find_runs(directory: str | Path) -> dict[str, RunFiles]:
-    """Returns the runs in a folder of results, by their tags.
+def find_runs(directory: str | Path) -> dict[str, Path]:
+    """Returns the folders of the runs in a folder of results, by their tags.
 
     The order is that of the tags, with numbers in them by their size. Nothing
-    is read, so a run may turn out to be damaged. Versions before runs had
-    folders wrote `result_<tag>.json` and `recording_<tag>.npz`: these are
-    found, too.
+    is read, so a run may turn out to be damaged.
 
     Args:
         directory: The folder of results; it need not exist.
@@ -42,32 +32,22 @@ def find_runs(directory: str | Path) -> dict[str, RunFiles]:
     Raises:
         OSError: If the folder cannot be read.
     """
-    directory = Path(directory)
+    runs = Path(directory) / RUNS
     found = {
-        tag: RunFiles(path, directory / f"recording_{tag}.npz")
-        for path in directory.glob("result_*.json")
-        if (tag := path.stem.removeprefix("result_"))
+        path.name: path
+        for path in (runs.iterdir() if runs.is_dir() else ())
+        if path.is_dir() and not path.name.startswith(".")
     }
-    if (directory / RUNS).is_dir():
-        for path in (directory / RUNS).iterdir():
-            if path.is_dir() and not path.name.startswith("."):
-                found[path.name] = RunFiles(
-                    path / "result.json", path / "recording.npz"
-                )
     return {tag: found[tag] for tag in sorted(found, key=_natural)}
 
 
 def find_pages(directory: str | Path, tag: str) -> dict[str, Path]:
     """Returns the pages of a run that there are, "report" and "replay"."""
-    directory = Path(directory)
+    folder = Path(directory) / RUNS / tag
     return {
-        kind: path
+        kind: folder / f"{kind}.html"
         for kind in ("report", "replay")
-        for path in (
-            directory / f"{kind}_{tag}.html",
-            directory / RUNS / tag / f"{kind}.html",
-        )
-        if tag and path.exists()
+        if tag and (folder / f"{kind}.html").exists()
     }
 
 

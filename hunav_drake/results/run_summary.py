@@ -49,9 +49,8 @@ class MetricEntry(BaseModel):
 
     value: JsonNumber
     unit: str
-    # Files of older versions do not have these two.
-    family: str | None = None
-    direction: Literal["lower", "higher", "none"] | None = None
+    family: str
+    direction: Literal["lower", "higher", "none"]
 
 
 class RunSummary(BaseModel):
@@ -67,7 +66,7 @@ class RunSummary(BaseModel):
     provenance: Provenance
     metrics: dict[str, MetricEntry]
     # The values by behavior, then by metric.
-    by_behavior: dict[str, dict[str, JsonNumber]] = {}
+    by_behavior: dict[str, dict[str, JsonNumber]]
 
     def metric_values(self) -> pd.Series:
         """Returns the metrics by name, with facts on them in `attrs`."""
@@ -76,9 +75,8 @@ class RunSummary(BaseModel):
         series = pd.Series(values, dtype=float, name="value")
         series.index.name = "metric"
         for fact, key in FACTS.items():
-            facts = {name: getattr(e, fact) for name, e in entries.items()}
             series.attrs[key] = {
-                k: v for k, v in facts.items() if v is not None
+                name: getattr(entry, fact) for name, entry in entries.items()
             }
         return series
 

@@ -8,7 +8,6 @@ import pandas as pd
 
 from hunav_drake.results.files import read_summaries
 from hunav_drake.results.metric_facts import FACTS
-from hunav_drake.results.run_folders import find_runs
 from hunav_drake.results.run_summary import RunSummary, make_summary
 from hunav_drake.results.trial_result import TrialResult
 from hunav_drake.systems.common.files import atomic_write
@@ -54,10 +53,7 @@ def ReadRuns(path: str | Path, *, by_behavior: bool = False) -> pd.DataFrame:
     """
     path = Path(path)
     if path.is_dir():
-        if find_runs(path) or not (path / "metrics.csv").exists():
-            return _table(read_summaries(path).items(), by_behavior)
-        # A table of an older version, without its runs.
-        path = path / "metrics.csv"
+        return _table(read_summaries(path).items(), by_behavior)
     try:
         columns = pd.read_csv(path, nrows=0).columns
         missing = {c: _MISSING for c in columns if c not in _TEXTS}

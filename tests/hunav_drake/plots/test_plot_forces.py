@@ -20,12 +20,6 @@ STATES = np.array(
 )
 
 
-@pytest.fixture(autouse=True)
-def close_figures():
-    yield
-    plt.close("all")
-
-
 def make_forces(n=2, **values):
     forces = np.zeros((n, len(FORCES), 2))
     for name, vectors in values.items():

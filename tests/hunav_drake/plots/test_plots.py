@@ -29,12 +29,6 @@ from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.systems.world.obstacles import Obstacles
 
 
-@pytest.fixture(autouse=True)
-def close_figures():
-    yield
-    plt.close("all")
-
-
 def make_recording(xs=(-3.0, 3.0), *, y=1.5, samples=61, **kwargs):
     """A robot that drives by at 1 m/s, and one person per x that stands."""
     times = np.arange(samples) * 0.1

@@ -201,22 +201,3 @@ def test_a_metric_of_ones_own_is_known_without_its_code(tmp_path, own_metric):
     assert compared.loc[own_metric, "better"] == "b"
     assert compared.attrs["units"][own_metric] == "m/s"
     assert "mine" in FormatMetricsTable(results[0]).splitlines()
-
-
-def test_of_older_files_only_units_are_known(tmp_path, own_metric):
-    WriteResult(make_result(metrics=own_metric), tmp_path, tag="a")
-    path = tmp_path / "runs/a/result.json"
-    lines = path.read_text().replace('"unit": "m/s",', '"unit": "m/s"')
-    lines = [
-        line
-        for line in lines.splitlines()
-        if '"family"' not in line and '"direction"' not in line
-    ]
-    path.write_text("\n".join(lines))
-    (metrics,) = (result.metrics for result in LoadResults(tmp_path))
-    assert family_of(metrics, own_metric) == "mine"
-    del METRICS[own_metric]
-    (metrics,) = (result.metrics for result in LoadResults(tmp_path))
-    assert unit_of(metrics, own_metric) == "m/s"
-    assert family_of(metrics, own_metric) == "other"
-    assert direction_of(metrics, own_metric) == "none"

@@ -326,21 +326,20 @@ def test_what_makes_no_sense_is_an_error(call, message):
         call(make_runs())
 
 
-def test_runs_are_read_from_the_table_or_its_folder(tmp_path):
+def test_runs_are_read_from_a_table(tmp_path):
     runs = make_runs()
-    runs.to_csv(tmp_path / "metrics.csv", index=False)
-    for path in (tmp_path, tmp_path / "metrics.csv"):
-        pd.testing.assert_frame_equal(ReadRuns(path), runs)
-    (tmp_path / "metrics.csv").write_text("")
-    with pytest.raises(ValueError, match=r"metrics\.csv: is not a table"):
-        ReadRuns(tmp_path)
+    path = tmp_path / "runs.csv"
+    runs.to_csv(path, index=False)
+    pd.testing.assert_frame_equal(ReadRuns(path), runs)
+    path.write_text("")
+    with pytest.raises(ValueError, match=r"runs\.csv: is not a table"):
+        ReadRuns(path)
     with pytest.raises(FileNotFoundError):
         ReadRuns(tmp_path / "nothing.csv")
 
 
 def test_texts_that_look_like_numbers_stay_texts(tmp_path):
-    (tmp_path / "metrics.csv").write_text(
-        "tag,scenario,planner,seed,path_length\n01,NA,None,3,1.5\n"
-    )
-    row = ReadRuns(tmp_path).iloc[0]
+    path = tmp_path / "runs.csv"
+    path.write_text("tag,scenario,planner,seed,path_length\n01,NA,None,3,1.5\n")
+    row = ReadRuns(path).iloc[0]
     assert row.tolist() == ["01", "NA", "None", 3, 1.5]
