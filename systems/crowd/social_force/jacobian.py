@@ -48,19 +48,7 @@ from hunav_drake.systems.world.walls import opened
 
 
 @jit
-def _own(
-    i,
-    states,
-    radii,
-    felt,
-    command,
-    k,
-    walls,
-    reach,
-    most,
-    robots,
-    rows,
-):
+def _own(i, states, radii, felt, command, k, walls, reach, most, robots, rows):
     """Adds the derivatives by the own state, when those by others are there.
 
     The forces of others do not change when all move, or speed up, alike.
@@ -188,28 +176,11 @@ def _step(i, states, forces, command, time_step, rows, out, own):
     *(REAL, INTEGER),
 )
 def force_jacobian(
-    states,
-    radii,
-    command,
-    parameters,
-    robots,
-    at_walls,
-    table,
-    reach,
-    most,
+    states, radii, command, parameters, robots, at_walls, table, reach, most
 ):
     """Returns the derivatives of the total forces on n people.
 
-    Args:
-        states: Shape (n, 6): x, y, yaw, vx, vy, omega.
-        radii: Shape (n,), in meters.
-        command: Shape (n, COMMAND_SIZE).
-        parameters: Shape (n, 13): the fields of SocialForceParameters.
-        robots: Shape (m, 7): rows of `robot_states`.
-        at_walls: Shape (n, 2): see `Snapshot`.
-        table: `Obstacles.table`.
-        reach: Shapes farther than this are not felt, in meters.
-        most: How many shapes are felt at most; 0 for all within reach.
+    The arguments are those of `kernel.social_forces`.
 
     Returns:
         Shape (2n, 6n + 7m): a row for each x and y of the total forces. See
@@ -226,17 +197,8 @@ def force_jacobian(
             i, states, radii, command, k, robots, rows, STATE * n
         )
         _own(
-            i,
-            states,
-            radii,
-            at_walls[i],
-            command,
-            k,
-            walls,
-            reach,
-            most,
-            robots,
-            rows,
+            *(i, states, radii, at_walls[i], command, k),
+            *(walls, reach, most, robots, rows),
         )
     return result
 
@@ -261,18 +223,8 @@ def step_jacobian(
 ):
     """Returns the derivatives of the next states of n people.
 
-    Args:
-        states: Shape (n, 6): x, y, yaw, vx, vy, omega.
-        radii: Shape (n,), in meters.
-        command: Shape (n, COMMAND_SIZE).
-        parameters: Shape (n, 13): the fields of SocialForceParameters.
-        robots: Shape (m, 7): rows of `robot_states`.
-        at_walls: Shape (n, 2): see `Snapshot`.
-        table: `Obstacles.table`.
-        reach: Shapes farther than this are not felt, in meters.
-        most: How many shapes are felt at most; 0 for all within reach.
-        forces: Shape (n, FORCES_SIZE): what `social_forces` gives.
-        time_step: In seconds.
+    The first nine arguments are those of `kernel.social_forces`; then come the
+    forces that it gives, shape (n, FORCES_SIZE), and the time step in seconds.
 
     Returns:
         Shape (6n, 6n + 7m): a row for each element of the next states. See
