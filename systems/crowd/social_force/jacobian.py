@@ -109,15 +109,8 @@ def _own(i, states, radii, felt, command, k, walls, reach, most, robots, rows):
 def _step(i, states, forces, command, time_step, rows, out, own):
     """Writes the derivatives of a person's next state from those of the force.
 
-    Args:
-        i: The person.
-        states: As everywhere.
-        forces: Shape (n, FORCES_SIZE): see `layout.FORCES`.
-        command: Shape (n, COMMAND_SIZE): see `layout.Command`.
-        time_step: In seconds.
-        rows: Shape (2, c): the derivatives of the force.
-        out: Shape (6, c), of zeros.
-        own: The column of the person's own x.
+    These are the rows, of shape (2, c); out is of shape (6, c), and own the
+    column of the person's own x.
     """
     vx = states[i, VX] + forces[i, TOTAL_FORCE] * time_step
     vy = states[i, VY] + forces[i, TOTAL_FORCE + 1] * time_step
