@@ -234,11 +234,6 @@ def main() -> None:
         f"\nFrom 2000 to 20000 people: {1e3 * costs[2000]:.1f} to"
         f" {1e3 * costs[20000]:.1f} ms per step, as N^{growth:.2f}"
     )
-    for threads in (1, 2):
-        model = SocialForceModel(threads=threads)
-        snapshot = make_snapshot(2000)
-        cost = best(lambda m=model, s=snapshot: m.forces(s))
-        print(f"2000 people in {threads} threads: {1e3 * cost:.1f} ms per step")
 
     print("\nThe whole diagram with behavior trees, at steps of 0.05 s")
     for n in (5, 50, 100, 1000):

@@ -26,11 +26,10 @@ root; it is done in single precision, with a margin for its rounding.
 
 import math
 
-import numba
 from numba import float64
 import numpy as np
 
-from hunav_drake.systems.common.kernels import INTEGER, MATRIX, REAL, jit
+from hunav_drake.systems.common.kernels import MATRIX, REAL, jit, jit_as
 from hunav_drake.systems.crowd.social_force.elementary import (
     arctan2,
     exp_negative,
@@ -231,13 +230,8 @@ def _columns(x, y):
     return order, np.cumsum(begin), left, width
 
 
-@numba.njit(
-    float64[:, ::1](MATRIX, MATRIX, REAL, INTEGER, INTEGER),
-    cache=True,
-    error_model="numpy",
-    nogil=True,
-)
-def people_forces(states, parameters, error, part, parts):
+@jit_as(float64[:, ::1], MATRIX, MATRIX, REAL)
+def people_forces(states, parameters, error):
     """Returns the social force of all other people on each.
 
     Args:
@@ -245,9 +239,6 @@ def people_forces(states, parameters, error, part, parts):
         parameters: Shape (n, 13): the fields of SocialForceParameters.
         error: The sum of what is left out is less than this for each person,
             in m/s^2; 0 leaves nothing out.
-        part: Which part of the pairs to compute, from 0.
-        parts: In how many parts they are divided, for as many threads. The
-            sum of the parts is the result.
 
     Returns:
         Shape (n, 2), in m/s^2.
@@ -258,8 +249,7 @@ def people_forces(states, parameters, error, part, parts):
         return result
     uniform = alike(parameters)
     if uniform and n < SKIP_FROM:
-        if part == 0:
-            _few(states, parameters[0], result)
+        _few(states, parameters[0], result)
         return result
     sorted_up = n >= SORT_FROM and error > 0
     if sorted_up:
@@ -313,8 +303,6 @@ def people_forces(states, parameters, error, part, parts):
             reach = limit * k[GAMMA] * (1.0 + k[LAMBDA] * speed)
         first = count
         for c in range(own if uniform else 0, columns):
-            if a % parts != part:
-                break
             lo = begin[c]
             hi = begin[c + 1]
             if sorted_up:

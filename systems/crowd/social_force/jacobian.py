@@ -48,19 +48,7 @@ from hunav_drake.systems.world.walls import opened
 
 
 @jit
-def _own(
-    i,
-    states,
-    radii,
-    felt,
-    command,
-    k,
-    walls,
-    reach,
-    most,
-    robots,
-    rows,
-):
+def _own(i, states, radii, felt, command, k, walls, reach, most, robots, rows):
     """Adds the derivatives by the own state, when those by others are there.
 
     The forces of others do not change when all move, or speed up, alike.
@@ -121,15 +109,8 @@ def _own(
 def _step(i, states, forces, command, time_step, rows, out, own):
     """Writes the derivatives of a person's next state from those of the force.
 
-    Args:
-        i: The person.
-        states: As everywhere.
-        forces: Shape (n, FORCES_SIZE): see `layout.FORCES`.
-        command: Shape (n, COMMAND_SIZE): see `layout.Command`.
-        time_step: In seconds.
-        rows: Shape (2, c): the derivatives of the force.
-        out: Shape (6, c), of zeros.
-        own: The column of the person's own x.
+    These are the rows, of shape (2, c); out is of shape (6, c), and own the
+    column of the person's own x.
     """
     vx = states[i, VX] + forces[i, TOTAL_FORCE] * time_step
     vy = states[i, VY] + forces[i, TOTAL_FORCE + 1] * time_step
@@ -188,28 +169,11 @@ def _step(i, states, forces, command, time_step, rows, out, own):
     *(REAL, INTEGER),
 )
 def force_jacobian(
-    states,
-    radii,
-    command,
-    parameters,
-    robots,
-    at_walls,
-    table,
-    reach,
-    most,
+    states, radii, command, parameters, robots, at_walls, table, reach, most
 ):
     """Returns the derivatives of the total forces on n people.
 
-    Args:
-        states: Shape (n, 6): x, y, yaw, vx, vy, omega.
-        radii: Shape (n,), in meters.
-        command: Shape (n, COMMAND_SIZE).
-        parameters: Shape (n, 13): the fields of SocialForceParameters.
-        robots: Shape (m, 7): rows of `robot_states`.
-        at_walls: Shape (n, 2): see `Snapshot`.
-        table: `Obstacles.table`.
-        reach: Shapes farther than this are not felt, in meters.
-        most: How many shapes are felt at most; 0 for all within reach.
+    The arguments are those of `kernel.social_forces`.
 
     Returns:
         Shape (2n, 6n + 7m): a row for each x and y of the total forces. See
@@ -226,17 +190,8 @@ def force_jacobian(
             i, states, radii, command, k, robots, rows, STATE * n
         )
         _own(
-            i,
-            states,
-            radii,
-            at_walls[i],
-            command,
-            k,
-            walls,
-            reach,
-            most,
-            robots,
-            rows,
+            *(i, states, radii, at_walls[i], command, k),
+            *(walls, reach, most, robots, rows),
         )
     return result
 
@@ -261,18 +216,8 @@ def step_jacobian(
 ):
     """Returns the derivatives of the next states of n people.
 
-    Args:
-        states: Shape (n, 6): x, y, yaw, vx, vy, omega.
-        radii: Shape (n,), in meters.
-        command: Shape (n, COMMAND_SIZE).
-        parameters: Shape (n, 13): the fields of SocialForceParameters.
-        robots: Shape (m, 7): rows of `robot_states`.
-        at_walls: Shape (n, 2): see `Snapshot`.
-        table: `Obstacles.table`.
-        reach: Shapes farther than this are not felt, in meters.
-        most: How many shapes are felt at most; 0 for all within reach.
-        forces: Shape (n, FORCES_SIZE): what `social_forces` gives.
-        time_step: In seconds.
+    The first nine arguments are those of `kernel.social_forces`; then come the
+    forces that it gives, shape (n, FORCES_SIZE), and the time step in seconds.
 
     Returns:
         Shape (6n, 6n + 7m): a row for each element of the next states. See

@@ -144,12 +144,8 @@ def _pair_derivatives(k, pairs, count):
 def add_pairs(states, command, parameters, robots, result):
     """Adds the derivatives of the forces of people, and robots taken for them.
 
-    Args:
-        states: As everywhere.
-        command: Shape (n, COMMAND_SIZE): see `layout.Command`.
-        parameters: Shape (n, 13): the fields of SocialForceParameters.
-        robots: Shape (m, 7): rows of `robot_states`.
-        result: Shape (2n, c), added to.
+    The result, of shape (2n, c), is added to; the other arguments are those of
+    `kernel.social_forces`.
     """
     n = len(states)
     same = alike(parameters)

@@ -149,15 +149,7 @@ def _all_forces(
     *(REAL, INTEGER),
 )
 def social_forces(
-    states,
-    radii,
-    command,
-    parameters,
-    robots,
-    at_walls,
-    table,
-    reach,
-    most,
+    states, radii, command, parameters, robots, at_walls, table, reach, most
 ):
     """Returns the forces on n people, from one snapshot of all of them.
 
@@ -176,15 +168,8 @@ def social_forces(
         Shape (n, FORCES_SIZE), in m/s^2.
     """
     return _all_forces(
-        states,
-        radii,
-        command,
-        parameters,
-        robots,
-        at_walls,
-        table,
-        reach,
-        most,
+        *(states, radii, command, parameters, robots, at_walls),
+        *(table, reach, most),
         NOT_GIVEN,
     )
 
@@ -192,7 +177,7 @@ def social_forces(
 @jit_as(
     float64[:, ::1],
     *(MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, MATRIX, WALLS),
-    *(REAL, INTEGER, REAL, MATRIX),
+    *(REAL, INTEGER, REAL),
 )
 def fast_social_forces(
     states,
@@ -205,25 +190,15 @@ def fast_social_forces(
     reach,
     most,
     error,
-    people,
 ):
     """Returns what `social_forces` does, by way of `people_forces`.
 
-    The last two arguments are its error, and its result where that is known
-    already; else, of shape (0, 2).
+    The last argument is its error.
     """
-    if len(people) != len(states):
-        people = people_forces(states, parameters, error, 0, 1)
+    people = people_forces(states, parameters, error)
     return _all_forces(
-        states,
-        radii,
-        command,
-        parameters,
-        robots,
-        at_walls,
-        table,
-        reach,
-        most,
+        *(states, radii, command, parameters, robots, at_walls),
+        *(table, reach, most),
         people,
     )
 

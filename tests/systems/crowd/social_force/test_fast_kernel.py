@@ -2,7 +2,6 @@
 
 import dataclasses
 import math
-import multiprocessing
 import platform
 import re
 
@@ -192,14 +191,6 @@ def test_many_people_in_one_line_or_one_place_are_sorted_too():
         assert np.hypot(*(social(states) - exact).T).max() < 1e-6
 
 
-@pytest.mark.parametrize("n", [250, 2000])
-def test_threads_compute_the_same(n):
-    states = make_states(n)
-    one, two = social(states), social(states, threads=2)
-    np.testing.assert_allclose(two, one, rtol=1e-12, atol=1e-12)
-    np.testing.assert_array_equal(two, social(states, threads=2))
-
-
 def test_the_order_of_many_people_does_not_matter():
     states = make_states(2000)
     order = np.random.default_rng(3).permutation(2000)
@@ -217,7 +208,7 @@ def test_the_loops_are_compiled_to_vector_instructions():
     # A fresh function: what comes from the disk cache has no assembler.
     compiled = numba.njit(error_model="numpy")(people_forces.py_func)
     states = make_states(10)
-    compiled(states, np.tile(PARAMETERS, (10, 1)), 1e-6, 0, 1)
+    compiled(states, np.tile(PARAMETERS, (10, 1)), 1e-6)
     code = "\n".join(compiled.inspect_asm().values())
     packed = {
         name: len(re.findall(rf"\bv?{name}\b", code))
@@ -232,31 +223,8 @@ def test_the_loops_are_compiled_to_vector_instructions():
     [
         ({"kernel": "quick"}, "'fast', 'reference' or 'numpy'"),
         ({"error_bound": -1.0}, r"must be in \[0, 1\] m/s\^2, got -1"),
-        ({"threads": 0}, "greater than or equal to 1"),
     ],
 )
 def test_bad_options_are_refused(options, words):
     with pytest.raises(ValueError, match=words):
         SocialForceModel(**options)
-
-
-# Python warns of what is tested here.
-@pytest.mark.filterwarnings("ignore:.*fork:DeprecationWarning")
-def test_threads_work_in_a_forked_process():
-    """A fork has none of the threads that the parent had started."""
-    states = make_states(300)
-    expected = social(states, threads=2)
-    context = multiprocessing.get_context("fork")
-    receiver, sender = context.Pipe(duplex=False)
-
-    def work():
-        sender.send(social(states, threads=2))
-
-    process = context.Process(target=work)
-    process.start()
-    try:
-        assert receiver.poll(30)
-        np.testing.assert_array_equal(receiver.recv(), expected)
-    finally:
-        process.kill()
-        process.join()
