@@ -12,6 +12,7 @@ import re
 
 _FOLDER = Path(__file__).parents[1]
 _STAMP = _FOLDER / "__pycache__" / "kernels.sha256"
+_JIT = re.compile(rb"\bn?jit(_as)?\b")
 _IMPORT = re.compile(rb"^ *from hunav_drake\.systems\.([\w.]+) import", re.M)
 
 
@@ -45,7 +46,7 @@ def drop_stale_kernels(folder: Path = _FOLDER, stamp: Path = _STAMP) -> bool:
 def _compiled_from(folder: Path) -> dict[Path, bytes]:
     """Returns the files that compiled code is made of, and their texts."""
     found: dict[Path, bytes] = {}
-    todo = [p for p in folder.rglob("*.py") if b"jit" in p.read_bytes()]
+    todo = [p for p in folder.rglob("*.py") if _JIT.search(p.read_bytes())]
     while todo:
         path = todo.pop()
         if path in found or not path.is_file():

@@ -31,7 +31,7 @@ from hunav_drake.systems.crowd.motion_model import (
     register_motion_model,
 )
 from hunav_drake.systems.crowd.social_force import kernel
-from hunav_drake.systems.crowd.social_force.force_terms import wrap
+from hunav_drake.systems.crowd.social_force.compiled_forces import wrap
 from hunav_drake.systems.crowd.social_force.model import SocialForceModel
 from hunav_drake.systems.people.parameters import K_GOAL, TAU
 

@@ -48,7 +48,7 @@ class Snapshot(NamedTuple):
 
         Shape (n, 2): with what radius, in meters, and what obstacle factor,
         in m/s^2. They are those of `radii` and `parameters`, but for people
-        who turn their shoulders in a narrow passage: see `passage.ease`. A
+        who turn their shoulders in a narrow passage: see `passages.ease`. A
         model that keeps to `radii` keeps people out of narrow doors.
         """
         if self.eased is not None:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from hunav_drake.systems.common.layout import OMEGA, RADIUS, VX, VY, YAW, X, Y
 from hunav_drake.systems.common.poses import is_at_goal, wrap_angles
-from hunav_drake.systems.crowd.social_force.forces import (
+from hunav_drake.systems.crowd.social_force.numpy_forces import (
     obstacle_force,
     pair_force,
 )

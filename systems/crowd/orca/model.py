@@ -52,7 +52,7 @@ from hunav_drake.systems.crowd.motion_model import (
 from hunav_drake.systems.crowd.orca.half_planes import best_velocity
 from hunav_drake.systems.crowd.orca.neighbors import find_neighbors, make_cells
 from hunav_drake.systems.crowd.social_force import kernel
-from hunav_drake.systems.crowd.social_force.force_terms import (
+from hunav_drake.systems.crowd.social_force.compiled_forces import (
     add_group_forces,
     add_robot_forces,
 )

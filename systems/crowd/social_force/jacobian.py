@@ -30,8 +30,8 @@ from hunav_drake.systems.common.layout import (
     X,
     Y,
 )
+from hunav_drake.systems.crowd.social_force.compiled_forces import wrap
 from hunav_drake.systems.crowd.social_force.constants import SHORT, YAW_SPEED
-from hunav_drake.systems.crowd.social_force.force_terms import wrap
 from hunav_drake.systems.crowd.social_force.jacobian_pairs import (
     ROBOT,
     STATE,

@@ -1,6 +1,6 @@
 """The derivatives of the terms of the social force model, compiled by numba.
 
-Those of what `force_terms.py` computes, written out by hand. A term has a
+Those of what `compiled_forces.py` computes, written out by hand. A term has a
 derivative wherever its formula has one. Where it jumps or has a kink (another
 wall becomes the nearest), it is that of the side that the kernel computes;
 where the force is zero by definition (coincident people), so is the

@@ -38,16 +38,16 @@ from hunav_drake.systems.common.layout import (
     X,
     Y,
 )
-from hunav_drake.systems.crowd.social_force.constants import YAW_SPEED
-from hunav_drake.systems.crowd.social_force.fast_kernel import people_forces
-from hunav_drake.systems.crowd.social_force.force_terms import (
+from hunav_drake.systems.crowd.social_force.compiled_forces import (
     add_group_forces,
     add_robot_forces,
+    goal_force,
     pair_force,
     wall_force,
     wrap,
 )
-from hunav_drake.systems.people.parameters import K_GOAL, TAU
+from hunav_drake.systems.crowd.social_force.constants import YAW_SPEED
+from hunav_drake.systems.crowd.social_force.fast_kernel import people_forces
 from hunav_drake.systems.world.walls import opened
 
 # Stands for forces of people that are not known.
@@ -81,24 +81,12 @@ def _all_forces(
         vx = states[i, VX]
         vy = states[i, VY]
 
-        gx = command[i, Command.GOAL_X] - x
-        gy = command[i, Command.GOAL_Y] - y
-        distance = math.sqrt(gx * gx + gy * gy)
-        if (
-            command[i, Command.HAS_GOAL] != 0
-            and distance > command[i, Command.GOAL_RADIUS]
-        ):
-            ex = gx / distance
-            ey = gy / distance
-            speed = command[i, Command.DESIRED_SPEED]
-            out[GOAL_FORCE] = k[K_GOAL] * (ex * speed - vx) / k[TAU]
-            out[GOAL_FORCE + 1] = k[K_GOAL] * (ey * speed - vy) / k[TAU]
-            directions[i, 0] = ex
-            directions[i, 1] = ey
-        else:
-            out[GOAL_FORCE] = -vx / k[TAU]
-            out[GOAL_FORCE + 1] = -vy / k[TAU]
-
+        (
+            out[GOAL_FORCE],
+            out[GOAL_FORCE + 1],
+            directions[i, 0],
+            directions[i, 1],
+        ) = goal_force(x, y, vx, vy, command[i], k)
         # Without walls not even a call: it hands over six arrays.
         if len(walls.solid) > 0:
             out[OBSTACLE_FORCE], out[OBSTACLE_FORCE + 1] = wall_force(

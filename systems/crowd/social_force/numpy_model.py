@@ -26,10 +26,11 @@ from hunav_drake.systems.crowd.social_force.constants import (
     REPULSION_FLOOR,
     YAW_SPEED,
 )
-from hunav_drake.systems.crowd.social_force.forces import (
+from hunav_drake.systems.crowd.social_force.numpy_forces import (
     Array,
     choose,
     direction,
+    goal_force_xy,
     obstacle_force_xy,
     pair_force_xy,
     values,
@@ -116,7 +117,16 @@ def advance(snapshot: Snapshot, forces: Array) -> Array:
 def _forces_on(who: slice, snapshot: Snapshot, groups: Array) -> Array:
     """Returns the forces on some of the people."""
     me = _Person(who, snapshot)
-    ex, ey, goal = _goal(me)
+    command = me.command
+    walks = values(command[:, Command.HAS_GOAL]) != 0
+    goal, (ex, ey) = goal_force_xy(
+        command[:, Command.GOAL_X] - me.x,
+        command[:, Command.GOAL_Y] - me.y,
+        (me.vx, me.vy),
+        command[:, Command.DESIRED_SPEED],
+        np.where(walks, values(command[:, Command.GOAL_RADIUS]), np.inf),
+        me.k,
+    )
     wall = _walls(me, snapshot)
     social = _people(me, snapshot)
     if len(snapshot.robots):
@@ -152,24 +162,6 @@ class _Person:
         self.k = SimpleNamespace(
             **dict(zip(PARAMETERS, snapshot.parameters[who].T, strict=True))
         )
-
-
-def _goal(me: _Person) -> tuple[Array, Array, Any]:
-    command, k = me.command, me.k
-    distance, ex, ey = direction(
-        command[:, Command.GOAL_X] - me.x, command[:, Command.GOAL_Y] - me.y
-    )
-    walks = values(command[:, Command.HAS_GOAL]) != 0
-    walks &= distance > command[:, Command.GOAL_RADIUS]
-    ex, ey = choose(walks, ex, 0.0), choose(walks, ey, 0.0)
-    speed = command[:, Command.DESIRED_SPEED]
-    factor = np.where(walks, k.goal_factor, 1.0)
-    # Without a goal, the direction is zero.
-    force = [
-        factor * (e * speed - v) / k.relaxation_time
-        for e, v in ((ex, me.vx), (ey, me.vy))
-    ]
-    return ex, ey, force
 
 
 def _people(me: _Person, snapshot: Snapshot) -> tuple[Array, Array]:

@@ -19,7 +19,7 @@ from hunav_drake.systems.common.kernels import (
     jit_as,
 )
 from hunav_drake.systems.common.layout import Command, X, Y
-from hunav_drake.systems.crowd.social_force.force_terms import wall_force
+from hunav_drake.systems.crowd.social_force.compiled_forces import wall_force
 from hunav_drake.systems.people.parameters import K_GOAL, TAU
 from hunav_drake.systems.world.nearest import nearest_on_segments
 from hunav_drake.systems.world.walls import (

@@ -85,7 +85,7 @@ class Room:
         """Returns with what radii, and how hard, people feel the walls.
 
         Those of their own, unless ways are planned and somebody is in a
-        narrow passage: see `passage.ease`. What is eased has no derivatives.
+        narrow passage: see `passages.ease`. What is eased has no derivatives.
 
         Args:
             states: Shape (n, 6).

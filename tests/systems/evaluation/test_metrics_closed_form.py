@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from hunav_drake.systems.crowd.social_force.forces import (
+from hunav_drake.systems.crowd.social_force.numpy_forces import (
     obstacle_force,
     pair_force,
 )

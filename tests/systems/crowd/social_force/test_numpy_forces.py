@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from hunav_drake.systems.common.layout import COMMAND_SIZE, Command
-from hunav_drake.systems.crowd.social_force.forces import (
+from hunav_drake.systems.crowd.social_force.kernel import social_forces
+from hunav_drake.systems.crowd.social_force.numpy_forces import (
     obstacle_force,
     pair_force,
 )
-from hunav_drake.systems.crowd.social_force.kernel import social_forces
 from hunav_drake.systems.people.parameters import SocialForceParameters
 from hunav_drake.systems.world.obstacles import Obstacles
 

@@ -88,6 +88,39 @@ def obstacle_force(
     )
 
 
+def goal_force_xy(
+    dx: Array,
+    dy: Array,
+    velocity: tuple[Array, Array],
+    speed: Array,
+    radius: Array,
+    parameters: Parameters,
+) -> tuple[list[Array], tuple[Array, Array]]:
+    """Returns the pull towards the goal, and the direction there.
+
+    Helbing & Molnar 1995, eq. 2: k_d (v_desired e - v) / tau; -v / tau within
+    the goal's radius.
+
+    Args:
+        dx: Where the goal is from here, in meters.
+        dy: The y component.
+        velocity: The components of the velocity, in m/s.
+        speed: The desired speed, in m/s.
+        radius: The goal's radius, in meters; infinity without a goal.
+        parameters: The weights of the pedestrian.
+    """
+    k = parameters
+    distance, ex, ey = direction(dx, dy)
+    walks = distance > radius
+    ex, ey = choose(walks, ex, 0.0), choose(walks, ey, 0.0)
+    factor = np.where(walks, k.goal_factor, 1.0)
+    force = [
+        factor * (e * speed - v) / k.relaxation_time
+        for e, v in zip((ex, ey), velocity, strict=True)
+    ]
+    return force, (ex, ey)
+
+
 def pair_force_xy(
     dx: Array, dy: Array, dvx: Array, dvy: Array, parameters: Parameters
 ) -> tuple[Array, Array]:

@@ -2,7 +2,7 @@
 
 They keep the order of operations of `lightsfm`, so that they give its numbers
 bit for bit. What the formulas leave undefined has the value that
-`social_force.py` states.
+`numpy_forces.py` states.
 """
 
 import math
@@ -32,12 +32,14 @@ from hunav_drake.systems.people.parameters import (
     GAMMA,
     K_COHERENCE,
     K_GAZE,
+    K_GOAL,
     K_OBSTACLE,
     K_REPULSION,
     K_SOCIAL,
     LAMBDA,
     N_PRIME,
     SIGMA,
+    TAU,
     N,
 )
 from hunav_drake.systems.world.nearest import shapes_within
@@ -52,6 +54,34 @@ def wrap(angle):
     if turned <= -math.pi:
         return turned + 2 * math.pi
     return turned
+
+
+@jit
+def goal_force(x, y, vx, vy, command, k):
+    """Returns the pull towards the goal, and the direction there.
+
+    k_d (v_desired e - v) / tau; without a goal, or at it, -v / tau.
+
+    Returns:
+        (fx, fy, ex, ey): the force, and the direction of length one, or zero.
+    """
+    gx = command[Command.GOAL_X] - x
+    gy = command[Command.GOAL_Y] - y
+    distance = math.sqrt(gx * gx + gy * gy)
+    if (
+        command[Command.HAS_GOAL] == 0
+        or distance <= command[Command.GOAL_RADIUS]
+    ):
+        return -vx / k[TAU], -vy / k[TAU], 0.0, 0.0
+    ex = gx / distance
+    ey = gy / distance
+    speed = command[Command.DESIRED_SPEED]
+    return (
+        k[K_GOAL] * (ex * speed - vx) / k[TAU],
+        k[K_GOAL] * (ey * speed - vy) / k[TAU],
+        ex,
+        ey,
+    )
 
 
 @jit
