@@ -7,12 +7,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.systems.framework import (
-    Context,
-    Diagram,
-    PortDataType,
-    System,
-)
+from pydrake.systems.framework import Context, Diagram, PortDataType, System
 
 from hunav_drake.context_layout import (
     abstract_states,

@@ -9,11 +9,7 @@ from typing import TYPE_CHECKING
 
 from pydantic import ValidationError
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import (
-    Context,
-    Diagram,
-    EventStatus,
-)
+from pydrake.systems.framework import Context, Diagram, EventStatus
 
 from hunav_drake.interrupts import interrupts_between_steps
 from hunav_drake.results.provenance import MakeProvenance

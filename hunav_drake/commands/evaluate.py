@@ -102,10 +102,7 @@ def _goal(text: str, recording: Recording) -> dict[str, Any]:
         # A recording whose goal has no heading accepts any.
         known = recording.goal_yaw_tolerance
         tolerance = known if known < math.pi else GOAL_YAW_TOLERANCE
-    return {
-        "goal": (x, y, *(yaw or [0.0])),
-        "goal_yaw_tolerance": tolerance,
-    }
+    return {"goal": (x, y, *(yaw or [0.0])), "goal_yaw_tolerance": tolerance}
 
 
 def _tolerance(text: str) -> dict[str, Any]:

@@ -2,6 +2,4 @@
 
 from hunav_drake.recordings.readers import ReadRecording
 
-__all__ = [
-    "ReadRecording",
-]
+__all__ = ["ReadRecording"]

@@ -137,9 +137,7 @@ def _without_failures[Tables](
                 compute([name])
             except Exception as error:
                 warnings.warn(
-                    f"no value{how}: {error}",
-                    RuntimeWarning,
-                    stacklevel=3,
+                    f"no value{how}: {error}", RuntimeWarning, stacklevel=3
                 )
             else:
                 sound.append(name)

@@ -16,13 +16,7 @@ from hunav_drake.systems.robot.robot_config import (
     RobotConfig,
     RobotLimits,
 )
-from hunav_drake.systems.world.shapes import (
-    Box,
-    Polygon,
-    Polyline,
-    Wall,
-    World,
-)
+from hunav_drake.systems.world.shapes import Box, Polygon, Polyline, Wall, World
 
 __all__ = [
     "BehaviorConfig",

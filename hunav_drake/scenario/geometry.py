@@ -124,11 +124,7 @@ def _check_robot_and_people(scenario: Scenario) -> Iterator[Finding]:
             yield Finding(
                 ("robot", "start"),
                 f"overlaps {other} by {_up(overlap)} m; move one of them",
-                uses=(
-                    ("robot", "radius"),
-                    (*loc, "pose"),
-                    (*loc, "radius"),
-                ),
+                uses=(("robot", "radius"), (*loc, "pose"), (*loc, "radius")),
             )
 
 

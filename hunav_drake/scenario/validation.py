@@ -32,11 +32,7 @@ _MAX_SCHEMA_FAULTS = 1000
 # What stands in for a person, or a wall, that does not fit the schema, while
 # the rest is checked: nobody in particular, and out of everybody's way.
 _SUBSTITUTE_HUMAN = {"pose": [0.0, 0.0, 0.0]}
-_SUBSTITUTE_WALL = {
-    "shape": "box",
-    "center": [1e5, 1e5],
-    "size": [1e-3, 1e-3],
-}
+_SUBSTITUTE_WALL = {"shape": "box", "center": [1e5, 1e5], "size": [1e-3, 1e-3]}
 
 _OLD_PARAMETERS = (
     "parameters stand beside the name now, as in planner: {name: pursuit,"

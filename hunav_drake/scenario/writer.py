@@ -36,11 +36,7 @@ def SaveScenario(scenario: Scenario, filename: str | Path | None = None) -> str:
     data = plain(scenario, whole=False)
     try:
         text: str = yaml.dump(
-            data,
-            Dumper=_Dumper,
-            sort_keys=False,
-            allow_unicode=True,
-            width=80,
+            data, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=80
         )
     except yaml.YAMLError as error:
         raise ValueError(

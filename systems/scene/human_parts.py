@@ -53,10 +53,7 @@ def Torso() -> TriangleMesh:
 @_part
 def Head() -> TriangleMesh:
     """Returns the neck and head with nose and ears, of the trunk."""
-    neck = [
-        [-0.006, 0, 0.56, 0.050, 0.050],
-        [0.000, 0, 0.66, 0.047, 0.047],
-    ]
+    neck = [[-0.006, 0, 0.56, 0.050, 0.050], [0.000, 0, 0.66, 0.047, 0.047]]
     ear = (0.018, 0.01, 0.026)
     return join(
         [
@@ -154,10 +151,7 @@ def Sleeve() -> TriangleMesh:
 def Hand() -> TriangleMesh:
     """Returns the hand and wrist, of the arm."""
     wrist = loft(
-        [
-            [0.000, 0, -0.230, 0.025, 0.020],
-            [0.000, 0, -0.190, 0.028, 0.026],
-        ],
+        [[0.000, 0, -0.230, 0.025, 0.020], [0.000, 0, -0.190, 0.028, 0.026]],
         sides=8,
     )
     palm = ellipsoid((0.006, 0, -0.275), (0.034, 0.020, 0.055), sides=10)

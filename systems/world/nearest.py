@@ -17,11 +17,7 @@ from hunav_drake.systems.common.kernels import (
     jit,
     jit_as,
 )
-from hunav_drake.systems.world.walls import (
-    distance2_to_box,
-    opened,
-    runs_in,
-)
+from hunav_drake.systems.world.walls import distance2_to_box, opened, runs_in
 
 
 @jit

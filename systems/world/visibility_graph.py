@@ -288,8 +288,7 @@ def _choice(x, y, legs, ways, clearance, vertices, walls):
 
 
 @jit_as(
-    float64[::1],
-    *(VECTOR, VECTOR, VECTOR, REAL, VECTOR, REAL, MATRIX, WALLS),
+    float64[::1], *(VECTOR, VECTOR, VECTOR, REAL, VECTOR, REAL, MATRIX, WALLS)
 )
 def waypoint(
     p, goal, place, last_clearance, to_place, clearance, vertices, table

@@ -315,8 +315,7 @@ def test_parameters_of_a_planner_are_named(tmp_path):
     scenario = LoadScenario(filename="passing")
     path = saved(scenario, 1.0, tmp_path / "c.npz")
     fast = dataclasses.replace(
-        scenario,
-        planner=PursuitPlanner(cruise_speed=0.7),
+        scenario, planner=PursuitPlanner(cruise_speed=0.7)
     )
     words = r"of planner pursuit\(.*=0.6.* of planner pursuit\(.*speed=0.7"
     with pytest.raises(ValueError, match=words):

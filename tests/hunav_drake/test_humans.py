@@ -7,11 +7,7 @@ from pydrake.systems.primitives import ConstantVectorSource, Multiplexer
 import pytest
 
 from hunav_drake import AddHumans, AgentServices, HumanConfig, MakeHumans
-from hunav_drake.systems.behavior import (
-    BEHAVIORS,
-    BehaviorTree,
-    LoadBehavior,
-)
+from hunav_drake.systems.behavior import BEHAVIORS, BehaviorTree, LoadBehavior
 from hunav_drake.systems.evaluation import Evaluator
 from hunav_drake.systems.people import draw_weights
 from hunav_drake.systems.people.parameters import K_GOAL, K_OBSTACLE

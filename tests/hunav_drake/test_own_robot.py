@@ -2,11 +2,7 @@
 
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import (
-    PrismaticJoint,
-    RevoluteJoint,
-    SpatialInertia,
-)
+from pydrake.multibody.tree import PrismaticJoint, RevoluteJoint, SpatialInertia
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 import pytest
@@ -99,10 +95,7 @@ def make_meeting(*, unseen=False):
     )
     people = make_people()
     humans = AddHumans(
-        builder,
-        people,
-        num_robots=0 if unseen else 1,
-        time_step=CROWD_STEP,
+        builder, people, num_robots=0 if unseen else 1, time_step=CROWD_STEP
     )
     if not unseen:
         builder.Connect(robot_state, humans.robot_states)

@@ -230,9 +230,7 @@ def test_a_moved_world_moves_the_same_way(mirrored):
     ]
     walls = [
         dataclasses.replace(
-            wall,
-            center=move(wall.center, matrix),
-            yaw=sign * wall.yaw + angle,
+            wall, center=move(wall.center, matrix), yaw=sign * wall.yaw + angle
         )
         for wall in scenario.world.walls
     ]

@@ -140,10 +140,7 @@ def literal_of(entry: Entry, spot: Spot) -> str:
 
 
 def resolve(
-    entry: Entry,
-    port: Port,
-    spot: Spot,
-    texts: tuple[str, ...],
+    entry: Entry, port: Port, spot: Spot, texts: tuple[str, ...]
 ) -> Constant | Variable:
     """Returns the value of a port that refers to an entry.
 

@@ -121,8 +121,7 @@ def load_documents(
         BehaviorTreeError: If a document is not a tree file.
     """
     documents = Documents(
-        folder=folder.resolve() if folder else None,
-        allow_outside=allow_outside,
+        folder=folder.resolve() if folder else None, allow_outside=allow_outside
     )
     if documents.folder:
         documents.open.append(documents.folder / Path(file).name)

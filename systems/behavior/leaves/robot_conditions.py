@@ -54,9 +54,7 @@ def _notice_nearest(
 
 
 @register_condition(
-    "IsRobotVisible",
-    memory={"ticks left": 0.0, "robot": 0.0},
-    ignored=IGNORED,
+    "IsRobotVisible", memory={"ticks left": 0.0, "robot": 0.0}, ignored=IGNORED
 )
 def is_robot_visible(
     context: TickContext,

@@ -77,9 +77,7 @@ def set_behavior_status(
 
 
 @register_condition(
-    "TimeExpiredCondition",
-    memory={"seconds": 0.0},
-    ignored=(*IGNORED, "ts"),
+    "TimeExpiredCondition", memory={"seconds": 0.0}, ignored=(*IGNORED, "ts")
 )
 def time_expired(
     context: TickContext,

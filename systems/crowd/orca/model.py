@@ -317,8 +317,7 @@ def orca_accelerations(
                 *(reach, share, model[_HORIZON], step),
             )
         vx, vy = best_velocity(
-            *(rules, hard, count, cap, wanted[i, 0], wanted[i, 1]),
-            scratch,
+            *(rules, hard, count, cap, wanted[i, 0], wanted[i, 1]), scratch
         )
         forces[i, TOTAL_FORCE] = (vx - own[0]) / step
         forces[i, TOTAL_FORCE + 1] = (vy - own[1]) / step

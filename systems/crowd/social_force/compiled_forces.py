@@ -235,8 +235,7 @@ def add_robot_forces(x, y, vx, vy, radius, command, k, robots, out):
             out[SOCIAL_FORCE + 1] += fy
         elif int(command[Command.ROBOT_ROLE]) == RobotRole.OBSTACLE:
             fx, fy = point_force(
-                *(x, y, robots[j, X], robots[j, Y]),
-                *(radius, k[K_OBSTACLE], k),
+                *(x, y, robots[j, X], robots[j, Y]), *(radius, k[K_OBSTACLE], k)
             )
             out[OBSTACLE_FORCE] += fx
             out[OBSTACLE_FORCE + 1] += fy

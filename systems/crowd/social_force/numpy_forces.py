@@ -64,10 +64,7 @@ def pair_force(
 
 
 def obstacle_force(
-    p: ArrayLike,
-    p_wall: ArrayLike,
-    radius: ArrayLike,
-    parameters: Parameters,
+    p: ArrayLike, p_wall: ArrayLike, radius: ArrayLike, parameters: Parameters
 ) -> Array:
     """Returns the force of the nearest point of one wall on a pedestrian.
 

@@ -36,9 +36,7 @@ from hunav_drake.systems.crowd.social_force.numpy_forces import (
     values,
     wrap,
 )
-from hunav_drake.systems.people.parameters import (
-    PARAMETERS,
-)
+from hunav_drake.systems.people.parameters import PARAMETERS
 
 # How many pairs are computed at once. Larger arrays would be fresh memory from
 # the system each time, which costs more than what is computed.

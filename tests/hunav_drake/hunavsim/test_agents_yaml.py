@@ -206,11 +206,7 @@ def test_custom_forces_of_a_behavior(write):
         ("- luis", "- luís", "7: agents[1]: 'luís' is not described; did you"),
         ("- luis", "- ana", "7: agents[1]: 'ana' is listed twice"),
         ("- luis", "- 5", "7: agents[1]: must be a name, got 5"),
-        (
-            "{x: 9, y: 9}",
-            "{x: 3, y: -2.5}",
-            "30: luis.init_pose: starts on",
-        ),
+        ("{x: 9, y: 9}", "{x: 3, y: -2.5}", "30: luis.init_pose: starts on"),
         ("radius: 0.4", "radius: !x 1", "radius: unknown tag '!x'"),
         ("hunav_loader", "loader", "hunav_loader.ros__parameters: is missing"),
         ("skin: 2", "id: 2", "id: is given twice, first in line 9"),

@@ -105,11 +105,7 @@ def test_what_is_no_run_is_refused(plot):
 @pytest.mark.parametrize(
     ("plot", "xlabel", "ylabel"),
     [
-        (
-            plot_distance_to_people,
-            "time (s)",
-            "distance to closest person (m)",
-        ),
+        (plot_distance_to_people, "time (s)", "distance to closest person (m)"),
         (plot_robot_speed, "time (s)", "robot speed (m/s)"),
         (plot_trajectories, "x (m)", "y (m)"),
         (plot_zones, "share of time (%)", ""),

@@ -121,11 +121,7 @@ def test_merged_keys_yield_to_given_ones_and_to_earlier_ones(loader):
         "- &a {x: 1, y: 1}\n- &b {y: 2, z: 2}\n- {<<: [*a, *b], x: 0}\n"
         "- {<<: *b}\n- {'<<': 5}\n"
     )
-    assert data[2:] == [
-        {"x": 0, "y": 1, "z": 2},
-        {"y": 2, "z": 2},
-        {"<<": 5},
-    ]
+    assert data[2:] == [{"x": 0, "y": 1, "z": 2}, {"y": 2, "z": 2}, {"<<": 5}]
 
 
 def test_a_byte_order_mark_is_no_text():

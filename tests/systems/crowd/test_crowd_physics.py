@@ -20,8 +20,7 @@ TIME_STEP = 0.05
 def wall(x0, y0, x1, y1):
     """A box between two corners."""
     return Box(
-        center=((x0 + x1) / 2, (y0 + y1) / 2),
-        size=(abs(x1 - x0), abs(y1 - y0)),
+        center=((x0 + x1) / 2, (y0 + y1) / 2), size=(abs(x1 - x0), abs(y1 - y0))
     )
 
 

@@ -243,10 +243,7 @@ def test_hardly_anybody_is_a_crowd_too(n):
 
 @pytest.mark.parametrize("distance", [0.0, 1e-300, 1e-9])
 def test_people_in_one_place_stay_finite(distance):
-    humans = [
-        HumanConfig(pose=[0, 0, 0]),
-        HumanConfig(pose=[distance, 0, 0]),
-    ]
+    humans = [HumanConfig(pose=[0, 0, 0]), HumanConfig(pose=[distance, 0, 0])]
     commands = [walk_to([0, 0], group_id=1), walk_to([5, 0], group_id=1)]
     dut = HumanCrowd(humans, obstacles=Obstacles.from_points([[0, 0]]))
     states = run(dut, commands, robot=[0, 0, 0, 0, 0, 0, 0.3])

@@ -225,8 +225,7 @@ def test_the_order_of_people_does_not_matter(seed, dut, crowd):
 
 
 numbers = st.one_of(
-    st.sampled_from([0.0, 0.0, 1.0, -1.0, 1e-9, 1e-300, 0.3]),
-    st.floats(-5, 5),
+    st.sampled_from([0.0, 0.0, 1.0, -1.0, 1e-9, 1e-300, 0.3]), st.floats(-5, 5)
 )
 speeds = st.one_of(numbers, st.sampled_from([1e3, -1e6]))
 people = st.lists(

@@ -66,10 +66,7 @@ class Walk(LeafSystem):
             prerequisites_of_calc=state,
         )
         self.DeclareVectorOutputPort(
-            "behavior_status",
-            2,
-            self._CalcStatus,
-            prerequisites_of_calc=state,
+            "behavior_status", 2, self._CalcStatus, prerequisites_of_calc=state
         )
         self.DeclarePeriodicDiscreteUpdateEvent(time_step, 0.0, self._Update)
 

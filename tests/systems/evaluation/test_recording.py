@@ -82,10 +82,7 @@ def test_it_may_be_of_nobody_and_of_one_instant():
         ({"group_ids": 3}, "group_ids: is no list"),
         ({"group_ids": (1, math.inf)}, "group_ids: must be finite, whole"),
         ({"goal": (1j, 2.0, 3.0)}, "goal: is not an array.*complex"),
-        (
-            {"goal_tolerance": [1.0, 2.0]},
-            "goal_tolerance: must have the",
-        ),
+        ({"goal_tolerance": [1.0, 2.0]}, "goal_tolerance: must have the"),
         ({"goal_tolerance": 1j}, "goal_tolerance: is not an array"),
         ({"goal_yaw_tolerance": math.inf}, "goal_yaw_tolerance: must be"),
         (

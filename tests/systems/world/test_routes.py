@@ -166,14 +166,8 @@ def grid_length(dut, start, goal, clearance, spacing=0.1):
         if math.gcd(a, b) == 1 and (a > 0 or b > 0)
     ]
     for a, b in moves:
-        here = (
-            slice(0, shape[0] - a),
-            slice(max(0, -b), shape[1] - max(0, b)),
-        )
-        there = (
-            slice(a, shape[0]),
-            slice(max(0, b), shape[1] + min(0, b)),
-        )
+        here = (slice(0, shape[0] - a), slice(max(0, -b), shape[1] - max(0, b)))
+        there = (slice(a, shape[0]), slice(max(0, b), shape[1] + min(0, b)))
         both = free[here] & free[there]
         rows.append(number[here][both])
         columns.append(number[there][both])
@@ -331,12 +325,7 @@ def test_a_goal_inside_furniture_is_approached_from_the_nearest_side():
 
 
 def test_a_goal_inside_furniture_is_not_approached_through_the_wall():
-    dut = make_map(
-        [
-            *frame(6, 6),
-            Box(center=[3, 5.6], size=[2, 0.8]),
-        ]
-    )
+    dut = make_map([*frame(6, 6), Box(center=[3, 5.6], size=[2, 0.8])])
     # The wall's other side is nearer than the front of the cupboard.
     waypoint = dut.next_waypoint([1, 1], [3, 5.7])
     np.testing.assert_allclose(waypoint, [3, 5.2 - dut.sight])
@@ -365,10 +354,7 @@ def test_points_among_walls_stop_no_way():
     )
     dut = RouteMap.from_obstacles(obstacles, clearance=CLEARANCE)
     plain = make_map(
-        [
-            Box(center=[0, 0], size=[2, 2]),
-            *thin([[5, -1], [5, 1]]),
-        ]
+        [Box(center=[0, 0], size=[2, 2]), *thin([[5, -1], [5, 1]])]
     )
     np.testing.assert_allclose(dut.vertices, plain.vertices)
     np.testing.assert_allclose(lengths(dut), lengths(plain))

@@ -33,10 +33,7 @@ both_steps = pytest.mark.parametrize("time_step", [0.05, 0.01])
 @functools.cache
 def run(reaction, time_step, behavior=None):
     """Returns the recording of a reaction's scenario, a row each 0.05 s."""
-    overrides = [
-        f"simulation.time_step={time_step}",
-        "evaluator.period=0.05",
-    ]
+    overrides = [f"simulation.time_step={time_step}", "evaluator.period=0.05"]
     if behavior:
         overrides.append(f"humans[0].behavior={behavior}")
     scenario = LoadScenario(

@@ -478,10 +478,7 @@ def test_cooperative_person_waits_for_a_robot_that_stops_near():
     dut = LoadTree("cooperative", {"patience": 2.0, "clearance": 0.7})
     who = person(time_step=0.25)
     outcome = dut.tick(
-        who,
-        dut.initial_memory(who),
-        at(0.0, 0.0),
-        at(2.5, 0.0, math.pi, -0.5),
+        who, dut.initial_memory(who), at(0.0, 0.0), at(2.5, 0.0, math.pi, -0.5)
     )
     # Patience is 8 ticks; the last of them already wants to walk on.
     for count in range(12):

@@ -13,11 +13,7 @@ import pytest
 
 from hunav_drake.systems.common.layout import COMMAND_SIZE, Command, RobotRole
 from hunav_drake.systems.crowd.motion_model import Snapshot
-from hunav_drake.systems.crowd.social_force import (
-    jacobian,
-    kernel,
-    numpy_model,
-)
+from hunav_drake.systems.crowd.social_force import jacobian, kernel, numpy_model
 from hunav_drake.systems.people.parameters import SocialForceParameters
 from hunav_drake.systems.world.obstacles import Obstacles, nearest_points
 

@@ -32,10 +32,7 @@ def step(obstacles, start, displacement, *, velocity=None, margin=MARGIN):
     after[0, 3:5] = displacement if velocity is None else velocity
     after[0, 5] = 0.7
     return keep_out_of_walls(
-        before,
-        after,
-        np.array([margin]),
-        obstacles.table,
+        before, after, np.array([margin]), obstacles.table
     )[0]
 
 
@@ -171,13 +168,7 @@ def test_whoever_starts_inside_ends_outside(box, others, where, displacement):
 
 
 @settings(max_examples=200, deadline=None)
-@given(
-    rooms,
-    points,
-    displacements,
-    st.floats(-3, 3),
-    st.booleans(),
-)
+@given(rooms, points, displacements, st.floats(-3, 3), st.booleans())
 def test_a_moved_world_moves_the_same_way(
     obstacles, start, displacement, angle, mirrored
 ):
@@ -306,8 +297,7 @@ def test_a_narrow_door_lets_people_through(offset):
 
 def test_two_walls_nearer_than_the_margin_can_be_walked_between():
     gap = Obstacles.from_shapes(
-        [[[-5, 0.05], [5, 0.05]], [[-5, -0.05], [5, -0.05]]],
-        solid=[False] * 2,
+        [[[-5, 0.05], [5, 0.05]], [[-5, -0.05], [5, -0.05]]], solid=[False] * 2
     )
     state = step(gap, [0, 0], [1, 0.5])
     np.testing.assert_allclose(state[:2], [1, 0], atol=1e-9)
@@ -438,12 +428,9 @@ def derivatives(obstacles, start, displacement):
     after = before.copy()
     after[0, :2] += displacement
     after[0, 3:5] = 0.5, -2.0
-    return wall_derivatives(
-        before,
-        after,
-        np.array([MARGIN]),
-        obstacles.table,
-    )[0]
+    return wall_derivatives(before, after, np.array([MARGIN]), obstacles.table)[
+        0
+    ]
 
 
 def test_whoever_meets_no_wall_has_the_derivatives_of_the_step():

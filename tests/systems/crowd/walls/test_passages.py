@@ -131,9 +131,7 @@ def ease(world, *, p=(2.0, 0.0), goal=(6.0, 0.0), planned=True, **command):
     states = np.array([[*p, 0.0, 0.0, 0.0, 0.0]])
     parameters = np.array([[2, 0.5, 10, 0.2, 5, 2, 0.35, 2, 3, 0, 3, 2, 1.0]])
     room = Room(
-        world.obstacles(),
-        np.array([0.35]),
-        CrowdConfig(route_planning=planned),
+        world.obstacles(), np.array([0.35]), CrowdConfig(route_planning=planned)
     )
     return tuple(room.ease(states, rows, parameters)[0])
 
