@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,9 @@ from hunav_drake.systems.world.shapes import Polygon, Polyline, Wall
 
 # Points nearer to each other than this, in meters, are the same.
 _SAME = 1e-9
+
+# At most so many pairs of walls and places that are near are looked at.
+_MAX_LOOKS = 10**6
 
 
 def check_walls(scenario: Scenario) -> Iterator[Finding]:
@@ -131,16 +134,27 @@ def _check_robot_and_people(scenario: Scenario) -> Iterator[Finding]:
 def _check_spots(scenario: Scenario, spots: list[_Spot]) -> Iterator[Finding]:
     """Reports the first wall that takes up each spot."""
     shapes = [_shape(wall) for wall in scenario.world.walls]
-    places = shapely.points([spot.position for spot in spots])
-    near = shapely.STRtree(shapes).query(
-        places, predicate="dwithin", distance=[spot.radius for spot in spots]
-    )
-    taken = set()
-    for w, i in sorted(zip(near[1].tolist(), near[0].tolist(), strict=True)):
-        depth, way = _depth(shapes[w], places[i], spots[i].radius)
-        if i not in taken and depth > _SAME:
-            taken.add(i)
-            spot, loc = spots[i], ("world", "walls", w)
+    tree = shapely.STRtree(shapes)
+    taken: dict[tuple[Any, ...], tuple[int, float, Any] | None] = {}
+    looks = 0
+    for spot in spots:
+        key = (*spot.position, spot.radius)
+        # Each look at a wall that is near finds a fault, so enough is enough.
+        if key in taken or looks > _MAX_LOOKS:
+            continue
+        place = shapely.Point(spot.position)
+        near = tree.query(place, predicate="dwithin", distance=spot.radius)
+        looks += len(near)
+        taken[key] = None
+        for w in sorted(near.tolist()):
+            depth, way = _depth(shapes[w], place, spot.radius)
+            if depth > _SAME:
+                taken[key] = w, depth, way
+                break
+    for spot in spots:
+        if found := taken.get((*spot.position, spot.radius)):
+            w, depth, way = found
+            loc = ("world", "walls", w)
             message = _message(path_text(scenario, loc), spot, depth, way)
             yield Finding(spot.loc, message, uses=(*spot.uses, loc))
 
