@@ -5,6 +5,8 @@ import lzma
 import os
 from pathlib import Path
 
+import numpy as np
+
 _TESTS = Path(__file__).resolve().parent
 
 # A part of them, which comes with the tests, and all, which may be there.
@@ -12,6 +14,11 @@ COMPACT = _TESTS / "data/reference"
 FULL = Path(
     os.environ.get("HUNAV_REFERENCE", _TESTS / "../../shared/reference")
 ).resolve()
+
+
+def single(value):
+    """Rounds as the original does: it keeps these in single precision."""
+    return float(np.float32(value))
 
 
 def recorded_names(kind: str) -> list[str]:

@@ -1,5 +1,4 @@
 import base64
-import importlib.util
 from pathlib import Path
 import re
 
@@ -17,6 +16,7 @@ from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.robot import DifferentialDriveConfig
 from hunav_drake.systems.scene import AddScene, Bounds
 from hunav_drake.systems.world.shapes import Box, World
+from tests import screenshot
 
 CORRIDOR = World(
     walls=[
@@ -183,16 +183,6 @@ def test_the_camera_sees_all_of_the_floor(x, y, width, depth, aspect):
     assert largest > 0.8
 
 
-@pytest.fixture(scope="module")
-def screenshot():
-    """The helper beside the tests, which are no package."""
-    path = Path(__file__).resolve().parents[1] / "screenshot.py"
-    spec = importlib.util.spec_from_file_location("screenshot", path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
 def hue_mask(picture, hue, tolerance=0.04):
     """Where a picture has a clear color of some hue, in [0, 1)."""
     hsv = matplotlib.colors.rgb_to_hsv(picture[..., :3])
@@ -201,7 +191,7 @@ def hue_mask(picture, hue, tolerance=0.04):
 
 
 @pytest.mark.slow
-def test_a_replay_shows_people_walking(meshcat, tmp_path, screenshot):
+def test_a_replay_shows_people_walking(meshcat, tmp_path):
     meshcat.Delete()
     record(meshcat)
     html = mut.SaveReplay(meshcat, tmp_path / "replay.html")

@@ -1,7 +1,5 @@
 from html import unescape
-import importlib.util
 import os
-from pathlib import Path
 import re
 
 import numpy as np
@@ -18,6 +16,7 @@ from hunav_drake.results.run_table import ReadRuns
 from hunav_drake.results.trial_result import MakeTrialResult
 from hunav_drake.systems.evaluation.metrics import METRICS
 from hunav_drake.systems.evaluation.recording import Recording
+from tests import screenshot
 
 
 def make_result(
@@ -459,19 +458,9 @@ def test_if_the_report_cannot_be_written_there_is_no_run(
     assert os.listdir(tmp_path / "runs") == []
 
 
-@pytest.fixture(scope="module")
-def screenshot():
-    """The module that renders a page to a picture."""
-    path = Path(__file__).resolve().parents[2] / "screenshot.py"
-    spec = importlib.util.spec_from_file_location("screenshot", path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("width", [420, 1100])
-def test_the_report_can_be_looked_at(tmp_path, screenshot, width):
+def test_the_report_can_be_looked_at(tmp_path, width):
     results = make_result(behaviors=("regular", "scared"))
     page = WriteReport(results, tmp_path / "report.html")
     png = screenshot.render(page, tmp_path / "r.png", size=(width, 1500))

@@ -14,8 +14,8 @@ from hunav_drake.scenario import (
     LoadScenario,
     SaveScenario,
     Scenario,
-    ScenarioError,
 )
+from tests.hunav_drake.scenario.loading_failure import failure
 
 TWO = """\
 one:
@@ -24,12 +24,6 @@ two:
   robot: {radius: 0.3}
   planner: {name: nobody}
 """
-
-
-def failure(**kwargs):
-    with pytest.raises(ScenarioError) as info:
-        LoadScenario(**kwargs)
-    return str(info.value)
 
 
 def test_an_empty_mapping_is_a_scenario_of_defaults():
@@ -65,7 +59,7 @@ def test_takes_either_a_file_or_text(kwargs):
 
 
 def test_a_missing_file_names_the_shipped_scenarios_and_the_nearest():
-    text = failure(filename="pasing.yaml")
+    text = str(failure(filename="pasing.yaml"))
     assert "No such file" in text
     assert "shipped scenarios: cafe, combined, crossing, passing" in text
     assert "did you mean passing?" in text
@@ -78,7 +72,7 @@ def test_a_directory_is_no_scenario_unless_it_hides_a_shipped_one(
     (tmp_path / "passing").mkdir()
     (tmp_path / "mine").mkdir()
     assert LoadScenario(filename="passing").humans
-    text = failure(filename="mine")
+    text = str(failure(filename="mine"))
     assert "is a directory, not a file; shipped scenarios: cafe" in text
 
 
@@ -94,15 +88,15 @@ def test_one_of_several_scenarios_is_taken_by_name():
 
 
 def test_a_wrong_scenario_name_lists_the_nearest():
-    text = failure(data=TWO, scenario_name="on")
+    text = str(failure(data=TWO, scenario_name="on"))
     assert "there is no scenario 'on' in it; did you mean 'one'?" in text
-    text = failure(data=TWO, scenario_name="zzz")
+    text = str(failure(data=TWO, scenario_name="zzz"))
     assert "valid: one, two" in text
-    assert "there are none" in failure(data="[]", scenario_name="a")
+    assert "there are none" in str(failure(data="[]", scenario_name="a"))
 
 
 def test_faults_of_a_named_scenario_have_their_lines():
-    text = failure(data=TWO, scenario_name="two")
+    text = str(failure(data=TWO, scenario_name="two"))
     assert "data:5: planner.name: there is no planner 'nobody'" in text
 
 
@@ -180,7 +174,7 @@ def test_an_override_reaches_one_of_two_people_who_share_an_anchor():
 )
 def test_faults_of_an_override_are_placed_there(override, words):
     data = "humans:\n- {name: ana, pose: [5, 5, 0]}\n"
-    text = failure(data=data, overrides=[override])
+    text = str(failure(data=data, overrides=[override]))
     lines = text.splitlines()[1:]
     assert lines
     assert all(line.startswith(f"--set {override[:57]}") for line in lines)
@@ -188,8 +182,10 @@ def test_faults_of_an_override_are_placed_there(override, words):
 
 
 def test_faults_of_the_file_and_of_overrides_come_together():
-    text = failure(
-        data="robot: {radius: -1}", overrides=["x", "planner.name=none"]
+    text = str(
+        failure(
+            data="robot: {radius: -1}", overrides=["x", "planner.name=none"]
+        )
     )
     assert text.splitlines() == [
         "data: 3 faults",

@@ -13,10 +13,10 @@ from hunav_drake.scenario import (
     DifferentialDriveConfig,
     Fault,
     HumanConfig,
-    LoadScenario,
     Scenario,
     ScenarioError,
 )
+from tests.hunav_drake.scenario.loading_failure import failure
 
 HUMAN = "humans:\n  - name: ana\n    pose: [5, 5, 0]\n"
 WALLS = "world:\n  walls:\n"
@@ -474,12 +474,6 @@ def at_most(seconds):
     start = time.process_time()
     yield
     assert time.process_time() - start < limit
-
-
-def failure(**kwargs):
-    with pytest.raises(ScenarioError) as info:
-        LoadScenario(**kwargs)
-    return info.value
 
 
 def test_there_are_many_cases():

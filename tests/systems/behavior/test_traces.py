@@ -44,7 +44,7 @@ from hunav_drake.systems.common.layout import COMMAND_SIZE, Command
 from hunav_drake.systems.crowd import CrowdConfig, HumanCrowd
 from hunav_drake.systems.people import HumanConfig, SocialForceParameters
 from hunav_drake.systems.world.obstacles import Obstacles
-from tests.recorded import read_recorded, recorded_names
+from tests.recorded import read_recorded, recorded_names, single
 
 TRACES = recorded_names("crowd")
 NAMES = [
@@ -60,11 +60,6 @@ SCARED, CURIOUS, THREATENING = 4, 5, 6
 
 # Columns of the recorded agents.
 STATUS, GOAL = 7, 8
-
-
-def single(value):
-    """Rounds as the original does: it keeps these in single precision."""
-    return float(np.float32(value))
 
 
 def load_tree(number):

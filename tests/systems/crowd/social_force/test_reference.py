@@ -11,7 +11,7 @@ from hunav_drake.systems.common.layout import COMMAND_SIZE, Command, RobotRole
 from hunav_drake.systems.crowd import CrowdConfig, HumanCrowd
 from hunav_drake.systems.people import HumanConfig, SocialForceParameters
 from hunav_drake.systems.world.obstacles import Obstacles
-from tests.recorded import read_recorded, recorded_names
+from tests.recorded import read_recorded, recorded_names, single
 
 # The original's names of the parameters, and ours.
 PARAMETERS = {
@@ -146,11 +146,6 @@ TRACES = [
     for name in recorded_names("crowd")
     if "regular" in name or "impassive" in name
 ]
-
-
-def single(value):
-    """Rounds as the original does: it keeps these in single precision."""
-    return float(np.float32(value))
 
 
 def make_crowd(scenario) -> HumanCrowd:
