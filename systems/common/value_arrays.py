@@ -104,6 +104,7 @@ def _value(form: Any, arrays: Arrays) -> Any:
 def _is_value_class(cls: type[Any]) -> bool:
     if issubclass(cls, tuple):
         return hasattr(cls, "_fields")
+    # Nothing public tells whether a dataclass is frozen.
     is_frozen = dataclasses.is_dataclass(cls) and (
         cls.__dataclass_params__.frozen  # type: ignore[attr-defined]
     )
@@ -112,6 +113,7 @@ def _is_value_class(cls: type[Any]) -> bool:
 
 def _names(cls: type[Any]) -> tuple[str, ...]:
     if issubclass(cls, tuple):
+        # (A NamedTuple has them, as `_is_value_class` has checked.)
         names: tuple[str, ...] = cls._fields  # type: ignore[attr-defined]
         return names
     return tuple(field.name for field in dataclasses.fields(cls))

@@ -1,5 +1,6 @@
 """The conditions and actions of people. Importing this registers them all."""
 
+# The leaves register themselves.
 from hunav_drake.systems.behavior.leaves import (  # noqa: F401
     reactions,
     robot_conditions,

@@ -6,6 +6,8 @@ from hunav_drake.systems.evaluation.metric import (
     register_metric,
     select_metrics,
 )
+
+# The metrics register themselves.
 from hunav_drake.systems.evaluation.metrics import (  # noqa: F401
     clearance,
     collisions,
