@@ -17,7 +17,7 @@ from pydrake.systems.framework import (
 )
 
 from hunav_drake.systems.behavior.nodes.tick_context import Person
-from hunav_drake.systems.behavior.tree import Outcome, TickArguments, Tree
+from hunav_drake.systems.behavior.tree import Outcome, Tree
 from hunav_drake.systems.common.checks import check_count, check_time_step
 from hunav_drake.systems.common.layout import COMMAND_SIZE, STATE_SIZE
 from hunav_drake.systems.common.ports import (
@@ -128,6 +128,7 @@ class BehaviorTree(LeafSystem):
         ]
         self._slices = _slices(map(len, memories))
         self._node_slices = _slices(len(tree.nodes) for tree in trees)
+        self._ticked = list(zip(trees, self._people, self._slices, strict=True))
         # Where each person comes among those that are ticked.
         self._places = {row: place for place, row in enumerate(rows)}
         self._num_robots = num_robots
@@ -301,24 +302,26 @@ class BehaviorTree(LeafSystem):
             )
         return self._places[index]
 
-    def _TickArguments(
+    def _EvalInputs(
         self, context: Context
-    ) -> Iterator[tuple[Tree, TickArguments]]:
-        """Yields the tree of each person, and what its tick depends on."""
-        memory = context.get_discrete_state(self._memory).value().tolist()
+    ) -> tuple[list[float], NDArray[np.float64], NDArray[np.float64]]:
+        """Returns the memory of all trees, and the states they read."""
         # Views: Eval() would copy the states of everybody.
-        states = self._human_states.EvalBasicVector(context).value()
-        robots = self._no_robots
-        if self._robot_states is not None:
-            robots = self._robot_states.EvalBasicVector(context).value()
-        for tree, person, own in zip(
-            self._trees, self._people, self._slices, strict=True
-        ):
-            yield tree, (person, memory[own], states, robots)
+        return (
+            context.get_discrete_state(self._memory).value().tolist(),
+            self._human_states.EvalBasicVector(context).value(),
+            self._no_robots
+            if self._robot_states is None
+            else self._robot_states.EvalBasicVector(context).value(),
+        )
 
     def _CalcTick(self, context: Context, value: AbstractValue) -> None:
+        memory, states, robots = self._EvalInputs(context)
         value.set_value(
-            [tree.tick(*args) for tree, args in self._TickArguments(context)]
+            [
+                tree.tick(person, memory[own], states, robots)
+                for tree, person, own in self._ticked
+            ]
         )
 
     def _EvalTick(self, context: Context) -> list[Outcome]:
@@ -326,31 +329,33 @@ class BehaviorTree(LeafSystem):
         return outcomes
 
     def _CalcCommands(self, context: Context, output: BasicVector) -> None:
-        commands = [outcome.command for outcome in self._EvalTick(context)]
+        commands: list[float] = []
+        for outcome in self._EvalTick(context):
+            commands += outcome.command
         # (Drake takes an array in half the time of a list.)
-        output.SetFromVector(np.array(commands, dtype=float).ravel())
+        output.SetFromVector(np.array(commands))
 
     def _CalcBehaviorStatus(
         self, context: Context, output: BasicVector
     ) -> None:
-        output.SetFromVector(
-            [outcome.behavior_status for outcome in self._EvalTick(context)]
-        )
+        for i, outcome in enumerate(self._EvalTick(context)):
+            output.SetAtIndex(i, outcome.behavior_status)
 
     def _CalcNodeStatus(self, context: Context, output: BasicVector) -> None:
+        memory, states, robots = self._EvalInputs(context)
         output.SetFromVector(
             [
                 status
-                for tree, args in self._TickArguments(context)
-                for status in tree.trace(*args)[1]
+                for tree, person, own in self._ticked
+                for status in tree.trace(person, memory[own], states, robots)[1]
             ]
         )
 
     def _Update(self, context: Context, discrete_state: DiscreteValues) -> None:
-        memories = [outcome.memory for outcome in self._EvalTick(context)]
-        discrete_state.set_value(
-            self._memory, np.array([*itertools.chain(*memories)])
-        )
+        memory: list[float] = []
+        for outcome in self._EvalTick(context):
+            memory += outcome.memory
+        discrete_state.set_value(self._memory, np.array(memory))
 
 
 def _check_rows(rows: Sequence[int], n: int) -> None:

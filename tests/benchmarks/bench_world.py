@@ -37,7 +37,6 @@ def crowd_step(world: Obstacles, config: CrowdConfig) -> float:
         obstacles=world,
         config=config,
         num_robots=0,
-        one_command_port=True,
         time_step=TIME_STEP,
     )
     context = dut.CreateDefaultContext()

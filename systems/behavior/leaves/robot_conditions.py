@@ -46,7 +46,8 @@ def _notice_nearest(
 
     Each robot that fits otherwise comes as its distance and its index.
     """
-    for _, index in sorted(found):
+    found.sort()
+    for _, index in found:
         if _is_clear(context, index, occlusion):
             context.notice(index)
             return index
@@ -80,11 +81,13 @@ def is_robot_visible(
     for i, robot in enumerate(context.robots):
         dx, dy = robot[X] - state[X], robot[Y] - state[Y]
         away = math.hypot(dx, dy)
+        if away > distance:
+            continue
         bearing = math.atan2(dy, dx) - state[YAW]
         off = abs(math.remainder(bearing, 2 * math.pi))
-        if away <= distance and off <= field_of_view / 2:
+        if off <= field_of_view / 2:
             found.append((away, i))
-    seen = _notice_nearest(context, found, occlusion)
+    seen = _notice_nearest(context, found, occlusion) if found else -1
     if seen >= 0:
         own[0] = float(round(memory / context.person.time_step))
         own[1] = float(seen)
