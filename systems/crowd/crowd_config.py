@@ -32,6 +32,10 @@ class CrowdConfig:
     # radius, if that is less). Who meets no wall moves as without.
     keep_out_of_walls: StrictBool = True
 
+    # Whether bodies are kept apart: at the end of a step nobody's overlaps
+    # another's, or a robot's, if there is room. People give way to robots.
+    keep_apart: StrictBool = True
+
     # Whether people walk around walls to their goals, and let no walls push
     # them back from the doors on their way; without, straight at the goals,
     # as in HuNavSim, whose forces let nobody of 0.35 m through 0.85 m.

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from hunav_drake.systems.common.layout import FORCES_SIZE, MOTION_SIZE
 from hunav_drake.systems.common.registry import name_of
+from hunav_drake.systems.crowd.bodies.bodies import Bodies
 from hunav_drake.systems.crowd.crowd_config import CrowdConfig
 from hunav_drake.systems.crowd.limits import limited
 from hunav_drake.systems.crowd.motion_model import (
@@ -89,6 +90,7 @@ class CrowdStep:
         self.radii = np.array([human.radius for human in humans])
         # Models that are not ours get these, too.
         self.radii.setflags(write=False)
+        self._bodies = Bodies(humans, obstacles, config)
         self._room = Room(
             obstacles,
             self.radii,
@@ -157,9 +159,10 @@ class CrowdStep:
         Raises:
             ValueError: If the model gives something else.
         """
-        return self._room.keep_out(
+        moved = self._room.keep_out(
             snapshot.states, self._move(snapshot, forces)
         )
+        return self._bodies.keep_apart(snapshot, moved)
 
     def check_derivatives(self) -> None:
         """Checks that the model of motion has derivatives.

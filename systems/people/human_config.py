@@ -20,6 +20,9 @@ from hunav_drake.systems.common.schema import (
 from hunav_drake.systems.people.behavior_choice import Behavior, behavior_name
 from hunav_drake.systems.people.parameters import SocialForceParameters
 
+# The radius of a body whose owner says nothing of it, at most, in meters.
+LARGEST_BODY = 0.25
+
 ForcesMode = Literal["custom", "default", "random_normal", "random_uniform"]
 
 
@@ -46,8 +49,12 @@ class HumanConfig:
     # HuNavSim, and at least that.
     max_speed: PositiveSpeed | None = None
 
-    # The radius of the body's disc, in meters.
+    # The radius of the disc that others keep off, in meters.
     radius: BodyRadius = 0.35
+
+    # The radius of the body, which nobody else's overlaps, in meters; by
+    # default the radius above, but at most 0.25 m.
+    body_radius: BodyRadius | None = None
 
     # People with the same number (>= 0) walk together; -1 walks alone.
     group_id: Annotated[Integer, Field(ge=-1, le=2**31 - 1)] = -1
@@ -76,6 +83,13 @@ class HumanConfig:
         if self.max_speed is None:
             return self.desired_speed
         return self.max_speed
+
+    @property
+    def contact_radius(self) -> float:
+        """The radius of the body, which nobody else's overlaps, in meters."""
+        if self.body_radius is None:
+            return min(self.radius, LARGEST_BODY)
+        return self.body_radius
 
     @property
     def behavior_name(self) -> str:

@@ -1,0 +1,1 @@
+"""What keeps the bodies of people and robots apart."""

@@ -1,0 +1,200 @@
+"""Finds which bodies may touch in a step, compiled by numba.
+
+A contact says that a person may not come nearer to something along a normal:
+n . (x_i - x_j) >= d, with x_j = 0 where the other one is no person. The normal
+is that of the start of the step. For discs and for walls, whose distance is a
+convex function of the place, this keeps more than the distance itself.
+"""
+
+import math
+
+import numpy as np
+
+from hunav_drake.systems.common.kernels import jit
+from hunav_drake.systems.common.layout import RADIUS, VX, VY, X, Y
+from hunav_drake.systems.world.nearest import nearest_on_segments
+from hunav_drake.systems.world.walls import runs_in
+
+# Who is nearer to a wall than this stands on it, in meters: no way is out.
+_ON_WALL = 1e-6
+
+# The columns of a contact: the normal, the distance kept along it, the person,
+# and the other person or -1.
+NORMAL_X, NORMAL_Y, DISTANCE, PERSON, OTHER = range(5)
+
+
+@jit
+def near_pairs(x, y, reach):
+    """Returns the pairs of people whose reaches meet.
+
+    They are sorted along the longer side of where they are, and compared with
+    those that follow until no later one can be near.
+
+    Args:
+        x: Shape (n,), in meters.
+        y: Shape (n,), in meters.
+        reach: Shape (n,), in meters.
+
+    Returns:
+        Shape (p, 2), the numbers of the people of each pair.
+    """
+    n = len(x)
+    pairs = np.empty((max(4 * n, 8), 2), np.int64)
+    count = 0
+    if n < 2:
+        return pairs[:0]
+    along = x if x.max() - x.min() >= y.max() - y.min() else y
+    order = np.argsort(along) if n > 16 else np.arange(n)
+    far = 2 * reach.max() if n > 16 else math.inf
+    for a in range(n):
+        i = order[a]
+        for b in range(a + 1, n):
+            j = order[b]
+            if along[j] - along[i] > far:
+                break
+            dx = x[j] - x[i]
+            dy = y[j] - y[i]
+            both = reach[i] + reach[j]
+            if dx * dx + dy * dy < both * both:
+                if count == len(pairs):
+                    pairs = np.concatenate((pairs, np.empty_like(pairs)))
+                pairs[count, 0] = i
+                pairs[count, 1] = j
+                count += 1
+    return pairs[:count]
+
+
+@jit
+def _normal(dx, dy, ex, ey):
+    """Returns the unit vector of (dx, dy); of (ex, ey), or x, if it is zero."""
+    length = math.sqrt(dx * dx + dy * dy)
+    if length < 1e-9:
+        dx, dy = ex, ey
+        length = math.sqrt(dx * dx + dy * dy)
+    if length < 1e-9:
+        return 1.0, 0.0
+    return dx / length, dy / length
+
+
+@jit
+def do_bodies_meet(after, bodies, robots, time_step):
+    """Tells whether any body would overlap another at the end of a step.
+
+    The arguments are those of `keep_apart`.
+    """
+    for i in range(len(after)):
+        for k in range(len(robots)):
+            dx = after[i, X] - robots[k, X] - robots[k, VX] * time_step
+            dy = after[i, Y] - robots[k, Y] - robots[k, VY] * time_step
+            both = bodies[i] + robots[k, RADIUS]
+            if dx * dx + dy * dy < both * both:
+                return True
+    n = len(after)
+    if n > 16:
+        return len(near_pairs(after[:, X], after[:, Y], bodies)) > 0
+    for i in range(n):
+        for j in range(i):
+            dx = after[i, X] - after[j, X]
+            dy = after[i, Y] - after[j, Y]
+            both = bodies[i] + bodies[j]
+            if dx * dx + dy * dy < both * both:
+                return True
+    return False
+
+
+@jit
+def find_contacts(
+    before, after, bodies, margins, robots, walls, time_step, slack
+):
+    """Returns the contacts of people with people, robots and walls.
+
+    Of walls only those of people who are near others. The arguments are those
+    of `keep_apart`, and how far people may be moved from where the step leads,
+    in meters.
+
+    Returns:
+        Shape (c, 5): see the columns above.
+    """
+    n = len(before)
+    reach = np.empty(n)
+    near = np.zeros(n, np.bool_)
+    for i in range(n):
+        dx = after[i, X] - before[i, X]
+        dy = after[i, Y] - before[i, Y]
+        reach[i] = bodies[i] + math.sqrt(dx * dx + dy * dy) + slack
+    pairs = near_pairs(before[:, X], before[:, Y], reach)
+    contacts = np.empty((len(pairs) + n * len(robots), 5))
+    count = 0
+    for p in range(len(pairs)):
+        i = pairs[p, 0]
+        j = pairs[p, 1]
+        contacts[count, NORMAL_X], contacts[count, NORMAL_Y] = _normal(
+            before[i, X] - before[j, X],
+            before[i, Y] - before[j, Y],
+            after[i, X] - after[j, X],
+            after[i, Y] - after[j, Y],
+        )
+        contacts[count, DISTANCE] = bodies[i] + bodies[j]
+        contacts[count, PERSON] = i
+        contacts[count, OTHER] = j
+        near[i] = True
+        near[j] = True
+        count += 1
+    for i in range(n):
+        for k in range(len(robots)):
+            rx = robots[k, X] + robots[k, VX] * time_step
+            ry = robots[k, Y] + robots[k, VY] * time_step
+            dx = before[i, X] - rx
+            dy = before[i, Y] - ry
+            both = bodies[i] + robots[k, RADIUS]
+            if math.sqrt(dx * dx + dy * dy) < reach[i] + robots[k, RADIUS]:
+                nx, ny = _normal(dx, dy, after[i, X] - rx, after[i, Y] - ry)
+                contacts[count, NORMAL_X] = nx
+                contacts[count, NORMAL_Y] = ny
+                contacts[count, DISTANCE] = both + nx * rx + ny * ry
+                contacts[count, PERSON] = i
+                contacts[count, OTHER] = -1
+                near[i] = True
+                count += 1
+    contacts = contacts[:count]
+    if len(walls.solid) > 0:
+        for i in range(n):
+            if near[i]:
+                contacts = np.concatenate(
+                    (
+                        contacts,
+                        _walls_near(i, before, margins, reach, walls),
+                    )
+                )
+    return contacts
+
+
+@jit
+def _walls_near(i, before, margins, reach, walls):
+    """Returns the contacts (c, 5) of person `i` with walls."""
+    x = before[i, X]
+    y = before[i, Y]
+    far = margins[i] + reach[i]
+    runs = runs_in(x - far, y - far, x + far, y + far, walls)
+    count = 0
+    for run in runs:
+        count += walls.runs[run, 1] - walls.runs[run, 0]
+    contacts = np.empty((count, 5))
+    count = 0
+    for run in runs:
+        for s in range(walls.runs[run, 0], walls.runs[run, 1]):
+            px, py, d2 = nearest_on_segments(x, y, walls.segments, s, s + 1)
+            distance = math.sqrt(d2)
+            if not _ON_WALL < distance < far:
+                continue
+            nx = (x - px) / distance
+            ny = (y - py) / distance
+            contacts[count, NORMAL_X] = nx
+            contacts[count, NORMAL_Y] = ny
+            contacts[count, DISTANCE] = (
+                min(margins[i], distance) + nx * px + ny * py
+            )
+            contacts[count, PERSON] = i
+            contacts[count, OTHER] = -1
+            count += 1
+    return contacts[:count]

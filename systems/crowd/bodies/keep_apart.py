@@ -1,0 +1,218 @@
+"""Keeps bodies apart at the end of a step, compiled by numba.
+
+The places that a step proposes are replaced by the nearest ones (in the sum of
+squares of all displacements) at which no body overlaps another and nobody
+enters a wall: the discrete contact model of Maury and Venel 2011. That is the
+projection on a convex set, so it has one solution, which depends neither on
+the order of people nor, by more than it changes itself, on the proposal:
+nobody trembles, and nothing gains energy.
+"""
+
+import math
+
+from numba import float64
+import numpy as np
+
+from hunav_drake.systems.common.kernels import (
+    INTEGER,
+    MATRIX,
+    REAL,
+    WALLS,
+    jit,
+    jit_as,
+)
+from hunav_drake.systems.common.layout import VX, VY, Command, X, Y
+from hunav_drake.systems.crowd.bodies.contacts import (
+    DISTANCE,
+    NORMAL_X,
+    NORMAL_Y,
+    OTHER,
+    PERSON,
+    do_bodies_meet,
+    find_contacts,
+)
+from hunav_drake.systems.crowd.walls.keep_out import keep_out_of_walls
+from hunav_drake.systems.world.walls import opened
+
+# How much contacts give way: the part of the displacement by which they move
+# people that is left as overlap. Where bodies have no room, it shares it.
+_GIVE = 1e-3
+
+# Who overlaps others by more than this at the start of a step is put beside
+# them at rest, in meters.
+_DEEP = 0.01
+
+# Pushes that change by less than this are final, in meters.
+_TOLERANCE = 1e-5
+
+# How far people are supposed to be moved from where the step leads, in meters:
+# contacts are looked for within that; the next one counts for who is moved
+# farther.
+_SLACKS = (0.05, 0.3, 2.0)
+
+
+@jit
+def _residual(c, contacts, moved):
+    """Returns by how much a contact is violated, in meters; else negative."""
+    i = int(contacts[c, PERSON])
+    j = int(contacts[c, OTHER])
+    dx = moved[i, 0]
+    dy = moved[i, 1]
+    if j >= 0:
+        dx -= moved[j, 0]
+        dy -= moved[j, 1]
+    return contacts[c, DISTANCE] - (
+        contacts[c, NORMAL_X] * dx + contacts[c, NORMAL_Y] * dy
+    )
+
+
+@jit
+def _apply(pushes, contacts, places, moved):
+    """Writes where pushes, one per contact in meters, move people to."""
+    moved[:] = places
+    for c in range(len(contacts)):
+        i = int(contacts[c, PERSON])
+        j = int(contacts[c, OTHER])
+        px = pushes[c] * contacts[c, NORMAL_X]
+        py = pushes[c] * contacts[c, NORMAL_Y]
+        moved[i, 0] += px
+        moved[i, 1] += py
+        if j >= 0:
+            moved[j, 0] -= px
+            moved[j, 1] -= py
+
+
+@jit
+def project(contacts, places, iterations):
+    """Returns the places nearest to others that keep all contacts.
+
+    The dual problem is solved by accelerated projected gradients (Mazhar,
+    Heyn, Negrut and Tasora 2015), scaled by how many contacts each person
+    has. All pushes change at once, so no order of them matters.
+
+    Args:
+        contacts: Shape (c, 5): see `find_contacts`.
+        places: Shape (n, 2), in meters.
+        iterations: How many there are at most.
+
+    Returns:
+        Shape (n, 2), in meters.
+    """
+    count = len(contacts)
+    degree = np.zeros(len(places))
+    for c in range(count):
+        degree[int(contacts[c, PERSON])] += 1
+        if contacts[c, OTHER] >= 0:
+            degree[int(contacts[c, OTHER])] += 1
+    scale = np.empty(count)
+    for c in range(count):
+        scale[c] = degree[int(contacts[c, PERSON])] + _GIVE
+        if contacts[c, OTHER] >= 0:
+            scale[c] += degree[int(contacts[c, OTHER])]
+    pushes = np.zeros(count)
+    ahead = np.zeros(count)
+    moved = places.copy()
+    momentum = 1.0
+    for _ in range(iterations):
+        change = 0.0
+        agreement = 0.0
+        following = np.empty(count)
+        for c in range(count):
+            step = (_residual(c, contacts, moved) - _GIVE * ahead[c]) / scale[c]
+            following[c] = max(ahead[c] + step, 0.0)
+            difference = following[c] - pushes[c]
+            change = max(change, abs(difference), abs(following[c] - ahead[c]))
+            agreement += (ahead[c] - following[c]) * difference
+        # (The momentum starts anew where it leads uphill.)
+        if agreement > 0:
+            momentum = 1.0
+        before = momentum
+        momentum = (1 + math.sqrt(1 + 4 * momentum * momentum)) / 2
+        for c in range(count):
+            ahead[c] = following[c] + (before - 1) / momentum * (
+                following[c] - pushes[c]
+            )
+            pushes[c] = following[c]
+        _apply(ahead, contacts, places, moved)
+        if change < _TOLERANCE:
+            break
+    _apply(pushes, contacts, places, moved)
+    return moved
+
+
+@jit
+def _is_deep(i, before, bodies):
+    """Tells whether a person's body overlaps somebody's at the start."""
+    for j in range(len(before)):
+        if j != i:
+            dx = before[i, X] - before[j, X]
+            dy = before[i, Y] - before[j, Y]
+            both = bodies[i] + bodies[j] - _DEEP
+            if both > 0 and dx * dx + dy * dy < both * both:
+                return True
+    return False
+
+
+@jit_as(
+    float64[:, ::1],
+    *(MATRIX, MATRIX, MATRIX, MATRIX, MATRIX, WALLS, REAL, INTEGER),
+)
+def keep_apart(
+    before, after, sizes, command, robots, table, time_step, iterations
+):
+    """Returns the states after a step in which no bodies overlap.
+
+    Robots go where they go, at their present velocity; people give way.
+    Velocities change as places do, but nobody gets faster by that than both
+    the proposal and the own speed limit. Who touches nobody moves as proposed.
+
+    Args:
+        before: Shape (n, 6): x, y, yaw, vx, vy, omega.
+        after: Shape (n, 6): the states proposed, outside of walls.
+        sizes: Shape (n, 2), the radius of each body, and how far its center is
+            kept from walls (see `wall_margins`), in meters.
+        command: Shape (n, COMMAND_SIZE).
+        robots: Shape (m, 7): rows of `robot_states`.
+        table: `Obstacles.table`, of the walls that stop people.
+        time_step: In seconds.
+        iterations: See `project`.
+
+    Returns:
+        Shape (n, 6).
+    """
+    bodies = sizes[:, 0]
+    result = after.copy()
+    if not do_bodies_meet(after, bodies, robots, time_step):
+        return result
+    margins = sizes[:, 1].copy()
+    walls = opened(table)
+    proposed = after[:, : Y + 1].copy()
+    for slack in _SLACKS:
+        contacts = find_contacts(
+            before, after, bodies, margins, robots, walls, time_step, slack
+        )
+        places = project(contacts, proposed, iterations)
+        farthest = np.sum((places - proposed) ** 2, axis=1).max()
+        if farthest <= slack * slack:
+            break
+    result[:, : Y + 1] = places
+    for i in range(len(result)):
+        dx = result[i, X] - after[i, X]
+        dy = result[i, Y] - after[i, Y]
+        if dx == 0 and dy == 0:
+            continue
+        speed = math.sqrt(after[i, VX] ** 2 + after[i, VY] ** 2)
+        vx = after[i, VX] + dx / time_step
+        vy = after[i, VY] + dy / time_step
+        most = max(speed, command[i, Command.MAX_SPEED])
+        if _is_deep(i, before, bodies):
+            most = 0.0
+        faster = math.sqrt(vx * vx + vy * vy)
+        if faster > most:
+            vx *= most / faster
+            vy *= most / faster
+        result[i, VX] = vx
+        result[i, VY] = vy
+    if len(walls.solid) > 0:
+        result = keep_out_of_walls(before, result, margins, table)
+    return result
