@@ -11,6 +11,10 @@ drop_stale_kernels()
 # IEEE results for divisions by zero.
 jit = numba.njit(cache=True, error_model="numpy")
 
+# Generators are not kept on disk: numba 0.68 fails (KeyError) to compile what
+# calls one that was read from there. Only who compiles a caller needs them.
+jit_generator = numba.njit(error_model="numpy")
+
 # Types of arguments, for functions that Python calls: with fixed types they
 # are compiled once, whether or not Drake hands out read-only arrays.
 VECTOR = numba.types.Array(numba.float64, 1, "C", readonly=True)

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hunav_drake.systems.common.kernels import jit
+from hunav_drake.systems.common.kernels import jit, jit_generator
 
 # The part of coordinates that rounding may change.
 _ROUNDING = 1e-12
@@ -98,7 +98,7 @@ def beyond(px, py, qx, qy, reach, boxes, box):
     )
 
 
-@jit
+@jit_generator
 def segments_near(px, py, qx, qy, reach, walls):
     """Yields the segments that may be within `reach` of a path.
 
