@@ -3,10 +3,15 @@
 from dataclasses import field
 from typing import Annotated
 
-from pydantic import Field, StrictBool
+from pydantic import Field, StrictBool, StrictFloat
 from pydantic.dataclasses import dataclass
 
-from hunav_drake.systems.common.schema import CONFIG, Integer, PositiveLength
+from hunav_drake.systems.common.schema import (
+    CONFIG,
+    Integer,
+    PositiveLength,
+    within,
+)
 from hunav_drake.systems.crowd.motion_model import MOTION_MODELS, MotionModel
 
 
@@ -35,6 +40,17 @@ class CrowdConfig:
     # Whether bodies are kept apart: at the end of a step nobody's overlaps
     # another's, or a robot's, if there is room. People give way to robots.
     keep_apart: StrictBool = True
+
+    # Whether people without a goal, or at it, stand: they stop, only strong
+    # forces and bodies move them, and they come back.
+    standing: StrictBool = True
+
+    # How fast velocities change at most, in m/s^2, and headings, in rad/s;
+    # None is without limit, as in HuNavSim.
+    max_acceleration: Annotated[StrictFloat, within(0.1, 1e3, "m/s^2")] | None = (
+        3.5
+    )
+    max_turn_rate: Annotated[StrictFloat, within(0.1, 1e3, "rad/s")] | None = 4.0
 
     # Whether people walk around walls to their goals, and let no walls push
     # them back from the doors on their way; without, straight at the goals,

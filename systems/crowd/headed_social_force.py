@@ -254,6 +254,10 @@ class HeadedSocialForceModel(MotionModel):
     # paper's.
     heading_share: Annotated[StrictFloat, within(0, 1)] = 1.0
 
+    # How people follow others: see `SocialForceModel`.
+    time_gap: Annotated[StrictFloat, within(0, 10, "s")] = 0.8
+    speed_matching: Annotated[StrictFloat, within(0, 1)] = 0.35
+
     def forces(self, snapshot: Snapshot) -> Array:
         """Returns the social forces: see `MotionModel.forces`."""
         return _SOCIAL_FORCE.forces(snapshot)

@@ -29,8 +29,10 @@ from hunav_drake.systems.common.layout import (
     MOTION_SIZE,
     RADIUS,
     STATE_SIZE,
+    Y,
 )
 from hunav_drake.systems.common.ports import DeclareRobotStates, RequirePort
+from hunav_drake.systems.crowd.bodies.standing import STANCE_SIZE
 from hunav_drake.systems.crowd.crowd_config import CrowdConfig
 from hunav_drake.systems.crowd.motion_model import Snapshot
 from hunav_drake.systems.crowd.step import CrowdJacobian, CrowdStep
@@ -39,6 +41,9 @@ from hunav_drake.systems.people.parameters import NUM_PARAMETERS
 from hunav_drake.systems.people.starts import draw_starts
 from hunav_drake.systems.people.weights import check_weights, draw_weights
 from hunav_drake.systems.world.obstacles import Obstacles
+
+# Who is put elsewhere by more than this does not come back, in meters.
+_SHIFT = 0.5
 
 # A seed is kept as two numbers below this, which a double holds exactly.
 _HALF = 2**32
@@ -74,8 +79,10 @@ def HumanCrowd_(T: Any) -> type:
         Port ``forces`` gives n rows of 8 vectors (x, y), in m/s^2: see
         `layout.FORCES`; it is computed when someone asks.
 
-        The discrete state holds n rows (x, y, yaw, vx, vy, omega). Numbers of
-        a size beyond 1e12, in the state or at the ports, count as that.
+        The discrete state holds n rows (x, y, yaw, vx, vy, omega), and in a
+        second vector n rows (x, y, 1) of where people stand, zeros for who
+        walks. Numbers of a size beyond 1e12, in the state or at the ports,
+        count as that.
 
         Two numeric parameters say what follows from a seed: the weights of
         the forces, n rows of the fields of SocialForceParameters, and the seed
@@ -156,6 +163,9 @@ def HumanCrowd_(T: Any) -> type:
         def _DeclareStateAndParameters(self, seed: int) -> None:
             start, *parameters = self._Draw(seed)
             self._state = self.DeclareDiscreteState(start)
+            self._stances = self.DeclareDiscreteState(
+                STANCE_SIZE * len(self._humans)
+            )
             self._weights, self._seed = (
                 self.DeclareNumericParameter(BasicVector_[T](vector))
                 for vector in parameters
@@ -242,7 +252,12 @@ def HumanCrowd_(T: Any) -> type:
                     f"states must have shape ({n}, {STATE_SIZE}) or"
                     f" ({n}, {MOTION_SIZE}), got {rows.shape}"
                 )
+            stances = self._GetStances(context).copy()
+            was = self._GetState(context)
+            moved = rows[:, : Y + 1] - was[:, : Y + 1]
+            stances[(abs(moved) > _SHIFT).any(axis=1)] = 0.0
             context.SetDiscreteState(self._state, rows[:, :MOTION_SIZE].ravel())
+            context.SetDiscreteState(self._stances, stances.ravel())
 
         def SetSeed(self, context: Context, seed: int) -> None:
             """Puts people at the start of a seed, with the weights of it.
@@ -260,6 +275,9 @@ def HumanCrowd_(T: Any) -> type:
             """
             start, weights, halves = self._Draw(seed)
             context.SetDiscreteState(self._state, start)
+            context.SetDiscreteState(
+                self._stances, np.zeros(STANCE_SIZE * len(self._humans))
+            )
             for index, vector in (self._weights, weights), (self._seed, halves):
                 context.get_mutable_numeric_parameter(index).SetFromVector(
                     vector
@@ -331,18 +349,29 @@ def HumanCrowd_(T: Any) -> type:
                 raise TypeError("CalcJacobian is for HumanCrowd_[float]")
             self._step.check_derivatives()
             forces = self._forces.Eval(context).reshape(-1, FORCES_SIZE)
-            return self._step.jacobian(self._Look(context), forces)
+            return self._step.jacobian(
+                self._Look(context), forces, self._GetStances(context)
+            )
 
         def _GetState(self, context: Context) -> NDArray[Any]:
             """Returns the rows of the discrete state, not to be written to."""
-            vector = context.get_discrete_state(self._state)
+            return self._GetRows(context, self._state, MOTION_SIZE)
+
+        def _GetStances(self, context: Context) -> NDArray[Any]:
+            """Returns where people stand: see `bodies.standing`."""
+            return self._GetRows(context, self._stances, STANCE_SIZE)
+
+        def _GetRows(
+            self, context: Context, index: int, size: int
+        ) -> NDArray[Any]:
+            vector = context.get_discrete_state(index)
             # Only floats can be looked at in place, which is faster.
-            state: NDArray[Any] = (
+            rows: NDArray[Any] = (
                 vector.value() if T is float else vector.CopyToVector()
             )
-            state = state.reshape(-1, MOTION_SIZE)
-            state.setflags(write=False)
-            return state
+            rows = rows.reshape(-1, size)
+            rows.setflags(write=False)
+            return rows
 
         def _Look(self, context: Context) -> Snapshot:
             """Returns the snapshot of a Context."""
@@ -379,8 +408,11 @@ def HumanCrowd_(T: Any) -> type:
             self, context: Context, discrete_state: DiscreteValues
         ) -> None:
             snapshot = self._Look(context)
-            moved = self._step.advance(snapshot, self._step.forces(snapshot))
-            discrete_state.set_value(self._state, moved.ravel())
+            states, stances = self._step.advance(
+                snapshot, self._step.forces(snapshot), self._GetStances(context)
+            )
+            discrete_state.set_value(self._state, states.ravel())
+            discrete_state.set_value(self._stances, stances.ravel())
 
     return Impl
 

@@ -9,6 +9,7 @@ from typing import Any
 import numba
 import numpy as np
 from numpy.typing import NDArray
+from pydrake.autodiffutils import ExtractValue
 
 from hunav_drake.systems.common.kernels import MATRIX, jit_as
 
@@ -36,3 +37,10 @@ def limited(rows: NDArray[Any]) -> NDArray[Any]:
         return rows
     clipped: NDArray[Any] = np.clip(rows, -LARGEST, LARGEST)
     return clipped
+
+
+def plain(scalars: NDArray[Any]) -> NDArray[np.float64]:
+    """Returns the values of floats, or of scalars with derivatives."""
+    if scalars.dtype != object:
+        return scalars
+    return np.ascontiguousarray(ExtractValue(scalars))

@@ -61,7 +61,9 @@ class MotionModel(ABC):
 
     Both functions must be pure, and must not change their arguments: most of
     those are read-only. A model that keeps a margin between bodies and walls
-    says how much, in meters, by an attribute `safety_margin`.
+    says how much, in meters, by an attribute `safety_margin`. One whose people
+    are to follow each other at a time gap says so by `time_gap`, in seconds,
+    and `speed_matching`: see `bodies.time_gap`.
     """
 
     @abstractmethod

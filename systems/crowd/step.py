@@ -6,12 +6,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from pydrake.autodiffutils import AutoDiffXd
 
-from hunav_drake.systems.common.layout import FORCES_SIZE, MOTION_SIZE
+from hunav_drake.systems.common.layout import FORCES_SIZE, MOTION_SIZE, Command
 from hunav_drake.systems.common.registry import name_of
 from hunav_drake.systems.crowd.bodies.bodies import Bodies
+from hunav_drake.systems.crowd.bodies.time_gap import PASSES, keep_time_gap
 from hunav_drake.systems.crowd.crowd_config import CrowdConfig
-from hunav_drake.systems.crowd.limits import limited
+from hunav_drake.systems.crowd.limits import limited, plain
 from hunav_drake.systems.crowd.motion_model import (
     MotionModel,
     Snapshot,
@@ -25,16 +27,20 @@ from hunav_drake.systems.world.obstacles import Obstacles
 # Of floats, or of scalars with derivatives.
 Array = NDArray[Any]
 
+# Whoever passes somebody feels walls as a body of this radius, in meters.
+_SLIM = 0.12
+
 
 class CrowdJacobian(NamedTuple):
     """The derivatives of the next discrete state of a `HumanCrowd`.
 
     A row is for an element of that state, (x, y, yaw, vx, vy, omega) of each
     person. Where the step has a jump or a kink, the derivatives are those of
-    the side that it takes. How people feel walls counts as constant, which
+    the side that it takes. What people make of who walks ahead of them (their
+    time gap) counts as constant. How people feel walls does, too, which
     near doors under 1 m, with planned ways, is an approximation: there, the
     derivative of v_x by x may be 0.3 where that of the step is 0. Without
-    route planning they are exact.
+    route planning and time gap they are exact.
 
     Attributes:
         states: Shape (6n, 6n): by the present state, in the same order.
@@ -91,6 +97,8 @@ class CrowdStep:
         # Models that are not ours get these, too.
         self.radii.setflags(write=False)
         self._bodies = Bodies(humans, obstacles, config)
+        self._time_gap = getattr(model, "time_gap", 0.0)
+        self._speed_matching = getattr(model, "speed_matching", 0.0)
         self._room = Room(
             obstacles,
             self.radii,
@@ -117,6 +125,9 @@ class CrowdStep:
         """
         states = limited(states)
         command = self._room.guide(states, limited(command))
+        eased = self._room.ease(states, command, parameters)
+        if self._time_gap > 0:
+            command, eased = self._follow(states, command, eased)
         return Snapshot(
             states=states,
             radii=self.radii,
@@ -127,8 +138,38 @@ class CrowdStep:
             obstacle_range=self._obstacle_range,
             max_obstacles=self._max_obstacles,
             time_step=self._time_step,
-            eased=self._room.ease(states, command, parameters),
+            eased=eased,
         )
+
+    def _follow(
+        self, states: Array, command: Array, eased: Array
+    ) -> tuple[Array, Array]:
+        """Returns commands and feeling for walls in view of other people.
+
+        See `keep_time_gap`. Whoever passes somebody turns the shoulders, and
+        feels walls no sooner than a slim body does. What changes has no
+        derivatives.
+        """
+        values = plain(command)
+        seen = keep_time_gap(
+            plain(states), self._bodies.radii, values, self._time_gap,
+            self._speed_matching,
+        )
+        changed = values.copy()
+        changed[:, [Command.GOAL_X, Command.GOAL_Y]] = seen[:, :2]
+        changed[:, Command.DESIRED_SPEED] = seen[:, 2]
+        passing = seen[:, PASSES] != 0
+        if passing.any():
+            eased = eased.copy()
+            eased[passing, 0] = np.minimum(eased[passing, 0], _SLIM)
+            eased.setflags(write=False)
+        if command.dtype != object:
+            changed.setflags(write=False)
+            return changed, eased
+        differs = changed != values
+        command = command.copy()
+        command[differs] = [AutoDiffXd(value) for value in changed[differs]]
+        return command, eased
 
     def forces(self, snapshot: Snapshot) -> Array:
         """Returns what moves the people: see `layout.FORCES`.
@@ -146,23 +187,26 @@ class CrowdStep:
             "forces",
         )
 
-    def advance(self, snapshot: Snapshot, forces: Array) -> Array:
-        """Returns where forces bring the people, who enter no wall.
+    def advance(
+        self, snapshot: Snapshot, forces: Array, stances: Array
+    ) -> tuple[Array, Array]:
+        """Returns where forces bring the people, as far as bodies allow.
 
         Args:
             snapshot: What `look` gave.
             forces: What `forces` gave for it.
+            stances: Shape (n, 3), where people stand: see `standing`.
 
         Returns:
-            Shape (n, 6), like ``snapshot.states``.
+            The states, shape (n, 6), like ``snapshot.states``, and the
+            stances.
 
         Raises:
             ValueError: If the model gives something else.
         """
-        moved = self._room.keep_out(
-            snapshot.states, self._move(snapshot, forces)
+        return self._bodies.finish(
+            snapshot, forces, self._move(snapshot, forces), stances
         )
-        return self._bodies.keep_apart(snapshot, moved)
 
     def check_derivatives(self) -> None:
         """Checks that the model of motion has derivatives.
@@ -172,7 +216,9 @@ class CrowdStep:
         """
         _differentiable(self._model, self._name)
 
-    def jacobian(self, snapshot: Snapshot, forces: Array) -> CrowdJacobian:
+    def jacobian(
+        self, snapshot: Snapshot, forces: Array, stances: Array
+    ) -> CrowdJacobian:
         """Returns the derivatives of what `advance` gives, from the formulas.
 
         They are those of the social force model: see `check_derivatives`.
@@ -180,6 +226,7 @@ class CrowdStep:
         Args:
             snapshot: What `look` gave, of floats.
             forces: What `forces` gave for it.
+            stances: As for `advance`.
         """
         # Few ask for it, and it takes a moment to load.
         from hunav_drake.systems.crowd.social_force.jacobian import (
@@ -200,7 +247,7 @@ class CrowdStep:
             snapshot.time_step,
         )
         moved = self._move(snapshot, forces)
-        self._room.chain(derivatives, snapshot.states, moved)
+        self._bodies.chain(derivatives, snapshot, forces, moved, stances)
         size = snapshot.states.size
         return CrowdJacobian(derivatives[:, :size], derivatives[:, size:])
 

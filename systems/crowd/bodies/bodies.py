@@ -1,13 +1,25 @@
-"""The bodies of people, which overlap neither each other nor robots."""
+"""The bodies of people: how they stand, turn, speed up and touch."""
 
 from collections.abc import Sequence
-from typing import Any
+import math
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from pydrake.autodiffutils import (
+    AutoDiffXd,
+    ExtractGradient,
+    InitializeAutoDiff,
+)
 
-from hunav_drake.systems.crowd.bodies.keep_apart import keep_apart
+from hunav_drake.systems.common.layout import (
+    MOTION_SIZE,
+    STATE_SIZE,
+    YAW,
+)
+from hunav_drake.systems.crowd.bodies.finish import finish_step
 from hunav_drake.systems.crowd.crowd_config import CrowdConfig
+from hunav_drake.systems.crowd.limits import plain
 from hunav_drake.systems.crowd.motion_model import Snapshot
 from hunav_drake.systems.crowd.walls.keep_out import wall_margins
 from hunav_drake.systems.people.human_config import HumanConfig
@@ -15,12 +27,40 @@ from hunav_drake.systems.world.obstacles import Obstacles
 
 Array = NDArray[Any]
 
-# How often pushes between bodies are improved at most, in a step.
-_ITERATIONS = 200
+# How often pushes between bodies are improved at most: in a step, and for its
+# derivatives, which need more digits.
+_ITERATIONS, _MANY = 200, 20000
+
+# The half width of central differences, in meters, radians and SI units.
+_DIFFERENCE = 1e-6
+
+
+class _Slopes(NamedTuple):
+    """The derivatives of what bodies make of a step.
+
+    Attributes:
+        rows: The people concerned, k of n; the others move as proposed.
+        before: Shape (6k, 6k): by their states before.
+        after: Shape (6k, 6k): by the states proposed.
+        robots: Shape (6k, 7m): by the states of the robots.
+    """
+
+    rows: NDArray[np.intp]
+    before: NDArray[np.float64]
+    after: NDArray[np.float64]
+    robots: NDArray[np.float64]
 
 
 class Bodies:
-    """Keeps people's bodies apart, and off robots."""
+    """What keeps people from doing in a step all that forces ask for.
+
+    Who wants to stand stands, nobody changes velocity or heading at once, and
+    nobody enters a wall or another body. Arrays may be of floats or of
+    AutoDiffXd. Nothing here changes after the construction.
+
+    Attributes:
+        radii: Shape (n,), those of the bodies, in meters; read-only.
+    """
 
     def __init__(
         self,
@@ -33,29 +73,176 @@ class Bodies:
         Args:
             humans: The people.
             obstacles: The walls.
-            config: Whether bodies are kept apart, and walls stop people.
+            config: What bodies do.
         """
-        self._is_on = config.keep_apart and len(humans) > 0
-        radii = np.array([human.radius for human in humans])
-        self._sizes = np.column_stack(
-            [[h.contact_radius for h in humans], wall_margins(radii)]
-        )
-        if not config.keep_out_of_walls:
+        self.radii = np.array([human.contact_radius for human in humans])
+        self.radii.setflags(write=False)
+        margins = wall_margins([human.radius for human in humans])
+        self._sizes = np.column_stack([self.radii, margins])
+        self._is_walled = config.keep_out_of_walls and len(obstacles) > 0
+        if not self._is_walled:
             obstacles = Obstacles.from_shapes([], solid=[])
         self._table = obstacles.table
+        acceleration, turn_rate = (
+            math.inf if limit is None else limit
+            for limit in (config.max_acceleration, config.max_turn_rate)
+        )
+        self._options = np.array(
+            [config.standing, config.keep_apart, acceleration, turn_rate]
+        )
+        is_limited = math.isfinite(min(acceleration, turn_rate))
+        self._is_on = len(humans) > 0 and (
+            config.standing
+            or config.keep_apart
+            or self._is_walled
+            or is_limited
+        )
 
-    def keep_apart(self, snapshot: Snapshot, after: Array) -> Array:
-        """Returns the states (n, 6) after a step in which no bodies overlap."""
+    def finish(
+        self, snapshot: Snapshot, forces: Array, after: Array, stances: Array
+    ) -> tuple[Array, Array]:
+        """Returns the states and stances of people at the end of a step.
+
+        Args:
+            snapshot: How things stood at its start.
+            forces: Shape (n, FORCES_SIZE).
+            after: Shape (n, 6), where the model of motion moves people.
+            stances: Shape (n, 3): see `standing`.
+
+        Returns:
+            The states, shape (n, 6), and the stances. These are without
+            derivatives, and forces count as constant for who stands.
+        """
         if not self._is_on:
-            return after
-        apart: Array = keep_apart(
+            return after, stances
+        if after.dtype != object:
+            both = self._finish(snapshot, forces, after, stances)
+            return (
+                np.ascontiguousarray(both[:, :MOTION_SIZE]),
+                both[:, MOTION_SIZE:],
+            )
+        plain = _plain_snapshot(snapshot)
+        arguments = plain, plain(forces), plain(after), plain(stances)
+        both = self._finish(*arguments)
+        slopes = self._slopes(*arguments)
+        result = after.copy()
+        if len(slopes.rows) > 0:
+            inputs = np.concatenate(
+                [
+                    snapshot.states[slopes.rows].ravel(),
+                    after[slopes.rows].ravel(),
+                    snapshot.robots.ravel(),
+                ]
+            )
+            gradient = np.hstack(
+                [slopes.before, slopes.after, slopes.robots]
+            ) @ ExtractGradient(inputs)
+            values = both[slopes.rows, :MOTION_SIZE].reshape(-1, 1)
+            result[slopes.rows] = InitializeAutoDiff(values, gradient).reshape(
+                -1, MOTION_SIZE
+            )
+        held = both[:, MOTION_SIZE:]
+        return result, np.vectorize(AutoDiffXd, otypes=[object])(held)
+
+    def chain(
+        self,
+        derivatives: Array,
+        snapshot: Snapshot,
+        forces: Array,
+        after: Array,
+        stances: Array,
+    ) -> None:
+        """Makes derivatives of the proposed step those of the finished one.
+
+        Args:
+            derivatives: Shape (6n, 6n + 7m), by the states before and those
+                of the robots; changed in place.
+            snapshot: As for `finish`, like what follows.
+            forces: See there.
+            after: See there.
+            stances: See there.
+        """
+        if not self._is_on:
+            return
+        slopes = self._slopes(snapshot, forces, after, stances)
+        own = (
+            MOTION_SIZE * slopes.rows[:, None] + np.arange(MOTION_SIZE)
+        ).ravel()
+        derivatives[own] = slopes.after @ derivatives[own]
+        derivatives[np.ix_(own, own)] += slopes.before
+        derivatives[own, snapshot.states.size :] += slopes.robots
+
+    def _finish(
+        self,
+        snapshot: Snapshot,
+        forces: Array,
+        after: Array,
+        stances: Array,
+        iterations: int = _ITERATIONS,
+    ) -> NDArray[np.float64]:
+        result: NDArray[np.float64] = finish_step(
             snapshot.states,
             after,
-            self._sizes,
+            forces,
             snapshot.command,
+            stances,
             snapshot.robots,
+            self._sizes,
             self._table,
+            self._options,
             snapshot.time_step,
-            _ITERATIONS,
+            iterations,
         )
-        return apart
+        return result
+
+    def _slopes(
+        self, snapshot: Snapshot, forces: Array, after: Array, stances: Array
+    ) -> _Slopes:
+        """Returns the derivatives of `finish`, by central differences.
+
+        They are good to 1e-7 between the steps where the result has a kink.
+        """
+        finished = self._finish(snapshot, forces, after, stances, _MANY)
+        changed = finished[:, :MOTION_SIZE] != after
+        rows = np.flatnonzero(changed.any(axis=1))
+        inputs = [snapshot.states.copy(), after.copy(), snapshot.robots.copy()]
+
+        def columns(which: int, people: Array, size: int) -> Array:
+            """Returns the derivatives by rows of one of the inputs."""
+            result = np.empty((MOTION_SIZE * len(rows), len(people) * size))
+            for at, (i, c) in enumerate(np.ndindex(len(people), size)):
+                place = (people[i], c)
+                kept = inputs[which][place]
+                ends = []
+                for change in (-_DIFFERENCE, _DIFFERENCE):
+                    inputs[which][place] = kept + change
+                    states, moved, robots = inputs
+                    ends.append(
+                        self._finish(
+                            snapshot._replace(states=states, robots=robots),
+                            *(forces, moved, stances, _MANY),
+                        )[rows, :MOTION_SIZE]
+                    )
+                inputs[which][place] = kept
+                slope = ends[1] - ends[0]
+                slope[:, YAW] = np.remainder(
+                    slope[:, YAW] + math.pi, 2 * math.pi
+                ) - math.pi
+                result[:, at] = (slope / (2 * _DIFFERENCE)).ravel()
+            return result
+
+        return _Slopes(
+            rows,
+            columns(0, rows, MOTION_SIZE),
+            columns(1, rows, MOTION_SIZE),
+            columns(2, np.arange(len(snapshot.robots)), STATE_SIZE),
+        )
+
+
+def _plain_snapshot(snapshot: Snapshot) -> Snapshot:
+    """Returns a snapshot without derivatives."""
+    return snapshot._replace(
+        states=plain(snapshot.states),
+        command=plain(snapshot.command),
+        robots=plain(snapshot.robots),
+    )

@@ -15,6 +15,9 @@ from hunav_drake.systems.common.layout import RADIUS, VX, VY, X, Y
 from hunav_drake.systems.world.nearest import nearest_on_segments
 from hunav_drake.systems.world.walls import runs_in
 
+# From how many people on they are sorted first.
+_SORT_FROM = 16
+
 # Who is nearer to a wall than this stands on it, in meters: no way is out.
 _ON_WALL = 1e-6
 
@@ -39,27 +42,34 @@ def near_pairs(x, y, reach):
         Shape (p, 2), the numbers of the people of each pair.
     """
     n = len(x)
-    pairs = np.empty((max(4 * n, 8), 2), np.int64)
+    pairs = np.empty((4 * n + 8, 2), np.int64)
     count = 0
     if n < 2:
         return pairs[:0]
-    along = x if x.max() - x.min() >= y.max() - y.min() else y
-    order = np.argsort(along) if n > 16 else np.arange(n)
-    far = 2 * reach.max() if n > 16 else math.inf
+    order = np.arange(n)
+    far = math.inf
+    if n > _SORT_FROM:
+        far = 2 * reach.max()
+        wide = x.max() - x.min() >= y.max() - y.min()
+        order = np.argsort(x if wide else y)
+        along = (x if wide else y)[order]
+        across = (y if wide else x)[order]
+        reach = reach[order]
+    else:
+        along = x.copy()
+        across = y.copy()
     for a in range(n):
-        i = order[a]
         for b in range(a + 1, n):
-            j = order[b]
-            if along[j] - along[i] > far:
+            dx = along[b] - along[a]
+            if dx > far:
                 break
-            dx = x[j] - x[i]
-            dy = y[j] - y[i]
-            both = reach[i] + reach[j]
+            dy = across[b] - across[a]
+            both = reach[a] + reach[b]
             if dx * dx + dy * dy < both * both:
                 if count == len(pairs):
                     pairs = np.concatenate((pairs, np.empty_like(pairs)))
-                pairs[count, 0] = i
-                pairs[count, 1] = j
+                pairs[count, 0] = order[a]
+                pairs[count, 1] = order[b]
                 count += 1
     return pairs[:count]
 
@@ -89,17 +99,7 @@ def do_bodies_meet(after, bodies, robots, time_step):
             both = bodies[i] + robots[k, RADIUS]
             if dx * dx + dy * dy < both * both:
                 return True
-    n = len(after)
-    if n > 16:
-        return len(near_pairs(after[:, X], after[:, Y], bodies)) > 0
-    for i in range(n):
-        for j in range(i):
-            dx = after[i, X] - after[j, X]
-            dy = after[i, Y] - after[j, Y]
-            both = bodies[i] + bodies[j]
-            if dx * dx + dy * dy < both * both:
-                return True
-    return False
+    return len(near_pairs(after[:, X], after[:, Y], bodies)) > 0
 
 
 @jit

@@ -10,17 +10,9 @@ nobody trembles, and nothing gains energy.
 
 import math
 
-from numba import float64
 import numpy as np
 
-from hunav_drake.systems.common.kernels import (
-    INTEGER,
-    MATRIX,
-    REAL,
-    WALLS,
-    jit,
-    jit_as,
-)
+from hunav_drake.systems.common.kernels import jit
 from hunav_drake.systems.common.layout import VX, VY, Command, X, Y
 from hunav_drake.systems.crowd.bodies.contacts import (
     DISTANCE,
@@ -31,8 +23,6 @@ from hunav_drake.systems.crowd.bodies.contacts import (
     do_bodies_meet,
     find_contacts,
 )
-from hunav_drake.systems.crowd.walls.keep_out import keep_out_of_walls
-from hunav_drake.systems.world.walls import opened
 
 # How much contacts give way: the part of the displacement by which they move
 # people that is left as overlap. Where bodies have no room, it shares it.
@@ -153,14 +143,11 @@ def _is_deep(i, before, bodies):
     return False
 
 
-@jit_as(
-    float64[:, ::1],
-    *(MATRIX, MATRIX, MATRIX, MATRIX, MATRIX, WALLS, REAL, INTEGER),
-)
+@jit
 def keep_apart(
-    before, after, sizes, command, robots, table, time_step, iterations
+    before, after, sizes, command, robots, walls, time_step, iterations
 ):
-    """Returns the states after a step in which no bodies overlap.
+    """Moves people at the end of a step so that no bodies overlap.
 
     Robots go where they go, at their present velocity; people give way.
     Velocities change as places do, but nobody gets faster by that than both
@@ -168,24 +155,23 @@ def keep_apart(
 
     Args:
         before: Shape (n, 6): x, y, yaw, vx, vy, omega.
-        after: Shape (n, 6): the states proposed, outside of walls.
+        after: Shape (n, 6): the states proposed, outside of walls; changed to
+            those in which no bodies overlap.
         sizes: Shape (n, 2), the radius of each body, and how far its center is
             kept from walls (see `wall_margins`), in meters.
         command: Shape (n, COMMAND_SIZE).
         robots: Shape (m, 7): rows of `robot_states`.
-        table: `Obstacles.table`, of the walls that stop people.
+        walls: See `Walls`: those that stop people.
         time_step: In seconds.
         iterations: See `project`.
 
     Returns:
-        Shape (n, 6).
+        Whether anybody is not where the step proposed.
     """
     bodies = sizes[:, 0]
-    result = after.copy()
     if not do_bodies_meet(after, bodies, robots, time_step):
-        return result
-    margins = sizes[:, 1].copy()
-    walls = opened(table)
+        return False
+    margins = sizes[:, 1]
     proposed = after[:, : Y + 1].copy()
     for slack in _SLACKS:
         contacts = find_contacts(
@@ -195,12 +181,13 @@ def keep_apart(
         farthest = np.sum((places - proposed) ** 2, axis=1).max()
         if farthest <= slack * slack:
             break
-    result[:, : Y + 1] = places
-    for i in range(len(result)):
-        dx = result[i, X] - after[i, X]
-        dy = result[i, Y] - after[i, Y]
+    for i in range(len(after)):
+        dx = places[i, X] - proposed[i, X]
+        dy = places[i, Y] - proposed[i, Y]
         if dx == 0 and dy == 0:
             continue
+        after[i, X] = places[i, X]
+        after[i, Y] = places[i, Y]
         speed = math.sqrt(after[i, VX] ** 2 + after[i, VY] ** 2)
         vx = after[i, VX] + dx / time_step
         vy = after[i, VY] + dy / time_step
@@ -211,8 +198,6 @@ def keep_apart(
         if faster > most:
             vx *= most / faster
             vy *= most / faster
-        result[i, VX] = vx
-        result[i, VY] = vy
-    if len(walls.solid) > 0:
-        result = keep_out_of_walls(before, result, margins, table)
-    return result
+        after[i, VX] = vx
+        after[i, VY] = vy
+    return True

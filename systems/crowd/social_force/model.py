@@ -32,6 +32,12 @@ class SocialForceModel(MotionModel):
     # this for each person, in m/s^2; 0 leaves nothing out.
     error_bound: Annotated[StrictFloat, within(0, 1, "m/s^2")] = 1e-6
 
+    # The time that people keep to whoever walks ahead of them, in seconds, and
+    # what part of that one's speed they add; 0 lets them run up, as in
+    # HuNavSim. The values fit measured speeds and flows: docs/validation.md.
+    time_gap: Annotated[StrictFloat, within(0, 10, "s")] = 0.8
+    speed_matching: Annotated[StrictFloat, within(0, 1)] = 0.35
+
     def forces(self, snapshot: Snapshot) -> Array:
         """Returns the forces: see `MotionModel.forces`."""
         if self.kernel == "numpy":

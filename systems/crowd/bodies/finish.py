@@ -1,0 +1,103 @@
+"""The end of a step of a crowd: what bodies make of the motion proposed."""
+
+import math
+
+from numba import float64
+import numpy as np
+
+from hunav_drake.systems.common.kernels import (
+    INTEGER,
+    MATRIX,
+    REAL,
+    VECTOR,
+    WALLS,
+    jit_as,
+)
+from hunav_drake.systems.common.layout import MOTION_SIZE
+from hunav_drake.systems.crowd.bodies.keep_apart import keep_apart
+from hunav_drake.systems.crowd.bodies.rate_limits import limit_rates
+from hunav_drake.systems.crowd.bodies.standing import STANCE_SIZE, stand
+from hunav_drake.systems.crowd.walls.keep_out import keep_out_of_walls
+from hunav_drake.systems.world.walls import opened
+
+# What is switched on: the fields of `options`, in order. Limits may be inf.
+STANDING, KEEP_APART, ACCELERATION, TURN_RATE = range(4)
+
+
+@jit_as(
+    float64[:, ::1],
+    *(MATRIX, MATRIX, MATRIX, MATRIX, MATRIX, MATRIX, MATRIX, WALLS),
+    *(VECTOR, REAL, INTEGER),
+)
+def finish_step(
+    before,
+    after,
+    forces,
+    command,
+    stances,
+    robots,
+    sizes,
+    table,
+    options,
+    time_step,
+    iterations,
+):
+    """Returns the states and stances of n people at the end of a step.
+
+    People stand where they want to, change their velocity and heading at a
+    limited rate, enter no wall, and overlap nobody.
+
+    Args:
+        before: Shape (n, 6): x, y, yaw, vx, vy, omega.
+        after: Shape (n, 6): the states proposed by the model of motion.
+        forces: Shape (n, FORCES_SIZE).
+        command: Shape (n, COMMAND_SIZE).
+        stances: Shape (n, 3): see `standing`.
+        robots: Shape (m, 7): rows of `robot_states`.
+        sizes: Shape (n, 2), the radius of each body, and how far its center is
+            kept from walls (see `wall_margins`), in meters.
+        table: `Obstacles.table`, of the walls that stop people.
+        options: Shape (4,): 1 or 0 for standing and keeping apart, and the
+            limits of acceleration, in m/s^2, and turn rate, in rad/s.
+        time_step: In seconds.
+        iterations: See `project`.
+
+    Returns:
+        Shape (n, 9): states and stances.
+    """
+    n = len(before)
+    proposed = after.copy()
+    stance = stances.copy()
+    is_limited = (
+        options[ACCELERATION] < math.inf or options[TURN_RATE] < math.inf
+    )
+    for i in range(n):
+        if options[STANDING] != 0:
+            stand(
+                *(before[i], proposed[i], forces[i], command[i]),
+                *(stance[i], time_step),
+            )
+        if is_limited or stance[i, 2] != 0:
+            limit_rates(
+                *(before[i], proposed[i], command[i]),
+                *(options[ACCELERATION], options[TURN_RATE], time_step),
+            )
+    walls = opened(table)
+    is_walled = len(walls.solid) > 0
+    if is_walled:
+        proposed = keep_out_of_walls(
+            before, proposed, sizes[:, 1].copy(), table
+        )
+    if options[KEEP_APART] != 0:
+        is_moved = keep_apart(
+            *(before, proposed, sizes, command, robots, walls),
+            *(time_step, iterations),
+        )
+        if is_moved and is_walled:
+            proposed = keep_out_of_walls(
+                before, proposed, sizes[:, 1].copy(), table
+            )
+    result = np.empty((n, MOTION_SIZE + STANCE_SIZE))
+    result[:, :MOTION_SIZE] = proposed
+    result[:, MOTION_SIZE:] = stance
+    return result

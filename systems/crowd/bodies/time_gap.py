@@ -1,0 +1,122 @@
+"""How people follow others and let them pass, compiled by numba.
+
+Forces alone let a crowd walk at full speed at any density. People keep a time
+gap to whoever walks ahead of them, and step to the right of who comes towards
+them in their lane.
+"""
+
+import math
+
+from numba import float64
+import numpy as np
+
+from hunav_drake.systems.common.kernels import (
+    MATRIX,
+    REAL,
+    VECTOR,
+    jit,
+    jit_as,
+)
+from hunav_drake.systems.common.layout import VX, VY, Command, X, Y
+from hunav_drake.systems.crowd.bodies.contacts import near_pairs
+
+# Half the width of the lane ahead, in sums of the radii of two bodies.
+LANE = 0.7
+
+# Nobody stops behind others, in m/s: who ahead stands is passed.
+SLOWEST = 0.02
+
+# People whose directions differ by more than 120 degrees meet head-on.
+_OPPOSITE = -0.5
+
+# From how far they step aside, in meters, and by how much at most, in radians.
+_PASSING = 1.0
+_SIDESTEP = 0.8
+
+# The column of the result that tells who passes somebody.
+PASSES = 3
+
+
+@jit
+def _look_ahead(i, j, states, ways, bodies, time_gap, matching, result, room):
+    """Lets person `i` take account of person `j`."""
+    ex = ways[i, 0]
+    ey = ways[i, 1]
+    dx = states[j, X] - states[i, X]
+    dy = states[j, Y] - states[i, Y]
+    both = bodies[i] + bodies[j]
+    if dx * ex + dy * ey <= 0 or abs(dx * ey - dy * ex) >= LANE * both:
+        return
+    gap = max(math.sqrt(dx * dx + dy * dy) - both, 0.0)
+    if ex * ways[j, 0] + ey * ways[j, 1] < _OPPOSITE:
+        room[i] = min(room[i], gap)
+        return
+    along = states[j, VX] * ex + states[j, VY] * ey
+    speed = max(gap / time_gap + matching * max(along, 0.0), SLOWEST)
+    result[i, 2] = min(result[i, 2], speed)
+
+
+@jit_as(float64[:, ::1], MATRIX, VECTOR, MATRIX, REAL, REAL)
+def keep_time_gap(states, bodies, command, time_gap, matching):
+    """Returns where people head for, and how fast, in view of the others.
+
+    The speed is at most gap / time_gap + matching v, with the gap between the
+    bodies and the speed v of whoever is nearest ahead in the own lane and does
+    not come towards the person. Who does is passed on the right.
+
+    Args:
+        states: Shape (n, 6): x, y, yaw, vx, vy, omega.
+        bodies: Shape (n,), radii in meters.
+        command: Shape (n, COMMAND_SIZE).
+        time_gap: In seconds, > 0.
+        matching: The part of the other's speed that is added.
+
+    Returns:
+        Shape (n, 4): the point to walk to, the desired speed, and 1 for people
+        who pass somebody, else 0.
+    """
+    n = len(states)
+    result = np.empty((n, 4))
+    ways = np.zeros((n, 2))
+    reach = np.empty(n)
+    room = np.full(n, _PASSING)
+    fastest = 0.0
+    for i in range(n):
+        gx = command[i, Command.GOAL_X] - states[i, X]
+        gy = command[i, Command.GOAL_Y] - states[i, Y]
+        far = math.sqrt(gx * gx + gy * gy)
+        if (
+            command[i, Command.HAS_GOAL] != 0
+            and far > command[i, Command.GOAL_RADIUS]
+        ):
+            ways[i, 0] = gx / far
+            ways[i, 1] = gy / far
+        result[i, 0] = command[i, Command.GOAL_X]
+        result[i, 1] = command[i, Command.GOAL_Y]
+        result[i, 2] = command[i, Command.DESIRED_SPEED]
+        result[i, PASSES] = 0.0
+        fastest = max(fastest, result[i, 2])
+    ahead = max(fastest * time_gap, _PASSING) / 2
+    for i in range(n):
+        reach[i] = bodies[i] + ahead
+    pairs = near_pairs(states[:, X], states[:, Y], reach)
+    for p in range(len(pairs)):
+        i = pairs[p, 0]
+        j = pairs[p, 1]
+        _look_ahead(
+            *(i, j, states, ways, bodies, time_gap, matching, result, room)
+        )
+        _look_ahead(
+            *(j, i, states, ways, bodies, time_gap, matching, result, room)
+        )
+    for i in range(n):
+        if room[i] < _PASSING:
+            turn = _SIDESTEP * (1 - room[i] / _PASSING)
+            gx = result[i, 0] - states[i, X]
+            gy = result[i, 1] - states[i, Y]
+            c = math.cos(turn)
+            s = math.sin(turn)
+            result[i, 0] = states[i, X] + c * gx + s * gy
+            result[i, 1] = states[i, Y] + c * gy - s * gx
+            result[i, PASSES] = 1.0
+    return result
