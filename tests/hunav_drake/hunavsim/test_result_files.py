@@ -22,7 +22,7 @@ RECORDING = make_recording(
 )
 
 
-def read(path):
+def read_table(path):
     return pd.read_csv(path, sep="\t")
 
 
@@ -42,7 +42,7 @@ def test_four_kinds_of_files_besides_the_others(tmp_path):
 def test_one_row_for_the_run_with_the_names_of_the_original(tmp_path):
     result = make_result(RECORDING, metric_names="all")
     folder = WriteResult(result, tmp_path, tag="a", format="hunav")
-    table = read(folder / "metrics.txt")
+    table = read_table(folder / "metrics.txt")
     assert table["experiment_tag"].tolist() == ["a"]
     assert set(table.columns) == {"experiment_tag", *HUNAV_NAMES.values()}
     for name, original in HUNAV_NAMES.items():
@@ -52,7 +52,7 @@ def test_one_row_for_the_run_with_the_names_of_the_original(tmp_path):
     text = (folder / "metrics.txt").read_text()
     assert "\tnan\t" in text
     assert "\tFalse\t" in text
-    behavior = read(folder / "metrics_beh_4.txt")
+    behavior = read_table(folder / "metrics_beh_4.txt")
     assert behavior["minimum_distance_to_people"][0] == pytest.approx(
         result.by_behavior.loc["scared", "min_dist_to_people"]
     )
@@ -68,7 +68,7 @@ def test_the_names_are_those_of_the_original():
 def test_steps_count_from_the_first(tmp_path):
     result = make_result(RECORDING, metric_names="all")
     folder = WriteResult(result, tmp_path, tag="a", format="hunav")
-    steps = read(folder / "metrics_steps_a.txt")
+    steps = read_table(folder / "metrics_steps_a.txt")
     assert steps["time_stamps"].to_numpy() == pytest.approx(np.arange(5) * 0.1)
     assert steps["avg_distance_to_closest_person"].to_numpy() == pytest.approx(
         result.steps["avg_dist_to_closest_person"].to_numpy()
@@ -80,7 +80,7 @@ def test_a_behavior_is_active_only_by_its_own_people(tmp_path):
     result = make_result(RECORDING, metric_names="all")
     folder = WriteResult(result, tmp_path, tag="a", format="hunav")
     active = {
-        number: read(folder / f"metrics_beh_{number}_steps_a.txt")[
+        number: read_table(folder / f"metrics_beh_{number}_steps_a.txt")[
             "behavior_active"
         ].tolist()
         for number in (1, 4)
@@ -91,7 +91,7 @@ def test_a_behavior_is_active_only_by_its_own_people(tmp_path):
 def test_only_the_chosen_metrics_are_in_them(tmp_path):
     result = make_result(RECORDING, metric_names=["path", "efficiency"])
     folder = WriteResult(result, tmp_path, tag="a", format="hunav")
-    assert read(folder / "metrics.txt").columns.tolist() == [
+    assert read_table(folder / "metrics.txt").columns.tolist() == [
         "experiment_tag",
         "path_length",
         "cumulative_heading_changes",

@@ -360,7 +360,7 @@ def wrong(value, *keys):
     return damage
 
 
-def write(name, content):
+def writes(name, content):
     return lambda folder: (folder / name).write_bytes(content)
 
 
@@ -382,12 +382,12 @@ PATH_LENGTH = ("metrics", "path_length")
         (empty, "result.json: No such file"),
         (remove("result.json"), "result.json: No such file"),
         (remove("recording.npz"), "recording.npz: No such file"),
-        (write("result.json", b""), "result.json: is not a result: the file"),
-        (write("result.json", b"{"), "the file: Invalid JSON"),
-        (write("result.json", b"\xff"), "the file: Invalid JSON"),
-        (write("result.json", b"[" * 10**5), "the file: Invalid JSON"),
-        (write("result.json", b"[]"), "the file: Input should be an object"),
-        (write("result.json", b"{}"), "scenario: Field required"),
+        (writes("result.json", b""), "result.json: is not a result: the file"),
+        (writes("result.json", b"{"), "the file: Invalid JSON"),
+        (writes("result.json", b"\xff"), "the file: Invalid JSON"),
+        (writes("result.json", b"[" * 10**5), "the file: Invalid JSON"),
+        (writes("result.json", b"[]"), "the file: Input should be an object"),
+        (writes("result.json", b"{}"), "scenario: Field required"),
         (wrong("1", "end_time"), "end_time: Input should be a valid number"),
         (wrong(math.nan, "end_time"), "end_time: Input should be a finite"),
         (wrong("bored", "end_reason"), "end_reason: .*got 'bored'"),
@@ -400,8 +400,8 @@ PATH_LENGTH = ("metrics", "path_length")
         (wrong("up", *PATH_LENGTH, "direction"), "direction.*got 'up'"),
         (wrong([0], "provenance", "seed"), r"provenance\.seed.*got \[0\]"),
         (wrong({"a": 1}, "by_behavior"), r"by_behavior\.a: .*got 1"),
-        (write("recording.npz", b""), "recording.npz: is not a recording"),
-        (write("recording.npz", b"PK\3\4"), "recording.npz: is not a rec"),
+        (writes("recording.npz", b""), "recording.npz: is not a recording"),
+        (writes("recording.npz", b"PK\3\4"), "recording.npz: is not a rec"),
     ],
 )
 def test_a_damaged_run_is_named_with_what_to_do(tmp_path, damage, words):

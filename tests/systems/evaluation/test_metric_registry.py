@@ -205,29 +205,29 @@ def my_speed(recording):
 """
 
 
-def run_cell(cell=CELL, speed=3.0, unit="m/s"):
+def run_metric_cell(cell=CELL, speed=3.0, unit="m/s"):
     names = {"register_metric": register_metric, "speed": speed, "unit": unit}
     exec(cell, names | {"__name__": "__main__"})
 
 
 @pytest.mark.usefixtures("clean_registry")
 def test_a_cell_that_runs_again_replaces_its_metric(recording):
-    run_cell()
+    run_metric_cell()
     order = list(METRICS)
-    run_cell(speed=5.0, unit="km/h")
+    run_metric_cell(speed=5.0, unit="km/h")
     assert list(METRICS) == order
     assert METRICS["my_speed"].unit == "km/h"
     assert compute_metrics(recording, ["my_speed"])["my_speed"] == 5
     other = CELL.replace("def my_speed", "def another")
     with pytest.raises(ValueError, match="'my_speed' is taken, by metric"):
-        run_cell(other)
+        run_metric_cell(other)
     assert METRICS["my_speed"].function.__name__ == "my_speed"
     # Its alias is its own, too, but not its name under another.
     with_alias = CELL.replace("unit=unit", "unit=unit, aliases=['ms']")
-    run_cell(with_alias)
-    run_cell(with_alias)
+    run_metric_cell(with_alias)
+    run_metric_cell(with_alias)
     with pytest.raises(ValueError, match="'ms' is taken, by metric 'my_sp"):
-        run_cell(CELL.replace('name="my_speed"', 'name="ms"'))
+        run_metric_cell(CELL.replace('name="my_speed"', 'name="ms"'))
 
 
 @pytest.mark.usefixtures("clean_registry")
