@@ -28,7 +28,7 @@ def make_mixed_humans(n):
     ]
 
 
-def make_people(n, *, separate_trees, num_robots=1):
+def make_people_with_trees(n, *, separate_trees, num_robots=1):
     builder = DiagramBuilder()
     ports = AddHumans(
         builder,
@@ -61,7 +61,9 @@ def run_people(diagram, time=8.0, context=None):
 def test_people_walk_bit_for_bit_as_with_systems_of_their_own(n, num_robots):
     results = [
         run_people(
-            make_people(n, separate_trees=separate, num_robots=num_robots)
+            make_people_with_trees(
+                n, separate_trees=separate, num_robots=num_robots
+            )
         )
         for separate in (True, False)
     ]
@@ -70,16 +72,16 @@ def test_people_walk_bit_for_bit_as_with_systems_of_their_own(n, num_robots):
 
 def test_the_trees_of_many_people_are_one_system_unless_told_otherwise():
     for n, separate, one in [(20, None, 0), (21, None, 1), (21, True, 0)]:
-        humans = make_people(n, separate_trees=separate).GetSubsystemByName(
-            "humans"
-        )
+        humans = make_people_with_trees(
+            n, separate_trees=separate
+        ).GetSubsystemByName("humans")
         names = [system.get_name() for system in humans.GetSystems()]
         assert ("behaviors" in names) == bool(one)
         assert ("behavior_0" in names) != bool(one)
 
 
 def test_two_contexts_do_not_disturb_each_other_and_a_clone_goes_on_alike():
-    diagram = make_people(4, separate_trees=False)
+    diagram = make_people_with_trees(4, separate_trees=False)
     alone = run_people(diagram)
     context = diagram.CreateDefaultContext()
     run_people(diagram, 3.0, context)
