@@ -13,17 +13,9 @@ from hunav_drake.systems.people import draw_weights
 from hunav_drake.systems.people.parameters import K_GOAL, K_OBSTACLE
 from hunav_drake.systems.world.obstacles import Obstacles
 from hunav_drake.systems.world.shapes import Polyline, World
+from tests.walkers import make_walkers
 
 ROBOT = [3.0, 0.5, 0.0, 0.0, 0.0, 0.0, 0.3]
-
-
-def make_walkers(n):
-    return [
-        HumanConfig(
-            pose=[0, 2 * i, 0], goals=[[6, 2 * i], [0, 2 * i]], cyclic=True
-        )
-        for i in range(n)
-    ]
 
 
 def run_humans(humans, *, time=4.0, robot=ROBOT, **kwargs):

@@ -13,7 +13,6 @@ from hunav_drake import (
     AddHumans,
     GetTrialResult,
     GetTrialSeed,
-    HumanConfig,
     LoadContext,
     LoadScenario,
     MakeHumans,
@@ -24,6 +23,7 @@ from hunav_drake import (
     SetHumansSeed,
     SetTrialSeed,
 )
+from tests.walkers import make_walkers
 
 DURATION = 2.5
 
@@ -217,14 +217,9 @@ def test_a_context_of_another_diagram_is_refused(scenario, diagram):
 
 
 def make_random_people():
-    return [
-        HumanConfig(
-            pose=[0, 2 * i, 0],
-            goals=[[1, 2 * i], [6, 2 * i]],
-            forces_mode="random_uniform",
-        )
-        for i in range(2)
-    ]
+    return make_walkers(
+        2, xs=(1.0, 6.0), cyclic=False, forces_mode="random_uniform"
+    )
 
 
 @pytest.mark.parametrize("separate_trees", [True, False])

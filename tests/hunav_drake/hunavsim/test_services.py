@@ -7,22 +7,20 @@ import numpy as np
 from pydrake.systems.analysis import Simulator
 import pytest
 
-from hunav_drake import HumanConfig, LoadScenario, MakeTrialDiagram
+from hunav_drake import LoadScenario, MakeTrialDiagram
 from hunav_drake.hunavsim.services import AgentServices
 from hunav_drake.systems.world.obstacles import Obstacles
+from tests.walkers import make_walkers
 
 ROBOT = [3.0, 0.4, 0.0, 0.0, 0.0, 0.0, 0.3]
 
 
 def make_people(n=3):
+    """Two of a group, and others."""
+    walkers = make_walkers(n, xs=(1.5, 6.0), spacing=0.8, cyclic=False)
     return [
-        HumanConfig(
-            pose=[0, 0.8 * i, 0],
-            goals=[[1.5, 0.8 * i], [6, 0.8 * i]],
-            id=10 + i,
-            group_id=0 if i < 2 else -1,
-        )
-        for i in range(n)
+        dataclasses.replace(human, id=10 + i, group_id=0 if i < 2 else -1)
+        for i, human in enumerate(walkers)
     ]
 
 

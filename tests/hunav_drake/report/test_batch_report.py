@@ -1,7 +1,6 @@
 """Reports on runs with settings, repeats, and metrics of one's own."""
 
 import dataclasses
-from html import unescape
 import re
 
 import numpy as np
@@ -17,26 +16,21 @@ from hunav_drake.systems.evaluation.metrics import METRICS, register_metric
 from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.systems.world.obstacles import Obstacles
 from tests.hunav_drake.passing_trials import make_recording, make_result
+from tests.hunav_drake.report.pages import visible
 
 
 @pytest.fixture
-def own_metrics():
+def own_metrics(restored_metrics):
     """Registers metrics, which the test may forget."""
-    before = dict(METRICS)
     for name in ("my_x", "my-y(%)"):
         register_metric(name=name, unit="m", family="mine", source="me")(
             lambda recording: float(recording.robot[-1, 0])
         )
-    yield
-    METRICS.clear()
-    METRICS.update(before)
 
 
 def report(results, folder):
     html = WriteReport(results, folder / "r.html").read_text()
-    text = re.sub(r"<(style|svg).*?</\1>", "", html, flags=re.DOTALL)
-    text = unescape(re.sub(r"<[^>]*>", " ", text))
-    return " ".join(text.split()), html
+    return visible(html), html
 
 
 def section(text, start, end):

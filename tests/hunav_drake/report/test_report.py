@@ -1,4 +1,3 @@
-from html import unescape
 import os
 import re
 
@@ -16,6 +15,7 @@ from hunav_drake.results.run_table import ReadRuns
 from hunav_drake.systems.evaluation.metrics import METRICS
 from tests import screenshot
 from tests.hunav_drake.passing_trials import make_recording, make_result
+from tests.hunav_drake.report.pages import visible
 
 
 def make_batch():
@@ -30,12 +30,6 @@ def make_batch():
         for planner in ("pursuit", "social")
         for seed in range(3)
     ]
-
-
-def visible(html):
-    """The text of a page without tags, styles and pictures."""
-    html = re.sub(r"<(style|svg).*?</\1>", "", html, flags=re.DOTALL)
-    return " ".join(unescape(re.sub(r"<[^>]*>", " ", html)).split())
 
 
 def assert_stands_alone(html):

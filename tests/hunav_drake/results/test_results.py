@@ -563,9 +563,8 @@ def test_one_name_of_metrics_is_enough():
 
 
 @pytest.fixture
-def broken_metric():
+def broken_metric(restored_metrics):
     """Registers metrics, and forgets them again."""
-    before = dict(METRICS)
 
     def register(name, function):
         function.__doc__ = "Returns what a test needs."
@@ -573,9 +572,7 @@ def broken_metric():
             function
         )
 
-    yield register
-    METRICS.clear()
-    METRICS.update(before)
+    return register
 
 
 def test_a_metric_that_fails_does_not_take_the_trial_with_it(

@@ -25,9 +25,8 @@ FAST = "planner.cruise_speed=0.7"
 
 
 @pytest.fixture
-def own_metric():
+def own_metric(restored_metrics):
     """Registers a metric, which the test may forget."""
-    before = dict(METRICS)
 
     @register_metric(
         name="my_speed",
@@ -40,9 +39,7 @@ def own_metric():
         """Returns how far the robot gets in a second."""
         return float(recording.robot[-1, 0] / recording.times[-1])
 
-    yield "my_speed"
-    METRICS.clear()
-    METRICS.update(before)
+    return "my_speed"
 
 
 # --- settings ---

@@ -1,5 +1,6 @@
 """One system for many trees does what as many systems do, bit for bit."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -10,21 +11,19 @@ import pytest
 
 from hunav_drake import AddHumans, HumanConfig
 from hunav_drake.systems.behavior import BEHAVIORS, BehaviorTree, LoadTree
+from tests.walkers import make_walkers
 
 ROBOT = [2.0, 0.5, 0.0, -0.3, 0.0, 0.0, 0.3]
 
 
 def make_mixed_humans(n):
+    """Every other one is impassive."""
+    behaviors = ("regular", "impassive")
     return [
-        HumanConfig(
-            name=f"p{i}",
-            id=i + 1,
-            pose=[0, 1.5 * i, 0],
-            goals=[[3, 1.5 * i], [0, 1.5 * i]],
-            cyclic=True,
-            behavior="impassive" if i % 2 else "regular",
+        dataclasses.replace(
+            human, name=f"p{i}", id=i + 1, behavior=behaviors[i % 2]
         )
-        for i in range(n)
+        for i, human in enumerate(make_walkers(n, xs=(3.0, 0.0), spacing=1.5))
     ]
 
 

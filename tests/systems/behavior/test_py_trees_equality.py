@@ -25,7 +25,7 @@ import pytest
 from hunav_drake.systems.behavior import NodeStatus
 from hunav_drake.systems.behavior.nodes.node import Built, NodeType
 from hunav_drake.systems.behavior.nodes.port import Port
-from tests.systems.behavior.ticks import ME, PERSON, tree_of
+from tests.systems.behavior.ticks import ME, PERSON, as_xml, tree_of
 
 TICKS = 8
 OURS = {
@@ -97,13 +97,6 @@ TREES = st.recursive(
 )
 
 
-def as_btcpp_xml(tree):
-    if isinstance(tree, str):
-        return f'<Drawn results="{tree}"/>'
-    tag, children = tree
-    return f"<{tag}>{''.join(map(as_btcpp_xml, children))}</{tag}>"
-
-
 def as_py_trees(tree, leaves):
     if isinstance(tree, str):
         leaves.append(Drawn(tree))
@@ -124,7 +117,7 @@ def as_py_trees(tree, leaves):
 @settings(max_examples=1000, deadline=None)
 @given(TREES)
 def test_random_trees_say_what_py_trees_says(tree):
-    dut = tree_of(as_btcpp_xml(tree))
+    dut = tree_of(as_xml(tree, "Drawn"))
     leaves = []
     theirs = as_py_trees(tree, leaves)
     ours = [i for i, n in enumerate(dut.nodes) if n.type.name == "Drawn"]

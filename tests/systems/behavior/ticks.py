@@ -41,6 +41,19 @@ def tree_of(xml):
     return ParseTree(f"<root><BehaviorTree>{xml}</BehaviorTree></root>")
 
 
+def as_xml(tree, leaf):
+    """Returns nested (tag, children) in XML.
+
+    Args:
+        tree: One of these, or the results of a leaf.
+        leaf: The tag of all leaves.
+    """
+    if isinstance(tree, str):
+        return f'<{leaf} results="{tree}"/>'
+    tag, children = tree
+    return f"<{tag}>{''.join(as_xml(c, leaf) for c in children)}</{tag}>"
+
+
 PERSON = person(goals=[(5.0, 0.0), (9.0, 0.0)], id=7, time_step=0.1)
 ME = at(0.0, 0.0)
 ROBOT = at(2.0, 0.0)

@@ -14,7 +14,7 @@ from hunav_drake.systems.behavior import NodeStatus, ParseTree
 from hunav_drake.systems.behavior.nodes import registry
 from hunav_drake.systems.behavior.nodes.node import Built, NodeType
 from hunav_drake.systems.behavior.nodes.port import Port
-from tests.systems.behavior.ticks import ME, PERSON, traces, tree_of
+from tests.systems.behavior.ticks import ME, PERSON, as_xml, traces, tree_of
 
 LETTERS = {
     "S": NodeStatus.SUCCESS,
@@ -398,12 +398,6 @@ def logic_trees(depth):
     )
 
 
-def as_xml(tree):
-    if isinstance(tree, str):
-        return f'<Script results="{tree}"/>'
-    return f"<{tree[0]}>{''.join(map(as_xml, tree[1]))}</{tree[0]}>"
-
-
 def holds(tree):
     if isinstance(tree, str):
         return tree == "S"
@@ -417,7 +411,7 @@ def holds(tree):
 @given(logic_trees(3))
 def test_without_running_nodes_trees_are_logic(tree):
     """Sequence is "and", Fallback is "or", Inverter is "not"."""
-    dut = tree_of(as_xml(tree))
+    dut = tree_of(as_xml(tree, "Script"))
     memory = dut.initial_memory(PERSON)
     for _ in range(2):
         outcome = dut.tick(PERSON, memory, ME, ME)

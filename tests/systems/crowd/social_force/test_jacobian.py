@@ -12,7 +12,7 @@ import pytest
 from hunav_drake.systems.common.layout import Command
 from hunav_drake.systems.crowd.social_force import jacobian, kernel, numpy_model
 from hunav_drake.systems.world.obstacles import Obstacles, nearest_points
-from tests.systems.crowd.crowds import random_snapshot
+from tests.systems.crowd.crowds import kernel_arguments, random_snapshot
 
 WALLS = Obstacles.from_shapes(
     [
@@ -25,23 +25,13 @@ WALLS = Obstacles.from_shapes(
 )
 
 
-def arguments(snapshot):
-    return (
-        *snapshot[:5],
-        snapshot.at_walls,
-        snapshot.obstacles.table,
-        snapshot.obstacle_range,
-        snapshot.max_obstacles,
-    )
-
-
 def analytic(snapshot):
     """Returns the derivatives of the total forces, and of the next states."""
-    forces = kernel.social_forces(*arguments(snapshot))
+    forces = kernel.social_forces(*kernel_arguments(snapshot))
     return (
-        jacobian.force_jacobian(*arguments(snapshot)),
+        jacobian.force_jacobian(*kernel_arguments(snapshot)),
         jacobian.step_jacobian(
-            *arguments(snapshot), forces, snapshot.time_step
+            *kernel_arguments(snapshot), forces, snapshot.time_step
         ),
     )
 

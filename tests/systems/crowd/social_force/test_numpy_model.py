@@ -12,7 +12,11 @@ from hunav_drake.systems.crowd.motion_model import Snapshot
 from hunav_drake.systems.crowd.social_force import kernel, numpy_model
 from hunav_drake.systems.people.parameters import SocialForceParameters
 from hunav_drake.systems.world.obstacles import Obstacles
-from tests.systems.crowd.crowds import NO_WALLS, random_snapshot
+from tests.systems.crowd.crowds import (
+    NO_WALLS,
+    kernel_arguments,
+    random_snapshot,
+)
 
 WALLS = Obstacles.from_shapes(
     [
@@ -80,20 +84,13 @@ def snapshots(draw, *, scale=1.0, speed_scale=1.0):
     )
 
 
-def kernel_forces(snapshot):
-    return kernel.social_forces(
-        *snapshot[:5],
-        snapshot.at_walls,
-        snapshot.obstacles.table,
-        snapshot.obstacle_range,
-        snapshot.max_obstacles,
-    )
-
-
 def check_step(snapshot):
     forces = numpy_model.social_forces(snapshot)
     np.testing.assert_allclose(
-        forces, kernel_forces(snapshot), rtol=1e-12, atol=1e-12
+        forces,
+        kernel.social_forces(*kernel_arguments(snapshot)),
+        rtol=1e-12,
+        atol=1e-12,
     )
     moved = numpy_model.advance(snapshot, forces)
     # The yaw jumps where a person stops, so both move by the same forces.
@@ -119,7 +116,10 @@ def test_no_place_or_speed_gives_nan(snapshot):
     # Large forces cancel in part.
     size = max(abs(forces).max(initial=1.0), 1.0)
     np.testing.assert_allclose(
-        forces, kernel_forces(snapshot), rtol=1e-12, atol=1e-13 * size
+        forces,
+        kernel.social_forces(*kernel_arguments(snapshot)),
+        rtol=1e-12,
+        atol=1e-13 * size,
     )
 
 
