@@ -22,14 +22,20 @@ FLOOR = Obstacles.from_shapes([[[-50.0, 0.0], [50.0, 0.0]]], solid=[False])
 TABLE = World(walls=[Box(center=[0, 0], size=[2, 1])]).obstacles()
 
 
-def step_into_walls(
-    obstacles, start, displacement, *, velocity=None, margin=MARGIN
-):
-    """Returns the state of one person after a step that would enter walls."""
+def propose(start, displacement):
+    """Returns the states of one person before and after a step."""
     before = np.zeros((1, 6))
     before[0, :2] = start
     after = before.copy()
     after[0, :2] += displacement
+    return before, after
+
+
+def step_into_walls(
+    obstacles, start, displacement, *, velocity=None, margin=MARGIN
+):
+    """Returns the state of one person after a step that would enter walls."""
+    before, after = propose(start, displacement)
     after[0, 2] = 0.3
     after[0, 3:5] = displacement if velocity is None else velocity
     after[0, 5] = 0.7
@@ -427,10 +433,7 @@ def test_margins_follow_the_radius_up_to_ten_centimeters():
 
 
 def derivatives(obstacles, start, displacement):
-    before = np.zeros((1, 6))
-    before[0, :2] = start
-    after = before.copy()
-    after[0, :2] += displacement
+    before, after = propose(start, displacement)
     after[0, 3:5] = 0.5, -2.0
     return wall_derivatives(before, after, np.array([MARGIN]), obstacles.table)[
         0
