@@ -1,6 +1,7 @@
 """The shape of the package: rooms, sizes, and which file may know which."""
 
 import ast
+from collections import defaultdict
 import importlib
 from pathlib import Path
 import sys
@@ -140,3 +141,50 @@ def test_argument_lists_are_short():
     """Kernels of numba must have theirs spelled out."""
     found = [f for f in architecture.functions() if not f.compiled]
     assert [f for f in found if f.arguments > 8] == []
+
+
+def equal_helpers(texts):
+    """Returns the places of functions that have equal bodies, in groups.
+
+    Those of a test or a fixture may say the same, and so may those that only
+    return a constant.
+    """
+    found = defaultdict(list)
+    for place, text in texts.items():
+        for node in ast.parse(text).body:
+            if not isinstance(node, ast.FunctionDef):
+                continue
+            decorators = map(ast.unparse, node.decorator_list)
+            if node.name.startswith("test_") or any(
+                "fixture" in decorator for decorator in decorators
+            ):
+                continue
+            body = node.body[ast.get_docstring(node) is not None :]
+            # More than a constant has a name in it.
+            if any(
+                isinstance(part, ast.Name)
+                for part in ast.walk(ast.Module(body, []))
+            ):
+                key = "".join(map(ast.dump, body))
+                found[key].append(f"{place}: {node.name}")
+    return [places for places in found.values() if len(places) > 1]
+
+
+def test_helpers_of_tests_stand_once():
+    tests = Path(__file__).parent
+    texts = {
+        str(path.relative_to(tests)): path.read_text()
+        for path in sorted(tests.rglob("*.py"))
+    }
+    assert len(texts) > 100
+    assert equal_helpers(texts) == []
+
+
+def test_equal_helpers_are_found():
+    one = 'def at(x):\n    """A place."""\n    return [x, 0]\n'
+    other = "def place(x):\n    return [x, 0]\n"
+    test = "def test_at(x):\n    return [x, 0]\n"
+    fixture = "@pytest.fixture\ndef who(x):\n    return [x, 0]\n"
+    constant = "def yes(x):\n    return True\ndef no(x):\n    return True\n"
+    assert equal_helpers({"a": one, "b": test + fixture + constant}) == []
+    assert equal_helpers({"a": one, "b": other}) == [["a: at", "b: place"]]

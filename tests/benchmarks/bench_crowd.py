@@ -5,7 +5,6 @@ All figures are of one run on one machine: compare the ratios. The crowd has
 """
 
 from collections.abc import Callable
-import dataclasses
 import math
 import time
 
@@ -22,9 +21,8 @@ from hunav_drake.systems.crowd import (
     Snapshot,
     SocialForceModel,
 )
-from hunav_drake.systems.people import SocialForceParameters
-from hunav_drake.systems.world.obstacles import Obstacles
 from hunav_drake.systems.world.shapes import Box, World
+from tests.systems.crowd.crowds import make_snapshot, random_states
 
 PEOPLE = (5, 20, 50, 100, 200, 500, 1000, 2000, 10000)
 DENSITY = 0.3
@@ -36,37 +34,20 @@ NUMPY_MOST = 2000
 TARGETS = {5: 1, 20: 3, 100: 8, 200: 10, 1000: 20}
 
 
-def make_states(n: int) -> np.ndarray:
+def walking_states(n: int) -> np.ndarray:
     """Returns people at random places, shape (n, 6)."""
-    rng = np.random.default_rng(0)
-    states = np.zeros((n, 6))
-    states[:, :2] = rng.uniform(0, math.sqrt(n / DENSITY), (n, 2))
-    velocity = rng.uniform(0.5, 1.4, n) * np.exp(2j * np.pi * rng.random(n))
-    states[:, 3], states[:, 4] = velocity.real, velocity.imag
+    states: np.ndarray = random_states(n, density=DENSITY, slowest=0.5)
     return states
 
 
-def make_snapshot(n: int) -> Snapshot:
+def walking_snapshot(n: int) -> Snapshot:
     """Returns a crowd that wants to go straight on."""
-    states = make_states(n)
-    command = np.zeros((n, COMMAND_SIZE))
-    command[:, [Command.GOAL_X, Command.GOAL_Y]] = (
-        states[:, :2] + 50 * states[:, 3:5]
-    )
-    command[:, Command.HAS_GOAL] = 1
-    command[:, [Command.DESIRED_SPEED, Command.MAX_SPEED]] = 1.4
-    command[:, Command.GROUP_ID] = -1
-    snapshot = Snapshot(
-        states=states,
-        radii=np.full(n, 0.35),
-        command=command,
-        parameters=np.tile(
-            dataclasses.astuple(SocialForceParameters()), (n, 1)
-        ),
-        robots=np.zeros((0, 7)),
-        obstacles=Obstacles.from_points([]),
-        obstacle_range=5.0,
-        max_obstacles=0,
+    states = walking_states(n)
+    snapshot: Snapshot = make_snapshot(
+        states,
+        states[:, :2] + 50 * states[:, 3:5],
+        speed=1.4,
+        radius=0.35,
         time_step=TIME_STEP,
     )
     # As HumanCrowd has it, once for all steps.
@@ -169,7 +150,7 @@ def services_step(people: int = 200) -> dict[str, float]:
     """Returns the seconds of a step of everybody by `AgentServices`."""
     humans = [
         HumanConfig(pose=(x, y, 0.0), goals=[(x + 50 * vx, y + 50 * vy)])
-        for x, y, vx, vy in make_states(people)[:, [0, 1, 3, 4]].tolist()
+        for x, y, vx, vy in walking_states(people)[:, [0, 1, 3, 4]].tolist()
     ]
     services = AgentServices(humans, num_robots=0)
     states = services.agents.states
@@ -186,7 +167,7 @@ def services_step(people: int = 200) -> dict[str, float]:
 
 def make_diagram(n: int, config: CrowdConfig | None = None) -> Simulator:
     """Returns people with their trees, and a robot that stands still."""
-    states = make_states(n)
+    states = walking_states(n)
     humans = [
         HumanConfig(pose=(x, y, 0.0), goals=[(x + 50 * vx, y + 50 * vy)])
         for x, y, vx, vy in states[:, [0, 1, 3, 4]].tolist()
@@ -206,7 +187,7 @@ def main() -> None:
     )
     last: tuple[int, float] | None = None
     for n in PEOPLE:
-        snapshot = make_snapshot(n)
+        snapshot = walking_snapshot(n)
         fast = kernel_step(snapshot, "fast")
         reference = kernel_step(snapshot, "reference")
         plain = kernel_step(snapshot, "numpy") if n <= NUMPY_MOST else math.nan
@@ -228,7 +209,7 @@ def main() -> None:
 
     costs = {}
     for n in (2000, 20000):
-        costs[n] = kernel_step(make_snapshot(n), "fast")
+        costs[n] = kernel_step(walking_snapshot(n), "fast")
     growth = math.log10(costs[20000] / costs[2000])
     print(
         f"\nFrom 2000 to 20000 people: {1e3 * costs[2000]:.1f} to"

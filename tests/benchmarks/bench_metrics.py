@@ -22,7 +22,7 @@ from hunav_drake.systems.world.obstacles import Obstacles
 HUNAVSIM_ALL, HUNAVSIM_BEHAVIORS = 1700.0, 4000.0
 
 
-def make_recording(people: int = 20, *, walls: bool = True) -> Recording:
+def record_room(people: int = 20, *, walls: bool = True) -> Recording:
     """Returns a minute at 20 Hz of a robot and people in a walled room."""
     rng = np.random.default_rng(0)
     samples = 1201
@@ -67,7 +67,7 @@ def bench_metrics() -> dict[str, float]:
         where = "4 walls" if walls else "no walls"
 
         def make(walls: bool = walls) -> Recording:
-            return make_recording(walls=walls)
+            return record_room(walls=walls)
 
         for what, function, original in (
             ("the paper's 28", evaluate_paper, HUNAVSIM_ALL),
@@ -103,7 +103,7 @@ def bench_evaluator(people: int = 20) -> dict[str, float]:
         results[what] = 1e6 * (time.perf_counter() - start) / 20_000
         print(f"evaluator, {what:<15} {results[what]:7.1f} us")
     context_recording = best_of(
-        lambda _: dut.GetRecording(context), lambda: make_recording(1)
+        lambda _: dut.GetRecording(context), lambda: record_room(1)
     )
     print(f"evaluator, GetRecording of 21 samples {context_recording:.2f} ms")
     return results

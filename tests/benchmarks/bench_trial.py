@@ -35,7 +35,7 @@ def sixty_seconds(name: str) -> Scenario:
     )
 
 
-def run(scenario: Scenario) -> tuple[float, float, float]:
+def time_trial(scenario: Scenario) -> tuple[float, float, float]:
     """Returns the seconds that building, running and evaluating take."""
     started = time.perf_counter()
     diagram = MakeTrialDiagram(scenario)
@@ -102,8 +102,10 @@ def main() -> None:
     print("scenario  people  build s  run s  x real time  evaluation s")
     for name in ("passing", "crossing", "cafe"):
         scenario = sixty_seconds(name)
-        run(scenario)
-        build, step, evaluate = min((run(scenario) for _ in range(3)), key=sum)
+        time_trial(scenario)
+        build, step, evaluate = min(
+            (time_trial(scenario) for _ in range(3)), key=sum
+        )
         print(
             f"{name:9} {len(scenario.humans):6} {build:8.3f} {step:6.3f}"
             f" {DURATION / step:12.0f} {evaluate:13.3f}"

@@ -13,20 +13,12 @@ from hunav_drake.systems.people import draw_weights
 from hunav_drake.systems.people.parameters import K_GOAL, K_OBSTACLE
 from hunav_drake.systems.world.obstacles import Obstacles
 from hunav_drake.systems.world.shapes import Polyline, World
+from tests.walkers import make_walkers
 
 ROBOT = [3.0, 0.5, 0.0, 0.0, 0.0, 0.0, 0.3]
 
 
-def make_humans(n):
-    return [
-        HumanConfig(
-            pose=[0, 2 * i, 0], goals=[[6, 2 * i], [0, 2 * i]], cyclic=True
-        )
-        for i in range(n)
-    ]
-
-
-def simulate(humans, *, time=4.0, robot=ROBOT, **kwargs):
+def run_humans(humans, *, time=4.0, robot=ROBOT, **kwargs):
     """Returns what the ports give at a time."""
     builder = DiagramBuilder()
     ports = AddHumans(builder, humans, **kwargs)
@@ -51,7 +43,7 @@ def simulate(humans, *, time=4.0, robot=ROBOT, **kwargs):
 
 @pytest.mark.parametrize("n", [0, 1, 3])
 def test_people_walk_around_a_robot_of_ones_own(n):
-    states, status, forces = simulate(make_humans(n))
+    states, status, forces = run_humans(make_walkers(n))
     assert states.shape == (n, 7)
     assert status.shape == (n, 1)
     assert forces.shape == (n, 16)
@@ -63,8 +55,8 @@ def test_people_walk_around_a_robot_of_ones_own(n):
 
 @pytest.mark.parametrize("num_robots", [0, 1, 2])
 def test_any_number_of_robots_will_do(num_robots):
-    states, _, _ = simulate(
-        make_humans(2), num_robots=num_robots, robot=ROBOT * num_robots
+    states, _, _ = run_humans(
+        make_walkers(2), num_robots=num_robots, robot=ROBOT * num_robots
     )
     assert np.isfinite(states).all()
     assert (abs(states[0, 1]) > 0.05) == (num_robots > 0)
@@ -72,7 +64,9 @@ def test_any_number_of_robots_will_do(num_robots):
 
 def test_people_feel_walls():
     wall = Obstacles.from_shapes([[[-9, -0.5], [9, -0.5]]], solid=[False])
-    states, _, forces = simulate(make_humans(1), num_robots=0, obstacles=wall)
+    states, _, forces = run_humans(
+        make_walkers(1), num_robots=0, obstacles=wall
+    )
     assert states[0, 1] > 0.01
     assert forces[0, 3] > 0
 
@@ -85,25 +79,25 @@ def test_an_unknown_behavior_is_refused():
 
 def test_goals_are_walked_to_in_turn():
     human = HumanConfig(pose=[0, 0, 0], goals=[[3, 0], [3, 3]])
-    states, _, _ = simulate([human], num_robots=0, time=3.3)
+    states, _, _ = run_humans([human], num_robots=0, time=3.3)
     assert states[0, 1] > 0.1
-    states, _, _ = simulate([human], num_robots=0, time=30.0)
+    states, _, _ = run_humans([human], num_robots=0, time=30.0)
     np.testing.assert_allclose(states[0, :2], [3, 3], atol=0.5)
     np.testing.assert_allclose(states[0, 3:5], 0, atol=1e-3)
 
 
 def test_two_crowds_in_a_diagram_have_names():
     builder = DiagramBuilder()
-    AddHumans(builder, make_humans(1), num_robots=0)
+    AddHumans(builder, make_walkers(1), num_robots=0)
     with pytest.raises(ValueError, match="a system named 'humans' already"):
-        AddHumans(builder, make_humans(1), num_robots=0)
-    AddHumans(builder, make_humans(1), num_robots=0, name="others")
+        AddHumans(builder, make_walkers(1), num_robots=0)
+    AddHumans(builder, make_walkers(1), num_robots=0, name="others")
     assert builder.Build().HasSubsystemNamed("others")
 
 
 def test_two_robots_come_by_a_multiplexer():
     builder = DiagramBuilder()
-    ports = AddHumans(builder, make_humans(1), num_robots=2)
+    ports = AddHumans(builder, make_walkers(1), num_robots=2)
     robots = builder.AddSystem(Multiplexer([7, 7]))
     for i in range(2):
         source = builder.AddSystem(ConstantVectorSource(ROBOT))
@@ -114,10 +108,10 @@ def test_two_robots_come_by_a_multiplexer():
 
 def test_a_world_will_do_for_obstacles():
     world = World(walls=[Polyline(points=[[-9, -0.5], [9, -0.5]])])
-    expected = simulate(
-        make_humans(1), num_robots=0, obstacles=world.obstacles()
+    expected = run_humans(
+        make_walkers(1), num_robots=0, obstacles=world.obstacles()
     )
-    result = simulate(make_humans(1), num_robots=0, obstacles=world)
+    result = run_humans(make_walkers(1), num_robots=0, obstacles=world)
     for one, other in zip(result, expected, strict=True):
         np.testing.assert_array_equal(one, other)
 
@@ -136,13 +130,13 @@ def test_a_world_will_do_for_obstacles():
 )
 def test_arguments_of_another_kind_are_told(kwargs, message):
     with pytest.raises(TypeError, match=message):
-        MakeHumans(**{"humans": make_humans(1), **kwargs})
+        MakeHumans(**{"humans": make_walkers(1), **kwargs})
 
 
 @pytest.mark.parametrize("seed", [-1, 1.5, 2**70])
 def test_a_seed_out_of_range_is_told(seed):
     with pytest.raises(ValueError, match=r"seed must be a whole number in"):
-        MakeHumans(make_humans(1), seed=seed)
+        MakeHumans(make_walkers(1), seed=seed)
 
 
 @pytest.mark.parametrize("separate_trees", [True, False])
@@ -152,7 +146,7 @@ def test_people_without_robots_walk_to_their_goals(behavior, separate_trees):
         HumanConfig(pose=[0, y, 0], goals=[[9, y]], behavior=behavior)
         for y in (0, 2)
     ]
-    states, status, _ = simulate(
+    states, status, _ = run_humans(
         humans, num_robots=0, separate_trees=separate_trees
     )
     assert (states.reshape(2, 7)[:, 0] > 2).all()

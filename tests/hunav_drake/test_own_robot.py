@@ -77,7 +77,7 @@ class CarefulDriver(LeafSystem):
         )
 
 
-def make_people():
+def make_oncoming_people():
     """Three people who come towards the cart, one beside the other."""
     return [
         HumanConfig(
@@ -93,7 +93,7 @@ def make_meeting(*, unseen=False):
     robot_state = AddBodyState(
         builder, plant, plant.GetBodyByName("base"), radius=RADIUS
     )
-    people = make_people()
+    people = make_oncoming_people()
     humans = AddHumans(
         builder, people, num_robots=0 if unseen else 1, time_step=CROWD_STEP
     )
@@ -108,7 +108,7 @@ def make_meeting(*, unseen=False):
     return builder.Build()
 
 
-def record(diagram, end, context=None):
+def record_crowd_steps(diagram, end, context=None):
     """The robot and the people at each step of the crowd, and the Context."""
     simulator = (
         Simulator(diagram) if context is None else Simulator(diagram, context)
@@ -133,7 +133,7 @@ def record(diagram, end, context=None):
 @pytest.fixture(scope="module")
 def meeting():
     diagram = make_meeting()
-    return diagram, *record(diagram, 12.0)
+    return diagram, *record_crowd_steps(diagram, 12.0)
 
 
 def test_the_cart_and_the_people_pass_each_other(meeting):
@@ -147,7 +147,7 @@ def test_the_cart_and_the_people_pass_each_other(meeting):
 
 def test_people_leave_their_line_for_the_cart_alone(meeting):
     _, _, people, _ = meeting
-    _, blind, _ = record(make_meeting(unseen=True), 12.0)
+    _, blind, _ = record_crowd_steps(make_meeting(unseen=True), 12.0)
     swerve = abs(people[:, 1, 1] - 0.3).max()
     without = abs(blind[:, 1, 1] - 0.3).max()
     print(f"swerve: {swerve:.2f} m, without the cart: {without:.2f} m")
@@ -166,8 +166,10 @@ def test_people_see_what_the_plant_does(meeting):
 
 def test_a_clone_goes_on_as_the_whole(meeting):
     diagram, robot, people, _ = meeting
-    _, _, halfway = record(diagram, 5.0)
-    fork_robot, fork_people, _ = record(diagram, 12.0, halfway.Clone())
+    _, _, halfway = record_crowd_steps(diagram, 5.0)
+    fork_robot, fork_people, _ = record_crowd_steps(
+        diagram, 12.0, halfway.Clone()
+    )
     start = round(5.0 / CROWD_STEP)
     np.testing.assert_array_equal(fork_robot, robot[start:])
     np.testing.assert_array_equal(fork_people, people[start:])

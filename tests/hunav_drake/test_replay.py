@@ -46,7 +46,7 @@ def moving(pose, radius):
     return start, end
 
 
-def record(meshcat, duration=DURATION, **options):
+def record_replay(meshcat, duration=DURATION, **options):
     """Records people and a robot that walk through a corridor."""
     builder = DiagramBuilder()
     ports = AddScene(
@@ -71,7 +71,7 @@ def record(meshcat, duration=DURATION, **options):
     return ports
 
 
-def commands(html: str) -> bytes:
+def viewer_commands(html: str) -> bytes:
     """The commands that a static page gives to its viewer."""
     blobs = re.findall(r"base64,([A-Za-z0-9+/=]+)", html)
     return b"\n".join(base64.b64decode(blob) for blob in blobs)
@@ -97,10 +97,10 @@ def test_a_local_meshcat_listens_to_this_computer_alone(meshcat):
 
 
 def test_a_replay_holds_people_robot_view_and_recording(meshcat, tmp_path):
-    record(meshcat, duration=2.0)
+    record_replay(meshcat, duration=2.0)
     path = mut.SaveReplay(meshcat, tmp_path / "replay.html")
     html = path.read_text()
-    said = commands(html)
+    said = viewer_commands(html)
     for part in (b"ana/trunk", b"bo/trunk", b"cy/left_shin", b"robot/base"):
         assert part in said
     for part in (b"set_animation", b"set_target", b"PerspectiveCamera"):
@@ -109,7 +109,7 @@ def test_a_replay_holds_people_robot_view_and_recording(meshcat, tmp_path):
 
 
 def test_a_recording_has_ten_frames_per_second(meshcat):
-    ports = record(meshcat, duration=2.0)
+    ports = record_replay(meshcat, duration=2.0)
     recording = ports.visualizer.get_mutable_recording()
     assert recording.frames_per_second() == pytest.approx(10.0)
 
@@ -132,7 +132,7 @@ def test_a_recording_is_kept_when_a_run_fails(meshcat, tmp_path):
 
     with pytest.raises(KeyError):
         run()
-    assert b"set_animation" in commands(meshcat.StaticHtml())
+    assert b"set_animation" in viewer_commands(meshcat.StaticHtml())
 
 
 def test_a_failed_save_leaves_the_old_file(meshcat, tmp_path, monkeypatch):
@@ -193,7 +193,7 @@ def hue_mask(picture, hue, tolerance=0.04):
 @pytest.mark.slow
 def test_a_replay_shows_people_walking(meshcat, tmp_path):
     meshcat.Delete()
-    record(meshcat)
+    record_replay(meshcat)
     html = mut.SaveReplay(meshcat, tmp_path / "replay.html")
     seen = []
     for time in (0.0, 4.0, DURATION):

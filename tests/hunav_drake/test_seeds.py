@@ -13,7 +13,6 @@ from hunav_drake import (
     AddHumans,
     GetTrialResult,
     GetTrialSeed,
-    HumanConfig,
     LoadContext,
     LoadScenario,
     MakeHumans,
@@ -24,6 +23,7 @@ from hunav_drake import (
     SetHumansSeed,
     SetTrialSeed,
 )
+from tests.walkers import make_walkers
 
 DURATION = 2.5
 
@@ -62,13 +62,13 @@ def results(scenario):
     return {seed: RunTrial(scenario, seed) for seed in (0, 1, 2**63 - 1)}
 
 
-def arrays(diagram, context, path):
+def saved_arrays(diagram, context, path):
     """All that a Context holds, as it is saved in a file."""
     with np.load(SaveContext(diagram, context, path)) as file:
         return dict(file)
 
 
-def assert_same(one, other):
+def assert_same_arrays(one, other):
     assert one.keys() == other.keys()
     for name, array in one.items():
         np.testing.assert_array_equal(array, other[name], err_msg=name)
@@ -162,9 +162,11 @@ def test_nothing_of_the_past_is_kept(diagram, tmp_path):
     ).SetFromVector([1.0, 2.0, 3.0])
     SetTrialSeed(diagram, context, 6)
     fresh = MakeTrialDiagram(make_scenario(seed=6))
-    assert_same(
-        arrays(diagram, context, tmp_path / "reset.npz"),
-        arrays(fresh, fresh.CreateDefaultContext(), tmp_path / "fresh.npz"),
+    assert_same_arrays(
+        saved_arrays(diagram, context, tmp_path / "reset.npz"),
+        saved_arrays(
+            fresh, fresh.CreateDefaultContext(), tmp_path / "fresh.npz"
+        ),
     )
 
 
@@ -178,9 +180,9 @@ def test_a_seed_survives_clones_and_files(diagram, tmp_path, seed):
     loaded = LoadContext(diagram, path)
     assert GetTrialSeed(diagram, context) == 17
     assert GetTrialSeed(diagram, clone) == GetTrialSeed(diagram, loaded) == seed
-    assert_same(
-        arrays(diagram, clone, tmp_path / "clone.npz"),
-        arrays(diagram, loaded, tmp_path / "loaded.npz"),
+    assert_same_arrays(
+        saved_arrays(diagram, clone, tmp_path / "clone.npz"),
+        saved_arrays(diagram, loaded, tmp_path / "loaded.npz"),
     )
 
 
@@ -200,10 +202,12 @@ def test_a_refused_seed_leaves_a_context_as_it_is(diagram, tmp_path, seed):
     simulator = MakeTrialSimulator(diagram)
     simulator.AdvanceTo(0.5)
     context = simulator.get_mutable_context()
-    before = arrays(diagram, context, tmp_path / "before.npz")
+    before = saved_arrays(diagram, context, tmp_path / "before.npz")
     with pytest.raises(ValueError, match="seed must be a whole number in"):
         SetTrialSeed(diagram, context, seed)
-    assert_same(before, arrays(diagram, context, tmp_path / "after.npz"))
+    assert_same_arrays(
+        before, saved_arrays(diagram, context, tmp_path / "after.npz")
+    )
 
 
 def test_a_context_of_another_diagram_is_refused(scenario, diagram):
@@ -212,15 +216,10 @@ def test_a_context_of_another_diagram_is_refused(scenario, diagram):
         SetTrialSeed(diagram, other, 1)
 
 
-def make_people():
-    return [
-        HumanConfig(
-            pose=[0, 2 * i, 0],
-            goals=[[1, 2 * i], [6, 2 * i]],
-            forces_mode="random_uniform",
-        )
-        for i in range(2)
-    ]
+def make_random_people():
+    return make_walkers(
+        2, xs=(1.0, 6.0), cyclic=False, forces_mode="random_uniform"
+    )
 
 
 @pytest.mark.parametrize("separate_trees", [True, False])
@@ -231,7 +230,7 @@ def test_people_in_a_diagram_of_ones_own_start_again(separate_trees, tmp_path):
         builder = DiagramBuilder()
         people = AddHumans(
             builder,
-            make_people(),
+            make_random_people(),
             start_jitter=0.2,
             seed=seed,
             separate_trees=separate_trees,
@@ -261,14 +260,14 @@ def test_people_in_a_diagram_of_ones_own_start_again(separate_trees, tmp_path):
     expected.SetContinuousState(
         context.get_continuous_state_vector().CopyToVector()
     )
-    assert_same(
-        arrays(diagram, context, tmp_path / "reset.npz"),
-        arrays(fresh, expected, tmp_path / "fresh.npz"),
+    assert_same_arrays(
+        saved_arrays(diagram, context, tmp_path / "reset.npz"),
+        saved_arrays(fresh, expected, tmp_path / "fresh.npz"),
     )
 
 
 def test_people_alone_are_a_diagram_too():
-    diagram = MakeHumans(make_people(), num_robots=0)
+    diagram = MakeHumans(make_random_people(), num_robots=0)
     context = diagram.CreateDefaultContext()
     forces = diagram.GetOutputPort("forces")
     drawn = []

@@ -31,7 +31,7 @@ def diagram(passing):
     return MakeTrialDiagram(passing)
 
 
-def states_of(diagram, context):
+def port_values(diagram, context):
     return np.concatenate(
         [
             diagram.GetOutputPort(name).Eval(context)
@@ -103,8 +103,8 @@ def test_a_clone_has_the_same_future(diagram):
     fork = MakeTrialSimulator(diagram, clone)
     fork.AdvanceTo(14.0)
     np.testing.assert_array_equal(
-        states_of(diagram, simulator.get_context()),
-        states_of(diagram, fork.get_context()),
+        port_values(diagram, simulator.get_context()),
+        port_values(diagram, fork.get_context()),
     )
 
 
@@ -153,7 +153,7 @@ def test_a_fork_can_go_another_way(diagram):
     for other in (simulator, fork):
         other.AdvanceTo(6.0)
     states = [
-        states_of(diagram, other.get_context()) for other in (simulator, fork)
+        port_values(diagram, other.get_context()) for other in (simulator, fork)
     ]
     assert abs(states[0] - states[1]).max() > 1
 
@@ -168,8 +168,8 @@ def test_two_contexts_do_not_disturb_each_other(diagram):
         first.AdvanceTo(0.1 * k)
         second.AdvanceTo(3.0 + 0.1 * k)
     np.testing.assert_array_equal(
-        states_of(diagram, first.get_context()),
-        states_of(diagram, alone.get_context()),
+        port_values(diagram, first.get_context()),
+        port_values(diagram, alone.get_context()),
     )
 
 

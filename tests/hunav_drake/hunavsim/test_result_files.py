@@ -8,38 +8,27 @@ import pytest
 
 from hunav_drake.hunavsim.result_files import HUNAV_NAMES
 from hunav_drake.results.files import WriteResult
-from hunav_drake.results.trial_result import MakeTrialResult
-from hunav_drake.systems.evaluation.recording import Recording
+from tests.hunav_drake.passing_trials import make_recording, make_result
 from tests.recorded import read_recorded
 
-
-def make_result(**kwargs):
-    times = 7 + np.arange(5) * 0.1
-    robot = np.zeros((5, 7))
-    robot[:, 0] = 0.5 * times
-    robot[:, 3] = 0.5
-    robot[:, 6] = 0.35
-    humans = np.zeros((5, 3, 7))
-    humans[:, :, 1] = [2.0, 5.0, 8.0]
-    recording = Recording(
-        times=times,
-        robot=robot,
-        humans=humans,
-        behaviors=("regular", "scared", "my own"),
-        behavior_status=np.array([[1, k >= 2, 0] for k in range(5)]),
-        goal=(5.0, 0.0, 0.0),
-    )
-    return MakeTrialResult(
-        recording, provenance={"seed": 0}, end_reason="timeout", **kwargs
-    )
+RECORDING = make_recording(
+    (0.0, 0.0, 0.0),
+    y=(2.0, 5.0, 8.0),
+    samples=5,
+    times=7 + np.arange(5) * 0.1,
+    behaviors=("regular", "scared", "my own"),
+    behavior_status=np.array([[1, k >= 2, 0] for k in range(5)]),
+    goal=(5.0, 0.0, 0.0),
+)
 
 
-def read(path):
+def read_table(path):
     return pd.read_csv(path, sep="\t")
 
 
 def test_four_kinds_of_files_besides_the_others(tmp_path):
-    folder = WriteResult(make_result(), tmp_path, tag="a", format="hunav")
+    result = make_result(RECORDING, metric_names="all")
+    folder = WriteResult(result, tmp_path, tag="a", format="hunav")
     assert {path.name for path in folder.glob("*.txt")} == {
         "metrics.txt",
         "metrics_steps_a.txt",
@@ -51,9 +40,9 @@ def test_four_kinds_of_files_besides_the_others(tmp_path):
 
 
 def test_one_row_for_the_run_with_the_names_of_the_original(tmp_path):
-    result = make_result()
+    result = make_result(RECORDING, metric_names="all")
     folder = WriteResult(result, tmp_path, tag="a", format="hunav")
-    table = read(folder / "metrics.txt")
+    table = read_table(folder / "metrics.txt")
     assert table["experiment_tag"].tolist() == ["a"]
     assert set(table.columns) == {"experiment_tag", *HUNAV_NAMES.values()}
     for name, original in HUNAV_NAMES.items():
@@ -63,7 +52,7 @@ def test_one_row_for_the_run_with_the_names_of_the_original(tmp_path):
     text = (folder / "metrics.txt").read_text()
     assert "\tnan\t" in text
     assert "\tFalse\t" in text
-    behavior = read(folder / "metrics_beh_4.txt")
+    behavior = read_table(folder / "metrics_beh_4.txt")
     assert behavior["minimum_distance_to_people"][0] == pytest.approx(
         result.by_behavior.loc["scared", "min_dist_to_people"]
     )
@@ -77,9 +66,9 @@ def test_the_names_are_those_of_the_original():
 
 
 def test_steps_count_from_the_first(tmp_path):
-    result = make_result()
+    result = make_result(RECORDING, metric_names="all")
     folder = WriteResult(result, tmp_path, tag="a", format="hunav")
-    steps = read(folder / "metrics_steps_a.txt")
+    steps = read_table(folder / "metrics_steps_a.txt")
     assert steps["time_stamps"].to_numpy() == pytest.approx(np.arange(5) * 0.1)
     assert steps["avg_distance_to_closest_person"].to_numpy() == pytest.approx(
         result.steps["avg_dist_to_closest_person"].to_numpy()
@@ -88,9 +77,10 @@ def test_steps_count_from_the_first(tmp_path):
 
 
 def test_a_behavior_is_active_only_by_its_own_people(tmp_path):
-    folder = WriteResult(make_result(), tmp_path, tag="a", format="hunav")
+    result = make_result(RECORDING, metric_names="all")
+    folder = WriteResult(result, tmp_path, tag="a", format="hunav")
     active = {
-        number: read(folder / f"metrics_beh_{number}_steps_a.txt")[
+        number: read_table(folder / f"metrics_beh_{number}_steps_a.txt")[
             "behavior_active"
         ].tolist()
         for number in (1, 4)
@@ -99,9 +89,9 @@ def test_a_behavior_is_active_only_by_its_own_people(tmp_path):
 
 
 def test_only_the_chosen_metrics_are_in_them(tmp_path):
-    result = make_result(metric_names=["path", "efficiency"])
+    result = make_result(RECORDING, metric_names=["path", "efficiency"])
     folder = WriteResult(result, tmp_path, tag="a", format="hunav")
-    assert read(folder / "metrics.txt").columns.tolist() == [
+    assert read_table(folder / "metrics.txt").columns.tolist() == [
         "experiment_tag",
         "path_length",
         "cumulative_heading_changes",
@@ -109,5 +99,5 @@ def test_only_the_chosen_metrics_are_in_them(tmp_path):
 
 
 def test_without_the_format_there_are_none(tmp_path):
-    WriteResult(make_result(), tmp_path)
+    WriteResult(make_result(RECORDING), tmp_path)
     assert not list(tmp_path.rglob("*.txt"))

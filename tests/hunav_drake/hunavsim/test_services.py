@@ -7,22 +7,20 @@ import numpy as np
 from pydrake.systems.analysis import Simulator
 import pytest
 
-from hunav_drake import HumanConfig, LoadScenario, MakeTrialDiagram
+from hunav_drake import LoadScenario, MakeTrialDiagram
 from hunav_drake.hunavsim.services import AgentServices
 from hunav_drake.systems.world.obstacles import Obstacles
+from tests.walkers import make_walkers
 
 ROBOT = [3.0, 0.4, 0.0, 0.0, 0.0, 0.0, 0.3]
 
 
 def make_people(n=3):
+    """Two of a group, and others."""
+    walkers = make_walkers(n, xs=(1.5, 6.0), spacing=0.8, cyclic=False)
     return [
-        HumanConfig(
-            pose=[0, 0.8 * i, 0],
-            goals=[[1.5, 0.8 * i], [6, 0.8 * i]],
-            id=10 + i,
-            group_id=0 if i < 2 else -1,
-        )
-        for i in range(n)
+        dataclasses.replace(human, id=10 + i, group_id=0 if i < 2 else -1)
+        for i, human in enumerate(walkers)
     ]
 
 
@@ -31,7 +29,7 @@ def dut():
     return AgentServices(make_people())
 
 
-def walk(services, states, steps):
+def walk_by_service(services, states, steps):
     """The states after each of some steps, everyone moved as told."""
     history = []
     for _ in range(steps):
@@ -102,7 +100,7 @@ def test_compute_agent_goes_on_from_what_is_known(dut):
 
 def test_the_caller_owns_where_people_are(dut):
     """Someone held back by the other simulator goes on from there."""
-    states = walk(dut, dut.agents.states, 20)[-1]
+    states = walk_by_service(dut, dut.agents.states, 20)[-1]
     held = states.copy()
     held[0] = [-1.0, 5.0, 0.3, 0.0, 0.0, 0.0, 0.35]
     after, _ = dut.compute_agents(held, ROBOT)
@@ -113,7 +111,7 @@ def test_the_caller_owns_where_people_are(dut):
 @pytest.mark.parametrize("dt", [0.15, np.float32(0.15), 0.15 + 1e-9])
 def test_a_longer_time_is_several_steps(dut, dt):
     states = dut.agents.states
-    in_steps = walk(AgentServices(make_people()), states, 3)[-1]
+    in_steps = walk_by_service(AgentServices(make_people()), states, 3)[-1]
     at_once, _ = dut.compute_agents(states, ROBOT, dt)
     np.testing.assert_array_equal(at_once, in_steps)
 
@@ -132,7 +130,7 @@ def test_a_time_that_is_no_number_of_steps_is_refused(dut, dt):
 
 
 def test_two_simulators_do_not_disturb_each_other(dut):
-    alone = walk(AgentServices(make_people()), dut.agents.states, 40)
+    alone = walk_by_service(AgentServices(make_people()), dut.agents.states, 40)
     other = AgentServices(make_people())
     states = dut.agents.states
     other_states = states + np.array([0, 3, 0, 0, 0, 0, 0])
@@ -144,11 +142,13 @@ def test_two_simulators_do_not_disturb_each_other(dut):
 
 def test_reset_starts_again(dut):
     start = dut.agents.states
-    first = walk(dut, start, 60)
+    first = walk_by_service(dut, start, 60)
     assert (first[-1, :, 0] > 2).all()
     agents = dut.reset_agents()
     np.testing.assert_array_equal(agents.states, start)
-    np.testing.assert_array_equal(walk(dut, agents.states, 60), first)
+    np.testing.assert_array_equal(
+        walk_by_service(dut, agents.states, 60), first
+    )
 
 
 def test_a_reset_may_draw_weights_anew():
@@ -157,16 +157,20 @@ def test_a_reset_may_draw_weights_anew():
         for human in make_people()
     ]
     first, other = (
-        walk(dut, dut.agents.states, 20)
+        walk_by_service(dut, dut.agents.states, 20)
         for dut in (AgentServices(people), AgentServices(people, seed=3))
     )
     assert (first[-1] != other[-1]).any()
     dut = AgentServices(people)
     dut.reset_agents(seed=3)
-    np.testing.assert_array_equal(walk(dut, dut.agents.states, 20), other)
+    np.testing.assert_array_equal(
+        walk_by_service(dut, dut.agents.states, 20), other
+    )
     # They keep them from then on.
     dut.reset_agents()
-    np.testing.assert_array_equal(walk(dut, dut.agents.states, 20), other)
+    np.testing.assert_array_equal(
+        walk_by_service(dut, dut.agents.states, 20), other
+    )
     with pytest.raises(ValueError, match="seed must be a whole number"):
         dut.reset_agents(seed=-1)
 
@@ -180,19 +184,19 @@ def test_reset_puts_people_where_they_are_said_to_be(dut):
 
 
 def test_a_refused_reset_changes_nothing(dut):
-    before = walk(dut, dut.agents.states, 5)[-1]
+    before = walk_by_service(dut, dut.agents.states, 5)[-1]
     with pytest.raises(ValueError, match="robot must hold 1 rows"):
         dut.reset_agents(robot=ROBOT[:3])
     np.testing.assert_array_equal(dut.agents.states, before)
 
 
 def test_what_people_have_in_mind_can_be_saved(dut):
-    states = walk(dut, dut.agents.states, 30)[-1]
+    states = walk_by_service(dut, dut.agents.states, 30)[-1]
     saved = dut.context.Clone()
-    future = walk(dut, states, 30)
+    future = walk_by_service(dut, states, 30)
     dut.context = saved
     np.testing.assert_array_equal(dut.agents.states, states)
-    np.testing.assert_array_equal(walk(dut, states, 30), future)
+    np.testing.assert_array_equal(walk_by_service(dut, states, 30), future)
     # The saved Context is not touched.
     assert saved.get_time() == pytest.approx(1.5)
 
@@ -278,7 +282,7 @@ def test_everybodys_step_is_computed_once(dut, monkeypatch):
 
 
 def test_the_context_put_back_ends_what_was_begun(dut):
-    states = walk(dut, dut.agents.states, 20)[-1]
+    states = walk_by_service(dut, dut.agents.states, 20)[-1]
     saved = dut.context.Clone()
     first = dut.move_agent(states, ROBOT, 10).states
     dut.move_agent(states, ROBOT, 11)

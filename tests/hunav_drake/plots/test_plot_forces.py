@@ -27,7 +27,7 @@ def make_forces(n=2, **values):
     return forces.reshape(n, -1)
 
 
-def arrows(ax):
+def arrows_by_name(ax):
     """The arrows' ends less their beginnings, by their names."""
     quivers = [c for c in ax.collections if isinstance(c, Quiver)]
     return {
@@ -41,7 +41,7 @@ def arrows(ax):
 
 def test_each_force_is_an_arrow_of_its_length():
     forces = make_forces(goal=[[1, 0], [0, 2]], total=[[1, 0], [0, 2]])
-    drawn = arrows(plot_forces(forces, STATES, scale=0.5))
+    drawn = arrows_by_name(plot_forces(forces, STATES, scale=0.5))
     assert set(drawn) == {"goal", "total"}
     for centers, vectors in drawn.values():
         np.testing.assert_allclose(centers, STATES[:, :2])
@@ -50,7 +50,7 @@ def test_each_force_is_an_arrow_of_its_length():
 
 def test_what_does_not_push_is_not_drawn():
     forces = make_forces(social=[[0.0, 0.0], [1.0, 0.0]])
-    drawn = arrows(plot_forces(forces, STATES))
+    drawn = arrows_by_name(plot_forces(forces, STATES))
     np.testing.assert_allclose(drawn["social"][0], STATES[1:, :2])
 
 
@@ -90,7 +90,7 @@ def test_a_new_figure_is_as_wide_as_a_column():
 
 def test_nobody_is_an_empty_plot():
     ax = plot_forces(np.zeros((0, 16)), np.zeros((0, 7)))
-    assert arrows(ax) == {}
+    assert arrows_by_name(ax) == {}
     ax.figure.canvas.draw()
 
 

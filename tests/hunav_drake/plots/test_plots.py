@@ -4,8 +4,6 @@ import matplotlib as mpl
 
 mpl.use("Agg")
 
-import dataclasses
-
 from matplotlib.container import ErrorbarContainer
 import matplotlib.pyplot as plt
 import numpy as np
@@ -24,33 +22,14 @@ from hunav_drake.plots import (
 )
 from hunav_drake.plots.style import shown
 from hunav_drake.results.statistics import summarize
-from hunav_drake.results.trial_result import MakeTrialResult
 from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.systems.world.obstacles import Obstacles
+from tests.hunav_drake.passing_trials import make_recording, make_result
 
 
-def make_recording(xs=(-3.0, 3.0), *, y=1.5, samples=61, **kwargs):
-    """A robot that drives by at 1 m/s, and one person per x that stands."""
-    times = np.arange(samples) * 0.1
-    robot = np.zeros((samples, 7))
-    robot[:, 0] = times - 3.0
-    robot[:, 3] = 1.0
-    robot[:, 6] = 0.35
-    humans = np.zeros((samples, len(xs), 7))
-    humans[:, :, 0] = xs
-    humans[:, :, 1] = y
-    humans[:, :, 6] = 0.25
-    return Recording(times=times, robot=robot, humans=humans, **kwargs)
-
-
-def make_result(recording=None, *, seed=0, planner="pursuit", scenario="test"):
-    return MakeTrialResult(
-        make_recording() if recording is None else recording,
-        metric_names=["paper"],
-        scenario_name=scenario,
-        provenance={"seed": seed, "planner": planner},
-        end_reason="goal",
-    )
+def drive_by(xs=(-3.0, 3.0), *, y=1.5, samples=61, **kwargs):
+    """Returns a recording of 6 s, with a person at each x on the left."""
+    return make_recording(xs, y=y, samples=samples, start=-3.0, **kwargs)
 
 
 def artists(ax, gid):
@@ -74,11 +53,11 @@ ALL_OF_ONE = [
 @pytest.mark.parametrize(
     "recording",
     [
-        make_recording(),
-        make_recording(()),
-        make_recording(samples=1),
-        make_recording((), samples=1),
-        make_recording(range(12), human_names=[f"$_{i}^{{" for i in range(12)]),
+        drive_by(),
+        drive_by(()),
+        drive_by(samples=1),
+        drive_by((), samples=1),
+        drive_by(range(12), human_names=[f"$_{i}^{{" for i in range(12)]),
     ],
     ids=["two people", "nobody", "one sample", "nobody, one sample", "many"],
 )
@@ -92,7 +71,7 @@ def test_every_plot_can_be_drawn(plot, recording):
 @pytest.mark.parametrize("plot", ALL_OF_ONE)
 def test_no_plot_needs_a_new_figure(plot):
     figure, ax = plt.subplots()
-    assert plot(make_result(), ax=ax) is ax
+    assert plot(make_result(drive_by()), ax=ax) is ax
     assert plt.get_fignums() == [figure.number]
 
 
@@ -113,13 +92,13 @@ def test_what_is_no_run_is_refused(plot):
     ],
 )
 def test_axes_have_units(plot, xlabel, ylabel):
-    ax = plot(make_recording())
+    ax = plot(drive_by())
     assert ax.get_xlabel() == xlabel
     assert ax.get_ylabel() == ylabel
 
 
 def test_the_distance_is_that_between_surfaces():
-    recording = make_recording((0.0,))
+    recording = drive_by((0.0,))
     line = next(
         line
         for line in plot_distance_to_people(recording).get_lines()
@@ -132,7 +111,7 @@ def test_the_distance_is_that_between_surfaces():
 
 
 def test_each_approach_has_its_minimum():
-    ax = plot_distance_to_people(make_recording((-2.0, 2.0)))
+    ax = plot_distance_to_people(drive_by((-2.0, 2.0)))
     (minima,) = artists(ax, "minima")
     np.testing.assert_allclose(minima.get_xdata(), [1.0, 5.0])
     np.testing.assert_allclose(minima.get_ydata(), [0.9, 0.9])
@@ -140,7 +119,7 @@ def test_each_approach_has_its_minimum():
 
 
 def test_the_minimum_of_who_is_behind_another_is_not_on_the_line():
-    recording = make_recording((0.0, 0.0))
+    recording = drive_by((0.0, 0.0))
     humans = recording.humans.copy()
     humans[:, 1, 1] = -1.7
     behind = Recording(
@@ -153,7 +132,7 @@ def test_the_minimum_of_who_is_behind_another_is_not_on_the_line():
 
 def test_an_approach_lasts_while_the_person_is_near():
     # Within 1.2 m from surface to surface is within 1.8 m of the centers.
-    (approach,) = find_approaches(make_recording((0.0,)))
+    (approach,) = find_approaches(drive_by((0.0,)))
     half = np.sqrt(1.8**2 - 1.5**2)
     assert approach.start == pytest.approx(3.0 - half, abs=0.1)
     assert approach.end == pytest.approx(3.0 + half, abs=0.1)
@@ -162,7 +141,7 @@ def test_an_approach_lasts_while_the_person_is_near():
 
 
 def test_who_comes_twice_is_met_twice():
-    recording = make_recording((-2.0,))
+    recording = drive_by((-2.0,))
     humans = recording.humans.copy()
     humans[40:, 0, 0] = 2.0
     humans[30:40] = np.nan
@@ -181,11 +160,11 @@ def test_near_must_be_positive(near):
         plot_robot_speed,
     ):
         with pytest.raises(ValueError, match="near must be positive"):
-            function(make_recording(), near=near)
+            function(drive_by(), near=near)
 
 
 def test_the_time_with_a_person_near_is_shaded():
-    ax = plot_robot_speed(make_recording((0.0,)), near=1.9)
+    ax = plot_robot_speed(drive_by((0.0,)), near=1.9)
     (span,) = artists(ax, "near")
     half = np.sqrt(2.5**2 - 1.5**2)
     bounds = span.get_extents().transformed(ax.transData.inverted())
@@ -197,7 +176,7 @@ def test_the_time_with_a_person_near_is_shaded():
 
 
 def test_a_robot_that_backs_up_has_a_speed_below_zero():
-    recording = make_recording()
+    recording = drive_by()
     robot = recording.robot.copy()
     robot[:, 2] = np.pi
     ax = plot_robot_speed(
@@ -209,10 +188,10 @@ def test_a_robot_that_backs_up_has_a_speed_below_zero():
 
 def test_several_runs_are_named_by_what_differs():
     results = [
-        make_result(planner="a", seed=1),
-        make_result(planner="b", seed=1),
-        make_result(planner="b", seed=2),
-        make_result(planner="b", seed=2),
+        make_result(drive_by(), planner="a", seed=1),
+        make_result(drive_by(), planner="b", seed=1),
+        make_result(drive_by(), planner="b", seed=2),
+        make_result(drive_by(), planner="b", seed=2),
     ]
     names = ["a, seed 1", "b, seed 1", "b, seed 2", "b, seed 2 (2)"]
     for plot in (plot_distance_to_people, plot_robot_speed, plot_trajectories):
@@ -224,7 +203,7 @@ def test_several_runs_are_named_by_what_differs():
 
 
 def test_runs_may_have_names_of_ones_own():
-    runs = {"_first": make_recording(), "$x": make_result()}
+    runs = {"_first": drive_by(), "$x": make_result(drive_by())}
     ax = plot_robot_speed(runs)
     ax.figure.canvas.draw()
     assert {" _first", "$x"} <= set(legend_texts(ax))
@@ -236,7 +215,7 @@ def test_the_map_has_everything_on_it():
         [[[-9, 2], [9, 2], [9, 3], [-9, 3]], [[-5, -8], [5, -8]]],
         solid=[True, False],
     )
-    recording = make_recording(obstacles=walls, goal=(4.0, 0.0, 0.0))
+    recording = drive_by(obstacles=walls, goal=(4.0, 0.0, 0.0))
     ax = plot_trajectories(recording)
     (left, right), (bottom, top) = ax.get_xlim(), ax.get_ylim()
     assert left < -9
@@ -259,7 +238,7 @@ def test_the_map_has_everything_on_it():
 
 
 def test_marks_are_at_equal_times():
-    ax = plot_trajectories(make_recording(()), mark_every=2.0)
+    ax = plot_trajectories(drive_by(()), mark_every=2.0)
     (marks,) = artists(ax, "marks")
     np.testing.assert_allclose(
         marks.get_xydata(), [[-3, 0], [-1, 0], [1, 0], [3, 0]]
@@ -269,7 +248,7 @@ def test_marks_are_at_equal_times():
 
 
 def test_who_is_missing_has_no_mark():
-    recording = make_recording((0.0,))
+    recording = drive_by((0.0,))
     humans = recording.humans.copy()
     humans[:35] = np.nan
     late = Recording(
@@ -281,13 +260,13 @@ def test_who_is_missing_has_no_mark():
 
 def test_the_time_between_marks_must_be_positive():
     with pytest.raises(ValueError, match="mark_every must be positive"):
-        plot_trajectories(make_recording(), mark_every=0.0)
+        plot_trajectories(drive_by(), mark_every=0.0)
 
 
 def test_labels_keep_off_each_other():
     # All marks are at one place, and only so many labels fit around it.
     still = np.zeros((61, 7))
-    recording = make_recording(())
+    recording = drive_by(())
     ax = plot_trajectories(
         Recording(times=recording.times, robot=still, humans=recording.humans),
         mark_every=0.1,
@@ -299,7 +278,7 @@ def test_labels_keep_off_each_other():
 
 
 def test_shares_of_spaces_are_those_of_the_metrics():
-    result = make_result()
+    result = make_result(drive_by())
     ax = plot_zones(result)
     shares = [bars[0].get_width() for bars in ax.containers]
     names = ("intimate", "personal", "social+")
@@ -312,7 +291,7 @@ def test_shares_of_spaces_are_those_of_the_metrics():
 def test_activity_is_where_the_status_says():
     status = np.zeros((61, 2))
     status[10:20, 1] = 1
-    recording = make_recording(
+    recording = drive_by(
         behavior_status=status,
         behaviors=("regular", "scared"),
         human_names=("ana", "<b>"),
@@ -331,7 +310,7 @@ def test_activity_is_where_the_status_says():
 # --- comparison ---
 
 
-def make_runs():
+def three_planners():
     return pd.DataFrame(
         {
             "planner": ["a", "a", "a", "b", "b", "c"],
@@ -341,11 +320,11 @@ def make_runs():
 
 
 def test_bars_are_means_with_intervals():
-    ax = plot_comparison(make_runs(), "path_length")
+    ax = plot_comparison(three_planners(), "path_length")
     assert [bar.get_width() for bar in ax.patches] == [2.0, 5.0, 0.0]
     assert [t.get_text() for t in ax.get_yticklabels()] == ["a", "b", "c"]
     assert ax.get_xlabel() == "path_length (m)"
-    table = summarize(make_runs(), ["planner"])
+    table = summarize(three_planners(), ["planner"])
     intervals = [c for c in ax.containers if isinstance(c, ErrorbarContainer)]
     assert len(intervals) == 2
     for container, name in zip(intervals, "ab", strict=True):
@@ -356,7 +335,7 @@ def test_bars_are_means_with_intervals():
 
 
 def test_anything_can_be_compared():
-    runs = make_runs().rename(columns={"planner": "setting"})
+    runs = three_planners().rename(columns={"planner": "setting"})
     ax = plot_comparison(runs, "path_length", by="setting")
     assert len(ax.patches) == 3
 
@@ -369,7 +348,8 @@ def test_results_can_be_compared():
 
 
 def test_rates_are_in_percent():
-    runs = make_runs().assign(completed=[1.0, 1.0, 0.0, 1.0, np.inf, np.nan])
+    completed = [1.0, 1.0, 0.0, 1.0, np.inf, np.nan]
+    runs = three_planners().assign(completed=completed)
     ax = plot_comparison(runs, "completed")
     assert [b.get_width() for b in ax.patches] == pytest.approx(
         [200 / 3, 100, 0]
@@ -388,19 +368,19 @@ def test_every_plot_is_exported():
 
 
 def test_a_metric_without_values_is_an_empty_plot():
-    ax = plot_comparison(make_runs().iloc[5:], "path_length")
+    ax = plot_comparison(three_planners().iloc[5:], "path_length")
     assert [text.get_text() for text in ax.texts] == ["there are no values"]
 
 
 def test_a_column_that_there_is_not_is_refused():
     with pytest.raises(ValueError, match="no column 'speed'"):
-        plot_comparison(make_runs(), "speed")
+        plot_comparison(three_planners(), "speed")
     with pytest.raises(ValueError, match="no column 'robot'"):
-        plot_comparison(make_runs(), "path_length", by="robot")
+        plot_comparison(three_planners(), "path_length", by="robot")
 
 
 def test_numbers_of_close_approaches_do_not_hide_the_line():
-    ax = plot_distance_to_people(make_recording((-2.0, 2.0), y=0.5))
+    ax = plot_distance_to_people(drive_by((-2.0, 2.0), y=0.5))
     ax.figure.canvas.draw()
     (minima,) = artists(ax, "minima")
     # It is a contact: the mark is above the axis, the number below the mark.
@@ -417,7 +397,7 @@ def test_numbers_of_close_approaches_do_not_hide_the_line():
 
 
 def test_marks_of_several_runs_are_above_the_axis():
-    runs = {k: make_recording((0.0,), y=0.5) for k in "ab"}
+    runs = {k: drive_by((0.0,), y=0.5) for k in "ab"}
     ax = plot_distance_to_people(runs)
     ax.figure.canvas.draw()
     height = ax.transData.transform((0.0, 0.0))[1] - ax.get_window_extent().y0
@@ -426,7 +406,7 @@ def test_marks_of_several_runs_are_above_the_axis():
 
 def test_settings_of_one_planner_have_bars_of_their_own():
     results = [
-        dataclasses.replace(make_result(seed=seed), setting=f"a.speed={v}")
+        make_result(seed=seed, setting=f"a.speed={v}")
         for v in (1, 2)
         for seed in (0, 1)
     ]
@@ -446,7 +426,7 @@ def test_long_names_keep_what_tells_them_apart():
 
 
 def test_a_legend_beside_long_names_stays_in_the_figure():
-    ax = plot_zones({f"cruise_speed=0.{i}": make_recording() for i in (3, 7)})
+    ax = plot_zones({f"cruise_speed=0.{i}": drive_by() for i in (3, 7)})
     ax.figure.canvas.draw()
     legend = ax.get_legend().get_window_extent()
     assert legend.x1 <= ax.figure.bbox.x1 + 1

@@ -34,7 +34,7 @@ NUMBERS = (
 WORDS = ("", "x", "1e999", "nan", "inf", "-Infinity", "1_0", "0x1", "é", "\0")
 
 
-def make_recording(samples=6, **kwargs):
+def whole_recording(samples=6, **kwargs):
     rng = np.random.default_rng(1)
     humans = rng.normal(size=(samples, 2, 7)) * 2
     humans[..., 6] = 0.3
@@ -121,7 +121,7 @@ def mutate_array(rng, array):
 def test_a_changed_npz(tmp_path):
     rng = np.random.default_rng(2)
     path = tmp_path / "a.npz"
-    make_recording().save(path)
+    whole_recording().save(path)
     with np.load(path) as archive:
         whole = dict(archive)
     outcomes = []
@@ -144,7 +144,7 @@ def test_a_changed_npz(tmp_path):
 def test_the_smallest_numbers():
     """What is next to nothing does not make what is divided by it infinite."""
     least = 5e-324
-    moving = make_recording()
+    moving = whole_recording()
     for scale in (0.0, least, 1e-160, 1e-20, 1e9):
         for radius in (0.0, 0.3, 1e9):
             robot, humans = moving.robot.copy(), moving.humans.copy()
@@ -152,27 +152,27 @@ def test_the_smallest_numbers():
             humans[..., :2] *= scale
             robot[:, 6] = radius
             humans[..., 6][~np.isnan(humans[..., 6])] = radius
-            assert_finite(make_recording(robot=robot, humans=humans))
+            assert_finite(whole_recording(robot=robot, humans=humans))
     # Points that pass each other at the smallest distance there is.
     robot, humans = np.zeros((6, 7)), np.zeros((6, 2, 7))
     robot[:, 3] = 1.0
     humans[..., 0], humans[..., 1] = 1.0, least
-    assert_finite(make_recording(robot=robot, humans=humans))
+    assert_finite(whole_recording(robot=robot, humans=humans))
 
 
 @pytest.mark.parametrize("value", [1e9, 1e155, -1e308])
 @pytest.mark.parametrize("name", ["robot", "humans", "goal"])
 def test_the_largest_numbers(name, value):
     """Each is refused where it stands, or gives finite metrics."""
-    whole = getattr(make_recording(), name)
+    whole = getattr(whole_recording(), name)
     for column in range(np.shape(whole)[-1]):
         array = np.array(whole)
         array[(-1,) * (array.ndim - 1) + (column,)] = value
         if abs(value) <= LARGEST:
-            assert_finite(make_recording(**{name: array}))
+            assert_finite(whole_recording(**{name: array}))
         else:
             with pytest.raises(ValueError, match=f"recording.{name}: "):
-                make_recording(**{name: array})
+                whole_recording(**{name: array})
 
 
 def table_of(recording):
@@ -212,7 +212,7 @@ def mutate_table(rng, rows):
 def test_a_changed_csv(tmp_path):
     rng = np.random.default_rng(3)
     path = tmp_path / "a.csv"
-    whole = table_of(make_recording())
+    whole = table_of(whole_recording())
     # A table without velocities has them worked out.
     bare = [row[:4] for row in whole]
     outcomes = []
@@ -242,7 +242,7 @@ def mutate_bytes(rng, data):
 def test_changed_bytes(tmp_path, name):
     rng = np.random.default_rng(4)
     path = tmp_path / name
-    recording = make_recording()
+    recording = whole_recording()
     if name == "a.npz":
         recording.save(path)
         whole = path.read_bytes()
@@ -302,7 +302,7 @@ def mutate_json(rng, document):
 def test_changed_messages(tmp_path):
     rng = np.random.default_rng(5)
     path = tmp_path / "a.json"
-    whole = json.dumps(messages(make_recording()))
+    whole = json.dumps(messages(whole_recording()))
     outcomes = []
     for _ in range(ROUNDS):
         document = json.loads(whole)
@@ -315,7 +315,7 @@ def test_changed_messages(tmp_path):
 def test_changed_folders_of_results(tmp_path):
     rng = np.random.default_rng(6)
     result = MakeTrialResult(
-        make_recording(),
+        whole_recording(),
         metric_names="path",
         provenance={"seed": 0, "planner": "pursuit"},
         end_reason="end",

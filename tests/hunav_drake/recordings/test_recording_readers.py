@@ -37,7 +37,7 @@ def agent(**kwargs):
     return state | kwargs
 
 
-def step(k, **kwargs):
+def recorded_step(k, **kwargs):
     return {
         "sec": k,
         "nanosec": 500_000_000,
@@ -206,7 +206,9 @@ def test_an_empty_table_is_an_error(write, text):
     ],
 )
 def test_steps_of_messages(write, form):
-    dut = ReadRecording(write("a.json", form([step(0), step(1)])))
+    dut = ReadRecording(
+        write("a.json", form([recorded_step(0), recorded_step(1)]))
+    )
     assert dut.times.tolist() == [0.0, 1.0]
     assert dut.robot[1].tolist() == [1, 0, 0, 1, 0, 0, 0.35]
     assert dut.humans[0, 0, 3:5] == pytest.approx([-3, 4])
@@ -221,7 +223,7 @@ def test_steps_of_messages(write, form):
 
 def test_the_goal_may_stand_beside_the_steps(write):
     document = {
-        "published": [step(0)],
+        "published": [recorded_step(0)],
         "expected": {"robot_goal": [3.0, 4.0], "robot_goal_radius": 0.2},
     }
     dut = ReadRecording(
@@ -232,7 +234,7 @@ def test_the_goal_may_stand_beside_the_steps(write):
 
 
 def test_the_heading_of_a_goal_counts(write):
-    document = {"steps": [step(0)], "robot_goal": [0.0, 0.0, 3.0]}
+    document = {"steps": [recorded_step(0)], "robot_goal": [0.0, 0.0, 3.0]}
     dut = ReadRecording(write("a.json", document))
     assert dut.goal == (0, 0, 3)
     assert dut.goal_yaw_tolerance == 0.25
@@ -245,13 +247,18 @@ def test_the_heading_of_a_goal_counts(write):
 
 
 def test_agents_may_come_and_go(write):
-    steps = [step(0), step(1, agents=[]), step(2)]
+    steps = [recorded_step(0), recorded_step(1, agents=[]), recorded_step(2)]
     dut = ReadRecording(write("a.json", steps))
     assert np.isnan(dut.humans[:, 0, 0]).tolist() == [False, True, False]
 
 
 def test_a_repeated_stamp_is_moved_on_by_a_hair(write):
-    steps = [step(1), step(1), step(1), step(2)]
+    steps = [
+        recorded_step(1),
+        recorded_step(1),
+        recorded_step(1),
+        recorded_step(2),
+    ]
     dut = ReadRecording(write("a.json", steps))
     assert dut.times == pytest.approx([0, 0, 0, 1], abs=1e-8)
     assert (np.diff(dut.times) > 0).all()
@@ -303,7 +310,7 @@ def test_a_repeated_stamp_tells_nothing_of_accelerations(write, repeat):
 
 
 def test_two_steps_at_one_time_have_no_acceleration(write):
-    steps = [step(0), step(0, robot=agent(linear_vel=3.0))]
+    steps = [recorded_step(0), recorded_step(0, robot=agent(linear_vel=3.0))]
     values = compute_metrics(ReadRecording(write("a.json", steps)), ["speeds"])
     assert math.isnan(values["avg_robot_acceleration"])
     assert math.isnan(values["avg_robot_jerk"])
@@ -311,7 +318,7 @@ def test_two_steps_at_one_time_have_no_acceleration(write):
 
 @pytest.mark.parametrize(("key", "value"), [("behavior", 5), ("group_id", 3)])
 def test_who_a_person_is_does_not_change_in_messages(write, key, value):
-    steps = [step(0), step(1), step(2)]
+    steps = [recorded_step(0), recorded_step(1), recorded_step(2)]
     steps[2]["agents"][0][key] = value
     with pytest.raises(
         ValueError,
@@ -323,10 +330,10 @@ def test_who_a_person_is_does_not_change_in_messages(write, key, value):
 
 def test_walls_are_not_known_unless_near_points_are(write):
     assert not ReadRecording(write("a.csv", CSV)).walls_known
-    dut = ReadRecording(write("a.json", [step(0)]))
+    dut = ReadRecording(write("a.json", [recorded_step(0)]))
     assert not dut.walls_known
     assert dut.near_walls_known
-    bare = step(0, agents=[agent(id=1, x=2.0)])
+    bare = recorded_step(0, agents=[agent(id=1, x=2.0)])
     dut = ReadRecording(write("a.json", [bare]))
     assert dut.nearest_walls is None
     assert not dut.near_walls_known
@@ -356,7 +363,7 @@ def test_other_separators_are_found(write, separator):
 
 def broken(path, value):
     """Returns steps with one value changed, or taken away."""
-    steps = [step(0), step(1)]
+    steps = [recorded_step(0), recorded_step(1)]
     at = steps
     for key in path[:-1]:
         at = at[key]

@@ -1,7 +1,6 @@
 """Reports on runs with settings, repeats, and metrics of one's own."""
 
 import dataclasses
-from html import unescape
 import re
 
 import numpy as np
@@ -16,53 +15,22 @@ from hunav_drake.results.trial_result import MakeTrialResult
 from hunav_drake.systems.evaluation.metrics import METRICS, register_metric
 from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.systems.world.obstacles import Obstacles
-
-
-def make_result(seed=0, setting="", *, planner="pursuit", speed=1.0, **kwargs):
-    times = np.arange(11) * 0.1
-    robot = np.zeros((11, 7))
-    robot[:, 0] = (speed + 0.01 * seed) * times
-    robot[:, 6] = 0.35
-    humans = np.zeros((11, 2, 7))
-    humans[:, :, 1] = [1.5, -1.5]
-    humans[:, :, 6] = 0.25
-    result = MakeTrialResult(
-        Recording(
-            times=times,
-            robot=robot,
-            humans=humans,
-            behaviors=("regular", "scared"),
-        ),
-        scenario_name="passing",
-        provenance={
-            "seed": seed,
-            "planner": planner,
-            "scenario_sha256": f"{seed} {speed}",
-        },
-        end_reason="goal",
-        **({"metric_names": "paper"} | kwargs),
-    )
-    return dataclasses.replace(result, setting=setting)
+from tests.hunav_drake.passing_trials import make_recording, make_result
+from tests.hunav_drake.report.pages import visible
 
 
 @pytest.fixture
-def own_metrics():
+def own_metrics(restored_metrics):
     """Registers metrics, which the test may forget."""
-    before = dict(METRICS)
     for name in ("my_x", "my-y(%)"):
         register_metric(name=name, unit="m", family="mine", source="me")(
             lambda recording: float(recording.robot[-1, 0])
         )
-    yield
-    METRICS.clear()
-    METRICS.update(before)
 
 
 def report(results, folder):
     html = WriteReport(results, folder / "r.html").read_text()
-    text = re.sub(r"<(style|svg).*?</\1>", "", html, flags=re.DOTALL)
-    text = unescape(re.sub(r"<[^>]*>", " ", text))
-    return " ".join(text.split()), html
+    return visible(html), html
 
 
 def section(text, start, end):
@@ -71,7 +39,7 @@ def section(text, start, end):
 
 def test_settings_of_one_planner_have_columns_of_their_own(tmp_path):
     trials = [
-        make_result(seed, f"planner.cruise_speed={v}", speed=v)
+        make_result(seed=seed, setting=f"planner.cruise_speed={v}", speed=v)
         for v in (0.3, 0.5)
         for seed in range(3)
     ]
@@ -91,14 +59,14 @@ def test_settings_of_one_planner_have_columns_of_their_own(tmp_path):
 
 
 def test_without_settings_there_is_no_column_of_them(tmp_path):
-    text, _ = report([make_result(s) for s in range(2)], tmp_path)
+    text, _ = report([make_result(seed=s) for s in range(2)], tmp_path)
     assert "scenario planner seed outcome" in text
     assert "setting" not in text
 
 
 def test_the_same_run_counts_once(tmp_path):
     trials = [
-        make_result(seed, planner=planner)
+        make_result(seed=seed, planner=planner)
         for planner in ("a", "b")
         for seed in range(6)
     ]
@@ -116,11 +84,12 @@ def test_the_same_run_counts_once(tmp_path):
 
 def test_different_runs_of_one_seed_are_told_of(tmp_path):
     trials = [
-        make_result(seed, planner=planner)
+        make_result(seed=seed, planner=planner)
         for planner in ("a", "b")
         for seed in range(3)
     ]
-    other = dataclasses.replace(make_result(1, planner="b", speed=2), tag="<c>")
+    other = make_result(seed=1, planner="b", speed=2)
+    other = dataclasses.replace(other, tag="<c>")
     text, html = report([*trials, other], tmp_path)
     assert "b has several different runs of seed 1 : , <c>. All of" in text
     assert "<c>" not in html
@@ -132,7 +101,7 @@ def test_different_runs_of_one_seed_are_told_of(tmp_path):
 
 def test_metrics_of_ones_own_are_never_left_out(tmp_path, own_metrics):
     trials = [
-        make_result(seed, planner=planner, metric_names=["paper", "mine"])
+        make_result(seed=seed, planner=planner, metric_names=["paper", "mine"])
         for planner in ("a", "b")
         for seed in range(2)
     ]
@@ -206,7 +175,7 @@ def test_nobody_changes_what_is_about_the_robot_alone():
 
 
 def test_what_happens_to_be_equal_is_shown_by_behavior(tmp_path):
-    result = make_result()
+    result = make_result(make_recording(behaviors=("regular", "scared")))
     assert result.by_behavior["min_dist_to_people"].nunique() == 1
     text, _ = report(result, tmp_path)
     part = section(text, "Metrics by behavior", "Provenance")
@@ -217,7 +186,7 @@ def test_what_happens_to_be_equal_is_shown_by_behavior(tmp_path):
 
 def test_the_command_names_a_few_of_many_missing_runs(tmp_path, capsys):
     for seed in range(16):
-        WriteResult(make_result(seed, metric_names="goal"), tmp_path)
+        WriteResult(make_result(seed=seed, metric_names="goal"), tmp_path)
     for path in sorted(tmp_path.glob("runs/*/recording.npz"))[:14]:
         path.unlink()
     assert cli.main(["report", str(tmp_path)]) == 0

@@ -1,4 +1,3 @@
-from html import unescape
 import os
 import re
 
@@ -13,55 +12,24 @@ from hunav_drake.report.writing import WriteReport
 from hunav_drake.results.files import LoadResults, WriteResult
 from hunav_drake.results.quantity_text import label_text, number_text, unit_text
 from hunav_drake.results.run_table import ReadRuns
-from hunav_drake.results.trial_result import MakeTrialResult
 from hunav_drake.systems.evaluation.metrics import METRICS
-from hunav_drake.systems.evaluation.recording import Recording
 from tests import screenshot
+from tests.hunav_drake.passing_trials import make_recording, make_result
+from tests.hunav_drake.report.pages import visible
 
 
-def make_result(
-    n=2,
-    *,
-    samples=41,
-    scenario="passing",
-    planner="pursuit",
-    seed=0,
-    metric_names=("paper",),
-    provenance=(),
-    **recording,
-):
-    times = np.arange(samples) * 0.1
-    robot = np.zeros((samples, 7))
-    robot[:, 0] = times * (1 + 0.01 * seed) - 2
-    robot[:, 3] = 1.0
-    robot[:, 6] = 0.35
-    humans = np.zeros((samples, n, 7))
-    humans[:, :, 0] = np.arange(n)
-    humans[:, :, 1] = 1.5
-    humans[:, :, 6] = 0.25
-    return MakeTrialResult(
-        Recording(times=times, robot=robot, humans=humans, **recording),
-        scenario_name=scenario,
-        metric_names=metric_names,
-        provenance={"seed": seed, "planner": planner} | dict(provenance),
-        end_reason="goal",
-        end_message="the robot has reached its goal",
-    )
-
-
-def make_batch(**kwargs):
+def make_batch():
     return [
-        make_result(scenario=scenario, planner=planner, seed=seed, **kwargs)
+        make_result(
+            make_recording(samples=41, speed=1 + 0.01 * seed),
+            scenario_name=scenario,
+            planner=planner,
+            seed=seed,
+        )
         for scenario in ("passing", "crossing")
         for planner in ("pursuit", "social")
         for seed in range(3)
     ]
-
-
-def visible(html):
-    """The text of a page without tags, styles and pictures."""
-    html = re.sub(r"<(style|svg).*?</\1>", "", html, flags=re.DOTALL)
-    return " ".join(unescape(re.sub(r"<[^>]*>", " ", html)).split())
 
 
 def assert_stands_alone(html):
@@ -85,7 +53,14 @@ def assert_stands_alone(html):
 
 def test_a_trial_is_told_in_full(tmp_path):
     result = make_result(
-        behaviors=("regular", "scared"), human_names=("ana", "luis")
+        make_recording(
+            range(2),
+            y=1.5,
+            samples=41,
+            start=-2.0,
+            behaviors=("regular", "scared"),
+            human_names=("ana", "luis"),
+        )
     )
     path = WriteReport(result, tmp_path / "report.html")
     html = path.read_text()
@@ -164,9 +139,11 @@ def test_planners_without_equal_seeds_are_not_compared_in_pairs(tmp_path):
 @pytest.mark.filterwarnings("error")
 def test_any_script_is_left_to_the_browser(tmp_path):
     result = make_result(
-        scenario="\u8d70\u5eca",
-        human_names=("\u7f8e\u7f8e", "\u0627\u062d\u0645\u062f"),
-        behaviors=("\u597d\u5947", "regular"),
+        make_recording(
+            human_names=("\u7f8e\u7f8e", "\u0627\u062d\u0645\u062f"),
+            behaviors=("\u597d\u5947", "regular"),
+        ),
+        scenario_name="\u8d70\u5eca",
     )
     html = WriteReport(result, tmp_path / "r.html").read_text()
     for name in result.recording.human_names:
@@ -198,7 +175,7 @@ def test_one_planner_is_not_compared_with_itself(tmp_path):
 @pytest.mark.parametrize("n", [0, 2])
 @pytest.mark.parametrize("samples", [1, 41])
 def test_there_may_be_next_to_nothing_to_tell(tmp_path, n, samples):
-    result = make_result(n, samples=samples)
+    result = make_result(make_recording([0.0] * n, y=1.5, samples=samples))
     html = WriteReport(result, tmp_path / "one.html").read_text()
     assert_stands_alone(html)
     assert not re.search(r"\bnan\b", visible(html), re.IGNORECASE)
@@ -220,11 +197,11 @@ def test_names_are_shown_as_they_are(tmp_path):
     evil = "<b>\"&'</b><script>x</script>"
     trials = [
         make_result(
-            scenario=evil,
-            planner=f"{planner}{evil}",
-            human_names=(evil, "$_"),
-            behaviors=(evil, "regular"),
-            provenance={evil: evil},
+            make_recording(
+                human_names=(evil, "$_"), behaviors=(evil, "regular")
+            ),
+            scenario_name=evil,
+            provenance={"planner": f"{planner}{evil}", "seed": 0, evil: evil},
         )
         for planner in "ab"
     ]
@@ -270,7 +247,7 @@ def test_a_report_that_fails_leaves_the_old_one(tmp_path, monkeypatch):
 
     monkeypatch.setattr(os, "replace", fail)
     with pytest.raises(OSError, match="No space left"):
-        WriteReport(make_result(3), path)
+        WriteReport(make_result(seed=3), path)
     assert path.read_bytes() == before
     assert os.listdir(tmp_path) == ["r.html"]
 
@@ -327,7 +304,7 @@ def test_numbers_of_one_scale_have_as_many_decimals():
 
 def test_results_come_back_from_a_folder(tmp_path):
     trials = [
-        make_result(behaviors=("regular", "scared"), seed=seed)
+        make_result(make_recording(behaviors=("regular", "scared")), seed=seed)
         for seed in range(2)
     ]
     for trial in trials:
@@ -355,9 +332,9 @@ def test_a_metric_of_another_program_keeps_its_value(tmp_path):
     text = path.read_text()
     path.write_text(text.replace('"path_length"', '"my_length"'))
     (result,) = LoadResults(tmp_path)
-    assert result.metrics["my_length"] == pytest.approx(4.0)
+    assert result.metrics["my_length"] == pytest.approx(1.0)
     html = WriteReport(result, tmp_path / "r.html").read_text()
-    assert "my_length ↓ 4.00 m" in visible(html)
+    assert "my_length ↓ 1.00 m" in visible(html)
 
 
 def test_the_command_reports_on_all_runs_of_a_folder(tmp_path, capsys):
@@ -461,7 +438,7 @@ def test_if_the_report_cannot_be_written_there_is_no_run(
 @pytest.mark.slow
 @pytest.mark.parametrize("width", [420, 1100])
 def test_the_report_can_be_looked_at(tmp_path, width):
-    results = make_result(behaviors=("regular", "scared"))
+    results = make_result(make_recording(behaviors=("regular", "scared")))
     page = WriteReport(results, tmp_path / "report.html")
     png = screenshot.render(page, tmp_path / "r.png", size=(width, 1500))
     with Image.open(png) as image:

@@ -22,6 +22,7 @@ from hunav_drake.results.trial_result import (
 )
 from hunav_drake.systems.evaluation.metrics import METRICS, register_metric
 from hunav_drake.systems.evaluation.recording import Recording
+from tests.hunav_drake.passing_trials import make_recording, make_result
 
 # The children only write files; none of the threads' locks matters to them.
 forks = pytest.mark.filterwarnings(
@@ -29,32 +30,24 @@ forks = pytest.mark.filterwarnings(
 )
 
 
-def make_result(seed: int = 0, metric_names=("all",), **kwargs) -> TrialResult:
-    times = np.arange(5) * 0.1
-    robot = np.zeros((5, 7))
-    robot[:, 0] = 0.5 * times
-    robot[:, 3] = 0.5
-    robot[:, 6] = 0.35
-    humans = np.zeros((5, 2, 7))
-    humans[:, :, 1] = [2.0, 5.0]
-    humans[:, :, 6] = 0.35
-    recording = Recording(
-        times=times,
-        robot=robot,
-        humans=humans,
-        behaviors=("regular", "scared"),
-        behavior_status=np.array([[0, k >= 2] for k in range(5)]),
-        goal=(2.0, 0.0, 0.0),
-    )
+RECORDING = make_recording(
+    y=(2.0, 5.0),
+    samples=5,
+    speed=0.5,
+    behaviors=("regular", "scared"),
+    behavior_status=np.array([[0, k >= 2] for k in range(5)]),
+    goal=(2.0, 0.0, 0.0),
+)
+
+
+def make_timeout(seed=0, **kwargs) -> TrialResult:
+    """Returns a trial that ended before its goal, with all metrics."""
     settings = {
-        "scenario_name": "passing",
-        "provenance": MakeProvenance("humans: []", seed, planner="pursuit"),
+        "metric_names": ["all"],
         "end_reason": "timeout",
         "end_message": "0.4 s have passed",
     }
-    return MakeTrialResult(
-        recording, metric_names=metric_names, **(settings | kwargs)
-    )
+    return make_result(RECORDING, seed=seed, **(settings | kwargs))
 
 
 def snapshot(directory) -> dict[str, bytes]:
@@ -67,14 +60,14 @@ def snapshot(directory) -> dict[str, bytes]:
 
 
 def test_a_result_has_all_tables():
-    dut = make_result()
+    dut = make_timeout()
     assert list(dut.metrics.index) == list(dut.by_behavior.columns)
     assert list(dut.by_behavior.index) == ["regular", "scared"]
     assert dut.end_time == 0.4
     assert dut.metrics["path_length"] == pytest.approx(0.2)
     assert dut.metrics.attrs["units"]["path_length"] == "m"
     assert dut.by_behavior.loc["scared", "min_dist_to_people"] == (
-        pytest.approx(4.3)
+        pytest.approx(4.4)
     )
     active = dut.steps_by_behavior["scared"]["behavior_active"]
     assert active.tolist() == [0, 0, 1, 1, 1]
@@ -82,7 +75,7 @@ def test_a_result_has_all_tables():
 
 
 def test_only_the_chosen_metrics_are_in_it():
-    dut = make_result(metric_names=["path_length", "goal"])
+    dut = make_timeout(metric_names=["path_length", "goal"])
     assert dut.metrics.index[0] == "path_length"
     assert {METRICS[name].family for name in dut.metrics.index} == {
         "path",
@@ -103,7 +96,7 @@ def test_provenance_names_versions_and_scenario():
 
 
 def test_files_are_there_and_load(tmp_path):
-    result = make_result()
+    result = make_timeout()
     folder = WriteResult(result, tmp_path / "new/folder", tag="a")
     assert folder == tmp_path / "new/folder/runs/a"
     assert {path.name for path in folder.iterdir()} == {
@@ -129,7 +122,7 @@ def test_files_are_there_and_load(tmp_path):
 
 
 def test_a_run_comes_back_bit_for_bit(tmp_path):
-    result = make_result()
+    result = make_timeout()
     result.metrics[:] = np.random.default_rng(0).normal(size=len(METRICS)) ** 9
     WriteResult(result, tmp_path, tag="a")
     (again,) = LoadResults(tmp_path)
@@ -141,11 +134,11 @@ def test_a_run_comes_back_bit_for_bit(tmp_path):
 
 
 def test_a_second_run_leaves_the_first_as_it_is(tmp_path):
-    folder = WriteResult(make_result(), tmp_path)
+    folder = WriteResult(make_timeout(), tmp_path)
     before = snapshot(folder)
-    WriteResult(make_result(), tmp_path)
-    WriteResult(make_result(seed=3), tmp_path)
-    WriteResult(make_result(seed=10), tmp_path)
+    WriteResult(make_timeout(), tmp_path)
+    WriteResult(make_timeout(seed=3), tmp_path)
+    WriteResult(make_timeout(seed=10), tmp_path)
     assert snapshot(folder) == before
     # Numbers in tags are in the order of their size.
     assert ReadRuns(tmp_path)["tag"].tolist() == [
@@ -157,10 +150,10 @@ def test_a_second_run_leaves_the_first_as_it_is(tmp_path):
 
 
 def test_a_taken_tag_is_refused(tmp_path):
-    folder = WriteResult(make_result(), tmp_path, tag="a")
+    folder = WriteResult(make_timeout(), tmp_path, tag="a")
     before = snapshot(folder)
     with pytest.raises(FileExistsError, match=r"'a' is taken.*runs/a"):
-        WriteResult(make_result(seed=4), tmp_path, tag="a")
+        WriteResult(make_timeout(seed=4), tmp_path, tag="a")
     assert snapshot(tmp_path) == {
         f"runs/a/{name}": content for name, content in before.items()
     }
@@ -170,10 +163,10 @@ def test_of_two_writers_of_one_run_the_first_to_end_wins(tmp_path):
     def write_again(folder):
         # The other one begins later, and ends earlier.
         assert list(find_runs(tmp_path)) == []
-        WriteResult(make_result(seed=1), tmp_path, tag="a")
+        WriteResult(make_timeout(seed=1), tmp_path, tag="a")
 
     with pytest.raises(FileExistsError, match="'a' is taken"):
-        WriteResult(make_result(), tmp_path, tag="a", add=write_again)
+        WriteResult(make_timeout(), tmp_path, tag="a", add=write_again)
     assert ReadRuns(tmp_path)["seed"].tolist() == [1]
     assert os.listdir(tmp_path / "runs") == ["a"]
 
@@ -183,9 +176,9 @@ def test_a_writer_without_a_tag_takes_the_next_free_one(tmp_path):
 
     def write_again(folder):
         if not others:
-            others.append(WriteResult(make_result(), tmp_path).name)
+            others.append(WriteResult(make_timeout(), tmp_path).name)
 
-    folder = WriteResult(make_result(), tmp_path, add=write_again)
+    folder = WriteResult(make_timeout(), tmp_path, add=write_again)
     assert others == ["passing_pursuit_0"]
     assert folder.name == "passing_pursuit_0_2"
     assert sorted(os.listdir(tmp_path / "runs")) == [*others, folder.name]
@@ -196,7 +189,7 @@ def test_more_files_of_a_run_appear_with_it(tmp_path):
         assert not list(find_runs(tmp_path))
         (folder / "report.html").write_text("<p>")
 
-    folder = WriteResult(make_result(), tmp_path, add=add)
+    folder = WriteResult(make_timeout(), tmp_path, add=add)
     assert find_pages(tmp_path, folder.name) == {
         "report": folder / "report.html"
     }
@@ -208,14 +201,14 @@ def test_if_a_file_cannot_be_written_there_is_no_run(tmp_path):
         raise ValueError("no report")
 
     with pytest.raises(ValueError, match="no report"):
-        WriteResult(make_result(), tmp_path, add=fail)
+        WriteResult(make_timeout(), tmp_path, add=fail)
     assert os.listdir(tmp_path / "runs") == []
 
 
 @pytest.mark.parametrize("tag", ["", "../a", "a b", "a/b", "..", ".a"])
 def test_a_tag_must_fit_into_the_name_of_a_file(tmp_path, tag):
     with pytest.raises(ValueError, match="tag must be of letters"):
-        WriteResult(make_result(), tmp_path, tag=tag)
+        WriteResult(make_timeout(), tmp_path, tag=tag)
     assert not list(tmp_path.iterdir())
 
 
@@ -223,7 +216,7 @@ def test_a_run_has_a_tag_whatever_its_scenario_is_called(tmp_path):
     names = ("..", ".hidden", "a/b", "", "\u597d\u5947", "x" * 300)
     folders = [
         WriteResult(
-            make_result(scenario_name=name, provenance={}), tmp_path
+            make_timeout(scenario_name=name, provenance={}), tmp_path
         ).name
         for name in names
     ]
@@ -233,8 +226,8 @@ def test_a_run_has_a_tag_whatever_its_scenario_is_called(tmp_path):
 
 
 def test_a_table_has_runs_with_other_metrics(tmp_path):
-    WriteResult(make_result(metric_names=["path"]), tmp_path, tag="a")
-    WriteResult(make_result(metric_names=["goal"]), tmp_path, tag="b")
+    WriteResult(make_timeout(metric_names=["path"]), tmp_path, tag="a")
+    WriteResult(make_timeout(metric_names=["goal"]), tmp_path, tag="b")
     table = ReadRuns(tmp_path).set_index("tag")
     assert table.loc["a", "path_length"] == pytest.approx(0.2)
     assert math.isnan(table.loc["b", "path_length"])
@@ -276,7 +269,7 @@ def _write_many(arguments):
     folder, worker = arguments
     for i in range(5):
         WriteResult(
-            make_result(seed=i, metric_names=["path"]),
+            make_timeout(seed=i, metric_names=["path"]),
             folder,
             tag=None if i % 2 else f"w{worker}_{i}",
         )
@@ -294,14 +287,14 @@ def test_parallel_writers_lose_no_run(tmp_path):
 
 def _write_forever(folder, finished):
     while True:
-        WriteResult(make_result(metric_names=["path"]), folder)
+        WriteResult(make_timeout(metric_names=["path"]), folder)
         finished.value += 1
 
 
 @forks
 def test_a_killed_writer_leaves_whole_runs_only(tmp_path):
     finished = get_context("fork").Value("i", 0)
-    WriteResult(make_result(metric_names=["path"]), tmp_path)
+    WriteResult(make_timeout(metric_names=["path"]), tmp_path)
     for i in range(20):
         process = get_context("fork").Process(
             target=_write_forever, args=(tmp_path, finished)
@@ -322,14 +315,14 @@ def test_a_killed_writer_leaves_whole_runs_only(tmp_path):
     names = [set(os.listdir(f)) for f in (tmp_path / "runs").glob("[!.]*")]
     assert len(names[0]) == 5
     assert names == [names[0]] * len(results)
-    WriteResult(make_result(), tmp_path)
+    WriteResult(make_timeout(), tmp_path)
 
 
 def _killed_while_writing(folder):
     def die(path):
         os.kill(os.getpid(), signal.SIGKILL)
 
-    WriteResult(make_result(), folder, tag="a", add=die)
+    WriteResult(make_timeout(), folder, tag="a", add=die)
 
 
 @forks
@@ -345,7 +338,7 @@ def test_a_run_whose_writer_was_killed_can_be_repeated(tmp_path):
     assert find_runs(tmp_path) == {}
     with pytest.raises(FileNotFoundError, match="hunav run SCENARIO --out"):
         LoadResults(tmp_path)
-    WriteResult(make_result(), tmp_path, tag="a")
+    WriteResult(make_timeout(), tmp_path, tag="a")
     assert list(find_runs(tmp_path)) == ["a"]
 
 
@@ -367,7 +360,7 @@ def wrong(value, *keys):
     return damage
 
 
-def write(name, content):
+def writes(name, content):
     return lambda folder: (folder / name).write_bytes(content)
 
 
@@ -389,12 +382,12 @@ PATH_LENGTH = ("metrics", "path_length")
         (empty, "result.json: No such file"),
         (remove("result.json"), "result.json: No such file"),
         (remove("recording.npz"), "recording.npz: No such file"),
-        (write("result.json", b""), "result.json: is not a result: the file"),
-        (write("result.json", b"{"), "the file: Invalid JSON"),
-        (write("result.json", b"\xff"), "the file: Invalid JSON"),
-        (write("result.json", b"[" * 10**5), "the file: Invalid JSON"),
-        (write("result.json", b"[]"), "the file: Input should be an object"),
-        (write("result.json", b"{}"), "scenario: Field required"),
+        (writes("result.json", b""), "result.json: is not a result: the file"),
+        (writes("result.json", b"{"), "the file: Invalid JSON"),
+        (writes("result.json", b"\xff"), "the file: Invalid JSON"),
+        (writes("result.json", b"[" * 10**5), "the file: Invalid JSON"),
+        (writes("result.json", b"[]"), "the file: Input should be an object"),
+        (writes("result.json", b"{}"), "scenario: Field required"),
         (wrong("1", "end_time"), "end_time: Input should be a valid number"),
         (wrong(math.nan, "end_time"), "end_time: Input should be a finite"),
         (wrong("bored", "end_reason"), "end_reason: .*got 'bored'"),
@@ -407,13 +400,14 @@ PATH_LENGTH = ("metrics", "path_length")
         (wrong("up", *PATH_LENGTH, "direction"), "direction.*got 'up'"),
         (wrong([0], "provenance", "seed"), r"provenance\.seed.*got \[0\]"),
         (wrong({"a": 1}, "by_behavior"), r"by_behavior\.a: .*got 1"),
-        (write("recording.npz", b""), "recording.npz: is not a recording"),
-        (write("recording.npz", b"PK\3\4"), "recording.npz: is not a rec"),
+        (writes("recording.npz", b""), "recording.npz: is not a recording"),
+        (writes("recording.npz", b"PK\3\4"), "recording.npz: is not a rec"),
     ],
 )
 def test_a_damaged_run_is_named_with_what_to_do(tmp_path, damage, words):
-    WriteResult(make_result(metric_names=["path"]), tmp_path, tag="good")
-    damage(WriteResult(make_result(metric_names=["path"]), tmp_path, tag="bad"))
+    WriteResult(make_timeout(metric_names=["path"]), tmp_path, tag="good")
+    bad = make_timeout(metric_names=["path"])
+    damage(WriteResult(bad, tmp_path, tag="bad"))
     remedy = r"(?s)/runs/bad/.*" + words + ".*Delete the damaged run"
     with pytest.raises(ValueError, match=remedy):
         LoadResults(tmp_path)
@@ -425,7 +419,7 @@ def test_a_damaged_run_is_named_with_what_to_do(tmp_path, damage, words):
         with pytest.raises(ValueError, match=remedy):
             ReadRuns(tmp_path)
     # It does not stand in the way of others.
-    WriteResult(make_result(metric_names=["path"]), tmp_path, tag="new")
+    WriteResult(make_timeout(metric_names=["path"]), tmp_path, tag="new")
 
 
 @pytest.fixture
@@ -452,7 +446,7 @@ def work(monkeypatch):
 
 
 def test_damage_is_found_before_the_work(tmp_path, work):
-    result = make_result(metric_names=["path"])
+    result = make_timeout(metric_names=["path"])
     for i in range(12):
         WriteResult(result, tmp_path, tag=f"run_{i}")
     runs = tmp_path / "runs"
@@ -477,14 +471,14 @@ def test_damage_is_found_before_the_work(tmp_path, work):
 
 def test_the_table_is_made_of_summaries_alone(tmp_path, work):
     for seed in range(3):
-        WriteResult(make_result(seed=seed, metric_names="path"), tmp_path)
+        WriteResult(make_timeout(seed=seed, metric_names="path"), tmp_path)
     ReadRuns(tmp_path)
     ReadRuns(tmp_path, by_behavior=True)
     assert work == {"summary": 6, "recording": 0, "result": 0}
 
 
 def test_what_is_no_run_is_not_read(tmp_path):
-    WriteResult(make_result(metric_names=["path"]), tmp_path, tag="a")
+    WriteResult(make_timeout(metric_names=["path"]), tmp_path, tag="a")
     (tmp_path / "runs/notes.txt").touch()
     (tmp_path / "runs/.a.0123456789abcdef.tmp").mkdir()
     (tmp_path / "plots").mkdir()
@@ -496,7 +490,7 @@ def test_what_is_no_run_is_not_read(tmp_path):
 def test_folders_of_old_versions_are_refused(tmp_path, read, with_runs):
     (tmp_path / "metrics.csv").write_text("tag,path_length\nold,0.2\n")
     if with_runs:
-        WriteResult(make_result(metric_names="path"), tmp_path)
+        WriteResult(make_timeout(metric_names="path"), tmp_path)
         assert len(read(tmp_path)) == 1
         (tmp_path / "recording_old.npz").touch()
     with pytest.raises(OSError, match=r"results of an old version.*hunav eval"):
@@ -507,13 +501,13 @@ def test_a_folder_that_is_a_file_is_named(tmp_path):
     path = tmp_path / "file"
     path.write_text("mine")
     with pytest.raises(OSError, match=r"cannot write the results.*file"):
-        WriteResult(make_result(), path)
+        WriteResult(make_timeout(), path)
     assert path.read_text() == "mine"
 
 
 @pytest.mark.parametrize("call", ["replace", "rename"])
 def test_a_full_disk_leaves_what_was_there(tmp_path, monkeypatch, call):
-    WriteResult(make_result(), tmp_path, tag="a")
+    WriteResult(make_timeout(), tmp_path, tag="a")
     before = snapshot(tmp_path)
 
     def full(*args):
@@ -522,14 +516,14 @@ def test_a_full_disk_leaves_what_was_there(tmp_path, monkeypatch, call):
     # A recording is written by the one, a folder by the other.
     monkeypatch.setattr(os, call, full)
     with pytest.raises(OSError, match=r"cannot write.*No space left") as info:
-        WriteResult(make_result(), tmp_path, tag="b")
+        WriteResult(make_timeout(), tmp_path, tag="b")
     assert info.value.errno == errno.ENOSPC
     assert snapshot(tmp_path) == before
     assert os.listdir(tmp_path / "runs") == ["a"]
 
 
 def test_the_table_for_the_terminal_is_narrow_and_complete():
-    result = make_result(end_message="a very long story, " * 9)
+    result = make_timeout(end_message="a very long story, " * 9)
     text = FormatMetricsTable(result)
     lines = text.splitlines()
     assert max(map(len, lines)) <= 80
@@ -545,14 +539,14 @@ def test_the_table_for_the_terminal_is_narrow_and_complete():
 
 
 def test_each_family_has_a_heading():
-    lines = FormatMetricsTable(make_result()).splitlines()
+    lines = FormatMetricsTable(make_timeout()).splitlines()
     for family in {metric.family for metric in METRICS.values()}:
         assert family in lines
 
 
 def test_a_result_keeps_a_copy_of_its_provenance():
     provenance = MakeProvenance("", 0)
-    dut = make_result(provenance=provenance)
+    dut = make_timeout(provenance=provenance)
     provenance["seed"] = 1
     assert dut.provenance["seed"] == 0
 
@@ -564,14 +558,13 @@ def test_the_behavior_trees_have_a_place_in_it():
 
 
 def test_one_name_of_metrics_is_enough():
-    assert len(make_result(metric_names="paper").metrics) == 28
-    assert len(make_result(metric_names="path_length").metrics) == 1
+    assert len(make_timeout(metric_names="paper").metrics) == 28
+    assert len(make_timeout(metric_names="path_length").metrics) == 1
 
 
 @pytest.fixture
-def broken_metric():
+def broken_metric(restored_metrics):
     """Registers metrics, and forgets them again."""
-    before = dict(METRICS)
 
     def register(name, function):
         function.__doc__ = "Returns what a test needs."
@@ -579,9 +572,7 @@ def broken_metric():
             function
         )
 
-    yield register
-    METRICS.clear()
-    METRICS.update(before)
+    return register
 
 
 def test_a_metric_that_fails_does_not_take_the_trial_with_it(
@@ -599,7 +590,7 @@ def test_a_metric_that_fails_does_not_take_the_trial_with_it(
     broken_metric("needs_two", fail_alone)
     names = ["path_length", "broken", "needs_two"]
     with pytest.warns(RuntimeWarning) as caught:
-        dut = make_result(metric_names=names)
+        dut = make_timeout(metric_names=names)
     texts = [str(warning.message) for warning in caught]
     assert len(texts) == 2
     assert "no value: metric 'broken': " in texts[0]
@@ -619,7 +610,7 @@ def test_a_metric_that_fails_does_not_take_the_trial_with_it(
 def test_what_is_infinite_is_a_text_in_json(broken_metric, tmp_path):
     broken_metric("far", lambda recording: math.inf)
     broken_metric("near", lambda recording: -math.inf)
-    WriteResult(make_result(metric_names=["far", "near"]), tmp_path, tag="a")
+    WriteResult(make_timeout(metric_names=["far", "near"]), tmp_path, tag="a")
 
     def refuse(name):
         raise AssertionError(f"{name} is not JSON")
@@ -635,7 +626,7 @@ def test_what_is_infinite_is_a_text_in_json(broken_metric, tmp_path):
 def test_the_table_of_runs_has_the_same_columns_in_files_and_in_memory(
     tmp_path,
 ):
-    results = [make_result(seed=seed) for seed in (0, 1)]
+    results = [make_timeout(seed=seed) for seed in (0, 1)]
     for result in results:
         WriteResult(result, tmp_path)
     loaded = LoadResults(tmp_path)
@@ -654,11 +645,11 @@ def test_the_table_of_runs_has_the_same_columns_in_files_and_in_memory(
 
 def test_an_unknown_metric_is_an_error():
     with pytest.raises(ValueError, match="did you mean 'path_length'"):
-        make_result(metric_names=["path_lenght"])
+        make_timeout(metric_names=["path_lenght"])
 
 
 def test_the_path_may_be_a_string(tmp_path):
-    assert WriteResult(make_result(), str(tmp_path)).parent == (
+    assert WriteResult(make_timeout(), str(tmp_path)).parent == (
         tmp_path / "runs"
     )
     assert len(LoadResults(str(tmp_path))) == 1

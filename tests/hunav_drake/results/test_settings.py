@@ -1,6 +1,3 @@
-import dataclasses
-
-import numpy as np
 import pandas as pd
 import pytest
 
@@ -12,7 +9,6 @@ from hunav_drake.results.metric_facts import (
     is_built_in,
     unit_of,
 )
-from hunav_drake.results.provenance import MakeProvenance
 from hunav_drake.results.run_table import ReadRuns, tabulate_runs
 from hunav_drake.results.settings import (
     contenders,
@@ -20,34 +16,17 @@ from hunav_drake.results.settings import (
     short_settings,
 )
 from hunav_drake.results.statistics import compare, summarize
-from hunav_drake.results.trial_result import FormatMetricsTable, MakeTrialResult
+from hunav_drake.results.trial_result import FormatMetricsTable
 from hunav_drake.systems.evaluation.metrics import METRICS, register_metric
-from hunav_drake.systems.evaluation.recording import Recording
+from tests.hunav_drake.passing_trials import make_result
 
 SLOW = "planner.cruise_speed=0.3"
 FAST = "planner.cruise_speed=0.7"
 
 
-def make_result(seed=0, setting="", *, speed=0.5, metrics="paper", text="a"):
-    times = np.arange(5) * 0.1
-    robot = np.zeros((5, 7))
-    robot[:, 0] = (speed + 0.01 * seed) * times
-    humans = np.zeros((5, 1, 7))
-    humans[:, :, 1] = 2.0
-    result = MakeTrialResult(
-        Recording(times=times, robot=robot, humans=humans),
-        scenario_name="passing",
-        metric_names=metrics,
-        provenance=MakeProvenance(f"{text} {seed}", seed, planner="pursuit"),
-        end_reason="goal",
-    )
-    return dataclasses.replace(result, setting=setting)
-
-
 @pytest.fixture
-def own_metric():
+def own_metric(restored_metrics):
     """Registers a metric, which the test may forget."""
-    before = dict(METRICS)
 
     @register_metric(
         name="my_speed",
@@ -60,9 +39,7 @@ def own_metric():
         """Returns how far the robot gets in a second."""
         return float(recording.robot[-1, 0] / recording.times[-1])
 
-    yield "my_speed"
-    METRICS.clear()
-    METRICS.update(before)
+    return "my_speed"
 
 
 # --- settings ---
@@ -107,17 +84,18 @@ def test_contenders_have_one_name_each():
 def test_settings_are_kept_apart(tmp_path):
     for setting, speed in ((SLOW, 0.3), (FAST, 0.7)):
         for seed in range(6):
-            WriteResult(make_result(seed, setting, speed=speed), tmp_path)
+            result = make_result(seed=seed, setting=setting, speed=speed)
+            WriteResult(result, tmp_path)
     runs = ReadRuns(tmp_path)
     assert list(runs["setting"].unique()) == [SLOW, FAST]
     table = summarize(runs).loc["passing", "pursuit"]
     assert table.loc[(SLOW, "path_length"), "n"] == 6
-    # The mean over seeds 0 to 5 of (speed + 0.01 seed) 0.4 s.
+    # The mean over seeds 0 to 5 of speed + 0.01 seed, in one second.
     for setting, speed in ((SLOW, 0.3), (FAST, 0.7)):
         mean = table.loc[(setting, "path_length"), "mean"]
-        assert mean == pytest.approx(0.4 * (speed + 0.025))
+        assert mean == pytest.approx(speed + 0.025)
     row = compare(runs, SLOW, FAST, on="setting").loc["passing", "path_length"]
-    assert row["difference"] == pytest.approx(0.16)
+    assert row["difference"] == pytest.approx(0.4)
     assert row["better"] == SLOW
     with pytest.raises(ValueError, match="more than one run with"):
         compare(runs.assign(planner=["a"] * 11 + ["b"]), "a", "b")
@@ -140,7 +118,7 @@ def test_runs_without_settings_can_be_read_beside_others(tmp_path):
     assert [result.setting for result in LoadResults(tmp_path)] == [""]
     table = summarize(ReadRuns(tmp_path))
     assert table.index.names == ["scenario", "planner", "metric"]
-    WriteResult(make_result(1, SLOW), tmp_path, tag="slow")
+    WriteResult(make_result(seed=1, setting=SLOW), tmp_path, tag="slow")
     runs = ReadRuns(tmp_path)
     assert list(runs["setting"]) == ["", SLOW]
     assert "setting" in summarize(runs).index.names
@@ -153,10 +131,10 @@ def test_runs_without_settings_can_be_read_beside_others(tmp_path):
 def test_a_run_that_repeats_another_is_dropped():
     one, again = make_result(), make_result()
     others = [
-        make_result(1),
+        make_result(seed=1),
         make_result(setting="x"),
-        make_result(speed=0.6),
-        make_result(text="b"),
+        make_result(speed=1.1),
+        make_result(scenario_text="b"),
     ]
     kept, dropped = drop_duplicate_runs([one, *others, again])
     assert kept == [one, *others]
@@ -183,7 +161,7 @@ def test_a_metric_of_ones_own_is_known_without_its_code(tmp_path, own_metric):
     for seed in range(6):
         for label, speed in (("a", 0.5), ("b", 0.7)):
             WriteResult(
-                make_result(seed, metrics=names, speed=speed),
+                make_result(seed=seed, metric_names=names, speed=speed),
                 tmp_path,
                 label=label,
             )

@@ -53,7 +53,7 @@ crowd.max_obstacles other
 """
 
 
-def load(**kwargs):
+def is_scenario(**kwargs):
     """Returns whether it is a scenario; a ScenarioError must make sense."""
     try:
         scenario = LoadScenario(**kwargs)
@@ -74,13 +74,13 @@ def load(**kwargs):
 def test_random_bytes(content, tmp_path_factory):
     file = tmp_path_factory.getbasetemp() / "random.yaml"
     file.write_bytes(content)
-    load(filename=file)
+    is_scenario(filename=file)
 
 
 @settings(max_examples=200, deadline=None)
 @given(scraps=st.lists(st.sampled_from(SCRAPS), max_size=30))
 def test_random_scraps_of_yaml(scraps):
-    load(data=" ".join(scraps))
+    is_scenario(data=" ".join(scraps))
 
 
 @settings(max_examples=300, deadline=None)
@@ -99,7 +99,7 @@ def test_random_edits_of_a_scenario(edits):
     text = PASSING
     for start, size, scrap in edits:
         text = text[:start] + scrap + text[start + size :]
-    load(data=text)
+    is_scenario(data=text)
 
 
 VALUES = st.recursive(
@@ -127,7 +127,7 @@ def test_random_values_in_a_scenario(changes):
         path: yaml.safe_dump(value, default_flow_style=True)
         for path, value in changes.items()
     }
-    load(filename="passing", overrides=overrides)
+    is_scenario(filename="passing", overrides=overrides)
 
 
 @settings(max_examples=100, deadline=None)
@@ -153,7 +153,7 @@ def test_random_values_in_a_scenario(changes):
     ).map("".join)
 )
 def test_random_overrides(override):
-    load(filename="passing", overrides=[override])
+    is_scenario(filename="passing", overrides=[override])
 
 
 NUMBERS = st.floats(0.1, 5.0)
@@ -279,7 +279,7 @@ def test_polygons_are_simple_or_refused_however_they_are_turned(points):
         turned = np.roll(points, shift, axis=0).tolist()
         for corners in (turned, turned[::-1]):
             verdicts.add(
-                load(
+                is_scenario(
                     data="robot: {start: [50, 50, 0]}\nworld:\n  walls:\n"
                     f"    - {{shape: polygon, points: {corners}}}"
                 )

@@ -15,7 +15,7 @@ yes no on off y n 1:30 2026-01-31 0x1F 0o17 010 1_000 1.2.3 1e inf nan truE .e1
 """
 
 
-def read(text):
+def read_plain(text):
     document = parse_yaml(text, name="text")
     assert document.findings == []
     return document.plain()
@@ -61,28 +61,28 @@ def loader(request, monkeypatch):
     ],
 )
 def test_words_for_numbers_flags_and_nothing(loader, word, value):
-    (got,) = read(f"- {word}")
+    (got,) = read_plain(f"- {word}")
     assert got == value
     assert type(got) is type(value)
 
 
 def test_nan_is_a_number(loader):
-    (got,) = read("- .nan")
+    (got,) = read_plain("- .nan")
     assert math.isnan(got)
 
 
 @pytest.mark.parametrize("word", TEXTS.split())
 def test_all_other_words_are_text(loader, word):
-    assert read(f"a: {word}") == {"a": word}
+    assert read_plain(f"a: {word}") == {"a": word}
 
 
 @pytest.mark.parametrize("text", ["'1'", '"1"', "!!str 1", "! 1", "|-\n  1"])
 def test_quoted_numbers_are_text(loader, text):
-    assert read(f"a: {text}") == {"a": "1"}
+    assert read_plain(f"a: {text}") == {"a": "1"}
 
 
 def test_long_runs_of_digits_take_no_time(loader):
-    assert read("a: " + "1" * 10**6) == {"a": "1" * 10**6}
+    assert read_plain("a: " + "1" * 10**6) == {"a": "1" * 10**6}
 
 
 def test_every_part_knows_its_line(loader):
@@ -105,7 +105,7 @@ def test_what_is_not_there_has_the_line_around_it():
 
 
 def test_an_alias_is_a_copy_of_its_own():
-    a, b = read("[&x {k: [1]}, *x]")
+    a, b = read_plain("[&x {k: [1]}, *x]")
     a["k"].append(2)
     assert b == {"k": [1]}
 
@@ -117,7 +117,7 @@ def test_an_alias_has_the_line_where_it_stands(loader):
 
 
 def test_merged_keys_yield_to_given_ones_and_to_earlier_ones(loader):
-    data = read(
+    data = read_plain(
         "- &a {x: 1, y: 1}\n- &b {y: 2, z: 2}\n- {<<: [*a, *b], x: 0}\n"
         "- {<<: *b}\n- {'<<': 5}\n"
     )
@@ -125,7 +125,7 @@ def test_merged_keys_yield_to_given_ones_and_to_earlier_ones(loader):
 
 
 def test_a_byte_order_mark_is_no_text():
-    assert read(b"\xef\xbb\xbfa: 1") == {"a": 1}
+    assert read_plain(b"\xef\xbb\xbfa: 1") == {"a": 1}
 
 
 def test_line_ends_of_windows(loader):
@@ -192,7 +192,7 @@ def test_anchors_cannot_unfold_without_end(loader):
 
 
 def test_the_deepest_allowed_nesting_is_read():
-    assert read("[" * 50 + "]" * 50) is not None
+    assert read_plain("[" * 50 + "]" * 50) is not None
 
 
 def test_several_findings_come_together():

@@ -1,5 +1,6 @@
 """One system for many trees does what as many systems do, bit for bit."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -10,29 +11,27 @@ import pytest
 
 from hunav_drake import AddHumans, HumanConfig
 from hunav_drake.systems.behavior import BEHAVIORS, BehaviorTree, LoadTree
+from tests.walkers import make_walkers
 
 ROBOT = [2.0, 0.5, 0.0, -0.3, 0.0, 0.0, 0.3]
 
 
-def make_humans(n):
+def make_mixed_humans(n):
+    """Every other one is impassive."""
+    behaviors = ("regular", "impassive")
     return [
-        HumanConfig(
-            name=f"p{i}",
-            id=i + 1,
-            pose=[0, 1.5 * i, 0],
-            goals=[[3, 1.5 * i], [0, 1.5 * i]],
-            cyclic=True,
-            behavior="impassive" if i % 2 else "regular",
+        dataclasses.replace(
+            human, name=f"p{i}", id=i + 1, behavior=behaviors[i % 2]
         )
-        for i in range(n)
+        for i, human in enumerate(make_walkers(n, xs=(3.0, 0.0), spacing=1.5))
     ]
 
 
-def make_diagram(n, *, separate_trees, num_robots=1):
+def make_people_with_trees(n, *, separate_trees, num_robots=1):
     builder = DiagramBuilder()
     ports = AddHumans(
         builder,
-        make_humans(n),
+        make_mixed_humans(n),
         num_robots=num_robots,
         separate_trees=separate_trees,
     )
@@ -44,7 +43,7 @@ def make_diagram(n, *, separate_trees, num_robots=1):
     return builder.Build()
 
 
-def run(diagram, time=8.0, context=None):
+def run_people(diagram, time=8.0, context=None):
     simulator = Simulator(diagram, context or diagram.CreateDefaultContext())
     simulator.AdvanceTo(time)
     context = simulator.get_context()
@@ -60,7 +59,11 @@ def run(diagram, time=8.0, context=None):
 @pytest.mark.parametrize("num_robots", [0, 1, 2])
 def test_people_walk_bit_for_bit_as_with_systems_of_their_own(n, num_robots):
     results = [
-        run(make_diagram(n, separate_trees=separate, num_robots=num_robots))
+        run_people(
+            make_people_with_trees(
+                n, separate_trees=separate, num_robots=num_robots
+            )
+        )
         for separate in (True, False)
     ]
     np.testing.assert_array_equal(*results)
@@ -68,28 +71,28 @@ def test_people_walk_bit_for_bit_as_with_systems_of_their_own(n, num_robots):
 
 def test_the_trees_of_many_people_are_one_system_unless_told_otherwise():
     for n, separate, one in [(20, None, 0), (21, None, 1), (21, True, 0)]:
-        humans = make_diagram(n, separate_trees=separate).GetSubsystemByName(
-            "humans"
-        )
+        humans = make_people_with_trees(
+            n, separate_trees=separate
+        ).GetSubsystemByName("humans")
         names = [system.get_name() for system in humans.GetSystems()]
         assert ("behaviors" in names) == bool(one)
         assert ("behavior_0" in names) != bool(one)
 
 
 def test_two_contexts_do_not_disturb_each_other_and_a_clone_goes_on_alike():
-    diagram = make_diagram(4, separate_trees=False)
-    alone = run(diagram)
+    diagram = make_people_with_trees(4, separate_trees=False)
+    alone = run_people(diagram)
     context = diagram.CreateDefaultContext()
-    run(diagram, 3.0, context)
+    run_people(diagram, 3.0, context)
     clone = context.Clone()
-    run(diagram, 5.0, diagram.CreateDefaultContext())
-    run(diagram, 6.0, context)
-    np.testing.assert_array_equal(run(diagram, 8.0, clone), alone)
+    run_people(diagram, 5.0, diagram.CreateDefaultContext())
+    run_people(diagram, 6.0, context)
+    np.testing.assert_array_equal(run_people(diagram, 8.0, clone), alone)
 
 
 def test_ports_have_getters():
     trees = [LoadTree("regular")] * 2
-    dut = BehaviorTree(trees, make_humans(2), num_robots=3)
+    dut = BehaviorTree(trees, make_mixed_humans(2), num_robots=3)
     assert dut.get_human_states_input_port().size() == 14
     assert dut.get_robot_states_input_port().size() == 21
     assert dut.get_commands_output_port().size() == 24
@@ -97,7 +100,7 @@ def test_ports_have_getters():
     nodes = len(trees[0].nodes)
     assert dut.get_node_status_output_port().size() == 2 * nodes
     assert dut.trees() == trees
-    dut = BehaviorTree(trees, make_humans(2), num_robots=0)
+    dut = BehaviorTree(trees, make_mixed_humans(2), num_robots=0)
     with pytest.raises(ValueError, match="made with num_robots=0"):
         dut.get_robot_states_input_port()
 
@@ -105,14 +108,14 @@ def test_ports_have_getters():
 def test_bad_arguments_are_refused():
     tree = LoadTree("regular")
     with pytest.raises(ValueError, match="a tree for each of 2 people, got 1"):
-        BehaviorTree([tree], make_humans(2))
+        BehaviorTree([tree], make_mixed_humans(2))
     with pytest.raises(ValueError, match="time_step must be positive"):
-        BehaviorTree([tree], make_humans(1), time_step=0.0)
+        BehaviorTree([tree], make_mixed_humans(1), time_step=0.0)
 
 
 def test_the_memory_of_one_can_be_put_into_another_context():
     trees = [LoadTree("regular"), LoadTree("surprised"), LoadTree("regular")]
-    dut = BehaviorTree(trees, make_humans(3), num_robots=0)
+    dut = BehaviorTree(trees, make_mixed_humans(3), num_robots=0)
     context = dut.CreateDefaultContext()
     first = [dut.GetMemory(context, i) for i in range(3)]
     thoughts = np.arange(len(first[1])) + 1.0
@@ -155,7 +158,7 @@ def test_a_memory_can_be_put_where_there_are_no_robots(behavior):
 
 
 def test_the_memory_of_another_tree_is_refused():
-    dut = BehaviorTree([LoadTree("regular")], make_humans(1))
+    dut = BehaviorTree([LoadTree("regular")], make_mixed_humans(1))
     context = dut.CreateDefaultContext()
     memory = dut.GetMemory(context, 0)
     for index in (-1, 0.5, 99):
@@ -170,7 +173,7 @@ def test_the_memory_of_another_tree_is_refused():
 
 
 def test_some_of_the_people_are_ticked_as_among_all():
-    humans = make_humans(4)
+    humans = make_mixed_humans(4)
     trees = [LoadTree("regular"), LoadTree("surprised")]
     rows = np.arange(28.0)
     results = []

@@ -8,6 +8,7 @@ from hunav_drake.systems.behavior import BehaviorTree, LoadTree, ParseTree
 from hunav_drake.systems.common.layout import COMMAND_SIZE, Command, RobotRole
 from hunav_drake.systems.crowd.human_crowd import HumanCrowd
 from hunav_drake.systems.people.human_config import HumanConfig
+from tests.systems.behavior.ticks import all_discrete_state
 
 # Sees the robot for half a second, then walks on. A tick lasts 0.1 s here.
 SHY = ParseTree("""
@@ -50,7 +51,7 @@ def command(dut, context):
     return dut.get_commands_output_port().Eval(context)
 
 
-def status(dut, context):
+def behavior_status(dut, context):
     return dut.get_behavior_status_output_port().Eval(context)
 
 
@@ -86,7 +87,7 @@ def test_command_belongs_to_the_present_instant(dut):
     state[0] = 1
     context.SetDiscreteState(state)
     assert command(dut, context)[Command.GOAL_X] == 4.0
-    assert status(dut, context) == [0]
+    assert behavior_status(dut, context) == [0]
 
 
 def test_command_does_not_change_while_the_state_is_held(dut):
@@ -109,7 +110,7 @@ def test_looking_does_not_tick(dut):
     before = memory(context)
     for _ in range(3):
         command(dut, context)
-        status(dut, context)
+        behavior_status(dut, context)
     np.testing.assert_array_equal(memory(context), before)
 
 
@@ -139,9 +140,9 @@ def test_behavior_status_is_that_of_the_same_tick():
     dut = BehaviorTree([tree], [HUMAN] * 2, indices=[1])
     context = dut.CreateDefaultContext()
     fix(dut, context, 0.0, FAR)
-    assert status(dut, context) == [0]
+    assert behavior_status(dut, context) == [0]
     fix(dut, context, 0.0, NEAR)
-    assert status(dut, context) == [1]
+    assert behavior_status(dut, context) == [1]
 
 
 def test_state_lives_in_the_context(dut):
@@ -197,7 +198,7 @@ def test_impossible_arguments_are_refused(kwargs, words):
         BehaviorTree([SHY, SHY], [HUMAN, HUMAN], **kwargs)
 
 
-def make_diagram(humans, trees, robot=FAR, time_step=0.05):
+def make_crowd_with_trees(humans, trees, robot=FAR, time_step=0.05):
     """A crowd whose trees command it, beside a standing robot."""
     builder = DiagramBuilder()
     crowd = builder.AddNamedSystem(
@@ -227,7 +228,7 @@ def make_diagram(humans, trees, robot=FAR, time_step=0.05):
     return builder.Build()
 
 
-def human_states(diagram, context):
+def crowd_states(diagram, context):
     crowd = diagram.GetSubsystemByName("crowd")
     port = crowd.get_human_states_output_port()
     states = port.Eval(crowd.GetMyContextFromRoot(context))
@@ -244,17 +245,17 @@ def test_crowd_and_trees_walk_through_the_goals(name):
     human = HumanConfig(
         pose=(0.0, 0.0, 0.0), goals=[(1.0, 0.0), (1.0, 2.0)], max_speed=1.5
     )
-    diagram = make_diagram([human], [LoadTree(name)])
+    diagram = make_crowd_with_trees([human], [LoadTree(name)])
     simulator = Simulator(diagram)
     context = simulator.get_context()
     x_turn = None
     while context.get_time() < 10:
         simulator.AdvanceTo(context.get_time() + 0.05)
         if x_turn is None and goal_index(diagram, context) == 1:
-            x_turn = human_states(diagram, context)[0, 0]
+            x_turn = crowd_states(diagram, context)[0, 0]
     # A step at 1.2 m/s is 6 cm; a goal is reached 40 cm before it.
     assert 0.6 <= x_turn < 0.6 + 2 * 0.061
-    x, y, _, vx, vy, _, _ = human_states(diagram, context)[0]
+    x, y, _, vx, vy, _, _ = crowd_states(diagram, context)[0]
     assert goal_index(diagram, context) == 2
     assert np.hypot(vx, vy) < 1e-6
     assert np.hypot(x - 1.0, y - 2.0) < 0.5
@@ -262,28 +263,28 @@ def test_crowd_and_trees_walk_through_the_goals(name):
 
 def test_only_goal_of_a_cycle_ends_in_standing():
     human = HumanConfig(pose=(0.0, 0.0, 0.0), goals=[(1.0, 0.0)], cyclic=True)
-    diagram = make_diagram([human], [LoadTree("regular")])
+    diagram = make_crowd_with_trees([human], [LoadTree("regular")])
     simulator = Simulator(diagram)
     simulator.AdvanceTo(15.0)
-    x, y, _, vx, vy, _, _ = human_states(diagram, simulator.get_context())[0]
+    x, y, _, vx, vy, _, _ = crowd_states(diagram, simulator.get_context())[0]
     assert np.hypot(vx, vy) < 1e-6
     assert np.hypot(x - 1.0, y) <= human.goal_radius
 
 
 def test_walker_does_not_stop_at_a_goal_on_the_way():
     human = HumanConfig(pose=(0.0, 0.0, 0.0), goals=[(3.0, 0.0), (9.0, 0.0)])
-    diagram = make_diagram([human], [LoadTree("regular")])
+    diagram = make_crowd_with_trees([human], [LoadTree("regular")])
     simulator = Simulator(diagram)
     simulator.AdvanceTo(2.0)
     speeds = []
     for step in range(40):
         simulator.AdvanceTo(2.0 + 0.05 * step)
-        speeds.append(human_states(diagram, simulator.get_context())[0, 3])
+        speeds.append(crowd_states(diagram, simulator.get_context())[0, 3])
     assert goal_index(diagram, simulator.get_context()) == 1
     assert np.all(np.diff(speeds) >= -1e-12)
 
 
-def crossing(time_step=0.05):
+def make_crossing(time_step=0.05):
     humans = [
         HumanConfig(
             pose=(0.0, 0.3 * i, 0.0),
@@ -293,47 +294,41 @@ def crossing(time_step=0.05):
         for i in range(3)
     ]
     trees = [SHY, LoadTree("regular"), LoadTree("impassive")]
-    return make_diagram(humans, trees, NEAR, time_step)
-
-
-def all_states(context):
-    return np.concatenate(
-        [
-            context.get_discrete_state(i).value().copy()
-            for i in range(context.num_discrete_state_groups())
-        ]
-    )
+    return make_crowd_with_trees(humans, trees, NEAR, time_step)
 
 
 @pytest.mark.parametrize("fork", [0.3, 1.0, 2.5])
 def test_cloned_context_has_the_same_future(fork):
-    diagram = crossing()
+    diagram = make_crossing()
     simulator = Simulator(diagram)
     simulator.AdvanceTo(fork)
     other = Simulator(diagram, simulator.get_context().Clone())
     simulator.AdvanceTo(4.0)
     other.AdvanceTo(4.0)
     np.testing.assert_array_equal(
-        all_states(simulator.get_context()), all_states(other.get_context())
+        all_discrete_state(simulator.get_context()),
+        all_discrete_state(other.get_context()),
     )
 
 
 def test_saved_state_has_the_same_future():
-    diagram = crossing()
+    diagram = make_crossing()
     simulator = Simulator(diagram)
     simulator.AdvanceTo(1.0)
     saved = simulator.get_context().Clone()
     simulator.AdvanceTo(3.0)
-    expected = all_states(simulator.get_context())
+    expected = all_discrete_state(simulator.get_context())
     context = simulator.get_mutable_context()
     context.SetTimeStateAndParametersFrom(saved)
     simulator.Initialize()
     simulator.AdvanceTo(3.0)
-    np.testing.assert_array_equal(all_states(simulator.get_context()), expected)
+    np.testing.assert_array_equal(
+        all_discrete_state(simulator.get_context()), expected
+    )
 
 
 def test_two_simulations_of_one_diagram_do_not_disturb_each_other():
-    diagram = crossing()
+    diagram = make_crossing()
     alone = Simulator(diagram)
     alone.AdvanceTo(2.02)
     first, second = Simulator(diagram), Simulator(diagram)
@@ -342,5 +337,6 @@ def test_two_simulations_of_one_diagram_do_not_disturb_each_other():
         first.AdvanceTo(0.1 * step + 0.02)
         second.AdvanceTo(0.1 * step + 0.72)
     np.testing.assert_array_equal(
-        all_states(first.get_context()), all_states(alone.get_context())
+        all_discrete_state(first.get_context()),
+        all_discrete_state(alone.get_context()),
     )

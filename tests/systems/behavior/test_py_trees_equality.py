@@ -22,14 +22,12 @@ import numpy as np
 import py_trees
 import pytest
 
-from hunav_drake.systems.behavior import NodeStatus, ParseTree, Person
+from hunav_drake.systems.behavior import NodeStatus
 from hunav_drake.systems.behavior.nodes.node import Built, NodeType
 from hunav_drake.systems.behavior.nodes.port import Port
-from hunav_drake.systems.people.human_config import HumanConfig
+from tests.systems.behavior.ticks import ME, PERSON, as_xml, tree_of
 
 TICKS = 8
-PERSON = Person.from_config(HumanConfig(pose=(0.0, 0.0, 0.0)), 0, time_step=0.1)
-NOBODY = np.zeros(7)
 OURS = {
     "S": NodeStatus.SUCCESS,
     "F": NodeStatus.FAILURE,
@@ -99,13 +97,6 @@ TREES = st.recursive(
 )
 
 
-def as_xml(tree):
-    if isinstance(tree, str):
-        return f'<Drawn results="{tree}"/>'
-    tag, children = tree
-    return f"<{tag}>{''.join(map(as_xml, children))}</{tag}>"
-
-
 def as_py_trees(tree, leaves):
     if isinstance(tree, str):
         leaves.append(Drawn(tree))
@@ -126,7 +117,7 @@ def as_py_trees(tree, leaves):
 @settings(max_examples=1000, deadline=None)
 @given(TREES)
 def test_random_trees_say_what_py_trees_says(tree):
-    dut = ParseTree(f"<root><BehaviorTree>{as_xml(tree)}</BehaviorTree></root>")
+    dut = tree_of(as_xml(tree, "Drawn"))
     leaves = []
     theirs = as_py_trees(tree, leaves)
     ours = [i for i, n in enumerate(dut.nodes) if n.type.name == "Drawn"]
@@ -134,9 +125,9 @@ def test_random_trees_say_what_py_trees_says(tree):
     for t in range(TICKS):
         CLOCK[0] = t
         theirs.tick_once()
-        robot = NOBODY.copy()
+        robot = ME.copy()
         robot[0] = t
-        outcome, statuses = dut.trace(PERSON, memory, NOBODY, robot)
+        outcome, statuses = dut.trace(PERSON, memory, ME, robot)
         memory = outcome.memory
         assert outcome.node_status.name == theirs.status.name
         ticked = [statuses[i] is not NodeStatus.IDLE for i in ours]

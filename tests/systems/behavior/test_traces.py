@@ -45,6 +45,7 @@ from hunav_drake.systems.crowd import CrowdConfig, HumanCrowd
 from hunav_drake.systems.people import HumanConfig, SocialForceParameters
 from hunav_drake.systems.world.obstacles import Obstacles
 from tests.recorded import read_recorded, recorded_names, single
+from tests.systems.behavior.ticks import WALK
 
 TRACES = recorded_names("crowd")
 NAMES = [
@@ -72,7 +73,7 @@ def load_tree(number):
     return LoadTree(NAMES[number], ports)
 
 
-def make_human(agent):
+def make_traced_human(agent):
     return HumanConfig(
         pose=[agent["x"], agent["y"], agent["yaw"]],
         desired_speed=single(agent["desired_velocity"]),
@@ -90,7 +91,7 @@ class Replay:
 
     def __init__(self, scenario, trees):
         agents = scenario["agents"]
-        humans = [make_human(agent) for agent in agents]
+        humans = [make_traced_human(agent) for agent in agents]
         walls = scenario.get("obstacles") or {}
         time_step = scenario["dt"]
         builder = DiagramBuilder()
@@ -291,21 +292,8 @@ CLASSIC = """
       <Sequence name="Walk">
         <SetBlackboard output_key="number" value="{{id}}" />
         <SetBlackboard output_key="step" value="{{dt}}" />
-        <SubTree ID="Walk" id="number" dt="step" />
+        <SubTree ID="WalkTree" id="number" dt="step" />
       </Sequence>
-    </Fallback>
-  </BehaviorTree>
-</root>
-"""
-WALK = """
-<root main_tree_to_execute = "Walk">
-  <BehaviorTree ID="Walk">
-    <Fallback>
-      <Sequence>
-        <Inverter><IsGoalReached agent_id="{id}" /></Inverter>
-        <RegularNav agent_id="{id}" time_step="{dt}" />
-      </Sequence>
-      <UpdateGoal agent_id="{id}" />
     </Fallback>
   </BehaviorTree>
 </root>

@@ -43,23 +43,23 @@ def dut():
     return BehaviorTree([TREE], [HUMAN], time_step=0.125)
 
 
-def fix(dut, context, robot):
+def fix_states(dut, context, robot):
     dut.get_human_states_input_port().FixValue(context, ME)
     dut.get_robot_states_input_port().FixValue(context, robot)
 
 
-def status(dut, context):
+def node_status(dut, context):
     return dut.get_node_status_output_port().Eval(context).tolist()
 
 
 def test_status_has_a_number_for_each_node(dut):
     context = dut.CreateDefaultContext()
     assert dut.get_node_status_output_port().get_name() == "node_status"
-    fix(dut, context, NEAR)
+    fix_states(dut, context, NEAR)
     near = [RUNNING, RUNNING, SUCCESS, SKIPPED, RUNNING, IDLE, IDLE, IDLE, IDLE]
-    assert status(dut, context) == near
-    fix(dut, context, FAR)
-    assert status(dut, context) == [
+    assert node_status(dut, context) == near
+    fix_states(dut, context, FAR)
+    assert node_status(dut, context) == [
         FAILURE,
         FAILURE,
         FAILURE,
@@ -73,10 +73,10 @@ def test_status_has_a_number_for_each_node(dut):
 def test_status_follows_the_state(dut):
     simulator = Simulator(dut)
     context = simulator.get_mutable_context()
-    fix(dut, context, NEAR)
+    fix_states(dut, context, NEAR)
     simulator.AdvanceTo(0.0625)
     ticked = [SUCCESS, SUCCESS, IDLE, IDLE, SUCCESS, SUCCESS, *[IDLE] * 3]
-    assert status(dut, context) == ticked
+    assert node_status(dut, context) == ticked
 
 
 def test_status_is_computed_only_when_asked_for(dut, monkeypatch):
@@ -88,11 +88,11 @@ def test_status_is_computed_only_when_asked_for(dut, monkeypatch):
         lambda *arguments: calls.append(1) or trace(*arguments),
     )
     simulator = Simulator(dut)
-    fix(dut, simulator.get_mutable_context(), NEAR)
+    fix_states(dut, simulator.get_mutable_context(), NEAR)
     simulator.AdvanceTo(1.0)
     assert not calls
-    status(dut, simulator.get_context())
-    status(dut, simulator.get_context())
+    node_status(dut, simulator.get_context())
+    node_status(dut, simulator.get_context())
     assert len(calls) == 1
 
 
@@ -101,10 +101,10 @@ def test_asking_for_the_status_changes_nothing(dut):
     for asks in (False, True):
         simulator = Simulator(dut)
         context = simulator.get_mutable_context()
-        fix(dut, context, NEAR)
+        fix_states(dut, context, NEAR)
         for i in range(10):
             if asks:
-                status(dut, context)
+                node_status(dut, context)
             simulator.AdvanceTo(0.125 * i)
         results.append(context.get_discrete_state(0).value().copy())
     np.testing.assert_array_equal(*results)
@@ -127,7 +127,7 @@ def test_text_shows_the_tree():
 
 def test_text_shows_the_status(dut):
     context = dut.CreateDefaultContext()
-    fix(dut, context, NEAR)
+    fix_states(dut, context, NEAR)
     drawing = RenderBehaviorTree(
         TREE, dut.get_node_status_output_port().Eval(context)
     )

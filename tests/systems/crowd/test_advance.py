@@ -40,7 +40,7 @@ def straight(monkeypatch):
             return advance_people(s, forces)
 
 
-def run(human, time, **kwargs):
+def run_straight(human, time, **kwargs):
     builder = DiagramBuilder()
     people = AddHumans(
         builder,
@@ -59,14 +59,14 @@ def run(human, time, **kwargs):
 
 
 def test_a_person_stays_at_the_goal():
-    states = run(HumanConfig(pose=[0, 0, 0], goals=[[3, 4]]), 25.0)
+    states = run_straight(HumanConfig(pose=[0, 0, 0], goals=[[3, 4]]), 25.0)
     assert np.hypot(*(states[-1, :2] - [3, 4])) < 1.0
     assert np.hypot(*states[-1, 3:5]) < 1e-3
 
 
 def test_a_person_keeps_the_speed_limit_and_looks_ahead():
     human = HumanConfig(pose=[0, 0, 0], goals=[[30, 40]], max_speed=1.4)
-    states = run(human, 5.0)
+    states = run_straight(human, 5.0)
     assert np.hypot(*states[:, 3:5].T).max() <= 1.4 + 1e-12
     assert states[-1, 2] == pytest.approx(np.arctan2(4, 3))
 
@@ -77,7 +77,7 @@ def test_a_person_who_is_to_stand_still_does():
         '<StandStill seconds="100"/></Sequence></BehaviorTree></root>'
     )
     human = HumanConfig(pose=[0, 0, 0], goals=[[9, 0]], behavior=tree)
-    states = run(human, 3.0)
+    states = run_straight(human, 3.0)
     np.testing.assert_array_equal(states[:, :2], 0)
 
 

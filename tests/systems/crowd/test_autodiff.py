@@ -48,7 +48,7 @@ ROLES = [
 FELT = [0, 1, 3, 4, 7, 8, 10, 11]
 
 
-def make_crowd(seed, **options):
+def make_moody_crowd(seed, **options):
     """Returns a crowd, and a Context with everybody in a different mood."""
     rng = np.random.default_rng(seed)
     humans = [
@@ -137,7 +137,7 @@ def differences(dut, context):
 
 @pytest.mark.parametrize("seed", range(6))
 def test_the_next_state_by_the_robot_is_that_of_finite_differences(seed):
-    dut, context = make_crowd(seed)
+    dut, context = make_moody_crowd(seed)
     gradient = ExtractGradient(autodiff_step(dut, context))
     by_robots = gradient[:, 6 * N :]
     expected = differences(dut, context)
@@ -151,7 +151,7 @@ def test_the_next_state_by_the_robot_is_that_of_finite_differences(seed):
 
 @pytest.mark.parametrize("seed", range(6))
 def test_the_analytic_jacobian_agrees(seed):
-    dut, context = make_crowd(seed)
+    dut, context = make_moody_crowd(seed)
     gradient = ExtractGradient(autodiff_step(dut, context))
     jacobian = dut.CalcJacobian(context)
     assert jacobian.states.shape == (6 * N, 6 * N)
@@ -162,7 +162,7 @@ def test_the_analytic_jacobian_agrees(seed):
 
 
 def test_derivatives_are_those_with_the_weights_of_the_context():
-    dut, context = make_crowd(1)
+    dut, context = make_moody_crowd(1)
     before = dut.CalcJacobian(context)
     dut.SetWeights(context, 1.5 * dut.GetWeights(context))
     gradient = ExtractGradient(autodiff_step(dut, context))
@@ -172,14 +172,14 @@ def test_derivatives_are_those_with_the_weights_of_the_context():
 
 
 def test_the_values_are_those_of_the_plain_crowd():
-    dut, context = make_crowd(1)
+    dut, context = make_moody_crowd(1)
     expected = next_state(dut, context, *present(dut, context))
     result = ExtractValue(autodiff_step(dut, context)).ravel()
     np.testing.assert_allclose(result, expected, rtol=1e-12, atol=1e-12)
 
 
 def test_the_ports_carry_derivatives():
-    dut, context = make_crowd(1)
+    dut, context = make_moody_crowd(1)
     converted = dut.ToAutoDiffXd()
     other = converted.CreateDefaultContext()
     state, robots = present(dut, context)
@@ -207,7 +207,7 @@ def test_the_ports_carry_derivatives():
 @pytest.mark.parametrize("distance", [0.0, 1e-300, 1e-155, 1e-120, 1e-9])
 def test_derivatives_are_finite_where_forces_are_undefined(distance):
     """People on one another, on a wall, on the goal and on the robot."""
-    dut, context = make_crowd(0)
+    dut, context = make_moody_crowd(0)
     state = np.zeros((N, 6))
     state[:, 0] = -1.0
     state[:, 1] = 0.5 + np.arange(N) * distance
@@ -254,7 +254,7 @@ def test_hardly_anybody_has_derivatives_too(n, m):
 
 
 def test_a_crowd_converts_and_stays_the_same_class():
-    dut, _ = make_crowd(0)
+    dut, _ = make_moody_crowd(0)
     converted = dut.ToAutoDiffXd()
     assert isinstance(dut, HumanCrowd)
     assert isinstance(dut, LeafSystem)
@@ -304,7 +304,7 @@ def test_a_model_without_derivatives_says_so():
 
 
 def test_only_plain_crowds_calculate_the_jacobian():
-    dut, _ = make_crowd(0)
+    dut, _ = make_moody_crowd(0)
     converted = dut.ToAutoDiffXd()
     with pytest.raises(TypeError, match="HumanCrowd_\\[float\\]"):
         converted.CalcJacobian(converted.CreateDefaultContext())

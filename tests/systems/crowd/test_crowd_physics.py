@@ -17,14 +17,14 @@ from hunav_drake.systems.world.shapes import Box, World
 TIME_STEP = 0.05
 
 
-def wall(x0, y0, x1, y1):
+def box_between(x0, y0, x1, y1):
     """A box between two corners."""
     return Box(
         center=((x0 + x1) / 2, (y0 + y1) / 2), size=(abs(x1 - x0), abs(y1 - y0))
     )
 
 
-def simulate(
+def record_steps(
     humans, *, walls=(), duration, time_step=TIME_STEP, until=lambda rows: False
 ):
     """Returns the times and the states at each step, shape (k, n, 7)."""
@@ -82,7 +82,7 @@ def test_the_free_speed_is_reached_exponentially(speed):
     """v(t) = v (1 - exp(-t k_d / tau))."""
     human = HumanConfig(pose=[0, 0, 0], goals=[[99, 0]], desired_speed=speed)
     rate = human.forces.goal_factor / human.forces.relaxation_time
-    times, states = simulate([human], duration=3.0, time_step=1e-3)
+    times, states = record_steps([human], duration=3.0, time_step=1e-3)
     expected = speed * (1 - np.exp(-times * rate))
     error = abs(states[:, 0, 3] - expected).max()
     print(f"free speed {speed} m/s: largest error {error * 1e3:.2f} mm/s")
@@ -93,11 +93,11 @@ def test_the_free_speed_is_reached_exponentially(speed):
 
 def test_r1_the_free_speed_is_kept_in_a_corridor():
     """40 m at 1.33 m/s take 26 to 34 s."""
-    walls = [wall(-1, -0.2, 42, 0), wall(-1, 2, 42, 2.2)]
+    walls = [box_between(-1, -0.2, 42, 0), box_between(-1, 2, 42, 2.2)]
     human = HumanConfig(
         pose=[0, 1, 0], goals=[[50, 1]], desired_speed=1.33, radius=0.2
     )
-    times, states = simulate([human], walls=walls, duration=40.0)
+    times, states = record_steps([human], walls=walls, duration=40.0)
     (time,) = first_time(times, states[..., 0] >= 40)
     print(f"R1: {time:.2f} s for 40 m")
     assert 26 <= time <= 34
@@ -107,11 +107,11 @@ def test_r1_the_free_speed_is_kept_in_a_corridor():
 def test_r6_people_walk_round_a_corner():
     """20 people in a corridor 2 m wide; nobody leaves it, all arrive."""
     walls = [
-        wall(-0.2, -0.2, 12.2, 0),
-        wall(12, 0, 12.2, 12),
-        wall(-0.2, 0, 0, 2.2),
-        wall(0, 2, 10, 2.2),
-        wall(9.8, 2.2, 10, 12),
+        box_between(-0.2, -0.2, 12.2, 0),
+        box_between(12, 0, 12.2, 12),
+        box_between(-0.2, 0, 0, 2.2),
+        box_between(0, 2, 10, 2.2),
+        box_between(9.8, 2.2, 10, 12),
     ]
     humans = [
         HumanConfig(
@@ -123,7 +123,7 @@ def test_r6_people_walk_round_a_corner():
         )
         for place in grid(20, (0.4, 0.4), (5.8, 1.6), columns=7)
     ]
-    times, states = simulate(
+    times, states = record_steps(
         humans,
         walls=walls,
         duration=90.0,
@@ -163,7 +163,7 @@ def lane_order(states, to_right):
 
 def test_counterflows_pass_and_form_lanes():
     """20 against 20 people in a corridor of 3 x 20 m."""
-    walls = [wall(-12, -0.2, 32, 0), wall(-12, 3, 32, 3.2)]
+    walls = [box_between(-12, -0.2, 32, 0), box_between(-12, 3, 32, 3.2)]
     starts = grid(20, (-8, 0.5), (-1, 2.5), columns=5)
     to_right = np.arange(40) < 20
     humans = [
@@ -177,7 +177,7 @@ def test_counterflows_pass_and_form_lanes():
     def arrived(rows):
         return np.where(to_right, rows[..., 0] > 20, rows[..., 0] < 0)
 
-    times, states = simulate(
+    times, states = record_steps(
         humans,
         walls=walls,
         duration=120.0,
@@ -233,7 +233,7 @@ def test_a_group_stays_together_where_strangers_do_not():
         for y in (-0.8, 0.1, 0.9)
     ]
     group, strangers = (
-        spread(simulate(three(k) + against, duration=25.0)[1][:, :3])
+        spread(record_steps(three(k) + against, duration=25.0)[1][:, :3])
         for k in (1, -1)
     )
     print(
@@ -247,11 +247,11 @@ def test_a_group_stays_together_where_strangers_do_not():
 def test_people_pass_a_narrow_door():
     """30 people leave a room of 6 x 6 m by a door 1 m wide."""
     walls = [
-        wall(-0.2, -0.2, 0, 6.2),
-        wall(0, -0.2, 6.2, 0),
-        wall(0, 6, 6.2, 6.2),
-        wall(6, 0, 6.2, 2.5),
-        wall(6, 3.5, 6.2, 6),
+        box_between(-0.2, -0.2, 0, 6.2),
+        box_between(0, -0.2, 6.2, 0),
+        box_between(0, 6, 6.2, 6.2),
+        box_between(6, 0, 6.2, 2.5),
+        box_between(6, 3.5, 6.2, 6),
     ]
     humans = [
         HumanConfig(
@@ -263,7 +263,7 @@ def test_people_pass_a_narrow_door():
         )
         for place in grid(30, (0.5, 0.6), (4.5, 5.4), columns=5)
     ]
-    times, states = simulate(
+    times, states = record_steps(
         humans,
         walls=walls,
         duration=180.0,

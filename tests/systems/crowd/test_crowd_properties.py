@@ -27,7 +27,7 @@ point = st.tuples(st.floats(-4.9, 4.9), st.floats(-3.9, 3.9))
 
 
 @st.composite
-def crowds(draw):
+def people_in_room(draw):
     """Draws people: (place, yaw, velocity, goal, radius, group) of each."""
     n = draw(st.integers(0, 7))
     people = []
@@ -73,7 +73,9 @@ def generic_people(n, seed):
     return people
 
 
-def run(people, *, matrix=None, epsilon=0.005, steps=30, time_step=0.05):
+def run_in_room(
+    people, *, matrix=None, epsilon=0.005, steps=30, time_step=0.05
+):
     """Returns the states after some steps, in a world that was moved."""
     matrix = np.eye(2) if matrix is None else matrix
     turn = math.atan2(matrix[1, 0], matrix[0, 0])
@@ -114,9 +116,9 @@ def run(people, *, matrix=None, epsilon=0.005, steps=30, time_step=0.05):
 
 
 @settings(max_examples=60, deadline=None)
-@given(crowds(), st.sampled_from([0.01, 0.05, 0.2]))
+@given(people_in_room(), st.sampled_from([0.01, 0.05, 0.2]))
 def test_nobody_is_lost_too_fast_or_inside_a_wall(people, time_step):
-    states, walls = run(people, time_step=time_step)
+    states, walls = run_in_room(people, time_step=time_step)
     assert np.isfinite(states).all()
     assert (np.hypot(states[:, 3], states[:, 4]) <= 1.5 + 1e-12).all()
     assert not inside(walls, states[:, :2]).any()
@@ -129,8 +131,8 @@ def test_nobody_is_lost_too_fast_or_inside_a_wall(people, time_step):
 def test_the_order_does_not_matter(n, seed):
     people = generic_people(n, seed)
     order = np.random.default_rng(seed).permutation(n)
-    plain, _ = run(people, steps=20)
-    permuted, _ = run([people[i] for i in order], steps=20)
+    plain, _ = run_in_room(people, steps=20)
+    permuted, _ = run_in_room([people[i] for i in order], steps=20)
     np.testing.assert_allclose(permuted, plain[order], atol=1e-6)
 
 
@@ -146,8 +148,10 @@ def test_a_turned_or_mirrored_world_is_the_same(n, seed, angle, mirrored):
     c, s = math.cos(angle), math.sin(angle)
     sign = -1.0 if mirrored else 1.0
     matrix = np.array([[c, -s], [s, c]]) @ np.diag([1.0, sign])
-    plain, _ = run(people, steps=20)
-    moved, _ = run(people, steps=20, matrix=matrix, epsilon=sign * 0.005)
+    plain, _ = run_in_room(people, steps=20)
+    moved, _ = run_in_room(
+        people, steps=20, matrix=matrix, epsilon=sign * 0.005
+    )
     np.testing.assert_allclose(moved[:, :2], plain[:, :2] @ matrix.T, atol=1e-6)
 
 
@@ -157,6 +161,6 @@ def test_the_drawn_people_are_moved_at_all():
         ((-4.0, 3.0), 0.0, (0.3, 0.1), (4.0, -3.0), 0.3, -1),
         ((4.1, -2.9), 0.0, (0.1, 0.2), (-4.2, 3.1), 0.35, -1),
     ]
-    states, _ = run(people, steps=40)
+    states, _ = run_in_room(people, steps=40)
     moved = np.hypot(*(states[:, :2] - [p[0] for p in people]).T)
     assert (moved > 1).all()

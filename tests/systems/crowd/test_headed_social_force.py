@@ -117,7 +117,7 @@ def test_a_turn_rate_dies_away_without_a_goal(dut, make_snapshot, walk):
     )
 
 
-def crossing(make_snapshot, time_step):
+def make_circle(make_snapshot, time_step):
     angle = 2 * math.pi * np.arange(6) / 6 + 0.2 * np.sin(np.arange(6))
     places = 4 * np.stack([np.cos(angle), np.sin(angle)], axis=1)
     states = np.zeros((6, 6))
@@ -127,7 +127,7 @@ def crossing(make_snapshot, time_step):
 
 
 def test_people_who_cross_walk_ahead(dut, make_snapshot, walk):
-    states = walk(dut, crossing(make_snapshot, 0.05), 15.0)
+    states = walk(dut, make_circle(make_snapshot, 0.05), 15.0)
     speed = np.hypot(states[..., 3], states[..., 4])
     aside = np.abs(sideways(states))
     assert aside.max() < 0.3
@@ -138,8 +138,8 @@ def test_people_who_cross_walk_ahead(dut, make_snapshot, walk):
 
 
 def test_the_step_hardly_matters(dut, make_snapshot, walk):
-    coarse = walk(dut, crossing(make_snapshot, 0.05), 12.0)
-    fine = walk(dut, crossing(make_snapshot, 0.01), 12.0)[::5]
+    coarse = walk(dut, make_circle(make_snapshot, 0.05), 12.0)
+    fine = walk(dut, make_circle(make_snapshot, 0.01), 12.0)[::5]
     assert np.abs(coarse[..., :2] - fine[..., :2]).max() < 0.25
     np.testing.assert_allclose(coarse[-1, :, :2], fine[-1, :, :2], atol=0.1)
 

@@ -9,6 +9,7 @@ from hunav_drake.systems.common.layout import COMMAND_SIZE, Command, RobotRole
 from hunav_drake.systems.crowd import HumanCrowd
 from hunav_drake.systems.people import HumanConfig, SocialForceParameters
 from hunav_drake.systems.world.obstacles import Obstacles
+from tests.systems.crowd.crowds import human_states
 
 ROBOT = [3.0, 0.4, math.pi, -0.5, 0.0, 0.0, 0.35]
 WALL = Obstacles.from_shapes([[[-5.0, -1.0], [9.0, -1.0]]], solid=[False])
@@ -36,7 +37,7 @@ def walk_to(goal, *, speed=1.2, group_id=-1, role=RobotRole.PEDESTRIAN):
     return command
 
 
-def make_simulator(dut, commands, robot=ROBOT, context=None):
+def make_crowd_simulator(dut, commands, robot=ROBOT, context=None):
     context = context or dut.CreateDefaultContext()
     dut.get_commands_input_port().FixValue(context, np.ravel(commands))
     if dut.HasInputPort("robot_states"):
@@ -44,14 +45,10 @@ def make_simulator(dut, commands, robot=ROBOT, context=None):
     return Simulator(dut, context)
 
 
-def states_of(dut, context):
-    return dut.get_human_states_output_port().Eval(context).reshape(-1, 7)
-
-
-def run(dut, commands, time=4.0, robot=ROBOT):
-    simulator = make_simulator(dut, commands, robot)
+def run_crowd(dut, commands, time=4.0, robot=ROBOT):
+    simulator = make_crowd_simulator(dut, commands, robot)
     simulator.AdvanceTo(time)
-    return states_of(dut, simulator.get_context()).copy()
+    return human_states(dut, simulator.get_context()).copy()
 
 
 @pytest.fixture
@@ -67,17 +64,17 @@ def commands():
 def test_human_states_are_poses_velocities_and_radii(dut):
     context = dut.CreateDefaultContext()
     np.testing.assert_array_equal(
-        states_of(dut, context)[2], [1, 2, -1.5, 0, 0, 0, 0.4]
+        human_states(dut, context)[2], [1, 2, -1.5, 0, 0, 0, 0.4]
     )
 
 
 def test_a_walker_reaches_its_speed_exponentially():
     """Euler's steps of dv/dt = k (v_d - v) / tau have a closed form."""
     dut = HumanCrowd([HumanConfig(pose=[0, 0, 0])], num_robots=0)
-    simulator = make_simulator(dut, [walk_to([1000, 0], speed=1.3)])
+    simulator = make_crowd_simulator(dut, [walk_to([1000, 0], speed=1.3)])
     for k in range(1, 60):
         simulator.AdvanceTo(0.05 * k + 1e-9)
-        speed = states_of(dut, simulator.get_context())[0, 3]
+        speed = human_states(dut, simulator.get_context())[0, 3]
         # The update at time 0.05 k has been made as well.
         assert speed == pytest.approx(1.3 * (1 - 0.8 ** (k + 1)), rel=1e-12)
 
@@ -86,9 +83,9 @@ def test_a_fine_step_follows_the_exponential():
     dut = HumanCrowd(
         [HumanConfig(pose=[0, 0, 0])], num_robots=0, time_step=1e-4
     )
-    simulator = make_simulator(dut, [walk_to([1000, 0], speed=1.3)])
+    simulator = make_crowd_simulator(dut, [walk_to([1000, 0], speed=1.3)])
     simulator.AdvanceTo(0.5)
-    speed = states_of(dut, simulator.get_context())[0, 3]
+    speed = human_states(dut, simulator.get_context())[0, 3]
     assert speed == pytest.approx(
         1.3 * (1 - math.exp(-0.5 * 2 / 0.5)), rel=1e-4
     )
@@ -96,7 +93,7 @@ def test_a_fine_step_follows_the_exponential():
 
 def test_a_person_at_the_goal_comes_to_rest():
     dut = HumanCrowd([HumanConfig(pose=[0, 0, 0])], num_robots=0)
-    state = run(dut, [walk_to([3, 0])], time=30.0)[0]
+    state = run_crowd(dut, [walk_to([3, 0])], time=30.0)[0]
     assert math.hypot(state[0] - 3, state[1]) < 0.3 + 0.2
     assert math.hypot(state[3], state[4]) < 1e-3
 
@@ -107,9 +104,9 @@ def test_without_a_goal_the_velocity_decays_with_the_relaxation_time():
     command[Command.HAS_GOAL] = 0
     context = dut.CreateDefaultContext()
     context.SetDiscreteState([0, 0, 0, 1.0, 0, 0])
-    simulator = make_simulator(dut, [command], context=context)
+    simulator = make_crowd_simulator(dut, [command], context=context)
     simulator.AdvanceTo(0.5 - 0.01)
-    assert states_of(dut, context)[0, 3] == pytest.approx(0.9**10, rel=1e-12)
+    assert human_states(dut, context)[0, 3] == pytest.approx(0.9**10, rel=1e-12)
 
 
 def test_hold_stops_at_once_and_turns_at_the_given_rate():
@@ -120,24 +117,24 @@ def test_hold_stops_at_once_and_turns_at_the_given_rate():
     command[Command.TURN_RATE] = math.pi
     context = dut.CreateDefaultContext()
     context.SetDiscreteState([0, 0, 3.0, 1.0, 0, 0])
-    simulator = make_simulator(dut, [command], context=context)
+    simulator = make_crowd_simulator(dut, [command], context=context)
     simulator.AdvanceTo(0.01)
-    x, y, yaw, vx, vy, omega, _ = states_of(dut, context)[0]
+    x, y, yaw, vx, vy, omega, _ = human_states(dut, context)[0]
     assert (x, y, vx, vy) == (0, 0, 0, 0)
     # The short way, over pi.
     assert yaw == pytest.approx(3.0 + math.pi * 0.05 - 2 * math.pi)
     assert omega == pytest.approx(math.pi)
     simulator.AdvanceTo(0.06)
-    assert states_of(dut, context)[0, 2] == pytest.approx(-3.0)
+    assert human_states(dut, context)[0, 2] == pytest.approx(-3.0)
 
 
 def test_the_speed_never_exceeds_the_limit(dut, commands):
     for command in commands:
         command[Command.DESIRED_SPEED] = 5.0
-    simulator = make_simulator(dut, commands)
+    simulator = make_crowd_simulator(dut, commands)
     for k in range(40):
         simulator.AdvanceTo(0.05 * k)
-        states = states_of(dut, simulator.get_context())
+        states = human_states(dut, simulator.get_context())
         assert np.hypot(states[:, 3], states[:, 4]).max() <= 1.2 * (1 + 1e-12)
 
 
@@ -151,7 +148,7 @@ def test_the_speed_never_exceeds_the_limit(dut, commands):
 )
 def test_the_robot_enters_the_forces_as_commanded(role, felt):
     dut = HumanCrowd([HumanConfig(pose=[2, 0, 0])])
-    simulator = make_simulator(dut, [walk_to([9, 0], role=role)])
+    simulator = make_crowd_simulator(dut, [walk_to([9, 0], role=role)])
     forces = dut.get_forces_output_port().Eval(simulator.get_context())
     others = forces.reshape(8, 2)[1:7]
     for component in range(1, 7):
@@ -164,11 +161,11 @@ def test_the_robot_repels_as_commanded():
     command = walk_to([9, 0], role=RobotRole.UNSEEN)
     command[Command.ROBOT_REPULSION] = 4.0
     near, far = [0, 2.0, 0, 0, 0, 0, 0.3], [-3.0, 0, 0, 0, 0, 0, 0.3]
-    simulator = make_simulator(dut, [command], robot=[*far, *near])
+    simulator = make_crowd_simulator(dut, [command], robot=[*far, *near])
     forces = dut.get_forces_output_port().Eval(simulator.get_context())
     np.testing.assert_allclose(forces.reshape(8, 2)[6], [0, -4.0 / 1.6])
     # Overlapped, it still pushes away, no harder than at 5 cm.
-    simulator = make_simulator(
+    simulator = make_crowd_simulator(
         dut, [command], robot=[*far, 0, 0.1, 0, 0, 0, 0, 0.3]
     )
     forces = dut.get_forces_output_port().Eval(simulator.get_context())
@@ -184,7 +181,7 @@ def test_a_wall_pushes_from_its_nearest_point_only_within_range():
             obstacles=Obstacles.from_shapes([wall], solid=[False]),
             num_robots=0,
         )
-        simulator = make_simulator(dut, [walk_to([9, 0])])
+        simulator = make_crowd_simulator(dut, [walk_to([9, 0])])
         forces = dut.get_forces_output_port().Eval(simulator.get_context())
         np.testing.assert_allclose(
             forces.reshape(8, 2)[1], [0, expected], atol=1e-15
@@ -201,7 +198,7 @@ def test_forces_add_up(dut):
     commands[1] = walk_to([9, 0], group_id=1)
     context.SetDiscreteState(state.ravel())
     commands[0][Command.ROBOT_REPULSION] = 4.0
-    simulator = make_simulator(dut, commands, context=context)
+    simulator = make_crowd_simulator(dut, commands, context=context)
     forces = dut.get_forces_output_port().Eval(simulator.get_context())
     forces = forces.reshape(4, 8, 2)
     assert forces[:, :7].any(axis=(0, 2)).all()
@@ -209,7 +206,7 @@ def test_forces_add_up(dut):
 
 
 def test_forces_follow_every_input(dut, commands):
-    simulator = make_simulator(dut, commands)
+    simulator = make_crowd_simulator(dut, commands)
     context = simulator.get_mutable_context()
     port = dut.get_forces_output_port()
     before = port.Eval(context).copy()
@@ -236,7 +233,7 @@ def test_only_the_state_enters_human_states(dut):
 @pytest.mark.parametrize("n", [0, 1])
 def test_hardly_anybody_is_a_crowd_too(n):
     dut = HumanCrowd(make_humans()[:n])
-    states = run(dut, [walk_to(goal) for goal in GOALS[:n]])
+    states = run_crowd(dut, [walk_to(goal) for goal in GOALS[:n]])
     assert states.shape == (n, 7)
     assert np.isfinite(states).all()
 
@@ -246,42 +243,44 @@ def test_people_in_one_place_stay_finite(distance):
     humans = [HumanConfig(pose=[0, 0, 0]), HumanConfig(pose=[distance, 0, 0])]
     commands = [walk_to([0, 0], group_id=1), walk_to([5, 0], group_id=1)]
     dut = HumanCrowd(humans, obstacles=Obstacles.from_points([[0, 0]]))
-    states = run(dut, commands, robot=[0, 0, 0, 0, 0, 0, 0.3])
+    states = run_crowd(dut, commands, robot=[0, 0, 0, 0, 0, 0, 0.3])
     assert np.isfinite(states).all()
 
 
 def test_two_contexts_do_not_disturb_each_other(dut, commands):
-    alone = run(dut, commands)
-    first = make_simulator(dut, commands)
-    second = make_simulator(dut, [walk_to([0, 5])] * 4)
+    alone = run_crowd(dut, commands)
+    first = make_crowd_simulator(dut, commands)
+    second = make_crowd_simulator(dut, [walk_to([0, 5])] * 4)
     for k in range(1, 81):
         first.AdvanceTo(k * 0.05)
         second.AdvanceTo(k * 0.05)
-    np.testing.assert_array_equal(states_of(dut, first.get_context()), alone)
+    np.testing.assert_array_equal(human_states(dut, first.get_context()), alone)
 
 
 def test_a_clone_has_the_same_future(dut, commands):
-    simulator = make_simulator(dut, commands)
+    simulator = make_crowd_simulator(dut, commands)
     simulator.AdvanceTo(2.0)
     clone = simulator.get_context().Clone()
     simulator.AdvanceTo(4.0)
     continued = Simulator(dut, clone)
     continued.AdvanceTo(4.0)
     np.testing.assert_array_equal(
-        states_of(dut, simulator.get_context()), states_of(dut, clone)
+        human_states(dut, simulator.get_context()), human_states(dut, clone)
     )
 
 
 def test_a_run_repeats_bit_for_bit(dut, commands):
     again = HumanCrowd(make_humans(), obstacles=WALL)
-    np.testing.assert_array_equal(run(dut, commands), run(again, commands))
+    np.testing.assert_array_equal(
+        run_crowd(dut, commands), run_crowd(again, commands)
+    )
 
 
 def test_the_order_of_people_does_not_matter(commands):
     order = [2, 0, 3, 1]
     humans = make_humans()
-    plain = run(HumanCrowd(humans, obstacles=WALL), commands)
-    permuted = run(
+    plain = run_crowd(HumanCrowd(humans, obstacles=WALL), commands)
+    permuted = run_crowd(
         HumanCrowd([humans[i] for i in order], obstacles=WALL),
         [commands[i] for i in order],
     )
@@ -310,11 +309,11 @@ def test_a_moved_world_moves_the_same_way(mirrored):
         human.pose = tuple(move_row([*human.pose, 0, 0, 0])[:3])
     wall = np.array([[-5.0, -1.0], [9.0, -1.0]])
     walls = Obstacles.from_shapes([wall @ matrix.T], solid=[False])
-    plain = run(
+    plain = run_crowd(
         HumanCrowd(humans, obstacles=WALL),
         [walk_to(goal, group_id=1) for goal in GOALS],
     )
-    result = run(
+    result = run_crowd(
         HumanCrowd(moved, obstacles=walls),
         [walk_to(matrix @ goal, group_id=1) for goal in GOALS],
         robot=move_row(ROBOT),
@@ -361,16 +360,16 @@ def test_weights_are_a_parameter(dut, commands):
     context = dut.CreateDefaultContext()
     dut.SetWeights(context, weights_of(expected))
     np.testing.assert_array_equal(dut.GetWeights(context), weights_of(expected))
-    simulator = make_simulator(dut, commands, context=context)
+    simulator = make_crowd_simulator(dut, commands, context=context)
     simulator.AdvanceTo(4.0)
     np.testing.assert_array_equal(
-        states_of(dut, context), run(expected, commands)
+        human_states(dut, context), run_crowd(expected, commands)
     )
-    assert (states_of(dut, context) != run(dut, commands)).any()
+    assert (human_states(dut, context) != run_crowd(dut, commands)).any()
 
 
 def test_forces_and_derivatives_follow_the_weights(dut, commands):
-    context = make_simulator(dut, commands).get_mutable_context()
+    context = make_crowd_simulator(dut, commands).get_mutable_context()
     port = dut.get_forces_output_port()
     before = port.Eval(context).copy(), dut.CalcJacobian(context)
     dut.SetWeights(context, 2 * dut.GetWeights(context))
@@ -409,13 +408,13 @@ def test_a_context_of_any_seed_is_that_of_a_crowd_of_that_seed(
 ):
     dut = HumanCrowd(random_people, start_jitter=0.2, seed=9)
     other = HumanCrowd(random_people, start_jitter=0.2, seed=seed)
-    simulator = make_simulator(dut, commands)
+    simulator = make_crowd_simulator(dut, commands)
     simulator.AdvanceTo(1.0)
     context = simulator.get_mutable_context()
     dut.SetSeed(context, seed)
     expected = other.CreateDefaultContext()
     np.testing.assert_array_equal(
-        states_of(dut, context), states_of(other, expected)
+        human_states(dut, context), human_states(other, expected)
     )
     np.testing.assert_array_equal(
         dut.GetWeights(context), other.GetWeights(expected)
@@ -425,7 +424,7 @@ def test_a_context_of_any_seed_is_that_of_a_crowd_of_that_seed(
         (dut.GetWeights(context)[:2] != weights_of(dut)[:2]).any(axis=1).all()
     )
     nominal = [human.pose[:2] for human in random_people]
-    offsets = states_of(dut, context)[:, :2] - nominal
+    offsets = human_states(dut, context)[:, :2] - nominal
     assert abs(offsets).min() > 0
     assert abs(offsets).max() <= 0.2
 
@@ -446,7 +445,7 @@ def test_a_start_may_be_at_the_very_edge_of_the_world():
     beyond = []
     for seed in range(20):
         dut.SetSeed(context, seed)
-        (state,) = states_of(dut, context)
+        (state,) = human_states(dut, context)
         assert 0 < np.hypot(*(state[:2] - [1e5, -1e5])) < 1.5
         beyond.append(abs(state[:2]).max() > 1e5)
     assert any(beyond)

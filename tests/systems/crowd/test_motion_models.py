@@ -26,6 +26,7 @@ from hunav_drake.systems.crowd import (
 )
 from hunav_drake.systems.people import HumanConfig
 from hunav_drake.systems.world.obstacles import Obstacles
+from tests.systems.crowd.crowds import human_states, step
 
 NAMES = sorted(MOTION_MODELS)
 
@@ -41,10 +42,6 @@ def name(request):
 @pytest.fixture
 def dut(name):
     return MOTION_MODELS.make(name)
-
-
-def step(model, snapshot):
-    return model.advance(snapshot, model.forces(snapshot))
 
 
 @pytest.fixture
@@ -75,7 +72,7 @@ def crowd(make_snapshot):
     return snapshot
 
 
-def moved(snapshot, angle=0.0, shift=(0.0, 0.0), order=None):
+def moved_snapshot(snapshot, angle=0.0, shift=(0.0, 0.0), order=None):
     """Returns the snapshot of a world that is turned, shifted, reordered."""
     c, s = math.cos(angle), math.sin(angle)
     matrix = np.array([[c, -s], [s, c]])
@@ -107,7 +104,7 @@ def moved(snapshot, angle=0.0, shift=(0.0, 0.0), order=None):
     )
 
 
-def assert_same(states, expected, atol=1e-9):
+def assert_same_states(states, expected, atol=1e-9):
     states, expected = states.copy(), expected.copy()
     turn = states[:, 2] - expected[:, 2]
     expected[:, 2] += 2 * math.pi * np.round(turn / (2 * math.pi))
@@ -204,24 +201,28 @@ def test_people_reach_their_goal_and_stay(dut, make_snapshot, walk):
 
 @pytest.mark.parametrize("angle", [1.1, math.pi / 2, math.pi])
 def test_a_turned_world_moves_the_same_way(angle, dut, crowd):
-    assert_same(
-        step(dut, moved(crowd, angle)),
-        moved(crowd._replace(states=step(dut, crowd)), angle).states,
+    assert_same_states(
+        step(dut, moved_snapshot(crowd, angle)),
+        moved_snapshot(crowd._replace(states=step(dut, crowd)), angle).states,
     )
 
 
 def test_a_shifted_world_moves_the_same_way(dut, crowd):
     shift = (100.0, -50.0)
-    assert_same(
-        step(dut, moved(crowd, shift=shift)),
-        moved(crowd._replace(states=step(dut, crowd)), shift=shift).states,
+    assert_same_states(
+        step(dut, moved_snapshot(crowd, shift=shift)),
+        moved_snapshot(
+            crowd._replace(states=step(dut, crowd)), shift=shift
+        ).states,
     )
 
 
 @pytest.mark.parametrize("seed", range(5))
 def test_the_order_of_people_does_not_matter(seed, dut, crowd):
     order = np.random.default_rng(seed).permutation(24)
-    assert_same(step(dut, moved(crowd, order=order)), step(dut, crowd)[order])
+    assert_same_states(
+        step(dut, moved_snapshot(crowd, order=order)), step(dut, crowd)[order]
+    )
 
 
 numbers = st.one_of(
@@ -280,7 +281,7 @@ def test_no_crowd_gives_nan_or_exceeds_its_speed(
         snapshot = snapshot._replace(states=states)
 
 
-def make_crowd(config):
+def make_crowd_of_three(config):
     humans = [
         HumanConfig(pose=[0, 0, 0]),
         HumanConfig(pose=[4, 0.3, math.pi]),
@@ -302,20 +303,16 @@ def make_crowd(config):
     return dut, context
 
 
-def states_of(dut, context):
-    return dut.get_human_states_output_port().Eval(context).reshape(-1, 7)
-
-
 def test_a_crowd_moves_by_it_and_a_clone_has_the_same_future(name):
-    dut, context = make_crowd(CrowdConfig(model=name))
+    dut, context = make_crowd_of_three(CrowdConfig(model=name))
     simulator = Simulator(dut, context)
     simulator.AdvanceTo(1.5)
     clone = simulator.get_context().Clone()
     simulator.AdvanceTo(12.0)
-    states = states_of(dut, simulator.get_context())
+    states = human_states(dut, simulator.get_context())
     assert np.linalg.norm(states[:2, :2] - [[8, 0], [-6, 0]]) < 1.0
     Simulator(dut, clone).AdvanceTo(12.0)
-    np.testing.assert_array_equal(states_of(dut, clone), states)
+    np.testing.assert_array_equal(human_states(dut, clone), states)
 
 
 @pytest.mark.parametrize("scenario", ["passing", "crossing", "cafe"])
@@ -360,11 +357,11 @@ def drifting(monkeypatch):
 
 @pytest.mark.usefixtures("drifting")
 def test_a_model_of_ones_own_moves_a_crowd():
-    dut, context = make_crowd(
+    dut, context = make_crowd_of_three(
         CrowdConfig(model={"name": "drifting", "wind": 2.0})
     )
     Simulator(dut, context).AdvanceTo(1.0 - 0.01)
-    np.testing.assert_allclose(states_of(dut, context)[:, 0], [2, 6, 3])
+    np.testing.assert_allclose(human_states(dut, context)[:, 0], [2, 6, 3])
 
 
 def test_a_name_is_given_once():
@@ -374,12 +371,14 @@ def test_a_name_is_given_once():
 
 def test_an_unknown_model_is_told():
     with pytest.raises(ValueError, match="'orka'; did you mean 'orca'"):
-        make_crowd(CrowdConfig(model="orka"))
+        make_crowd_of_three(CrowdConfig(model="orka"))
 
 
 def test_an_unknown_parameter_is_told(name):
     with pytest.raises(ValueError, match="no_such_thing"):
-        make_crowd(CrowdConfig(model={"name": name, "no_such_thing": 1.0}))
+        make_crowd_of_three(
+            CrowdConfig(model={"name": name, "no_such_thing": 1.0})
+        )
 
 
 @pytest.mark.parametrize(

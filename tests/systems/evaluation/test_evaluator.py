@@ -30,7 +30,7 @@ def robot_state(x, v=1.0):
     return np.array([x, 0, 0, v, 0, 0, 0.35])
 
 
-def human_states(n=2):
+def standing_people(n=2):
     rows = np.zeros((n, 7))
     rows[:, 0] = 2.0
     rows[:, 1] = np.arange(n) * 2.0
@@ -38,9 +38,9 @@ def human_states(n=2):
     return rows.ravel()
 
 
-def fix_inputs(dut, context, x=0.0, n=2):
+def fix_evaluator_inputs(dut, context, x=0.0, n=2):
     dut.get_robot_state_input_port().FixValue(context, robot_state(x))
-    dut.get_human_states_input_port().FixValue(context, human_states(n))
+    dut.get_human_states_input_port().FixValue(context, standing_people(n))
 
 
 def running(dut, context):
@@ -62,7 +62,7 @@ class Walk(LeafSystem):
         self.DeclareVectorOutputPort(
             "human_states",
             14,
-            lambda _, output: output.SetFromVector(human_states()),
+            lambda _, output: output.SetFromVector(standing_people()),
             prerequisites_of_calc=state,
         )
         self.DeclareVectorOutputPort(
@@ -97,7 +97,7 @@ def make_walk(time_step=0.05, period=0.1):
     return builder.Build(), evaluator
 
 
-def record(evaluator, context):
+def recording_of(evaluator, context):
     return evaluator.GetRecording(evaluator.GetMyContextFromRoot(context))
 
 
@@ -150,7 +150,7 @@ def test_samples_come_at_the_multiples_of_the_period(time_step, period):
     diagram, evaluator = make_walk(time_step, period)
     simulator = Simulator(diagram)
     simulator.AdvanceTo(60.0)
-    dut = record(evaluator, simulator.get_context())
+    dut = recording_of(evaluator, simulator.get_context())
     every = round(period / time_step)
     count = round(60.0 / period)
     assert len(dut) == count + 1
@@ -164,20 +164,20 @@ def test_the_recording_ends_at_the_present_instant():
     diagram, evaluator = make_walk(0.05, 0.2)
     simulator = Simulator(diagram)
     simulator.AdvanceTo(0.35)
-    dut = record(evaluator, simulator.get_context())
+    dut = recording_of(evaluator, simulator.get_context())
     assert dut.times.tolist() == pytest.approx([0, 0.2, 0.35])
     assert dut.robot[:, 0].tolist() == pytest.approx([0, 0.2, 0.35])
     # To ask twice adds nothing, and does not shift later samples.
-    assert record(evaluator, simulator.get_context()) == dut
+    assert recording_of(evaluator, simulator.get_context()) == dut
     simulator.AdvanceTo(0.5)
-    dut = record(evaluator, simulator.get_context())
+    dut = recording_of(evaluator, simulator.get_context())
     assert dut.times.tolist() == pytest.approx([0, 0.2, 0.4, 0.5])
 
 
 def test_a_recording_at_the_start_has_one_sample():
     dut = Evaluator(HUMANS)
     context = dut.CreateDefaultContext()
-    fix_inputs(dut, context, x=3.0)
+    fix_evaluator_inputs(dut, context, x=3.0)
     recording = dut.GetRecording(context)
     assert recording.times.tolist() == [0.0]
     assert recording.robot[0, 0] == 3.0
@@ -187,7 +187,7 @@ def test_a_rounding_error_of_time_is_no_sample():
     dut = Evaluator(HUMANS)
     simulator = Simulator(dut)
     context = simulator.get_mutable_context()
-    fix_inputs(dut, context)
+    fix_evaluator_inputs(dut, context)
     simulator.AdvanceTo(0.5)
     simulator.AdvancePendingEvents()
     context.SetTime(math.nextafter(0.5, 1))
@@ -201,7 +201,7 @@ def test_who_people_are_comes_along():
         HUMANS, goal_tolerance=0.4, goal_yaw_tolerance=3.5, obstacles=walls
     )
     context = dut.CreateDefaultContext()
-    fix_inputs(dut, context)
+    fix_evaluator_inputs(dut, context)
     recording = dut.GetRecording(context)
     assert recording.human_names == ("human_1", "Bo")
     assert recording.human_ids == (1, 9)
@@ -217,7 +217,7 @@ def test_behavior_status_is_recorded():
     diagram, evaluator = make_walk(0.05, 0.25)
     simulator = Simulator(diagram)
     simulator.AdvanceTo(1.0)
-    dut = record(evaluator, simulator.get_context())
+    dut = recording_of(evaluator, simulator.get_context())
     assert dut.behavior_status.T.tolist() == [[0, 0, 0, 1, 1], [0] * 5]
 
 
@@ -225,7 +225,7 @@ def test_behavior_status_is_recorded():
 def test_there_may_be_no_goal(value):
     dut = Evaluator(HUMANS)
     context = dut.CreateDefaultContext()
-    fix_inputs(dut, context)
+    fix_evaluator_inputs(dut, context)
     if value is not None:
         dut.get_goal_input_port().FixValue(context, value)
     assert dut.GetRecording(context).goal is None
@@ -251,7 +251,7 @@ def test_there_may_be_nobody():
 def test_running_values_before_the_first_sample():
     dut = Evaluator(HUMANS)
     context = dut.CreateDefaultContext()
-    fix_inputs(dut, context)
+    fix_evaluator_inputs(dut, context)
     dut.get_goal_input_port().FixValue(context, [1, 1, 0])
     values = list(running(dut, context).values())
     assert values == pytest.approx(
@@ -290,7 +290,7 @@ def test_the_goal_may_change_without_a_sample():
     dut = Evaluator(HUMANS)
     simulator = Simulator(dut)
     context = simulator.get_mutable_context()
-    fix_inputs(dut, context)
+    fix_evaluator_inputs(dut, context)
     simulator.AdvanceTo(0.1)
     for x in (1.0, 5.0):
         dut.get_goal_input_port().FixValue(context, [x, 0, 0])
@@ -303,13 +303,13 @@ def test_the_recording_port_gives_the_recording():
     dut = Evaluator(HUMANS)
     simulator = Simulator(dut)
     context = simulator.get_mutable_context()
-    fix_inputs(dut, context)
+    fix_evaluator_inputs(dut, context)
     port = dut.get_recording_output_port()
     assert isinstance(port.Allocate(), AbstractValue)
     for end in (0.0, 0.35, 0.7):
         simulator.AdvanceTo(end)
         assert port.Eval(context) == dut.GetRecording(context)
-    fix_inputs(dut, context, x=2.0)
+    fix_evaluator_inputs(dut, context, x=2.0)
     assert port.Eval(context).robot[-1, 0] == 2.0
 
 
@@ -317,15 +317,15 @@ def test_two_contexts_do_not_disturb_each_other():
     dut = Evaluator(HUMANS)
     simulator = Simulator(dut)
     context = simulator.get_mutable_context()
-    fix_inputs(dut, context)
+    fix_evaluator_inputs(dut, context)
     simulator.AdvanceTo(0.5)
     before = context.Clone()
     expected = dut.GetRecording(before)
-    fix_inputs(dut, context, x=9.0)
+    fix_evaluator_inputs(dut, context, x=9.0)
     simulator.AdvanceTo(1.0)
     assert dut.GetRecording(before) == expected
     assert len(dut.GetRecording(context)) == 11
-    fix_inputs(dut, before, x=-5.0)
+    fix_evaluator_inputs(dut, before, x=-5.0)
     Simulator(dut, before).AdvanceTo(1.0)
     assert dut.GetRecording(before).robot[-1, 0] == -5
     assert dut.GetRecording(context).robot[-1, 0] == 9
@@ -343,7 +343,7 @@ def test_a_clone_continues_as_if_nothing_had_been(pause):
     paused.AdvanceTo(pause)
     clone = Simulator(diagram, paused.get_context().Clone())
     clone.AdvanceTo(2.0)
-    assert record(evaluator, clone.get_context()) == record(
+    assert recording_of(evaluator, clone.get_context()) == recording_of(
         evaluator, straight.get_context()
     )
 
@@ -369,26 +369,26 @@ def test_events_that_are_repeated_at_an_instant_add_no_sample(period):
     diagram, evaluator = make_drive(period)
     straight = Simulator(diagram)
     straight.AdvanceTo(4.0)
-    expected = record(evaluator, straight.get_context())
+    expected = recording_of(evaluator, straight.get_context())
     paused = Simulator(diagram)
     # The second time does the updates of the instant that the first reached.
     paused.AdvanceTo(2.0)
     paused.AdvanceTo(2.0)
     clone = paused.get_context().Clone()
-    at_pause = record(evaluator, clone)
+    at_pause = recording_of(evaluator, clone)
     other = Simulator(diagram, clone)
     other.AdvanceTo(2.0)
     other.AdvanceTo(2.0)
-    assert record(evaluator, clone) == at_pause
+    assert recording_of(evaluator, clone) == at_pause
     other.AdvanceTo(4.0)
-    assert record(evaluator, clone) == expected
+    assert recording_of(evaluator, clone) == expected
 
 
 def test_forks_share_their_past():
     dut = Evaluator(HUMANS)
     simulator = Simulator(dut)
     context = simulator.get_mutable_context()
-    fix_inputs(dut, context)
+    fix_evaluator_inputs(dut, context)
     simulator.AdvanceTo(0.5)
     fork = context.Clone()
     node = context.get_abstract_state(0).get_value()
@@ -405,7 +405,7 @@ def test_an_unconnected_robot_is_an_error_that_names_the_port():
 def test_a_state_that_is_not_finite_is_an_error_in_the_recording():
     dut = Evaluator(HUMANS)
     context = dut.CreateDefaultContext()
-    fix_inputs(dut, context, x=math.nan)
+    fix_evaluator_inputs(dut, context, x=math.nan)
     with pytest.raises(ValueError, match=r"robot: .* x must be finite"):
         dut.GetRecording(context)
 
@@ -459,9 +459,9 @@ def test_running_values_of_a_long_list_come_without_recursion():
 def test_a_recording_outlives_its_context():
     dut = Evaluator(HUMANS)
     context = dut.CreateDefaultContext()
-    fix_inputs(dut, context)
+    fix_evaluator_inputs(dut, context)
     recording = dut.GetRecording(context)
-    fix_inputs(dut, context, x=7.0)
+    fix_evaluator_inputs(dut, context, x=7.0)
     del context
     assert isinstance(recording, Recording)
     assert recording.robot[0, 0] == 0

@@ -25,7 +25,7 @@ from hunav_drake.systems.people.human_config import HumanConfig
 NOWHERE = [math.nan] * 3
 
 
-def make(*, goal_tolerance=0.25, goal_yaw_tolerance=0.25, **config):
+def make_evaluator(*, goal_tolerance=0.25, goal_yaw_tolerance=0.25, **config):
     """Returns an Evaluator of nobody, and a Simulator of it alone."""
     dut = Evaluator(
         [],
@@ -57,7 +57,7 @@ def drive(dut, simulator, until, *, goal=None, trigger=None):
 
 
 def test_it_waits_for_the_goal():
-    dut, simulator = make(start="at_goal_command")
+    dut, simulator = make_evaluator(start="at_goal_command")
     context = drive(dut, simulator, 1.0)
     with pytest.raises(RuntimeError, match=r"t = 1 s; it waits.*'goal'"):
         dut.GetRecording(context)
@@ -75,7 +75,7 @@ def test_it_waits_for_the_goal():
 
 
 def test_it_records_from_the_rise_of_the_trigger_to_its_fall():
-    dut, simulator = make(start="by_trigger")
+    dut, simulator = make_evaluator(start="by_trigger")
     context = drive(dut, simulator, 1.0, trigger=0.5)
     with pytest.raises(RuntimeError, match="waits for its port 'trigger'"):
         dut.GetRecording(context)
@@ -94,7 +94,7 @@ def test_it_records_from_the_rise_of_the_trigger_to_its_fall():
 
 @pytest.mark.parametrize("start", ["at_once", "at_goal_command"])
 def test_a_falling_trigger_ends_any_recording(start):
-    dut, simulator = make(start=start)
+    dut, simulator = make_evaluator(start=start)
     # One that has not been high does not fall.
     drive(dut, simulator, 1.0, goal=[9, 0, 0], trigger=0.0)
     drive(dut, simulator, 2.0, trigger=1.0)
@@ -116,7 +116,7 @@ def test_a_falling_trigger_ends_any_recording(start):
 
 
 def test_a_trigger_that_falls_before_the_start_ends_nothing():
-    dut, simulator = make(start="at_goal_command")
+    dut, simulator = make_evaluator(start="at_goal_command")
     drive(dut, simulator, 1.0, trigger=1.0)
     drive(dut, simulator, 2.0, trigger=0.0)
     context = drive(dut, simulator, 3.0, goal=[9, 0, 0])
@@ -125,13 +125,13 @@ def test_a_trigger_that_falls_before_the_start_ends_nothing():
 
 
 def test_an_unconnected_trigger_is_an_error_that_names_it():
-    dut, simulator = make(start="by_trigger")
+    dut, simulator = make_evaluator(start="by_trigger")
     with pytest.raises(RuntimeError, match="trigger"):
         drive(dut, simulator, 0.3)
 
 
 def test_it_stops_at_the_goal_and_keeps_it():
-    dut, simulator = make(stop_at_goal=True, goal_tolerance=0.25)
+    dut, simulator = make_evaluator(stop_at_goal=True, goal_tolerance=0.25)
     context = drive(dut, simulator, 3.0, goal=[2, 0, 0.1])
     expected = dut.GetRecording(context)
     assert expected.times[-1] == pytest.approx(1.8)
@@ -144,13 +144,13 @@ def test_it_stops_at_the_goal_and_keeps_it():
 
 
 def test_the_heading_counts_at_the_goal():
-    dut, simulator = make(stop_at_goal=True, goal_yaw_tolerance=0.2)
+    dut, simulator = make_evaluator(stop_at_goal=True, goal_yaw_tolerance=0.2)
     context = drive(dut, simulator, 3.0, goal=[2, 0, 0.3])
     assert dut.GetRecording(context).times[-1] == pytest.approx(3.0)
 
 
 def test_it_stops_at_the_timeout_since_its_start():
-    dut, simulator = make(start="at_goal_command", timeout=1.2)
+    dut, simulator = make_evaluator(start="at_goal_command", timeout=1.2)
     drive(dut, simulator, 1.0)
     context = drive(dut, simulator, 4.0, goal=[9, 0, 0])
     recording = dut.GetRecording(context)
@@ -160,13 +160,13 @@ def test_it_stops_at_the_timeout_since_its_start():
 
 
 def test_without_settings_it_goes_on_for_ever():
-    dut, simulator = make()
+    dut, simulator = make_evaluator()
     context = drive(dut, simulator, 5.0, goal=[2, 0, 0])
     assert dut.GetRecording(context).times[-1] == pytest.approx(5.0)
 
 
 def test_where_it_stands_is_in_the_context():
-    dut, simulator = make(start="at_goal_command", stop_at_goal=True)
+    dut, simulator = make_evaluator(start="at_goal_command", stop_at_goal=True)
     context = drive(dut, simulator, 1.0)
     waiting = context.Clone()
     drive(dut, simulator, 3.0, goal=[2, 0, 0])
@@ -185,7 +185,7 @@ def test_where_it_stands_is_in_the_context():
 )
 def test_impossible_windows_are_errors(field, value):
     with pytest.raises(ValueError, match=field):
-        make(**{field: value})
+        make_evaluator(**{field: value})
 
 
 def test_it_stands_alone_beside_any_robot_and_moving_bodies():

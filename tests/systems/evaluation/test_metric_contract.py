@@ -16,7 +16,7 @@ WALLS = Obstacles.from_shapes(
 )
 
 
-def make(samples=4, n=2, **kwargs):
+def random_recording(samples=4, n=2, **kwargs):
     rng = np.random.default_rng(1)
     states = rng.normal(size=(samples, n + 1, 7))
     states[..., 6] = 0.3
@@ -32,51 +32,53 @@ def make(samples=4, n=2, **kwargs):
 
 
 def missing(where):
-    humans = make().humans.copy()
+    humans = random_recording().humans.copy()
     humans[where] = np.nan
-    return make(humans=humans)
+    return random_recording(humans=humans)
 
 
 RECORDINGS = {
-    "all is there": make(),
-    "nobody": make(n=0),
-    "one sample": make(samples=1),
-    "one sample of nobody": make(samples=1, n=0),
-    "two samples": make(samples=2),
+    "all is there": random_recording(),
+    "nobody": random_recording(n=0),
+    "one sample": random_recording(samples=1),
+    "one sample of nobody": random_recording(samples=1, n=0),
+    "two samples": random_recording(samples=2),
     "someone comes": missing(np.s_[:2, 0]),
     "someone comes and goes": missing(np.s_[1:3, 1]),
     "everybody is away at times": missing(np.s_[1:3]),
     "nobody ever is there": missing(np.s_[:]),
-    "no goal": make(goal=None),
-    "no walls": make(obstacles=Obstacles.from_points([])),
-    "no reference": make(reference_path=None),
-    "reference of one row": make(reference_path=[[0, 1, 1]]),
-    "everyone on one spot": make(
+    "no goal": random_recording(goal=None),
+    "no walls": random_recording(obstacles=Obstacles.from_points([])),
+    "no reference": random_recording(reference_path=None),
+    "reference of one row": random_recording(reference_path=[[0, 1, 1]]),
+    "everyone on one spot": random_recording(
         robot=np.zeros((4, 7)), humans=np.zeros((4, 2, 7))
     ),
-    "everyone on one spot in a wall": make(
+    "everyone on one spot in a wall": random_recording(
         robot=np.full((4, 7), 1.5), humans=np.full((4, 2, 7), 1.5)
     ),
-    "walls around the start": make(
+    "walls around the start": random_recording(
         obstacles=Obstacles.from_shapes(
             [[[-9, -9], [9, -9], [9, 9], [-9, 9], [-9, -9]]], solid=[False]
         ),
         goal=(20.0, 0.0, 0.0),
     ),
-    "near walls without walls": make(
+    "near walls without walls": random_recording(
         obstacles=Obstacles.from_points([]),
         nearest_walls=np.full((4, 3, 0, 2), np.nan),
     ),
-    "walls that are not known": make(
+    "walls that are not known": random_recording(
         obstacles=Obstacles.from_points([]), walls_known=False
     ),
-    "near walls alone": make(
+    "near walls alone": random_recording(
         obstacles=Obstacles.from_points([]),
         walls_known=False,
         nearest_walls=np.ones((4, 3, 1, 2)),
     ),
-    "a repeated stamp": make(times=np.array([0, 0.1, 0.1 + 1e-9, 0.2])),
-    "alike in every group": make(group_ids=(3, 3)),
+    "a repeated stamp": random_recording(
+        times=np.array([0, 0.1, 0.1 + 1e-9, 0.2])
+    ),
+    "alike in every group": random_recording(group_ids=(3, 3)),
 }
 
 
@@ -95,7 +97,7 @@ def test_a_value_is_finite_or_there_is_none(name, case):
 
 @pytest.mark.parametrize("name", list(METRICS))
 def test_computing_changes_nothing_and_repeats(name):
-    recording = make()
+    recording = random_recording()
     before = dataclasses.replace(recording)
     first = METRICS[name].compute(recording)
     again = METRICS[name].compute(dataclasses.replace(recording))
@@ -116,19 +118,19 @@ def test_shares_lie_between_0_and_100_percent(name):
 
 @pytest.mark.parametrize("value", [math.nan, math.inf])
 def test_numbers_that_are_none_are_refused_with_their_place(value):
-    robot = make().robot.copy()
+    robot = random_recording().robot.copy()
     robot[2, 3] = value
     with pytest.raises(ValueError, match="sample 2"):
-        make(robot=robot)
-    humans = make().humans.copy()
+        random_recording(robot=robot)
+    humans = random_recording().humans.copy()
     humans[2, 1, 0] = value
     with pytest.raises(ValueError, match="person 1 at sample 2"):
-        make(humans=humans)
+        random_recording(humans=humans)
 
 
 def test_an_empty_recording_is_refused():
     with pytest.raises(ValueError, match="at least one sample"):
-        make(samples=0)
+        random_recording(samples=0)
 
 
 @pytest.mark.parametrize(
@@ -142,4 +144,4 @@ def test_an_empty_recording_is_refused():
 )
 def test_a_wrong_reference_is_refused(path, message):
     with pytest.raises(ValueError, match=message):
-        make(reference_path=path)
+        random_recording(reference_path=path)

@@ -50,14 +50,6 @@ def recording():
     )
 
 
-@pytest.fixture
-def clean_registry():
-    before = dict(METRICS)
-    yield
-    METRICS.clear()
-    METRICS.update(before)
-
-
 def test_the_papers_28_are_there_in_its_order():
     assert [m.name for m in select_metrics(["paper"])] == list(TABLE_I)
     assert len(set(TABLE_I)) == 28
@@ -107,7 +99,7 @@ def test_an_unknown_name_far_from_all_gets_the_families():
         select_metrics(["xyzzy"])
 
 
-@pytest.mark.usefixtures("clean_registry")
+@pytest.mark.usefixtures("restored_metrics")
 def test_a_metric_of_the_users_own(recording):
     @register_metric(
         name="my_speed", unit="m/s", family="mine", source="me", aliases=["ms"]
@@ -123,7 +115,7 @@ def test_a_metric_of_the_users_own(recording):
     assert "my_speed" in compute_metrics(recording)
 
 
-@pytest.mark.usefixtures("clean_registry")
+@pytest.mark.usefixtures("restored_metrics")
 @pytest.mark.parametrize(
     "kwargs",
     [
@@ -140,7 +132,7 @@ def test_a_taken_name_is_an_error(kwargs):
         register(lambda recording: 0.0)
 
 
-@pytest.mark.usefixtures("clean_registry")
+@pytest.mark.usefixtures("restored_metrics")
 def test_a_series_of_the_wrong_length_is_an_error(recording):
     register_metric(
         name="bad", unit="m", family="path", source="me", reduce=np.sum
@@ -205,32 +197,32 @@ def my_speed(recording):
 """
 
 
-def run_cell(cell=CELL, speed=3.0, unit="m/s"):
+def run_metric_cell(cell=CELL, speed=3.0, unit="m/s"):
     names = {"register_metric": register_metric, "speed": speed, "unit": unit}
     exec(cell, names | {"__name__": "__main__"})
 
 
-@pytest.mark.usefixtures("clean_registry")
+@pytest.mark.usefixtures("restored_metrics")
 def test_a_cell_that_runs_again_replaces_its_metric(recording):
-    run_cell()
+    run_metric_cell()
     order = list(METRICS)
-    run_cell(speed=5.0, unit="km/h")
+    run_metric_cell(speed=5.0, unit="km/h")
     assert list(METRICS) == order
     assert METRICS["my_speed"].unit == "km/h"
     assert compute_metrics(recording, ["my_speed"])["my_speed"] == 5
     other = CELL.replace("def my_speed", "def another")
     with pytest.raises(ValueError, match="'my_speed' is taken, by metric"):
-        run_cell(other)
+        run_metric_cell(other)
     assert METRICS["my_speed"].function.__name__ == "my_speed"
     # Its alias is its own, too, but not its name under another.
     with_alias = CELL.replace("unit=unit", "unit=unit, aliases=['ms']")
-    run_cell(with_alias)
-    run_cell(with_alias)
+    run_metric_cell(with_alias)
+    run_metric_cell(with_alias)
     with pytest.raises(ValueError, match="'ms' is taken, by metric 'my_sp"):
-        run_cell(CELL.replace('name="my_speed"', 'name="ms"'))
+        run_metric_cell(CELL.replace('name="my_speed"', 'name="ms"'))
 
 
-@pytest.mark.usefixtures("clean_registry")
+@pytest.mark.usefixtures("restored_metrics")
 @pytest.mark.parametrize("name", RESERVED)
 def test_a_column_of_the_tables_is_no_metric(name):
     for kwargs in ({"name": name}, {"name": "new", "aliases": [name]}):
@@ -257,7 +249,7 @@ def register(**kwargs):
     register_metric(**(settings | kwargs))(lambda recording: 0.0)
 
 
-@pytest.mark.usefixtures("clean_registry")
+@pytest.mark.usefixtures("restored_metrics")
 @pytest.mark.parametrize(
     ("kwargs", "message"),
     [
@@ -281,13 +273,13 @@ def test_what_cannot_be_registered_is_told(kwargs, message):
         register(**kwargs)
 
 
-@pytest.mark.usefixtures("clean_registry")
+@pytest.mark.usefixtures("restored_metrics")
 def test_an_alias_may_be_one_text():
     register(aliases="newer")
     assert select_metrics("newer")[0].aliases == ("newer",)
 
 
-@pytest.mark.usefixtures("clean_registry")
+@pytest.mark.usefixtures("restored_metrics")
 def test_a_metric_without_a_definition_can_be_listed(capsys):
     register()
     assert main(["metrics"]) == 0
@@ -295,7 +287,7 @@ def test_a_metric_without_a_definition_can_be_listed(capsys):
     assert capsys.readouterr().out.count("not told what it is") == 2
 
 
-@pytest.mark.usefixtures("clean_registry")
+@pytest.mark.usefixtures("restored_metrics")
 @pytest.mark.parametrize(
     ("function", "message"),
     [
@@ -320,7 +312,7 @@ def test_what_a_metric_does_wrong_names_it(recording, function, message):
         compute_metrics(recording, ["bad"])
 
 
-@pytest.mark.usefixtures("clean_registry")
+@pytest.mark.usefixtures("restored_metrics")
 def test_a_reduction_that_gives_no_number_names_its_metric(recording):
     register_metric(
         name="bad", unit="m", family="mine", source="me", reduce=np.diff
@@ -329,7 +321,7 @@ def test_a_reduction_that_gives_no_number_names_its_metric(recording):
         compute_metrics(recording, ["bad"])
 
 
-@pytest.mark.usefixtures("clean_registry")
+@pytest.mark.usefixtures("restored_metrics")
 @pytest.mark.parametrize(
     ("result", "expected"),
     [(True, 1), (np.int64(3), 3), (np.array(2.5), 2.5), (np.float32(1), 1)],

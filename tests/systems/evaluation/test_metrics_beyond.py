@@ -39,7 +39,7 @@ def along(points, *, step=0.05, r=R, **kwargs):
     )
 
 
-def wall(*points):
+def wall_through(*points):
     return Obstacles.from_shapes([points], solid=[False])
 
 
@@ -91,7 +91,7 @@ def test_standing_has_neither_efficiency_nor_irregularity():
 
 def test_the_shortest_way_leads_around_walls():
     # A thin wall across the way, of half length 2, open to the left.
-    walls = wall((2, -50), (2, 2))
+    walls = wall_through((2, -50), (2, 2))
     dut = along([(0, 0), (4, 0)], goal=(4, 0, 0), obstacles=walls, r=0.3)
     # The robot went through it, and was shorter than the shortest way.
     assert value(dut, "path_efficiency") == 1
@@ -149,7 +149,10 @@ def test_no_one_needs_to_turn_around_what_is_passable(width, needed):
 
 def test_the_shortest_way_may_begin_and_end_beside_walls():
     # The robot touches a wall at the start, and another at its goal.
-    walls = wall((-1, 0.1), (1, 0.1)), wall((4, -0.1), (6, -0.1))
+    walls = (
+        wall_through((-1, 0.1), (1, 0.1)),
+        wall_through((4, -0.1), (6, -0.1)),
+    )
     walls = Obstacles.from_shapes(
         [w.segments.reshape(2, 2) for w in walls], solid=[False, False]
     )
@@ -171,7 +174,7 @@ def test_where_only_a_thinner_robot_passes_there_is_no_way():
 
 
 def test_no_way_to_the_goal_has_no_spl():
-    box = wall((-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1))
+    box = wall_through((-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1))
     dut = along([(0, 0), (4, 0)], goal=(4, 0, 0), obstacles=box)
     for name in ("spl", "path_efficiency", "path_irregularity"):
         assert math.isnan(value(dut, name))
@@ -205,7 +208,9 @@ def test_clearance_of_a_corridor():
 
 def test_walls_are_touched_once_per_contact():
     y = np.array([0.0, 0.63, 0.64, 0.7, 0.0, 0.62, 0.631])
-    dut = make(np.arange(7.0), rows(7, y=y), obstacles=wall((-9, 1), (9, 1)))
+    dut = make(
+        np.arange(7.0), rows(7, y=y), obstacles=wall_through((-9, 1), (9, 1))
+    )
     # A gap of 0.02 m is none.
     assert value(dut, "static_obstacle_collisions") == 2
     assert value(dut, "min_clearance") == 0
@@ -387,9 +392,13 @@ def test_visibility_grows_to_the_edge_of_view():
 def test_walls_hide_the_robot():
     human = rows(1, x=2.0, yaw=PI + 0.5)
     name = "surprise_visibility_cost"
-    hidden = make([0.0], rows(1), [human], obstacles=wall((1, -1), (1, 1)))
+    hidden = make(
+        [0.0], rows(1), [human], obstacles=wall_through((1, -1), (1, 1))
+    )
     assert value(hidden, name) == 0
-    beside = make([0.0], rows(1), [human], obstacles=wall((1, 1), (1, 2)))
+    beside = make(
+        [0.0], rows(1), [human], obstacles=wall_through((1, 1), (1, 2))
+    )
     assert value(beside, name) > 0
 
 
@@ -517,7 +526,7 @@ def test_behaviors_have_the_same_way():
         humans=[rows(142, y=2.0), rows(142, y=5.0)],
         behaviors=("a", "b"),
         goal=(3, 4, 0),
-        obstacles=wall((1, 1), (2, 2)),
+        obstacles=wall_through((1, 1), (2, 2)),
     )
     table = compute_by_behavior(dut, ["efficiency", "clearance"])
     whole = compute_metrics(dut, ["efficiency", "clearance"])

@@ -23,13 +23,15 @@ def times_to(duration, dt=0.1):
     return np.arange(round(duration / dt) + 1) * dt
 
 
-def straight(speed=0.5, duration=4.0, **kwargs):
+def drive_straight(speed=0.5, duration=4.0, **kwargs):
     t = times_to(duration)
     return make(t, rows(len(t), x=speed * t, vx=speed), **kwargs)
 
 
 def test_straight_line():
-    v = compute_metrics(straight(goal=(2.0, 1.0, 0.0), goal_tolerance=0.2))
+    v = compute_metrics(
+        drive_straight(goal=(2.0, 1.0, 0.0), goal_tolerance=0.2)
+    )
     assert v["path_length"] == pytest.approx(2.0)
     assert v["duration"] == pytest.approx(4.0)
     assert v["cumulative_heading_changes"] == 0
@@ -132,18 +134,20 @@ def test_braking_and_speeding_up_make_jerk():
 
 def test_the_goal_is_reached_at_the_first_sample_within_tolerance():
     # It passes the goal's tolerance of 0.2 m after 1.8 m, exclusively.
-    recording = straight(goal=(2.0, 0.0, 0.0), goal_tolerance=0.2001)
+    recording = drive_straight(goal=(2.0, 0.0, 0.0), goal_tolerance=0.2001)
     v = compute_metrics(recording)
     assert v["completed"] == 1
     assert v["time_to_reach_goal"] == pytest.approx(3.6)
-    v = compute_metrics(straight(goal=(2.0, 0.0, 0.0), goal_tolerance=0.1999))
+    v = compute_metrics(
+        drive_straight(goal=(2.0, 0.0, 0.0), goal_tolerance=0.1999)
+    )
     assert v["time_to_reach_goal"] == pytest.approx(3.7)
     steps = compute_steps(recording)
     assert steps["final_dist_to_target"].iloc[0] == pytest.approx(2.0)
 
 
 def test_a_goal_that_was_left_again_is_not_completed():
-    v = compute_metrics(straight(goal=(1.0, 0.0, 0.0)))
+    v = compute_metrics(drive_straight(goal=(1.0, 0.0, 0.0)))
     assert v["time_to_reach_goal"] == pytest.approx(1.6)
     assert v["completed"] == 0
     assert v["min_dist_to_target"] == pytest.approx(0, abs=1e-9)
@@ -153,9 +157,9 @@ def test_a_goal_that_was_left_again_is_not_completed():
 @pytest.mark.parametrize(("yaw", "done"), [(0.2, 1), (0.3, 0), (-0.2, 1)])
 def test_the_heading_belongs_to_the_goal(yaw, done):
     goal = (2.0, 0.0, yaw + 2 * math.pi)
-    v = compute_metrics(straight(goal=goal, goal_yaw_tolerance=0.25))
+    v = compute_metrics(drive_straight(goal=goal, goal_yaw_tolerance=0.25))
     assert v["completed"] == done
-    assert compute_metrics(straight(goal=goal))["completed"] == 1
+    assert compute_metrics(drive_straight(goal=goal))["completed"] == 1
 
 
 def test_distance_to_someone_standing_abreast():
@@ -440,7 +444,7 @@ def test_many_bodies_and_walls_in_blocks_are_as_one_by_one():
 
 
 def test_without_people_sums_are_0_and_the_rest_has_no_value():
-    v = compute_metrics(straight(goal=(2.0, 0.0, 0.0)))
+    v = compute_metrics(drive_straight(goal=(2.0, 0.0, 0.0)))
     zero = [
         "robot_on_person_collisions",
         "person_on_robot_collisions",

@@ -55,7 +55,7 @@ def recording():
     )
 
 
-def moved(recording, *, angle=0.0, shift=(0.0, 0.0), mirror=False):
+def moved_recording(recording, *, angle=0.0, shift=(0.0, 0.0), mirror=False):
     """Returns the same trial in a world that is turned and shifted."""
     c, s = np.cos(angle), np.sin(angle)
     rotation = np.array([[c, -s], [s, c]])
@@ -113,15 +113,19 @@ def test_the_trial_is_eventful(recording):
 
 @pytest.mark.parametrize("angle", [0.5, 2.0, np.pi, -1.3])
 def test_turning_the_world(recording, angle):
-    assert_same_metrics(recording, moved(recording, angle=angle))
+    assert_same_metrics(recording, moved_recording(recording, angle=angle))
 
 
 def test_shifting_the_world(recording):
-    assert_same_metrics(recording, moved(recording, shift=(30.0, -70.0)))
+    assert_same_metrics(
+        recording, moved_recording(recording, shift=(30.0, -70.0))
+    )
 
 
 def test_mirroring_the_world(recording):
-    assert_same_metrics(recording, moved(recording, mirror=True, angle=0.3))
+    assert_same_metrics(
+        recording, moved_recording(recording, mirror=True, angle=0.3)
+    )
 
 
 def test_another_order_of_people(recording):

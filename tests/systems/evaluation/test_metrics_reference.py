@@ -74,7 +74,7 @@ def expected_here(name: str, final: dict[str, Any]) -> float:
     return math.nan if value == 10000 else float(value)
 
 
-def assert_same(name: str, got: float, expected: float) -> None:
+def assert_close(name: str, got: float, expected: float) -> None:
     assert got == pytest.approx(expected, rel=1e-9, abs=1e-9, nan_ok=True), name
 
 
@@ -96,9 +96,9 @@ def test_values_agree(case, request):
             # The original counts a step without people as a distance of 0.
             samples = len(case.recording)
             expected = case.final[name] * samples / (samples - 1)
-            assert_same(name, values[here], expected)
+            assert_close(name, values[here], expected)
         else:
-            assert_same(name, values[here], expected_here(name, case.final))
+            assert_close(name, values[here], expected_here(name, case.final))
 
 
 def test_the_largest_distance_agrees_but_for_the_persons_radius(case):
@@ -111,14 +111,14 @@ def test_the_largest_distance_agrees_but_for_the_persons_radius(case):
         # They overlap all the time, and a gap is not negative.
         assert expected <= radii[0]
     else:
-        assert_same("maximum", got + radii[0], expected)
+        assert_close("maximum", got + radii[0], expected)
 
 
 def test_acceleration_agrees_but_for_the_divisor():
     case = load_case("metrics_hand/h13_sine_speed")
     samples = len(case.recording)
     got = compute_metrics(case.recording)["avg_robot_acceleration"]
-    assert_same(
+    assert_close(
         "acceleration",
         got * (samples - 1) / samples,
         case.final["avg_acceleration"],
@@ -170,7 +170,7 @@ def test_values_by_behavior_agree(case, request):
         values = compute_metrics(case.recording.only(behavior), SAME)
         for name in SAME:
             here = select_metrics([name])[0].name
-            assert_same(
+            assert_close(
                 name, values[here], expected_here(name, expected["final"])
             )
 

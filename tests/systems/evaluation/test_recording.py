@@ -12,7 +12,7 @@ from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.systems.world.obstacles import Obstacles
 
 
-def make_recording(samples=3, n=2, **kwargs) -> Recording:
+def constant_recording(samples=3, n=2, **kwargs) -> Recording:
     settings = {
         "times": np.arange(samples) * 0.1,
         "robot": np.ones((samples, 7)),
@@ -24,7 +24,7 @@ def make_recording(samples=3, n=2, **kwargs) -> Recording:
 def full_recording() -> Recording:
     humans = np.random.default_rng(0).normal(size=(3, 2, 7)) ** 2
     humans[1, 0] = np.nan
-    return make_recording(
+    return constant_recording(
         humans=humans,
         behavior_status=[[0, 1], [2, 0], [1, 1]],
         human_names=("Ana", "Bo Ø"),
@@ -42,7 +42,7 @@ def full_recording() -> Recording:
 
 
 def test_people_have_defaults():
-    dut = make_recording()
+    dut = constant_recording()
     assert dut.human_names == ("human_1", "human_2")
     assert dut.human_ids == (1, 2)
     assert dut.behaviors == ("regular", "regular")
@@ -52,7 +52,7 @@ def test_people_have_defaults():
 
 
 def test_it_may_be_of_nobody_and_of_one_instant():
-    dut = make_recording(samples=1, n=0)
+    dut = constant_recording(samples=1, n=0)
     assert len(dut) == 1
     assert dut.num_humans == 0
 
@@ -105,7 +105,7 @@ def test_it_may_be_of_nobody_and_of_one_instant():
 )
 def test_what_cannot_be_is_an_error(kwargs, message):
     with pytest.raises(ValueError, match=message):
-        make_recording(**kwargs)
+        constant_recording(**kwargs)
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf])
@@ -113,12 +113,12 @@ def test_a_person_cannot_be_missing_in_part(value):
     humans = np.ones((3, 2, 7))
     humans[2, 1, 4] = value
     with pytest.raises(ValueError, match="person 1 at sample 2"):
-        make_recording(humans=humans)
+        constant_recording(humans=humans)
 
 
 def test_it_does_not_change_with_what_it_was_made_of():
     times = np.arange(3.0)
-    dut = make_recording(times=times)
+    dut = constant_recording(times=times)
     times[0] = -5
     assert dut.times[0] == 0
 
@@ -130,7 +130,7 @@ def test_nothing_in_it_can_be_written():
             getattr(dut, name)[0] = 1
 
 
-@pytest.mark.parametrize("make", [make_recording, full_recording])
+@pytest.mark.parametrize("make", [constant_recording, full_recording])
 def test_it_survives_a_file(tmp_path, make):
     dut = make()
     dut.save(tmp_path / "a.npz")
@@ -154,7 +154,7 @@ def test_the_file_of_equal_recordings_is_equal(tmp_path):
     )
 )
 def test_any_states_survive_a_file(tmp_path_factory, humans):
-    dut = make_recording(samples=len(humans), humans=humans)
+    dut = constant_recording(samples=len(humans), humans=humans)
     path = tmp_path_factory.mktemp("any") / "a.npz"
     dut.save(path)
     assert Recording.load(path) == dut
@@ -162,7 +162,7 @@ def test_any_states_survive_a_file(tmp_path_factory, humans):
 
 def test_a_failed_save_leaves_the_old_file(tmp_path, monkeypatch):
     path = tmp_path / "a.npz"
-    make_recording().save(path)
+    constant_recording().save(path)
 
     def fail(*args, **kwargs):
         raise OSError("no space left")
@@ -170,7 +170,7 @@ def test_a_failed_save_leaves_the_old_file(tmp_path, monkeypatch):
     monkeypatch.setattr(recording_file.np, "savez", fail)
     with pytest.raises(OSError, match="no space left"):
         full_recording().save(path)
-    assert Recording.load(path) == make_recording()
+    assert Recording.load(path) == constant_recording()
     assert [p.name for p in tmp_path.iterdir()] == ["a.npz"]
 
 
@@ -270,12 +270,12 @@ def test_a_missing_array_is_named(tmp_path):
 
 def test_recordings_are_equal_by_content():
     assert full_recording() == full_recording()
-    assert make_recording() != full_recording()
-    assert make_recording(goal=(1, 2, 3)) != make_recording()
-    assert make_recording() != "a recording"
-    assert make_recording(
+    assert constant_recording() != full_recording()
+    assert constant_recording(goal=(1, 2, 3)) != constant_recording()
+    assert constant_recording() != "a recording"
+    assert constant_recording(
         obstacles=Obstacles.from_points([[1, 2]])
-    ) != make_recording(obstacles=Obstacles.from_points([[1, 3]]))
+    ) != constant_recording(obstacles=Obstacles.from_points([[1, 3]]))
 
 
 def test_copies_share_it_and_pickle_leaves_the_derived_behind():
@@ -305,7 +305,7 @@ def test_only_names_the_nearest_behavior():
 
 
 def test_it_is_short_in_messages():
-    assert repr(make_recording()) == (
+    assert repr(constant_recording()) == (
         "<Recording of 3 samples from 0 s to 0.2 s, with 2 people>"
     )
 

@@ -43,7 +43,7 @@ XML = """\
 ROBOT = "robot: {start: [0, 5, 0]}\n"
 
 
-def load(behavior, folder=None):
+def load_person(behavior, folder=None):
     """Loads a scenario of one person with that behavior, in YAML."""
     text = (
         f"{ROBOT}humans:\n  - pose: [0, 0, 0]\n    name: ana\n"
@@ -64,11 +64,13 @@ def constants(behavior, node):
 
 class TestForms:
     def test_name(self):
-        (human,) = load("curious").humans
+        (human,) = load_person("curious").humans
         assert human.behavior == human.behavior_name == "curious"
 
     def test_name_with_ports(self):
-        (human,) = load("{tree: curious, distance: 6.0, duration: 10}").humans
+        (human,) = load_person(
+            "{tree: curious, distance: 6.0, duration: 10}"
+        ).humans
         assert human.behavior == BehaviorConfig(
             tree="curious", ports={"distance": 6.0, "duration": 10}
         )
@@ -80,12 +82,12 @@ class TestForms:
         assert timer["seconds"] == 10.0
 
     def test_ports_in_a_mapping_of_their_own(self):
-        flat = load("{tree: curious, distance: 6.0}").humans
-        own = load("{tree: curious, ports: {distance: 6.0}}").humans
+        flat = load_person("{tree: curious, distance: 6.0}").humans
+        own = load_person("{tree: curious, ports: {distance: 6.0}}").humans
         assert own == flat
 
     def test_no_ports(self):
-        (human,) = load("{tree: scared}").humans
+        (human,) = load_person("{tree: scared}").humans
         assert human.behavior == BehaviorConfig(tree="scared")
 
     @pytest.mark.parametrize("where", ["look.xml", "trees/look.xml"])
@@ -96,19 +98,19 @@ class TestForms:
         (tmp_path / "trees").mkdir()
         (tmp_path / where).write_text(XML)
         for behavior in (where, f"{{tree: {where}, time: 3}}"):
-            (human,) = load(behavior, tmp_path).humans
+            (human,) = load_person(behavior, tmp_path).humans
             assert human.behavior_name == "look"
             timer = constants(human.behavior, "TimeExpiredCondition")
             assert timer["seconds"] == (2.0 if behavior == where else 3.0)
 
     def test_absolute_path(self, tmp_path):
         (tmp_path / "look.xml").write_text(XML)
-        (human,) = load(str(tmp_path / "look.xml")).humans
+        (human,) = load_person(str(tmp_path / "look.xml")).humans
         assert constants(human.behavior, "SurprisedNav")["turn_rate"] == 1.0
 
     def test_xml(self):
         text = "|\n" + "".join(f"      {line}\n" for line in XML.splitlines())
-        (human,) = load(text).humans
+        (human,) = load_person(text).humans
         assert human.behavior == XML
         assert human.behavior_name == "xml"
         assert constants(XML, "RegularNav")["robot"] == "obstacle"
@@ -163,13 +165,13 @@ class TestSaving:
 
     def test_file_is_found_from_elsewhere(self, tmp_path):
         (tmp_path / "look.xml").write_text(XML)
-        scenario = load("look.xml", tmp_path)
+        scenario = load_person("look.xml", tmp_path)
         assert LoadScenario(data=SaveScenario(scenario)).humans == (
             scenario.humans
         )
 
     def test_ports_are_written_beside_the_tree(self):
-        text = SaveScenario(load("{tree: curious, distance: 6.0}"))
+        text = SaveScenario(load_person("{tree: curious, distance: 6.0}"))
         assert "behavior:\n    tree: curious\n    distance: 6.0\n" in text
 
 
@@ -252,7 +254,7 @@ FAULTS = {
 def test_wrong_behavior_is_a_fault_at_its_place(name, tmp_path):
     behavior, words = FAULTS[name]
     with pytest.raises(ScenarioError) as caught:
-        load(behavior, tmp_path)
+        load_person(behavior, tmp_path)
     (fault,) = caught.value.faults
     assert words in f"{fault.path}: {fault.message}"
     assert fault.path.startswith("humans[0] ('ana').behavior")
@@ -277,7 +279,7 @@ def test_all_wrong_ports_are_told_at_their_lines():
 def test_thousands_of_wrong_ports_take_no_time():
     ports = ", ".join(f"p{i}: 1" for i in range(5000))
     with pytest.raises(ScenarioError) as caught:
-        load(f"{{tree: curious, {ports}}}")
+        load_person(f"{{tree: curious, {ports}}}")
     assert len(caught.value.faults) <= 20
 
 

@@ -42,7 +42,7 @@ hunav_loader:
 """
 
 
-def person(mode, human_id=None, **forces):
+def weighted_human(mode, human_id=None, **forces):
     return HumanConfig(
         pose=[0, 0, 0],
         id=human_id,
@@ -64,20 +64,20 @@ def as_written(*forces):
 def many():
     """The factors of many people, by mode."""
     return {
-        mode: factors([person(mode, i) for i in range(4000)])
+        mode: factors([weighted_human(mode, i) for i in range(4000)])
         for mode in RANDOM_MODES
     }
 
 
 def test_custom_weights_are_as_written():
-    human = person("custom", social_factor=3.0, goal_factor=1.0)
+    human = weighted_human("custom", social_factor=3.0, goal_factor=1.0)
     np.testing.assert_array_equal(
         draw_weights([human], seed=5), as_written(human.forces)
     )
 
 
 def test_default_weights_are_those_of_hunavsim():
-    human = person("default", social_factor=3.0, n=1.5)
+    human = weighted_human("default", social_factor=3.0, n=1.5)
     np.testing.assert_array_equal(
         draw_weights([human], seed=5), as_written(SocialForceParameters(n=1.5))
     )
@@ -85,7 +85,7 @@ def test_default_weights_are_those_of_hunavsim():
 
 @pytest.mark.parametrize("mode", RANDOM_MODES)
 def test_drawn_weights_leave_the_rest_as_written(mode):
-    human = person(mode, n=1.5, gamma=0.4)
+    human = weighted_human(mode, n=1.5, gamma=0.4)
     drawn = draw_weights([human], seed=5)
     (written,) = as_written(human.forces)
     changed = np.flatnonzero(drawn[0] != written)
@@ -94,14 +94,14 @@ def test_drawn_weights_leave_the_rest_as_written(mode):
 
 @pytest.mark.parametrize("mode", RANDOM_MODES)
 def test_adding_a_person_changes_nobody_elses_weights(mode):
-    people = [person(mode, i) for i in (4, 2, 9)]
-    longer = [person(mode, 7), *people, person("default", 1)]
+    people = [weighted_human(mode, i) for i in (4, 2, 9)]
+    longer = [weighted_human(mode, 7), *people, weighted_human("default", 1)]
     np.testing.assert_array_equal(factors(longer)[1:4], factors(people))
 
 
 @pytest.mark.parametrize("mode", RANDOM_MODES)
 def test_weights_follow_from_seed_and_number(mode):
-    people = [person(mode, i) for i in range(3)]
+    people = [weighted_human(mode, i) for i in range(3)]
     np.testing.assert_array_equal(factors(people, 1), factors(people, 1))
     values = np.concatenate([factors(people, seed) for seed in (0, 1)])
     # Those of a normal distribution are the least ones now and then.
@@ -110,14 +110,14 @@ def test_weights_follow_from_seed_and_number(mode):
 
 @pytest.mark.parametrize("mode", RANDOM_MODES)
 def test_people_without_numbers_count_by_their_places(mode):
-    unnamed = factors([person(mode), person(mode)])
-    numbered = factors([person(mode, 1), person(mode, 2)])
+    unnamed = factors([weighted_human(mode), weighted_human(mode)])
+    numbered = factors([weighted_human(mode, 1), weighted_human(mode, 2)])
     np.testing.assert_array_equal(unnamed, numbered)
 
 
 @pytest.mark.parametrize("mode", RANDOM_MODES)
 def test_weights_are_drawn_within_their_ranges(mode):
-    people = [person(mode, i) for i in range(50)]
+    people = [weighted_human(mode, i) for i in range(50)]
     weights = draw_weights(people, seed=1)
     np.testing.assert_array_equal(check_weights(weights, 50), weights)
 
@@ -125,7 +125,7 @@ def test_weights_are_drawn_within_their_ranges(mode):
 @pytest.mark.parametrize("seed", [-1, 1.5, 2**63, True, None])
 def test_a_wrong_seed_is_refused_though_nothing_is_drawn(seed):
     with pytest.raises(ValueError, match=r"seed must be a whole number in"):
-        draw_weights([person("custom")], seed)
+        draw_weights([weighted_human("custom")], seed)
 
 
 @pytest.mark.parametrize(
@@ -138,7 +138,7 @@ def test_a_wrong_seed_is_refused_though_nothing_is_drawn(seed):
     ],
 )
 def test_weights_out_of_range_are_refused(place, value, message):
-    weights = draw_weights([person("custom")] * 2, 0)
+    weights = draw_weights([weighted_human("custom")] * 2, 0)
     weights[place] = value
     with pytest.raises(ValueError, match=message):
         check_weights(weights, 2)
@@ -186,10 +186,10 @@ def test_normal_draws_have_mean_0_and_deviation_1():
 
 def test_an_unknown_mode_is_refused():
     with pytest.raises(ValidationError, match="random_normal"):
-        person("random")
+        weighted_human("random")
 
 
-def make_scenario(mode, seed):
+def make_weighted_scenario(mode, seed):
     return LoadScenario(
         filename="passing",
         overrides=[
@@ -209,19 +209,24 @@ def first_forces(scenario):
 
 @pytest.mark.parametrize("mode", RANDOM_MODES)
 def test_a_trial_draws_by_its_seed(mode):
-    goal = [first_forces(make_scenario(mode, seed))[:, :2] for seed in (1, 2)]
-    written = first_forces(make_scenario("custom", 1))[:, :2]
+    goal = [
+        first_forces(make_weighted_scenario(mode, seed))[:, :2]
+        for seed in (1, 2)
+    ]
+    written = first_forces(make_weighted_scenario("custom", 1))[:, :2]
     assert (goal[0][0] != goal[1][0]).any()
     # The other person's weights stay as written.
     np.testing.assert_array_equal(goal[0][1:], written[1:])
-    scenario = make_scenario(mode, 1)
+    scenario = make_weighted_scenario(mode, 1)
     assert LoadScenario(data=SaveScenario(scenario)) == scenario
 
 
 def test_people_in_a_diagram_of_ones_own_draw_by_a_seed():
     def goal_force(seed):
         builder = DiagramBuilder()
-        human = dataclasses.replace(person("random_uniform"), goals=[[5, 0]])
+        human = dataclasses.replace(
+            weighted_human("random_uniform"), goals=[[5, 0]]
+        )
         ports = AddHumans(builder, [human], num_robots=0, seed=seed)
         builder.ExportOutput(ports.forces, "forces")
         diagram = builder.Build()

@@ -27,7 +27,7 @@ class Count(NamedTuple):
 
 
 @dataclass
-class Counter(Planner):
+class CountingPlanner(Planner):
     """Commands how often it was asked, and follows as many points."""
 
     initial_memory: ClassVar[Count] = Count()
@@ -55,7 +55,7 @@ def make_task(*, num_humans=0, time_step=0.05):
     )
 
 
-def make_simulator(dut, *, goal=(5, 0, 0)):
+def make_planner_simulator(dut, *, goal=(5, 0, 0)):
     context = dut.CreateDefaultContext()
     dut.get_robot_state_input_port().FixValue(context, [0, 0, 0, 0, 0, 0, 0.3])
     size = dut.get_human_states_input_port().size()
@@ -65,26 +65,26 @@ def make_simulator(dut, *, goal=(5, 0, 0)):
     return Simulator(dut, context)
 
 
-def command_of(dut, context):
+def velocity_command(dut, context):
     return dut.get_velocity_command_output_port().Eval(context).tolist()
 
 
 def test_holds_zeros_until_the_first_command():
     dut = LocalPlanner(PursuitPlanner(), make_task())
-    simulator = make_simulator(dut)
+    simulator = make_planner_simulator(dut)
     context = simulator.get_context()
-    assert command_of(dut, context) == [0, 0]
+    assert velocity_command(dut, context) == [0, 0]
     simulator.AdvanceTo(0.01)
-    assert command_of(dut, context) == [0.6, 0]
+    assert velocity_command(dut, context) == [0.6, 0]
     assert dut.get_status_output_port().Eval(context) == PlannerStatus.DRIVING
 
 
 def test_rests_without_a_goal():
     dut = LocalPlanner(PursuitPlanner(), make_task(num_humans=1))
-    simulator = make_simulator(dut, goal=None)
+    simulator = make_planner_simulator(dut, goal=None)
     simulator.AdvanceTo(1.0)
     context = simulator.get_context()
-    assert command_of(dut, context) == [0, 0]
+    assert velocity_command(dut, context) == [0, 0]
     assert dut.get_status_output_port().Eval(context) == PlannerStatus.IDLE
 
 
@@ -92,26 +92,28 @@ def test_rests_without_a_goal():
     ("time_step", "period"), [(0.05, 0.05), (0.01, 0.05), (0.05, 1.0)]
 )
 def test_decides_once_a_period(time_step, period):
-    dut = LocalPlanner(Counter(period=period), make_task(time_step=time_step))
-    simulator = make_simulator(dut)
+    dut = LocalPlanner(
+        CountingPlanner(period=period), make_task(time_step=time_step)
+    )
+    simulator = make_planner_simulator(dut)
     for k in range(1, 60):
         simulator.AdvanceTo(k * period - 0.5 * time_step)
-        assert command_of(dut, simulator.get_context()) == [k, -k]
+        assert velocity_command(dut, simulator.get_context()) == [k, -k]
 
 
 def test_remembers_in_the_context():
     """Two contexts do not disturb each other; a clone goes on alike."""
-    dut = LocalPlanner(Counter(), make_task())
-    first, second = make_simulator(dut), make_simulator(dut)
+    dut = LocalPlanner(CountingPlanner(), make_task())
+    first, second = make_planner_simulator(dut), make_planner_simulator(dut)
     first.AdvanceTo(0.49)
     second.AdvanceTo(0.09)
-    assert command_of(dut, first.get_context()) == [10, -10]
-    assert command_of(dut, second.get_context()) == [2, -2]
+    assert velocity_command(dut, first.get_context()) == [10, -10]
+    assert velocity_command(dut, second.get_context()) == [2, -2]
     clone = Simulator(dut, first.get_context().Clone())
     clone.AdvanceTo(0.99)
     first.AdvanceTo(0.99)
-    assert command_of(dut, clone.get_context()) == [20, -20]
-    assert command_of(dut, first.get_context()) == [20, -20]
+    assert velocity_command(dut, clone.get_context()) == [20, -20]
+    assert velocity_command(dut, first.get_context()) == [20, -20]
 
 
 def test_only_the_state_enters_the_command():
@@ -121,7 +123,7 @@ def test_only_the_state_enters_the_command():
 
 def test_a_period_between_two_steps_is_refused():
     with pytest.raises(ValueError, match="multiple of time_step"):
-        LocalPlanner(Counter(period=0.12), make_task())
+        LocalPlanner(CountingPlanner(period=0.12), make_task())
 
 
 def test_planners_are_known_by_name():
@@ -135,7 +137,7 @@ def test_planners_are_known_by_name():
 
 def test_a_name_is_given_once():
     with pytest.raises(ValueError, match="'pursuit' is registered already"):
-        register_planner("pursuit")(Counter)
+        register_planner("pursuit")(CountingPlanner)
     assert PLANNERS["pursuit"] is PursuitPlanner
 
 
@@ -144,8 +146,8 @@ def path_of(dut, context):
 
 
 def test_the_path_is_what_was_decided_last():
-    dut = LocalPlanner(Counter(), make_task())
-    simulator = make_simulator(dut)
+    dut = LocalPlanner(CountingPlanner(), make_task())
+    simulator = make_planner_simulator(dut)
     context = simulator.get_context()
     assert path_of(dut, context).shape == (0, 3)
     simulator.AdvanceTo(0.09)
@@ -190,7 +192,7 @@ DRIVING = PlannerStatus.DRIVING
 )
 def test_a_plan_that_cannot_be_is_told(plan, words):
     dut = LocalPlanner(plan_that_gives(plan), make_task())
-    simulator = make_simulator(dut)
+    simulator = make_planner_simulator(dut)
     with pytest.raises(RuntimeError, match=rf"t = 0.000 s: Wild.*{words}"):
         simulator.AdvanceTo(0.1)
 
@@ -199,7 +201,7 @@ def test_a_plan_that_cannot_be_is_told(plan, words):
 def test_nothing_is_lost_of_who_declares_no_memory(more):
     plan = Plan(0.5, 0.0, DRIVING, **more)
     dut = LocalPlanner(plan_that_gives(plan, None), make_task())
-    simulator = make_simulator(dut)
+    simulator = make_planner_simulator(dut)
     with pytest.raises(RuntimeError, match=r"Wild.* without an initial_memory"):
         simulator.AdvanceTo(0.1)
 
@@ -215,7 +217,7 @@ def test_only_who_asks_for_a_scan_has_its_port():
             return Plan(0.0, 0.0, DRIVING)
 
     dut = LocalPlanner(Looking(), make_task())
-    simulator = make_simulator(dut)
+    simulator = make_planner_simulator(dut)
     context = simulator.get_mutable_context()
     dut.GetInputPort("scan").FixValue(context, [1.0, 2.0, 3.0])
     simulator.AdvanceTo(0.01)
@@ -229,6 +231,6 @@ def test_a_planner_cannot_write_to_what_it_sees():
         def plan(self, task, view, memory):
             view.robot[:] = 0.0
 
-    simulator = make_simulator(LocalPlanner(Writing(), make_task()))
+    simulator = make_planner_simulator(LocalPlanner(Writing(), make_task()))
     with pytest.raises(ValueError, match="read-only"):
         simulator.AdvanceTo(0.1)

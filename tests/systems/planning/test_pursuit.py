@@ -16,7 +16,7 @@ NO_WALLS = Obstacles.from_shapes([], solid=[])
 NOBODY = np.zeros((0, 7))
 
 
-def plan(
+def plan_once(
     *, robot=(0, 0, 0), humans=NOBODY, goal=(10, 0, 0), walls=NO_WALLS, **kwargs
 ):
     task = PlanningTask(
@@ -32,12 +32,12 @@ def plan(
     return PursuitPlanner(**kwargs).plan(task, view, None)
 
 
-def person(x, y):
+def person_at(x, y):
     return np.array([[x, y, 0, 0, 0, 0, 0.4]])
 
 
 def test_drives_straight_at_a_goal_ahead():
-    result = plan()
+    result = plan_once()
     assert result.v == pytest.approx(0.6)
     assert result.omega == 0
     assert result.status == PlannerStatus.DRIVING
@@ -45,32 +45,34 @@ def test_drives_straight_at_a_goal_ahead():
 
 @pytest.mark.parametrize("side", [1, -1])
 def test_turns_on_the_spot_to_a_goal_at_the_side(side):
-    result = plan(goal=(0, 5 * side, 0))
+    result = plan_once(goal=(0, 5 * side, 0))
     assert result.v == 0
     assert np.sign(result.omega) == side
 
 
 def test_steers_while_driving_to_a_goal_a_little_off():
-    result = plan(goal=(10, 1, 0))
+    result = plan_once(goal=(10, 1, 0))
     assert 0 < result.v < 0.6
     assert result.omega == pytest.approx(2 * math.atan2(1, 10))
 
 
 def test_brakes_for_the_goal():
-    assert plan(goal=(0.2, 0, 0)).v == pytest.approx(math.sqrt(2 * 0.5 * 0.2))
+    assert plan_once(goal=(0.2, 0, 0)).v == pytest.approx(
+        math.sqrt(2 * 0.5 * 0.2)
+    )
 
 
 def test_turns_to_the_heading_of_the_goal_and_rests():
-    turning = plan(goal=(0.05, 0, -1))
+    turning = plan_once(goal=(0.05, 0, -1))
     assert turning.v == 0
     assert turning.omega < 0
-    arrived = plan(goal=(0.05, 0, 0.1))
+    arrived = plan_once(goal=(0.05, 0, 0.1))
     assert (arrived.v, arrived.omega) == (0, 0)
     assert arrived.status == PlannerStatus.ARRIVED
 
 
 def test_slows_for_a_person_in_its_way():
-    result = plan(humans=person(1.2, 0.5))
+    result = plan_once(humans=person_at(1.2, 0.5))
     # It drives on for one period before the next command.
     free = 1.2 - 0.7 - 0.3 - 0.6 * 0.05
     assert result.v == pytest.approx(math.sqrt(2 * 0.5 * free))
@@ -78,14 +80,14 @@ def test_slows_for_a_person_in_its_way():
 
 
 def test_stops_for_a_person_close_before_it():
-    result = plan(humans=person(0.9, 0))
+    result = plan_once(humans=person_at(0.9, 0))
     assert result.v == 0
     assert result.status == PlannerStatus.BLOCKED
 
 
 @pytest.mark.parametrize("place", [(-1, 0), (1, 0.9), (1, -0.9)])
 def test_does_not_mind_people_behind_or_beside(place):
-    assert plan(humans=person(*place)).status == PlannerStatus.DRIVING
+    assert plan_once(humans=person_at(*place)).status == PlannerStatus.DRIVING
 
 
 @pytest.mark.parametrize("distance", [0.4, 0.7, 1.0, 5.0])
@@ -94,15 +96,15 @@ def test_stops_short_of_a_wall(distance):
     walls = Obstacles.from_shapes([wall], solid=[False])
     free = distance - 0.3 - 0.3
     expected = math.sqrt(max(free - 0.03, 0)) if free < 0.36 else 0.6
-    assert plan(walls=walls).v == pytest.approx(expected, abs=0.01)
+    assert plan_once(walls=walls).v == pytest.approx(expected, abs=0.01)
 
 
 def test_passes_between_walls_that_leave_room():
     walls = [[[0, y], [9, y]] for y in (-0.31, 0.31)]
     walls = Obstacles.from_shapes(walls, solid=[False, False])
-    assert plan(walls=walls).v == pytest.approx(0.6)
+    assert plan_once(walls=walls).v == pytest.approx(0.6)
 
 
 def test_refuses_parameters_outside_their_range():
     with pytest.raises(ValueError, match=r"must be in \(0, 10\] m/s, got 11"):
-        plan(cruise_speed=11.0)
+        plan_once(cruise_speed=11.0)

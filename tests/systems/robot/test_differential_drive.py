@@ -18,7 +18,7 @@ def dut():
     )
 
 
-def simulate(dut, command, times, context=None):
+def drive_as_commanded(dut, command, times, context=None):
     """Returns the states at some times, which lie between two updates."""
     simulator = Simulator(dut, context or dut.CreateDefaultContext())
     context = simulator.get_mutable_context()
@@ -40,7 +40,7 @@ def test_starts_at_rest_at_its_start(dut):
 
 def test_speeds_up_within_its_limits(dut):
     times = 0.05 * np.arange(1, 60) - 0.01
-    states = simulate(dut, [5.0, 9.0], times)
+    states = drive_as_commanded(dut, [5.0, 9.0], times)
     speed = np.hypot(states[:, 3], states[:, 4])
     np.testing.assert_allclose(speed, np.minimum(times + 0.01, 1.0))
     np.testing.assert_allclose(
@@ -49,7 +49,7 @@ def test_speeds_up_within_its_limits(dut):
 
 
 def test_drives_backwards_no_faster_than_allowed(dut):
-    state = simulate(dut, [-5.0, 0.0], [3.0])[0]
+    state = drive_as_commanded(dut, [-5.0, 0.0], [3.0])[0]
     heading = np.array([math.cos(0.5), math.sin(0.5)])
     assert state[3:5] @ heading == pytest.approx(-0.2)
 
@@ -60,7 +60,7 @@ def test_a_steady_command_drives_an_exact_circle():
         DifferentialDriveConfig(limits=limits), time_step=0.1
     )
     times = 0.1 * np.arange(1, 80) - 0.01
-    states = simulate(dut, [0.8, 0.5], times)
+    states = drive_as_commanded(dut, [0.8, 0.5], times)
     center = np.array([0, 1.6])
     radii = np.hypot(*(states[:, :2] - center).T)
     np.testing.assert_allclose(radii, 1.6, rtol=1e-12)
@@ -70,28 +70,28 @@ def test_a_steady_command_drives_an_exact_circle():
 
 
 def test_the_yaw_stays_between_minus_pi_and_pi(dut):
-    states = simulate(dut, [0.0, 2.0], np.arange(1, 200) * 0.05)
+    states = drive_as_commanded(dut, [0.0, 2.0], np.arange(1, 200) * 0.05)
     assert np.abs(states[:, 2]).max() <= math.pi
 
 
 def test_two_contexts_do_not_disturb_each_other(dut):
     times = np.arange(1, 40) * 0.05
-    alone = simulate(dut, [0.5, 0.3], times)
+    alone = drive_as_commanded(dut, [0.5, 0.3], times)
     contexts = [dut.CreateDefaultContext() for _ in range(2)]
     both = []
     for time in times:
-        both.append(simulate(dut, [0.5, 0.3], [time], contexts[0])[0])
-        simulate(dut, [-0.5, 1.0], [time], contexts[1])
+        both.append(drive_as_commanded(dut, [0.5, 0.3], [time], contexts[0])[0])
+        drive_as_commanded(dut, [-0.5, 1.0], [time], contexts[1])
     np.testing.assert_array_equal(both, alone)
 
 
 def test_a_clone_has_the_same_future(dut):
     context = dut.CreateDefaultContext()
-    simulate(dut, [0.5, 0.3], [1.0], context)
+    drive_as_commanded(dut, [0.5, 0.3], [1.0], context)
     clone = context.Clone()
     np.testing.assert_array_equal(
-        simulate(dut, [0.2, 0.1], [3.0], context),
-        simulate(dut, [0.2, 0.1], [3.0], clone),
+        drive_as_commanded(dut, [0.2, 0.1], [3.0], context),
+        drive_as_commanded(dut, [0.2, 0.1], [3.0], clone),
     )
 
 
@@ -105,7 +105,7 @@ def test_can_be_put_elsewhere(dut):
 def test_a_command_that_is_no_number_is_an_error_with_its_place(dut):
     dut.set_name("robot")
     with pytest.raises(RuntimeError, match=r"robot, t = 0\.000 s: .*nan"):
-        simulate(dut, [math.nan, 0.0], [0.1])
+        drive_as_commanded(dut, [math.nan, 0.0], [0.1])
 
 
 @pytest.mark.parametrize("time_step", [0.0, -1.0, math.nan])

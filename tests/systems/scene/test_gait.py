@@ -14,7 +14,7 @@ def walker(speed: float, yaw: float = 0.0, direction: float | None = None):
     )
 
 
-def walk(state: np.ndarray, steps: int, start=(0.0, 0.0)) -> np.ndarray:
+def walk_gait(state: np.ndarray, steps: int, start=(0.0, 0.0)) -> np.ndarray:
     gait = np.array(start)
     for _ in range(steps):
         gait = mut.advance_gait(gait, state, DT)
@@ -47,7 +47,7 @@ def soles(q: np.ndarray) -> np.ndarray:
 
 def test_a_person_who_stands_stays_upright_with_legs_together():
     still = walker(0.0, yaw=1.0)
-    gait = walk(still, 100, start=(0.7, 0.0))
+    gait = walk_gait(still, 100, start=(0.7, 0.0))
     np.testing.assert_array_equal(gait, [0.7, 0.0])
     (q,) = mut.pose_figures(gait, still)
     np.testing.assert_array_equal(q[:3], still[:3])
@@ -56,15 +56,15 @@ def test_a_person_who_stands_stays_upright_with_legs_together():
 
 
 def test_a_person_who_stops_at_once_puts_the_feet_together():
-    gait = walk(walker(1.2), 40)
-    stopped = walk(walker(0.0), 40, start=tuple(gait))
+    gait = walk_gait(walker(1.2), 40)
+    stopped = walk_gait(walker(0.0), 40, start=tuple(gait))
     (q,) = mut.pose_figures(stopped, walker(0.0))
     assert np.abs(q[mut.LEFT_HIP :]).max() < 0.02
 
 
 @pytest.mark.parametrize("speed", [0.3, 0.7, 1.2, 2.0])
 def test_the_stride_is_that_of_people_of_this_speed(speed):
-    gait = walk(walker(speed), 200)
+    gait = walk_gait(walker(speed), 200)
     after = mut.advance_gait(gait, walker(speed), DT)
     turns = ((after[0] - gait[0]) % (2 * np.pi)) / (2 * np.pi)
     assert speed * DT / turns == pytest.approx(mut.STRIDE * np.sqrt(speed))
@@ -74,7 +74,7 @@ def test_faster_people_swing_their_legs_wider():
     swings = []
     for speed in (0.2, 0.6, 1.0, 1.5):
         state = walker(speed)
-        gait = walk(state, 200)
+        gait = walk_gait(state, 200)
         angles = []
         for _ in range(60):
             gait = mut.advance_gait(gait, state, DT)
@@ -84,8 +84,8 @@ def test_faster_people_swing_their_legs_wider():
 
 
 def test_a_person_who_steps_back_turns_the_stride_back():
-    ahead = walk(walker(0.5, yaw=0.4), 10)
-    back = walk(walker(0.5, yaw=0.4, direction=0.4 + np.pi), 10)
+    ahead = walk_gait(walker(0.5, yaw=0.4), 10)
+    back = walk_gait(walker(0.5, yaw=0.4, direction=0.4 + np.pi), 10)
     assert back[1] == pytest.approx(-ahead[1])
     assert back[0] == pytest.approx((2 * np.pi - ahead[0]) % (2 * np.pi))
 
@@ -99,7 +99,7 @@ def test_one_foot_is_on_the_floor_and_none_below(phase, pace):
 
 def test_the_foot_that_bears_the_weight_hardly_slips():
     speed, step = 1.2, 0.001
-    gait = walk(walker(speed), 200)
+    gait = walk_gait(walker(speed), 200)
     slips = []
     previous = None
     for _ in range(2000):
@@ -121,13 +121,15 @@ def test_arms_swing_against_the_legs():
 
 def test_people_do_not_disturb_each_other():
     states = [walker(0.0), walker(0.8, 2.0), walker(1.5, -1.0)]
-    together = walk(np.concatenate(states), 30, start=(0.0,) * 6)
-    alone = [walk(state, 30) for state in states]
+    together = walk_gait(np.concatenate(states), 30, start=(0.0,) * 6)
+    alone = [walk_gait(state, 30) for state in states]
     np.testing.assert_array_equal(together, np.concatenate(alone))
 
 
 @given(st.floats(-np.pi, np.pi), st.floats(0.0, 2.0))
 def test_steps_do_not_depend_on_the_direction_of_the_walk(yaw, speed):
     np.testing.assert_allclose(
-        walk(walker(speed, yaw), 20), walk(walker(speed), 20), atol=1e-9
+        walk_gait(walker(speed, yaw), 20),
+        walk_gait(walker(speed), 20),
+        atol=1e-9,
     )

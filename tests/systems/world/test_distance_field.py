@@ -16,7 +16,7 @@ WALLS = Obstacles.from_shapes(
 )
 
 
-def exact(obstacles, points):
+def exact_distances(obstacles, points):
     away = nearest_points(obstacles, points) - points[..., None, :]
     distance = np.hypot(away[..., 0], away[..., 1]).min(axis=-1)
     return np.where(inside(obstacles, points).any(axis=-1), -1, 1) * distance
@@ -30,7 +30,7 @@ def test_every_place_has_its_exact_distance(resolution, x, y):
     j, i = np.meshgrid(np.arange(columns), np.arange(rows))
     places = dut.origin + dut.resolution * np.stack([j, i], axis=-1)
     np.testing.assert_allclose(
-        dut.distances, exact(WALLS, places), rtol=1e-12, atol=1e-15
+        dut.distances, exact_distances(WALLS, places), rtol=1e-12, atol=1e-15
     )
     assert places[-1, -1] == pytest.approx(
         places[-1, -1].clip([x + 4, y + 3], [x + 5, y + 4]), abs=1e-6
@@ -48,7 +48,7 @@ def test_rows_go_up_and_columns_to_the_right():
 def test_distances_between_places_are_those_of_the_nearest():
     dut = WALLS.distance_field(0.1, (-2, -2, 5, 4))
     points = np.random.default_rng(0).uniform([-2, -2], [5, 4], (500, 2))
-    error = np.abs(dut.at(points) - exact(WALLS, points))
+    error = np.abs(dut.at(points) - exact_distances(WALLS, points))
     assert error.max() <= 0.1 / math.sqrt(2) + 1e-9
     assert dut.at([100, 100]) == dut.distances[-1, -1]
 

@@ -53,7 +53,7 @@ worlds = st.builds(
 )
 
 
-class Crowd:
+class CrowdAtWalls:
     """People on walls, near walls and anywhere, with goals like that."""
 
     def __init__(self, obstacles, seed, n=6):
@@ -110,7 +110,7 @@ class Crowd:
 @settings(deadline=None, max_examples=150)
 @given(worlds, st.integers(0, 2**32))
 def test_what_is_left_out_changes_no_bit(obstacles, seed):
-    crowd = Crowd(obstacles, seed)
+    crowd = CrowdAtWalls(obstacles, seed)
     plain = without_index(obstacles.table)
     for with_it, without in zip(
         crowd.ask(obstacles.table), crowd.ask(plain), strict=True
@@ -121,7 +121,7 @@ def test_what_is_left_out_changes_no_bit(obstacles, seed):
 @settings(deadline=None)
 @given(worlds, st.integers(0, 2**32))
 def test_the_nearest_wall_is_that_of_the_nearest_shape(obstacles, seed):
-    p = np.ascontiguousarray(Crowd(obstacles, seed).states[:, :2])
+    p = np.ascontiguousarray(CrowdAtWalls(obstacles, seed).states[:, :2])
     nearest = nearest_on_walls(p, obstacles.table)
     each = nearest_points(obstacles, p) - p[:, None]
     if len(obstacles) == 0:

@@ -22,7 +22,7 @@ CLEARANCE = 0.3
 STRIDE = 0.06
 
 
-def thin(*lines):
+def thin_walls(*lines):
     return [Polyline(points=line) for line in lines]
 
 
@@ -40,7 +40,7 @@ def frame(width, height):
 # name: walls, start, goal
 WORLDS = {
     "inside a U": (
-        thin([[0, 2], [4, 2], [4, -2], [0, -2]]),
+        thin_walls([[0, 2], [4, 2], [4, -2], [0, -2]]),
         (3.5, 0.3),
         (7, 0),
     ),
@@ -56,7 +56,7 @@ WORLDS = {
     "maze": (
         [
             *frame(9, 9),
-            *thin(
+            *thin_walls(
                 [[1.5, 0], [1.5, 3]],
                 [[1.5, 4.5], [1.5, 7.5]],
                 [[3, 1.5], [3, 6]],
@@ -79,7 +79,7 @@ WORLDS = {
         (8.2, 8.2),
     ),
     "corner of a corridor": (
-        thin([[0, 0], [12, 0], [12, 12]], [[0, 2], [10, 2], [10, 12]]),
+        thin_walls([[0, 0], [12, 0], [12, 12]], [[0, 2], [10, 2], [10, 12]]),
         (1, 1.2),
         (11, 11),
     ),
@@ -126,7 +126,7 @@ def assert_same_points(points, expected):
     np.testing.assert_allclose(*in_order, atol=1e-8)
 
 
-def walk(dut, start, goal, *, steps=2000):
+def follow_route(dut, start, goal, *, steps=2000):
     """Returns the points of a walk that asks for the way at every step."""
     p = np.array(start, dtype=float)
     goal = np.asarray(goal, dtype=float)
@@ -195,7 +195,7 @@ def world(request):
 
 def test_a_walker_arrives_on_nearly_the_shortest_way(world):
     dut, start, goal = world
-    trace = walk(dut, start, goal)
+    trace = follow_route(dut, start, goal)
     np.testing.assert_array_equal(trace[-1], goal)
     shortest = grid_length(dut, start, goal, dut.sight)
     assert length_of(trace) <= 1.05 * shortest
@@ -203,12 +203,12 @@ def test_a_walker_arrives_on_nearly_the_shortest_way(world):
 
 
 def test_a_walker_keeps_clear_of_the_walls(world):
-    trace = walk(*world)
+    trace = follow_route(*world)
     assert clearances(world[0], trace).min() >= world[0].sight - 0.01
 
 
 def test_a_walker_never_turns_back(world):
-    steps = np.diff(walk(*world)[:-1], axis=0)
+    steps = np.diff(follow_route(*world)[:-1], axis=0)
     directions = steps / np.hypot(*steps.T)[:, None]
     # A way around the end of a thin wall turns by half a turn in three.
     assert (directions[1:] * directions[:-1]).sum(axis=1).min() > -0.1
@@ -216,8 +216,10 @@ def test_a_walker_never_turns_back(world):
 
 def test_the_way_back_is_as_long(world):
     dut, start, goal = world
-    there = length_of(walk(dut, start, goal))
-    assert length_of(walk(dut, goal, start)) == pytest.approx(there, abs=0.3)
+    there = length_of(follow_route(dut, start, goal))
+    assert length_of(follow_route(dut, goal, start)) == pytest.approx(
+        there, abs=0.3
+    )
 
 
 @pytest.mark.parametrize("dt", [0.05, 0.2])
@@ -247,7 +249,7 @@ def test_a_way_leads_through_doors_from_70_cm(width):
         clearance,
     )
     for goal in ([6, 0.5], [6, 3.5], [4.5, 0.4], [6, 1.5 + width / 2]):
-        trace = walk(dut, [1, 1], goal)
+        trace = follow_route(dut, [1, 1], goal)
         np.testing.assert_array_equal(trace[-1], goal)
         through = trace[np.abs(trace[:, 0] - 4) < 0.1, 1]
         assert (through > 1.5 + 0.25).all()
@@ -274,7 +276,7 @@ def test_a_way_leads_diagonally_between_two_corners():
             Box(center=[10 + gap, 10 + gap], size=[20, 20]),
         ]
     )
-    trace = walk(dut, [-3, 1], [1, -3])
+    trace = follow_route(dut, [-3, 1], [1, -3])
     np.testing.assert_array_equal(trace[-1], [1, -3])
 
 
@@ -306,7 +308,7 @@ def test_the_next_corner_comes_in_sight_before_one_is_reached():
 @pytest.mark.parametrize("gap", [1e-3, 0.1, 0.25])
 def test_people_and_goals_beside_walls_have_ways(gap):
     dut = make_map([Box(center=[0, 0], size=[2, 2])])
-    trace = walk(dut, [0.2, 1 + gap], [-0.1, -1 - gap])
+    trace = follow_route(dut, [0.2, 1 + gap], [-0.1, -1 - gap])
     np.testing.assert_array_equal(trace[-1], [-0.1, -1 - gap])
     # The way past the two corners on the right is the shorter one.
     corners = np.array([[0.2, 1 + gap], [1.3, 1.3], [1.3, -1.3], trace[-1]])
@@ -354,7 +356,7 @@ def test_points_among_walls_stop_no_way():
     )
     dut = RouteMap.from_obstacles(obstacles, clearance=CLEARANCE)
     plain = make_map(
-        [Box(center=[0, 0], size=[2, 2]), *thin([[5, -1], [5, 1]])]
+        [Box(center=[0, 0], size=[2, 2]), *thin_walls([[5, -1], [5, 1]])]
     )
     np.testing.assert_allclose(dut.vertices, plain.vertices)
     np.testing.assert_allclose(lengths(dut), lengths(plain))
@@ -378,7 +380,7 @@ def test_only_convex_corners_of_a_solid_are_waypoints(clockwise):
 
 
 def test_a_thin_wall_is_walked_around_at_its_bends_and_ends():
-    dut = make_map(thin([[0, 0], [4, 0], [4, 3]]))
+    dut = make_map(thin_walls([[0, 0], [4, 0], [4, 3]]))
     expected = [
         *([-0.3, 0.3], [-0.3, -0.3], [4.3, -0.3]),
         *([3.7, 3.3], [4.3, 3.3]),
@@ -483,7 +485,7 @@ def test_a_moved_world_has_the_same_ways(mirrored):
     )
     plain = RouteMap.from_obstacles(obstacles, clearance=CLEARANCE)
     moved = RouteMap.from_obstacles(turned, clearance=CLEARANCE)
-    for p in walk(plain, start, goal)[::10]:
+    for p in follow_route(plain, start, goal)[::10]:
         np.testing.assert_allclose(
             moved.next_waypoint(matrix @ p, matrix @ goal),
             matrix @ plain.next_waypoint(p, goal),
@@ -519,6 +521,6 @@ def test_a_walker_arrives_in_any_room(walls, start, goal):
     # With a little more room than needed, for the grid is coarse.
     shortest = grid_length(dut, *ends, CLEARANCE + 0.06)
     assume(np.isfinite(shortest))
-    trace = walk(dut, start, goal)
+    trace = follow_route(dut, start, goal)
     np.testing.assert_array_equal(trace[-1], goal)
     assert length_of(trace) <= 1.03 * shortest + 0.15

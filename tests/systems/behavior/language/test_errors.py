@@ -24,7 +24,7 @@ BOMB = """<!DOCTYPE root [
 <root><BehaviorTree><RegularNav name="&b;"/></BehaviorTree></root>"""
 
 
-def tree(body):
+def document(body):
     """Returns a document with a node in line 3."""
     return f"<root>\n<BehaviorTree>\n{body}\n</BehaviorTree></root>"
 
@@ -80,7 +80,7 @@ FAULTS = {
     "cut off": ("<root>\n<BehaviorTree>\n", 3, "", "no element found"),
     "two roots": ("<root/>\n<root/>", 2, "", "junk after document"),
     "attribute twice": (
-        tree('<RegularNav name="a" name="b"/>'),
+        document('<RegularNav name="a" name="b"/>'),
         3,
         "",
         "duplicate attribute",
@@ -92,9 +92,9 @@ FAULTS = {
         "",
         "document type",
     ),
-    "unknown entity": (tree('<RegularNav name="&x;"/>'), 3, "", "entity"),
+    "unknown entity": (document('<RegularNav name="&x;"/>'), 3, "", "entity"),
     "too long": (b"<root>" + b" " * 2_000_000, 0, "", "1000000 bytes"),
-    "too deep": (tree(nested("Inverter", 5000)), 3, "Inverter", "100 deep"),
+    "too deep": (document(nested("Inverter", 5000)), 3, "Inverter", "100 deep"),
     # The frame.
     "other root": ("<tree/>", 1, "tree", "must be <root>"),
     "unknown format": (
@@ -159,140 +159,140 @@ FAULTS = {
         "BehaviorTree",
         "did you mean 'ID'",
     ),
-    "empty tree": (tree(""), 2, "BehaviorTree", "exactly 1 node"),
+    "empty tree": (document(""), 2, "BehaviorTree", "exactly 1 node"),
     "two nodes at the top": (
-        tree("<RegularNav/><RegularNav/>"),
+        document("<RegularNav/><RegularNav/>"),
         2,
         "BehaviorTree",
         "has 2",
     ),
     # Nodes.
     "unknown node": (
-        tree("<IsGoalReachd/>"),
+        document("<IsGoalReachd/>"),
         3,
         "IsGoalReachd",
         "did you mean 'IsGoalReached'",
     ),
     "unknown node by ID": (
-        tree('<Action ID="RegularNaw"/>'),
+        document('<Action ID="RegularNaw"/>'),
         3,
         "RegularNaw",
         "did you mean 'RegularNav'",
     ),
-    "node without ID": (tree("<Action/>"), 3, "Action", "attribute ID"),
+    "node without ID": (document("<Action/>"), 3, "Action", "attribute ID"),
     "text": (
-        tree("<Sequence>RegularNav</Sequence>"),
+        document("<Sequence>RegularNav</Sequence>"),
         3,
         "Sequence",
         "the text 'RegularNav'",
     ),
     "control without children": (
-        tree("<Sequence/>"),
+        document("<Sequence/>"),
         3,
         "Sequence",
         "at least 1 children, has 0",
     ),
     "decorator without child": (
-        tree('<Inverter name="not"/>'),
+        document('<Inverter name="not"/>'),
         3,
         "not",
         "exactly 1 child, has 0",
     ),
     "decorator with two": (
-        tree("<Inverter><RegularNav/><RegularNav/></Inverter>"),
+        document("<Inverter><RegularNav/><RegularNav/></Inverter>"),
         3,
         "Inverter",
         "has 2",
     ),
     "leaf with child": (
-        tree("<RegularNav><UpdateGoal/></RegularNav>"),
+        document("<RegularNav><UpdateGoal/></RegularNav>"),
         3,
         "RegularNav",
         "no children, has 1",
     ),
     "if without then": (
-        tree("<IfThenElse><IsGoalReached/></IfThenElse>"),
+        document("<IfThenElse><IsGoalReached/></IfThenElse>"),
         3,
         "IfThenElse",
         "2 or 3 children, has 1",
     ),
     "while with too much": (
-        tree("<WhileDoElse>" + "<RegularNav/>" * 4 + "</WhileDoElse>"),
+        document("<WhileDoElse>" + "<RegularNav/>" * 4 + "</WhileDoElse>"),
         3,
         "WhileDoElse",
         "has 4",
     ),
     "endless work": (
-        tree(nested("Repeat", 4, 'num_cycles="100"')),
+        document(nested("Repeat", 4, 'num_cycles="100"')),
         3,
         "Repeat",
         "at most 100000",
     ),
     # Ports.
     "unknown port": (
-        tree('<IsRobotVisible distance="4" field_of_wiev="1"/>'),
+        document('<IsRobotVisible distance="4" field_of_wiev="1"/>'),
         3,
         "IsRobotVisible",
         "did you mean 'field_of_view'",
     ),
     "missing port": (
-        tree("<IsRobotVisible/>"),
+        document("<IsRobotVisible/>"),
         3,
         "IsRobotVisible",
         "distance must be given",
     ),
     "text for a number": (
-        tree('<IsRobotVisible distance="near"/>'),
+        document('<IsRobotVisible distance="near"/>'),
         3,
         "IsRobotVisible",
         "valid number",
     ),
     "not a number": (
-        tree('<IsRobotVisible distance="nan"/>'),
+        document('<IsRobotVisible distance="nan"/>'),
         3,
         "IsRobotVisible",
         "finite number",
     ),
     "out of range": (
-        tree('<IsRobotVisible distance="-1"/>'),
+        document('<IsRobotVisible distance="-1"/>'),
         3,
         "IsRobotVisible",
         "[0, 100000] m, got -1",
     ),
     "fraction for an integer": (
-        tree('<Repeat num_cycles="2.5"><RegularNav/></Repeat>'),
+        document('<Repeat num_cycles="2.5"><RegularNav/></Repeat>'),
         3,
         "Repeat",
         "valid integer",
     ),
     "word for a truth": (
-        tree('<TimeExpiredCondition only_once="maybe"/>'),
+        document('<TimeExpiredCondition only_once="maybe"/>'),
         3,
         "TimeExpiredCondition",
         "valid boolean",
     ),
     "unknown choice": (
-        tree('<RegularNav robot="wall"/>'),
+        document('<RegularNav robot="wall"/>'),
         3,
         "RegularNav",
         "'pedestrian', 'obstacle' or 'unseen'",
     ),
     "threshold": (
-        tree('<Parallel success_count="2"><RegularNav/></Parallel>'),
+        document('<Parallel success_count="2"><RegularNav/></Parallel>'),
         3,
         "Parallel",
         "at most 1",
     ),
     "switch without case": (
-        tree('<Switch2 variable="a" case_1="a">' + "<RegularNav/>" * 3).replace(
-            "</B", "</Switch2></B"
-        ),
+        document(
+            '<Switch2 variable="a" case_1="a">' + "<RegularNav/>" * 3
+        ).replace("</B", "</Switch2></B"),
         3,
         "Switch2",
         "case_2 must be given",
     ),
     "switch with too few": (
-        tree(
+        document(
             '<Switch3 variable="a" case_1="a" case_2="b" case_3="c">'
             + "<RegularNav/>" * 3
             + "</Switch3>"
@@ -302,7 +302,7 @@ FAULTS = {
         "exactly 4 children, has 3",
     ),
     "switch of texts by numbers": (
-        tree(
+        document(
             '<Switch2 variable="{id}" case_1="1" case_2="b">'
             + "<RegularNav/>" * 3
             + "</Switch2>"
@@ -313,7 +313,7 @@ FAULTS = {
     ),
     # Conditions.
     "unknown condition": (
-        tree('<RegularNav _skipif="true"/>'),
+        document('<RegularNav _skipif="true"/>'),
         3,
         "RegularNav",
         "did you mean '_skipIf'",
@@ -326,25 +326,25 @@ FAULTS = {
         "no attribute '_skipIf'",
     ),
     "script with arithmetic": (
-        tree('<RegularNav _skipIf="id + 1 == 2"/>'),
+        document('<RegularNav _skipIf="id + 1 == 2"/>'),
         3,
         "RegularNav",
         "'+ 1 == 2' is not understood",
     ),
     "script that assigns where it should compare": (
-        tree('<RegularNav _skipIf="a = 1"/>'),
+        document('<RegularNav _skipIf="a = 1"/>'),
         3,
         "RegularNav",
         "'=' cannot be here",
     ),
     "script that compares where it should assign": (
-        tree('<RegularNav _onSuccess="id == 1"/>'),
+        document('<RegularNav _onSuccess="id == 1"/>'),
         3,
         "RegularNav",
         "must be assignments",
     ),
     "script with an unknown entry": (
-        tree('<RegularNav _while="idd == 1"/>'),
+        document('<RegularNav _while="idd == 1"/>'),
         3,
         "RegularNav",
         "did you mean 'id'",
@@ -357,7 +357,7 @@ FAULTS = {
     ),
     # The blackboard.
     "entry that nothing sets": (
-        tree(
+        document(
             '<Sequence><SetBlackboard output_key="range" value="4"/>\n'
             '<IsRobotVisible distance="{rnge}"/></Sequence>'
         ),
@@ -366,13 +366,13 @@ FAULTS = {
         "did you mean 'range'",
     ),
     "entry without name": (
-        tree('<IsRobotVisible distance="{}"/>'),
+        document('<IsRobotVisible distance="{}"/>'),
         3,
         "IsRobotVisible",
         "named by letters",
     ),
     "text for a number on the blackboard": (
-        tree(
+        document(
             '<Sequence><SetBlackboard output_key="a" value="hello"/>\n'
             '<IsRobotVisible distance="{a}"/></Sequence>'
         ),
@@ -381,7 +381,7 @@ FAULTS = {
         "the text 'hello' at my.xml:3",
     ),
     "number and text in an entry": (
-        tree(
+        document(
             '<Sequence><SetBlackboard output_key="a" value="{dt}"/>\n'
             '<SetBlackboard output_key="a" value="hello"/></Sequence>'
         ),
@@ -390,25 +390,30 @@ FAULTS = {
         "one or the other",
     ),
     "long text on the blackboard": (
-        tree(f'<SetBlackboard output_key="a" value="{"x" * 101}"/>'),
+        document(f'<SetBlackboard output_key="a" value="{"x" * 101}"/>'),
         3,
         "SetBlackboard",
         "100 letters",
     ),
     "number for a text": (
-        tree('<RegularNav robot="{id}"/>'),
+        document('<RegularNav robot="{id}"/>'),
         3,
         "RegularNav",
         "needs a text",
     ),
     "output without name": (
-        tree('<SetBlackboard output_key="a b" value="1"/>'),
+        document('<SetBlackboard output_key="a b" value="1"/>'),
         3,
         "SetBlackboard",
         "named by letters",
     ),
     # Subtrees.
-    "subtree without ID": (tree("<SubTree/>"), 3, "SubTree", "attribute ID"),
+    "subtree without ID": (
+        document("<SubTree/>"),
+        3,
+        "SubTree",
+        "attribute ID",
+    ),
     "unknown subtree": (
         trees(A='<SubTree ID="Bee"/>', Be="<RegularNav/>"),
         2,
@@ -620,7 +625,7 @@ def test_deepest_accepted_tree_with_conditions_works():
     """Python's own limit of nested calls is farther away."""
     conditions = "_skipIf=\"n == 'b'\" _onSuccess=\"n := 'b'\""
     dut = ParseTree(
-        tree(
+        document(
             '<Sequence><SetBlackboard output_key="n" value="a"/>'
             f"{nested('Inverter', 96, conditions)}</Sequence>"
         )
@@ -637,7 +642,7 @@ def test_deepest_accepted_tree_with_conditions_works():
 
 
 def test_deepest_accepted_tree_ticks():
-    dut = ParseTree(tree(nested("Inverter", 97)))
+    dut = ParseTree(document(nested("Inverter", 97)))
     person = Person.from_config(
         HumanConfig(pose=(0.0, 0.0, 0.0)), 0, time_step=0.1
     )

@@ -11,16 +11,9 @@ from hunav_drake.systems.behavior import (
     NODE_TYPES,
     BehaviorTreeError,
     ParseTree,
-    Person,
     WriteTree,
 )
-from hunav_drake.systems.people.human_config import HumanConfig
-
-PERSON = Person.from_config(
-    HumanConfig(pose=(0.0, 0.0, 0.0), goals=[(5.0, 0.0)]), 0, time_step=0.1
-)
-ME = np.array([0, 0, 0, 0, 0, 0, 0.35])
-ROBOT = np.array([2.0, 0, 0, 0, 0, 0, 0.35])
+from tests.systems.behavior.ticks import ME, PERSON, ROBOT
 
 # A tree with all constructs, and the shipped ones with what they include in
 # them: a text has no folder to include from.

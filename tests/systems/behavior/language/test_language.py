@@ -12,11 +12,10 @@ from hunav_drake.systems.behavior import (
     LoadTree,
     NodeStatus,
     ParseTree,
-    Person,
 )
 from hunav_drake.systems.behavior.writer import tree_nodes_model
 from hunav_drake.systems.common.layout import Command, RobotRole
-from hunav_drake.systems.people.human_config import HumanConfig
+from tests.systems.behavior.ticks import ME, PERSON, ROBOT, WALK, at, tick_near
 
 # The constructs of the trees that come with HuNavSim: format 3, a model with
 # an action inside an action, an include, entries copied with SetBlackboard,
@@ -51,30 +50,9 @@ FORMAT_3 = """
     </BehaviorTree>
 </root>
 """
-WALK = """
-<root main_tree_to_execute = "WalkTree">
-    <BehaviorTree ID="WalkTree">
-        <Fallback>
-            <Sequence>
-                <Inverter><IsGoalReached agent_id="{id}" /></Inverter>
-                <RegularNav agent_id="{id}" time_step="{dt}" />
-            </Sequence>
-            <UpdateGoal agent_id="{id}" />
-        </Fallback>
-    </BehaviorTree>
-</root>
-"""
-PERSON = Person.from_config(
-    HumanConfig(pose=(0.0, 0.0, 0.0), goals=[(5.0, 0.0), (9.0, 0.0)], id=7),
-    index=0,
-    time_step=0.1,
-)
-ME = np.array([0, 0, 0, 0, 0, 0, 0.35])
-ROBOT = np.array([2.0, 0, 0, 0, 0, 0, 0.35])
-FAR_ROBOT = np.array([20.0, 0, 0, 0, 0, 0, 0.35])
 
 
-def parse(body, version=4, **trees):
+def parse_trees(body, version=4, **trees):
     others = "".join(
         f'<BehaviorTree ID="{name}">{text}</BehaviorTree>'
         for name, text in trees.items()
@@ -86,15 +64,10 @@ def parse(body, version=4, **trees):
     )
 
 
-def tick(tree, memory=None, robot=ROBOT):
-    memory = tree.initial_memory(PERSON) if memory is None else memory
-    return tree.tick(PERSON, memory, ME, robot)
-
-
 def roles(tree, count, robot=ROBOT):
     memory, result = None, []
     for _ in range(count):
-        outcome = tick(tree, memory, robot)
+        outcome = tick_near(tree, memory, robot)
         memory = outcome.memory
         result.append(outcome.command[Command.ROBOT_ROLE])
     return result
@@ -107,8 +80,8 @@ def test_reads_what_hunavsim_writes(tmp_path):
     # The fifth tick makes 0.5 s.
     unseen, pedestrian = RobotRole.UNSEEN, RobotRole.PEDESTRIAN
     assert roles(dut, 6) == [unseen] * 4 + [pedestrian] * 2
-    assert roles(dut, 2, FAR_ROBOT) == [pedestrian] * 2
-    memory = tick(dut, robot=FAR_ROBOT).memory
+    assert roles(dut, 2, at(20.0, 0.0)) == [pedestrian] * 2
+    memory = tick_near(dut, robot=at(20.0, 0.0)).memory
     entries = dict(zip(dut.slots, memory, strict=True))
     assert entries["{who}"] == PERSON.id
     assert entries["{step}"] == PERSON.time_step
@@ -127,7 +100,10 @@ def test_files_may_include_a_file_that_another_includes(tmp_path):
     (tmp_path / "sub" / "c.xml").write_text(
         '<root><BehaviorTree ID="C"><AlwaysFailure/></BehaviorTree></root>'
     )
-    assert tick(LoadTree(tmp_path / "a.xml")).node_status is NodeStatus.FAILURE
+    assert (
+        tick_near(LoadTree(tmp_path / "a.xml")).node_status
+        is NodeStatus.FAILURE
+    )
 
 
 def test_files_outside_are_included_if_that_is_allowed(tmp_path):
@@ -143,20 +119,24 @@ def test_files_outside_are_included_if_that_is_allowed(tmp_path):
     with pytest.raises(BehaviorTreeError, match="allow_outside=True"):
         LoadTree(path)
     dut = LoadTree(path, allow_outside=True)
-    assert tick(dut).node_status is NodeStatus.FAILURE
+    assert tick_near(dut).node_status is NodeStatus.FAILURE
 
 
 def test_formats_name_leaves_by_tag_or_by_id():
-    by_tag = parse('<RegularNav robot="obstacle"/>')
-    by_id = parse('<Action ID="RegularNav" name="walk" robot="obstacle"/>')
-    assert tick(by_tag).command == tick(by_id).command
+    by_tag = parse_trees('<RegularNav robot="obstacle"/>')
+    by_id = parse_trees(
+        '<Action ID="RegularNav" name="walk" robot="obstacle"/>'
+    )
+    assert tick_near(by_tag).command == tick_near(by_id).command
     assert by_id.root.name == "walk"
 
 
 def test_nodes_may_carry_the_notes_of_groot():
-    noted = parse('<RegularNav _description="walks" _fullpath="a" _uid="3"/>')
-    assert noted.root.ports == parse("<RegularNav/>").root.ports
-    assert tick(noted) == tick(parse("<RegularNav/>"))
+    noted = parse_trees(
+        '<RegularNav _description="walks" _fullpath="a" _uid="3"/>'
+    )
+    assert noted.root.ports == parse_trees("<RegularNav/>").root.ports
+    assert tick_near(noted) == tick_near(parse_trees("<RegularNav/>"))
 
 
 @pytest.mark.parametrize(
@@ -170,30 +150,30 @@ def test_nodes_may_carry_the_notes_of_groot():
     ],
 )
 def test_subtree_takes_ports(subtree):
-    dut = parse(
+    dut = parse_trees(
         '<Sequence><SetBlackboard output_key="r" value="3"/>'
         f"{subtree}</Sequence>",
         See='<IsRobotVisible distance="{range}"/>',
         See2='<IsRobotVisible distance="{r}"/>',
         See3='<IsRobotVisible distance="{@r}"/>',
     )
-    assert tick(dut).node_status is NodeStatus.SUCCESS
-    assert tick(dut, robot=FAR_ROBOT).node_status is NodeStatus.FAILURE
+    assert tick_near(dut).node_status is NodeStatus.SUCCESS
+    assert tick_near(dut, robot=at(20.0, 0.0)).node_status is NodeStatus.FAILURE
 
 
 def test_subtree_of_format_3_can_share_the_blackboard():
-    dut = parse(
+    dut = parse_trees(
         '<Sequence><SetBlackboard output_key="r" value="3"/>'
         '<SubTree ID="See" __shared_blackboard="true"/></Sequence>',
         version=3,
         See='<IsRobotVisible distance="{r}"/>',
     )
-    assert tick(dut).node_status is NodeStatus.SUCCESS
+    assert tick_near(dut).node_status is NodeStatus.SUCCESS
 
 
 def test_subtree_keeps_its_own_entries():
     with pytest.raises(BehaviorTreeError, match="no node that sets"):
-        parse(
+        parse_trees(
             '<Sequence><SetBlackboard output_key="r" value="3"/>'
             '<SubTree ID="See"/></Sequence>',
             See='<IsRobotVisible distance="{r}"/>',
@@ -201,18 +181,18 @@ def test_subtree_keeps_its_own_entries():
 
 
 def test_literal_of_a_subtree_can_be_changed_in_it():
-    dut = parse(
+    dut = parse_trees(
         '<SubTree ID="Look" d="3"/>',
         Look='<Sequence><IsRobotVisible distance="{d}"/>'
         '<SetBlackboard output_key="d" value="1"/></Sequence>',
     )
-    first = tick(dut)
+    first = tick_near(dut)
     assert first.node_status is NodeStatus.SUCCESS
-    assert tick(dut, first.memory).node_status is NodeStatus.FAILURE
+    assert tick_near(dut, first.memory).node_status is NodeStatus.FAILURE
 
 
 def test_two_uses_of_a_subtree_remember_apart():
-    dut = parse(
+    dut = parse_trees(
         '<Parallel><SubTree ID="T"/><SubTree ID="T"/></Parallel>',
         T='<TimeExpiredCondition seconds="1"/>',
     )
@@ -221,68 +201,68 @@ def test_two_uses_of_a_subtree_remember_apart():
 
 
 def test_equals_sign_stands_for_the_name_of_the_port():
-    dut = parse(
+    dut = parse_trees(
         '<Sequence><SetBlackboard output_key="distance" value="3"/>'
         '<IsRobotVisible distance="{=}"/></Sequence>'
     )
-    assert tick(dut).node_status is NodeStatus.SUCCESS
+    assert tick_near(dut).node_status is NodeStatus.SUCCESS
 
 
 def test_port_follows_the_entry_as_it_changes():
-    dut = parse(
+    dut = parse_trees(
         "<Sequence>"
         '<ForceSuccess><RunOnce><SetBlackboard output_key="d" value="3"/>'
         "</RunOnce></ForceSuccess>"
         '<IsRobotVisible distance="{d}"/>'
         '<SetBlackboard output_key="{d}" value="1"/></Sequence>'
     )
-    first = tick(dut)
+    first = tick_near(dut)
     assert first.node_status is NodeStatus.SUCCESS
-    assert tick(dut, first.memory).node_status is NodeStatus.FAILURE
+    assert tick_near(dut, first.memory).node_status is NodeStatus.FAILURE
 
 
 @pytest.mark.parametrize(
     ("text", "value"), [("2", 2.0), ("-1.5e1", -15.0), ("True", 1.0)]
 )
 def test_blackboard_holds_numbers_and_truths(text, value):
-    dut = parse(f'<SetBlackboard output_key="a" value="{text}"/>')
-    assert tick(dut).memory[-1] == value
+    dut = parse_trees(f'<SetBlackboard output_key="a" value="{text}"/>')
+    assert tick_near(dut).memory[-1] == value
 
 
 def test_copying_an_entry_that_is_not_set_fails():
-    dut = parse(
+    dut = parse_trees(
         '<Fallback><SetBlackboard output_key="a" value="{b}"/>'
         '<SetBlackboard output_key="b" value="1"/></Fallback>'
     )
-    first = tick(dut)
+    first = tick_near(dut)
     assert first.node_status is NodeStatus.SUCCESS
     assert dict(zip(dut.slots, first.memory, strict=True))["{b}"] == 1
 
 
 def test_reading_an_entry_that_is_not_set_names_the_node():
-    dut = parse(
+    dut = parse_trees(
         '<Sequence><IsRobotVisible distance="{d}"/>'
         '<SetBlackboard output_key="d" value="1"/></Sequence>'
     )
     with pytest.raises(BehaviorTreeError, match=r"nothing has set \{d\}"):
-        tick(dut)
+        tick_near(dut)
 
 
 def test_entry_out_of_a_ports_range_names_the_node():
-    dut = parse(
+    dut = parse_trees(
         '<Sequence><SetBlackboard output_key="d" value="-1"/>'
         '<IsRobotVisible distance="{d}"/></Sequence>'
     )
     with pytest.raises(BehaviorTreeError, match=r"IsRobotVisible.*got -1"):
-        tick(dut)
+        tick_near(dut)
 
 
 def test_truth_from_the_blackboard():
-    dut = parse(
+    dut = parse_trees(
         '<Sequence><SetBlackboard output_key="t" value="false"/>'
         '<TimeExpiredCondition seconds="0.1" only_once="{t}"/></Sequence>'
     )
-    assert tick(dut).node_status is NodeStatus.SUCCESS
+    assert tick_near(dut).node_status is NodeStatus.SUCCESS
 
 
 @pytest.mark.parametrize("name", BEHAVIORS)
@@ -291,10 +271,10 @@ def test_shipped_tree_loads(name):
     assert dut.file == str(BEHAVIORS[name])
     # The robot stands in the way: whoever cooperates is walking past it.
     passing = name == "cooperative"
-    assert tick(dut).node_status is (
+    assert tick_near(dut).node_status is (
         NodeStatus.RUNNING if passing else NodeStatus.SUCCESS
     )
-    assert tick(dut, robot=FAR_ROBOT).node_status is NodeStatus.SUCCESS
+    assert tick_near(dut, robot=at(20.0, 0.0)).node_status is NodeStatus.SUCCESS
 
 
 def test_shipped_trees_tell_groot_of_our_nodes():
@@ -316,7 +296,7 @@ def test_shipped_trees_tell_groot_of_our_nodes():
 
 
 def test_description_shows_nodes_and_memory():
-    dut = parse(
+    dut = parse_trees(
         '<Sequence name="all"><TimeExpiredCondition seconds="2"/>'
         '<SetBlackboard output_key="a" value="1"/>'
         '<RegularNav robot="{who}" _skipIf="who == \'obstacle\'"/>'
@@ -347,7 +327,7 @@ def test_description_shows_nodes_and_memory():
 
 
 def test_tick_is_pure():
-    dut = parse('<TimeExpiredCondition seconds="2"/>')
+    dut = parse_trees('<TimeExpiredCondition seconds="2"/>')
     memory = tuple(dut.initial_memory(PERSON))
     humans, robots = ME.copy(), ROBOT.copy()
     first = dut.tick(PERSON, memory, humans, robots)
@@ -360,34 +340,34 @@ def test_tick_is_pure():
 
 @pytest.mark.parametrize("entry", ["obstacle", "unseen", "pedestrian"])
 def test_blackboard_holds_texts(entry):
-    dut = parse(
+    dut = parse_trees(
         f'<Sequence><SetBlackboard output_key="r" value="{entry}"/>'
         '<SetBlackboard output_key="copy" value="{r}"/>'
         '<RegularNav robot="{copy}"/></Sequence>'
     )
-    outcome = tick(dut)
+    outcome = tick_near(dut)
     assert outcome.command[Command.ROBOT_ROLE] == RobotRole[entry.upper()]
     assert dut.texts == (entry,)
     assert outcome.memory[-2:] == [0.0, 0.0]
 
 
 def test_text_that_a_port_does_not_take_names_the_node():
-    dut = parse(
+    dut = parse_trees(
         '<Sequence><SetBlackboard output_key="r" value="wall"/>'
         '<RegularNav robot="{r}"/></Sequence>'
     )
     with pytest.raises(BehaviorTreeError, match=r"RegularNav.*from \{r\}"):
-        tick(dut)
+        tick_near(dut)
 
 
 def test_number_is_a_text_where_the_entry_holds_texts():
-    dut = parse(
+    dut = parse_trees(
         '<Sequence><SetBlackboard output_key="m" value="1"/>'
         '<Switch2 variable="{m}" case_1="01" case_2="1">'
         '<AlwaysSuccess/><AlwaysFailure/><SetBlackboard output_key="m"'
         ' value="none"/></Switch2></Sequence>'
     )
-    assert tick(dut).node_status is NodeStatus.FAILURE
+    assert tick_near(dut).node_status is NodeStatus.FAILURE
     assert dut.texts == ("1", "01", "none")
 
 
@@ -416,18 +396,18 @@ SWITCH = (
     ],
 )
 def test_switch_follows_an_entry(before, expected):
-    dut = parse(
+    dut = parse_trees(
         f'<Sequence>{before}{SWITCH}<ForceSuccess _skipIf="true"><Sequence>'
         '<SetBlackboard output_key="m" value="0"/>'
         '<SetBlackboard output_key="c" value="0"/></Sequence></ForceSuccess>'
         "</Sequence>"
     )
-    memory = dict(zip(dut.slots, tick(dut).memory, strict=True))
+    memory = dict(zip(dut.slots, tick_near(dut).memory, strict=True))
     assert memory["{at}"] == expected
 
 
 def test_switch_halts_the_child_that_it_leaves():
-    dut = parse(
+    dut = parse_trees(
         '<Parallel><Switch2 variable="{m}" case_1="a" case_2="b">'
         '<Delay delay_msec="900"><AlwaysSuccess/></Delay><AlwaysFailure/>'
         '<Delay delay_msec="800"><AlwaysSuccess/></Delay></Switch2>'
@@ -438,7 +418,7 @@ def test_switch_halts_the_child_that_it_leaves():
     steps = [i for i, s in enumerate(dut.slots) if s == "Delay: steps"]
     memory, seen = None, []
     for _ in range(4):
-        memory = tick(dut, memory).memory
+        memory = tick_near(dut, memory).memory
         seen.append([memory[i] for i in steps[:2]])
     assert seen == [[0, 1], [1, 0], [2, 0], [0, 1]]
 
@@ -472,7 +452,7 @@ def test_subtree_takes_the_defaults_of_its_model(subtree, default, sees):
         f"</BehaviorTree>{MODEL.replace('{}', default)}</root>"
     )
     expected = NodeStatus.SUCCESS if sees else NodeStatus.FAILURE
-    assert tick(dut).node_status is expected
+    assert tick_near(dut).node_status is expected
 
 
 GIVEN_PORTS = """
@@ -495,14 +475,18 @@ def given_ports(tree, default, main='<SubTree ID="See"/>'):
 )
 def test_subtree_may_have_a_port_named_id(distance, status):
     assert (
-        tick(given_ports("See", f'default="{distance}"')).node_status is status
+        tick_near(given_ports("See", f'default="{distance}"')).node_status
+        is status
     )
 
 
 def test_id_of_the_main_tree_is_that_of_the_person():
     """A declaration is welcome, as files of HuNavSim have it."""
     main = '<SubTree ID="See" id="{id}"/>'
-    assert tick(given_ports("Main", "", main)).node_status is NodeStatus.SUCCESS
+    assert (
+        tick_near(given_ports("Main", "", main)).node_status
+        is NodeStatus.SUCCESS
+    )
     with pytest.raises(
         BehaviorTreeError,
         match="<text>:6: the port id of the main tree cannot have a default",

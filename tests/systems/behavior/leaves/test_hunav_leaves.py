@@ -6,38 +6,18 @@ import math
 import numpy as np
 import pytest
 
-from hunav_drake.systems.behavior import LoadTree, NodeStatus, ParseTree, Person
+from hunav_drake.systems.behavior import LoadTree, NodeStatus, ParseTree
 from hunav_drake.systems.common.layout import Command, RobotRole
-from hunav_drake.systems.people.human_config import HumanConfig
+from tests.systems.behavior.ticks import NO_ROBOT, WALK, at, person, tree_of
 
-# HuNavSim's own form of the regular tree.
-HUNAVSIM_FORM = """
-<root><BehaviorTree><Fallback>
-  <Sequence>
-    <Inverter><IsGoalReached agent_id="{id}"/></Inverter>
-    <RegularNav agent_id="{id}" time_step="{dt}"/>
-  </Sequence>
-  <UpdateGoal agent_id="{id}"/>
-</Fallback></BehaviorTree></root>
-"""
 FORMS = {
-    "hunavsim": ParseTree(HUNAVSIM_FORM),
+    "hunavsim": ParseTree(WALK),
     "regular": LoadTree("regular"),
     "impassive": LoadTree("impassive"),
 }
-NO_ROBOT = np.zeros(0)
 
 
-def person(goals=(), index=0, time_step=0.05, **kwargs):
-    human = HumanConfig(pose=(0.0, 0.0, 0.0), goals=list(goals), **kwargs)
-    return Person.from_config(human, index, time_step=time_step)
-
-
-def at(x, y, yaw=0.0):
-    return np.array([x, y, yaw, 0.0, 0.0, 0.0, 0.35])
-
-
-def walk(tree, who, places):
+def goals_at(tree, who, places):
     """Returns the goal x of each tick, or None without goal, and the memory."""
     memory = tree.initial_memory(who)
     goals = []
@@ -53,7 +33,7 @@ def walk(tree, who, places):
 
 
 def condition(xml, who, human_states, robots=NO_ROBOT):
-    dut = ParseTree(f"<root><BehaviorTree>{xml}</BehaviorTree></root>")
+    dut = tree_of(xml)
     outcome = dut.tick(who, dut.initial_memory(who), human_states, robots)
     return outcome.node_status is NodeStatus.SUCCESS
 
@@ -61,34 +41,34 @@ def condition(xml, who, human_states, robots=NO_ROBOT):
 @pytest.mark.parametrize("form", FORMS)
 class TestGoals:
     def test_next_goal_follows_in_the_tick_that_reaches_one(self, form):
-        who = person([(1.0, 0.0), (3.0, 0.0)])
-        goals, _ = walk(FORMS[form], who, [0.0, 0.5, 0.65, 0.65])
+        who = person(goals=[(1.0, 0.0), (3.0, 0.0)])
+        goals, _ = goals_at(FORMS[form], who, [0.0, 0.5, 0.65, 0.65])
         assert goals == [1.0, 1.0, 3.0, 3.0]
 
     def test_no_goal_is_left_after_the_last(self, form):
-        who = person([(1.0, 0.0)])
-        goals, memory = walk(FORMS[form], who, [0.0, 1.0, 1.0, 5.0])
+        who = person(goals=[(1.0, 0.0)])
+        goals, memory = goals_at(FORMS[form], who, [0.0, 1.0, 1.0, 5.0])
         assert goals == [1.0, None, None, None]
         assert memory[0] == 1
 
     def test_first_goal_follows_the_last_of_a_cycle(self, form):
-        who = person([(1.0, 0.0), (3.0, 0.0)], cyclic=True)
-        goals, _ = walk(FORMS[form], who, [1.0, 3.0, 1.0, 3.0])
+        who = person(goals=[(1.0, 0.0), (3.0, 0.0)], cyclic=True)
+        goals, _ = goals_at(FORMS[form], who, [1.0, 3.0, 1.0, 3.0])
         assert goals == [3.0, 1.0, 3.0, 1.0]
 
     def test_only_goal_of_a_cycle_stays(self, form):
-        who = person([(1.0, 0.0)], cyclic=True)
-        goals, memory = walk(FORMS[form], who, [0.0, 1.0, 1.0])
+        who = person(goals=[(1.0, 0.0)], cyclic=True)
+        goals, memory = goals_at(FORMS[form], who, [0.0, 1.0, 1.0])
         assert goals == [1.0, 1.0, 1.0]
         assert memory[0] == 0
 
     def test_goals_at_one_place_are_left_one_a_tick(self, form):
-        who = person([(1.0, 0.0), (1.1, 0.0), (1.2, 0.0)])
-        goals, _ = walk(FORMS[form], who, [1.0, 1.0, 1.0, 1.0])
+        who = person(goals=[(1.0, 0.0), (1.1, 0.0), (1.2, 0.0)])
+        goals, _ = goals_at(FORMS[form], who, [1.0, 1.0, 1.0, 1.0])
         assert goals == [1.1, 1.2, None, None]
 
     def test_without_goals_there_is_nothing_to_do(self, form):
-        goals, memory = walk(FORMS[form], person(), [0.0, 1.0])
+        goals, memory = goals_at(FORMS[form], person(goals=[]), [0.0, 1.0])
         assert goals == [None, None]
         assert memory[0] == 0
 
@@ -96,7 +76,7 @@ class TestGoals:
 @pytest.mark.parametrize("form", FORMS)
 def test_command_is_that_of_the_person(form):
     who = person(
-        [(1.0, 2.0)],
+        goals=[(1.0, 2.0)],
         desired_speed=0.8,
         max_speed=1.1,
         goal_radius=0.25,
@@ -127,13 +107,13 @@ def test_command_is_that_of_the_person(form):
     ("distance", "reached"), [(0.0, True), (0.39, True), (0.41, False)]
 )
 def test_goal_counts_as_reached_10_cm_outside_its_radius(distance, reached):
-    who = person([(3.0, 4.0)], goal_radius=0.3)
+    who = person(goals=[(3.0, 4.0)], goal_radius=0.3)
     place = at(3.0 - distance * 0.6, 4.0 - distance * 0.8)
     assert condition("<IsGoalReached/>", who, place) == reached
 
 
 def test_goal_is_that_of_the_own_row():
-    who = person([(3.0, 0.0)], index=1)
+    who = person(goals=[(3.0, 0.0)], index=1)
     rows = np.concatenate([at(3.0, 0.0), at(0.0, 0.0)])
     assert not condition("<IsGoalReached/>", who, rows)
     rows = np.concatenate([at(0.0, 0.0), at(3.0, 0.0)])
@@ -163,7 +143,7 @@ def test_robot_is_visible_ahead_and_a_little_behind_the_sides(
     )
     seen = condition(
         '<IsRobotVisible agent_id="{id}" distance="4.0"/>',
-        person(),
+        person(goals=[]),
         at(2.0, 1.0, yaw),
         robot,
     )
@@ -172,15 +152,15 @@ def test_robot_is_visible_ahead_and_a_little_behind_the_sides(
 
 def test_field_of_view_is_a_port():
     xml = '<IsRobotVisible distance="4.0" field_of_view="1.0"/>'
-    assert condition(xml, person(), at(0, 0), at(1.0, 0.5))
-    assert not condition(xml, person(), at(0, 0), at(1.0, 0.6))
+    assert condition(xml, person(goals=[]), at(0, 0), at(1.0, 0.5))
+    assert not condition(xml, person(goals=[]), at(0, 0), at(1.0, 0.6))
 
 
 def test_any_of_several_robots_is_visible_and_none_of_none():
     xml = '<IsRobotVisible distance="4.0"/>'
     two = np.concatenate([at(9.0, 0.0), at(1.0, 0.0)])
-    assert condition(xml, person(), at(0, 0), two)
-    assert not condition(xml, person(), at(0, 0), NO_ROBOT)
+    assert condition(xml, person(goals=[]), at(0, 0), two)
+    assert not condition(xml, person(goals=[]), at(0, 0), NO_ROBOT)
 
 
 @pytest.mark.parametrize(

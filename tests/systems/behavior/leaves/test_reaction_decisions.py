@@ -12,12 +12,9 @@ from hunav_drake.systems.behavior import LoadTree, ParseTree, Person
 from hunav_drake.systems.behavior.behavior_tree import BehaviorTree
 from hunav_drake.systems.common.layout import Command
 from hunav_drake.systems.people import BehaviorConfig, HumanConfig
+from tests.systems.behavior.ticks import at
 
 REACTIONS = ["surprised", "scared", "curious", "threatening"]
-
-
-def at(x, y, yaw=0.0, vx=0.0, vy=0.0):
-    return [x, y, yaw, vx, vy, 0.0, 0.35]
 
 
 class People:

@@ -18,6 +18,7 @@ from hunav_drake.humans import MakeHumans
 from hunav_drake.systems.common.layout import YAW, X, Y
 from hunav_drake.systems.people import HumanConfig
 from hunav_drake.systems.world.obstacles import Obstacles
+from tests.systems.behavior.ticks import all_discrete_state
 
 REACTIONS = [
     "surprised",
@@ -316,15 +317,6 @@ def test_both_steps_have_the_same_outcome(reaction):
     )
 
 
-def states_of(diagram, context):
-    return np.concatenate(
-        [
-            context.get_discrete_state(i).value().copy()
-            for i in range(context.num_discrete_state_groups())
-        ]
-    )
-
-
 @pytest.mark.parametrize("reaction", REACTIONS)
 def test_clone_in_the_middle_of_a_reaction_has_the_same_future(reaction):
     active = is_active(run(reaction, 0.05))
@@ -339,8 +331,8 @@ def test_clone_in_the_middle_of_a_reaction_has_the_same_future(reaction):
     for other in (simulator, fork):
         other.AdvanceTo(middle + 5.0)
     np.testing.assert_array_equal(
-        states_of(diagram, simulator.get_context()),
-        states_of(diagram, fork.get_context()),
+        all_discrete_state(simulator.get_context()),
+        all_discrete_state(fork.get_context()),
     )
 
 

@@ -5,44 +5,13 @@ import math
 import numpy as np
 import pytest
 
-from hunav_drake.systems.behavior import (
-    BEHAVIORS,
-    LoadTree,
-    NodeStatus,
-    ParseTree,
-    Person,
-)
+from hunav_drake.systems.behavior import BEHAVIORS, LoadTree, NodeStatus
 from hunav_drake.systems.common.layout import Command, RobotRole
-from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.world.obstacles import Obstacles
+from tests.systems.behavior.ticks import NO_ROBOT, at, person, tick, tree_of
 
 WALL = Obstacles.from_shapes([[[1.0, -1.0], [1.0, 1.0]]], solid=[False])
-NO_ROBOT = np.zeros(0)
 REACTIONS = ["surprised", "scared", "curious", "threatening"]
-
-
-def person(*, time_step=0.05, obstacles=None, **kwargs):
-    human = HumanConfig(
-        **{"pose": (0.0, 0.0, 0.0), "goals": [(9.0, 0.0)], **kwargs}
-    )
-    return Person.from_config(
-        human, 0, time_step=time_step, obstacles=obstacles
-    )
-
-
-def at(x, y, yaw=0.0, vx=0.0, vy=0.0):
-    return np.array([x, y, yaw, vx, vy, 0.0, 0.35])
-
-
-def tree_of(xml):
-    return ParseTree(f"<root><BehaviorTree>{xml}</BehaviorTree></root>")
-
-
-def tick(tree, who=None, human=None, robot=NO_ROBOT, memory=None):
-    who = who or person()
-    human = at(0.0, 0.0) if human is None else human
-    memory = tree.initial_memory(who) if memory is None else memory
-    return tree.tick(who, memory, human, robot)
 
 
 def wish(outcome):

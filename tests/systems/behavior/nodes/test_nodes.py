@@ -8,14 +8,13 @@ a slash, what the node remembers for the next tick.
 """
 
 from hypothesis import given, settings, strategies as st
-import numpy as np
 import pytest
 
-from hunav_drake.systems.behavior import NodeStatus, ParseTree, Person
+from hunav_drake.systems.behavior import NodeStatus, ParseTree
 from hunav_drake.systems.behavior.nodes import registry
 from hunav_drake.systems.behavior.nodes.node import Built, NodeType
 from hunav_drake.systems.behavior.nodes.port import Port
-from hunav_drake.systems.people.human_config import HumanConfig
+from tests.systems.behavior.ticks import ME, PERSON, as_xml, traces, tree_of
 
 LETTERS = {
     "S": NodeStatus.SUCCESS,
@@ -25,10 +24,6 @@ LETTERS = {
     "-": NodeStatus.IDLE,
 }
 NAMES = {status: letter for letter, status in LETTERS.items()}
-PERSON = Person.from_config(
-    HumanConfig(pose=(0.0, 0.0, 0.0)), index=0, time_step=0.1
-)
-NOBODY = np.zeros(7)
 
 
 def build_script(node, children):
@@ -59,25 +54,19 @@ def script(node_types):
     )
 
 
-def parse(start, children):
+def parse_scripts(start, children):
     tag = start.split()[0]
     scripts = "".join(f'<Script results="{c}"/>' for c in children.split())
-    return ParseTree(
-        f"<root><BehaviorTree><{start}>{scripts}</{tag}></BehaviorTree></root>"
-    )
+    return tree_of(f"<{start}>{scripts}</{tag}>")
 
 
-def run(tree, count):
+def run_ticks(tree, count):
     """Returns the ticks, and the memory after each."""
-    memory = tree.initial_memory(PERSON)
     ticks, memories = [], []
-    for _ in range(count):
-        outcome, statuses = tree.trace(PERSON, memory, NOBODY, NOBODY)
-        assert tree.tick(PERSON, memory, NOBODY, NOBODY) == outcome
-        memory = outcome.memory
+    for outcome, statuses in traces(tree, count):
         text = "".join(NAMES[status] for status in statuses)
         ticks.append(f"{text[0]}:{text[1:]}")
-        memories.append(memory)
+        memories.append(outcome.memory)
     return ticks, memories
 
 
@@ -310,10 +299,10 @@ CASES = [
 def test_node_says_and_remembers_what_behavior_tree_cpp_does(
     start, children, expected
 ):
-    tree = parse(start, children)
+    tree = parse_scripts(start, children)
     own = slice(tree.root.first, tree.root.first + len(tree.root.slots))
     rows = expected.split()
-    ticks, memories = run(tree, len(rows))
+    ticks, memories = run_ticks(tree, len(rows))
     told = []
     for tick, memory in zip(ticks, memories, strict=True):
         numbers = ",".join(f"{number:g}" for number in memory[own])
@@ -358,7 +347,7 @@ def test_halting_gives_up_all_that_runs(name):
         f'<Script results="SF"/>{child}'
         "</ReactiveSequence></BehaviorTree></root>"
     )
-    ticks, memories = run(tree, 2)
+    ticks, memories = run_ticks(tree, 2)
     assert [tick[0] for tick in ticks] == ["R", "F"]
     assert any(memories[0][2:])
     assert memories[1] == tree.initial_memory(PERSON)
@@ -372,7 +361,7 @@ def test_sequence_with_memory_keeps_its_place_when_halted():
         '<Script results="S"/><Script results="RS"/>'
         "</SequenceWithMemory></ReactiveSequence></BehaviorTree></root>"
     )
-    ticks = run(tree, 4)[0]
+    ticks = run_ticks(tree, 4)[0]
     # (The reactive sequence, its condition, the sequence, its two children.)
     assert ticks == ["R:SRSR", "F:F---", "R:SR-R", "S:SS-S"]
 
@@ -383,7 +372,7 @@ def test_subtree_says_what_its_tree_says():
         '<BehaviorTree ID="A"><SubTree ID="B"/></BehaviorTree>'
         '<BehaviorTree ID="B"><Script results="RSF"/></BehaviorTree></root>'
     )
-    assert run(tree, 3)[0] == ["R:R", "S:S", "F:F"]
+    assert run_ticks(tree, 3)[0] == ["R:R", "S:S", "F:F"]
 
 
 def logic_trees(depth):
@@ -409,12 +398,6 @@ def logic_trees(depth):
     )
 
 
-def write(tree):
-    if isinstance(tree, str):
-        return f'<Script results="{tree}"/>'
-    return f"<{tree[0]}>{''.join(map(write, tree[1]))}</{tree[0]}>"
-
-
 def holds(tree):
     if isinstance(tree, str):
         return tree == "S"
@@ -428,10 +411,10 @@ def holds(tree):
 @given(logic_trees(3))
 def test_without_running_nodes_trees_are_logic(tree):
     """Sequence is "and", Fallback is "or", Inverter is "not"."""
-    dut = ParseTree(f"<root><BehaviorTree>{write(tree)}</BehaviorTree></root>")
+    dut = tree_of(as_xml(tree, "Script"))
     memory = dut.initial_memory(PERSON)
     for _ in range(2):
-        outcome = dut.tick(PERSON, memory, NOBODY, NOBODY)
+        outcome = dut.tick(PERSON, memory, ME, ME)
         expected = NodeStatus.SUCCESS if holds(tree) else NodeStatus.FAILURE
         assert outcome.node_status is expected
         if "SequenceWithMemory" in str(tree):

@@ -7,13 +7,10 @@ from hunav_drake.systems.behavior import (
     BehaviorTreeError,
     NodeStatus,
     ParseTree,
-    Person,
     register_action,
 )
-from hunav_drake.systems.people.human_config import HumanConfig
+from tests.systems.behavior.ticks import traces
 
-PERSON = Person.from_config(HumanConfig(pose=(0.0, 0.0, 0.0)), 0, time_step=0.1)
-NOBODY = np.zeros(7)
 SUCCESS, FAILURE = NodeStatus.SUCCESS, NodeStatus.FAILURE
 RUNNING, SKIPPED = NodeStatus.RUNNING, NodeStatus.SKIPPED
 
@@ -28,7 +25,7 @@ def leaves(node_types):
         return RUNNING if own[0] <= ticks else SUCCESS
 
 
-def parse(body):
+def parse_after_entries(body):
     # Sets the entries that the conditions below name, in its first tick.
     return ParseTree(
         '<root BTCPP_format="4"><BehaviorTree ID="T"><Sequence><ForceSuccess>'
@@ -39,17 +36,13 @@ def parse(body):
     )
 
 
-def run(tree, count=1, memory=None):
+def run_last_node(tree, count=1, memory=None):
     """Returns what the last node of the sequence says, and the memories."""
-    memory = tree.initial_memory(PERSON) if memory is None else memory
     index = tree.nodes.index(tree.root.children[-1])
     said, memories = [], []
-    for _ in range(count):
-        outcome, statuses = tree.trace(PERSON, memory, NOBODY, NOBODY)
-        assert tree.tick(PERSON, memory, NOBODY, NOBODY) == outcome
-        memory = outcome.memory
+    for outcome, statuses in traces(tree, count, memory):
         said.append(statuses[index])
-        memories.append(dict(zip(tree.slots, memory, strict=True)))
+        memories.append(dict(zip(tree.slots, outcome.memory, strict=True)))
     return said, memories
 
 
@@ -75,8 +68,8 @@ def text(tree, memories, key):
     ],
 )
 def test_condition_before_says_the_result(conditions, expected):
-    dut = parse(f"<Run {conditions}/>")
-    said, memories = run(dut)
+    dut = parse_after_entries(f"<Run {conditions}/>")
+    said, memories = run_last_node(dut)
     assert said == [expected]
     # The node itself was ticked or not.
     assert memories[-1]["Run: ticks"] == (expected is RUNNING)
@@ -110,7 +103,7 @@ def test_condition_before_says_the_result(conditions, expected):
         ("(true || false) && false", False),
         ("!(n > 1 && mode == 'shy')", False),
         ("  n==2&&!off  ", True),
-        ("id == 1", True),
+        ("id == 7", True),
         ("dt < 0.2 && dt > 0.05", True),
         ("(n == 2) == true", True),
     ],
@@ -118,40 +111,42 @@ def test_condition_before_says_the_result(conditions, expected):
 def test_script_is_what_it_says(script, expected):
     script = script.replace("&", "&amp;").replace("<", "&lt;")
     # (The entry `nothing` is never set: what is not needed is not read.)
-    dut = parse(
+    dut = parse_after_entries(
         f'<Fallback><AlwaysSuccess _failureIf="!({script})"/>'
         '<Sequence _skipIf="true">'
         '<SetBlackboard output_key="nothing" value="1"/></Sequence></Fallback>'
     )
-    said, _ = run(dut)
+    said, _ = run_last_node(dut)
     assert said == [SUCCESS if expected else FAILURE]
 
 
 def test_while_halts_what_runs():
-    dut = parse(
+    dut = parse_after_entries(
         '<Parallel success_count="1">'
         '<Run _while="mode == \'shy\'" _onHalted="n := 7"/>'
         '<Delay delay_msec="200"><Fallback><Inverter>'
         '<SetBlackboard output_key="mode" value="bold"/></Inverter>'
         '<Run name="other"/></Fallback></Delay></Parallel>'
     )
-    _, memories = run(dut, 4)
+    _, memories = run_last_node(dut, 4)
     assert [m["Run: ticks"] for m in memories] == [1, 2, 3, 0]
     assert [m["{n}"] for m in memories] == [2, 2, 2, 7]
     assert text(dut, memories, "{mode}") == "bold"
 
 
 def test_conditions_before_are_not_checked_while_the_node_runs():
-    dut = parse(
+    dut = parse_after_entries(
         '<Parallel success_count="2"><Run ticks="3" _skipIf="n == 9"/>'
         '<SetBlackboard output_key="n" value="9"/></Parallel>'
     )
-    assert run(dut, 4)[0] == [RUNNING] * 3 + [SUCCESS]
+    assert run_last_node(dut, 4)[0] == [RUNNING] * 3 + [SUCCESS]
 
 
 def test_conditions_before_are_checked_anew_when_the_node_begins_anew():
-    dut = parse('<Run ticks="1" _skipIf="n == 9" _onSuccess="n := 9"/>')
-    said, _ = run(dut, 4)
+    dut = parse_after_entries(
+        '<Run ticks="1" _skipIf="n == 9" _onSuccess="n := 9"/>'
+    )
+    said, _ = run_last_node(dut, 4)
     assert said == [RUNNING, SUCCESS, SKIPPED, SKIPPED]
 
 
@@ -167,19 +162,19 @@ def test_conditions_before_are_checked_anew_when_the_node_begins_anew():
     ],
 )
 def test_conditions_after_follow_the_result(node, expected):
-    dut = parse(
+    dut = parse_after_entries(
         f'<{node} _onSuccess="n := 10" _onFailure="n = 20" _post="p := true"/>'
     )
-    _, memories = run(dut)
+    _, memories = run_last_node(dut)
     assert {key: memories[0][key] for key in expected} == expected
 
 
 def test_assignments_take_values_entries_and_comparisons():
-    dut = parse(
+    dut = parse_after_entries(
         "<AlwaysSuccess _onSuccess=\"a := n; mode := 'bold'; b := n > 1;"
         ' copy = mode;"/>'
     )
-    _, memories = run(dut)
+    _, memories = run_last_node(dut)
     assert memories[0]["{a}"] == 2
     assert memories[0]["{b}"] == 1
     assert text(dut, memories, "{mode}") == "bold"
@@ -187,17 +182,17 @@ def test_assignments_take_values_entries_and_comparisons():
 
 
 def test_halting_is_told_once_and_only_to_what_runs():
-    dut = parse(
+    dut = parse_after_entries(
         '<ReactiveFallback><Inverter><Run ticks="0" name="now"/></Inverter>'
         '<Run _onHalted="n := 5"/></ReactiveFallback>'
     )
-    assert run(dut, 3)[1][-1]["{n}"] == 2
-    dut = parse(
+    assert run_last_node(dut, 3)[1][-1]["{n}"] == 2
+    dut = parse_after_entries(
         '<ReactiveFallback><Delay delay_msec="100"><RunOnce>'
         '<AlwaysFailure/></RunOnce></Delay><Run _onHalted="n := 5"/>'
         "</ReactiveFallback>"
     )
-    assert run(dut, 1)[1][-1]["{n}"] == 2
+    assert run_last_node(dut, 1)[1][-1]["{n}"] == 2
 
 
 def test_subtree_has_conditions_in_the_scope_around_it():
@@ -210,7 +205,7 @@ def test_subtree_has_conditions_in_the_scope_around_it():
         '<SetBlackboard output_key="n" value="3"/><AlwaysFailure/></Sequence>'
         "</BehaviorTree></root>"
     )
-    assert run(dut)[0] == [SKIPPED]
+    assert run_last_node(dut)[0] == [SKIPPED]
     assert [s for s in dut.slots if "{n}" in s] == ["{n}", "{n} of B"]
 
 
@@ -223,20 +218,22 @@ def test_constant_of_a_subtree_in_a_script():
         "<AlwaysSuccess _failureIf=\"k == 'shy' &amp;&amp; m > 3\"/>"
         "</BehaviorTree></root>"
     )
-    assert run(dut)[0] == [FAILURE]
+    assert run_last_node(dut)[0] == [FAILURE]
 
 
 def test_memory_is_only_where_it_is_needed():
-    with_result = parse('<AlwaysSuccess _onSuccess="n := 1"/>')
-    with_start = parse('<AlwaysSuccess _skipIf="n == 1"/>')
+    with_result = parse_after_entries('<AlwaysSuccess _onSuccess="n := 1"/>')
+    with_start = parse_after_entries('<AlwaysSuccess _skipIf="n == 1"/>')
     assert "AlwaysSuccess: (runs)" not in with_result.slots
     assert "AlwaysSuccess: (runs)" in with_start.slots
 
 
 def test_entry_that_is_not_set_yet_is_told():
-    dut = parse('<AlwaysSuccess _skipIf="late" _onSuccess="late := 1"/>')
+    dut = parse_after_entries(
+        '<AlwaysSuccess _skipIf="late" _onSuccess="late := 1"/>'
+    )
     with pytest.raises(BehaviorTreeError, match=r"nothing has set \{late\}"):
-        run(dut)
+        run_last_node(dut)
 
 
 SCRIPTS = {
@@ -275,7 +272,7 @@ SCRIPTS = {
 def test_script_that_cannot_be_is_told(name):
     conditions, words = SCRIPTS[name]
     with pytest.raises(BehaviorTreeError) as caught:
-        parse(f"<AlwaysSuccess {conditions}/>")
+        parse_after_entries(f"<AlwaysSuccess {conditions}/>")
     assert words in str(caught.value)
     assert caught.value.node == "AlwaysSuccess"
     assert caught.value.place.line == 1

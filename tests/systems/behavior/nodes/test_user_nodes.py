@@ -13,7 +13,6 @@ from hunav_drake.systems.behavior import (
     LoadTree,
     NodeStatus,
     ParseTree,
-    Person,
     WriteTree,
     register_action,
     register_condition,
@@ -21,11 +20,9 @@ from hunav_drake.systems.behavior import (
 from hunav_drake.systems.common.layout import YAW, Command, X
 from hunav_drake.systems.common.schema import within
 from hunav_drake.systems.people.human_config import HumanConfig
+from tests.systems.behavior.ticks import ME, ROBOT, tick_near, tree_of
 
 HUMAN = HumanConfig(pose=(0.0, 0.0, 0.0), goals=[(5.0, 0.0)], id=7)
-PERSON = Person.from_config(HUMAN, index=0, time_step=0.1)
-ME = np.array([0, 0, 0, 0, 0, 0, 0.35])
-ROBOT = np.array([2.0, 0, 0, 0, 0, 0, 0.35])
 
 # A person who waves for a while whenever the robot has come close for the
 # n-th time. The nodes in it are registered below.
@@ -102,22 +99,13 @@ def waving(tmp_path):
     return LoadTree(path)
 
 
-def parse(body):
-    return ParseTree(f"<root><BehaviorTree>{body}</BehaviorTree></root>")
-
-
-def tick(tree, memory=None, robot=ROBOT):
-    memory = tree.initial_memory(PERSON) if memory is None else memory
-    return tree.tick(PERSON, memory, ME, robot)
-
-
 def play(tree, distances):
     """Returns what is commanded as the robot is at some distances."""
     memory, result = None, []
     for distance in distances:
         robot = ROBOT.copy()
         robot[X] = distance
-        outcome = tick(tree, memory, robot)
+        outcome = tick_near(tree, memory, robot)
         memory = outcome.memory
         held = outcome.command[Command.HOLD]
         result.append((outcome.behavior_status, held))
@@ -176,7 +164,7 @@ def test_description_and_xml_show_the_ports(waving):
 @pytest.mark.usefixtures("waving")
 def test_ports_are_typed(node, words):
     with pytest.raises(BehaviorTreeError, match=words):
-        parse(node)
+        tree_of(node)
 
 
 def test_memory_of_a_node_lives_in_the_context(waving):
@@ -212,10 +200,10 @@ def test_own_condition_has_ports_and_memory():
         own[0] += 1
         return own[0] - 1 == n
 
-    dut = parse('<IsNthTick n="3"/>')
+    dut = tree_of('<IsNthTick n="3"/>')
     memory, results = None, []
     for _ in range(4):
-        outcome = tick(dut, memory)
+        outcome = tick_near(dut, memory)
         memory = outcome.memory
         results.append(outcome.node_status)
     assert [status is NodeStatus.SUCCESS for status in results] == [
@@ -233,7 +221,7 @@ def test_own_action_commands_and_reports():
         context.behavior_status = 1
         return NodeStatus.RUNNING
 
-    outcome = tick(parse("<Stop/>"))
+    outcome = tick_near(tree_of("<Stop/>"))
     assert outcome.node_status is NodeStatus.RUNNING
     assert outcome.command[Command.HOLD] == 1.0
     assert outcome.behavior_status == 1
@@ -245,7 +233,7 @@ def test_halted_action_begins_anew():
         own[0] += 1
         return NodeStatus.RUNNING
 
-    dut = parse(
+    dut = tree_of(
         "<ReactiveSequence><Inverter>"
         '<TimeExpiredCondition seconds="0.3"/></Inverter>'
         "<Count/></ReactiveSequence>"
@@ -253,7 +241,7 @@ def test_halted_action_begins_anew():
     slot = dut.slots.index("Count: ticks")
     memory, counts = None, []
     for _ in range(4):
-        memory = tick(dut, memory).memory
+        memory = tick_near(dut, memory).memory
         counts.append(memory[slot])
     assert counts == [6, 7, 5, 6]
 
@@ -265,7 +253,7 @@ def test_action_must_return_a_status(result):
         return result
 
     with pytest.raises(TypeError, match="action Odd must return"):
-        tick(parse("<Odd/>"))
+        tick_near(tree_of("<Odd/>"))
 
 
 CELL = """
@@ -286,7 +274,7 @@ def run_cell(name, result, module="__main__", file="<string>"):
 def test_code_that_runs_again_replaces_its_leaf(module):
     run_cell("maybe", True, module)
     run_cell("maybe", False, module)
-    assert tick(parse("<Maybe/>")).node_status is NodeStatus.FAILURE
+    assert tick_near(tree_of("<Maybe/>")).node_status is NodeStatus.FAILURE
 
 
 @pytest.mark.parametrize(
@@ -296,7 +284,7 @@ def test_changed_cell_replaces_its_leaf(files):
     """Also where the function has another name by now."""
     run_cell("maybe", False, file=files[0])
     run_cell("perhaps", True, file=files[1])
-    assert tick(parse("<Maybe/>")).node_status is NodeStatus.SUCCESS
+    assert tick_near(tree_of("<Maybe/>")).node_status is NodeStatus.SUCCESS
 
 
 @pytest.mark.parametrize("module", ["__main__", "my_leaves"])
@@ -304,7 +292,7 @@ def test_another_function_of_a_file_replaces_a_leaf_only_on_request(module):
     run_cell("maybe", True, module, "my_leaves.py")
     with pytest.raises(ValueError, match=f"maybe of {module}; .*replace=True"):
         run_cell("perhaps", False, module, "my_leaves.py")
-    assert tick(parse("<Maybe/>")).node_status is NodeStatus.SUCCESS
+    assert tick_near(tree_of("<Maybe/>")).node_status is NodeStatus.SUCCESS
 
 
 def test_function_without_a_name_replaces_another_only_on_request():
@@ -319,7 +307,7 @@ def test_same_function_can_be_registered_again():
 
     register_condition("Maybe")(maybe)
     register_condition("Maybe", ignored=["agent_id"])(maybe)
-    outcome = tick(parse('<Maybe agent_id="3"/>'))
+    outcome = tick_near(tree_of('<Maybe agent_id="3"/>'))
     assert outcome.node_status is NodeStatus.FAILURE
 
 
@@ -330,7 +318,7 @@ def test_leaf_of_another_module_is_replaced_only_on_request():
     with pytest.raises(ValueError, match=r"a leaf of hunav_drake\.systems"):
         register_action("RegularNav")(lambda context: None)
     register_condition("Maybe", replace=True)(lambda context: False)
-    assert tick(parse("<Maybe/>")).node_status is NodeStatus.FAILURE
+    assert tick_near(tree_of("<Maybe/>")).node_status is NodeStatus.FAILURE
 
 
 def test_functions_that_one_function_makes_do_not_replace_each_other():
@@ -343,9 +331,9 @@ def test_functions_that_one_function_makes_do_not_replace_each_other():
     register_condition("Maybe")(make(True))
     with pytest.raises(ValueError, match="another leaf of the same function"):
         register_condition("Maybe")(make(False))
-    assert tick(parse("<Maybe/>")).node_status is NodeStatus.SUCCESS
+    assert tick_near(tree_of("<Maybe/>")).node_status is NodeStatus.SUCCESS
     register_condition("Maybe", replace=True)(make(False))
-    assert tick(parse("<Maybe/>")).node_status is NodeStatus.FAILURE
+    assert tick_near(tree_of("<Maybe/>")).node_status is NodeStatus.FAILURE
 
 
 @pytest.mark.parametrize("name", ["Sequence", "SubTree", "SequenceStar"])
@@ -382,11 +370,11 @@ def nearer(context, *, most: float, factor: float = 1.0) -> bool:
 )
 def test_objects_that_can_be_called_are_leaves(leaf):
     assert register_condition("IsNearer")(leaf) is leaf
-    assert tick(parse("<IsNearer/>")).node_status is NodeStatus.SUCCESS
-    dut = parse('<IsNearer factor="0.5"/>')
-    assert tick(dut).node_status is NodeStatus.FAILURE
+    assert tick_near(tree_of("<IsNearer/>")).node_status is NodeStatus.SUCCESS
+    dut = tree_of('<IsNearer factor="0.5"/>')
+    assert tick_near(dut).node_status is NodeStatus.FAILURE
     with pytest.raises(BehaviorTreeError, match="there is no port 'most'"):
-        parse('<IsNearer most="1"/>')
+        tree_of('<IsNearer most="1"/>')
 
 
 def test_two_objects_of_a_class_do_not_replace_each_other():
@@ -434,14 +422,14 @@ def test_ignored_attributes_are_several_names_and_no_ports():
 )
 def test_condition_may_return_a_truth_or_a_status(result, status):
     register_condition("Maybe")(lambda context: result)
-    assert tick(parse("<Maybe/>")).node_status is status
+    assert tick_near(tree_of("<Maybe/>")).node_status is status
 
 
 @pytest.mark.parametrize("result", [None, 1, "yes", NodeStatus.RUNNING, []])
 def test_condition_must_return_a_truth(result):
     register_condition("Maybe")(lambda context: result)
     with pytest.raises(TypeError, match="<text>:2: condition Maybe must"):
-        tick(parse("\n<Maybe/>"))
+        tick_near(tree_of("\n<Maybe/>"))
 
 
 @pytest.mark.parametrize("register", [register_action, register_condition])
@@ -450,7 +438,7 @@ def test_error_in_a_leaf_has_the_place_of_the_node(register):
     with pytest.raises(
         BehaviorTreeError, match="<text>:2: <half>: ZeroDivisionError: div"
     ) as caught:
-        tick(parse('\n<Divide name="half"/>'))
+        tick_near(tree_of('\n<Divide name="half"/>'))
     assert isinstance(caught.value.__cause__, ZeroDivisionError)
 
 
@@ -519,7 +507,7 @@ def test_what_a_leaf_writes_is_checked_and_the_leaf_is_named(name):
 
     body = "<Sequence><RegularNav/>\n<Odd/></Sequence>"
     with pytest.raises(BehaviorTreeError, match=f"<text>:2: <Odd>: .*{words}"):
-        tick(parse(body))
+        tick_near(tree_of(body))
 
 
 @pytest.mark.parametrize(
@@ -545,4 +533,4 @@ def test_what_is_right_passes(function):
         '<ForceSuccess><Sequence><AlwaysFailure/><SetBlackboard value="1"'
         ' output_key="c"/></Sequence></ForceSuccess></Sequence>'
     )
-    assert tick(parse(body)).node_status is NodeStatus.SUCCESS
+    assert tick_near(tree_of(body)).node_status is NodeStatus.SUCCESS

@@ -10,15 +10,14 @@ import numba
 import numpy as np
 import pytest
 
-from hunav_drake.systems.common.layout import COMMAND_SIZE, Command
-from hunav_drake.systems.crowd import Snapshot, SocialForceModel
+from hunav_drake.systems.crowd import SocialForceModel
 from hunav_drake.systems.crowd.social_force.elementary import (
     arctan2,
     exp_negative,
 )
 from hunav_drake.systems.crowd.social_force.fast_kernel import people_forces
 from hunav_drake.systems.people.parameters import SocialForceParameters
-from hunav_drake.systems.world.obstacles import Obstacles
+from tests.systems.crowd.crowds import make_snapshot, random_states
 
 PARAMETERS = np.array(dataclasses.astuple(SocialForceParameters()))
 
@@ -33,38 +32,11 @@ def map_arctan2(y, x):
     return np.array([arctan2(y[i], x[i]) for i in range(len(x))])
 
 
-def make_states(n, *, density=0.3, speed=1.4, seed=0):
-    rng = np.random.default_rng(seed)
-    side = math.sqrt(n / density)
-    states = np.zeros((n, 6))
-    states[:, :2] = rng.uniform(0, side, (n, 2))
-    velocity = rng.uniform(0, speed, n) * np.exp(2j * np.pi * rng.random(n))
-    states[:, 3], states[:, 4] = velocity.real, velocity.imag
-    return states
-
-
-def make_snapshot(states, parameters=None):
-    n = len(states)
-    command = np.zeros((n, COMMAND_SIZE))
-    command[:, Command.GROUP_ID] = -1
-    if parameters is None:
-        parameters = np.tile(PARAMETERS, (n, 1))
-    return Snapshot(
-        states=states,
-        radii=np.full(n, 0.35),
-        command=command,
-        parameters=parameters,
-        robots=np.zeros((0, 7)),
-        obstacles=Obstacles.from_points([]),
-        obstacle_range=5.0,
-        max_obstacles=0,
-        time_step=0.05,
-    )
-
-
 def social(states, parameters=None, **options):
     """Returns the social forces, shape (n, 2)."""
-    snapshot = make_snapshot(states, parameters)
+    snapshot = make_snapshot(
+        states, states[:, :2], radius=0.35, parameters=parameters
+    )
     return SocialForceModel(**options).forces(snapshot)[:, 4:6]
 
 
@@ -102,7 +74,7 @@ def test_arctan2_knows_the_axes(y, x):
 @pytest.mark.parametrize("n", [2, 3, 8, 20, 47, 48, 200])
 @pytest.mark.parametrize("alike", [True, False])
 def test_nothing_left_out_agrees_with_the_reference(n, alike):
-    states = make_states(n)
+    states = random_states(n)
     parameters = np.tile(PARAMETERS, (n, 1))
     if not alike:
         parameters[:, 4:10] *= np.random.default_rng(1).uniform(
@@ -160,7 +132,7 @@ def has_a_tie(states, i):
     st.integers(0, 2**32 - 1),
 )
 def test_what_is_left_out_stays_below_the_bound(n, density, top, bound, seed):
-    states = make_states(n, density=density, speed=top, seed=seed)
+    states = random_states(n, density=density, fastest=top, seed=seed)
     rng = np.random.default_rng(seed)
     parameters = np.tile(PARAMETERS, (n, 1))
     if seed % 2:
@@ -173,7 +145,7 @@ def test_what_is_left_out_stays_below_the_bound(n, density, top, bound, seed):
 @pytest.mark.parametrize("n", [1499, 1500, 3000])
 @pytest.mark.parametrize("alike", [True, False])
 def test_sorting_into_columns_loses_nobody(n, alike):
-    states = make_states(n)
+    states = random_states(n)
     parameters = np.tile(PARAMETERS, (n, 1))
     if not alike:
         parameters[0, 4] = 5.1
@@ -184,7 +156,7 @@ def test_sorting_into_columns_loses_nobody(n, alike):
 
 def test_many_people_in_one_line_or_one_place_are_sorted_too():
     for x, y in [(0.0, 1.0), (1.0, 0.0), (0.0, 0.0), (1e3, 0.0)]:
-        states = make_states(1600)
+        states = random_states(1600)
         states[:, 0] = x * np.arange(1600) / 10
         states[:, 1] = y * np.arange(1600) / 10
         exact = social(states, error_bound=0.0)
@@ -192,7 +164,7 @@ def test_many_people_in_one_line_or_one_place_are_sorted_too():
 
 
 def test_the_order_of_many_people_does_not_matter():
-    states = make_states(2000)
+    states = random_states(2000)
     order = np.random.default_rng(3).permutation(2000)
     np.testing.assert_allclose(
         social(states[order], error_bound=0.0),
@@ -207,7 +179,7 @@ def test_the_loops_are_compiled_to_vector_instructions():
         pytest.skip("the names of the instructions are those of x86-64")
     # A fresh function: what comes from the disk cache has no assembler.
     compiled = numba.njit(error_model="numpy")(people_forces.py_func)
-    states = make_states(10)
+    states = random_states(10)
     compiled(states, np.tile(PARAMETERS, (10, 1)), 1e-6)
     code = "\n".join(compiled.inspect_asm().values())
     packed = {

@@ -1,7 +1,5 @@
 """The derivatives written out by hand against automatic ones."""
 
-import dataclasses
-
 from hypothesis import assume, given, settings, strategies as st
 import numpy as np
 from pydrake.autodiffutils import (
@@ -11,11 +9,10 @@ from pydrake.autodiffutils import (
 )
 import pytest
 
-from hunav_drake.systems.common.layout import COMMAND_SIZE, Command, RobotRole
-from hunav_drake.systems.crowd.motion_model import Snapshot
+from hunav_drake.systems.common.layout import Command
 from hunav_drake.systems.crowd.social_force import jacobian, kernel, numpy_model
-from hunav_drake.systems.people.parameters import SocialForceParameters
 from hunav_drake.systems.world.obstacles import Obstacles, nearest_points
+from tests.systems.crowd.crowds import kernel_arguments, random_snapshot
 
 WALLS = Obstacles.from_shapes(
     [
@@ -28,64 +25,13 @@ WALLS = Obstacles.from_shapes(
 )
 
 
-def make_crowd(rng, n, m, *, most=0, same=False):
-    """Returns a crowd in all moods."""
-    command = np.zeros((n, COMMAND_SIZE))
-    command[:, :2] = rng.uniform(-6, 6, (n, 2))
-    command[:, Command.GOAL_RADIUS] = 0.3
-    command[:, Command.HAS_GOAL] = rng.random(n) < 0.8
-    command[:, Command.DESIRED_SPEED] = rng.uniform(0, 2, n)
-    command[:, Command.MAX_SPEED] = rng.choice([0.0, 0.3, 9.0], n)
-    command[:, Command.ROBOT_ROLE] = rng.choice(RobotRole, n)
-    command[:, Command.ROBOT_REPULSION] = rng.choice([0.0, 2.0], n)
-    command[:, Command.HOLD] = rng.random(n) < 0.2
-    command[:, Command.TURN_RATE] = rng.choice([0.0, 0.3, 50.0], n)
-    command[:, Command.YAW_TARGET] = rng.uniform(-3, 3, n)
-    command[:, Command.GROUP_ID] = rng.integers(-1, 2, n)
-    rows = [
-        dataclasses.astuple(
-            SocialForceParameters(
-                social_factor=float(rng.uniform(1, 6)),
-                gamma=float(rng.uniform(0.2, 0.5)),
-                epsilon=float(rng.choice([0.0, 0.005, -0.1])),
-                obstacle_sigma=float(rng.uniform(0.1, 0.5)),
-            )
-        )
-        for _ in range(n)
-    ]
-    parameters = np.array(rows).reshape(n, 13)
-    if same:
-        parameters[:] = parameters[:1]
-    return Snapshot(
-        states=rng.normal(size=(n, 6)) * [2, 1.5, 1, 0.6, 0.6, 1],
-        radii=rng.uniform(0.2, 0.6, n),
-        command=command,
-        parameters=parameters,
-        robots=rng.normal(size=(m, 7)) * [1.5, 1.5, 1, 0.5, 0.5, 1, 1],
-        obstacles=WALLS,
-        obstacle_range=4.0,
-        max_obstacles=most,
-        time_step=0.05,
-    )
-
-
-def arguments(snapshot):
-    return (
-        *snapshot[:5],
-        snapshot.at_walls,
-        snapshot.obstacles.table,
-        snapshot.obstacle_range,
-        snapshot.max_obstacles,
-    )
-
-
 def analytic(snapshot):
     """Returns the derivatives of the total forces, and of the next states."""
-    forces = kernel.social_forces(*arguments(snapshot))
+    forces = kernel.social_forces(*kernel_arguments(snapshot))
     return (
-        jacobian.force_jacobian(*arguments(snapshot)),
+        jacobian.force_jacobian(*kernel_arguments(snapshot)),
         jacobian.step_jacobian(
-            *arguments(snapshot), forces, snapshot.time_step
+            *kernel_arguments(snapshot), forces, snapshot.time_step
         ),
     )
 
@@ -117,7 +63,7 @@ def automatic(snapshot):
 )
 def test_all_derivatives_are_those_of_autodiff(seed, n, m, most, same):
     rng = np.random.default_rng(seed)
-    snapshot = make_crowd(rng, n, m, most=most, same=same)
+    snapshot = random_snapshot(rng, n, m, most=most, same=same, walls=WALLS)
     # With the center in a wall, the automatic ones lose digits: the direction
     # away from it is a small difference of places.
     places = snapshot.states[:, None, :2]
@@ -131,7 +77,7 @@ def test_all_derivatives_are_those_of_autodiff(seed, n, m, most, same):
 
 def test_moving_everything_changes_no_force_between_people():
     """Only goals and walls stay in place, and there are none."""
-    snapshot = make_crowd(np.random.default_rng(5), 6, 2)
+    snapshot = random_snapshot(np.random.default_rng(5), 6, 2, walls=WALLS)
     snapshot.command[:, Command.HAS_GOAL] = 0
     snapshot = snapshot._replace(obstacles=Obstacles.from_shapes([], solid=[]))
     result, _ = analytic(snapshot)
@@ -143,7 +89,7 @@ def test_moving_everything_changes_no_force_between_people():
 
 
 def test_a_wall_only_pushes_back_along_its_normal():
-    snapshot = make_crowd(np.random.default_rng(0), 1, 0)
+    snapshot = random_snapshot(np.random.default_rng(0), 1, 0, walls=WALLS)
     snapshot.command[:] = 0
     snapshot.states[0] = [0.5, -1.6, 0, 0, 0, 0]
     distance, radius = 0.4, snapshot.radii[0]
@@ -156,7 +102,7 @@ def test_a_wall_only_pushes_back_along_its_normal():
 
 @pytest.mark.parametrize("scale", [1e-300, 1e-155, 1e-110, 1e5])
 def test_no_place_gives_an_infinite_derivative(scale):
-    snapshot = make_crowd(np.random.default_rng(7), 5, 2)
+    snapshot = random_snapshot(np.random.default_rng(7), 5, 2, walls=WALLS)
     snapshot.states[:, :2] *= scale
     snapshot.robots[:, :2] *= scale
     snapshot.command[:, :2] *= scale

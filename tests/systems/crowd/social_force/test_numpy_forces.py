@@ -20,7 +20,7 @@ place = st.tuples(*[st.floats(-20, 20)] * 2)
 velocity = st.tuples(*[st.floats(-3, 3)] * 2)
 
 
-def kernel_forces(p, v, *, parameters, points=()):
+def kernel_forces_on_first(p, v, *, parameters, points=()):
     """Returns the forces on the first of some people, shape (8, 2)."""
     n = len(p)
     states = np.zeros((n, 6))
@@ -47,7 +47,7 @@ def test_pair_forces_agree(p_from, p_to, v_from, v_to, epsilon):
     parameters = SocialForceParameters(epsilon=epsilon)
     expected = pair_force(p_from, p_to, v_from, v_to, parameters)
     assert np.isfinite(expected).all()
-    result = kernel_forces(
+    result = kernel_forces_on_first(
         [p_from, p_to], [v_from, v_to], parameters=parameters
     )
     np.testing.assert_allclose(result[2], expected, rtol=1e-12, atol=1e-12)
@@ -58,7 +58,9 @@ def test_obstacle_forces_agree(p, p_wall):
     parameters = SocialForceParameters()
     expected = obstacle_force(p, p_wall, 0.35, parameters)
     assert np.isfinite(expected).all()
-    result = kernel_forces([p], [[0, 0]], parameters=parameters, points=p_wall)
+    result = kernel_forces_on_first(
+        [p], [[0, 0]], parameters=parameters, points=p_wall
+    )
     np.testing.assert_allclose(result[1], expected, rtol=1e-12, atol=1e-12)
 
 
@@ -95,7 +97,7 @@ def test_what_is_undefined_is_zero(p_to, v_from, v_to):
     parameters = SocialForceParameters(epsilon=0.0)
     force = pair_force([0, 0], p_to, v_from, v_to, parameters)
     np.testing.assert_array_equal(force, [0, 0])
-    result = kernel_forces(
+    result = kernel_forces_on_first(
         [[0, 0], p_to], [v_from, v_to], parameters=parameters
     )
     np.testing.assert_array_equal(result[2], [0, 0])

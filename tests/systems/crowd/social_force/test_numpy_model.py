@@ -12,6 +12,11 @@ from hunav_drake.systems.crowd.motion_model import Snapshot
 from hunav_drake.systems.crowd.social_force import kernel, numpy_model
 from hunav_drake.systems.people.parameters import SocialForceParameters
 from hunav_drake.systems.world.obstacles import Obstacles
+from tests.systems.crowd.crowds import (
+    NO_WALLS,
+    kernel_arguments,
+    random_snapshot,
+)
 
 WALLS = Obstacles.from_shapes(
     [
@@ -33,7 +38,7 @@ def table(rows, columns):
 
 
 @st.composite
-def crowds(draw, *, scale=1.0, speed_scale=1.0):
+def snapshots(draw, *, scale=1.0, speed_scale=1.0):
     n = draw(st.integers(0, 6))
     m = draw(st.integers(0, 2))
     states = draw(table(n, 6)) * [scale, scale, 0.4, *[speed_scale] * 2, 1]
@@ -72,29 +77,20 @@ def crowds(draw, *, scale=1.0, speed_scale=1.0):
         command=command,
         parameters=np.array(parameters).reshape(n, 13),
         robots=robots,
-        obstacles=draw(
-            st.sampled_from([WALLS, Obstacles.from_shapes([], solid=[])])
-        ),
+        obstacles=draw(st.sampled_from([WALLS, NO_WALLS])),
         obstacle_range=draw(st.sampled_from([2.0, 1e5])),
         max_obstacles=draw(st.integers(0, 5)),
         time_step=0.05,
     )
 
 
-def kernel_forces(snapshot):
-    return kernel.social_forces(
-        *snapshot[:5],
-        snapshot.at_walls,
-        snapshot.obstacles.table,
-        snapshot.obstacle_range,
-        snapshot.max_obstacles,
-    )
-
-
 def check_step(snapshot):
     forces = numpy_model.social_forces(snapshot)
     np.testing.assert_allclose(
-        forces, kernel_forces(snapshot), rtol=1e-12, atol=1e-12
+        forces,
+        kernel.social_forces(*kernel_arguments(snapshot)),
+        rtol=1e-12,
+        atol=1e-12,
     )
     moved = numpy_model.advance(snapshot, forces)
     # The yaw jumps where a person stops, so both move by the same forces.
@@ -105,13 +101,13 @@ def check_step(snapshot):
 
 
 @settings(deadline=None)
-@given(crowds())
+@given(snapshots())
 def test_a_step_is_that_of_the_kernel(snapshot):
     check_step(snapshot)
 
 
 @settings(deadline=None)
-@given(crowds(scale=1.2e4, speed_scale=120.0))
+@given(snapshots(scale=1.2e4, speed_scale=120.0))
 def test_no_place_or_speed_gives_nan(snapshot):
     """Up to 1e5 m and 1e3 m/s."""
     forces = numpy_model.social_forces(snapshot)
@@ -120,29 +116,10 @@ def test_no_place_or_speed_gives_nan(snapshot):
     # Large forces cancel in part.
     size = max(abs(forces).max(initial=1.0), 1.0)
     np.testing.assert_allclose(
-        forces, kernel_forces(snapshot), rtol=1e-12, atol=1e-13 * size
-    )
-
-
-def make_crowd(n, *, seed=0, epsilon=0.005):
-    rng = np.random.default_rng(seed)
-    command = np.zeros((n, COMMAND_SIZE))
-    command[:, :2] = rng.uniform(-9, 9, (n, 2))
-    command[:, 2:6] = 0.3, 1, 1.2, 1.5
-    command[:, Command.ROBOT_ROLE] = rng.integers(0, 3, n)
-    command[:, Command.ROBOT_REPULSION] = rng.integers(0, 2, n)
-    command[:, Command.GROUP_ID] = rng.integers(-1, n // 3 + 1, n)
-    parameters = SocialForceParameters(epsilon=epsilon)
-    return Snapshot(
-        states=rng.normal(0, 1.0, (n, 6)) * [5, 5, 1, 1, 1, 1],
-        radii=rng.uniform(0.2, 0.5, n),
-        command=command,
-        parameters=np.array([dataclasses.astuple(parameters)] * n),
-        robots=rng.normal(0, 1.0, (2, 7)) * [5, 5, 1, 1, 1, 1, 0.3],
-        obstacles=WALLS,
-        obstacle_range=5.0,
-        max_obstacles=0,
-        time_step=0.05,
+        forces,
+        kernel.social_forces(*kernel_arguments(snapshot)),
+        rtol=1e-12,
+        atol=1e-13 * size,
     )
 
 
@@ -150,11 +127,14 @@ def make_crowd(n, *, seed=0, epsilon=0.005):
 @pytest.mark.parametrize("n", [2, 20, 700])
 def test_a_crowd_of_any_size_steps_like_the_kernel(n, epsilon):
     """The largest is computed in pieces."""
-    check_step(make_crowd(n, epsilon=epsilon))
+    rng = np.random.default_rng(0)
+    check_step(
+        random_snapshot(rng, n, 2, walls=WALLS, spread=5.0, epsilon=epsilon)
+    )
 
 
 def test_a_hard_surface_gives_no_infinite_force():
-    snapshot = make_crowd(2)
+    snapshot = random_snapshot(np.random.default_rng(0), 2, 2, walls=WALLS)
     snapshot.parameters[:, 3] = 1e-4
     snapshot.radii[:] = 5.0
     snapshot.states[0, :2] = -4.0, -0.9
@@ -164,7 +144,7 @@ def test_a_hard_surface_gives_no_infinite_force():
 
 
 def test_the_arguments_are_left_alone():
-    snapshot = make_crowd(5)
+    snapshot = random_snapshot(np.random.default_rng(0), 5, 2, walls=WALLS)
     before = [np.array(array) for array in snapshot[:5]]
     numpy_model.advance(snapshot, numpy_model.social_forces(snapshot))
     for array, copy in zip(snapshot[:5], before, strict=True):

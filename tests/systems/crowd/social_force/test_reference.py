@@ -37,7 +37,7 @@ COMPONENTS = {
 }
 
 
-def make_human(agent, *, epsilon):
+def make_recorded_human(agent, *, epsilon):
     weights = {"social_factor": 2.1, **agent.get("params", {})}
     weights = {PARAMETERS.get(k, k): float(v) for k, v in weights.items()}
     if epsilon is not None:
@@ -64,7 +64,7 @@ def make_command(agent):
 def eval_forces(agents, index, *, epsilon, kernel="fast"):
     """Returns the forces on one agent, who alone feels its own obstacles."""
     dut = HumanCrowd(
-        [make_human(agent, epsilon=epsilon) for agent in agents],
+        [make_recorded_human(agent, epsilon=epsilon) for agent in agents],
         obstacles=Obstacles.from_points(agents[index].get("obstacles", [])),
         config=CrowdConfig(
             model={"name": "social_force", "kernel": kernel},
@@ -148,7 +148,7 @@ TRACES = [
 ]
 
 
-def make_crowd(scenario) -> HumanCrowd:
+def make_recorded_crowd(scenario) -> HumanCrowd:
     humans = [
         HumanConfig(
             pose=[agent["x"], agent["y"], agent["yaw"]],
@@ -175,7 +175,7 @@ def make_crowd(scenario) -> HumanCrowd:
     )
 
 
-def fix_inputs(dut, context: Context, scenario, before, after):
+def fix_recorded_inputs(dut, context: Context, scenario, before, after):
     robot = [*after["robot"], scenario["robot"]["radius"]]
     dut.get_robot_states_input_port().FixValue(context, robot)
     commands = np.zeros((len(scenario["agents"]), COMMAND_SIZE))
@@ -204,7 +204,7 @@ def test_every_step_is_that_of_the_original(name):
     """
     case = json.loads(read_recorded(name))
     scenario, steps = case["scenario"], case["trace"]["steps"]
-    dut = make_crowd(scenario)
+    dut = make_recorded_crowd(scenario)
     context = dut.CreateDefaultContext()
     n = len(scenario["agents"])
     compared = 0
@@ -212,7 +212,7 @@ def test_every_step_is_that_of_the_original(name):
         start = np.zeros((n, 6))
         start[:, :5] = np.array(before["agents"])[:, :5]
         context.SetDiscreteState(start.ravel())
-        fix_inputs(dut, context, scenario, before, after)
+        fix_recorded_inputs(dut, context, scenario, before, after)
         updated = dut.EvalUniquePeriodicDiscreteUpdate(context).value()
         moved = updated.reshape(n, 6)
         expected = np.array(after["agents"])

@@ -28,7 +28,7 @@ PUSHING = SocialForceParameters(
 
 
 @dataclasses.dataclass
-class Crowd:
+class CrowdInRoom:
     """People who walk to goals, without a diagram around them."""
 
     obstacles: Obstacles
@@ -146,7 +146,7 @@ def two_rooms(door, *, thickness=0.2):
     ).obstacles()
 
 
-def rows(n, x, y, spacing=0.7, columns=4):
+def stand_in_rows(n, x, y, spacing=0.7, columns=4):
     """Places n people in rows, from (x, y) on."""
     i = np.arange(n)
     # Not quite in line: nobody waits for somebody who waits for him.
@@ -160,9 +160,9 @@ def rows(n, x, y, spacing=0.7, columns=4):
 def test_a_pushing_crowd_passes_a_narrow_door_and_no_wall(dt, least):
     """Thin walls, and people of 0.8 m before a door as wide as they are."""
     n = 12
-    dut = Crowd(
+    dut = CrowdInRoom(
         two_rooms(0.8, thickness=0.02),
-        rows(n, 1.0, 1.0),
+        stand_in_rows(n, 1.0, 1.0),
         np.tile([9.0, 3.0], (n, 1)),
         radius=0.4,
         speed=3.0,
@@ -177,9 +177,9 @@ def test_a_pushing_crowd_passes_a_narrow_door_and_no_wall(dt, least):
 @pytest.mark.parametrize("routed", [False, True])
 def test_a_crowd_pushed_into_a_corner_stays_in_the_room(dt, routed):
     n = 16
-    dut = Crowd(
+    dut = CrowdInRoom(
         two_rooms(0.8, thickness=0.02),
-        rows(n, 2.0, 2.0, spacing=0.5),
+        stand_in_rows(n, 2.0, 2.0, spacing=0.5),
         np.tile([-20.0, -20.0], (n, 1)),
         radius=0.4,
         speed=8.0,
@@ -194,9 +194,9 @@ def test_a_crowd_pushed_into_a_corner_stays_in_the_room(dt, routed):
 def test_without_the_option_people_are_pushed_through_walls():
     """The reason why people are kept out of walls."""
     n = 16
-    dut = Crowd(
+    dut = CrowdInRoom(
         two_rooms(0.8, thickness=0.02),
-        rows(n, 2.0, 2.0, spacing=0.5),
+        stand_in_rows(n, 2.0, 2.0, spacing=0.5),
         np.tile([-20.0, -20.0], (n, 1)),
         forces=PUSHING,
         routed=False,
@@ -208,13 +208,13 @@ def test_without_the_option_people_are_pushed_through_walls():
 
 def test_a_crowd_finds_the_door_only_by_its_way():
     n = 6
-    starts = rows(n, 1.0, 0.7, columns=3)
+    starts = stand_in_rows(n, 1.0, 0.7, columns=3)
     goals = np.column_stack([np.full(n, 9.0), 0.5 + 0.8 * np.arange(n)])
-    routed = Crowd(two_rooms(1.2), starts, goals)
+    routed = CrowdInRoom(two_rooms(1.2), starts, goals)
     time = routed.run(40.0)
     print(f"\n6 people through a door of 1.2 m: {time:.1f} s")
     assert time < 20
-    straight = Crowd(two_rooms(1.2), starts, goals, routed=False)
+    straight = CrowdInRoom(two_rooms(1.2), starts, goals, routed=False)
     assert straight.run(40.0) == np.inf
 
 
@@ -223,10 +223,10 @@ def test_a_lone_walker_leaves_a_dead_end():
         walls=[Polyline(points=[[0, 2], [4, 2], [4, -2], [0, -2]])]
     ).obstacles()
     start, goal = np.array([[2.5, 0.1]]), np.array([[8.0, 0.0]])
-    time = Crowd(dead_end, start, goal).run(40.0)
+    time = CrowdInRoom(dead_end, start, goal).run(40.0)
     # 2.5 m out, 2 m up, 8 m on, at 1.3 m/s.
     assert 8 < time < 14
-    assert Crowd(dead_end, start, goal, routed=False).run(40.0) == np.inf
+    assert CrowdInRoom(dead_end, start, goal, routed=False).run(40.0) == np.inf
 
 
 def test_twenty_people_turn_a_corner():
@@ -243,7 +243,7 @@ def test_twenty_people_turn_a_corner():
     )
     # Past the end of the corridor, far apart.
     goals = np.array([[10.0 + i % 5 * 0.5, 14.0 + i // 5] for i in range(n)])
-    dut = Crowd(walls, starts, goals, radius=0.2)
+    dut = CrowdInRoom(walls, starts, goals, radius=0.2)
     time = dut.run(60.0)
     print(f"\n20 people around a corner: {time:.1f} s")
     assert time < 40
@@ -253,8 +253,8 @@ def test_people_who_meet_no_wall_walk_as_without_the_option():
     walls = two_rooms(1.2)
     starts = np.array([[1.0, 2.0], [1.2, 4.0], [3.5, 3.1]])
     goals = np.array([[4.0, 4.0], [4.0, 2.0], [1.0, 3.0]])
-    dut = Crowd(walls, starts, goals)
-    plain = Crowd(walls, starts, goals, walled=False, routed=False)
+    dut = CrowdInRoom(walls, starts, goals)
+    plain = CrowdInRoom(walls, starts, goals, walled=False, routed=False)
     for _ in range(60):
         dut.step(0.05)
         plain.step(0.05)
@@ -280,7 +280,7 @@ def test_nobody_enters_a_wall_of_any_room(seed, n, dt, routed):
         for _ in range(6)
     ]
     walls.append(Polyline(points=rng.uniform(0, 8, (4, 2))))
-    dut = Crowd(
+    dut = CrowdInRoom(
         World(walls=walls).obstacles(),
         rng.uniform(0, 8, (n, 2)),
         rng.uniform(0, 8, (n, 2)),

@@ -22,12 +22,20 @@ FLOOR = Obstacles.from_shapes([[[-50.0, 0.0], [50.0, 0.0]]], solid=[False])
 TABLE = World(walls=[Box(center=[0, 0], size=[2, 1])]).obstacles()
 
 
-def step(obstacles, start, displacement, *, velocity=None, margin=MARGIN):
-    """Returns the state of one person after a step that would enter walls."""
+def propose(start, displacement):
+    """Returns the states of one person before and after a step."""
     before = np.zeros((1, 6))
     before[0, :2] = start
     after = before.copy()
     after[0, :2] += displacement
+    return before, after
+
+
+def step_into_walls(
+    obstacles, start, displacement, *, velocity=None, margin=MARGIN
+):
+    """Returns the state of one person after a step that would enter walls."""
+    before, after = propose(start, displacement)
     after[0, 2] = 0.3
     after[0, 3:5] = displacement if velocity is None else velocity
     after[0, 5] = 0.7
@@ -59,7 +67,7 @@ def crosses_exactly(p, q, segment):
 
 def assert_stays_outside(obstacles, start, displacement):
     start = np.asarray(start, dtype=float)
-    state = step(obstacles, start, displacement)
+    state = step_into_walls(obstacles, start, displacement)
     assert np.isfinite(state).all()
     assert not inside(obstacles, state[:2]).any()
     for segment in obstacles.segments:
@@ -157,7 +165,7 @@ def test_whoever_starts_inside_ends_outside(box, others, where, displacement):
     u, v = (np.array(where) + 1) / 2
     start = a + u * (b - a) + v * (d - a)
     assume(inside(obstacles, start).any())
-    state = step(obstacles, start, displacement)
+    state = step_into_walls(obstacles, start, displacement)
     np.testing.assert_array_equal(state[[2, 3, 4, 5]], [0.3, 0, 0, 0.7])
     if (state[:2] == start).all():
         # Thin walls may shut the solid off.
@@ -181,11 +189,13 @@ def test_a_moved_world_moves_the_same_way(
         first=obstacles.first,
         solid=obstacles.solid,
     )
-    plain = step(obstacles, start, displacement)
+    plain = step_into_walls(obstacles, start, displacement)
     # A step that just touches, or just misses, may differ by what it loses.
-    nearby = step(obstacles, start, displacement, margin=MARGIN - 1e-7)
+    nearby = step_into_walls(
+        obstacles, start, displacement, margin=MARGIN - 1e-7
+    )
     assume(np.allclose(plain, nearby, atol=1e-5))
-    moved = step(turned, matrix @ start, matrix @ displacement)
+    moved = step_into_walls(turned, matrix @ start, matrix @ displacement)
     np.testing.assert_allclose(moved[:2], matrix @ plain[:2], atol=1e-9)
     np.testing.assert_allclose(moved[3:5], matrix @ plain[3:5], atol=1e-9)
 
@@ -201,31 +211,31 @@ def test_whoever_meets_no_wall_moves_exactly_as_proposed(
     least = np.hypot(*distances.T).min()
     # Between two of the points looked at it may be nearer.
     assume(least > MARGIN + math.hypot(*displacement) / 200)
-    state = step(obstacles, start, displacement)
+    state = step_into_walls(obstacles, start, displacement)
     expected = [*(np.asarray(start) + displacement), 0.3, *displacement, 0.7]
     np.testing.assert_array_equal(state, expected)
 
 
 def test_a_step_into_a_wall_ends_at_the_margin_and_slides():
-    state = step(FLOOR, [0, 1.1], [3, -2], velocity=[0.6, -0.4])
+    state = step_into_walls(FLOOR, [0, 1.1], [3, -2], velocity=[0.6, -0.4])
     np.testing.assert_allclose(state, [3, 0.1, 0.3, 0.6, 0, 0.7], atol=1e-12)
 
 
 def test_a_step_straight_at_a_wall_stops_there():
-    state = step(FLOOR, [0, 1.1], [0, -2])
+    state = step_into_walls(FLOOR, [0, 1.1], [0, -2])
     np.testing.assert_allclose(state[:2], [0, 0.1], atol=1e-12)
     np.testing.assert_allclose(state[3:5], 0, atol=1e-12)
 
 
 def test_a_corner_of_a_room_stops_both_components():
     room = Obstacles.from_shapes([[[0, 5], [0, 0], [5, 0]]], solid=[False])
-    state = step(room, [1, 2], [-4, -3])
+    state = step_into_walls(room, [1, 2], [-4, -3])
     np.testing.assert_allclose(state[:2], [0.1, 0.1], atol=1e-12)
     np.testing.assert_allclose(state[3:5], 0, atol=1e-12)
 
 
 def test_a_step_past_a_corner_of_a_table_goes_around_its_arc():
-    state = step(TABLE, [-3, 0.55], [4, 0])
+    state = step_into_walls(TABLE, [-3, 0.55], [4, 0])
     # It meets the arc around (-1, 0.5) at 0.05 m above the corner.
     normal = np.array([-math.sqrt(0.75), 0.5])
     contact = np.array([-1, 0.5]) + 0.1 * normal
@@ -242,7 +252,7 @@ def test_a_wedge_stops_at_its_narrow_end(angle):
         [5 * math.cos(angle / 2), -5 * math.sin(angle / 2)],
     ]
     obstacles = Obstacles.from_shapes([wedge], solid=[False])
-    state = step(obstacles, [4.9, 0], [-9, 0.0])
+    state = step_into_walls(obstacles, [4.9, 0], [-9, 0.0])
     narrow = MARGIN / math.sin(angle / 2)
     np.testing.assert_allclose(state[:2], [narrow, 0], atol=1e-9)
     np.testing.assert_allclose(state[3:5], 0, atol=1e-9)
@@ -251,7 +261,7 @@ def test_a_wedge_stops_at_its_narrow_end(angle):
 
 @pytest.mark.parametrize("length", [1e3, 1e6])
 def test_an_enormous_step_passes_no_thin_wall(length):
-    state = step(FLOOR, [3, 2], [0, -length])
+    state = step_into_walls(FLOOR, [3, 2], [0, -length])
     np.testing.assert_allclose(state[:2], [3, 0.1], atol=1e-6)
     box = [[-5, -5], [5, -5], [5, 5], [-5, 5], [-5, -5]]
     room = Obstacles.from_shapes([box], solid=[False])
@@ -261,22 +271,22 @@ def test_an_enormous_step_passes_no_thin_wall(length):
 
 def test_a_point_is_a_disc_of_the_margin():
     post = Obstacles.from_points([[2.0, 0.0]])
-    state = step(post, [0, 0], [4, 0])
+    state = step_into_walls(post, [0, 0], [4, 0])
     np.testing.assert_allclose(state[:2], [1.9, 0], atol=1e-12)
     assert_stays_outside(post, [0, 0.02], [4, 0])
 
 
 def test_whoever_is_near_a_wall_comes_no_nearer():
-    state = step(FLOOR, [0, 0.03], [1, -0.5])
+    state = step_into_walls(FLOOR, [0, 0.03], [1, -0.5])
     np.testing.assert_allclose(state[:2], [1, 0.03], atol=1e-12)
-    away = step(FLOOR, [0, 0.03], [1, 0.5])
+    away = step_into_walls(FLOOR, [0, 0.03], [1, 0.5])
     np.testing.assert_array_equal(away[:2], [1, 0.53])
 
 
 def test_nobody_creeps_nearer_step_by_step():
     state = np.array([0, 0.1])
     for _ in range(1000):
-        state = step(FLOOR, state[:2], [0.01, -0.2])
+        state = step_into_walls(FLOOR, state[:2], [0.01, -0.2])
     assert state[0] == pytest.approx(10)
     assert state[1] == pytest.approx(0.1, abs=1e-9)
 
@@ -291,7 +301,7 @@ def test_a_narrow_door_lets_people_through(offset):
             Box(center=[0, -2.4], size=[0.2, 4]),
         ]
     ).obstacles()
-    state = step(door, [-1, offset], [2, 0], margin=margin)
+    state = step_into_walls(door, [-1, offset], [2, 0], margin=margin)
     np.testing.assert_array_equal(state[:2], [1, offset])
 
 
@@ -299,7 +309,7 @@ def test_two_walls_nearer_than_the_margin_can_be_walked_between():
     gap = Obstacles.from_shapes(
         [[[-5, 0.05], [5, 0.05]], [[-5, -0.05], [5, -0.05]]], solid=[False] * 2
     )
-    state = step(gap, [0, 0], [1, 0.5])
+    state = step_into_walls(gap, [0, 0], [1, 0.5])
     np.testing.assert_allclose(state[:2], [1, 0], atol=1e-9)
 
 
@@ -308,14 +318,14 @@ def test_two_walls_nearer_than_the_margin_can_be_walked_between():
     [((0.3, 0.4), (0.3, 0.6)), ((-0.9, 0.1), (-1.1, 0.1))],
 )
 def test_somebody_inside_is_put_out_by_the_nearest_way(start, expected):
-    state = step(TABLE, start, [0.02, 0.01])
+    state = step_into_walls(TABLE, start, [0.02, 0.01])
     np.testing.assert_allclose(state[:2], expected, atol=1e-12)
     np.testing.assert_array_equal(state[3:5], 0)
 
 
 def test_the_direction_of_the_step_decides_between_equal_ways_out():
     for dy in (-0.1, 0.1):
-        state = step(TABLE, [0.2, 0], [0.05, dy])
+        state = step_into_walls(TABLE, [0.2, 0], [0.05, dy])
         np.testing.assert_allclose(
             state[:2], [0.2, math.copysign(0.6, dy)], atol=1e-12
         )
@@ -328,7 +338,7 @@ def test_the_way_out_of_overlapping_tables_is_not_into_the_other():
             Box(center=[0, 0.75], size=[2, 1]),
         ]
     )
-    state = step(world.obstacles(), [0, 0.3], [0.1, 0])
+    state = step_into_walls(world.obstacles(), [0, 0.3], [0.1, 0])
     np.testing.assert_allclose(state[:2], [0, -0.6], atol=1e-12)
 
 
@@ -339,7 +349,7 @@ def test_the_way_out_of_a_cupboard_is_not_through_the_wall_behind():
             Polyline(points=[[-5, 0.52], [5, 0.52]]),
         ]
     )
-    state = step(world.obstacles(), [0, 0.4], [0, 0.1])
+    state = step_into_walls(world.obstacles(), [0, 0.4], [0, 0.1])
     # There is no room for the margin between the two, but for a little.
     assert 0.5 < state[1] < 0.52
     walled = World(
@@ -348,27 +358,27 @@ def test_the_way_out_of_a_cupboard_is_not_through_the_wall_behind():
             Polyline(points=[[-5, 0.5], [5, 0.5]]),
         ]
     )
-    state = step(walled.obstacles(), [0, 0.4], [0, 0.1])
+    state = step_into_walls(walled.obstacles(), [0, 0.4], [0, 0.1])
     assert state[1] < 0.5
 
 
 @pytest.mark.parametrize("dy", [-0.1, 0.1])
 def test_somebody_on_a_thin_wall_leaves_it_where_they_want_to(dy):
-    state = step(FLOOR, [1, 0], [0.05, dy])
+    state = step_into_walls(FLOOR, [1, 0], [0.05, dy])
     np.testing.assert_allclose(
         state[:2], [1, math.copysign(0.1, dy)], atol=1e-12
     )
 
 
 def test_somebody_on_the_outline_of_a_table_leaves_it():
-    state = step(TABLE, [0.3, 0.5], [0, -0.3])
+    state = step_into_walls(TABLE, [0.3, 0.5], [0, -0.3])
     np.testing.assert_allclose(state[:2], [0.3, 0.6], atol=1e-12)
 
 
 def test_somebody_on_a_point_leaves_it():
     post = Obstacles.from_points([[2.0, 0.0]])
     for displacement in ([0, 0], [0, -0.3]):
-        state = step(post, [2, 0], displacement)
+        state = step_into_walls(post, [2, 0], displacement)
         assert clearance(post, state[:2]) == pytest.approx(0.1)
 
 
@@ -378,7 +388,7 @@ def test_somebody_with_no_way_out_stays_at_rest():
     obstacles = Obstacles.from_shapes(
         [outline, [*outline, outline[0]]], solid=[True, False]
     )
-    state = step(obstacles, [0.2, 0.3], [3, 0])
+    state = step_into_walls(obstacles, [0.2, 0.3], [3, 0])
     np.testing.assert_array_equal(state, [0.2, 0.3, 0.3, 0, 0, 0.7])
 
 
@@ -423,10 +433,7 @@ def test_margins_follow_the_radius_up_to_ten_centimeters():
 
 
 def derivatives(obstacles, start, displacement):
-    before = np.zeros((1, 6))
-    before[0, :2] = start
-    after = before.copy()
-    after[0, :2] += displacement
+    before, after = propose(start, displacement)
     after[0, 3:5] = 0.5, -2.0
     return wall_derivatives(before, after, np.array([MARGIN]), obstacles.table)[
         0
