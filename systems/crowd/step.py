@@ -127,7 +127,7 @@ class CrowdStep:
         command = self._room.guide(states, limited(command))
         eased = self._room.ease(states, command, parameters)
         if self._time_gap > 0:
-            command, eased = self._follow(states, command, eased)
+            command, eased = self._follow(states, command, parameters, eased)
         return Snapshot(
             states=states,
             radii=self.radii,
@@ -142,7 +142,11 @@ class CrowdStep:
         )
 
     def _follow(
-        self, states: Array, command: Array, eased: Array
+        self,
+        states: Array,
+        command: Array,
+        parameters: NDArray[np.float64],
+        eased: Array,
     ) -> tuple[Array, Array]:
         """Returns commands and feeling for walls in view of other people.
 
@@ -152,7 +156,11 @@ class CrowdStep:
         """
         values = plain(command)
         seen = keep_time_gap(
-            plain(states), self._bodies.radii, values, self._time_gap,
+            plain(states),
+            self._bodies.radii,
+            values,
+            parameters,
+            self._time_gap,
             self._speed_matching,
         )
         changed = values.copy()

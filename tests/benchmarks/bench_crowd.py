@@ -83,7 +83,7 @@ def drake_step(snapshot: Snapshot) -> float:
     humans = [HumanConfig(pose=(0, 0, 0))] * n
     crowd = HumanCrowd(humans, num_robots=0, time_step=TIME_STEP)
     context = crowd.CreateDefaultContext()
-    context.SetDiscreteState(snapshot.states.ravel())
+    context.SetDiscreteState(0, snapshot.states.ravel())
     crowd.get_commands_input_port().FixValue(context, snapshot.command.ravel())
     return simulate(Simulator(crowd, context), n)
 

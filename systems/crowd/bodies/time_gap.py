@@ -1,8 +1,8 @@
 """How people follow others and let them pass, compiled by numba.
 
 Forces alone let a crowd walk at full speed at any density. People keep a time
-gap to whoever walks ahead of them, and step to the right of who comes towards
-them in their lane.
+gap to whoever walks ahead of them, and step aside for who comes towards them
+in their lane: away from that one, and if in doubt to the right.
 """
 
 import math
@@ -19,6 +19,7 @@ from hunav_drake.systems.common.kernels import (
 )
 from hunav_drake.systems.common.layout import VX, VY, Command, X, Y
 from hunav_drake.systems.crowd.bodies.contacts import near_pairs
+from hunav_drake.systems.people.parameters import EPSILON
 
 # Half the width of the lane ahead, in sums of the radii of two bodies.
 LANE = 0.7
@@ -33,13 +34,21 @@ _OPPOSITE = -0.5
 _PASSING = 1.0
 _SIDESTEP = 0.8
 
+# Who is off to one side by less than this is passed on the right, in meters;
+# on the left with a negative epsilon, the tie-breaker of the social force.
+_DOUBT = 0.1
+
 # The column of the result that tells who passes somebody.
 PASSES = 3
 
 
 @jit
 def _look_ahead(i, j, states, ways, bodies, time_gap, matching, result, room):
-    """Lets person `i` take account of person `j`."""
+    """Lets person `i` take account of person `j`.
+
+    Array `result` receives the speed, and `room` the gap to whoever comes
+    towards the person, and how far that one is off to the left.
+    """
     ex = ways[i, 0]
     ey = ways[i, 1]
     dx = states[j, X] - states[i, X]
@@ -49,25 +58,28 @@ def _look_ahead(i, j, states, ways, bodies, time_gap, matching, result, room):
         return
     gap = max(math.sqrt(dx * dx + dy * dy) - both, 0.0)
     if ex * ways[j, 0] + ey * ways[j, 1] < _OPPOSITE:
-        room[i] = min(room[i], gap)
+        if gap < room[i, 0]:
+            room[i, 0] = gap
+            room[i, 1] = ex * dy - ey * dx
         return
     along = states[j, VX] * ex + states[j, VY] * ey
     speed = max(gap / time_gap + matching * max(along, 0.0), SLOWEST)
     result[i, 2] = min(result[i, 2], speed)
 
 
-@jit_as(float64[:, ::1], MATRIX, VECTOR, MATRIX, REAL, REAL)
-def keep_time_gap(states, bodies, command, time_gap, matching):
+@jit_as(float64[:, ::1], MATRIX, VECTOR, MATRIX, MATRIX, REAL, REAL)
+def keep_time_gap(states, bodies, command, parameters, time_gap, matching):
     """Returns where people head for, and how fast, in view of the others.
 
     The speed is at most gap / time_gap + matching v, with the gap between the
     bodies and the speed v of whoever is nearest ahead in the own lane and does
-    not come towards the person. Who does is passed on the right.
+    not come towards the person. Who does is passed, mostly on the right.
 
     Args:
         states: Shape (n, 6): x, y, yaw, vx, vy, omega.
         bodies: Shape (n,), radii in meters.
         command: Shape (n, COMMAND_SIZE).
+        parameters: Shape (n, 13): the fields of SocialForceParameters.
         time_gap: In seconds, > 0.
         matching: The part of the other's speed that is added.
 
@@ -79,7 +91,7 @@ def keep_time_gap(states, bodies, command, time_gap, matching):
     result = np.empty((n, 4))
     ways = np.zeros((n, 2))
     reach = np.empty(n)
-    room = np.full(n, _PASSING)
+    room = np.full((n, 2), _PASSING)
     fastest = 0.0
     for i in range(n):
         gx = command[i, Command.GOAL_X] - states[i, X]
@@ -110,8 +122,9 @@ def keep_time_gap(states, bodies, command, time_gap, matching):
             *(j, i, states, ways, bodies, time_gap, matching, result, room)
         )
     for i in range(n):
-        if room[i] < _PASSING:
-            turn = _SIDESTEP * (1 - room[i] / _PASSING)
+        if room[i, 0] < _PASSING:
+            side = np.sign(room[i, 1] + _DOUBT * np.sign(parameters[i, EPSILON]))
+            turn = side * _SIDESTEP * (1 - room[i, 0] / _PASSING)
             gx = result[i, 0] - states[i, X]
             gy = result[i, 1] - states[i, Y]
             c = math.cos(turn)

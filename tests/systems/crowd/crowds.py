@@ -12,6 +12,19 @@ from hunav_drake.systems.world.obstacles import Obstacles
 NO_WALLS = Obstacles.from_shapes([], solid=[])
 
 
+# People without bodies: points that do at once all that forces ask for, as in
+# HuNavSim.
+BODILESS = {
+    "keep_apart": False,
+    "standing": False,
+    "max_acceleration": None,
+    "max_turn_rate": None,
+}
+
+# And who do not follow others.
+FREE = {**BODILESS, "model": {"name": "social_force", "time_gap": 0.0}}
+
+
 def make_snapshot(
     states,
     goals,

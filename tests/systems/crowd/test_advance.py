@@ -16,6 +16,7 @@ from hunav_drake.systems.crowd import (
     advance_people,
     register_motion_model,
 )
+from tests.systems.crowd.crowds import BODILESS
 
 
 @pytest.fixture(autouse=True)
@@ -45,7 +46,7 @@ def run_straight(human, time, **kwargs):
     people = AddHumans(
         builder,
         [human],
-        config=CrowdConfig(model="straight", **kwargs),
+        config=CrowdConfig(**{**BODILESS, "model": "straight", **kwargs}),
         num_robots=0,
     )
     builder.ExportOutput(people.human_states, "human_states")

@@ -26,6 +26,7 @@ from hunav_drake.systems.crowd import (
 from hunav_drake.systems.crowd.human_crowd import HumanCrowd_
 from hunav_drake.systems.people import HumanConfig, SocialForceParameters
 from hunav_drake.systems.world.obstacles import Obstacles
+from tests.systems.crowd.crowds import FREE
 
 WALLS = Obstacles.from_shapes(
     [
@@ -62,12 +63,13 @@ def make_moody_crowd(seed, **options):
         )
         for _ in range(N)
     ]
+    options = {"config": CrowdConfig(**FREE), **options}
     dut = HumanCrowd(humans, obstacles=WALLS, num_robots=M, **options)
     context = dut.CreateDefaultContext()
     states = rng.normal(size=(N, 6)) * [2, 1.5, 1, 0.6, 0.6, 1]
     # A pair of the group is in touch.
     states[1, :2] = states[0, :2] + [0.2, 0.1]
-    context.SetDiscreteState(states.ravel())
+    context.SetDiscreteState(0, states.ravel())
     commands = np.zeros((N, COMMAND_SIZE))
     for i, command in enumerate(commands):
         command[:4] = *rng.uniform(-9, 9, 2), 0.3, 1
@@ -87,7 +89,7 @@ def make_moody_crowd(seed, **options):
 
 def next_state(dut, context, state, robots):
     context = context.Clone()
-    context.SetDiscreteState(state)
+    context.SetDiscreteState(0, state)
     dut.get_robot_states_input_port().FixValue(context, robots)
     updated = dut.EvalUniquePeriodicDiscreteUpdate(context)
     return updated.get_vector(0).CopyToVector()
@@ -187,7 +189,7 @@ def test_the_ports_carry_derivatives():
     converted.get_commands_input_port().FixValue(other, commands)
     variables = InitializeAutoDiff(robots).ravel()
     converted.get_robot_states_input_port().FixValue(other, variables)
-    other.SetDiscreteState(state)
+    other.SetDiscreteState(0, state)
     forces = converted.get_forces_output_port().Eval(other)
     np.testing.assert_allclose(
         ExtractValue(forces).ravel(),
@@ -211,7 +213,7 @@ def test_derivatives_are_finite_where_forces_are_undefined(distance):
     state = np.zeros((N, 6))
     state[:, 0] = -1.0
     state[:, 1] = 0.5 + np.arange(N) * distance
-    context.SetDiscreteState(state.ravel())
+    context.SetDiscreteState(0, state.ravel())
     robots = np.zeros((M, 7))
     robots[:, :2] = -1.0, 0.5
     dut.get_robot_states_input_port().FixValue(context, robots.ravel())
@@ -243,7 +245,7 @@ def test_hardly_anybody_has_derivatives_too(n, m):
             system.get_robot_states_input_port().FixValue(
                 its_context, [1, 0.5, 0, 0, 0, 0, 0.3]
             )
-    other.SetDiscreteState(InitializeAutoDiff(np.zeros(6 * n)).ravel())
+    other.SetDiscreteState(0, InitializeAutoDiff(np.zeros(6 * n)).ravel())
     updated = converted.EvalUniquePeriodicDiscreteUpdate(other)
     jacobian = dut.CalcJacobian(context)
     assert jacobian.states.shape == (6 * n, 6 * n)

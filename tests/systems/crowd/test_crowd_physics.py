@@ -11,8 +11,10 @@ from pydrake.systems.framework import DiagramBuilder
 import pytest
 
 from hunav_drake import AddHumans, HumanConfig
+from hunav_drake.systems.crowd import CrowdConfig
 from hunav_drake.systems.world.obstacles import inside
 from hunav_drake.systems.world.shapes import Box, World
+from tests.systems.crowd.crowds import FREE
 
 TIME_STEP = 0.05
 
@@ -25,7 +27,13 @@ def box_between(x0, y0, x1, y1):
 
 
 def record_steps(
-    humans, *, walls=(), duration, time_step=TIME_STEP, until=lambda rows: False
+    humans,
+    *,
+    walls=(),
+    duration,
+    time_step=TIME_STEP,
+    until=lambda rows: False,
+    config=None,
 ):
     """Returns the times and the states at each step, shape (k, n, 7)."""
     builder = DiagramBuilder()
@@ -35,6 +43,7 @@ def record_steps(
         obstacles=World(walls=list(walls)).obstacles(),
         num_robots=0,
         time_step=time_step,
+        config=config,
     )
     builder.ExportOutput(ports.human_states, "human_states")
     diagram = builder.Build()
@@ -82,7 +91,9 @@ def test_the_free_speed_is_reached_exponentially(speed):
     """v(t) = v (1 - exp(-t k_d / tau))."""
     human = HumanConfig(pose=[0, 0, 0], goals=[[99, 0]], desired_speed=speed)
     rate = human.forces.goal_factor / human.forces.relaxation_time
-    times, states = record_steps([human], duration=3.0, time_step=1e-3)
+    times, states = record_steps(
+        [human], duration=3.0, time_step=1e-3, config=CrowdConfig(**FREE)
+    )
     expected = speed * (1 - np.exp(-times * rate))
     error = abs(states[:, 0, 3] - expected).max()
     print(f"free speed {speed} m/s: largest error {error * 1e3:.2f} mm/s")

@@ -6,10 +6,10 @@ from pydrake.systems.analysis import Simulator
 import pytest
 
 from hunav_drake.systems.common.layout import COMMAND_SIZE, Command, RobotRole
-from hunav_drake.systems.crowd import HumanCrowd
+from hunav_drake.systems.crowd import CrowdConfig, HumanCrowd
 from hunav_drake.systems.people import HumanConfig, SocialForceParameters
 from hunav_drake.systems.world.obstacles import Obstacles
-from tests.systems.crowd.crowds import human_states
+from tests.systems.crowd.crowds import FREE, human_states
 
 ROBOT = [3.0, 0.4, math.pi, -0.5, 0.0, 0.0, 0.35]
 WALL = Obstacles.from_shapes([[[-5.0, -1.0], [9.0, -1.0]]], solid=[False])
@@ -70,7 +70,9 @@ def test_human_states_are_poses_velocities_and_radii(dut):
 
 def test_a_walker_reaches_its_speed_exponentially():
     """Euler's steps of dv/dt = k (v_d - v) / tau have a closed form."""
-    dut = HumanCrowd([HumanConfig(pose=[0, 0, 0])], num_robots=0)
+    dut = HumanCrowd(
+        [HumanConfig(pose=[0, 0, 0])], config=CrowdConfig(**FREE), num_robots=0
+    )
     simulator = make_crowd_simulator(dut, [walk_to([1000, 0], speed=1.3)])
     for k in range(1, 60):
         simulator.AdvanceTo(0.05 * k + 1e-9)
@@ -81,7 +83,10 @@ def test_a_walker_reaches_its_speed_exponentially():
 
 def test_a_fine_step_follows_the_exponential():
     dut = HumanCrowd(
-        [HumanConfig(pose=[0, 0, 0])], num_robots=0, time_step=1e-4
+        [HumanConfig(pose=[0, 0, 0])],
+        config=CrowdConfig(**FREE),
+        num_robots=0,
+        time_step=1e-4,
     )
     simulator = make_crowd_simulator(dut, [walk_to([1000, 0], speed=1.3)])
     simulator.AdvanceTo(0.5)
@@ -99,24 +104,28 @@ def test_a_person_at_the_goal_comes_to_rest():
 
 
 def test_without_a_goal_the_velocity_decays_with_the_relaxation_time():
-    dut = HumanCrowd([HumanConfig(pose=[0, 0, 0])], num_robots=0)
+    dut = HumanCrowd(
+        [HumanConfig(pose=[0, 0, 0])], config=CrowdConfig(**FREE), num_robots=0
+    )
     command = walk_to([5, 0])
     command[Command.HAS_GOAL] = 0
     context = dut.CreateDefaultContext()
-    context.SetDiscreteState([0, 0, 0, 1.0, 0, 0])
+    context.SetDiscreteState(0, [0, 0, 0, 1.0, 0, 0])
     simulator = make_crowd_simulator(dut, [command], context=context)
     simulator.AdvanceTo(0.5 - 0.01)
     assert human_states(dut, context)[0, 3] == pytest.approx(0.9**10, rel=1e-12)
 
 
 def test_hold_stops_at_once_and_turns_at_the_given_rate():
-    dut = HumanCrowd([HumanConfig(pose=[0, 0, 0])], num_robots=0)
+    dut = HumanCrowd(
+        [HumanConfig(pose=[0, 0, 0])], config=CrowdConfig(**FREE), num_robots=0
+    )
     command = walk_to([5, 0])
     command[Command.HOLD] = 1
     command[Command.YAW_TARGET] = -3.0
     command[Command.TURN_RATE] = math.pi
     context = dut.CreateDefaultContext()
-    context.SetDiscreteState([0, 0, 3.0, 1.0, 0, 0])
+    context.SetDiscreteState(0, [0, 0, 3.0, 1.0, 0, 0])
     simulator = make_crowd_simulator(dut, [command], context=context)
     simulator.AdvanceTo(0.01)
     x, y, yaw, vx, vy, omega, _ = human_states(dut, context)[0]
@@ -192,11 +201,11 @@ def test_forces_add_up(dut):
     commands = [walk_to(goal, group_id=1) for goal in GOALS]
     # People 0 and 3 in touch; a push from the robot.
     context = dut.CreateDefaultContext()
-    state = context.get_discrete_state_vector().value().reshape(4, 6).copy()
+    state = context.get_discrete_state(0).value().reshape(4, 6).copy()
     state[3, :2] = 0.3, 0.2
     # Person 1 walks away from the others.
     commands[1] = walk_to([9, 0], group_id=1)
-    context.SetDiscreteState(state.ravel())
+    context.SetDiscreteState(0, state.ravel())
     commands[0][Command.ROBOT_REPULSION] = 4.0
     simulator = make_crowd_simulator(dut, commands, context=context)
     forces = dut.get_forces_output_port().Eval(simulator.get_context())
@@ -219,7 +228,7 @@ def test_forces_follow_every_input(dut, commands):
     )
     after_robot = port.Eval(context).copy()
     assert (after_command != after_robot).any()
-    context.SetDiscreteState(np.arange(24.0))
+    context.SetDiscreteState(0, np.arange(24.0))
     assert (after_robot != port.Eval(context)).any()
 
 

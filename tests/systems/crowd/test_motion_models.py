@@ -26,7 +26,7 @@ from hunav_drake.systems.crowd import (
 )
 from hunav_drake.systems.people import HumanConfig
 from hunav_drake.systems.world.obstacles import Obstacles
-from tests.systems.crowd.crowds import human_states, step
+from tests.systems.crowd.crowds import BODILESS, human_states, step
 
 NAMES = sorted(MOTION_MODELS)
 
@@ -358,7 +358,7 @@ def drifting(monkeypatch):
 @pytest.mark.usefixtures("drifting")
 def test_a_model_of_ones_own_moves_a_crowd():
     dut, context = make_crowd_of_three(
-        CrowdConfig(model={"name": "drifting", "wind": 2.0})
+        CrowdConfig(**{**BODILESS, "model": {"name": "drifting", "wind": 2.0}})
     )
     Simulator(dut, context).AdvanceTo(1.0 - 0.01)
     np.testing.assert_allclose(human_states(dut, context)[:, 0], [2, 6, 3])
@@ -440,7 +440,9 @@ def drift(model, change, walls):
     dut = HumanCrowd(
         [HumanConfig(pose=[0, 0, 0]), HumanConfig(pose=[0, 1, 0])],
         obstacles=WALL if walls else None,
-        config=CrowdConfig(model={"name": model, "change": change}),
+        config=CrowdConfig(
+            **{**BODILESS, "model": {"name": model, "change": change}}
+        ),
         num_robots=0,
     )
     context = dut.CreateDefaultContext()

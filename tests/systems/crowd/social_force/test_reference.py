@@ -12,6 +12,7 @@ from hunav_drake.systems.crowd import CrowdConfig, HumanCrowd
 from hunav_drake.systems.people import HumanConfig, SocialForceParameters
 from hunav_drake.systems.world.obstacles import Obstacles
 from tests.recorded import read_recorded, recorded_names, single
+from tests.systems.crowd.crowds import FREE
 
 # The original's names of the parameters, and ours.
 PARAMETERS = {
@@ -67,7 +68,7 @@ def eval_forces(agents, index, *, epsilon, kernel="fast"):
         [make_recorded_human(agent, epsilon=epsilon) for agent in agents],
         obstacles=Obstacles.from_points(agents[index].get("obstacles", [])),
         config=CrowdConfig(
-            model={"name": "social_force", "kernel": kernel},
+            model={"name": "social_force", "kernel": kernel, "time_gap": 0.0},
             obstacle_range=1e5,
             route_planning=False,
         ),
@@ -78,7 +79,7 @@ def eval_forces(agents, index, *, epsilon, kernel="fast"):
         [*agent["position"], agent["yaw"], *agent["velocity"], 0]
         for agent in agents
     ]
-    context.SetDiscreteState(np.ravel(states).astype(float))
+    context.SetDiscreteState(0, np.ravel(states).astype(float))
     commands = np.ravel([make_command(agent) for agent in agents])
     dut.get_commands_input_port().FixValue(context, commands)
     forces = dut.get_forces_output_port().Eval(context)
@@ -160,14 +161,17 @@ def make_recorded_crowd(scenario) -> HumanCrowd:
     ]
     walls = scenario.get("obstacles")
     if walls is None:
-        return HumanCrowd(humans, time_step=scenario["dt"])
+        return HumanCrowd(
+            humans, config=CrowdConfig(**FREE), time_step=scenario["dt"]
+        )
     return HumanCrowd(
         humans,
         obstacles=Obstacles.from_points(walls["points"]),
         config=CrowdConfig(
             obstacle_range=walls["max_dist"],
             max_obstacles=walls["count"],
-            # The original has neither.
+            # The original has none of this.
+            **FREE,
             keep_out_of_walls=False,
             route_planning=False,
         ),
@@ -211,9 +215,9 @@ def test_every_step_is_that_of_the_original(name):
     for before, after in itertools.pairwise(steps):
         start = np.zeros((n, 6))
         start[:, :5] = np.array(before["agents"])[:, :5]
-        context.SetDiscreteState(start.ravel())
+        context.SetDiscreteState(0, start.ravel())
         fix_recorded_inputs(dut, context, scenario, before, after)
-        updated = dut.EvalUniquePeriodicDiscreteUpdate(context).value()
+        updated = dut.EvalUniquePeriodicDiscreteUpdate(context).value(0)
         moved = updated.reshape(n, 6)
         expected = np.array(after["agents"])
         same_goal = np.array(before["agents"])[:, 8] == expected[:, 8]
