@@ -121,8 +121,8 @@ class Bodies:
                 np.ascontiguousarray(both[:, :MOTION_SIZE]),
                 both[:, MOTION_SIZE:],
             )
-        plain = _plain_snapshot(snapshot)
-        arguments = plain, plain(forces), plain(after), plain(stances)
+        values = _plain_snapshot(snapshot)
+        arguments = values, plain(forces), plain(after), plain(stances)
         both = self._finish(*arguments)
         slopes = self._slopes(*arguments)
         result = after.copy()
