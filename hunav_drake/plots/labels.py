@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+import shapely
 
 from hunav_drake.plots.style import SMALL_SIZE
 
@@ -18,7 +19,7 @@ _ANGLES = np.arange(8) * np.pi / 4 + np.pi / 2
 # A label is left out with a label or a line nearer to its middle than this, in
 # points.
 _LABEL_ROOM = 9.0
-_LINE_ROOM = 4.0
+_LINE_ROOM = 3.5
 
 
 class Label(NamedTuple):
@@ -45,22 +46,23 @@ def place_labels(ax: "Axes", labels: Sequence[Label], *, scale: float) -> None:
         labels: The labels.
         scale: The length of one unit of the axes, in points of the figure.
     """
-    lines = [np.column_stack(line.get_data()) for line in ax.get_lines()]
-    lines = [_dense(line * scale) for line in lines if len(line)]
-    drawn = np.concatenate([np.zeros((0, 2)), *lines])
+    drawn = shapely.geometrycollections(
+        [_shape(np.column_stack(it.get_data()) * scale) for it in ax.get_lines()]
+    )
     directions = np.column_stack([np.cos(_ANGLES), np.sin(_ANGLES)])
     offsets = (_REACH[:, None, None] * directions).reshape(-1, 2)
-    placed = np.zeros((0, 2))
+    placed = [np.full(2, np.inf)]
     for label in labels:
         middles = np.asarray(label.place) * scale + offsets
-        to_line = _distance(middles, drawn)
-        to_label = _distance(middles, placed)
+        to_line = shapely.distance(shapely.points(middles), drawn)
+        gaps = np.linalg.norm(middles - np.array(placed)[:, None], axis=2)
+        to_label = gaps.min(axis=0)
         fits = (to_line > _LINE_ROOM) & (to_label > _LABEL_ROOM)
         if not fits.any():
             continue
         room = np.minimum(to_line, to_label)
         best = int(np.argmax(np.where(fits, np.minimum(room, 8.0), -1.0)))
-        placed = np.vstack([placed, middles[best]])
+        placed.append(middles[best])
         ax.annotate(
             label.text,
             label.place,
@@ -75,23 +77,6 @@ def place_labels(ax: "Axes", labels: Sequence[Label], *, scale: float) -> None:
         )
 
 
-def _dense(line: np.ndarray) -> np.ndarray:
-    """Returns points of a line no farther apart than a label is high."""
-    steps = np.hypot(*np.diff(line, axis=0).T)
-    parts = [line]
-    for i in np.flatnonzero(steps > 3.0):
-        at = np.linspace(0.0, 1.0, int(steps[i] / 3.0) + 2)[1:-1, None]
-        parts.append(line[i] + at * (line[i + 1] - line[i]))
-    points = np.concatenate(parts)
-    # Many samples of a person who stands are one point.
-    points = np.unique(np.round(points), axis=0)
-    return points[~np.isnan(points[:, 0])]
-
-
-def _distance(places: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """Returns the distance of each place to the nearest of the others."""
-    if not len(others):
-        return np.full(len(places), np.inf)
-    gaps = np.hypot(*(places[:, None] - others).transpose(2, 0, 1))
-    nearest: np.ndarray = gaps.min(axis=1)
-    return nearest
+def _shape(points: np.ndarray) -> shapely.Geometry:
+    points = points[~np.isnan(points[:, 0])]
+    return shapely.LineString(points if len(points) != 1 else [*points] * 2)
