@@ -13,15 +13,7 @@ from hunav_drake.systems.world.walls import opened
 
 @jit_as(boolean[::1], MATRIX, WALLS)
 def lines_blocked(lines, table):
-    """Tells which straight lines meet a wall.
-
-    Args:
-        lines: Shape (m, 4): rows (x0, y0, x1, y1), in meters.
-        table: `Obstacles.table`.
-
-    Returns:
-        Shape (m,).
-    """
+    """Tells which of the lines (m, 4), rows (x0, y0, x1, y1), meet a wall."""
     walls = opened(table)
     blocked = np.empty(len(lines), dtype=np.bool_)
     for i in range(len(lines)):

@@ -235,20 +235,11 @@ class Features:
         humans = self._recording.humans[sample, person]
         robot = self._recording.robot[sample]
         force = np.zeros(self.present.shape)
-        force[sample, person] = np.concatenate(
-            [
-                _length(
-                    pair_force(
-                        humans[part, X : Y + 1],
-                        robot[part, X : Y + 1],
-                        humans[part, VX : VY + 1],
-                        robot[part, VX : VY + 1],
-                        FORCES,
-                    )
-                )
-                for part in _blocks(len(sample))
-            ]
-        )
+        for part in _blocks(len(sample)):
+            dx, dy = (robot[part, i] - humans[part, i] for i in (X, Y))
+            dvx, dvy = (humans[part, i] - robot[part, i] for i in (VX, VY))
+            length = np.hypot(*pair_force(dx, dy, dvx, dvy, FORCES))
+            force[sample[part], person[part]] = length
         return force
 
     @cached_property
@@ -289,14 +280,10 @@ class Features:
                 nearest_points(obstacles, p) if points is None else points[part]
             )
             radius = bodies[part, RADIUS, None]
-            force = obstacle_force(p[:, None], walls, radius, FORCES)
-            results.append(_length(np.nan_to_num(force, nan=0.0).sum(axis=1)))
+            dx, dy = (p[:, None] - walls).transpose(2, 0, 1)
+            force = np.stack(obstacle_force(dx, dy, radius, FORCES), axis=-1)
+            results.append(np.hypot(*np.nan_to_num(force, nan=0).sum(axis=1).T))
         return np.concatenate(results)
-
-
-def _length(vectors: Array) -> Array:
-    length: Array = np.hypot(vectors[..., 0], vectors[..., 1])
-    return length
 
 
 def _blocks(size: int) -> list[slice]:

@@ -54,10 +54,9 @@ def _corners(
 ) -> Iterator[tuple[Array, float, float]]:
     """Yields the convex corners of a shape (s, 4) that people walk around.
 
-    Yields:
-        A corner (2,), the direction of the normal of the wall before it, and
-        the angle by which the normal turns there, in radians. The end of a
-        thin wall turns by pi.
+    With each (2,) come the direction of the normal of the wall before it, and
+    the angle by which that turns there, in radians: pi at the end of a thin
+    wall.
     """
     if len(segments) == 0:
         return

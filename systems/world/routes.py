@@ -33,14 +33,10 @@ KEPT_FROM = 400
 
 
 def route_clearance(radii: ArrayLike) -> float:
-    """Returns the clearance of the ways of a crowd, in meters.
+    """Returns the clearance of the ways of people with some radii, in meters.
 
-    Args:
-        radii: Shape (n,), in meters.
-
-    Returns:
-        The largest radius, but at most 0.3 m: doors of 0.7 m are ways for
-        everybody, as they are in reality for people who turn sideways.
+    It is the largest radius, but at most 0.3 m: doors of 0.7 m are ways for
+    everybody, as they are in reality for people who turn sideways.
     """
     largest = np.asarray(radii, dtype=float).max(initial=0.0)
     return min(float(largest), _LARGEST_CLEARANCE)
@@ -75,10 +71,7 @@ class RouteMap:
 
     @functools.cached_property
     def _goal(self) -> Callable[[float, float], tuple[Array, float, Array]]:
-        """What `_ways_to` gives for a goal, kept for those asked for last.
-
-        It is a pure function, so this changes no result.
-        """
+        """What `_ways_to` gives for a goal, kept for those asked for last."""
         ways_to = functools.partial(
             _ways_to, self.sight, self.vertices, self.ways, self.obstacles.table
         )
@@ -188,8 +181,8 @@ def _ways_to(
 ) -> tuple[Array, float, Array]:
     """Returns what is the same on all ways to a goal (x, y).
 
-    The place to go to, the clearance of the last leg, and the length of the
-    way from each vertex, infinite where there is none.
+    The place to go to, the clearance of the last leg, and the length of the way
+    from each vertex, infinite where there is none.
     """
     place: Array = visibility_graph.standing_place(x, y, sight, table)
     for last in (sight, visibility_graph.SQUEEZED * sight):

@@ -293,17 +293,17 @@ def _choice(x, y, legs, ways, clearance, vertices, walls):
 def waypoint(
     p, goal, place, last_clearance, to_place, clearance, vertices, table
 ):
-    """Returns the point (2,) to walk to next, on the way to a goal.
+    """Returns the point (2,) to walk to next from p, on the way to a goal (2,).
 
     Args:
-        p: Shape (2 or more,): where the person is, in meters.
-        goal: Shape (2,), in meters.
-        place: Shape (2,): what `standing_place` gives for the goal.
-        last_clearance: That of the last leg, in meters.
+        p: Shape (2 or more,), like all places and lengths in meters.
+        goal: Where to go.
+        place: What `standing_place` gives for the goal, shape (2,).
+        last_clearance: That of the last leg.
         to_place: Shape (m,): the length of the shortest way from each vertex
-            to the place, in meters; infinity where there is none.
+            to the place; infinity where there is none.
         clearance: That of the other legs.
-        vertices: Shape (m, 2), in meters.
+        vertices: Shape (m, 2).
         table: `Obstacles.table`.
     """
     walls = opened(table)

@@ -212,11 +212,7 @@ def alike(parameters):
 
 @jit
 def _columns(x, y):
-    """Sorts people into columns of the plane, and each column by y.
-
-    Returns:
-        The order, and where the columns begin; the last one ends there.
-    """
+    """Returns the order of people in columns of the plane, and their begins."""
     n = len(x)
     left = x.min()
     # No more columns than people, however far apart they are.

@@ -48,14 +48,10 @@ _DIFFERENCE = 1e-5
 
 
 def wall_margins(radii: ArrayLike) -> NDArray[np.float64]:
-    """Returns how far from walls people's centers are kept.
+    """Returns how far from walls people with some radii are kept, in meters.
 
-    Args:
-        radii: Shape (n,), in meters.
-
-    Returns:
-        Shape (n,), in meters: the radius, but at most 0.1 m. Walls that
-        people only lean on are left to the forces.
+    It is the radius, but at most 0.1 m: walls that people only lean on are left
+    to the forces.
     """
     margins: NDArray[np.float64] = np.clip(
         np.asarray(radii, dtype=float), _LEAST_MARGIN, _MARGIN
@@ -65,10 +61,10 @@ def wall_margins(radii: ArrayLike) -> NDArray[np.float64]:
 
 @jit
 def _contact(x, y, dx, dy, keep, segments, s):
-    """Returns the part of a displacement up to `keep` from segment `s`.
+    """Returns the part of a displacement, coming nearer, up to `keep` from `s`.
 
-    It is a displacement that does come nearer. All points at that distance
-    are two straight sides, and a half circle around each end.
+    All points at that distance from the segment are two straight sides, and a
+    half circle around each end.
     """
     best = math.inf
     ax = segments[s, 2] - segments[s, 0]
@@ -197,17 +193,7 @@ def _slide(x, y, dx, dy, vx, vy, margin, tolerance, walls):
 
 @jit
 def _touches(x, y, to_x, to_y, margin, tolerance, walls):
-    """Tells whether a person stands on a wall, and whether a step meets one.
-
-    Args:
-        x: The x of the person, in meters.
-        y: The y of the person, in meters.
-        to_x: The x that the step leads to, in meters.
-        to_y: The y that the step leads to, in meters.
-        margin: See `wall_margins`.
-        tolerance: How much nearer than that does not count, in meters.
-        walls: See `Walls`.
-    """
+    """Tells if one stands on a wall, and if a step from there meets one."""
     segments = walls.segments
     stands = False
     meets = False
