@@ -31,11 +31,9 @@ def print_import_hint(error: Exception, options: argparse.Namespace) -> None:
 def input_errors(
     *kinds: type[Exception], place: str | Path = ""
 ) -> Iterator[None]:
-    """Turns errors of these kinds, and of files, into an InputError.
+    """Turns OSError and errors of these kinds into an InputError.
 
-    Args:
-        kinds: The kinds besides OSError.
-        place: What an OSError is about; by default the file that it names.
+    An OSError is about `place`, by default the file that it names.
     """
     try:
         yield

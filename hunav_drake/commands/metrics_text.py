@@ -42,10 +42,7 @@ def list_metrics() -> str:
 
 
 def show_metrics(names: Sequence[str]) -> str:
-    """Returns the full descriptions of metrics.
-
-    Args:
-        names: Names of metrics, their aliases, families, "paper" or "all".
+    """Returns the full descriptions of metrics: see `select_metrics`.
 
     Raises:
         ValueError: If a name is unknown.

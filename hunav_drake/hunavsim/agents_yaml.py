@@ -145,11 +145,9 @@ class HunavImport:
     def build(
         self, checks: Sequence[Check], overrides: Mapping[Loc, str] = _NONE
     ) -> Scenario:
-        """Makes the scenario.
+        """Makes the scenario, which must pass checks beyond the schema.
 
-        Args:
-            checks: What it must pass beyond the schema.
-            overrides: The parts that were set on the command line, and how.
+        What was set on the command line is in `overrides`.
 
         Raises:
             ScenarioError: With all that is wrong in the files.

@@ -36,10 +36,7 @@ _SECOND = 10**9
 
 
 def parse_json(text: str) -> Recording:
-    """Makes a recording of messages: see `ReadRecording`.
-
-    Args:
-        text: The messages, in JSON.
+    """Makes a recording of messages in JSON: see `ReadRecording`.
 
     Raises:
         ValueError: If it is not such a text. It names the place.

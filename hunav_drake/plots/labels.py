@@ -37,17 +37,16 @@ class Label(NamedTuple):
 
 
 def place_labels(ax: "Axes", labels: Sequence[Label], *, scale: float) -> None:
-    """Writes labels beside their points, away from lines and each other.
+    """Writes labels beside their points, away from drawn lines and each other.
 
-    Labels are placed in the given order; those without room are left out.
-
-    Args:
-        ax: The axes, with all lines drawn.
-        labels: The labels.
-        scale: The length of one unit of the axes, in points of the figure.
+    They are placed in the given order; those without room are left out. One
+    unit of the axes is `scale` points long in the figure.
     """
     drawn = shapely.geometrycollections(
-        [_shape(np.column_stack(it.get_data()) * scale) for it in ax.get_lines()]
+        [
+            _shape(np.column_stack(it.get_data()) * scale)
+            for it in ax.get_lines()
+        ]
     )
     directions = np.column_stack([np.cos(_ANGLES), np.sin(_ANGLES)])
     offsets = (_REACH[:, None, None] * directions).reshape(-1, 2)

@@ -51,13 +51,10 @@ def new_axes(
     width: float = COLUMN,
     layout: str = "constrained",
 ) -> "Axes":
-    """Returns the axes to draw on, by default those of a new figure.
+    """Returns the axes to draw on: the caller's, or those of a new figure.
 
-    Args:
-        ax: The axes of the caller, which are returned unchanged, or None.
-        height: The height of the new figure, in inches.
-        width: Its width, in inches.
-        layout: Its layout; "compressed" if the axes have a fixed aspect.
+    Sizes are in inches; the layout is "compressed" if the axes have a fixed
+    aspect.
     """
     if ax is not None:
         return ax
@@ -83,14 +80,9 @@ def legend_outside(
     beside: bool = False,
     title: str | None = None,
 ) -> None:
-    """Puts the legend outside of the axes, where it hides no data.
+    """Puts the legend above the axes, or `beside` them, where it hides no data.
 
-    Args:
-        ax: The axes.
-        columns: The number of entries in one line, if there is room.
-        beside: Whether to put it to the right, with one entry per line, instead
-            of above.
-        title: The title of the legend.
+    Above, it has up to so many columns, if there is room.
     """
     handles, labels = ax.get_legend_handles_labels()
     if not handles:

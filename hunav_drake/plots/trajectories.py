@@ -185,10 +185,8 @@ def _interval(duration: float) -> float:
 def _frame(runs: list[Recording]) -> tuple[Array, Array, float, bool]:
     """Returns the limits and the scale of the map.
 
-    Returns:
-        The lower left and the upper right corner, in meters; the scale, in
-        inches per meter; and whether the map is so tall that the legend goes
-        beside it.
+    They are the lower left and the upper right corner, in meters; the scale, in
+    inches per meter; and whether the legend goes beside it, for it is tall.
     """
     low, high = _bounds(runs)
     size = high - low

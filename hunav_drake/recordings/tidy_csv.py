@@ -45,10 +45,7 @@ _STILL = 0.01
 
 
 def parse_csv(text: str) -> Recording:
-    """Makes a recording of a table: see `ReadRecording`.
-
-    Args:
-        text: The table, with a header.
+    """Makes a recording of a table with a header: see `ReadRecording`.
 
     Raises:
         ValueError: If it is not such a table. The text names the line.

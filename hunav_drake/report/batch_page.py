@@ -62,9 +62,7 @@ def batch_content(
 ) -> dict[str, Any]:
     """Returns what the template `batch.html` shows.
 
-    Args:
-        trials: The trials.
-        pages: The addresses of the pages of each trial, by their kinds.
+    `pages` are the addresses of the pages of each trial, by their kinds.
     """
     runs = _tabulate(trials)
     told = [f"{len(trials)} runs"]

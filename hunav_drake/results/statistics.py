@@ -20,8 +20,8 @@ from hunav_drake.results.intervals import (
 )
 from hunav_drake.results.metric_facts import direction_of, unit_of
 from hunav_drake.results.quantity_text import ROUNDING
-from hunav_drake.results.run_table import ABOUT
 from hunav_drake.results.settings import has_settings
+from hunav_drake.systems.evaluation.metric import ABOUT_RUNS
 
 Array = NDArray[np.float64]
 Names = str | Iterable[str]
@@ -261,7 +261,7 @@ def _metric_columns(
         else [
             name
             for name in runs.columns
-            if name not in (*ABOUT, *keys)
+            if name not in (*ABOUT_RUNS, *keys)
             and pd.api.types.is_numeric_dtype(runs[name])
         ]
     )

@@ -171,8 +171,8 @@ def _depth(
 ) -> tuple[float, NDArray[np.float64]]:
     """Returns how far a disc reaches into a wall, in meters, and the way out.
 
-    The depth is negative for a free disc; the way is a unit vector, shape
-    (2,), zero where the center is on the outline.
+    The depth is negative for a free disc; the way is a unit vector, zero where
+    the center is on the outline.
     """
     solid = isinstance(shape, shapely.Polygon)
     outline = shape.boundary if solid else shape

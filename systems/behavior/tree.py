@@ -251,10 +251,7 @@ class Tree:
         _build(self.root, wrap).tick(memory, context)
 
     def _build_traced(self) -> TickFunction:
-        """Returns the tick function that records the status of each node.
-
-        It writes them behind the memory, a number for each node.
-        """
+        """Returns the tick that writes each node's status behind the memory."""
         following = len(self.slots)
         slots = {id(node): following + i for i, node in enumerate(self.nodes)}
 

@@ -32,9 +32,7 @@ class EncounterFeatures:
     @cached_property
     def offset(self) -> tuple[Array, Array]:
         """The components of P, shape (N + 1, n) each, in meters."""
-        humans = self._recording.humans
-        robot = self._recording.robot[:, None]
-        return humans[..., X] - robot[..., X], humans[..., Y] - robot[..., Y]
+        return self._apart(X), self._apart(Y)
 
     @cached_property
     def distance(self) -> Array:
@@ -52,11 +50,13 @@ class EncounterFeatures:
     @cached_property
     def approach(self) -> tuple[Array, Array]:
         """The components of V, shape (N + 1, n) each, in m/s."""
-        humans = self._recording.humans
-        robot = self._recording.robot[:, None]
-        return robot[..., VX] - humans[..., VX], robot[..., VY] - humans[
-            ..., VY
-        ]
+        return -self._apart(VX), -self._apart(VY)
+
+    def _apart(self, column: int) -> Array:
+        """Returns how much more people have in a column than the robot."""
+        robot = self._recording.robot[:, None, column]
+        apart: Array = self._recording.humans[..., column] - robot
+        return apart
 
     @cached_property
     def relative_speed(self) -> Array:

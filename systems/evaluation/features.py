@@ -41,15 +41,9 @@ _BLOCK = 8192
 
 
 def surface_gaps(robot: Array, humans: Array) -> Array:
-    """Returns the gaps between the discs of a robot and of people.
+    """Returns the gaps (..., n) between discs of robots and people, in meters.
 
-    Args:
-        robot: States, shape (..., 7).
-        humans: States, shape (..., n, 7).
-
-    Returns:
-        Shape (..., n), in meters; 0 where they overlap, NaN for who is
-        missing.
+    They are 0 where two overlap, and NaN for who is missing.
     """
     dx = humans[..., X] - robot[..., None, X]
     dy = humans[..., Y] - robot[..., None, Y]

@@ -58,9 +58,9 @@ TABLE_I = (
 # A column of the steps of one behavior: whether anyone shows it just then.
 BEHAVIOR_ACTIVE = "behavior_active"
 
-# What the other columns of tables of results are called, so no metric may be:
-# what a run is, the times of its steps, and the names of rows.
-RESERVED = (
+# What the columns that are no metrics are called in tables of runs. Only tables
+# by behavior have the last one.
+ABOUT_RUNS = (
     "tag",
     "scenario",
     "planner",
@@ -69,10 +69,10 @@ RESERVED = (
     "end_reason",
     "end_time",
     "behavior",
-    BEHAVIOR_ACTIVE,
-    "time",
-    "metric",
 )
+
+# These no metric may be called: the others are columns, or names of rows, too.
+RESERVED = (*ABOUT_RUNS, BEHAVIOR_ACTIVE, "time", "metric")
 Direction = Literal["lower", "higher", "none"]
 
 # A value; a value with its series over the samples; or the series alone, from

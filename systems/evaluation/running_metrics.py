@@ -30,12 +30,7 @@ class RunningMetric(IntEnum):
 def running_values(
     last: Sample, goal: tuple[float, float, float] | None
 ) -> NDArray[np.float64]:
-    """Returns the values up to a sample, in the order of `RunningMetric`.
-
-    Args:
-        last: The last sample.
-        goal: The pose (x, y, yaw) to reach, in meters and radians, if any.
-    """
+    """Returns the values up to a sample, in the order of `RunningMetric`."""
     running = last.running
     values: NDArray[np.float64] = np.zeros(len(RunningMetric))
     if last.count:

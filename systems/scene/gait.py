@@ -63,16 +63,7 @@ def initial_gait(n: int) -> Array:
 
 @jit
 def advance_gait(gait: Array, human_states: Array, time_step: float) -> Array:
-    """Returns the gait one step later.
-
-    Args:
-        gait: Phase and pace of each person, shape (2n,).
-        human_states: Their states, shape (7n,).
-        time_step: The step, in seconds.
-
-    Returns:
-        Shape (2n,).
-    """
+    """Returns phase and pace (2n,) of people one step later."""
     result = np.empty_like(gait)
     blend = 1.0 - math.exp(-time_step / SETTLING_TIME)
     for i in range(gait.size // GAIT_SIZE):
@@ -95,15 +86,10 @@ def advance_gait(gait: Array, human_states: Array, time_step: float) -> Array:
 
 @jit
 def pose_figures(gait: Array, human_states: Array) -> Array:
-    """Returns the positions of the figures of all people.
+    """Returns the positions (n, 10) of the figures of all people.
 
-    Args:
-        gait: Phase and pace of each person, shape (2n,).
-        human_states: Their states, shape (7n,).
-
-    Returns:
-        Shape (n, 10): see the constants above. Angles are positive forwards,
-        those of knees when bent.
+    See the constants above. Angles are positive forwards, those of knees when
+    bent.
     """
     n = gait.size // GAIT_SIZE
     result = np.empty((n, FIGURE_SIZE))

@@ -19,15 +19,10 @@ _STRAIGHT = 1e-6
 def corner_vertices(
     obstacles: Obstacles, clearance: float, sight: float
 ) -> Array:
-    """Returns places around the convex corners of a world.
+    """Returns places (m, 2) around the convex corners of a world.
 
-    Args:
-        obstacles: The walls, none of their segments of length zero.
-        clearance: How far around corners they lie, in meters.
-        sight: The least distance that they have from all walls, in meters.
-
-    Returns:
-        Shape (m, 2), in meters, in the order of the corners.
+    No segment of the walls has length zero. The places are at the clearance
+    around corners, and have at least the distance `sight` from all walls.
     """
     found = [np.zeros((0, 2))]
     for solid, (lo, hi) in zip(

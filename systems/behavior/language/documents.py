@@ -113,9 +113,8 @@ def load_documents(
         source: The document.
         file: What stands for it in messages.
         folder: The folder that its includes are relative to.
-        allow_outside: Whether it may include files that are not in this
-            folder or below. A tree from elsewhere should not: it could make
-            any file be read.
+        allow_outside: Whether they may be outside of it. A tree from elsewhere
+            should not: it could make any file be read.
 
     Raises:
         BehaviorTreeError: If a document is not a tree file.

@@ -224,13 +224,7 @@ def flag(element: XmlElement, names: tuple[str, ...]) -> bool:
 def subtree_ports(element: XmlElement, form: int) -> dict[str, str]:
     """Returns what a <SubTree> gives to ports of its tree, as in format 4.
 
-    Args:
-        element: The subtree.
-        form: The format that it is written in. A plain SubTree of format 3
-            names entries without braces.
-
-    Raises:
-        BehaviorTreeError: If the name of a port or an entry is invalid.
+    A plain SubTree of format 3 names entries without braces.
     """
     bare_keys = form == 3 and element.tag == "SubTree"
     result = {}
@@ -289,10 +283,8 @@ def parse_documents(
 ) -> ParsedTree:
     """Parses the main tree of documents.
 
-    Args:
-        documents: The documents.
-        values: For ports that the main tree declares, values other than
-            their defaults, as they stand in XML.
+    For ports that the tree declares, `values` holds those other than their
+    defaults, as they stand in XML.
 
     Raises:
         BehaviorTreeError: At the first fault in a tree.

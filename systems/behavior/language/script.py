@@ -211,12 +211,7 @@ def bind(expression: Expression, scope: Scope, place: Place) -> None:
 
 
 def settle(expression: Expression, spot: Spot) -> None:
-    """Infers the types in an expression.
-
-    Raises:
-        BehaviorTreeError: If types do not fit, or if nothing ever sets an
-            entry.
-    """
+    """Infers the types in an expression, or raises a BehaviorTreeError."""
     for part in expression.parts():
         if part.entry is not None:
             if part.entry.set_by_nodes:

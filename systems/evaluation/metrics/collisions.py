@@ -18,19 +18,12 @@ SPEED_RESOLUTION = 1e-6
 
 
 def charged(recording: Recording, *, to_robot: bool) -> Mask:
-    """Tells where a contact begins that is charged to one of the two.
+    """Tells where a contact begins that is charged to robot or person.
 
     With n the unit vector from robot to person, the robot closes in at
-    a = v_r . n and the person at b = -v_i . n. The faster one is charged;
-    both, if they are equally fast and do close in. Who stand on one another
-    have no n, and neither is charged.
-
-    Args:
-        recording: N + 1 samples of n people.
-        to_robot: Whether to tell the robot's contacts, or people's.
-
-    Returns:
-        Shape (N + 1, n).
+    a = v_r . n and the person at b = -v_i . n. The faster one is charged; both,
+    if they are equally fast and do close in. Who stand on one another have no
+    n, and neither is charged.
     """
     begins = recording.features.contact_begins
     sample, person = np.nonzero(begins)

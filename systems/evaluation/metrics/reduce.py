@@ -17,10 +17,6 @@ def time_average(series: Array, times: Array) -> float:
 
     Intervals at one end of which there is no value are left out; of a single
     value, or of single ones, it is the mean.
-
-    Args:
-        series: Shape (N + 1,).
-        times: Shape (N + 1,), increasing, in seconds.
     """
     middle = (series[1:] + series[:-1]) / 2
     known = ~np.isnan(middle)
