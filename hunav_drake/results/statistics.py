@@ -5,8 +5,7 @@ that tell it from others and a column per metric. What is NaN or infinite is no
 value: it is left out, and `n` tells how many are left.
 """
 
-from collections.abc import Callable, Hashable, Iterable
-import math
+from collections.abc import Hashable, Iterable
 from typing import Any
 
 import numpy as np
@@ -213,11 +212,10 @@ def _describe_pairs(
     about = _describe(gaps)
     return {
         "n": len(x),
-        "a": _or_nan(np.mean, x),
-        "b": _or_nan(np.mean, y),
-        "difference": about["mean"],
-        "sd": about["sd"],
-        "median": about["median"],
+        "a": pd.Series(x).mean(),
+        "b": pd.Series(y).mean(),
+        "difference": about.pop("mean"),
+        **about,
         "low": low,
         "high": high,
     }
@@ -228,24 +226,19 @@ def _better(direction: str, row: dict[str, Any]) -> str:
     if direction == "none" or row["n"] < LEAST_PAIRS:
         return ""
     # The difference is b - a.
-    if row["high"] < 0:
-        return "b" if direction == "lower" else "a"
-    if row["low"] > 0:
-        return "a" if direction == "lower" else "b"
-    return ""
+    if row["low"] <= 0 <= row["high"]:
+        return ""
+    return "b" if (row["high"] < 0) == (direction == "lower") else "a"
 
 
 def _describe(values: Array) -> dict[str, float]:
+    series = pd.Series(values)
     return {
-        "n": len(values),
-        "mean": _or_nan(np.mean, values),
-        "sd": float(values.std(ddof=1)) if len(values) > 1 else math.nan,
-        "median": _or_nan(np.median, values),
+        "n": len(series),
+        "mean": series.mean(),
+        "sd": series.std(),
+        "median": series.median(),
     }
-
-
-def _or_nan(function: Callable[[Array], Any], values: Array) -> float:
-    return float(function(values)) if len(values) else math.nan
 
 
 def _listed(names: Names) -> list[str]:
