@@ -1,1 +1,1 @@
-"""The language of behavior trees: reading and writing XML."""
+"""The XML language of trees; each fault in a tree is a BehaviorTreeError."""

@@ -86,11 +86,7 @@ def is_file(path: Path) -> bool:
 
 
 def read_file(path: Path) -> bytes:
-    """Returns the content of a file, at most a byte more than is accepted.
-
-    Raises:
-        BehaviorTreeError: If it cannot be read.
-    """
+    """Returns the content of a file, at most a byte more than is accepted."""
     try:
         with path.open("rb") as file:
             return file.read(MAX_BYTES + 1)
@@ -115,9 +111,6 @@ def load_documents(
         folder: The folder that its includes are relative to.
         allow_outside: Whether they may be outside of it. A tree from elsewhere
             should not: it could make any file be read.
-
-    Raises:
-        BehaviorTreeError: If a document is not a tree file.
     """
     documents = Documents(
         folder=folder.resolve() if folder else None, allow_outside=allow_outside

@@ -205,11 +205,7 @@ class _Parser:
 
 
 def flag(element: XmlElement, names: tuple[str, ...]) -> bool:
-    """Returns whether one of several attributes is true.
-
-    Raises:
-        BehaviorTreeError: If one is not a boolean.
-    """
+    """Returns whether one of several attributes is true."""
     for name in names:
         text = element.attributes.get(name, "false")
         if text.lower() not in _BOOLEANS:
@@ -239,11 +235,7 @@ def subtree_ports(element: XmlElement, form: int) -> dict[str, str]:
 
 
 def node_name(element: XmlElement) -> str:
-    """Returns the name of the type of an element's node.
-
-    Raises:
-        BehaviorTreeError: If a generic element has no ID.
-    """
+    """Returns the name of the type of an element's node."""
     name = element.tag
     if name in GENERIC_TAGS:
         name = element.attributes.get("ID", "")
@@ -285,9 +277,6 @@ def parse_documents(
 
     For ports that the tree declares, `values` holds those other than their
     defaults, as they stand in XML.
-
-    Raises:
-        BehaviorTreeError: At the first fault in a tree.
     """
     parser = _Parser(documents)
     scope = Scope(parser.entries)
