@@ -1,1 +1,4 @@
-"""The XML language of trees; each fault in a tree is a BehaviorTreeError."""
+"""The language of behavior trees: reading and writing XML.
+
+Every fault in a tree is raised as a BehaviorTreeError with its place.
+"""
