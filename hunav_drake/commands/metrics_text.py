@@ -42,11 +42,7 @@ def list_metrics() -> str:
 
 
 def show_metrics(names: Sequence[str]) -> str:
-    """Returns the full descriptions of metrics: see `select_metrics`.
-
-    Raises:
-        ValueError: If a name is unknown.
-    """
+    """Returns the full descriptions of metrics: see `select_metrics`."""
     blocks = []
     for metric in select_metrics(names):
         facts = [
