@@ -84,11 +84,7 @@ def write_output(text: str, options: argparse.Namespace, done: str) -> int:
 
 
 def check_out(directory: Path) -> None:
-    """Checks, before a run, that its results can be written.
-
-    Raises:
-        InputError: If nothing can be written to the folder.
-    """
+    """Checks, before a run, that its results can be written."""
     import tempfile
 
     from hunav_drake.results.run_folders import RUNS
