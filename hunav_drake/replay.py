@@ -18,9 +18,9 @@ import os
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.geometry import Meshcat, MeshcatParams, MeshcatVisualizer
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.files import atomic_write
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.robot.robot_config import RobotConfig
@@ -189,9 +189,7 @@ def SaveReplay(meshcat: Meshcat, filename: str | os.PathLike[str]) -> Path:
     return path
 
 
-def camera_pose(
-    bounds: Bounds, aspect: float = _ASPECT
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def camera_pose(bounds: Bounds, aspect: float = _ASPECT) -> tuple[Array, Array]:
     """Returns where the camera is and where it looks, p_WC and p_WT, in m.
 
     The camera is as near as it can be with everything over the rectangle, up
@@ -228,9 +226,7 @@ def camera_pose(
     return p_WT + distance * back, p_WT
 
 
-def _view_axes(
-    bounds: Bounds,
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _view_axes(bounds: Bounds) -> tuple[Array, Array]:
     """Returns the directions to the right and ahead of the camera, in W."""
     width, depth = bounds.size
     right = np.array([1.0, 0.0, 0.0] if width >= depth else [0.0, 1.0, 0.0])

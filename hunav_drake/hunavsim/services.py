@@ -10,6 +10,7 @@ from pydrake.systems.framework import Context
 
 from hunav_drake.humans import MakeHumans
 from hunav_drake.seeds import SetHumansSeed
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.checks import check_kind
 from hunav_drake.systems.common.layout import STATE_SIZE
 from hunav_drake.systems.crowd import CrowdConfig
@@ -18,8 +19,6 @@ from hunav_drake.systems.people import HumanConfig
 from hunav_drake.systems.people.names import people_ids
 from hunav_drake.systems.world.obstacles import Obstacles
 from hunav_drake.systems.world.shapes import World
-
-Array = NDArray[np.float64]
 
 # A duration is a number of steps if it is within this part of a step of one:
 # simulators keep their time in single precision, or add it up.

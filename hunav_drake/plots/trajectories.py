@@ -4,7 +4,6 @@ import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hunav_drake.plots.labels import Label, place_labels
 from hunav_drake.plots.runs import Runs, recordings
@@ -17,13 +16,13 @@ from hunav_drake.plots.style import (
     new_axes,
     shown,
 )
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import RADIUS, X, Y
 from hunav_drake.systems.evaluation.recording import Recording
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Array = NDArray[np.float64]
 
 # Round numbers for the time between marks, in seconds, and about how many marks
 # there are.

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 import pandas as pd
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import (
     OMEGA,
     RADIUS,
@@ -22,8 +23,6 @@ from hunav_drake.systems.common.layout import (
 from hunav_drake.systems.common.suggest import nearest
 from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.systems.evaluation.recording_checks import LARGEST
-
-Array = NDArray[np.float64]
 
 ROBOT = "robot"
 _NEEDED = ("time", "agent", "x", "y")

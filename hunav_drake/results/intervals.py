@@ -3,9 +3,8 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from hunav_drake.systems.common.arrays import Array
 
 # From so many values on, a mean has the interval of the bootstrap: fewer are
 # too few to draw from.

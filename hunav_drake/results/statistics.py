@@ -9,7 +9,6 @@ from collections.abc import Hashable, Iterable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 import pandas as pd
 
 from hunav_drake.results.intervals import (
@@ -20,9 +19,9 @@ from hunav_drake.results.intervals import (
 from hunav_drake.results.metric_facts import direction_of, unit_of
 from hunav_drake.results.quantity_text import ROUNDING
 from hunav_drake.results.settings import has_settings
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.evaluation.metric import ABOUT_RUNS
 
-Array = NDArray[np.float64]
 Names = str | Iterable[str]
 
 # Metrics that are 0 or 1, whose mean is a rate.

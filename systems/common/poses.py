@@ -3,9 +3,8 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from hunav_drake.systems.common.arrays import Array, Mask
 
 
 def wrap_angle(angle: float) -> float:
@@ -21,20 +20,18 @@ def wrap_angles(angles: Array) -> Array:
     return wrapped
 
 
-def turn_between[Value: (float, NDArray[np.float64])](
-    first: Value, second: float
-) -> Value:
+def turn_between[Value: (float, Array)](first: Value, second: float) -> Value:
     """Returns the least turn between two headings, in [0, pi], in radians."""
     return abs((first - second + math.pi) % (2 * math.pi) - math.pi)
 
 
-def is_at_goal[Value: (float, NDArray[np.float64])](
+def is_at_goal[Value: (float, Array)](
     pose: tuple[Value, Value, Value],
     goal: tuple[float, float, float],
     *,
     tolerance: float,
     yaw_tolerance: float,
-) -> bool | NDArray[np.bool_]:
+) -> bool | Mask:
     """Tells whether, or where, a robot is at its goal.
 
     Args:

@@ -8,7 +8,8 @@ from collections.abc import Iterator, Sequence
 from enum import IntEnum
 
 import numpy as np
-from numpy.typing import NDArray
+
+from hunav_drake.systems.common.arrays import Array
 
 
 class Purpose(IntEnum):
@@ -36,7 +37,7 @@ def check_seed(seed: int) -> int:
 
 def draw_uniform(
     seed: int, human_ids: Sequence[int], purpose: Purpose, size: int
-) -> NDArray[np.float64]:
+) -> Array:
     """Returns numbers in [0, 1), of shape (n, size) for n people.
 
     A person's row follows from the seed, the person's id and the purpose alone.
@@ -52,7 +53,7 @@ def draw_uniform(
 
 def draw_normal(
     seed: int, human_ids: Sequence[int], purpose: Purpose, size: int
-) -> NDArray[np.float64]:
+) -> Array:
     """Returns normally distributed numbers of mean 0 and deviation 1.
 
     All else is as for `draw_uniform`.

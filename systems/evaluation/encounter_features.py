@@ -4,15 +4,13 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hunav_drake.systems.common.arrays import Array, Mask
 from hunav_drake.systems.common.layout import RADIUS, VX, VY, YAW, X, Y
 
 if TYPE_CHECKING:
     from hunav_drake.systems.evaluation.recording import Recording
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 # Half of what people see around their heading, in radians.
 HALF_FIELD_OF_VIEW = np.pi / 3

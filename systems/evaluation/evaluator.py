@@ -5,7 +5,6 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import (
     BasicVector,
@@ -16,6 +15,7 @@ from pydrake.systems.framework import (
     State,
 )
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.checks import count_steps
 from hunav_drake.systems.common.layout import STATE_SIZE, YAW, X, Y
 from hunav_drake.systems.common.ports import weakly
@@ -287,9 +287,7 @@ class Evaluator(LeafSystem):
     def _IsTriggerHigh(self, context: Context) -> bool:
         return bool(self._trigger.Eval(context)[0] > 0.5)
 
-    def _IsOn(
-        self, context: Context, last: Sample, window: NDArray[np.float64]
-    ) -> bool:
+    def _IsOn(self, context: Context, last: Sample, window: Array) -> bool:
         """Tells whether the present instant is to be recorded."""
         if window[_HAS_ENDED] or not self._IsLater(context, last):
             return False

@@ -4,8 +4,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hunav_drake.systems.common.arrays import Array, Mask
 from hunav_drake.systems.common.layout import OMEGA, RADIUS, VX, VY, YAW, X, Y
 from hunav_drake.systems.common.poses import is_at_goal, wrap_angles
 from hunav_drake.systems.crowd.social_force.numpy_forces import (
@@ -18,8 +18,6 @@ from hunav_drake.systems.world.obstacles import nearest_points
 if TYPE_CHECKING:
     from hunav_drake.systems.evaluation.recording import Recording
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 # Bodies closer than this are in contact, in meters.
 CONTACT_GAP = 0.02

@@ -16,12 +16,10 @@ import re
 from typing import Any, Literal, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.suggest import did_you_mean, nearest
 from hunav_drake.systems.evaluation.recording import Recording
-
-Array = NDArray[np.float64]
 
 # Table I of Perez-Higueras et al., "HuNavSim", 2023, in its order.
 TABLE_I = (

@@ -4,8 +4,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import RADIUS, Y
 from hunav_drake.systems.world.obstacles import inside, nearest_wall
 
@@ -13,7 +13,6 @@ if TYPE_CHECKING:
     from hunav_drake.systems.evaluation.recording import Recording
     from hunav_drake.systems.world.routes import RouteMap
 
-Array = NDArray[np.float64]
 
 # The shortest ways keep at least this far from walls, in meters, also those
 # of a robot without extent.

@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.random_streams import (
     Purpose,
     check_seed,
@@ -16,7 +16,7 @@ from hunav_drake.systems.people.names import people_ids
 
 def draw_starts(
     humans: Sequence[HumanConfig], seed: int, jitter: float
-) -> NDArray[np.float64]:
+) -> Array:
     """Returns the poses (n, 3) at which people start: x, y, yaw in W.
 
     Offsets of x and y from those of the configurations are drawn by the seed,

@@ -9,9 +9,10 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from pydantic import ValidationError
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.random_streams import (
     Purpose,
     check_seed,
@@ -56,9 +57,7 @@ WEIGHTS: Mapping[str, Weight] = MappingProxyType(
 )
 
 
-def draw_weights(
-    humans: Sequence[HumanConfig], seed: int
-) -> NDArray[np.float64]:
+def draw_weights(humans: Sequence[HumanConfig], seed: int) -> Array:
     """Returns the weights of people, as their modes give them.
 
     Each person's draws follow from the seed and the person's number alone:
@@ -123,7 +122,7 @@ _MODES: Mapping[ForcesMode, Callable[[int, Sequence[int]], ArrayLike]] = (
 )
 
 
-def check_weights(weights: ArrayLike, num_humans: int) -> NDArray[np.float64]:
+def check_weights(weights: ArrayLike, num_humans: int) -> Array:
     """Returns weights that `SocialForceParameters` allows, as an array.
 
     Args:

@@ -7,12 +7,10 @@ because it runs once per step also when nobody looks.
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.kernels import jit
 from hunav_drake.systems.common.layout import STATE_SIZE, VX, VY, YAW, X, Y
-
-Array = NDArray[np.float64]
 
 # The figure that walks, in meters: from hip to knee, from knee to sole, and
 # from below the ankle back to the heel and forward to the ball of the foot.

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 import shapely
 
-Array = NDArray[np.float64]
+from hunav_drake.systems.common.arrays import Array
 
 
 @dataclass(frozen=True)

@@ -5,12 +5,10 @@ import itertools
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.world import visibility_graph
 from hunav_drake.systems.world.obstacles import Obstacles
-
-Array = NDArray[np.float64]
 
 # Smaller angles are straight on, in radians.
 _STRAIGHT = 1e-6

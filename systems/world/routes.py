@@ -6,15 +6,14 @@ import functools
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import Command
 from hunav_drake.systems.world import visibility_graph
 from hunav_drake.systems.world.corners import corner_vertices
 from hunav_drake.systems.world.obstacles import Obstacles
 from hunav_drake.systems.world.route_files import kept
-
-Array = NDArray[np.float64]
 
 # A door that everybody finds is a little wider than twice this, in meters.
 _LARGEST_CLEARANCE = 0.3

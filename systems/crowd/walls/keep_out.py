@@ -9,8 +9,9 @@ import math
 
 from numba import float64
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.kernels import (
     MATRIX,
     VECTOR,
@@ -52,13 +53,13 @@ _TILT = 1e-12
 _DIFFERENCE = 1e-5
 
 
-def wall_margins(radii: ArrayLike) -> NDArray[np.float64]:
+def wall_margins(radii: ArrayLike) -> Array:
     """Returns how far from walls people with some radii are kept, in meters.
 
     It is the radius, but at most 0.1 m: walls that people only lean on are left
     to the forces.
     """
-    margins: NDArray[np.float64] = np.clip(
+    margins: Array = np.clip(
         np.asarray(radii, dtype=float), _LEAST_MARGIN, _MARGIN
     )
     return margins
@@ -264,11 +265,8 @@ def keep_out_of_walls(before, after, margins, table):
 
 
 def wall_derivatives(
-    before: NDArray[np.float64],
-    after: NDArray[np.float64],
-    margins: NDArray[np.float64],
-    table: NDArray[np.float64],
-) -> NDArray[np.float64]:
+    before: Array, after: Array, margins: Array, table: Array
+) -> Array:
     """Returns the derivatives of `keep_out_of_walls`, with its arguments.
 
     They are exact for people who meet no wall, and central differences, good

@@ -3,15 +3,12 @@
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hunav_drake.systems.common.arrays import Array, Mask
 from hunav_drake.systems.common.layout import VX, VY, X, Y
 from hunav_drake.systems.evaluation.metric import register_metric
 from hunav_drake.systems.evaluation.metrics.goal import SEAN
 from hunav_drake.systems.evaluation.recording import Recording
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 # Speeds of approach that differ by less are equal, in m/s.
 SPEED_RESOLUTION = 1e-6

@@ -8,16 +8,14 @@ loaded where it is used, so that metrics can be listed without it.
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import X, Y
 from hunav_drake.systems.evaluation.metric import register_metric
 from hunav_drake.systems.evaluation.metrics import reduce
 from hunav_drake.systems.evaluation.metrics.efficiency import GAO_HUANG
 from hunav_drake.systems.evaluation.path_features import polyline_length
 from hunav_drake.systems.evaluation.recording import Recording
-
-Array = NDArray[np.float64]
 
 _metric = partial(register_metric, family="comparison")
 

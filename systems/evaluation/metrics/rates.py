@@ -3,14 +3,12 @@
 from collections.abc import Callable
 from functools import partial
 
-import numpy as np
-from numpy.typing import NDArray
-
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.evaluation.metric import register_metric
 from hunav_drake.systems.evaluation.metrics import reduce
 from hunav_drake.systems.evaluation.recording import Recording
 
-Series = Callable[[Recording], NDArray[np.float64]]
+Series = Callable[[Recording], Array]
 
 _RATE = """
     The time average of what {} sums up.

@@ -1,9 +1,8 @@
 """Reduces a series over the samples to one number; NaN is skipped."""
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from hunav_drake.systems.common.arrays import Array
 
 
 def mean(series: Array) -> float:
