@@ -226,18 +226,16 @@ class Evaluator(LeafSystem):
                 f"{self.GetSystemPathname()}: nothing has been recorded by"
                 f" t = {context.get_time():g} s; it waits for its port {what!r}"
             )
-        nodes = last.nodes()
-        status = None
-        if nodes[-1].status is not None:
-            idle = np.zeros(self._n)
-            status = np.array(
-                [idle if node.status is None else node.status for node in nodes]
-            )
-        humans = np.array([node.humans for node in nodes])
+        arrays = last.to_arrays()
+        count = len(arrays["times"])
+        status: Any = None
+        if arrays["has_status"][-1]:
+            status = np.zeros((count, self._n))
+            status[arrays["has_status"]] = arrays["status"]
         return Recording(
-            times=np.array([node.time for node in nodes]),
-            robot=np.array([node.robot for node in nodes]),
-            humans=humans.reshape(len(nodes), self._n, STATE_SIZE),
+            times=arrays["times"],
+            robot=arrays["robot"],
+            humans=arrays["humans"].reshape(count, self._n, STATE_SIZE),
             behavior_status=status,
             goal=self._GetGoal(context),
             **self._static,

@@ -277,11 +277,6 @@ def _restore(cls: type[Recording], values: dict[str, Any]) -> Recording:
 
 
 def _same(a: Any, b: Any) -> bool:
-    if isinstance(a, Obstacles) and isinstance(b, Obstacles):
-        return all(
-            np.array_equal(getattr(a, f.name), getattr(b, f.name))
-            for f in fields(Obstacles)
-        )
     if isinstance(a, np.ndarray) and isinstance(b, np.ndarray):
         return np.array_equal(a, b, equal_nan=True)
     return bool(type(a) is type(b) and a == b)

@@ -125,8 +125,8 @@ def nearest_points(obstacles: Obstacles, points: ArrayLike) -> Array:
     from hunav_drake.systems.world.nearest import nearest_on_shapes
 
     p = np.ascontiguousarray(points, dtype=float)
-    nearest: Array = nearest_on_shapes(p.reshape(-1, 2), obstacles.table)
-    return nearest.reshape(*p.shape[:-1], len(obstacles), 2)
+    nearest = nearest_on_shapes(p.reshape(-1, 2), obstacles.table)
+    return np.reshape(nearest, (*p.shape[:-1], len(obstacles), 2))
 
 
 def nearest_wall(obstacles: Obstacles, points: ArrayLike) -> Array:
