@@ -34,16 +34,9 @@ def is_at_goal[Value: (float, Array)](
 ) -> bool | Mask:
     """Tells whether, or where, a robot is at its goal.
 
-    Args:
-        pose: x, y and yaw of the robot, in meters and radians: numbers, or
-            arrays of one shape.
-        goal: The pose to reach, in the same units.
-        tolerance: It is at the goal if it is closer than this, in meters,
-        yaw_tolerance: and turned from the goal's heading by this at most, in
-            radians.
-
-    Returns:
-        Truth, or an array of it.
+    It is if it is closer than the tolerance, in meters, and turned from the
+    goal's heading by the yaw tolerance at most, in radians. The pose (x, y,
+    yaw) may be of arrays of one shape.
     """
     x, y, yaw = pose
     dx, dy = x - goal[0], y - goal[1]

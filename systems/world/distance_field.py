@@ -32,16 +32,10 @@ class DistanceField:
     resolution: float
 
     def at(self, points: ArrayLike) -> Array:
-        """Returns the distances at the nearest places of the grid.
+        """Returns the distances of points (..., 2), in meters.
 
-        They are off by at most ``resolution / sqrt(2)`` within the grid.
-
-        Args:
-            points: Shape (..., 2), in meters. Those outside of the grid have
-                the distance of its nearest place.
-
-        Returns:
-            Shape (...), in meters.
+        They are those of the nearest places of the grid, and within it off by
+        at most ``resolution / sqrt(2)``.
         """
         cells = (
             np.asarray(points, dtype=float) - self.origin

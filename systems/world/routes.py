@@ -113,16 +113,10 @@ class RouteMap:
     def guide(self, positions: ArrayLike, command: Array) -> Array:
         """Returns commands whose goals are the next waypoints.
 
-        A waypoint that is not the goal has a radius of zero, so that people
-        do not slow down there. People without a goal, or at the goal, keep
-        their commands.
-
-        Args:
-            positions: Shape (n, 2 or more): x, y, ..., in meters.
-            command: Shape (n, COMMAND_SIZE).
-
-        Returns:
-            Shape (n, COMMAND_SIZE); `command` itself if nothing changes.
+        A waypoint that is not the goal has a radius of zero, so that people do
+        not slow down there. People without a goal, or at the goal, keep their
+        commands; it is `command` itself if nothing changes. Positions may have
+        more columns than x and y.
         """
         p = np.ascontiguousarray(positions, dtype=float)
         blocked = visibility_graph.needs_way(

@@ -186,8 +186,7 @@ def free_points(points, clearance, table):
 def straight_ways(points, clearance, table):
     """Returns the straight ways between points (m, 2) that see each other.
 
-    Returns:
-        Shape (e, 3): rows (i, j, length), j < i, in meters.
+    They are rows (i, j, length), j < i, in meters.
     """
     walls = opened(table)
     m = len(points)
@@ -215,8 +214,7 @@ def straight_ways(points, clearance, table):
 def straight_lengths(x, y, clearance, points, table):
     """Returns the lengths of the straight ways from (x, y) to points (m, 2).
 
-    Returns:
-        Shape (m,), in meters; infinity for points that one does not see.
+    They are infinite for points that one does not see.
     """
     walls = opened(table)
     result = np.full(len(points), np.inf)

@@ -36,12 +36,7 @@ from hunav_drake.systems.behavior.nodes.sequence_and_fallback import SEQUENCES
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-_BUILTIN = (
-    *SEQUENCES,
-    *PARALLEL_AND_BRANCHES,
-    *DECORATORS,
-    *BUILTIN_ACTIONS,
-)
+_BUILTIN = (*SEQUENCES, *PARALLEL_AND_BRANCHES, *DECORATORS, *BUILTIN_ACTIONS)
 _TYPES: dict[str, NodeType] = {it.name: it for it in _BUILTIN}
 # All registered node types, read-only.
 NODE_TYPES: Mapping[str, NodeType] = MappingProxyType(_TYPES)

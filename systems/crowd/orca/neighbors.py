@@ -60,20 +60,12 @@ def make_cells(x, y):
 
 @jit
 def find_neighbors(i, px, py, cells, reach, most, nearest, found):
-    """Returns how many people are nearest to person i, who is at (px, py).
+    """Finds the nearest people, not farther than `reach`, to i at (px, py).
 
-    Those who are as far as the last of them, to rounding, all count, so that
-    the result does not depend on the order of people.
-
-    Args:
-        i: The number of the person, who does not count.
-        px: The place, in meters.
-        py: Its y coordinate.
-        cells: From `make_cells`.
-        reach: People farther than this do not count, in meters.
-        most: How many are found, but for those equally far; >= 1.
-        nearest: Room for `most` numbers.
-        found: Receives the people's numbers; room for all people.
+    Those who are as far as the last of `most`, to rounding, all count, so that
+    the result does not depend on the order of people. Their numbers are written
+    to `found`, which has room for all; `nearest` is room for `most` numbers,
+    and `cells` is from `make_cells`. Returns how many there are.
     """
     order, x, y, begin, left, bottom, width, columns, rows = cells
     column = _index(px - left, width, columns)

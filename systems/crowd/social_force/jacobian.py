@@ -170,11 +170,8 @@ def force_jacobian(
 ):
     """Returns the derivatives of the total forces on n people.
 
-    The arguments are those of `kernel.social_forces`.
-
-    Returns:
-        Shape (2n, 6n + 7m): a row for each x and y of the total forces. See
-        the module for the columns.
+    The arguments are those of `kernel.social_forces`. A row for each x and y of
+    the forces makes the shape (2n, 6n + 7m): see the module for the columns.
     """
     walls = opened(table)
     n = len(states)

@@ -219,25 +219,18 @@ def keep_out_of_walls(before, after, margins, table):
     """Returns where people get to in a step without entering a wall.
 
     The straight line from before to after comes no nearer to a wall than the
-    margin, or than the person was before. What would, goes as far as it can
-    and then along the wall: the part of the rest of the displacement that
-    leads into the wall is lost, and so is that part of the velocity. Nobody
-    moves farther or faster than proposed, and who meets no wall has exactly
-    the state proposed. The yaw is always as proposed: people look where they
-    want to go.
+    margin, or than the person was before. What would, goes as far as it can and
+    then along the wall: the part of the rest of the displacement that leads
+    into the wall is lost, and so is that part of the velocity. Nobody moves
+    farther or faster than proposed, and who meets no wall has exactly the state
+    proposed. The yaw is always as proposed: people look where they want to go.
 
     Somebody inside a solid, or less than a micrometer from a wall, is put at
     the margin (less where there is no room) in front of the nearest outline
     that leads out, at rest; or stays there, at rest, if nothing does.
 
-    Args:
-        before: Shape (n, 6): x, y, yaw, vx, vy, omega.
-        after: Shape (n, 6): the states proposed.
-        margins: Shape (n,), in meters: see `wall_margins`.
-        table: `Obstacles.table`.
-
-    Returns:
-        Shape (n, 6).
+    States, also the result, have the shape (n, 6): x, y, yaw, vx, vy, omega.
+    The margins are those of `wall_margins`.
     """
     walls = opened(table)
     result = after.copy()
