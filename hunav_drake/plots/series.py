@@ -1,13 +1,12 @@
 """Plots over time: distance to people, and robot speed."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from hunav_drake.plots.approaches import NEAR, find_approaches, spans
 from hunav_drake.plots.runs import Runs, recordings
 from hunav_drake.plots.style import (
     SMALL_SIZE,
+    Axes,
     legend_outside,
     line_styles,
     new_axes,
@@ -16,9 +15,6 @@ from hunav_drake.plots.style import (
 )
 from hunav_drake.plots.zones import ZONES
 from hunav_drake.systems.evaluation.recording import Recording
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 _HEIGHT = 2.3
 
@@ -32,8 +28,8 @@ _LABEL_ROOM = 0.17
 
 
 def plot_distance_to_people(
-    data: Runs, *, near: float = NEAR, ax: "Axes | None" = None
-) -> "Axes":
+    data: Runs, *, near: float = NEAR, ax: Axes | None = None
+) -> Axes:
     """Draws the distance to the closest person over time.
 
     The distance is the gap between the surfaces of the robot and the person,
@@ -92,7 +88,7 @@ def plot_distance_to_people(
 
 
 def _mark_minima(
-    ax: "Axes", run: Recording, near: float, color: str, *, written: bool
+    ax: Axes, run: Recording, near: float, color: str, *, written: bool
 ) -> list[float]:
     """Marks the closest point of each approach, and returns the gaps."""
     closest = run.features.closest_gap
@@ -126,7 +122,7 @@ def _mark_minima(
     return gaps
 
 
-def _write(ax: "Axes", time: float, gap: float) -> None:
+def _write(ax: Axes, time: float, gap: float) -> None:
     from matplotlib.patheffects import withStroke
 
     ax.annotate(
@@ -144,8 +140,8 @@ def _write(ax: "Axes", time: float, gap: float) -> None:
 
 
 def plot_robot_speed(
-    data: Runs, *, near: float = NEAR, ax: "Axes | None" = None
-) -> "Axes":
+    data: Runs, *, near: float = NEAR, ax: Axes | None = None
+) -> Axes:
     """Draws the forward speed of the robot over time.
 
     Times with a person near are shaded, as in Fig. 6 of Perez-Higueras et al.,
@@ -211,7 +207,7 @@ def plot_robot_speed(
     return ax
 
 
-def _set_time_axis(ax: "Axes", runs: dict[str, Recording]) -> None:
+def _set_time_axis(ax: Axes, runs: dict[str, Recording]) -> None:
     ax.set_xlabel("time (s)")
     if runs:
         start = min(run.times[0] for run in runs.values())

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import shapely
@@ -12,6 +12,7 @@ from hunav_drake.plots.style import (
     COLUMN,
     ROBOT,
     SMALL_SIZE,
+    Axes,
     draw_walls,
     legend_outside,
     line_styles,
@@ -21,10 +22,6 @@ from hunav_drake.plots.style import (
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import RADIUS, X, Y
 from hunav_drake.systems.evaluation.recording import Recording
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
 
 # Round numbers for the time between marks, in seconds, and about how many marks
 # there are.
@@ -63,8 +60,8 @@ class _Label(NamedTuple):
 
 
 def plot_trajectories(
-    data: Runs, *, mark_every: float | None = None, ax: "Axes | None" = None
-) -> "Axes":
+    data: Runs, *, mark_every: float | None = None, ax: Axes | None = None
+) -> Axes:
     """Draws the trajectories of the robot and the people on the map.
 
     Discs show the start positions in true size, and the star is the goal. Dots
@@ -125,7 +122,7 @@ def trajectories_height(data: Runs) -> float:
     return scale * float(high[1] - low[1]) + (0.5 if tall else 0.8)
 
 
-def _draw_run(ax: "Axes", run: Recording, every: float) -> list[_Label]:
+def _draw_run(ax: Axes, run: Recording, every: float) -> list[_Label]:
     """Draws a single run, with a color for each person or behavior."""
     _draw_start(ax, run.robot, ROBOT)
     _draw_path(ax, run.robot, color=ROBOT, lw=1.8, label="robot", zorder=3)
@@ -150,11 +147,11 @@ def _draw_run(ax: "Axes", run: Recording, every: float) -> list[_Label]:
     return labels
 
 
-def _draw_path(ax: "Axes", states: Array, **options: Any) -> None:
+def _draw_path(ax: Axes, states: Array, **options: Any) -> None:
     ax.plot(states[:, X], states[:, Y], solid_capstyle="round", **options)
 
 
-def _draw_start(ax: "Axes", states: Array, color: str) -> None:
+def _draw_start(ax: Axes, states: Array, color: str) -> None:
     from matplotlib.patches import Circle
 
     there = np.flatnonzero(~np.isnan(states[:, X]))
@@ -164,7 +161,7 @@ def _draw_start(ax: "Axes", states: Array, color: str) -> None:
 
 
 def _mark_times(
-    ax: "Axes",
+    ax: Axes,
     times: Array,
     states: Array,
     every: float,
@@ -237,9 +234,7 @@ def _bounds(runs: list[Recording]) -> tuple[Array, Array]:
     return low - margin, high + margin
 
 
-def _place_labels(
-    ax: "Axes", labels: Sequence[_Label], *, scale: float
-) -> None:
+def _place_labels(ax: Axes, labels: Sequence[_Label], *, scale: float) -> None:
     """Writes labels beside their points, away from drawn lines and each other.
 
     They are placed in the given order; those without room are left out. One

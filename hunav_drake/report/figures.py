@@ -3,20 +3,17 @@
 from collections.abc import Callable, Sequence
 import io
 import re
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 import warnings
 
 from hunav_drake.plots.runs import Runs, recordings
 from hunav_drake.plots.series import plot_distance_to_people, plot_robot_speed
-from hunav_drake.plots.style import COLUMN
+from hunav_drake.plots.style import COLUMN, Axes
 from hunav_drake.plots.trajectories import (
     plot_trajectories,
     trajectories_height,
 )
 from hunav_drake.plots.zones import plot_zones, zones_height
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 
 class ReportFigure(NamedTuple):
@@ -35,7 +32,7 @@ def make_figure(
     name: str,
     caption: str,
     size: tuple[float, float],
-    draw: Callable[["Axes"], object],
+    draw: Callable[[Axes], object],
     *,
     layout: str = "constrained",
 ) -> ReportFigure:
