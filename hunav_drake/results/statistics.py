@@ -71,19 +71,15 @@ def summarize(
     _check_confidence(confidence)
     names = _metric_columns(runs, by, metrics)
     rates = set(_listed(rates))
-    kinds: Iterable[tuple[Any, pd.DataFrame]] = (
-        runs.groupby(by, sort=False, dropna=False) if by else [((), runs)]
-    )
     rows = {}
-    for kind, part in kinds:
+    for kind, part in _groups(runs, by):
         for name in names:
             values = part[name].to_numpy(dtype=float)
             values = values[np.isfinite(values)]
             if name in rates:
                 _check_rate(name, values)
-                ends = wilson_interval(
-                    int(values.sum()), len(values), confidence
-                )
+                successes = int(values.sum())
+                ends = wilson_interval(successes, len(values), confidence)
             else:
                 ends = mean_interval(values, confidence, seed)
             rows[(*kind, name)] = _describe(values) | dict(
@@ -139,11 +135,8 @@ def compare(
     names = _metric_columns(runs, [*by, *pair, on], metrics)
     one, other = _pairs(runs, (a, b), on, [*by, *pair], names)
     kinds = one.index.to_frame(index=False)
-    groups: Iterable[tuple[Any, pd.DataFrame]] = (
-        kinds.groupby(by, sort=False, dropna=False) if by else [((), kinds)]
-    )
     rows = {}
-    for kind, part in groups:
+    for kind, part in _groups(kinds, by):
         for name in names:
             x = one[name].to_numpy(dtype=float)[part.index]
             y = other[name].to_numpy(dtype=float)[part.index]
@@ -154,12 +147,14 @@ def compare(
             rows[(*kind, name)] = row | {"better": {"a": a, "b": b}.get(better)}
     table = _table(runs, rows, [*by, "metric"])
     # pandas would make NaN of None among texts.
-    table["better"] = pd.Series(
-        [row["better"] for row in rows.values()],
-        index=table.index,
-        dtype=object,
-    )
+    told = [row["better"] for row in rows.values()]
+    table["better"] = pd.Series(told, table.index, dtype=object)
     return table
+
+
+def _groups(table: pd.DataFrame, by: list[str]) -> Any:
+    """Returns the kinds of rows that columns tell apart, and their rows."""
+    return table.groupby(by, sort=False, dropna=False) if by else [((), table)]
 
 
 def _pairs(
