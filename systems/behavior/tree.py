@@ -30,8 +30,6 @@ from hunav_drake.systems.common.arrays import Array
 # let a small tree stop the simulation.
 MAX_WORK = 100_000
 
-# The person, the memory, and the rows of people and of robots: see `Tree.tick`.
-TickArguments = tuple[Person, Sequence[float], Array, Array]
 Wrapper = Callable[[Node, TickFunction], TickFunction]
 
 
