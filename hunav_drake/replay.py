@@ -13,6 +13,7 @@ A run is recorded by the visualizer of the scene:
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+import itertools
 import math
 import os
 from pathlib import Path
@@ -200,14 +201,8 @@ def camera_pose(bounds: Bounds, aspect: float = _ASPECT) -> tuple[Array, Array]:
     s, c = math.sin(_ELEVATION), math.cos(_ELEVATION)
     up = s * ahead + c * np.array([0.0, 0.0, 1.0])
     back = -c * ahead + s * np.array([0.0, 0.0, 1.0])
-    corners = np.array(
-        [
-            [x, y, z]
-            for x in (bounds.x_min, bounds.x_max)
-            for y in (bounds.y_min, bounds.y_max)
-            for z in (0.0, _HEIGHT)
-        ]
-    )
+    xs, ys = (bounds.x_min, bounds.x_max), (bounds.y_min, bounds.y_max)
+    corners = np.array([*itertools.product(xs, ys, (0.0, _HEIGHT))])
     tan_up = math.tan(_FIELD_OF_VIEW / 2)
     tan_right = aspect * tan_up
     p_WT = np.array([*bounds.center, 0.0])

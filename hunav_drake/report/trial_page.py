@@ -17,7 +17,7 @@ from hunav_drake.report.tables import (
     provenance_table,
 )
 from hunav_drake.results.metric_facts import is_built_in, unit_of
-from hunav_drake.results.trial_result import TrialResult
+from hunav_drake.results.trial_result import TrialResult, run_facts
 from hunav_drake.systems.evaluation.metrics import METRICS
 
 # The height of plots over time, in inches.
@@ -42,20 +42,15 @@ _ROBOT_METRICS = (
 
 def trial_content(result: TrialResult) -> dict[str, Any]:
     """Returns what the template `trial.html` shows."""
-    told = [
-        f"{key} {value}"
-        for key, value in (
-            ("planner", result.provenance.get("planner", "")),
-            ("setting", result.setting),
-            ("seed", result.provenance.get("seed", "")),
-        )
-        if value != ""
-    ]
     n = result.recording.num_humans
     time = number(result.end_time)
     message = result.end_message or result.end_reason
     return {
-        "about": [*told, "1 person" if n == 1 else f"{n} people", f"{time} s"],
+        "about": [
+            *run_facts(result),
+            "1 person" if n == 1 else f"{n} people",
+            f"{time} s",
+        ],
         "ending": {
             "reason": result.end_reason,
             "time": time,
