@@ -1,6 +1,7 @@
 """Reads a file of trees and the files that it includes."""
 
 from dataclasses import dataclass, field
+import os
 from pathlib import Path
 
 from hunav_drake.systems.behavior.language.blackboard import GIVEN
@@ -75,14 +76,6 @@ class Documents:
         """Returns the ports of the main tree that can be set by the user."""
         ports = self.ports.get(self.main, {})
         return {name: it for name, it in ports.items() if name not in GIVEN}
-
-
-def is_file(path: Path) -> bool:
-    """Returns whether a path is a regular file; False for too long a path."""
-    try:
-        return path.is_file()
-    except OSError:
-        return False
 
 
 def read_file(path: Path) -> bytes:
@@ -207,7 +200,7 @@ def _include(
     if len(documents.read) == MAX_FILES:
         raise fault(f"more than {MAX_FILES} files are included")
     documents.read.add(path)
-    if not is_file(path):
+    if not os.path.isfile(path):
         raise fault(f"there is no file {path}")
     documents.open.append(path)
     _load(read_file(path), str(path), path.parent, documents)
