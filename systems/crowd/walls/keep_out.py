@@ -26,12 +26,7 @@ from hunav_drake.systems.world.sweep import (
     nearest_free,
     path_distance,
 )
-from hunav_drake.systems.world.walls import (
-    opened,
-    out_of_box,
-    runs_in,
-    segments_near,
-)
+from hunav_drake.systems.world.walls import opened, out_of_box, runs_in
 
 # The distance that centers of large bodies keep from walls, in meters: it lets
 # everybody through a door of 0.8 m, which is as wide as a large body.
@@ -200,17 +195,29 @@ def _slide(x, y, dx, dy, vx, vy, margin, tolerance, walls):
 @jit
 def _touches(x, y, to_x, to_y, margin, tolerance, walls):
     """Tells if one stands on a wall, and if a step from there meets one."""
+    segments = walls.segments
     stands = False
     meets = False
-    for s in segments_near(x, y, to_x, to_y, margin, walls):
-        distance = distance_to(x, y, walls.segments, s)
-        if distance < _SKIN:
-            stands = True
-        elif (
-            path_distance(x, y, to_x, to_y, walls.segments, s)
-            < min(margin, distance) - tolerance
-        ):
-            meets = True
+    box = 0
+    while box < len(walls.boxes):
+        if out_of_box(x, y, to_x, to_y, margin, walls.boxes, box):
+            box = walls.links[box, 0]
+            continue
+        run = walls.links[box, 1]
+        box += 1
+        if run < 0:
+            continue
+        for s in range(walls.runs[run, 0], walls.runs[run, 1]):
+            if out_of_box(x, y, to_x, to_y, margin, segments, s):
+                continue
+            distance = distance_to(x, y, segments, s)
+            if distance < _SKIN:
+                stands = True
+            elif (
+                path_distance(x, y, to_x, to_y, segments, s)
+                < min(margin, distance) - tolerance
+            ):
+                meets = True
     return stands, meets
 
 
