@@ -13,14 +13,15 @@ A run is recorded by the visualizer of the scene:
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+import itertools
 import math
 import os
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.geometry import Meshcat, MeshcatParams, MeshcatVisualizer
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.files import atomic_write
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.robot.robot_config import RobotConfig
@@ -189,9 +190,7 @@ def SaveReplay(meshcat: Meshcat, filename: str | os.PathLike[str]) -> Path:
     return path
 
 
-def camera_pose(
-    bounds: Bounds, aspect: float = _ASPECT
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def camera_pose(bounds: Bounds, aspect: float = _ASPECT) -> tuple[Array, Array]:
     """Returns where the camera is and where it looks, p_WC and p_WT, in m.
 
     The camera is as near as it can be with everything over the rectangle, up
@@ -202,14 +201,8 @@ def camera_pose(
     s, c = math.sin(_ELEVATION), math.cos(_ELEVATION)
     up = s * ahead + c * np.array([0.0, 0.0, 1.0])
     back = -c * ahead + s * np.array([0.0, 0.0, 1.0])
-    corners = np.array(
-        [
-            [x, y, z]
-            for x in (bounds.x_min, bounds.x_max)
-            for y in (bounds.y_min, bounds.y_max)
-            for z in (0.0, _HEIGHT)
-        ]
-    )
+    xs, ys = (bounds.x_min, bounds.x_max), (bounds.y_min, bounds.y_max)
+    corners = np.array([*itertools.product(xs, ys, (0.0, _HEIGHT))])
     tan_up = math.tan(_FIELD_OF_VIEW / 2)
     tan_right = aspect * tan_up
     p_WT = np.array([*bounds.center, 0.0])
@@ -228,9 +221,7 @@ def camera_pose(
     return p_WT + distance * back, p_WT
 
 
-def _view_axes(
-    bounds: Bounds,
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _view_axes(bounds: Bounds) -> tuple[Array, Array]:
     """Returns the directions to the right and ahead of the camera, in W."""
     width, depth = bounds.size
     right = np.array([1.0, 0.0, 0.0] if width >= depth else [0.0, 1.0, 0.0])

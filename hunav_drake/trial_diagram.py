@@ -63,8 +63,28 @@ def MakeTrialDiagram(
     )
     robot = robot_config.AddToBuilder(builder, time_step=time_step)
     planner = _AddPlanner(builder, scenario, obstacles)
-    evaluator = _AddEvaluator(builder, scenario, obstacles)
-    monitor = _AddMonitor(builder, scenario)
+    shared = {
+        "goal_tolerance": robot_config.goal_tolerance,
+        "goal_yaw_tolerance": robot_config.goal_yaw_tolerance,
+        "time_step": time_step,
+    }
+    evaluator = builder.AddNamedSystem(
+        "evaluator",
+        Evaluator(
+            scenario.humans,
+            config=scenario.evaluator,
+            obstacles=obstacles,
+            **shared,
+        ),
+    )
+    monitor = builder.AddNamedSystem(
+        "monitor",
+        TrialMonitor(
+            stuck_time=scenario.simulation.stuck_time,
+            stuck_distance=scenario.simulation.stuck_distance,
+            **shared,
+        ),
+    )
     monitor.made_for = _fixed_parts(scenario)
     scene = AddScene(
         builder,
@@ -80,29 +100,21 @@ def MakeTrialDiagram(
         planner.GetOutputPort("velocity_command"),
         robot.GetInputPort("velocity_command"),
     )
-    for port in (
-        humans.robot_states,
-        planner.GetInputPort("robot_state"),
-        evaluator.GetInputPort("robot_state"),
-        monitor.get_robot_state_input_port(),
-        scene.robot_state,
-    ):
-        builder.Connect(robot_state, port)
-    for port in (
-        planner.GetInputPort("human_states"),
-        evaluator.GetInputPort("human_states"),
-        scene.human_states,
-    ):
-        builder.Connect(humans.human_states, port)
-    builder.Connect(
-        humans.behavior_status, evaluator.GetInputPort("behavior_status")
-    )
+    builder.Connect(robot_state, humans.robot_states)
+    builder.Connect(robot_state, scene.robot_state)
+    builder.Connect(humans.human_states, scene.human_states)
+    given = {
+        "robot_state": robot_state,
+        "human_states": humans.human_states,
+        "behavior_status": humans.behavior_status,
+    }
     if robot_config.goal is not None:
-        goal = builder.AddNamedSystem(
-            "goal", ConstantVectorSource(robot_config.goal)
-        )
-        for system in (planner, evaluator, monitor):
-            builder.Connect(goal.get_output_port(), system.GetInputPort("goal"))
+        goal = ConstantVectorSource(robot_config.goal)
+        given["goal"] = builder.AddNamedSystem("goal", goal).get_output_port()
+    for system in (planner, evaluator, monitor):
+        for name, port in given.items():
+            if system.HasInputPort(name):
+                builder.Connect(port, system.GetInputPort(name))
     for name, port in (
         ("robot_state", robot_state),
         ("human_states", humans.human_states),
@@ -173,30 +185,3 @@ def _AddPlanner(
         fault = Fault("scenario", 0, "planner", message)
         raise ScenarioError("scenario", [fault])
     return planner
-
-
-def _AddEvaluator(
-    builder: DiagramBuilder, scenario: Scenario, obstacles: Obstacles
-) -> Evaluator:
-    evaluator = Evaluator(
-        scenario.humans,
-        time_step=scenario.simulation.time_step,
-        config=scenario.evaluator,
-        goal_tolerance=scenario.robot.goal_tolerance,
-        goal_yaw_tolerance=scenario.robot.goal_yaw_tolerance,
-        obstacles=obstacles,
-    )
-    builder.AddNamedSystem("evaluator", evaluator)
-    return evaluator
-
-
-def _AddMonitor(builder: DiagramBuilder, scenario: Scenario) -> TrialMonitor:
-    monitor = TrialMonitor(
-        goal_tolerance=scenario.robot.goal_tolerance,
-        goal_yaw_tolerance=scenario.robot.goal_yaw_tolerance,
-        stuck_time=scenario.simulation.stuck_time,
-        stuck_distance=scenario.simulation.stuck_distance,
-        time_step=scenario.simulation.time_step,
-    )
-    builder.AddNamedSystem("monitor", monitor)
-    return monitor

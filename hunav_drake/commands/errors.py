@@ -31,11 +31,9 @@ def print_import_hint(error: Exception, options: argparse.Namespace) -> None:
 def input_errors(
     *kinds: type[Exception], place: str | Path = ""
 ) -> Iterator[None]:
-    """Turns errors of these kinds, and of files, into an InputError.
+    """Turns OSError and errors of these kinds into an InputError.
 
-    Args:
-        kinds: The kinds besides OSError.
-        place: What an OSError is about; by default the file that it names.
+    An OSError is about `place`, by default the file that it names.
     """
     try:
         yield
@@ -86,11 +84,7 @@ def write_output(text: str, options: argparse.Namespace, done: str) -> int:
 
 
 def check_out(directory: Path) -> None:
-    """Checks, before a run, that its results can be written.
-
-    Raises:
-        InputError: If nothing can be written to the folder.
-    """
+    """Checks, before a run, that its results can be written."""
     import tempfile
 
     from hunav_drake.results.run_folders import RUNS

@@ -29,19 +29,7 @@ def evaluate_file(
     walls: str | None = None,
     reference: Path | None = None,
 ) -> TrialResult:
-    """Computes the metrics of a recording.
-
-    Args:
-        filename: The recording: see `ReadRecording`.
-        metric_names: Names of metrics, their aliases, families, "paper" or
-            "all".
-        goal: A goal "x,y" or "x,y,yaw" instead of the recording's, in meters
-            and radians; without yaw any heading is right.
-        goal_tolerance: "distance" or "distance,yaw" instead of the
-            recording's, in meters and radians.
-        walls: A scenario, shipped or a file, with the walls of the recording;
-            or "none" if there are no walls.
-        reference: A recording of the ideal trajectory of the robot.
+    """Computes the metrics of a recording, by options of `hunav evaluate`.
 
     Raises:
         OSError: If a file cannot be read.

@@ -42,14 +42,7 @@ def list_metrics() -> str:
 
 
 def show_metrics(names: Sequence[str]) -> str:
-    """Returns the full descriptions of metrics.
-
-    Args:
-        names: Names of metrics, their aliases, families, "paper" or "all".
-
-    Raises:
-        ValueError: If a name is unknown.
-    """
+    """Returns the full descriptions of metrics: see `select_metrics`."""
     blocks = []
     for metric in select_metrics(names):
         facts = [

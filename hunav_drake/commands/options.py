@@ -69,13 +69,7 @@ def load_scenario(
 ) -> "Scenario":
     """Loads the scenario that the options choose and change.
 
-    Args:
-        scenario: A shipped scenario, or a file.
-        options: The options of `add_scenario_options`.
-        more: More changes, which are applied last.
-
-    Raises:
-        InputError: If it has faults.
+    Of all changes, `more` are applied last. Faults are an InputError.
     """
     from hunav_drake.scenario import LoadScenario, ScenarioError
 

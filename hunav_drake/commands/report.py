@@ -36,12 +36,12 @@ def add_report_command(commands: Any) -> None:
 
 
 def _report(options: argparse.Namespace) -> int:
-    from hunav_drake.results.files import load_results
+    from hunav_drake.results.files import LoadResults
 
     directory: Path = options.directory
     left_out: dict[str, str] = {}
     with input_errors():
-        results = load_results(directory, left_out)
+        results = LoadResults(directory, damaged=left_out)
     for tag, reason in list(left_out.items())[:_MOST_LINES]:
         print(f"hunav: left out the run {tag}: {reason}", file=sys.stderr)
     if len(left_out) > _MOST_LINES:

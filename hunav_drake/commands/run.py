@@ -1,6 +1,7 @@
 """The command `hunav run`."""
 
 import argparse
+from collections.abc import Callable, Iterator
 import contextlib
 import dataclasses
 import logging
@@ -103,9 +104,8 @@ def _run(options: argparse.Namespace) -> int:
     with contextlib.ExitStack() as stack, input_errors(ScenarioError):
         progress = None
         if not options.quiet:
-            progress = stack.enter_context(
-                _ProgressBar(scenario.simulation.duration)
-            ).show
+            bar = _progress_bar(scenario.simulation.duration)
+            progress = stack.enter_context(bar)
         result = RunTrial(
             scenario,
             options.seed,
@@ -161,24 +161,11 @@ def _keep(
         print(f"Replay, for a browser: {folder / 'replay.html'}")
 
 
-class _ProgressBar:
+@contextlib.contextmanager
+def _progress_bar(duration: float) -> Iterator[Callable[[float], None]]:
     """Shows the simulated seconds of a trial, if the output is a terminal."""
+    from tqdm import tqdm
 
-    def __init__(self, duration: float) -> None:
-        from tqdm import tqdm
-
-        self._bar = tqdm(
-            total=duration,
-            bar_format="{l_bar}{bar}| {n:.1f}/{total:.1f} s",
-            disable=None,
-            leave=False,
-        )
-
-    def __enter__(self) -> "_ProgressBar":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._bar.close()
-
-    def show(self, seconds: float) -> None:
-        self._bar.update(seconds - self._bar.n)
+    form = "{l_bar}{bar}| {n:.1f}/{total:.1f} s"
+    with tqdm(total=duration, bar_format=form, disable=None, leave=False) as it:
+        yield lambda seconds: it.update(seconds - it.n)

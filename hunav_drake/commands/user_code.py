@@ -15,12 +15,8 @@ _PACKAGE = str(Path(__file__).resolve().parents[1])
 def import_user_code(names: Iterable[str]) -> None:
     """Imports modules that register parts of a simulation.
 
-    Args:
-        names: Paths of Python files, or names of modules, either installed or
-            in the current folder.
-
-    Raises:
-        InputError: If a module cannot be imported; the text names the line.
+    They are paths of Python files, or names of modules, either installed or in
+    the current folder. An InputError names the line of what cannot be imported.
     """
     for name in names:
         try:

@@ -145,11 +145,9 @@ class HunavImport:
     def build(
         self, checks: Sequence[Check], overrides: Mapping[Loc, str] = _NONE
     ) -> Scenario:
-        """Makes the scenario.
+        """Makes the scenario, which must pass checks beyond the schema.
 
-        Args:
-            checks: What it must pass beyond the schema.
-            overrides: The parts that were set on the command line, and how.
+        What was set on the command line is in `overrides`.
 
         Raises:
             ScenarioError: With all that is wrong in the files.
@@ -196,8 +194,7 @@ class HunavImport:
         loc: Loc = (_METRICS_KEY, _PARAMETERS)
         evaluator = self.data["evaluator"] = {}
         frequency = settings.get("frequency", 1.0)
-        is_number = type(frequency) in (int, float)
-        if not is_number or not frequency >= 0:
+        if type(frequency) not in (int, float) or not frequency >= 0:
             rule = "must be a number of Hz, 0 for every step"
             self._report((*loc, "frequency"), f"{rule}, got {shown(frequency)}")
         elif frequency > 0:
@@ -233,7 +230,11 @@ class HunavImport:
                 human[field] = agent[key]
         self._look_for_typing_errors(agent, loc)
         self._add_behavior(agent, human, loc, here)
-        self._add_pose(agent, human, loc, here)
+        pose = self._numbers(agent, "init_pose", "xyh", loc, (*here, "pose"))
+        if pose is None:
+            self._known.append((*here, "pose"))
+        else:
+            human["pose"] = pose
         self._add_goals(agent, human, loc, here)
 
     def _add_behavior(
@@ -242,11 +243,8 @@ class HunavImport:
         number = agent.get("behavior", 1)
         loc = (*loc, "behavior")
         if isinstance(number, dict):
-            mode = self._choice(
-                number.get("configuration", 0),
-                _FORCES_MODES,
-                (*loc, "configuration"),
-            )
+            given = number.get("configuration", 0)
+            mode = self._choice(given, _FORCES_MODES, (*loc, "configuration"))
             human["forces_mode"] = mode or "default"
             if mode == "custom":
                 forces = human["forces"] = {}
@@ -270,17 +268,6 @@ class HunavImport:
         self._report(loc, f"must be one of {known}; got {shown(number)}")
         return None
 
-    def _add_pose(
-        self, agent: dict[str, Any], human: dict[str, Any], loc: Loc, here: Loc
-    ) -> None:
-        loc, here = (*loc, "init_pose"), (*here, "pose")
-        self._origin(here, loc)
-        pose = self._numbers(agent.get("init_pose"), loc, here, heading=True)
-        if pose is None:
-            self._known.append(here)
-        else:
-            human["pose"] = pose
-
     def _add_goals(
         self, agent: dict[str, Any], human: dict[str, Any], loc: Loc, here: Loc
     ) -> None:
@@ -299,28 +286,27 @@ class HunavImport:
                 self._report((*loc, "goals", i), problem)
                 continue
             at: Loc = (*here, "goals", len(goals))
-            self._origin(at, (*loc, name))
-            goal = self._numbers(agent[name], (*loc, name), at)
+            goal = self._numbers(agent, name, "xy", loc, at)
             if goal is not None:
                 goals.append(goal)
 
     def _numbers(
-        self, point: Any, loc: Loc, here: Loc, *, heading: bool = False
+        self, agent: dict[str, Any], name: str, keys: str, loc: Loc, here: Loc
     ) -> list[Any] | None:
         """Returns x, y and perhaps h of a point; reports what is missing."""
+        loc = (*loc, name)
+        self._origin(here, loc)
+        point = agent.get(name)
         if not isinstance(point, dict):
             rule = "must be a mapping with x and y"
             self._report(loc, f"{rule}, got {shown(point)}")
             return None
-        missing = [key for key in ("x", "y") if key not in point]
+        missing = [key for key in "xy" if key not in point]
         for key in missing:
             self._report((*loc, key), "is missing")
-        if missing:
-            return None
-        keys = ("x", "y", "h") if heading else ("x", "y")
         for i, key in enumerate(keys):
             self._origin((*here, i), (*loc, key))
-        return [point.get(key, 0.0) for key in keys]
+        return None if missing else [point.get(key, 0.0) for key in keys]
 
     def _look_for_typing_errors(self, agent: dict[str, Any], loc: Loc) -> None:
         """Reports a key that looks like a known one; others are let be."""
@@ -340,22 +326,16 @@ class HunavImport:
                 return parameters
             found = document.plain()
             keys = list(found)[:10] if isinstance(found, dict) else []
-            self._faults.append(
-                Fault(
-                    document.name,
-                    0,
-                    f"{node}.{_PARAMETERS}",
-                    "is missing; the file has "
-                    + (", ".join(map(shown, keys)) or "no keys"),
-                )
-            )
+            has = ", ".join(map(shown, keys)) or "no keys"
+            message = f"is missing; the file has {has}"
+            path = f"{node}.{_PARAMETERS}"
+            self._faults.append(Fault(document.name, 0, path, message))
         raise ScenarioError(document.name, self._faults)
 
     def _origin(self, here: Loc, loc: Loc) -> None:
         self._origins[here] = (self._document, loc)
 
     def _report(self, loc: Loc, message: str) -> None:
-        document = self._document
+        name, line = self._document.name, self._document.line(loc)
         path = path_text(None, loc[2:])
-        line = document.line(loc)
-        self._faults.append(Fault(document.name, line, path, message))
+        self._faults.append(Fault(name, line, path, message))

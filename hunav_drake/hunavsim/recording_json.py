@@ -6,16 +6,14 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hunav_drake.hunavsim.agents_yaml import BEHAVIOR_NAMES
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import STATE_SIZE
 from hunav_drake.systems.evaluation.recording import (
     GOAL_YAW_TOLERANCE,
     Recording,
 )
-
-Array = NDArray[np.float64]
 
 # What every entry of the robot or an agent has.
 _STATE_KEYS = (
@@ -36,10 +34,7 @@ _SECOND = 10**9
 
 
 def parse_json(text: str) -> Recording:
-    """Makes a recording of messages: see `ReadRecording`.
-
-    Args:
-        text: The messages, in JSON.
+    """Makes a recording of messages in JSON: see `ReadRecording`.
 
     Raises:
         ValueError: If it is not such a text. It names the place.

@@ -9,8 +9,8 @@ from numpy.typing import ArrayLike, NDArray
 from pydrake.systems.framework import Context
 
 from hunav_drake.humans import MakeHumans
-from hunav_drake.hunavsim.stepwise import Array, StepwiseHumans
 from hunav_drake.seeds import SetHumansSeed
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.checks import check_kind
 from hunav_drake.systems.common.layout import STATE_SIZE
 from hunav_drake.systems.crowd import CrowdConfig
@@ -118,9 +118,8 @@ class AgentServices:
             seed=seed,
             separate_trees=False,
         )
-        self._people = StepwiseHumans(
-            self._diagram, num_robots=num_robots, time_step=time_step
-        )
+        self._crowd = self._diagram.GetSubsystemByName("crowd")
+        self._trees = self._diagram.GetSubsystemByName("behaviors")
         self._ids = people_ids(humans)
         self._num_robots = num_robots
         self._time_step = time_step
@@ -148,7 +147,7 @@ class AgentServices:
     def agents(self) -> Agents:
         """The people as they are known, with no reaction active."""
         status = np.zeros(len(self._ids), dtype=np.int64)
-        return Agents(self._people.GetStates(self._context), status)
+        return Agents(self._get_states(self._context), status)
 
     def compute_agents(
         self,
@@ -178,11 +177,12 @@ class AgentServices:
         """
         steps = self._count_steps(dt)
         context = self._context
-        self._receive(context, *self._read(humans, robot))
+        self._receive(context, humans, robot)
         for _ in range(steps):
-            status = self._people.CalcBehaviorStatus(context)
-            self._people.StepAll(context)
-        return Agents(self._people.GetStates(context), status)
+            status = self._calc_status()
+            self._step_to(context)
+            context.SetTime(context.get_time() + self._time_step)
+        return Agents(self._get_states(context), status)
 
     def compute_agent(self, agent_id: int, dt: float | None = None) -> Agents:
         """Returns where one person is `dt` later, going by what is known.
@@ -201,7 +201,9 @@ class AgentServices:
         """
         index = self._index(agent_id)
         steps = self._count_steps(dt)
-        if not self._people.AreRobotsKnown(self._context):
+        if self._num_robots and not self._diagram.get_input_port().HasValue(
+            self._context
+        ):
             raise ValueError(
                 "robot: it is not known yet where the robots are: pass them to"
                 " reset_agents or to another call first"
@@ -234,14 +236,12 @@ class AgentServices:
         """
         index = self._index(agent_id)
         steps = self._count_steps(dt)
-        states, robots = self._read(humans, robot)
-        given = (states.tobytes(), robots.tobytes())
         old = self._round
+        given = self._receive(self._context, humans, robot)
         if old is None or old.given != given or index in old.moved:
-            self._receive(self._context, states, robots)
             self._round = self._begin(given)
         else:
-            self._people.SetStates(self._context, states)
+            self._round = old
         return self._step_one(index, steps)
 
     def reset_agents(
@@ -266,15 +266,15 @@ class AgentServices:
                 or if the seed is not a whole number in [0, 2^63).
         """
         if seed is None:
-            seed = self._people.GetSeed(self._context)
+            own = self._crowd.GetMyContextFromRoot(self._context)
+            seed = self._crowd.GetSeed(own)
         context = self._diagram.CreateDefaultContext()
         SetHumansSeed(self._diagram, context, seed)
-        start = self._people.GetStates(context) if humans is None else humans
+        start = self._get_states(context) if humans is None else humans
         if robot is None:
-            states = _rows(start, len(self._ids), "humans")
-            self._people.SetStates(context, states)
+            self._set_states(context, _rows(start, len(self._ids), "humans"))
         else:
-            self._receive(context, *self._read(start, robot))
+            self._receive(context, start, robot)
         self._context = context
         self._round = None
         return self.agents
@@ -302,33 +302,49 @@ class AgentServices:
                 f"nobody has the number {agent_id}; there are: {known}"
             ) from None
 
-    def _read(
-        self, humans: ArrayLike, robot: ArrayLike | None
-    ) -> tuple[Array, Array]:
-        """Returns what the other simulator says, as rows."""
-        given: ArrayLike = [] if robot is None else robot
-        return (
-            _rows(humans, len(self._ids), "humans"),
-            _rows(given, self._num_robots, "robot"),
-        )
+    def _get_states(self, context: Context) -> Array:
+        port = self._diagram.GetOutputPort("human_states")
+        states: Array = port.Eval(context).reshape(-1, STATE_SIZE).copy()
+        return states
 
-    def _receive(self, context: Context, states: Array, robots: Array) -> None:
-        """Takes over what the other simulator says."""
+    def _set_states(self, context: Context, states: Array) -> None:
+        own = self._crowd.GetMyMutableContextFromRoot(context)
+        self._crowd.SetStates(own, states)
+
+    def _receive(
+        self, context: Context, humans: ArrayLike, robot: ArrayLike | None
+    ) -> tuple[bytes, bytes]:
+        """Takes over what the other simulator says, and returns it."""
+        states = _rows(humans, len(self._ids), "humans")
+        robot = [] if robot is None else robot
+        robots = _rows(robot, self._num_robots, "robot")
         self._round = None
-        self._people.FixRobots(context, robots)
-        self._people.SetStates(context, states)
+        if self._num_robots:
+            self._diagram.get_input_port().FixValue(context, robots.ravel())
+        self._set_states(context, states)
+        return states.tobytes(), robots.tobytes()
+
+    def _calc_status(self) -> NDArray[np.int64]:
+        """Returns the behavior status of all people in the next step."""
+        port = self._diagram.GetOutputPort("behavior_status")
+        status: NDArray[np.int64] = port.Eval(self._context).astype(np.int64)
+        return status
+
+    def _step_to(self, after: Context) -> None:
+        """Sets the state of everybody a step later; the time stays."""
+        after.SetDiscreteState(
+            self._diagram.EvalUniquePeriodicDiscreteUpdate(self._context)
+        )
 
     def _begin(self, given: tuple[bytes, bytes] | None) -> _Round:
         """Returns the step of everybody that is to be taken one by one."""
-        return _Round(
-            given=given,
-            after=self._people.CalcNext(self._context),
-            status=self._people.CalcBehaviorStatus(self._context),
-            moved=set(),
-        )
+        after = self._context.Clone()
+        self._step_to(after)
+        return _Round(given, after, self._calc_status(), moved=set())
 
     def _step_one(self, index: int, steps: int) -> Agents:
         """Moves one person by some steps, as if all were moved."""
+        context, trees = self._context, self._trees
         status = np.int64(0)
         for _ in range(steps):
             now = self._round
@@ -336,10 +352,16 @@ class AgentServices:
                 now = self._begin(None)
                 self._round = None
             now.moved.add(index)
-            self._people.StepOne(self._context, index, now.after)
+            states = self._get_states(context)
+            states[index] = self._get_states(now.after)[index]
+            self._set_states(context, states)
+            # The others stay, and their trees are not ticked.
+            own = trees.GetMyContextFromRoot(now.after)
+            memory = trees.GetMemory(own, index)
+            own = trees.GetMyMutableContextFromRoot(context)
+            trees.SetMemory(own, index, memory)
             status = now.status[index]
-        states = self._people.GetStates(self._context)
-        return Agents(states[index], np.asarray(status))
+        return Agents(self._get_states(context)[index], np.asarray(status))
 
 
 def _rows(values: Any, count: int, name: str) -> Array:

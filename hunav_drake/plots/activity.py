@@ -1,12 +1,11 @@
 """Timeline of people's reactions to the robot."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from hunav_drake.plots.approaches import spans
 from hunav_drake.plots.runs import Run, recordings
 from hunav_drake.plots.style import (
+    Axes,
     label_rows,
     legend_outside,
     line_styles,
@@ -15,11 +14,8 @@ from hunav_drake.plots.style import (
     shown,
 )
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
-
-def plot_behavior_activity(data: Run, *, ax: "Axes | None" = None) -> "Axes":
+def plot_behavior_activity(data: Run, *, ax: Axes | None = None) -> Axes:
     """Draws a timeline of people's reactions to the robot.
 
     Each person has a row: gray while the person is present, and in the color

@@ -1,12 +1,18 @@
 """Bar charts that compare planners over many runs."""
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 
-from hunav_drake.plots.style import PALETTE, label_rows, new_axes, note, shown
+from hunav_drake.plots.style import (
+    PALETTE,
+    Axes,
+    label_rows,
+    new_axes,
+    note,
+    shown,
+)
 from hunav_drake.results.metric_facts import unit_of
 from hunav_drake.results.quantity_text import label_text
 from hunav_drake.results.run_table import tabulate_runs
@@ -14,17 +20,14 @@ from hunav_drake.results.settings import contenders
 from hunav_drake.results.statistics import RATES, summarize
 from hunav_drake.results.trial_result import TrialResult
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
 
 def plot_comparison(
     runs: pd.DataFrame | Iterable[TrialResult],
     metric: str,
     *,
     by: str | None = None,
-    ax: "Axes | None" = None,
-) -> "Axes":
+    ax: Axes | None = None,
+) -> Axes:
     """Draws bars of a metric's mean over runs, with confidence intervals.
 
     The intervals are those of 95 %, and dots are single runs. Runs without a

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,6 +11,7 @@ from hunav_drake.plots.style import (
     COLUMN,
     PALETTE,
     YELLOW,
+    Axes,
     draw_walls,
     legend_outside,
     new_axes,
@@ -25,9 +26,6 @@ from hunav_drake.systems.common.layout import (
     Y,
 )
 from hunav_drake.systems.world.obstacles import Obstacles
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 _BLUE, _RED, _GREEN, _PURPLE, _ORANGE, _SKY, _BLACK = PALETTE
 _COLORS: Mapping[str, str] = MappingProxyType(
@@ -57,8 +55,8 @@ def plot_forces(
     robot_state: ArrayLike | None = None,
     obstacles: Obstacles | None = None,
     scale: float = 0.4,
-    ax: "Axes | None" = None,
-) -> "Axes":
+    ax: Axes | None = None,
+) -> Axes:
     """Draws people and the forces on them, seen from above.
 
     Each person is a disc with a nose in the direction of its heading. Each
@@ -113,7 +111,7 @@ def _rows(values: ArrayLike, width: int, name: str) -> Any:
     return array.reshape(-1, width)
 
 
-def _draw_discs(ax: "Axes", rows: Any, *, color: str, name: str) -> None:
+def _draw_discs(ax: Axes, rows: Any, *, color: str, name: str) -> None:
     from matplotlib.collections import LineCollection, PatchCollection
     from matplotlib.patches import Circle
 
@@ -138,7 +136,7 @@ def _draw_discs(ax: "Axes", rows: Any, *, color: str, name: str) -> None:
     ax.plot([], [], "o", ms=6, mfc=color, mec="0.2", alpha=0.5, label=name)
 
 
-def _draw_arrows(ax: "Axes", rows: Any, arrows: Any, name: str) -> None:
+def _draw_arrows(ax: Axes, rows: Any, arrows: Any, name: str) -> None:
     is_total = name == "total"
     ax.quiver(
         rows[:, X],

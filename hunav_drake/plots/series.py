@@ -1,13 +1,12 @@
 """Plots over time: distance to people, and robot speed."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from hunav_drake.plots.approaches import NEAR, find_approaches, spans
 from hunav_drake.plots.runs import Runs, recordings
 from hunav_drake.plots.style import (
     SMALL_SIZE,
+    Axes,
     legend_outside,
     line_styles,
     new_axes,
@@ -16,9 +15,6 @@ from hunav_drake.plots.style import (
 )
 from hunav_drake.plots.zones import ZONES
 from hunav_drake.systems.evaluation.recording import Recording
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 _HEIGHT = 2.3
 
@@ -32,8 +28,8 @@ _LABEL_ROOM = 0.17
 
 
 def plot_distance_to_people(
-    data: Runs, *, near: float = NEAR, ax: "Axes | None" = None
-) -> "Axes":
+    data: Runs, *, near: float = NEAR, ax: Axes | None = None
+) -> Axes:
     """Draws the distance to the closest person over time.
 
     The distance is the gap between the surfaces of the robot and the person,
@@ -65,11 +61,8 @@ def plot_distance_to_people(
             )
     ax.plot([], [], "v", ms=4.5, color="0.3", label="closest")
     top, lowest = 0.0, np.inf
-    for (name, run), style in zip(
-        runs.items(), line_styles(len(runs)), strict=True
-    ):
+    for (name, run), style in zip(runs.items(), _styles(runs), strict=True):
         gap = run.features.closest_gap
-        style = style if name else {"color": "black", "ls": "-"}
         ax.plot(run.times, gap, lw=1.2, label=shown(name) or None, **style)
         if np.isfinite(gap).any():
             top = max(top, float(np.nanmax(gap)))
@@ -92,9 +85,11 @@ def plot_distance_to_people(
 
 
 def _mark_minima(
-    ax: "Axes", run: Recording, near: float, color: str, *, written: bool
+    ax: Axes, run: Recording, near: float, color: str, *, written: bool
 ) -> list[float]:
     """Marks the closest point of each approach, and returns the gaps."""
+    from matplotlib.patheffects import withStroke
+
     closest = run.features.closest_gap
     # Of two people at one time, only the closer one is on the line.
     points = sorted(
@@ -121,31 +116,25 @@ def _mark_minima(
     span = run.times[-1] - run.times[0]
     for time, gap in points:
         if time - last >= _CROWDED * span:
-            _write(ax, time, gap)
+            ax.annotate(
+                f"{gap:.2f} m",
+                (time, gap),
+                # The line comes from above and goes back there.
+                xytext=(0, -4),
+                textcoords="offset points",
+                ha="center",
+                va="top",
+                fontsize=SMALL_SIZE,
+                zorder=5,
+                path_effects=[withStroke(linewidth=2.5, foreground="white")],
+            )
             last = time
     return gaps
 
 
-def _write(ax: "Axes", time: float, gap: float) -> None:
-    from matplotlib.patheffects import withStroke
-
-    ax.annotate(
-        f"{gap:.2f} m",
-        (time, gap),
-        # The line comes from above and goes back there.
-        xytext=(0, -4),
-        textcoords="offset points",
-        ha="center",
-        va="top",
-        fontsize=SMALL_SIZE,
-        zorder=5,
-        path_effects=[withStroke(linewidth=2.5, foreground="white")],
-    )
-
-
 def plot_robot_speed(
-    data: Runs, *, near: float = NEAR, ax: "Axes | None" = None
-) -> "Axes":
+    data: Runs, *, near: float = NEAR, ax: Axes | None = None
+) -> Axes:
     """Draws the forward speed of the robot over time.
 
     Times with a person near are shaded, as in Fig. 6 of Perez-Higueras et al.,
@@ -169,13 +158,11 @@ def plot_robot_speed(
     speeds = [run.features.forward_speed for run in runs.values()]
     low = min([0.0, *(float(s.min()) for s in speeds)])
     high = max([0.1, *(float(s.max()) for s in speeds)])
-    styles = line_styles(len(runs))
+    styles = _styles(runs)
     label: str | None = f"person within {near:g} m"
     for i, (name, run) in enumerate(runs.items()):
-        style = styles[i] if name else {"color": "black", "ls": "-"}
-        ax.plot(
-            run.times, speeds[i], lw=1.2, label=shown(name) or None, **style
-        )
+        label_of_run = shown(name) or None
+        ax.plot(run.times, speeds[i], lw=1.2, label=label_of_run, **styles[i])
         when = spans(run, run.features.closest_gap < near)
         if name:
             # Strips of the same height in a row under the lowest speed.
@@ -184,7 +171,7 @@ def plot_robot_speed(
             ax.broken_barh(
                 [(a, b - a) for a, b in when],
                 (bottom, strip),
-                color=style["color"],
+                color=styles[i]["color"],
                 lw=0,
                 gid="near",
             )
@@ -211,7 +198,14 @@ def plot_robot_speed(
     return ax
 
 
-def _set_time_axis(ax: "Axes", runs: dict[str, Recording]) -> None:
+def _styles(runs: dict[str, Recording]) -> list[dict[str, str]]:
+    """Returns the style of each run; a single one is black."""
+    black = {"color": "black", "ls": "-"}
+    styles = zip(runs, line_styles(len(runs)), strict=True)
+    return [style if name else black for name, style in styles]
+
+
+def _set_time_axis(ax: Axes, runs: dict[str, Recording]) -> None:
     ax.set_xlabel("time (s)")
     if runs:
         start = min(run.times[0] for run in runs.values())

@@ -5,9 +5,12 @@ from itertools import cycle, islice
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+    import matplotlib.axes
 
     from hunav_drake.systems.world.obstacles import Obstacles
+
+# Matplotlib is loaded when something is drawn, for it takes long.
+type Axes = matplotlib.axes.Axes
 
 # The width of a column of a paper, in inches.
 COLUMN = 3.4
@@ -46,18 +49,15 @@ def line_styles(count: int) -> list[dict[str, str]]:
 
 
 def new_axes(
-    ax: "Axes | None",
+    ax: Axes | None,
     height: float,
     width: float = COLUMN,
     layout: str = "constrained",
-) -> "Axes":
-    """Returns the axes to draw on, by default those of a new figure.
+) -> Axes:
+    """Returns the axes to draw on: the caller's, or those of a new figure.
 
-    Args:
-        ax: The axes of the caller, which are returned unchanged, or None.
-        height: The height of the new figure, in inches.
-        width: Its width, in inches.
-        layout: Its layout; "compressed" if the axes have a fixed aspect.
+    Sizes are in inches; the layout is "compressed" if the axes have a fixed
+    aspect.
     """
     if ax is not None:
         return ax
@@ -68,7 +68,7 @@ def new_axes(
     return ax
 
 
-def set_text_sizes(ax: "Axes") -> None:
+def set_text_sizes(ax: Axes) -> None:
     """Sets text sizes that fit a column, and hides needless lines."""
     ax.tick_params(labelsize=SMALL_SIZE)
     for axis in (ax.xaxis, ax.yaxis):
@@ -77,20 +77,15 @@ def set_text_sizes(ax: "Axes") -> None:
 
 
 def legend_outside(
-    ax: "Axes",
+    ax: Axes,
     columns: int = 3,
     *,
     beside: bool = False,
     title: str | None = None,
 ) -> None:
-    """Puts the legend outside of the axes, where it hides no data.
+    """Puts the legend above the axes, or `beside` them, where it hides no data.
 
-    Args:
-        ax: The axes.
-        columns: The number of entries in one line, if there is room.
-        beside: Whether to put it to the right, with one entry per line, instead
-            of above.
-        title: The title of the legend.
+    Above, it has up to so many columns, if there is room.
     """
     handles, labels = ax.get_legend_handles_labels()
     if not handles:
@@ -119,7 +114,7 @@ def legend_outside(
         text.set_parse_math(False)
 
 
-def _fitting(ax: "Axes", labels: list[str], columns: int) -> int:
+def _fitting(ax: Axes, labels: list[str], columns: int) -> int:
     """Returns how many columns of a legend fit above axes."""
     # About, in points: a letter is somewhat wider than half its height, and
     # the handle and the gap are as wide as six.
@@ -148,14 +143,14 @@ def shown(name: str) -> str:
     return f" {name}" if name.startswith("_") else name
 
 
-def label_rows(ax: "Axes", labels: Sequence[str]) -> None:
+def label_rows(ax: Axes, labels: Sequence[str]) -> None:
     """Writes a label beside each row of axes, the first at the top."""
     ax.set(yticks=range(len(labels)), ylim=(max(len(labels), 1) - 0.5, -0.5))
     ax.set_yticklabels(labels, fontsize=SMALL_SIZE, parse_math=False)
     ax.tick_params(axis="y", length=0)
 
 
-def note(ax: "Axes", text: str) -> None:
+def note(ax: Axes, text: str) -> None:
     """Writes in the middle of empty axes why they are empty."""
     ax.text(
         0.5,
@@ -169,7 +164,7 @@ def note(ax: "Axes", text: str) -> None:
     )
 
 
-def draw_walls(ax: "Axes", obstacles: "Obstacles") -> None:
+def draw_walls(ax: Axes, obstacles: "Obstacles") -> None:
     """Draws thin walls as lines and solid obstacles as areas."""
     from matplotlib.collections import LineCollection, PolyCollection
 

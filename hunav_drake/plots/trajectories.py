@@ -1,29 +1,27 @@
 """Trajectories of the robot and the people on the map."""
 
+from collections.abc import Sequence
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+import shapely
 
-from hunav_drake.plots.labels import Label, place_labels
 from hunav_drake.plots.runs import Runs, recordings
 from hunav_drake.plots.style import (
     COLUMN,
     ROBOT,
+    SMALL_SIZE,
+    Axes,
     draw_walls,
     legend_outside,
     line_styles,
     new_axes,
     shown,
 )
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import RADIUS, X, Y
 from hunav_drake.systems.evaluation.recording import Recording
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-Array = NDArray[np.float64]
 
 # Round numbers for the time between marks, in seconds, and about how many marks
 # there are.
@@ -36,10 +34,34 @@ _MANY = 6
 # The largest map beside the numbers of its axes, in inches.
 _MAP = np.array([0.85 * COLUMN, COLUMN])
 
+# How far the middle of a label is from its point, in points: 8 directions,
+# near and less near.
+_REACH = np.array([7.0, 10.0])
+_ANGLES = np.arange(8) * np.pi / 4 + np.pi / 2
+
+# A label is left out with a label or a line nearer to its middle than this, in
+# points.
+_LABEL_ROOM = 9.0
+_LINE_ROOM = 3.5
+
+
+class _Label(NamedTuple):
+    """A text beside a point.
+
+    Attributes:
+        text: The text.
+        place: The point (x, y), in the units of the axes.
+        color: The color of the text.
+    """
+
+    text: str
+    place: tuple[float, float]
+    color: str
+
 
 def plot_trajectories(
-    data: Runs, *, mark_every: float | None = None, ax: "Axes | None" = None
-) -> "Axes":
+    data: Runs, *, mark_every: float | None = None, ax: Axes | None = None
+) -> Axes:
     """Draws the trajectories of the robot and the people on the map.
 
     Discs show the start positions in true size, and the star is the goal. Dots
@@ -64,7 +86,7 @@ def plot_trajectories(
     ax = new_axes(ax, trajectories_height(data), layout="compressed")
     longest = max((r.times[-1] - r.times[0] for r in runs.values()), default=0)
     every = mark_every or _interval(float(longest))
-    labels: list[Label] = []
+    labels: list[_Label] = []
     for (name, run), style in zip(
         runs.items(), line_styles(len(runs)), strict=True
     ):
@@ -89,7 +111,7 @@ def plot_trajectories(
         xlim=(low[0], high[0]),
         ylim=(low[1], high[1]),
     )
-    place_labels(ax, labels, scale=72.0 * scale)
+    _place_labels(ax, labels, scale=72.0 * scale)
     legend_outside(ax, columns=4, beside=tall)
     return ax
 
@@ -100,7 +122,7 @@ def trajectories_height(data: Runs) -> float:
     return scale * float(high[1] - low[1]) + (0.5 if tall else 0.8)
 
 
-def _draw_run(ax: "Axes", run: Recording, every: float) -> list[Label]:
+def _draw_run(ax: Axes, run: Recording, every: float) -> list[_Label]:
     """Draws a single run, with a color for each person or behavior."""
     _draw_start(ax, run.robot, ROBOT)
     _draw_path(ax, run.robot, color=ROBOT, lw=1.8, label="robot", zorder=3)
@@ -125,11 +147,11 @@ def _draw_run(ax: "Axes", run: Recording, every: float) -> list[Label]:
     return labels
 
 
-def _draw_path(ax: "Axes", states: Array, **options: Any) -> None:
+def _draw_path(ax: Axes, states: Array, **options: Any) -> None:
     ax.plot(states[:, X], states[:, Y], solid_capstyle="round", **options)
 
 
-def _draw_start(ax: "Axes", states: Array, color: str) -> None:
+def _draw_start(ax: Axes, states: Array, color: str) -> None:
     from matplotlib.patches import Circle
 
     there = np.flatnonzero(~np.isnan(states[:, X]))
@@ -139,14 +161,14 @@ def _draw_start(ax: "Axes", states: Array, color: str) -> None:
 
 
 def _mark_times(
-    ax: "Axes",
+    ax: Axes,
     times: Array,
     states: Array,
     every: float,
     *,
     color: str,
     small: bool = False,
-) -> list[Label]:
+) -> list[_Label]:
     """Draws the time marks of one trajectory, and returns their labels."""
     first = math.ceil(times[0] / every - 1e-9)
     last = math.floor(times[-1] / every + 1e-9)
@@ -169,7 +191,7 @@ def _mark_times(
         gid="marks",
     )
     return [
-        Label(f"{time:g}", (float(x), float(y)), color)
+        _Label(f"{time:g}", (float(x), float(y)), color)
         for time, (x, y) in zip(when[there], places[there], strict=True)
     ]
 
@@ -185,10 +207,8 @@ def _interval(duration: float) -> float:
 def _frame(runs: list[Recording]) -> tuple[Array, Array, float, bool]:
     """Returns the limits and the scale of the map.
 
-    Returns:
-        The lower left and the upper right corner, in meters; the scale, in
-        inches per meter; and whether the map is so tall that the legend goes
-        beside it.
+    They are the lower left and the upper right corner, in meters; the scale, in
+    inches per meter; and whether the legend goes beside it, for it is tall.
     """
     low, high = _bounds(runs)
     size = high - low
@@ -212,3 +232,48 @@ def _bounds(runs: list[Recording]) -> tuple[Array, Array]:
     low, high = everything.min(axis=0), everything.max(axis=0)
     margin = max(0.2, 0.03 * float((high - low).max()))
     return low - margin, high + margin
+
+
+def _place_labels(ax: Axes, labels: Sequence[_Label], *, scale: float) -> None:
+    """Writes labels beside their points, away from drawn lines and each other.
+
+    They are placed in the given order; those without room are left out. One
+    unit of the axes is `scale` points long in the figure.
+    """
+    drawn = shapely.geometrycollections(
+        [
+            _shape(np.column_stack(it.get_data()) * scale)
+            for it in ax.get_lines()
+        ]
+    )
+    directions = np.column_stack([np.cos(_ANGLES), np.sin(_ANGLES)])
+    offsets = (_REACH[:, None, None] * directions).reshape(-1, 2)
+    placed = [np.full(2, np.inf)]
+    for label in labels:
+        middles = np.asarray(label.place) * scale + offsets
+        to_line = shapely.distance(shapely.points(middles), drawn)
+        gaps = np.linalg.norm(middles - np.array(placed)[:, None], axis=2)
+        to_label = gaps.min(axis=0)
+        fits = (to_line > _LINE_ROOM) & (to_label > _LABEL_ROOM)
+        if not fits.any():
+            continue
+        room = np.minimum(to_line, to_label)
+        best = int(np.argmax(np.where(fits, np.minimum(room, 8.0), -1.0)))
+        placed.append(middles[best])
+        ax.annotate(
+            label.text,
+            label.place,
+            xytext=offsets[best],
+            textcoords="offset points",
+            ha="center",
+            va="center",
+            fontsize=SMALL_SIZE - 1,
+            color=label.color,
+            annotation_clip=True,
+            zorder=5,
+        )
+
+
+def _shape(points: np.ndarray) -> shapely.Geometry:
+    points = points[~np.isnan(points[:, 0])]
+    return shapely.LineString(points if len(points) != 1 else [*points] * 2)

@@ -1,12 +1,13 @@
 """Time that the robot spends in each proxemic zone."""
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from hunav_drake.plots.runs import Runs, recordings
 from hunav_drake.plots.style import (
     SMALL_SIZE,
+    Axes,
     label_rows,
     legend_outside,
     new_axes,
@@ -19,9 +20,6 @@ from hunav_drake.systems.evaluation.metrics.proxemics import (
     SOCIAL,
 )
 from hunav_drake.systems.evaluation.recording import Recording
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 
 class Zone(NamedTuple):
@@ -51,7 +49,7 @@ ZONES = (
 _NARROW = 9.0
 
 
-def plot_zones(data: Runs, *, ax: "Axes | None" = None) -> "Axes":
+def plot_zones(data: Runs, *, ax: Axes | None = None) -> Axes:
     """Draws the share of time in each proxemic zone of the closest person.
 
     Each run has a bar. The rest to 100 % is the time without people.

@@ -6,7 +6,9 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+import pandas as pd
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import (
     OMEGA,
     RADIUS,
@@ -22,12 +24,12 @@ from hunav_drake.systems.common.suggest import nearest
 from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.systems.evaluation.recording_checks import LARGEST
 
-Array = NDArray[np.float64]
-
 ROBOT = "robot"
 _NEEDED = ("time", "agent", "x", "y")
 _TEXTS = ("agent", "behavior")
 _WHOLE = ("group_id", "behavior_status")
+# What does not change of a person, and what a recording calls it.
+_CONSTANTS = {"behavior": "behaviors", "group_id": "group_ids"}
 _COLUMNS = ("time", "agent", *STATE_FIELDS, *_WHOLE, "behavior")
 
 # The radius of a body that has none in the table, in meters.
@@ -42,42 +44,33 @@ _STILL = 0.01
 
 
 def parse_csv(text: str) -> Recording:
-    """Makes a recording of a table: see `ReadRecording`.
-
-    Args:
-        text: The table, with a header.
+    """Makes a recording of a table with a header: see `ReadRecording`.
 
     Raises:
         ValueError: If it is not such a table. The text names the line.
     """
-    columns, lines = _columns(text)
-    times, sample = _merge_times(columns["time"])
-    agents = list(dict.fromkeys(columns["agent"]))
-    if ROBOT not in agents:
-        raise ValueError(f"no row has the agent {ROBOT!r}")
-    agents.remove(ROBOT)
-    agents.insert(0, ROBOT)
-    index = {name: i for i, name in enumerate(agents)}
-    body = np.array([index[name] for name in columns["agent"]])
-    _check_rows(times, sample, body, agents, lines)
+    table = _read_table(text)
+    times, sample = _merge_times(table["time"].to_numpy())
+    agents = [ROBOT, *(a for a in dict.fromkeys(table["agent"]) if a != ROBOT)]
+    _check_rows(times, sample, table["agent"])
+    body = table["agent"].map({name: i for i, name in enumerate(agents)})
 
     states = np.full((len(times), len(agents), STATE_SIZE), np.nan)
     for i, name in enumerate(STATE_FIELDS):
-        if name in columns:
-            states[sample, body, i] = columns[name]
+        if name in table:
+            states[sample, body, i] = table[name]
     for i, agent in enumerate(agents):
-        _complete(times, states[:, i], set(STATE_FIELDS) - set(columns))
+        _complete(times, states[:, i], set(STATE_FIELDS) - set(table))
         _check_speeds(times, states[:, i], agent)
 
     status = np.zeros((len(times), len(agents)), dtype=int)
-    if "behavior_status" in columns:
-        status[sample, body] = columns["behavior_status"]
-    settings: dict[str, Any] = {}
-    for column, field in (("behavior", "behaviors"), ("group_id", "group_ids")):
-        if column in columns:
-            settings[field] = _constants(
-                column, columns[column], body, agents, lines
-            )
+    if "behavior_status" in table:
+        status[sample, body] = table["behavior_status"]
+    settings: dict[str, Any] = {
+        field: tuple(_constant(table, column, agent) for agent in agents[1:])
+        for column, field in _CONSTANTS.items()
+        if column in table
+    }
     return Recording(
         times=times,
         robot=states[:, 0],
@@ -96,30 +89,22 @@ def _merge_times(times: Array) -> tuple[Array, NDArray[np.intp]]:
     return instants[new], (np.cumsum(new) - 1)[which]
 
 
-def _constants(
-    name: str,
-    cells: Any,
-    body: NDArray[np.intp],
-    agents: list[str],
-    lines: list[int],
-) -> tuple[Any, ...]:
-    """Returns what a column tells of each person, which must not change."""
-    values = []
-    for i in range(1, len(agents)):
-        first, *others = np.flatnonzero(body == i)
-        values.append(cells[first])
-        for k in others:
-            if cells[k] != cells[first]:
-                raise ValueError(
-                    f"line {lines[k]}: the {name} of {agents[i]!r} must not"
-                    f" change, but is {cells[k]} here and {cells[first]} in"
-                    f" line {lines[first]}"
-                )
-    return tuple(values)
+def _constant(table: pd.DataFrame, column: str, agent: str) -> Any:
+    """Returns what a column tells of a person, which must not change."""
+    cells = table.loc[table["agent"] == agent, column]
+    first = cells.iloc[0]
+    others = cells[cells != first]
+    if len(others):
+        raise ValueError(
+            f"line {others.index[0]}: the {column} of {agent!r} must not"
+            f" change, but is {others.iloc[0]} here and {first} in line"
+            f" {cells.index[0]}"
+        )
+    return first
 
 
-def _columns(text: str) -> tuple[dict[str, Any], list[int]]:
-    """Returns the columns by name, and the line of each row."""
+def _read_table(text: str) -> pd.DataFrame:
+    """Returns the columns by name; the index is the line of each row."""
     header_line = text.split("\n", 1)[0]
     reader = csv.reader(
         io.StringIO(text, newline=""),
@@ -144,13 +129,13 @@ def _columns(text: str) -> tuple[dict[str, Any], list[int]]:
         raise ValueError(f"line {reader.line_num}: {error}") from error
     if not rows:
         raise ValueError("the table has no rows")
-    columns: dict[str, Any] = {}
-    for name, cells in zip(header, zip(*rows, strict=True), strict=True):
+    table = pd.DataFrame(rows, lines, header, dtype=object)
+    for name in header:
         if name in _TEXTS:
-            columns[name] = [cell.strip() for cell in cells]
+            table[name] = table[name].str.strip()
         else:
-            columns[name] = _numbers(name, cells, lines)
-    return columns, lines
+            table[name] = _numbers(name, table[name])
+    return table
 
 
 def _check_header(header: list[str]) -> None:
@@ -169,13 +154,8 @@ def _check_header(header: list[str]) -> None:
             )
 
 
-def _numbers(name: str, cells: tuple[str, ...], lines: list[int]) -> Array:
-    values = np.empty(len(cells))
-    for i, cell in enumerate(cells):
-        try:
-            values[i] = float(cell)
-        except ValueError:
-            values[i] = np.nan
+def _numbers(name: str, cells: pd.Series) -> Array:
+    values = np.array([_number(cell) for cell in cells])
     good = np.abs(values) <= LARGEST
     what = f"a finite number, at most {LARGEST:g} in size"
     if name in _WHOLE:
@@ -185,41 +165,45 @@ def _numbers(name: str, cells: tuple[str, ...], lines: list[int]) -> Array:
         what += ", not negative"
         good &= values >= 0
     if not good.all():
-        i = int(np.argmin(good))
+        line = cells.index[np.argmin(good)]
         raise ValueError(
-            f"line {lines[i]}: {name} must be {what}, got {cells[i]!r}"
+            f"line {line}: {name} must be {what}, got {cells[line]!r}"
         )
     return values.astype(int) if name in _WHOLE else values
 
 
+def _number(cell: str) -> float:
+    try:
+        return float(cell)
+    except ValueError:
+        return np.nan
+
+
 def _check_rows(
-    times: Array,
-    sample: NDArray[np.intp],
-    body: NDArray[np.intp],
-    agents: list[str],
-    lines: list[int],
+    times: Array, sample: NDArray[np.intp], agent: pd.Series
 ) -> None:
-    count = np.zeros((len(times), len(agents)), dtype=int)
-    np.add.at(count, (sample, body), 1)
-    if (count > 1).any():
-        k, i = np.argwhere(count > 1)[0]
-        twice = np.flatnonzero((sample == k) & (body == i))
+    """Checks that bodies have one row at a time, and the robot has all."""
+    keys = pd.DataFrame({"sample": sample, "agent": agent})
+    twice = keys.duplicated()
+    if twice.any():
+        line = twice.idxmax()
+        k, name = keys.loc[line]
+        first = ((keys["sample"] == k) & (agent == name)).idxmax()
         raise ValueError(
-            f"line {lines[twice[1]]}: {agents[i]!r} has a row for"
-            f" {times[k]:g} s already, in line {lines[twice[0]]}"
+            f"line {line}: {name!r} has a row for {times[k]:g} s already, in"
+            f" line {first}"
         )
-    if not count[:, 0].all():
-        k = int(np.argmin(count[:, 0]))
-        raise ValueError(f"{ROBOT!r} has no row for {times[k]:g} s")
+    missing = np.setdiff1d(np.arange(len(times)), sample[agent == ROBOT])
+    if len(missing) == len(times):
+        raise ValueError(f"no row has the agent {ROBOT!r}")
+    if len(missing):
+        raise ValueError(f"{ROBOT!r} has no row for {times[missing[0]]:g} s")
 
 
 def _complete(times: Array, states: Array, missing: set[str]) -> None:
-    """Works out what a table does not tell of a body, in place.
+    """Works out the missing fields of a body, in place.
 
-    Args:
-        times: Shape (N + 1,), in seconds.
-        states: Shape (N + 1, 7); NaN at all samples at which it is missing.
-        missing: The fields that are not known.
+    The states (N + 1, 7) are NaN at all samples at which it is missing.
     """
     there = np.flatnonzero(~np.isnan(states[:, X]))
     # Nothing is known of the time in which it is away.
@@ -257,10 +241,7 @@ def _slope(times: Array, values: Array) -> Array:
 
 def _headings(velocities: Array) -> Array:
     """Returns the directions of velocities (m, 2), held while at rest."""
-    moving = np.flatnonzero(np.hypot(*velocities.T) >= _STILL)
-    if not len(moving):
-        return np.zeros(len(velocities))
-    last = np.searchsorted(moving, np.arange(len(velocities)), side="right") - 1
-    source = velocities[moving[np.maximum(last, 0)]]
-    headings: Array = np.arctan2(source[:, 1], source[:, 0])
+    vx, vy = velocities.T
+    known = np.where(np.hypot(vx, vy) >= _STILL, np.arctan2(vy, vx), np.nan)
+    headings: Array = pd.Series(known).ffill().bfill().fillna(0.0).to_numpy()
     return headings

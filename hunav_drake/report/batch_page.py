@@ -9,19 +9,12 @@ import pandas as pd
 from hunav_drake.plots.approaches import NEAR
 from hunav_drake.plots.comparison import comparison_height, plot_comparison
 from hunav_drake.plots.runs import run_names
-from hunav_drake.plots.series import plot_distance_to_people, plot_robot_speed
-from hunav_drake.plots.style import COLUMN
-from hunav_drake.plots.trajectories import (
-    plot_trajectories,
-    trajectories_height,
-)
-from hunav_drake.plots.zones import plot_zones, zones_height
 from hunav_drake.report.batch_tables import (
     ambiguous_seeds,
     paired_tables,
     planner_tables,
 )
-from hunav_drake.report.figures import ReportFigure, make_figure
+from hunav_drake.report.figures import ReportFigure, make_figure, run_figures
 from hunav_drake.report.tables import Cell, Table, number, provenance_table
 from hunav_drake.results.metric_facts import is_built_in, unit_of
 from hunav_drake.results.quantity_text import label_text
@@ -50,8 +43,8 @@ _FEW = 10
 # More lines than this in a plot over time could not be told apart.
 _MOST_LINES = 6
 
-# The size of a plot over time, in inches.
-_SERIES = (COLUMN, 2.4)
+# The height of a plot over time, in inches.
+_SERIES = 2.4
 
 # At most this many different values of an entry are listed.
 _MOST_VALUES = 4
@@ -62,9 +55,7 @@ def batch_content(
 ) -> dict[str, Any]:
     """Returns what the template `batch.html` shows.
 
-    Args:
-        trials: The trials.
-        pages: The addresses of the pages of each trial, by their kinds.
+    `pages` are the addresses of the pages of each trial, by their kinds.
     """
     runs = _tabulate(trials)
     told = [f"{len(trials)} runs"]
@@ -160,54 +151,31 @@ def _over_time(trials: list[TrialResult], key: str) -> list[ReportFigure]:
     """Returns plots of one run of each contender, if possible of one seed."""
     first = trials[0].provenance.get("seed")
     chosen: dict[Any, TrialResult] = {}
-    for trial in [
-        *(t for t in trials if t.provenance.get("seed") == first),
-        *trials,
-    ]:
+    for trial in sorted(
+        trials, key=lambda trial: trial.provenance.get("seed") != first
+    ):
         contender = (trial.provenance.get("planner"), trial.setting)
         chosen.setdefault(contender, trial)
     shown = list(chosen.values())
-    if len(shown) == 1:
-        # A single contender is shown by its first runs.
-        shown = trials
-    shown = shown[:_MOST_LINES]
+    # A single contender is shown by its first runs.
+    shown = (shown if len(shown) > 1 else trials)[:_MOST_LINES]
     runs = dict(
         zip(run_names(shown), (t.recording for t in shown), strict=True)
     )
     which = ", ".join(
         dict.fromkeys(f"seed {t.provenance.get('seed', '?')}" for t in shown)
     )
-    return [
-        make_figure(
-            f"{key}-trajectories",
-            f"Trajectories of the robots and, dotted, of the people ({which}).",
-            (COLUMN, trajectories_height(runs)),
-            lambda ax: plot_trajectories(runs, ax=ax),
-            layout="compressed",
-        ),
-        make_figure(
-            f"{key}-distance",
-            "Distance to the closest person, from surface to surface"
-            f" ({which}). A triangle marks the closest point of each approach"
-            f" within {NEAR:g} m.",
-            _SERIES,
-            lambda ax: plot_distance_to_people(runs, ax=ax),
-        ),
-        make_figure(
-            f"{key}-speed",
-            f"Forward speed of the robot ({which}). Strips mark when a person"
-            f" is within {NEAR:g} m.",
-            _SERIES,
-            lambda ax: plot_robot_speed(runs, ax=ax),
-        ),
-        make_figure(
-            f"{key}-zones",
-            "Share of time that the robot spent in each proxemic zone of the"
-            f" closest person ({which}).",
-            (COLUMN, zones_height(len(runs))),
-            lambda ax: plot_zones(runs, ax=ax),
-        ),
-    ]
+    captions = (
+        f"Trajectories of the robots and, dotted, of the people ({which}).",
+        "Distance to the closest person, from surface to surface"
+        f" ({which}). A triangle marks the closest point of each approach"
+        f" within {NEAR:g} m.",
+        f"Forward speed of the robot ({which}). Strips mark when a person is"
+        f" within {NEAR:g} m.",
+        "Share of time that the robot spent in each proxemic zone of the"
+        f" closest person ({which}).",
+    )
+    return run_figures(runs, f"{key}-", captions, _SERIES)
 
 
 def _runs(runs: pd.DataFrame, pages: Sequence[Mapping[str, str]]) -> Table:
@@ -239,14 +207,13 @@ def _runs(runs: pd.DataFrame, pages: Sequence[Mapping[str, str]]) -> Table:
 
 def _common_provenance(trials: Sequence[TrialResult]) -> dict[str, Any]:
     """Returns the different values of each entry of the trials' provenance."""
-    found: dict[str, dict[str, None]] = {}
-    for trial in trials:
-        for key, value in trial.provenance.items():
-            found.setdefault(key, {})[str(value)] = None
     result = {}
-    for key, values in found.items():
-        listed = list(values)
-        text = ", ".join(listed[:_MOST_VALUES])
-        more = len(listed) - _MOST_VALUES
-        result[key] = text + (f", and {more} more" if more > 0 else "")
+    for key in dict.fromkeys(
+        key for trial in trials for key in trial.provenance
+    ):
+        told = (t.provenance[key] for t in trials if key in t.provenance)
+        values = list(dict.fromkeys(map(str, told)))
+        more = len(values) - _MOST_VALUES
+        end = [f"and {more} more"] if more > 0 else []
+        result[key] = ", ".join(values[:_MOST_VALUES] + end)
     return result

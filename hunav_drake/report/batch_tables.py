@@ -19,9 +19,8 @@ _MOST_CONTENDERS = 4
 def planner_tables(runs: pd.DataFrame) -> tuple[Table, Table] | None:
     """Returns the mean of each metric for each planner, and its spread.
 
-    Args:
-        runs: The table of the runs in one scenario; the column `contender`
-            tells planners and their settings apart.
+    The runs are those in one scenario; the column `contender` tells planners
+    and their settings apart.
 
     Returns:
         The table of means with confidence intervals, and that of counts,
@@ -64,11 +63,7 @@ def planner_tables(runs: pd.DataFrame) -> tuple[Table, Table] | None:
 def paired_tables(
     runs: pd.DataFrame, key_metrics: Sequence[str]
 ) -> list[dict[str, Any]]:
-    """Returns how planners differ on equal seeds.
-
-    Args:
-        runs: The table of the runs in one scenario, as for `planner_tables`.
-        key_metrics: The metrics to show at first sight.
+    """Returns how planners differ on equal seeds, the key metrics apart.
 
     Returns:
         For each pair of planners, `a` and `b`: either the `problem` that they
@@ -102,11 +97,8 @@ def paired_tables(
 def ambiguous_seeds(runs: pd.DataFrame) -> list[dict[str, Any]]:
     """Returns the seeds of which a contender has several different runs.
 
-    Args:
-        runs: The table of the runs in one scenario, as for `planner_tables`.
-
-    Returns:
-        The `contender`, its `seeds`, and the `tags` of their runs.
+    They are given as the `contender`, its `seeds`, and the `tags` of their
+    runs.
     """
     seeded = runs[runs["seed"] != ""]
     several = seeded[seeded.duplicated(["contender", "seed"], keep=False)]

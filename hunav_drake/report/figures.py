@@ -1,13 +1,19 @@
 """The figures of a report: plots as SVG that stands inside a page."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 import io
 import re
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 import warnings
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+from hunav_drake.plots.runs import Runs, recordings
+from hunav_drake.plots.series import plot_distance_to_people, plot_robot_speed
+from hunav_drake.plots.style import COLUMN, Axes
+from hunav_drake.plots.trajectories import (
+    plot_trajectories,
+    trajectories_height,
+)
+from hunav_drake.plots.zones import plot_zones, zones_height
 
 
 class ReportFigure(NamedTuple):
@@ -26,7 +32,7 @@ def make_figure(
     name: str,
     caption: str,
     size: tuple[float, float],
-    draw: Callable[["Axes"], object],
+    draw: Callable[[Axes], object],
     *,
     layout: str = "constrained",
 ) -> ReportFigure:
@@ -59,6 +65,43 @@ def make_figure(
         nothing = dict.fromkeys(("Creator", "Date", "Format", "Type"))
         drawing.savefig(stream, format="svg", metadata=nothing)
     return ReportFigure(caption, _inline(stream.getvalue(), name))
+
+
+def run_figures(
+    runs: Runs, key: str, captions: Sequence[str], height: float
+) -> list[ReportFigure]:
+    """Returns plots of trajectories, distance to people, speed and zones.
+
+    Args:
+        runs: One run, or several.
+        key: What the names of the figures begin with.
+        captions: Those of the plots; of fewer, the last plots are left out.
+        height: The height of plots over time, in inches.
+    """
+    count = len(recordings(runs))
+    plots: list[tuple[str, Callable[..., object], float, str]] = [
+        (
+            "trajectories",
+            plot_trajectories,
+            trajectories_height(runs),
+            "compressed",
+        ),
+        ("distance", plot_distance_to_people, height, "constrained"),
+        ("speed", plot_robot_speed, height, "constrained"),
+        ("zones", plot_zones, zones_height(count), "constrained"),
+    ]
+    return [
+        make_figure(
+            key + name,
+            caption,
+            (COLUMN, tall),
+            lambda ax, plot=plot: plot(runs, ax=ax),  # type: ignore[misc]
+            layout=layout,
+        )
+        for (name, plot, tall, layout), caption in zip(
+            plots, captions, strict=False
+        )
+    ]
 
 
 def _inline(svg: str, name: str) -> str:

@@ -7,14 +7,8 @@ import numpy as np
 
 from hunav_drake.plots.activity import activity_height, plot_behavior_activity
 from hunav_drake.plots.approaches import NEAR
-from hunav_drake.plots.series import plot_distance_to_people, plot_robot_speed
 from hunav_drake.plots.style import COLUMN
-from hunav_drake.plots.trajectories import (
-    plot_trajectories,
-    trajectories_height,
-)
-from hunav_drake.plots.zones import plot_zones, zones_height
-from hunav_drake.report.figures import ReportFigure, make_figure
+from hunav_drake.report.figures import ReportFigure, make_figure, run_figures
 from hunav_drake.report.tables import (
     Cell,
     MetricRows,
@@ -23,7 +17,7 @@ from hunav_drake.report.tables import (
     provenance_table,
 )
 from hunav_drake.results.metric_facts import is_built_in, unit_of
-from hunav_drake.results.trial_result import TrialResult
+from hunav_drake.results.trial_result import TrialResult, run_facts
 from hunav_drake.systems.evaluation.metrics import METRICS
 
 # The height of plots over time, in inches.
@@ -48,20 +42,15 @@ _ROBOT_METRICS = (
 
 def trial_content(result: TrialResult) -> dict[str, Any]:
     """Returns what the template `trial.html` shows."""
-    told = [
-        f"{key} {value}"
-        for key, value in (
-            ("planner", result.provenance.get("planner", "")),
-            ("setting", result.setting),
-            ("seed", result.provenance.get("seed", "")),
-        )
-        if value != ""
-    ]
     n = result.recording.num_humans
     time = number(result.end_time)
     message = result.end_message or result.end_reason
     return {
-        "about": [*told, "1 person" if n == 1 else f"{n} people", f"{time} s"],
+        "about": [
+            *run_facts(result),
+            "1 person" if n == 1 else f"{n} people",
+            f"{time} s",
+        ],
         "ending": {
             "reason": result.end_reason,
             "time": time,
@@ -77,50 +66,29 @@ def trial_content(result: TrialResult) -> dict[str, Any]:
 
 def _figures(result: TrialResult) -> list[ReportFigure]:
     run = result.recording
-    figures = [
-        make_figure(
-            "trajectories",
-            "Trajectories of the robot and the people. Discs show the start"
-            " positions in true size, the star is the goal, and dots and"
-            " numbers mark the time in seconds.",
-            (COLUMN, trajectories_height(run)),
-            lambda ax: plot_trajectories(run, ax=ax),
-            layout="compressed",
-        ),
-        make_figure(
-            "distance",
-            "Distance to the closest person, from surface to surface. The"
-            " bands are the proxemic zones around a person; a triangle marks"
-            f" the closest point of each approach within {NEAR:g} m.",
-            (COLUMN, _SERIES),
-            lambda ax: plot_distance_to_people(run, ax=ax),
-        ),
-        make_figure(
-            "speed",
-            "Forward speed of the robot. Shaded: a person is within"
-            f" {NEAR:g} m.",
-            (COLUMN, _SERIES),
-            lambda ax: plot_robot_speed(run, ax=ax),
-        ),
+    captions = [
+        "Trajectories of the robot and the people. Discs show the start"
+        " positions in true size, the star is the goal, and dots and numbers"
+        " mark the time in seconds.",
+        "Distance to the closest person, from surface to surface. The bands"
+        " are the proxemic zones around a person; a triangle marks the closest"
+        f" point of each approach within {NEAR:g} m.",
+        f"Forward speed of the robot. Shaded: a person is within {NEAR:g} m.",
     ]
-    if run.num_humans:
-        figures += [
-            make_figure(
-                "zones",
-                "Share of time that the robot spent in each proxemic zone of"
-                " the closest person.",
-                (COLUMN, zones_height(1)),
-                lambda ax: plot_zones(run, ax=ax),
-            ),
-            make_figure(
-                "activity",
-                "Timeline of people's reactions to the robot. Each row is a"
-                " person, colored by behavior while the person reacts.",
-                (COLUMN, activity_height(run.num_humans)),
-                lambda ax: plot_behavior_activity(run, ax=ax),
-            ),
-        ]
-    return figures
+    if not run.num_humans:
+        return run_figures(run, "", captions, _SERIES)
+    captions.append(
+        "Share of time that the robot spent in each proxemic zone of the"
+        " closest person."
+    )
+    activity = make_figure(
+        "activity",
+        "Timeline of people's reactions to the robot. Each row is a person,"
+        " colored by behavior while the person reacts.",
+        (COLUMN, activity_height(run.num_humans)),
+        lambda ax: plot_behavior_activity(run, ax=ax),
+    )
+    return [*run_figures(run, "", captions, _SERIES), activity]
 
 
 def _metrics(result: TrialResult) -> list[Table]:

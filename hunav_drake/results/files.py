@@ -101,7 +101,9 @@ def WriteResult(
         ) from error
 
 
-def LoadResults(directory: str | Path) -> list[TrialResult]:
+def LoadResults(
+    directory: str | Path, *, damaged: dict[str, str] | None = None
+) -> list[TrialResult]:
     """Reads the results that `WriteResult` has written into a folder.
 
     Metrics have the values that were written; the series and the tables by
@@ -109,6 +111,8 @@ def LoadResults(directory: str | Path) -> list[TrialResult]:
 
     Args:
         directory: The folder of results.
+        damaged: Gets what is wrong with damaged runs, by their tags, which are
+            left out then; without it they are an error.
 
     Returns:
         The results in the order of their tags.
@@ -117,19 +121,6 @@ def LoadResults(directory: str | Path) -> list[TrialResult]:
         OSError: If there are no results, or those of an old version.
         ValueError: If runs are damaged. No metric is computed then, and no
             recording is read unless all summaries are sound.
-    """
-    return load_results(directory)
-
-
-def load_results(
-    directory: str | Path, damaged: dict[str, str] | None = None
-) -> list[TrialResult]:
-    """Reads results as `LoadResults`, but may go on without damaged runs.
-
-    Args:
-        directory: The folder of results.
-        damaged: Gets what is wrong with damaged runs, by their tags; without
-            it they are an error.
     """
     found = _find(directory)
     summaries = _read(found, _read_summary, damaged)
@@ -184,7 +175,7 @@ def _read[Content](
     read: Callable[[Path], Content],
     damaged: dict[str, str] | None = None,
 ) -> dict[str, Content]:
-    """Reads a part of each run: see `load_results`."""
+    """Reads a part of each run: see `LoadResults`."""
     contents, faults = {}, {}
     for tag, run in runs.items():
         try:

@@ -3,9 +3,8 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from hunav_drake.systems.common.arrays import Array
 
 # From so many values on, a mean has the interval of the bootstrap: fewer are
 # too few to draw from.
@@ -86,20 +85,12 @@ def wilson_interval(
         n: Of how many times; for 0 the interval is NaN.
         confidence: In (0, 1).
     """
-    from scipy.stats import norm
+    from scipy.stats import binomtest
 
     if n == 0:
         return math.nan, math.nan
-    z = float(norm.ppf((1 + confidence) / 2))
-    p = successes / n
-    center = (p + z * z / (2 * n)) / (1 + z * z / n)
-    half = (
-        z * math.sqrt(p * (1 - p) / n + z * z / (4 * n * n)) / (1 + z * z / n)
-    )
-    # The ends are 0 and 1 exactly, but for rounding.
-    low = 0.0 if successes == 0 else center - half
-    high = 1.0 if successes == n else center + half
-    return low, high
+    low, high = binomtest(successes, n).proportion_ci(confidence, "wilson")
+    return float(low), float(high)
 
 
 def paired_rate_interval(

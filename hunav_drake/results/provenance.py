@@ -42,12 +42,8 @@ def MakeProvenance(
 def MakeSourceProvenance(filename: str | Path) -> Provenance:
     """Returns what must be equal for a recording's metrics to be the same.
 
-    Args:
-        filename: The file of the recording.
-
-    Returns:
-        The versions and the type of machine as `MakeProvenance` gives them,
-        the name of the file, and the SHA-256 hash of its content.
+    It is versions and machine as in `MakeProvenance`, the name of the file, and
+    the SHA-256 hash of its content.
 
     Raises:
         OSError: If the file cannot be read.

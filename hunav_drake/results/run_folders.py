@@ -24,13 +24,7 @@ def find_runs(directory: str | Path) -> dict[str, Path]:
     """Returns the folders of the runs in a folder of results, by their tags.
 
     The order is that of the tags, with numbers in them by their size. Nothing
-    is read, so a run may turn out to be damaged.
-
-    Args:
-        directory: The folder of results; it need not exist.
-
-    Raises:
-        OSError: If the folder cannot be read.
+    is read, so a run may turn out to be damaged. The folder need not exist.
     """
     runs = Path(directory) / RUNS
     found = {
@@ -54,15 +48,11 @@ def find_pages(directory: str | Path, tag: str) -> dict[str, Path]:
 def write_run_folder(path: Path, write: Callable[[Path], None]) -> bool:
     """Writes a folder that takes its name only when it is complete.
 
-    Args:
-        path: The name to be, in a folder that exists.
-        write: Writes the files into the folder that it is given.
+    The parent exists; `write` is given the folder to write into. If that raises
+    an OSError, nothing is left.
 
     Returns:
         Whether it was done: not if there is a folder of that name by now.
-
-    Raises:
-        OSError: If something cannot be written; nothing is left then.
     """
     draft = path.with_name(f".{path.name}.{secrets.token_hex(8)}.tmp")
     try:

@@ -114,8 +114,7 @@ def read_summary(path: Path) -> RunSummary:
 
     Raises:
         OSError: If it cannot be read.
-        ValueError: If it is not such a file. The text names the file, the
-            field, the rule and the value.
+        ValueError: If it is not such a file: which field, rule and value.
     """
     try:
         return RunSummary.model_validate_json(path.read_bytes())

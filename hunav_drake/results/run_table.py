@@ -12,19 +12,7 @@ from hunav_drake.results.run_summary import RunSummary, make_summary
 from hunav_drake.results.trial_result import TrialResult
 from hunav_drake.systems.common.files import atomic_write
 
-# The columns that are no metrics. Only tables by behavior have the last one.
-ABOUT = (
-    "tag",
-    "scenario",
-    "planner",
-    "setting",
-    "seed",
-    "end_reason",
-    "end_time",
-    "behavior",
-)
-
-# Those of them that are texts, even if they look like numbers.
+# The columns that are texts, even if they look like numbers.
 _TEXTS = ("tag", "scenario", "planner", "setting", "end_reason", "behavior")
 
 # What stands for no value in the others.

@@ -13,12 +13,10 @@ _WAY = re.compile(r"[^\s;=,]*\.(?=[A-Za-z_][\w-]*(\[\d+\])*=)")
 
 
 def setting_text(changes: Iterable[str]) -> str:
-    """Returns changes of a scenario as one text, the same in any order.
+    """Returns changes such as "planner.cruise_speed=0.3" as one text.
 
-    Args:
-        changes: Texts such as "planner.cruise_speed=0.3"; of those
-            of one key the last one counts. What chooses planner and seed is
-            left out.
+    It is the same in any order; of those of one key the last one counts. What
+    chooses planner and seed is left out.
     """
     values = {}
     for change in changes:

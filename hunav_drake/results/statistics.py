@@ -5,12 +5,10 @@ that tell it from others and a column per metric. What is NaN or infinite is no
 value: it is left out, and `n` tells how many are left.
 """
 
-from collections.abc import Callable, Hashable, Iterable
-import math
+from collections.abc import Hashable, Iterable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 import pandas as pd
 
 from hunav_drake.results.intervals import (
@@ -20,10 +18,10 @@ from hunav_drake.results.intervals import (
 )
 from hunav_drake.results.metric_facts import direction_of, unit_of
 from hunav_drake.results.quantity_text import ROUNDING
-from hunav_drake.results.run_table import ABOUT
 from hunav_drake.results.settings import has_settings
+from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.evaluation.metric import ABOUT_RUNS
 
-Array = NDArray[np.float64]
 Names = str | Iterable[str]
 
 # Metrics that are 0 or 1, whose mean is a rate.
@@ -73,19 +71,15 @@ def summarize(
     _check_confidence(confidence)
     names = _metric_columns(runs, by, metrics)
     rates = set(_listed(rates))
-    kinds: Iterable[tuple[Any, pd.DataFrame]] = (
-        runs.groupby(by, sort=False, dropna=False) if by else [((), runs)]
-    )
     rows = {}
-    for kind, part in kinds:
+    for kind, part in _groups(runs, by):
         for name in names:
             values = part[name].to_numpy(dtype=float)
             values = values[np.isfinite(values)]
             if name in rates:
                 _check_rate(name, values)
-                ends = wilson_interval(
-                    int(values.sum()), len(values), confidence
-                )
+                successes = int(values.sum())
+                ends = wilson_interval(successes, len(values), confidence)
             else:
                 ends = mean_interval(values, confidence, seed)
             rows[(*kind, name)] = _describe(values) | dict(
@@ -141,11 +135,8 @@ def compare(
     names = _metric_columns(runs, [*by, *pair, on], metrics)
     one, other = _pairs(runs, (a, b), on, [*by, *pair], names)
     kinds = one.index.to_frame(index=False)
-    groups: Iterable[tuple[Any, pd.DataFrame]] = (
-        kinds.groupby(by, sort=False, dropna=False) if by else [((), kinds)]
-    )
     rows = {}
-    for kind, part in groups:
+    for kind, part in _groups(kinds, by):
         for name in names:
             x = one[name].to_numpy(dtype=float)[part.index]
             y = other[name].to_numpy(dtype=float)[part.index]
@@ -156,12 +147,14 @@ def compare(
             rows[(*kind, name)] = row | {"better": {"a": a, "b": b}.get(better)}
     table = _table(runs, rows, [*by, "metric"])
     # pandas would make NaN of None among texts.
-    table["better"] = pd.Series(
-        [row["better"] for row in rows.values()],
-        index=table.index,
-        dtype=object,
-    )
+    told = [row["better"] for row in rows.values()]
+    table["better"] = pd.Series(told, table.index, dtype=object)
     return table
+
+
+def _groups(table: pd.DataFrame, by: list[str]) -> Any:
+    """Returns the kinds of rows that columns tell apart, and their rows."""
+    return table.groupby(by, sort=False, dropna=False) if by else [((), table)]
 
 
 def _pairs(
@@ -213,11 +206,10 @@ def _describe_pairs(
     about = _describe(gaps)
     return {
         "n": len(x),
-        "a": _or_nan(np.mean, x),
-        "b": _or_nan(np.mean, y),
-        "difference": about["mean"],
-        "sd": about["sd"],
-        "median": about["median"],
+        "a": pd.Series(x).mean(),
+        "b": pd.Series(y).mean(),
+        "difference": about.pop("mean"),
+        **about,
         "low": low,
         "high": high,
     }
@@ -228,24 +220,19 @@ def _better(direction: str, row: dict[str, Any]) -> str:
     if direction == "none" or row["n"] < LEAST_PAIRS:
         return ""
     # The difference is b - a.
-    if row["high"] < 0:
-        return "b" if direction == "lower" else "a"
-    if row["low"] > 0:
-        return "a" if direction == "lower" else "b"
-    return ""
+    if row["low"] <= 0 <= row["high"]:
+        return ""
+    return "b" if (row["high"] < 0) == (direction == "lower") else "a"
 
 
 def _describe(values: Array) -> dict[str, float]:
+    series = pd.Series(values)
     return {
-        "n": len(values),
-        "mean": _or_nan(np.mean, values),
-        "sd": float(values.std(ddof=1)) if len(values) > 1 else math.nan,
-        "median": _or_nan(np.median, values),
+        "n": len(series),
+        "mean": series.mean(),
+        "sd": series.std(),
+        "median": series.median(),
     }
-
-
-def _or_nan(function: Callable[[Array], Any], values: Array) -> float:
-    return float(function(values)) if len(values) else math.nan
 
 
 def _listed(names: Names) -> list[str]:
@@ -261,7 +248,7 @@ def _metric_columns(
         else [
             name
             for name in runs.columns
-            if name not in (*ABOUT, *keys)
+            if name not in (*ABOUT_RUNS, *keys)
             and pd.api.types.is_numeric_dtype(runs[name])
         ]
     )

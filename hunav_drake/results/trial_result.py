@@ -164,20 +164,22 @@ def FormatMetricsTable(result: TrialResult) -> str:
     return "\n".join(_shorten(line) for line in lines)
 
 
+def run_facts(result: TrialResult) -> list[str]:
+    """Returns planner, setting and seed of a run, as far as it has them."""
+    told = {
+        "planner": result.provenance.get("planner", ""),
+        "setting": result.setting,
+        "seed": result.provenance.get("seed", ""),
+    }
+    return [f"{key} {value}" for key, value in told.items() if value != ""]
+
+
 def _heading(result: TrialResult) -> list[str]:
-    planner = result.provenance.get("planner")
-    parts = [
-        result.scenario_name or "trial",
-        f"planner {planner}" if planner else "",
-        f"setting {result.setting}" if result.setting else "",
-        f"seed {result.provenance['seed']}"
-        if "seed" in result.provenance
-        else "",
-    ]
     ended = f"ended after {result.end_time:.2f} s: {result.end_reason}"
     if result.end_message and result.end_message != result.end_reason:
         ended += f" ({result.end_message})"
-    return [", ".join(part for part in parts if part), ended]
+    name = result.scenario_name or "trial"
+    return [", ".join([name, *run_facts(result)]), ended]
 
 
 def _align(number: str) -> str:

@@ -101,9 +101,7 @@ def child(data: Any, step: str | int) -> Any:
 def path_text(data: Any, loc: Loc) -> str:
     """Returns a path as a person reads it: "humans[1] ('ana').max_speed".
 
-    Args:
-        data: The whole that the path runs through: plain data or a Scenario.
-        loc: The steps of the path.
+    It runs through data: plain ones or a Scenario.
     """
     text = ""
     for step in loc:

@@ -10,6 +10,7 @@ import shapely
 
 from hunav_drake.scenario.error import Finding, Loc, path_text
 from hunav_drake.scenario.schema import Scenario
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.world.shapes import Polygon, Polyline, Wall
 
 # Points nearer to each other than this, in meters, are the same.
@@ -31,12 +32,12 @@ def check_walls(scenario: Scenario) -> Iterator[Finding]:
             yield from _check_polygon(wall.vertices(), loc)
 
 
-def _repeated(points: NDArray[np.float64]) -> list[int]:
+def _repeated(points: Array) -> list[int]:
     steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
     return [int(k) for k in np.flatnonzero(steps <= _SAME)]
 
 
-def _check_polygon(points: NDArray[np.float64], loc: Loc) -> Iterator[Finding]:
+def _check_polygon(points: Array, loc: Loc) -> Iterator[Finding]:
     """Looks for what keeps a polygon from being simple; one fault at most."""
     if repeated := _repeated(points):
         k = repeated[0]
@@ -64,7 +65,7 @@ def _check_polygon(points: NDArray[np.float64], loc: Loc) -> Iterator[Finding]:
         )
 
 
-def _crossing_sides(points: NDArray[np.float64]) -> NDArray[np.int64]:
+def _crossing_sides(points: Array) -> NDArray[np.int64]:
     """Returns pairs (i, j), i < j, of sides that meet where they should not.
 
     Side i of a polygon begins at its corner i.
@@ -168,11 +169,11 @@ def _shape(wall: Wall) -> shapely.Geometry:
 
 def _depth(
     shape: shapely.Geometry, place: shapely.Point, radius: float
-) -> tuple[float, NDArray[np.float64]]:
+) -> tuple[float, Array]:
     """Returns how far a disc reaches into a wall, in meters, and the way out.
 
-    The depth is negative for a free disc; the way is a unit vector, shape
-    (2,), zero where the center is on the outline.
+    The depth is negative for a free disc; the way is a unit vector, zero where
+    the center is on the outline.
     """
     solid = isinstance(shape, shapely.Polygon)
     outline = shape.boundary if solid else shape
@@ -184,9 +185,7 @@ def _depth(
     return radius - sign * distance, way
 
 
-def _message(
-    wall: str, spot: _Spot, depth: float, way: NDArray[np.float64]
-) -> str:
+def _message(wall: str, spot: _Spot, depth: float, way: Array) -> str:
     how = "is inside" if depth > spot.radius else "overlaps"
     direction = ""
     if way.any():

@@ -26,17 +26,10 @@ def override_texts(overrides: Mapping[str, str] | Sequence[str]) -> list[str]:
 
 
 def apply_override(data: Any, text: str) -> Loc:
-    """Sets one part of a scenario.
+    """Sets one part of plain data: a path, an equals sign, a value in YAML.
 
     Mappings on the way are made where they are missing; members of lists are
-    not.
-
-    Args:
-        data: The plain data, which is changed.
-        text: A path, an equals sign, and a value in YAML.
-
-    Returns:
-        The path as steps.
+    not. Returns the path as steps.
 
     Raises:
         ValueError: If the text is not of that form, its value is not YAML, or

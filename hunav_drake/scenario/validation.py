@@ -79,12 +79,7 @@ class Places:
     overrides: Mapping[Loc, str] = dc.field(default_factory=dict)
 
     def fault(self, finding: Finding, data: Any) -> Fault:
-        """Returns a finding with its place.
-
-        Args:
-            finding: What is wrong.
-            data: What it is about, as plain data or as a Scenario.
-        """
+        """Returns a finding about data, plain or a Scenario, with its place."""
         path = path_text(data, finding.loc)
         for loc in (finding.loc, *finding.uses):
             for size in range(len(loc), 0, -1):
@@ -114,9 +109,7 @@ def override_place(text: str) -> str:
 def document_faults(document: YamlDocument, prefix: Loc = ()) -> list[Fault]:
     """Returns what is wrong with the YAML of a document itself.
 
-    Args:
-        document: What was read.
-        prefix: The part that matters; faults elsewhere keep their full path.
+    Paths are counted from the prefix, but full for faults elsewhere.
     """
     whole, part = document.plain(), document.plain(prefix)
     result = []

@@ -91,11 +91,9 @@ def read_yaml(path: str | Path) -> YamlDocument:
 
 
 def parse_yaml(text: str | bytes, *, name: str) -> YamlDocument:
-    """Reads YAML from text, or from bytes in UTF-8; never raises for it.
+    """Reads a document from text, or bytes in UTF-8; never raises for it.
 
-    Args:
-        text: One document.
-        name: What messages call it.
+    `name` is what messages call it.
     """
     if len(text) > MAX_BYTES:
         return _broken(name, 0, _too_large(len(text)))

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 import itertools
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import (
     BasicVector,
@@ -18,6 +18,7 @@ from pydrake.systems.framework import (
 
 from hunav_drake.systems.behavior.nodes.tick_context import Person
 from hunav_drake.systems.behavior.tree import Outcome, Tree
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.checks import check_count, check_time_step
 from hunav_drake.systems.common.layout import COMMAND_SIZE, STATE_SIZE
 from hunav_drake.systems.common.ports import (
@@ -229,9 +230,7 @@ class BehaviorTree(LeafSystem):
         """Returns the port with the status of each node of each tree."""
         return self._node_status
 
-    def EvalNodeStatus(
-        self, context: Context, index: int
-    ) -> NDArray[np.float64]:
+    def EvalNodeStatus(self, context: Context, index: int) -> Array:
         """Returns the status of each node of a person's tree.
 
         Args:
@@ -246,10 +245,10 @@ class BehaviorTree(LeafSystem):
             IndexError: If this system does not tick that person.
         """
         own = self._node_slices[self._Place(index)]
-        status: NDArray[np.float64] = self._node_status.Eval(context)[own]
+        status: Array = self._node_status.Eval(context)[own]
         return status
 
-    def GetMemory(self, context: Context, index: int) -> NDArray[np.float64]:
+    def GetMemory(self, context: Context, index: int) -> Array:
         """Returns the memory of a person's tree.
 
         Args:
@@ -264,7 +263,7 @@ class BehaviorTree(LeafSystem):
         """
         own = self._slices[self._Place(index)]
         memory = context.get_discrete_state(self._memory).value()
-        copy: NDArray[np.float64] = memory[own].copy()
+        copy: Array = memory[own].copy()
         return copy
 
     def SetMemory(
@@ -302,9 +301,7 @@ class BehaviorTree(LeafSystem):
             )
         return self._places[index]
 
-    def _EvalInputs(
-        self, context: Context
-    ) -> tuple[list[float], NDArray[np.float64], NDArray[np.float64]]:
+    def _EvalInputs(self, context: Context) -> tuple[list[float], Array, Array]:
         """Returns the memory of all trees, and the states they read."""
         # Views: Eval() would copy the states of everybody.
         return (

@@ -20,12 +20,7 @@ def _describe_node(node: Node) -> str:
 
 
 def describe_ports(node: Node, *, defaults: bool = True) -> list[str]:
-    """Returns the ports and the conditions of a node.
-
-    Args:
-        node: The node.
-        defaults: Whether ports are shown that have their default.
-    """
+    """Returns the ports (or all but defaults) and the conditions of a node."""
     parts = [
         f"{name}={_describe_port(value)}"
         for name, value in node.ports.items()

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Iterator, Mapping
 import functools
+import os
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -10,7 +11,6 @@ from typing import Any
 from hunav_drake.systems.behavior import leaves as _leaves  # noqa: F401
 from hunav_drake.systems.behavior.language.documents import (
     Documents,
-    is_file,
     load_documents,
     read_file,
 )
@@ -82,7 +82,7 @@ def LoadTree(
             fit it.
     """
     path = BEHAVIORS.get(str(name_or_path), Path(name_or_path))
-    if not is_file(path):
+    if not os.path.isfile(path):
         name = str(name_or_path)
         raise Spot(Place(name)).unknown("behavior or file", name, BEHAVIORS)
     documents = load_documents(
@@ -129,7 +129,7 @@ def LoadBehavior(behavior: str | BehaviorConfig) -> Tree:
     if is_xml(behavior.tree):
         return ParseTree(behavior.tree, name="behavior", ports=behavior.ports)
     if is_path(behavior.tree):
-        if not is_file(Path(behavior.tree)):
+        if not os.path.isfile(behavior.tree):
             raise BehaviorTreeError(
                 "there is no such file", Place(behavior.tree)
             )

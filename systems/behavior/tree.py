@@ -5,9 +5,6 @@ import hashlib
 import math
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from hunav_drake.systems.behavior.describe import describe_tree
 from hunav_drake.systems.behavior.language.blackboard import GIVEN
 from hunav_drake.systems.behavior.language.parser import ParsedTree
@@ -27,15 +24,12 @@ from hunav_drake.systems.behavior.nodes.tick_context import (
     TickContext,
 )
 from hunav_drake.systems.behavior.tick_checks import find_fault, is_sound
+from hunav_drake.systems.common.arrays import Array
 
 # Nodes that one tick may tick. Repeat in Repeat in Repeat ... would otherwise
 # let a small tree stop the simulation.
 MAX_WORK = 100_000
 
-# The person, the memory, and the rows of people and of robots: see `Tree.tick`.
-TickArguments = tuple[
-    Person, Sequence[float], NDArray[np.float64], NDArray[np.float64]
-]
 Wrapper = Callable[[Node, TickFunction], TickFunction]
 
 
@@ -165,8 +159,8 @@ class Tree:
         self,
         person: Person,
         memory: Sequence[float],
-        human_states: NDArray[np.float64],
-        robot_states: NDArray[np.float64],
+        human_states: Array,
+        robot_states: Array,
     ) -> Outcome:
         """Ticks the tree once. The result depends on the arguments only.
 
@@ -189,8 +183,8 @@ class Tree:
         self,
         person: Person,
         memory: Sequence[float],
-        human_states: NDArray[np.float64],
-        robot_states: NDArray[np.float64],
+        human_states: Array,
+        robot_states: Array,
     ) -> tuple[Outcome, tuple[NodeStatus, ...]]:
         """Ticks the tree once, and returns the status of each node.
 
@@ -219,8 +213,8 @@ class Tree:
         function: TickFunction,
         person: Person,
         memory: Sequence[float],
-        human_states: NDArray[np.float64],
-        robot_states: NDArray[np.float64],
+        human_states: Array,
+        robot_states: Array,
     ) -> Outcome:
         after = list(memory)
         context = TickContext(person, after, human_states, robot_states)
@@ -251,10 +245,7 @@ class Tree:
         _build(self.root, wrap).tick(memory, context)
 
     def _build_traced(self) -> TickFunction:
-        """Returns the tick function that records the status of each node.
-
-        It writes them behind the memory, a number for each node.
-        """
+        """Returns the tick that writes each node's status behind the memory."""
         following = len(self.slots)
         slots = {id(node): following + i for i, node in enumerate(self.nodes)}
 

@@ -223,11 +223,7 @@ def _model(documents: Documents) -> XmlElement:
 
 
 def tree_nodes_model(node_types: Iterable[NodeType]) -> str:
-    """Returns the <TreeNodesModel> of leaves, which tells Groot2 their ports.
-
-    Args:
-        node_types: The leaves.
-    """
+    """Returns the <TreeNodesModel> of leaves, for Groot2 to know them."""
     leaves = _leaves({node_type.name: () for node_type in node_types})
     return "\n".join(_lines(_element("TreeNodesModel", {}, leaves), 1))
 

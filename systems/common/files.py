@@ -11,16 +11,10 @@ from typing import BinaryIO
 
 @contextmanager
 def atomic_write(path: str | Path) -> Iterator[BinaryIO]:
-    """Opens a file that takes its name only when it is complete.
+    """Opens a binary file that takes its name only when it is complete.
 
     What had the name before stays until then, and stays for good if the block
-    raises.
-
-    Args:
-        path: The name to be. Its folder must exist.
-
-    Yields:
-        A binary file to write to.
+    raises. The folder must exist.
 
     Raises:
         OSError: If the file cannot be written; it names ``path``.

@@ -79,14 +79,11 @@ def CheckPorts(
 
 
 def weakly(method: Callable[..., Any]) -> Callable[..., Any]:
-    """Returns a callback that does not keep its object alive.
+    """Returns a callback that does not keep the object of a bound method alive.
 
     pydrake keeps the callbacks of cache entries and of abstract output ports
     where Python's garbage collector does not see them: a bound method there
     would keep its system, and the whole diagram, alive for ever.
-
-    Args:
-        method: A bound method.
     """
     reference = WeakMethod(method)
 

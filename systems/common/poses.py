@@ -3,9 +3,8 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from hunav_drake.systems.common.arrays import Array, Mask
 
 
 def wrap_angle(angle: float) -> float:
@@ -21,32 +20,23 @@ def wrap_angles(angles: Array) -> Array:
     return wrapped
 
 
-def turn_between[Value: (float, NDArray[np.float64])](
-    first: Value, second: float
-) -> Value:
+def turn_between[Value: (float, Array)](first: Value, second: float) -> Value:
     """Returns the least turn between two headings, in [0, pi], in radians."""
     return abs((first - second + math.pi) % (2 * math.pi) - math.pi)
 
 
-def is_at_goal[Value: (float, NDArray[np.float64])](
+def is_at_goal[Value: (float, Array)](
     pose: tuple[Value, Value, Value],
     goal: tuple[float, float, float],
     *,
     tolerance: float,
     yaw_tolerance: float,
-) -> bool | NDArray[np.bool_]:
+) -> bool | Mask:
     """Tells whether, or where, a robot is at its goal.
 
-    Args:
-        pose: x, y and yaw of the robot, in meters and radians: numbers, or
-            arrays of one shape.
-        goal: The pose to reach, in the same units.
-        tolerance: It is at the goal if it is closer than this, in meters,
-        yaw_tolerance: and turned from the goal's heading by this at most, in
-            radians.
-
-    Returns:
-        Truth, or an array of it.
+    It is if it is closer than the tolerance, in meters, and turned from the
+    goal's heading by the yaw tolerance at most, in radians. The pose (x, y,
+    yaw) may be of arrays of one shape.
     """
     x, y, yaw = pose
     dx, dy = x - goal[0], y - goal[1]

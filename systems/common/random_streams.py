@@ -8,7 +8,8 @@ from collections.abc import Iterator, Sequence
 from enum import IntEnum
 
 import numpy as np
-from numpy.typing import NDArray
+
+from hunav_drake.systems.common.arrays import Array
 
 
 class Purpose(IntEnum):
@@ -36,21 +37,13 @@ def check_seed(seed: int) -> int:
 
 def draw_uniform(
     seed: int, human_ids: Sequence[int], purpose: Purpose, size: int
-) -> NDArray[np.float64]:
-    """Returns numbers in [0, 1), the same for the same arguments.
+) -> Array:
+    """Returns numbers in [0, 1), of shape (n, size) for n people.
 
-    Args:
-        seed: The seed of the trial, in [0, 2^63).
-        human_ids: The ids of the people, >= 0.
-        purpose: What the numbers are for.
-        size: How many numbers each person has.
-
-    Returns:
-        Shape (n, size). A person's row follows from the seed, the person's id
-        and the purpose alone.
+    A person's row follows from the seed, the person's id and the purpose alone.
 
     Raises:
-        ValueError: If the seed is not such a number.
+        ValueError: If the seed is not a whole number in [0, 2^63).
     """
     streams = _streams(seed, human_ids, purpose)
     return np.array([stream.random(size) for stream in streams]).reshape(
@@ -60,11 +53,10 @@ def draw_uniform(
 
 def draw_normal(
     seed: int, human_ids: Sequence[int], purpose: Purpose, size: int
-) -> NDArray[np.float64]:
+) -> Array:
     """Returns normally distributed numbers of mean 0 and deviation 1.
 
-    Arguments, shape and errors are those of `draw_uniform`, and the numbers
-    are the same for the same arguments.
+    All else is as for `draw_uniform`.
     """
     streams = _streams(seed, human_ids, purpose)
     return np.array(

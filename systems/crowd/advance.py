@@ -5,13 +5,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.crowd.motion_model import Snapshot
 from hunav_drake.systems.crowd.social_force import kernel
 
 
-def advance_people(
-    snapshot: Snapshot, forces: NDArray[Any]
-) -> NDArray[np.float64]:
+def advance_people(snapshot: Snapshot, forces: NDArray[Any]) -> Array:
     """Returns where forces bring people in one step, if they obey.
 
     They keep the speed limit, stand still and turn as their commands say: see
@@ -24,7 +23,7 @@ def advance_people(
     Returns:
         Shape (n, 6), like ``snapshot.states``.
     """
-    states: NDArray[np.float64] = kernel.advance(
+    states: Array = kernel.advance(
         np.ascontiguousarray(snapshot.states, dtype=float),
         np.ascontiguousarray(forces, dtype=float),
         snapshot.command,

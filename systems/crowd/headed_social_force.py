@@ -55,15 +55,8 @@ def _decay(rate, time):
 def _turn(error, omega, stiffness, damping, time):
     """Solves e'' = -stiffness e - damping e' with two real rates of decay.
 
-    Args:
-        error: e at the start, in radians.
-        omega: e' at the start, in rad/s.
-        stiffness: In 1/s^2.
-        damping: In 1/s; its square is at least 4 times the stiffness.
-        time: How long, in seconds.
-
-    Returns:
-        How much e changes, in radians, and e' in the end.
+    At first e' is omega. The square of the damping is at least 4 times the
+    stiffness. Returns how much e changes, and e' in the end.
     """
     root = math.sqrt(max(damping * damping - 4 * stiffness, 0.0))
     fast = (damping + root) / 2
@@ -120,24 +113,12 @@ def headed_advance(
     """Returns where n people are one step later.
 
     The heading, and the damping of what goes sideways, are linear for the time
-    of a step, in which the forces are constant, and are solved exactly: no
-    step is too long for them. The rest is semi-implicit Euler.
+    of a step, in which the forces are constant, and are solved exactly: no step
+    is too long for them. The rest is semi-implicit Euler.
 
-    Args:
-        states: Shape (n, 6): x, y, yaw, vx, vy, omega.
-        forces: Shape (n, FORCES_SIZE); that of the goal and the total count.
-        command: Shape (n, COMMAND_SIZE).
-        parameters: Shape (n, 13): the fields of SocialForceParameters.
-        time_step: In seconds.
-        mass: In kg, like the rest a field of HeadedSocialForceModel.
-        k_orthogonal: See there.
-        k_damping: See there, in kg/s.
-        k_lambda: See there, in 1/(kg m).
-        alpha: See there.
-        heading_share: See there.
-
-    Returns:
-        Shape (n, 6).
+    The arguments, up to the time step in seconds, and the result are those of
+    `kernel.advance`, with `parameters` of shape (n, 13), the fields of
+    SocialForceParameters; the others are fields of HeadedSocialForceModel.
     """
     result = kernel.advance(states, forces, command, time_step)
     for i in range(len(states)):

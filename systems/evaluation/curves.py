@@ -13,15 +13,7 @@ from hunav_drake.systems.world.walls import opened
 
 @jit_as(boolean[::1], MATRIX, WALLS)
 def lines_blocked(lines, table):
-    """Tells which straight lines meet a wall.
-
-    Args:
-        lines: Shape (m, 4): rows (x0, y0, x1, y1), in meters.
-        table: `Obstacles.table`.
-
-    Returns:
-        Shape (m,).
-    """
+    """Tells which of the lines (m, 4), rows (x0, y0, x1, y1), meet a wall."""
     walls = opened(table)
     blocked = np.empty(len(lines), dtype=np.bool_)
     for i in range(len(lines)):
@@ -51,16 +43,10 @@ def _turns(ax, ay, bx, by):
 def total_winding(x, y):
     """Returns the sum over pairs of how often they wind around each other.
 
-    The bearing from one to the other is followed in straight steps from
-    sample to sample, as long as both are there; who comes back goes on from
-    the bearing then.
-
-    Args:
-        x: Shape (N + 1, m): m bodies, in meters; NaN where one is missing.
-        y: Its y coordinate.
-
-    Returns:
-        The sum of |change of the bearing| / (2 pi).
+    It is that of |change of the bearing| / (2 pi). The bearing from one to the
+    other of m bodies at x, y, shape (N + 1, m), is followed in straight steps
+    from sample to sample, as long as both are there (not NaN); who comes back
+    goes on from the bearing then.
     """
     total = 0.0
     for i in range(x.shape[1]):
@@ -91,15 +77,9 @@ def total_winding(x, y):
 def warped_distance(a, b):
     """Returns the asymmetric dynamic time warping distance of two curves.
 
-    Each point of b is matched to a segment of a, in the order of both:
-    C(i, j) = min(C(i - 1, j), C(i, j - 1) + distance(segment i, point j)).
-
-    Args:
-        a: Shape (k, 2), in meters, with k >= 1.
-        b: Shape (m, 2), in meters, with m >= 1.
-
-    Returns:
-        The least sum of distances, divided by m, in meters.
+    Each point of b is matched to a segment of a, in the order of both, that the
+    sum of distances is least; it is divided by the number of points. C(i, j) =
+    min(C(i - 1, j), C(i, j - 1) + distance(segment i, point j)).
     """
     count = max(len(a) - 1, 1)
     segments = np.empty((count, 4))

@@ -4,15 +4,13 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hunav_drake.systems.common.arrays import Array, Mask
 from hunav_drake.systems.common.layout import RADIUS, VX, VY, YAW, X, Y
 
 if TYPE_CHECKING:
     from hunav_drake.systems.evaluation.recording import Recording
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 # Half of what people see around their heading, in radians.
 HALF_FIELD_OF_VIEW = np.pi / 3
@@ -32,9 +30,7 @@ class EncounterFeatures:
     @cached_property
     def offset(self) -> tuple[Array, Array]:
         """The components of P, shape (N + 1, n) each, in meters."""
-        humans = self._recording.humans
-        robot = self._recording.robot[:, None]
-        return humans[..., X] - robot[..., X], humans[..., Y] - robot[..., Y]
+        return self._apart(X), self._apart(Y)
 
     @cached_property
     def distance(self) -> Array:
@@ -52,11 +48,13 @@ class EncounterFeatures:
     @cached_property
     def approach(self) -> tuple[Array, Array]:
         """The components of V, shape (N + 1, n) each, in m/s."""
-        humans = self._recording.humans
-        robot = self._recording.robot[:, None]
-        return robot[..., VX] - humans[..., VX], robot[..., VY] - humans[
-            ..., VY
-        ]
+        return -self._apart(VX), -self._apart(VY)
+
+    def _apart(self, column: int) -> Array:
+        """Returns how much more people have in a column than the robot."""
+        robot = self._recording.robot[:, None, column]
+        apart: Array = self._recording.humans[..., column] - robot
+        return apart
 
     @cached_property
     def relative_speed(self) -> Array:

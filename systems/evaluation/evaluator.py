@@ -5,7 +5,6 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import (
     BasicVector,
@@ -16,6 +15,7 @@ from pydrake.systems.framework import (
     State,
 )
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.checks import count_steps
 from hunav_drake.systems.common.layout import STATE_SIZE, YAW, X, Y
 from hunav_drake.systems.common.ports import weakly
@@ -226,18 +226,16 @@ class Evaluator(LeafSystem):
                 f"{self.GetSystemPathname()}: nothing has been recorded by"
                 f" t = {context.get_time():g} s; it waits for its port {what!r}"
             )
-        nodes = last.nodes()
-        status = None
-        if nodes[-1].status is not None:
-            idle = np.zeros(self._n)
-            status = np.array(
-                [idle if node.status is None else node.status for node in nodes]
-            )
-        humans = np.array([node.humans for node in nodes])
+        arrays = last.to_arrays()
+        count = len(arrays["times"])
+        status: Any = None
+        if arrays["has_status"][-1]:
+            status = np.zeros((count, self._n))
+            status[arrays["has_status"]] = arrays["status"]
         return Recording(
-            times=np.array([node.time for node in nodes]),
-            robot=np.array([node.robot for node in nodes]),
-            humans=humans.reshape(len(nodes), self._n, STATE_SIZE),
+            times=arrays["times"],
+            robot=arrays["robot"],
+            humans=arrays["humans"].reshape(count, self._n, STATE_SIZE),
             behavior_status=status,
             goal=self._GetGoal(context),
             **self._static,
@@ -287,9 +285,7 @@ class Evaluator(LeafSystem):
     def _IsTriggerHigh(self, context: Context) -> bool:
         return bool(self._trigger.Eval(context)[0] > 0.5)
 
-    def _IsOn(
-        self, context: Context, last: Sample, window: NDArray[np.float64]
-    ) -> bool:
+    def _IsOn(self, context: Context, last: Sample, window: Array) -> bool:
         """Tells whether the present instant is to be recorded."""
         if window[_HAS_ENDED] or not self._IsLater(context, last):
             return False

@@ -4,8 +4,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hunav_drake.systems.common.arrays import Array, Mask
 from hunav_drake.systems.common.layout import OMEGA, RADIUS, VX, VY, YAW, X, Y
 from hunav_drake.systems.common.poses import is_at_goal, wrap_angles
 from hunav_drake.systems.crowd.social_force.numpy_forces import (
@@ -18,8 +18,6 @@ from hunav_drake.systems.world.obstacles import nearest_points
 if TYPE_CHECKING:
     from hunav_drake.systems.evaluation.recording import Recording
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 # Bodies closer than this are in contact, in meters.
 CONTACT_GAP = 0.02
@@ -41,15 +39,9 @@ _BLOCK = 8192
 
 
 def surface_gaps(robot: Array, humans: Array) -> Array:
-    """Returns the gaps between the discs of a robot and of people.
+    """Returns the gaps (..., n) between discs of robots and people, in meters.
 
-    Args:
-        robot: States, shape (..., 7).
-        humans: States, shape (..., n, 7).
-
-    Returns:
-        Shape (..., n), in meters; 0 where they overlap, NaN for who is
-        missing.
+    They are 0 where two overlap, and NaN for who is missing.
     """
     dx = humans[..., X] - robot[..., None, X]
     dy = humans[..., Y] - robot[..., None, Y]
@@ -235,20 +227,11 @@ class Features:
         humans = self._recording.humans[sample, person]
         robot = self._recording.robot[sample]
         force = np.zeros(self.present.shape)
-        force[sample, person] = np.concatenate(
-            [
-                _length(
-                    pair_force(
-                        humans[part, X : Y + 1],
-                        robot[part, X : Y + 1],
-                        humans[part, VX : VY + 1],
-                        robot[part, VX : VY + 1],
-                        FORCES,
-                    )
-                )
-                for part in _blocks(len(sample))
-            ]
-        )
+        for part in _blocks(len(sample)):
+            dx, dy = (robot[part, i] - humans[part, i] for i in (X, Y))
+            dvx, dvy = (humans[part, i] - robot[part, i] for i in (VX, VY))
+            length = np.hypot(*pair_force(dx, dy, dvx, dvy, FORCES))
+            force[sample[part], person[part]] = length
         return force
 
     @cached_property
@@ -289,14 +272,10 @@ class Features:
                 nearest_points(obstacles, p) if points is None else points[part]
             )
             radius = bodies[part, RADIUS, None]
-            force = obstacle_force(p[:, None], walls, radius, FORCES)
-            results.append(_length(np.nan_to_num(force, nan=0.0).sum(axis=1)))
+            dx, dy = (p[:, None] - walls).transpose(2, 0, 1)
+            force = np.stack(obstacle_force(dx, dy, radius, FORCES), axis=-1)
+            results.append(np.hypot(*np.nan_to_num(force, nan=0).sum(axis=1).T))
         return np.concatenate(results)
-
-
-def _length(vectors: Array) -> Array:
-    length: Array = np.hypot(vectors[..., 0], vectors[..., 1])
-    return length
 
 
 def _blocks(size: int) -> list[slice]:

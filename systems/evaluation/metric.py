@@ -16,12 +16,10 @@ import re
 from typing import Any, Literal, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.suggest import did_you_mean, nearest
 from hunav_drake.systems.evaluation.recording import Recording
-
-Array = NDArray[np.float64]
 
 # Table I of Perez-Higueras et al., "HuNavSim", 2023, in its order.
 TABLE_I = (
@@ -58,9 +56,9 @@ TABLE_I = (
 # A column of the steps of one behavior: whether anyone shows it just then.
 BEHAVIOR_ACTIVE = "behavior_active"
 
-# What the other columns of tables of results are called, so no metric may be:
-# what a run is, the times of its steps, and the names of rows.
-RESERVED = (
+# What the columns that are no metrics are called in tables of runs. Only tables
+# by behavior have the last one.
+ABOUT_RUNS = (
     "tag",
     "scenario",
     "planner",
@@ -69,10 +67,10 @@ RESERVED = (
     "end_reason",
     "end_time",
     "behavior",
-    BEHAVIOR_ACTIVE,
-    "time",
-    "metric",
 )
+
+# These no metric may be called: the others are columns, or names of rows, too.
+RESERVED = (*ABOUT_RUNS, BEHAVIOR_ACTIVE, "time", "metric")
 Direction = Literal["lower", "higher", "none"]
 
 # A value; a value with its series over the samples; or the series alone, from

@@ -4,16 +4,14 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import RADIUS, Y
 from hunav_drake.systems.world.obstacles import inside, nearest_wall
 
 if TYPE_CHECKING:
     from hunav_drake.systems.evaluation.recording import Recording
-    from hunav_drake.systems.world.routes import RouteMap
 
-Array = NDArray[np.float64]
 
 # The shortest ways keep at least this far from walls, in meters, also those
 # of a robot without extent.
@@ -90,14 +88,6 @@ class PathFeatures:
         radius = float(self._recording.robot[0, RADIUS])
         return max(radius, _LEAST_CLEARANCE)
 
-    @cached_property
-    def _route_map(self) -> "RouteMap":
-        from hunav_drake.systems.world.routes import RouteMap
-
-        return RouteMap.from_obstacles(
-            self._recording.obstacles, clearance=self._clearance
-        )
-
     def _shortest(self, start: Array, goal: Array) -> Array | None:
         recording = self._recording
         if not recording.walls_known:
@@ -110,7 +100,11 @@ class PathFeatures:
         straight = start[None], goal[None], self._clearance
         if not blocked(*straight, recording.obstacles.table)[0]:
             return np.array([start, goal])
-        route = self._route_map
+        from hunav_drake.systems.world.routes import RouteMap
+
+        route = RouteMap.from_obstacles(
+            recording.obstacles, clearance=self._clearance
+        )
         points = [start]
         for _ in range(len(route.vertices) + 1):
             points.append(route.next_waypoint(points[-1], goal))

@@ -9,6 +9,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import STATE_SIZE, X, Y
 from hunav_drake.systems.common.suggest import did_you_mean
 from hunav_drake.systems.evaluation import recording_file
@@ -26,8 +27,6 @@ from hunav_drake.systems.evaluation.recording_checks import (
     per_human,
 )
 from hunav_drake.systems.world.obstacles import Obstacles
-
-Array = NDArray[np.float64]
 
 # How near to the goal's heading is at the goal where the goal has one and
 # nothing else is told, in radians.
@@ -278,11 +277,6 @@ def _restore(cls: type[Recording], values: dict[str, Any]) -> Recording:
 
 
 def _same(a: Any, b: Any) -> bool:
-    if isinstance(a, Obstacles) and isinstance(b, Obstacles):
-        return all(
-            np.array_equal(getattr(a, f.name), getattr(b, f.name))
-            for f in fields(Obstacles)
-        )
     if isinstance(a, np.ndarray) and isinstance(b, np.ndarray):
         return np.array_equal(a, b, equal_nan=True)
     return bool(type(a) is type(b) and a == b)

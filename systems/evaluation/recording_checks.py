@@ -4,11 +4,10 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import RADIUS, STATE_FIELDS, STATE_SIZE
-
-Array = NDArray[np.float64]
 
 # No number in a recording is larger, in SI units: far beyond that, sums and
 # powers of them are not finite.

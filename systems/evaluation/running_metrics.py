@@ -4,8 +4,8 @@ from enum import IntEnum
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import X, Y
 from hunav_drake.systems.evaluation.samples import Sample
 
@@ -29,15 +29,10 @@ class RunningMetric(IntEnum):
 
 def running_values(
     last: Sample, goal: tuple[float, float, float] | None
-) -> NDArray[np.float64]:
-    """Returns the values up to a sample, in the order of `RunningMetric`.
-
-    Args:
-        last: The last sample.
-        goal: The pose (x, y, yaw) to reach, in meters and radians, if any.
-    """
+) -> Array:
+    """Returns the values up to a sample, in the order of `RunningMetric`."""
     running = last.running
-    values: NDArray[np.float64] = np.zeros(len(RunningMetric))
+    values: Array = np.zeros(len(RunningMetric))
     if last.count:
         values[RunningMetric.DURATION] = last.time - last.first_time
     values[RunningMetric.PATH_LENGTH] = running.path_length

@@ -11,13 +11,11 @@ import math
 from typing import Any, NamedTuple, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hunav_drake.systems.common.arrays import Array, Mask
 from hunav_drake.systems.common.layout import STATE_SIZE, X, Y
 from hunav_drake.systems.evaluation.features import CONTACT_GAP, surface_gaps
 from hunav_drake.systems.evaluation.recording import Recording
-
-Array = NDArray[np.float64]
 
 
 class Running(NamedTuple):
@@ -32,7 +30,7 @@ class Running(NamedTuple):
     # How many contacts with people have begun.
     collisions: int
     # Who touched the robot at the last sample, shape (n,).
-    contact: NDArray[np.bool_]
+    contact: Mask
 
 
 @dataclass(slots=True, eq=False, repr=False)

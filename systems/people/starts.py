@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.random_streams import (
     Purpose,
     check_seed,
@@ -16,21 +16,15 @@ from hunav_drake.systems.people.names import people_ids
 
 def draw_starts(
     humans: Sequence[HumanConfig], seed: int, jitter: float
-) -> NDArray[np.float64]:
-    """Returns the poses at which people start.
+) -> Array:
+    """Returns the poses (n, 3) at which people start: x, y, yaw in W.
 
-    Args:
-        humans: The people. Those without a number have the one that
-            `people_ids` gives.
-        seed: The seed of the trial, in [0, 2^63).
-        jitter: How far x and y are at most from those of the configurations,
-            in meters; each offset is drawn evenly from [-jitter, jitter).
-
-    Returns:
-        Shape (n, 3): x, y, yaw in W, in meters and radians.
+    Offsets of x and y from those of the configurations are drawn by the seed,
+    evenly from [-jitter, jitter) meters. Those without a number have the one
+    that `people_ids` gives.
 
     Raises:
-        ValueError: If the seed is not such a number.
+        ValueError: If the seed is not a whole number in [0, 2^63).
     """
     check_seed(seed)
     poses = np.array([human.pose for human in humans]).reshape(len(humans), 3)

@@ -3,15 +3,16 @@
 The modes are those of HuNavSim 2.0, and so are the distributions.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 import operator
 from types import MappingProxyType
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from pydantic import ValidationError
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.random_streams import (
     Purpose,
     check_seed,
@@ -56,9 +57,7 @@ WEIGHTS: Mapping[str, Weight] = MappingProxyType(
 )
 
 
-def draw_weights(
-    humans: Sequence[HumanConfig], seed: int
-) -> NDArray[np.float64]:
+def draw_weights(humans: Sequence[HumanConfig], seed: int) -> Array:
     """Returns the weights of people, as their modes give them.
 
     Each person's draws follow from the seed and the person's number alone:
@@ -79,11 +78,16 @@ def draw_weights(
     weights = np.array([_as_written(human.forces) for human in humans])
     weights = weights.reshape(len(humans), NUM_PARAMETERS)
     ids = people_ids(humans)
-    for mode, draw in _MODES.items():
+    modes: tuple[ForcesMode, ...] = (
+        "default",
+        "random_normal",
+        "random_uniform",
+    )
+    for mode in modes:
         rows = [i for i, h in enumerate(humans) if h.forces_mode == mode]
         if rows:
             own_ids = [ids[i] for i in rows]
-            weights[np.ix_(rows, _COLUMNS)] = draw(seed, own_ids)
+            weights[np.ix_(rows, _COLUMNS)] = _draw(mode, seed, own_ids)
     return weights
 
 
@@ -94,42 +98,19 @@ _as_written = operator.attrgetter(*PARAMETERS)
 _as_default = operator.attrgetter(*WEIGHTS)
 
 
-def _default(seed: int, ids: Sequence[int]) -> ArrayLike:
-    default: ArrayLike = _as_default(SocialForceParameters())
-    return default
+def _draw(mode: ForcesMode, seed: int, ids: Sequence[int]) -> Any:
+    """Returns what stands in for the factors as written, in some modes."""
+    if mode == "random_normal":
+        draws = draw_normal(seed, ids, Purpose.WEIGHTS_NORMAL, len(WEIGHTS))
+        return np.maximum(_LEAST, _MEAN + _DEVIATION * draws)
+    if mode == "random_uniform":
+        draws = draw_uniform(seed, ids, Purpose.WEIGHTS_UNIFORM, len(WEIGHTS))
+        return _LOW + (_HIGH - _LOW) * draws
+    return _as_default(SocialForceParameters())
 
 
-def _random_normal(seed: int, ids: Sequence[int]) -> ArrayLike:
-    draws = draw_normal(seed, ids, Purpose.WEIGHTS_NORMAL, len(WEIGHTS))
-    weights: ArrayLike = np.maximum(_LEAST, _MEAN + _DEVIATION * draws)
-    return weights
-
-
-def _random_uniform(seed: int, ids: Sequence[int]) -> ArrayLike:
-    draws = draw_uniform(seed, ids, Purpose.WEIGHTS_UNIFORM, len(WEIGHTS))
-    weights: ArrayLike = _LOW + (_HIGH - _LOW) * draws
-    return weights
-
-
-# What stands in for the factors as written, by mode.
-_MODES: Mapping[ForcesMode, Callable[[int, Sequence[int]], ArrayLike]] = (
-    MappingProxyType(
-        {
-            "default": _default,
-            "random_normal": _random_normal,
-            "random_uniform": _random_uniform,
-        }
-    )
-)
-
-
-def check_weights(weights: ArrayLike, num_humans: int) -> NDArray[np.float64]:
-    """Returns weights that `SocialForceParameters` allows, as an array.
-
-    Args:
-        weights: Shape (n, 13): for each person the fields of
-            SocialForceParameters.
-        num_humans: How many people there are, n.
+def check_weights(weights: ArrayLike, num_humans: int) -> Array:
+    """Returns weights (n, 13) that `SocialForceParameters` allows, as an array.
 
     Raises:
         ValueError: If the array has another shape, or if a weight is not

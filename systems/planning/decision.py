@@ -60,9 +60,7 @@ def idle(planner: Planner) -> Decision:
 def plan_fault(plan: Any, *, keeps: bool = True) -> str:
     """Returns what keeps something from being a plan, or nothing.
 
-    Args:
-        plan: What a planner gave.
-        keeps: Whether its planner has an initial memory.
+    `keeps` is whether its planner has an initial memory.
     """
     if not isinstance(plan, Plan):
         return f"must give a Plan, got {plan!r:.80}"

@@ -6,17 +6,15 @@ from enum import IntEnum
 from typing import Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import StrictFloat
 from pydantic.dataclasses import dataclass as checked_dataclass
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import STATE_SIZE
 from hunav_drake.systems.common.registry import Registry
 from hunav_drake.systems.common.schema import CONFIG, within
 from hunav_drake.systems.robot.robot_config import RobotLimits
 from hunav_drake.systems.world.obstacles import Obstacles
-
-Array = NDArray[np.float64]
 
 NO_PATH: Array = np.zeros((0, 3))
 NO_PATH.setflags(write=False)

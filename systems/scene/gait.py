@@ -7,12 +7,10 @@ because it runs once per step also when nobody looks.
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.kernels import jit
 from hunav_drake.systems.common.layout import STATE_SIZE, VX, VY, YAW, X, Y
-
-Array = NDArray[np.float64]
 
 # The figure that walks, in meters: from hip to knee, from knee to sole, and
 # from below the ankle back to the heel and forward to the ball of the foot.
@@ -63,16 +61,7 @@ def initial_gait(n: int) -> Array:
 
 @jit
 def advance_gait(gait: Array, human_states: Array, time_step: float) -> Array:
-    """Returns the gait one step later.
-
-    Args:
-        gait: Phase and pace of each person, shape (2n,).
-        human_states: Their states, shape (7n,).
-        time_step: The step, in seconds.
-
-    Returns:
-        Shape (2n,).
-    """
+    """Returns phase and pace (2n,) of people one step later."""
     result = np.empty_like(gait)
     blend = 1.0 - math.exp(-time_step / SETTLING_TIME)
     for i in range(gait.size // GAIT_SIZE):
@@ -95,15 +84,10 @@ def advance_gait(gait: Array, human_states: Array, time_step: float) -> Array:
 
 @jit
 def pose_figures(gait: Array, human_states: Array) -> Array:
-    """Returns the positions of the figures of all people.
+    """Returns the positions (n, 10) of the figures of all people.
 
-    Args:
-        gait: Phase and pace of each person, shape (2n,).
-        human_states: Their states, shape (7n,).
-
-    Returns:
-        Shape (n, 10): see the constants above. Angles are positive forwards,
-        those of knees when bent.
+    See the constants above. Angles are positive forwards, those of knees when
+    bent.
     """
     n = gait.size // GAIT_SIZE
     result = np.empty((n, FIGURE_SIZE))

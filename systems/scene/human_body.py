@@ -1,12 +1,13 @@
 """A person's figure: bodies, joints and clothes, built in code."""
 
+import numpy as np
+from numpy.typing import ArrayLike
 from pydrake.geometry import Cylinder, InMemoryMesh, Mesh, Rgba
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import (
     FixedOffsetFrame,
     Joint,
-    ModelInstanceIndex,
     PlanarJoint,
     PrismaticJoint,
     RevoluteJoint,
@@ -59,87 +60,56 @@ def AddHumanBody(
     instance = plant.AddModelInstance(name)
     low, high = _WIDTH_LIMITS
     width = min(max(radius / _NOMINAL_RADIUS, low), high)
-    builder = _FigureBuilder(plant, instance, width)
-
-    base = builder.AddBody("base")
-    AddVisual(
-        plant,
-        base,
-        "disc",
-        Cylinder(radius, 0.002),
-        BODY_DISC,
-        RigidTransform([0, 0, _DISC_Z - 0.001]),
-        perceived=False,
-    )
-
-    trunk = builder.AddBody("trunk")
-    builder.AddPart(trunk, "hips", human_parts.Hips(), clothes.trousers)
-    builder.AddPart(trunk, "torso", human_parts.Torso(), clothes.top)
-    builder.AddPart(trunk, "head", human_parts.Head(), clothes.skin)
-    builder.AddPart(trunk, "hair", human_parts.Hair(), clothes.hair)
-    builder.AddPart(trunk, "eyes", human_parts.Eyes(), Rgba(0.08, 0.07, 0.07))
-
-    builder.AddJoint(
-        PlanarJoint("pose", plant.world_frame(), base.body_frame())
-    )
-    builder.AddJoint(
-        PrismaticJoint(
-            "height", base.body_frame(), trunk.body_frame(), [0, 0, 1]
-        )
-    )
-    for side, sign in (("left", 1.0), ("right", -1.0)):
-        thigh = builder.AddBody(f"{side}_thigh")
-        builder.AddPart(thigh, "thigh", human_parts.Thigh(), clothes.trousers)
-        shin = builder.AddBody(f"{side}_shin")
-        builder.AddPart(shin, "shin", human_parts.Shin(), clothes.trousers)
-        builder.AddPart(shin, "shoe", human_parts.Shoe(), clothes.shoes)
-        # Positive angles swing forward at the hip, and bend the knee.
-        builder.AddSwing(f"{side}_hip", trunk, thigh, sign * _HIP_Y, 0, -1)
-        builder.AddSwing(f"{side}_knee", thigh, shin, 0, -THIGH, 1)
-    for side, sign in (("left", 1.0), ("right", -1.0)):
-        arm = builder.AddBody(f"{side}_arm")
-        builder.AddPart(arm, "sleeve", human_parts.Sleeve(), clothes.top)
-        builder.AddPart(arm, "hand", human_parts.Hand(), clothes.skin)
-        y = sign * _SHOULDER_Y
-        builder.AddSwing(f"{side}_shoulder", trunk, arm, y, _SHOULDER_Z, -1)
-    return builder.joints
-
-
-class _FigureBuilder:
-    """What the parts of one figure share while it is built."""
-
-    def __init__(
-        self, plant: MultibodyPlant, instance: ModelInstanceIndex, width: float
-    ) -> None:
-        self._plant = plant
-        self._instance = instance
-        self._width = width
-        self.joints: list[Joint] = []
-
-    def AddBody(self, name: str) -> RigidBody:
-        return self._plant.AddRigidBody(name, self._instance)
+    joints: list[Joint] = []
 
     def AddPart(
-        self, body: RigidBody, name: str, mesh: InMemoryMesh, color: Rgba
+        body: RigidBody, part: str, mesh: InMemoryMesh, color: Rgba
     ) -> None:
-        shape = Mesh(mesh, [self._width, self._width, 1.0])
-        AddVisual(self._plant, body, name, shape, color)
+        AddVisual(plant, body, part, Mesh(mesh, [width, width, 1.0]), color)
 
-    def AddSwing(
-        self,
-        name: str,
-        parent: RigidBody,
-        child: RigidBody,
-        y: float,
-        z: float,
-        direction: int,
-    ) -> None:
-        X_PJ = RigidTransform([0, y * self._width, z])
-        frame = self._plant.AddFrame(
-            FixedOffsetFrame(name, parent.body_frame(), X_PJ)
+    def AddSwinging(
+        body: str, parent: RigidBody, joint: str, place: ArrayLike, sense: int
+    ) -> RigidBody:
+        """Adds a body that hangs from a place of another, and swings there."""
+        hanging = plant.AddRigidBody(body, instance)
+        X_PJ = RigidTransform(np.multiply(place, [1, width, 1]))
+        frame = plant.AddFrame(
+            FixedOffsetFrame(joint, parent.body_frame(), X_PJ)
         )
-        axis = [0, direction, 0]
-        self.AddJoint(RevoluteJoint(name, frame, child.body_frame(), axis))
+        swing = RevoluteJoint(joint, frame, hanging.body_frame(), [0, sense, 0])
+        joints.append(plant.AddJoint(swing))
+        return hanging
 
-    def AddJoint(self, joint: Joint) -> None:
-        self.joints.append(self._plant.AddJoint(joint))
+    base = plant.AddRigidBody("base", instance)
+    X_BD = RigidTransform([0, 0, _DISC_Z - 0.001])
+    disc = Cylinder(radius, 0.002)
+    AddVisual(plant, base, "disc", disc, BODY_DISC, X_BD, perceived=False)
+
+    trunk = plant.AddRigidBody("trunk", instance)
+    AddPart(trunk, "hips", human_parts.Hips(), clothes.trousers)
+    AddPart(trunk, "torso", human_parts.Torso(), clothes.top)
+    AddPart(trunk, "head", human_parts.Head(), clothes.skin)
+    AddPart(trunk, "hair", human_parts.Hair(), clothes.hair)
+    AddPart(trunk, "eyes", human_parts.Eyes(), Rgba(0.08, 0.07, 0.07))
+
+    world, floor, top = plant.world_frame(), base.body_frame(), [0, 0, 1]
+    for joint in (
+        PlanarJoint("pose", world, floor),
+        PrismaticJoint("height", floor, trunk.body_frame(), top),
+    ):
+        joints.append(plant.AddJoint(joint))
+    # Positive angles swing forward at the hip, and bend the knee.
+    for side, sign in (("left", 1.0), ("right", -1.0)):
+        hip = [0, sign * _HIP_Y, 0]
+        thigh = AddSwinging(f"{side}_thigh", trunk, f"{side}_hip", hip, -1)
+        AddPart(thigh, "thigh", human_parts.Thigh(), clothes.trousers)
+        knee = [0, 0, -THIGH]
+        shin = AddSwinging(f"{side}_shin", thigh, f"{side}_knee", knee, 1)
+        AddPart(shin, "shin", human_parts.Shin(), clothes.trousers)
+        AddPart(shin, "shoe", human_parts.Shoe(), clothes.shoes)
+    for side, sign in (("left", 1.0), ("right", -1.0)):
+        place = [0, sign * _SHOULDER_Y, _SHOULDER_Z]
+        arm = AddSwinging(f"{side}_arm", trunk, f"{side}_shoulder", place, -1)
+        AddPart(arm, "sleeve", human_parts.Sleeve(), clothes.top)
+        AddPart(arm, "hand", human_parts.Hand(), clothes.skin)
+    return joints

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 import shapely
 
-Array = NDArray[np.float64]
+from hunav_drake.systems.common.arrays import Array
 
 
 @dataclass(frozen=True)
@@ -30,12 +30,7 @@ class TriangleMesh:
     faces: NDArray[np.int64]
 
     def moved(self, offset: ArrayLike, pitch: float = 0.0) -> "TriangleMesh":
-        """Returns the mesh turned about +y by `pitch`, then moved.
-
-        Args:
-            offset: The translation (x, y, z), in meters.
-            pitch: The rotation, in radians.
-        """
+        """Returns the mesh turned about +y by `pitch` radians, and moved."""
         c, s = np.cos(pitch), np.sin(pitch)
         rotation = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
         return TriangleMesh(
@@ -124,13 +119,7 @@ def ellipsoid(
 
 
 def extrude(outline: ArrayLike, low: float, high: float) -> TriangleMesh:
-    """Returns the upright prism over a simple polygon.
-
-    Args:
-        outline: The corners, shape (k, 2), in either direction, in meters.
-        low: The height of the bottom, in meters.
-        high: The height of the top, in meters.
-    """
+    """Returns the upright prism over a simple polygon, between two heights."""
     p = np.asarray(outline, dtype=float)
     x, y = p.T
     if np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y) < 0:
@@ -161,12 +150,7 @@ def extrude(outline: ArrayLike, low: float, high: float) -> TriangleMesh:
 
 
 def lay(quads: ArrayLike, height: float) -> TriangleMesh:
-    """Returns flat quadrangles that face upwards.
-
-    Args:
-        quads: The corners, counter-clockwise, shape (m, 4, 2), in meters.
-        height: Their height, in meters.
-    """
+    """Returns flat, counter-clockwise quads (m, 4, 2) that face upwards."""
     p = np.asarray(quads, dtype=float).reshape(-1, 2)
     first = np.arange(0, len(p), 4)[:, None]
     return TriangleMesh(
@@ -177,15 +161,10 @@ def lay(quads: ArrayLike, height: float) -> TriangleMesh:
 
 
 def triangulate(outline: ArrayLike) -> NDArray[np.int64]:
-    """Returns triangles that cover a simple polygon.
+    """Returns triangles that cover a simple counter-clockwise polygon (k, 2).
 
-    Args:
-        outline: The corners, shape (k, 2), counter-clockwise.
-
-    Returns:
-        Shape (k - 2, 3): indices of corners, counter-clockwise. An outline
-        that crosses or repeats itself gives a fan, whose triangles may
-        overlap.
+    They are counter-clockwise indices of its corners. An outline that crosses
+    or repeats itself gives a fan, whose triangles may overlap.
     """
     p = np.asarray(outline, dtype=float)
     polygon = shapely.polygons(p)

@@ -147,8 +147,15 @@ def AddScene(
     )
     visualizer = None
     if meshcat is not None:
-        period = frame_period(time_step)
-        visualizer = _AddVisualizer(inner, scene_graph, meshcat, period)
+        from pydrake.geometry import MeshcatVisualizer, MeshcatVisualizerParams
+
+        visualizer = MeshcatVisualizer.AddToBuilder(
+            inner,
+            scene_graph,
+            meshcat,
+            MeshcatVisualizerParams(publish_period=frame_period(time_step)),
+        )
+        visualizer.set_name("meshcat_visualizer")
     inner.ExportInput(kinematics.get_human_states_input_port(), "human_states")
     if robot:
         inner.ExportInput(
@@ -179,24 +186,6 @@ def frame_period(time_step: float) -> float:
     """
     doublings = round(math.log2(FRAME_PERIOD / time_step))
     return time_step * 2.0 ** max(doublings, 0)
-
-
-def _AddVisualizer(
-    builder: DiagramBuilder,
-    scene_graph: SceneGraph,
-    meshcat: "Meshcat",
-    period: float,
-) -> "MeshcatVisualizer":
-    from pydrake.geometry import MeshcatVisualizer, MeshcatVisualizerParams
-
-    visualizer = MeshcatVisualizer.AddToBuilder(
-        builder,
-        scene_graph,
-        meshcat,
-        MeshcatVisualizerParams(publish_period=period),
-    )
-    visualizer.set_name("meshcat_visualizer")
-    return visualizer
 
 
 def _positions(joints: Sequence[Joint]) -> NDArray[np.int64]:

@@ -1,7 +1,7 @@
 """Turns the states of people and robot into the positions of their figures."""
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from pydrake.systems.framework import (
     BasicVector,
     Context,
@@ -11,6 +11,7 @@ from pydrake.systems.framework import (
     OutputPort,
 )
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.checks import check_time_step
 from hunav_drake.systems.common.layout import STATE_SIZE, YAW
 from hunav_drake.systems.scene.gait import (
@@ -110,7 +111,7 @@ class SceneKinematics(LeafSystem):
         state.set_value(self._gait, gait)
 
     def _CalcPositions(self, context: Context, output: BasicVector) -> None:
-        q: NDArray[np.float64] = np.zeros(self._num_positions)
+        q: Array = np.zeros(self._num_positions)
         # Without people nothing need be connected to their port.
         if len(self._human_positions):
             q[self._human_positions] = pose_figures(

@@ -17,12 +17,7 @@ from hunav_drake.systems.scene.meshes import TriangleMesh
 
 
 def MakeInMemoryMesh(mesh: TriangleMesh, name: str) -> InMemoryMesh:
-    """Returns a mesh for `pydrake.geometry.Mesh`, as a file in memory.
-
-    Args:
-        mesh: The triangles.
-        name: What Drake's messages call it.
-    """
+    """Returns a mesh for Drake, as a file in memory that its messages name."""
     return InMemoryMesh(mesh_file=MemoryFile(mesh.to_obj(), ".obj", name))
 
 
@@ -36,16 +31,9 @@ def AddVisual(
     *,
     perceived: bool = True,
 ) -> None:
-    """Adds visible geometry to a body; it never collides.
+    """Adds visible geometry to a body B; it never collides.
 
-    Args:
-        plant: The plant of the body.
-        body: The body B.
-        name: What the geometry is called.
-        shape: What it looks like.
-        color: Its color.
-        X_BG: Where it is; by default, in the frame of the body.
-        perceived: Whether simulated cameras see it.
+    Simulated cameras see it only if it is `perceived`.
     """
     if isinstance(shape, TriangleMesh):
         shape = Mesh(MakeInMemoryMesh(shape, name))

@@ -5,12 +5,10 @@ import itertools
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.world import visibility_graph
 from hunav_drake.systems.world.obstacles import Obstacles
-
-Array = NDArray[np.float64]
 
 # Smaller angles are straight on, in radians.
 _STRAIGHT = 1e-6
@@ -19,15 +17,10 @@ _STRAIGHT = 1e-6
 def corner_vertices(
     obstacles: Obstacles, clearance: float, sight: float
 ) -> Array:
-    """Returns places around the convex corners of a world.
+    """Returns places (m, 2) around the convex corners of a world.
 
-    Args:
-        obstacles: The walls, none of their segments of length zero.
-        clearance: How far around corners they lie, in meters.
-        sight: The least distance that they have from all walls, in meters.
-
-    Returns:
-        Shape (m, 2), in meters, in the order of the corners.
+    No segment of the walls has length zero. The places are at the clearance
+    around corners, and have at least the distance `sight` from all walls.
     """
     found = [np.zeros((0, 2))]
     for solid, (lo, hi) in zip(
@@ -54,10 +47,9 @@ def _corners(
 ) -> Iterator[tuple[Array, float, float]]:
     """Yields the convex corners of a shape (s, 4) that people walk around.
 
-    Yields:
-        A corner (2,), the direction of the normal of the wall before it, and
-        the angle by which the normal turns there, in radians. The end of a
-        thin wall turns by pi.
+    With each (2,) come the direction of the normal of the wall before it, and
+    the angle by which that turns there, in radians: pi at the end of a thin
+    wall.
     """
     if len(segments) == 0:
         return

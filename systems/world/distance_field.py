@@ -5,8 +5,9 @@ import functools
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.world.nearest import signed_distances
 from hunav_drake.systems.world.obstacles import Obstacles
 
@@ -26,21 +27,15 @@ class DistanceField:
         resolution: The distance between neighbors, in meters.
     """
 
-    distances: NDArray[np.float64]
+    distances: Array
     origin: tuple[float, float]
     resolution: float
 
-    def at(self, points: ArrayLike) -> NDArray[np.float64]:
-        """Returns the distances at the nearest places of the grid.
+    def at(self, points: ArrayLike) -> Array:
+        """Returns the distances of points (..., 2), in meters.
 
-        They are off by at most ``resolution / sqrt(2)`` within the grid.
-
-        Args:
-            points: Shape (..., 2), in meters. Those outside of the grid have
-                the distance of its nearest place.
-
-        Returns:
-            Shape (...), in meters.
+        They are those of the nearest places of the grid, and within it off by
+        at most ``resolution / sqrt(2)``.
         """
         cells = (
             np.asarray(points, dtype=float) - self.origin
@@ -78,7 +73,7 @@ def distance_field(
             f"resolution: {resolution} m gives {rows * columns} places within"
             f" the bounds; take at most {_MOST}"
         )
-    distances: NDArray[np.float64] = signed_distances(
+    distances: Array = signed_distances(
         x0, y0, resolution, rows, columns, obstacles.table
     )
     distances.setflags(write=False)

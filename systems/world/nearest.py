@@ -54,11 +54,9 @@ def nearest_on_segments(x, y, segments, lo, hi):
 def _nearest_in_run(x, y, run, best, row, walls):
     """Writes the nearest point of a run, if it is nearer than the best so far.
 
-    Argument `row` is that best, as `shapes_within` gives it, and `best` its
-    squared distance. Of equal ones the segment with the lower number counts.
-
-    Returns:
-        The squared distance of the better one.
+    `row` is that best, as `shapes_within` gives it, and `best` its squared
+    distance; that of the better one is returned. Of equal ones the segment with
+    the lower number counts.
     """
     for s in range(walls.runs[run, 0], walls.runs[run, 1]):
         px, py, d2 = nearest_on_segments(x, y, walls.segments, s, s + 1)
@@ -189,15 +187,7 @@ def inside_any(x, y, walls):
 
 @jit_as(numba.float64[:, :, ::1], MATRIX, WALLS)
 def nearest_on_shapes(points, table):
-    """Returns the nearest point of each shape to each point.
-
-    Args:
-        points: Shape (m, 2), in meters.
-        table: See `wall_table`.
-
-    Returns:
-        Shape (m, k, 2), in meters.
-    """
+    """Returns the nearest point (m, k, 2) of each shape to points (m, 2)."""
     walls = opened(table)
     shapes = len(walls.solid)
     nearest = np.empty((len(points), shapes, 2))

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from hunav_drake.systems.common.arrays import Array, Mask
 from hunav_drake.systems.world.wall_table import wall_table
 
 if TYPE_CHECKING:
@@ -30,9 +31,9 @@ class Obstacles:
             solid inside.
     """
 
-    segments: NDArray[np.float64]
+    segments: Array
     first: NDArray[np.int64]
-    solid: NDArray[np.bool_]
+    solid: Mask
 
     def __post_init__(self) -> None:
         # All systems of a diagram, and models that are not ours, share them.
@@ -81,7 +82,7 @@ class Obstacles:
         return type(self), (self.segments, self.first, self.solid)
 
     @cached_property
-    def table(self) -> NDArray[np.float64]:
+    def table(self) -> Array:
         """The walls, and an index of them, for compiled code: `wall_table`."""
         return wall_table(self.segments, self.first, self.solid)
 
@@ -115,9 +116,7 @@ class Obstacles:
         return distance_field(self, resolution, tuple(bounds))
 
 
-def nearest_points(
-    obstacles: Obstacles, points: ArrayLike
-) -> NDArray[np.float64]:
+def nearest_points(obstacles: Obstacles, points: ArrayLike) -> Array:
     """Returns the nearest points of k shapes, (..., k, 2), to points (..., 2).
 
     All are in W, in meters. The outline counts, also from inside.
@@ -126,15 +125,11 @@ def nearest_points(
     from hunav_drake.systems.world.nearest import nearest_on_shapes
 
     p = np.ascontiguousarray(points, dtype=float)
-    nearest: NDArray[np.float64] = nearest_on_shapes(
-        p.reshape(-1, 2), obstacles.table
-    )
-    return nearest.reshape(*p.shape[:-1], len(obstacles), 2)
+    nearest = nearest_on_shapes(p.reshape(-1, 2), obstacles.table)
+    return np.reshape(nearest, (*p.shape[:-1], len(obstacles), 2))
 
 
-def nearest_wall(
-    obstacles: Obstacles, points: ArrayLike
-) -> NDArray[np.float64]:
+def nearest_wall(obstacles: Obstacles, points: ArrayLike) -> Array:
     """Returns the nearest points of all walls, (..., 2), to points (..., 2).
 
     All are in W, in meters; NaN if there are no walls. The outline counts,
@@ -143,13 +138,11 @@ def nearest_wall(
     from hunav_drake.systems.world.nearest import nearest_on_walls
 
     p = np.ascontiguousarray(points, dtype=float)
-    nearest: NDArray[np.float64] = nearest_on_walls(
-        p.reshape(-1, 2), obstacles.table
-    )
+    nearest: Array = nearest_on_walls(p.reshape(-1, 2), obstacles.table)
     return nearest.reshape(p.shape)
 
 
-def inside(obstacles: Obstacles, points: ArrayLike) -> NDArray[np.bool_]:
+def inside(obstacles: Obstacles, points: ArrayLike) -> Mask:
     """Tells which points (..., 2) lie inside which of k shapes: (..., k).
 
     Even-odd rule; a thin wall has no inside. Points are in W, in meters.
@@ -157,5 +150,5 @@ def inside(obstacles: Obstacles, points: ArrayLike) -> NDArray[np.bool_]:
     from hunav_drake.systems.world.nearest import inside_shapes
 
     p = np.ascontiguousarray(points, dtype=float)
-    within: NDArray[np.bool_] = inside_shapes(p.reshape(-1, 2), obstacles.table)
+    within: Mask = inside_shapes(p.reshape(-1, 2), obstacles.table)
     return within.reshape(*p.shape[:-1], len(obstacles))

@@ -13,11 +13,9 @@ from pathlib import Path
 from zipfile import BadZipFile
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.files import atomic_write
-
-Array = NDArray[np.float64]
 
 # The folder of the files, or nothing to do without.
 VARIABLE = "HUNAV_CACHE"

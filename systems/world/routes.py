@@ -6,15 +6,14 @@ import functools
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import Command
 from hunav_drake.systems.world import visibility_graph
 from hunav_drake.systems.world.corners import corner_vertices
 from hunav_drake.systems.world.obstacles import Obstacles
 from hunav_drake.systems.world.route_files import kept
-
-Array = NDArray[np.float64]
 
 # A door that everybody finds is a little wider than twice this, in meters.
 _LARGEST_CLEARANCE = 0.3
@@ -33,14 +32,10 @@ KEPT_FROM = 400
 
 
 def route_clearance(radii: ArrayLike) -> float:
-    """Returns the clearance of the ways of a crowd, in meters.
+    """Returns the clearance of the ways of people with some radii, in meters.
 
-    Args:
-        radii: Shape (n,), in meters.
-
-    Returns:
-        The largest radius, but at most 0.3 m: doors of 0.7 m are ways for
-        everybody, as they are in reality for people who turn sideways.
+    It is the largest radius, but at most 0.3 m: doors of 0.7 m are ways for
+    everybody, as they are in reality for people who turn sideways.
     """
     largest = np.asarray(radii, dtype=float).max(initial=0.0)
     return min(float(largest), _LARGEST_CLEARANCE)
@@ -75,10 +70,7 @@ class RouteMap:
 
     @functools.cached_property
     def _goal(self) -> Callable[[float, float], tuple[Array, float, Array]]:
-        """What `_ways_to` gives for a goal, kept for those asked for last.
-
-        It is a pure function, so this changes no result.
-        """
+        """What `_ways_to` gives for a goal, kept for those asked for last."""
         ways_to = functools.partial(
             _ways_to, self.sight, self.vertices, self.ways, self.obstacles.table
         )
@@ -121,16 +113,10 @@ class RouteMap:
     def guide(self, positions: ArrayLike, command: Array) -> Array:
         """Returns commands whose goals are the next waypoints.
 
-        A waypoint that is not the goal has a radius of zero, so that people
-        do not slow down there. People without a goal, or at the goal, keep
-        their commands.
-
-        Args:
-            positions: Shape (n, 2 or more): x, y, ..., in meters.
-            command: Shape (n, COMMAND_SIZE).
-
-        Returns:
-            Shape (n, COMMAND_SIZE); `command` itself if nothing changes.
+        A waypoint that is not the goal has a radius of zero, so that people do
+        not slow down there. People without a goal, or at the goal, keep their
+        commands; it is `command` itself if nothing changes. Positions may have
+        more columns than x and y.
         """
         p = np.ascontiguousarray(positions, dtype=float)
         blocked = visibility_graph.needs_way(
@@ -188,8 +174,8 @@ def _ways_to(
 ) -> tuple[Array, float, Array]:
     """Returns what is the same on all ways to a goal (x, y).
 
-    The place to go to, the clearance of the last leg, and the length of the
-    way from each vertex, infinite where there is none.
+    The place to go to, the clearance of the last leg, and the length of the way
+    from each vertex, infinite where there is none.
     """
     place: Array = visibility_graph.standing_place(x, y, sight, table)
     for last in (sight, visibility_graph.SQUEEZED * sight):

@@ -5,10 +5,10 @@ from dataclasses import field
 from typing import Annotated, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.registry import Registry
 from hunav_drake.systems.common.schema import (
     CONFIG,
@@ -36,7 +36,7 @@ class Wall(ABC):
     height: PositiveLength = 1.0
 
     @abstractmethod
-    def vertices(self) -> NDArray[np.float64]:
+    def vertices(self) -> Array:
         """Returns the points of its outline in W, shape (k, 2), in meters.
 
         For a solid shape, the last joins the first.
@@ -62,7 +62,7 @@ class Box(Wall):
     # The rotation about the vertical, in radians.
     yaw: Angle = 0.0
 
-    def vertices(self) -> NDArray[np.float64]:
+    def vertices(self) -> Array:
         """Returns the four corners, counter-clockwise, shape (4, 2)."""
         half = np.array(self.size) / 2
         corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * half
@@ -79,7 +79,7 @@ class Polygon(Wall):
     # The corners, three to a thousand, in meters; the last joins the first.
     points: Annotated[Points, Field(min_length=3, max_length=1000)]
 
-    def vertices(self) -> NDArray[np.float64]:
+    def vertices(self) -> Array:
         """Returns the corners as given, shape (k, 2)."""
         return np.array(self.points, dtype=float)
 
@@ -94,7 +94,7 @@ class Polyline(Wall):
     # The points, at least two, in meters.
     points: Annotated[Points, Field(min_length=2)]
 
-    def vertices(self) -> NDArray[np.float64]:
+    def vertices(self) -> Array:
         """Returns the points as given, shape (k, 2)."""
         return np.array(self.points, dtype=float)
 

@@ -186,8 +186,7 @@ def free_points(points, clearance, table):
 def straight_ways(points, clearance, table):
     """Returns the straight ways between points (m, 2) that see each other.
 
-    Returns:
-        Shape (e, 3): rows (i, j, length), j < i, in meters.
+    They are rows (i, j, length), j < i, in meters.
     """
     walls = opened(table)
     m = len(points)
@@ -215,8 +214,7 @@ def straight_ways(points, clearance, table):
 def straight_lengths(x, y, clearance, points, table):
     """Returns the lengths of the straight ways from (x, y) to points (m, 2).
 
-    Returns:
-        Shape (m,), in meters; infinity for points that one does not see.
+    They are infinite for points that one does not see.
     """
     walls = opened(table)
     result = np.full(len(points), np.inf)
@@ -293,17 +291,17 @@ def _choice(x, y, legs, ways, clearance, vertices, walls):
 def waypoint(
     p, goal, place, last_clearance, to_place, clearance, vertices, table
 ):
-    """Returns the point (2,) to walk to next, on the way to a goal.
+    """Returns the point (2,) to walk to next from p, on the way to a goal (2,).
 
     Args:
-        p: Shape (2 or more,): where the person is, in meters.
-        goal: Shape (2,), in meters.
-        place: Shape (2,): what `standing_place` gives for the goal.
-        last_clearance: That of the last leg, in meters.
+        p: Shape (2 or more,), like all places and lengths in meters.
+        goal: Where to go.
+        place: What `standing_place` gives for the goal, shape (2,).
+        last_clearance: That of the last leg.
         to_place: Shape (m,): the length of the shortest way from each vertex
-            to the place, in meters; infinity where there is none.
+            to the place; infinity where there is none.
         clearance: That of the other legs.
-        vertices: Shape (m, 2), in meters.
+        vertices: Shape (m, 2).
         table: `Obstacles.table`.
     """
     walls = opened(table)

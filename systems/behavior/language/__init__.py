@@ -1,1 +1,4 @@
-"""The language of behavior trees: reading and writing XML."""
+"""The language of behavior trees: reading and writing XML.
+
+Every fault in a tree is raised as a BehaviorTreeError with its place.
+"""

@@ -52,11 +52,7 @@ class Assembled:
 
 
 def assemble(draft: Draft, entries: list[Entry]) -> Assembled:
-    """Returns the tree of its topmost draft; entries that change get slots.
-
-    Raises:
-        BehaviorTreeError: If the types of entries and ports do not fit.
-    """
+    """Returns the tree of its topmost draft; entries that change get slots."""
     drafts = list(_preorder(draft))
     for each in drafts:
         _settle(each)

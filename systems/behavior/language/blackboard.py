@@ -111,11 +111,7 @@ def reference(text: str, port: str, spot: Spot) -> str | None:
 
 
 def checked_key(key: str, spot: Spot) -> str:
-    """Returns the name of an entry if it is valid.
-
-    Raises:
-        BehaviorTreeError: If it is not a valid name.
-    """
+    """Returns the name of an entry if it is valid."""
     if not _KEY.fullmatch(key):
         raise spot.fault(
             f"a blackboard entry is named by letters, digits and _, got {key!r}"
@@ -124,11 +120,7 @@ def checked_key(key: str, spot: Spot) -> str:
 
 
 def literal_of(entry: Entry, spot: Spot) -> str:
-    """Returns the literal of an entry that no node sets.
-
-    Raises:
-        BehaviorTreeError: If nothing ever gives it a value.
-    """
+    """Returns the literal of an entry that no node sets."""
     if entry.literal is not None:
         return entry.literal
     known = {
@@ -142,11 +134,7 @@ def literal_of(entry: Entry, spot: Spot) -> str:
 def resolve(
     entry: Entry, port: Port, spot: Spot, texts: tuple[str, ...]
 ) -> Constant | Variable:
-    """Returns the value of a port that refers to an entry.
-
-    Raises:
-        BehaviorTreeError: If the entry's literal is not of the port's type.
-    """
+    """Returns the value of a port that refers to an entry."""
     if entry.set_by_nodes:
         return Variable(
             entry.key, entry.slot, texts if entry.kind.is_text else None

@@ -1,6 +1,7 @@
 """Reads a file of trees and the files that it includes."""
 
 from dataclasses import dataclass, field
+import os
 from pathlib import Path
 
 from hunav_drake.systems.behavior.language.blackboard import GIVEN
@@ -77,20 +78,8 @@ class Documents:
         return {name: it for name, it in ports.items() if name not in GIVEN}
 
 
-def is_file(path: Path) -> bool:
-    """Returns whether a path is a regular file; False for too long a path."""
-    try:
-        return path.is_file()
-    except OSError:
-        return False
-
-
 def read_file(path: Path) -> bytes:
-    """Returns the content of a file, at most a byte more than is accepted.
-
-    Raises:
-        BehaviorTreeError: If it cannot be read.
-    """
+    """Returns the content of a file, at most a byte more than is accepted."""
     try:
         with path.open("rb") as file:
             return file.read(MAX_BYTES + 1)
@@ -113,12 +102,8 @@ def load_documents(
         source: The document.
         file: What stands for it in messages.
         folder: The folder that its includes are relative to.
-        allow_outside: Whether it may include files that are not in this
-            folder or below. A tree from elsewhere should not: it could make
-            any file be read.
-
-    Raises:
-        BehaviorTreeError: If a document is not a tree file.
+        allow_outside: Whether they may be outside of it. A tree from elsewhere
+            should not: it could make any file be read.
     """
     documents = Documents(
         folder=folder.resolve() if folder else None, allow_outside=allow_outside
@@ -215,7 +200,7 @@ def _include(
     if len(documents.read) == MAX_FILES:
         raise fault(f"more than {MAX_FILES} files are included")
     documents.read.add(path)
-    if not is_file(path):
+    if not os.path.isfile(path):
         raise fault(f"there is no file {path}")
     documents.open.append(path)
     _load(read_file(path), str(path), path.parent, documents)

@@ -44,12 +44,7 @@ class Draft:
     children: list["Draft"] = field(default_factory=list)
 
     def add_condition(self, attribute: str, text: str) -> None:
-        """Parses a pre- or post-condition.
-
-        Raises:
-            BehaviorTreeError: If there is no such condition, or its script is
-                faulty.
-        """
+        """Parses a pre- or post-condition."""
         if attribute not in BEFORE and attribute not in AFTER:
             known = (*BEFORE, *AFTER, *NOTES)
             raise self.spot.unknown("condition", attribute, known)

@@ -59,11 +59,7 @@ class EntryType:
         return bool(self._last()._text)
 
     def require(self, text: bool, reason: str, spot: Spot) -> None:
-        """Requires it to be text, or number, for a reason: "port distance".
-
-        Raises:
-            BehaviorTreeError: If something else has required the other.
-        """
+        """Requires it to be text, or number, for a reason: "port distance"."""
         last = self._last()
         if last._text is None:
             last._text = text
@@ -76,21 +72,12 @@ class EntryType:
             )
 
     def literal(self, text: str, spot: Spot) -> None:
-        """Requires it to be text if a literal is not a number.
-
-        Raises:
-            BehaviorTreeError: If something has asked for numbers, or if the
-                text is too long.
-        """
+        """Requires it to be text if a literal is not a number."""
         if number_of(text) is None:
             self.text(text, spot)
 
     def text(self, text: str, spot: Spot) -> None:
-        """Requires it to be text, even if the literal looks like a number.
-
-        Raises:
-            BehaviorTreeError: As `literal`.
-        """
+        """Requires it to be text, even if the literal looks like a number."""
         self.require(True, f"the text {text[:MAX_TEXT]!r}", spot)
         if len(text) > MAX_TEXT:
             raise spot.fault(
@@ -98,11 +85,7 @@ class EntryType:
             )
 
     def join(self, other: "EntryType", spot: Spot) -> None:
-        """Joins two types into one.
-
-        Raises:
-            BehaviorTreeError: If one is text and the other number.
-        """
+        """Joins two types into one."""
         ours, theirs = self._last(), other._last()
         if ours is theirs:
             return

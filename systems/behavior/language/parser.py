@@ -205,11 +205,7 @@ class _Parser:
 
 
 def flag(element: XmlElement, names: tuple[str, ...]) -> bool:
-    """Returns whether one of several attributes is true.
-
-    Raises:
-        BehaviorTreeError: If one is not a boolean.
-    """
+    """Returns whether one of several attributes is true."""
     for name in names:
         text = element.attributes.get(name, "false")
         if text.lower() not in _BOOLEANS:
@@ -224,13 +220,7 @@ def flag(element: XmlElement, names: tuple[str, ...]) -> bool:
 def subtree_ports(element: XmlElement, form: int) -> dict[str, str]:
     """Returns what a <SubTree> gives to ports of its tree, as in format 4.
 
-    Args:
-        element: The subtree.
-        form: The format that it is written in. A plain SubTree of format 3
-            names entries without braces.
-
-    Raises:
-        BehaviorTreeError: If the name of a port or an entry is invalid.
+    A plain SubTree of format 3 names entries without braces.
     """
     bare_keys = form == 3 and element.tag == "SubTree"
     result = {}
@@ -245,11 +235,7 @@ def subtree_ports(element: XmlElement, form: int) -> dict[str, str]:
 
 
 def node_name(element: XmlElement) -> str:
-    """Returns the name of the type of an element's node.
-
-    Raises:
-        BehaviorTreeError: If a generic element has no ID.
-    """
+    """Returns the name of the type of an element's node."""
     name = element.tag
     if name in GENERIC_TAGS:
         name = element.attributes.get("ID", "")
@@ -289,13 +275,8 @@ def parse_documents(
 ) -> ParsedTree:
     """Parses the main tree of documents.
 
-    Args:
-        documents: The documents.
-        values: For ports that the main tree declares, values other than
-            their defaults, as they stand in XML.
-
-    Raises:
-        BehaviorTreeError: At the first fault in a tree.
+    For ports that the tree declares, `values` holds those other than their
+    defaults, as they stand in XML.
     """
     parser = _Parser(documents)
     scope = Scope(parser.entries)

@@ -182,11 +182,7 @@ class _Reader:
 
 
 def read_condition(text: str) -> Expression:
-    """Parses a condition.
-
-    Raises:
-        ValueError: If it is not a condition in the part of the language read.
-    """
+    """Parses a condition; what cannot be read is a ValueError."""
     reader = _Reader(text)
     expression = reader.expression()
     if reader.at < len(reader.tokens):
@@ -195,11 +191,7 @@ def read_condition(text: str) -> Expression:
 
 
 def read_assignments(text: str) -> tuple[Assignment, ...]:
-    """Parses the assignments of a script.
-
-    Raises:
-        ValueError: If it has anything else than assignments.
-    """
+    """Parses the assignments of a script; all else is a ValueError."""
     return tuple(_Reader(text).assignments())
 
 
@@ -211,12 +203,7 @@ def bind(expression: Expression, scope: Scope, place: Place) -> None:
 
 
 def settle(expression: Expression, spot: Spot) -> None:
-    """Infers the types in an expression.
-
-    Raises:
-        BehaviorTreeError: If types do not fit, or if nothing ever sets an
-            entry.
-    """
+    """Infers the types in an expression, or raises a BehaviorTreeError."""
     for part in expression.parts():
         if part.entry is not None:
             if part.entry.set_by_nodes:

@@ -99,11 +99,8 @@ class _Builder:
 def read_xml(source: bytes, file: str) -> XmlElement:
     """Returns the root element of an XML document, not to be changed.
 
-    A document that was read before comes from a cache.
-
-    Args:
-        source: The document.
-        file: What stands for the document in messages.
+    A document that was read before comes from a cache; `file` stands for it in
+    messages.
 
     Raises:
         BehaviorTreeError: If it is not well-formed XML, longer than

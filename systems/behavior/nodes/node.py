@@ -187,11 +187,8 @@ def compose(
 ) -> Built:
     """Returns a node that ticks each child once at most.
 
-    Args:
-        tick: Ticks the node.
-        children: Its children.
-        slots: What is 0 in the memory unless the node is running.
-        skips: Whether it can skip if `any` of its children can, or `all`.
+    The slots are 0 in the memory unless the node is running. It can skip if
+    `any` of its children can, or `all`.
     """
     own = tuple(slots)
     return Built(

@@ -64,11 +64,7 @@ class Port:
         return self.annotation is Any
 
     def parse(self, text: str, spot: Spot) -> Any:
-        """Returns the value of an attribute's text.
-
-        Raises:
-            BehaviorTreeError: If it is not of the port's type.
-        """
+        """Returns the value of an attribute's text."""
         try:
             return self.adapter.validate_strings(text)
         except ValidationError as error:

@@ -26,16 +26,17 @@ from typing import Any, Literal, TypeVar, get_args, get_origin, get_type_hints
 
 from hunav_drake.systems.behavior.nodes.builtin_actions import BUILTIN_ACTIONS
 from hunav_drake.systems.behavior.nodes.decorators import DECORATORS
-from hunav_drake.systems.behavior.nodes.if_then_else_and_switch import BRANCHES
 from hunav_drake.systems.behavior.nodes.leaf import RUNNING_SLOT, build_leaf
 from hunav_drake.systems.behavior.nodes.node import Category, NodeType
-from hunav_drake.systems.behavior.nodes.parallel import PARALLEL
+from hunav_drake.systems.behavior.nodes.parallel_and_branches import (
+    PARALLEL_AND_BRANCHES,
+)
 from hunav_drake.systems.behavior.nodes.port import Port
 from hunav_drake.systems.behavior.nodes.sequence_and_fallback import SEQUENCES
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-_BUILTIN = (*SEQUENCES, PARALLEL, *BRANCHES, *DECORATORS, *BUILTIN_ACTIONS)
+_BUILTIN = (*SEQUENCES, *PARALLEL_AND_BRANCHES, *DECORATORS, *BUILTIN_ACTIONS)
 _TYPES: dict[str, NodeType] = {it.name: it for it in _BUILTIN}
 # All registered node types, read-only.
 NODE_TYPES: Mapping[str, NodeType] = MappingProxyType(_TYPES)

@@ -5,9 +5,7 @@ from dataclasses import dataclass, field
 import math
 from typing import Self
 
-import numpy as np
-from numpy.typing import NDArray
-
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import (
     COMMAND_SIZE,
     STATE_SIZE,
@@ -72,7 +70,7 @@ class Person:
     cyclic: bool
     time_step: float
     commands: tuple[tuple[float, ...], ...]
-    walls: NDArray[np.float64] | None = field(default=None, compare=False)
+    walls: Array | None = field(default=None, compare=False)
 
     @classmethod
     def from_config(
@@ -139,8 +137,8 @@ class TickContext:
         self,
         person: Person,
         memory: list[float],
-        human_states: NDArray[np.float64],
-        robot_states: NDArray[np.float64],
+        human_states: Array,
+        robot_states: Array,
     ) -> None:
         """Constructs a TickContext.
 

@@ -26,11 +26,7 @@ _SLACK = 1e-3
 
 @jit
 def _on_rule(rules, i, speed, tx, ty, farthest):
-    """Returns the best velocity on the edge of rule i under those before it.
-
-    Returns:
-        Whether there is one, and its components.
-    """
+    """Returns if a velocity on rule i obeys those before, and the best one."""
     nx = rules[i, 0]
     ny = rules[i, 1]
     b = rules[i, 2]
@@ -61,9 +57,8 @@ def _on_rule(rules, i, speed, tx, ty, farthest):
 def _best(rules, count, speed, tx, ty, farthest):
     """Returns the velocity nearest to (tx, ty), or farthest in its direction.
 
-    Returns:
-        How many of the first `count` rules it obeys, which is all of them
-        unless they contradict each other, and the velocity.
+    Before it comes how many of the first `count` rules it obeys, which is all
+    of them unless they contradict each other.
     """
     vx = tx
     vy = ty
@@ -82,23 +77,10 @@ def _best(rules, count, speed, tx, ty, farthest):
 
 @jit
 def _least_offence(rules, hard, count, begin, speed, vx, vy, scratch):
-    """Finds the velocity with the least largest offence.
+    """Returns the least largest offence, >= 0 in m/s, and the velocity with it.
 
-    It is a linear program of three variables: the velocity, and how far all
-    the rules from `hard` on are eased.
-
-    Args:
-        rules: The first `hard` of them are not eased.
-        hard: See above.
-        count: The number of rules.
-        begin: (vx, vy) obeys the rules before this one.
-        speed: The largest speed, in m/s.
-        vx: A velocity that obeys the hard rules.
-        vy: The y component.
-        scratch: Room for as many rules.
-
-    Returns:
-        The offence, >= 0 in m/s, and the velocity.
+    It is a linear program of three variables: the velocity, and how far all the
+    rules from `hard` on are eased. (vx, vy) obeys the rules before `begin`.
     """
     offence = 0.0
     for i in range(begin, count):
@@ -128,10 +110,10 @@ def _least_offence(rules, hard, count, begin, speed, vx, vy, scratch):
 
 @jit
 def best_velocity(rules, hard, count, speed, tx, ty, scratch):
-    """Returns the velocity nearest to a wanted one under some rules.
+    """Returns the velocity nearest to a wanted one under some rules, in m/s.
 
-    Rules that no velocity obeys are eased, all by the same: first the hard
-    ones among themselves, then the others under the hard ones.
+    Rules that no velocity obeys are eased, all by the same: first the hard ones
+    among themselves, then the others under the hard ones.
 
     Args:
         rules: Shape (>= count, 3); those that are eased are changed.
@@ -141,9 +123,6 @@ def best_velocity(rules, hard, count, speed, tx, ty, scratch):
         tx: The wanted velocity, no faster than that, in m/s.
         ty: Its y component.
         scratch: Room for as many rules.
-
-    Returns:
-        Its two components, in m/s.
     """
     done, vx, vy = _best(rules, count, speed, tx, ty, False)
     for stage in range(2):

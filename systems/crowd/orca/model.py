@@ -78,23 +78,12 @@ Time = Annotated[StrictFloat, within(0, 1e3, "s", low_open=True)]
 
 @jit
 def _avoid(rule, ex, ey, own, vx, vy, reach, share, horizon, time_step):
-    """Writes the rule by which a person avoids a disc.
+    """Writes the rule (nx, ny, b) to avoid a disc, and tells if there is one.
 
-    Args:
-        rule: Receives (nx, ny, b): see `velocity_program`.
-        ex: Where the disc is, seen from the person, in meters.
-        ey: Its y, in meters.
-        own: The velocity of the person, in m/s.
-        vx: How much faster the person is than the disc, in m/s.
-        vy: Its y, in m/s.
-        reach: The distance to keep, in meters.
-        share: The share of the change that the person makes.
-        horizon: The time ahead that they must not touch in, in seconds.
-        time_step: The time in which bodies that touch come apart, in seconds.
-
-    Returns:
-        Whether there is a rule. Someone in the same place, at the same
-        velocity, is in no direction.
+    The disc is at (ex, ey) from the person, and the person faster than it by
+    (vx, vy). The person makes a share of the change. They must not touch within
+    the horizon; if they do, they come apart in a time step. Someone in the same
+    place, at the same velocity, is in no direction.
     """
     d2 = ex * ex + ey * ey
     apart = d2 > reach * reach
@@ -128,24 +117,11 @@ def _avoid(rule, ex, ey, own, vx, vy, reach, share, horizon, time_step):
 
 @jit
 def _avoid_walls(rules, x, y, reach, speed, walls, sight, horizon, step):
-    """Writes the rules by which a person avoids walls.
+    """Writes the rules by which a person avoids walls, and returns how many.
 
     Each segment lies behind the line through its point nearest to the person,
-    who may come nearer to that line only by so much. Standing is allowed.
-
-    Args:
-        rules: Receives rows (nx, ny, b).
-        x: The x of the person, in meters.
-        y: The y of the person, in meters.
-        reach: The distance to keep, in meters.
-        speed: The largest speed, in m/s.
-        walls: See `Walls`.
-        sight: Walls farther than this do not count, in meters.
-        horizon: The time ahead that nobody must touch a wall in, in seconds.
-        step: The time in which a person who does comes off it, in seconds.
-
-    Returns:
-        How many.
+    who may come nearer to that line only by so much. Standing is allowed. Who
+    touches a wall comes off it in a step.
     """
     sight = min(sight, reach + speed * horizon)
     edge = sight + 1e-12 * (abs(x) + abs(y) + sight)
@@ -235,17 +211,9 @@ def orca_accelerations(
 ):
     """Returns the accelerations to the velocities that n people choose.
 
-    Args:
-        states: Shape (n, 6): x, y, yaw, vx, vy, omega.
-        radii: Shape (n,), in meters.
-        command: Shape (n, COMMAND_SIZE).
-        parameters: Shape (n, 13): the fields of SocialForceParameters.
-        robots: Shape (m, 7): rows of `robot_states`.
-        at_walls: Shape (n, 2): see `Snapshot`; the radii count.
-        table: `Obstacles.table`.
-        sight: Walls farther than this do not count, in meters.
-        step: The time step, in seconds.
-        model: Shape (7,): the fields of OrcaModel.
+    The arguments are those of `kernel.social_forces`, but walls count up to
+    `sight` meters, `step` is the time step in seconds, and `model`, of shape
+    (7,), has the fields of OrcaModel.
 
     Returns:
         Shape (n, FORCES_SIZE), in m/s^2: the total, and zeros.

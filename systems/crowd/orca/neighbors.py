@@ -25,11 +25,7 @@ def _index(offset, width, count):
 
 @jit
 def make_cells(x, y):
-    """Sorts people into cells.
-
-    Args:
-        x: Shape (n,), n > 0, in meters.
-        y: Its y coordinate.
+    """Sorts people at x, y, of shape (n,) with n > 0, in meters, into cells.
 
     Returns:
         The people's numbers, cell by cell, and their x and y in this order;
@@ -64,23 +60,12 @@ def make_cells(x, y):
 
 @jit
 def find_neighbors(i, px, py, cells, reach, most, nearest, found):
-    """Finds the nearest people around a place.
+    """Finds the nearest people, not farther than `reach`, to i at (px, py).
 
-    Those who are as far as the last of them, to rounding, all count, so that
-    the result does not depend on the order of people.
-
-    Args:
-        i: The number of the person who stands there, who does not count.
-        px: The place, that of someone in the cells, in meters.
-        py: Its y coordinate.
-        cells: From `make_cells`.
-        reach: People farther than this do not count, in meters.
-        most: How many are found, but for those equally far; >= 1.
-        nearest: Room for `most` numbers.
-        found: Receives the people's numbers; room for all people.
-
-    Returns:
-        How many are found.
+    Those who are as far as the last of `most`, to rounding, all count, so that
+    the result does not depend on the order of people. Their numbers are written
+    to `found`, which has room for all; `nearest` is room for `most` numbers,
+    and `cells` is from `make_cells`. Returns how many there are.
     """
     order, x, y, begin, left, bottom, width, columns, rows = cells
     column = _index(px - left, width, columns)

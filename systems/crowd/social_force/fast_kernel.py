@@ -212,11 +212,7 @@ def alike(parameters):
 
 @jit
 def _columns(x, y):
-    """Sorts people into columns of the plane, and each column by y.
-
-    Returns:
-        The order, and where the columns begin; the last one ends there.
-    """
+    """Returns the order of people in columns of the plane, and their begins."""
     n = len(x)
     left = x.min()
     # No more columns than people, however far apart they are.
@@ -232,16 +228,10 @@ def _columns(x, y):
 
 @jit_as(float64[:, ::1], MATRIX, MATRIX, REAL)
 def people_forces(states, parameters, error):
-    """Returns the social force of all other people on each.
+    """Returns the social force (n, 2) of all other people on each, in m/s^2.
 
-    Args:
-        states: Shape (n, 6): x, y, yaw, vx, vy, omega.
-        parameters: Shape (n, 13): the fields of SocialForceParameters.
-        error: The sum of what is left out is less than this for each person,
-            in m/s^2; 0 leaves nothing out.
-
-    Returns:
-        Shape (n, 2), in m/s^2.
+    States and parameters are those of `kernel.social_forces`. The sum of what
+    is left out is less than the error for each person; 0 leaves nothing out.
     """
     n = len(states)
     result = np.zeros((n, 2))

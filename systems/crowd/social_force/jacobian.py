@@ -49,10 +49,7 @@ from hunav_drake.systems.world.walls import opened
 
 @jit
 def _own(i, states, radii, felt, command, k, walls, reach, most, robots, rows):
-    """Adds the derivatives by the own state, when those by others are there.
-
-    The forces of others do not change when all move, or speed up, alike.
-    """
+    """Adds the derivatives by the own state, when those by others are there."""
     n = len(states)
     x = states[i, X]
     y = states[i, Y]
@@ -109,8 +106,8 @@ def _own(i, states, radii, felt, command, k, walls, reach, most, robots, rows):
 def _step(i, states, forces, command, time_step, rows, out, own):
     """Writes the derivatives of a person's next state from those of the force.
 
-    These are the rows, of shape (2, c); out is of shape (6, c), and own the
-    column of the person's own x.
+    `rows` (2, c) are the latter, `out` (6, c); `own` is the column of the own
+    x.
     """
     vx = states[i, VX] + forces[i, TOTAL_FORCE] * time_step
     vy = states[i, VY] + forces[i, TOTAL_FORCE + 1] * time_step
@@ -173,11 +170,8 @@ def force_jacobian(
 ):
     """Returns the derivatives of the total forces on n people.
 
-    The arguments are those of `kernel.social_forces`.
-
-    Returns:
-        Shape (2n, 6n + 7m): a row for each x and y of the total forces. See
-        the module for the columns.
+    The arguments are those of `kernel.social_forces`. A row for each x and y of
+    the forces makes the shape (2n, 6n + 7m): see the module for the columns.
     """
     walls = opened(table)
     n = len(states)

@@ -43,14 +43,10 @@ _LANES = 8
 def _pair_derivatives(k, pairs, count):
     """Computes the derivatives of the social forces of others, of some pairs.
 
-    Args:
-        k: The parameters of those who feel the forces.
-        pairs: Of 12 _PAIRS elements, written to. The first four _PAIRS hold,
-            one after the other, where the others are (x, y), and the own
-            velocity minus the other's (x, y). The next four get the 2 x 2
-            derivatives by the place, row by row, and the last four those by
-            the velocity.
-        count: How many pairs there are, at most _PAIRS.
+    `pairs` holds 12 parts of _PAIRS elements, one for each of `count` pairs.
+    The first four are given: where the others are (x, y), and the own velocity
+    minus the other's (x, y). The next four get the 2 x 2 derivatives by the
+    place, row by row, and the last four those by the velocity.
     """
     weight = k[LAMBDA]
     gamma = k[GAMMA]

@@ -1,9 +1,9 @@
 """The forces of the social force model, as NumPy functions of arrays.
 
-Every function broadcasts; vectors have shape (..., 2). Positions in meters,
-velocities in m/s, both in W; the forces are accelerations, in m/s^2. No finite
-input gives a NaN: each function says what it gives where the formula has no
-value.
+Every function broadcasts, and takes and returns the x and y of vectors apart.
+Positions in meters, velocities in m/s, both in W; the forces are accelerations,
+in m/s^2. No finite input gives a NaN: each function says what it gives where
+the formula has no value.
 
 The arrays may be of floats, or of scalars that carry derivatives, as Drake's
 `AutoDiffXd`: arrays of objects that know `exp()`, `sqrt()`, `arctan2()` and
@@ -31,61 +31,7 @@ Array = NDArray[Any]
 Parameters = SocialForceParameters | SimpleNamespace
 
 
-def pair_force(
-    p_from: ArrayLike,
-    p_to: ArrayLike,
-    v_from: ArrayLike,
-    v_to: ArrayLike,
-    parameters: Parameters,
-) -> Array:
-    """Returns the social force on one pedestrian from another.
-
-    Moussaid et al. 2009, eqs. 4-6, as `lightsfm` has it. The radii do not
-    enter.
-
-    Args:
-        p_from: Where the pedestrian is that feels the force.
-        p_to: Where the other one is.
-        v_from: The velocity of the one that feels the force.
-        v_to: The velocity of the other.
-        parameters: The weights of the one that feels the force.
-
-    Returns:
-        The force; zero where the two coincide, or where their relative
-        velocity cancels the direction between them.
-    """
-    d = as_scalars(p_to) - as_scalars(p_from)
-    dv = as_scalars(v_from) - as_scalars(v_to)
-    d, dv = np.broadcast_arrays(d, dv)
-    return np.stack(
-        pair_force_xy(d[..., 0], d[..., 1], dv[..., 0], dv[..., 1], parameters),
-        axis=-1,
-    )
-
-
-def obstacle_force(
-    p: ArrayLike, p_wall: ArrayLike, radius: ArrayLike, parameters: Parameters
-) -> Array:
-    """Returns the force of the nearest point of one wall on a pedestrian.
-
-    Helbing & Molnar 1995, eq. 4 in its exponential form.
-
-    Args:
-        p: Where the pedestrian is.
-        p_wall: The nearest point of the wall.
-        radius: The radius of the pedestrian, in meters.
-        parameters: The weights of the pedestrian.
-
-    Returns:
-        The force; zero for a pedestrian on that very point.
-    """
-    d = as_scalars(p) - as_scalars(p_wall)
-    return np.stack(
-        obstacle_force_xy(d[..., 0], d[..., 1], radius, parameters), axis=-1
-    )
-
-
-def goal_force_xy(
+def goal_force(
     dx: Array,
     dy: Array,
     velocity: tuple[Array, Array],
@@ -96,15 +42,8 @@ def goal_force_xy(
     """Returns the pull towards the goal, and the direction there.
 
     Helbing & Molnar 1995, eq. 2: k_d (v_desired e - v) / tau; -v / tau within
-    the goal's radius.
-
-    Args:
-        dx: Where the goal is from here, in meters.
-        dy: The y component.
-        velocity: The components of the velocity, in m/s.
-        speed: The desired speed, in m/s.
-        radius: The goal's radius, in meters; infinity without a goal.
-        parameters: The weights of the pedestrian.
+    the goal's radius, which is infinite without a goal. The goal is (dx, dy)
+    from here; `speed` is the desired one.
     """
     k = parameters
     distance, ex, ey = direction(dx, dy)
@@ -118,17 +57,14 @@ def goal_force_xy(
     return force, (ex, ey)
 
 
-def pair_force_xy(
+def pair_force(
     dx: Array, dy: Array, dvx: Array, dvy: Array, parameters: Parameters
 ) -> tuple[Array, Array]:
-    """Returns the components of `pair_force`.
+    """Returns the social force of another, (dx, dy) from here.
 
-    Args:
-        dx: Where the other is from here, in meters.
-        dy: The y component.
-        dvx: The own velocity minus the other's, in m/s.
-        dvy: The y component.
-        parameters: The weights of the one that feels the force.
+    Moussaid et al. 2009, eqs. 4-6, as `lightsfm` has it. (dvx, dvy) is the own
+    velocity minus the other's; the radii do not enter. It is zero where the two
+    coincide, or where (dvx, dvy) cancels the direction between them.
     """
     k = parameters
     r, nx, ny = direction(dx, dy)
@@ -156,16 +92,13 @@ def pair_force_xy(
     )
 
 
-def obstacle_force_xy(
+def obstacle_force(
     dx: Array, dy: Array, radius: ArrayLike, parameters: Parameters
 ) -> tuple[Array, Array]:
-    """Returns the components of `obstacle_force`.
+    """Returns the force of the nearest point of one wall, (dx, dy) to here.
 
-    Args:
-        dx: Where the pedestrian is from the wall, in meters.
-        dy: The y component.
-        radius: The radius of the pedestrian, in meters.
-        parameters: The weights of the pedestrian.
+    Helbing & Molnar 1995, eq. 4 in its exponential form; zero on that very
+    point.
     """
     distance, nx, ny = direction(dx, dy)
     depth = as_scalars(radius) - distance

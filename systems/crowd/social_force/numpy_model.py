@@ -30,9 +30,9 @@ from hunav_drake.systems.crowd.social_force.numpy_forces import (
     Array,
     choose,
     direction,
-    goal_force_xy,
-    obstacle_force_xy,
-    pair_force_xy,
+    goal_force,
+    obstacle_force,
+    pair_force,
     values,
     wrap,
 )
@@ -44,14 +44,10 @@ _PAIRS = 2**13
 
 
 def social_forces(snapshot: Snapshot) -> Array:
-    """Returns the forces on n people: see `kernel.social_forces`.
+    """Returns the forces (n, FORCES_SIZE) on n people, in m/s^2.
 
-    Args:
-        snapshot: Its states, commands and robots are floats, or all three
-            scalars with derivatives.
-
-    Returns:
-        Shape (n, FORCES_SIZE), in m/s^2.
+    The states, commands and robots of the snapshot are floats, or all three
+    scalars with derivatives.
     """
     n = len(snapshot.states)
     width = n + len(snapshot.robots) + len(snapshot.obstacles.segments)
@@ -65,15 +61,7 @@ def social_forces(snapshot: Snapshot) -> Array:
 
 
 def advance(snapshot: Snapshot, forces: Array) -> Array:
-    """Returns where n people are one step later: see `kernel.advance`.
-
-    Args:
-        snapshot: The state of the world, of floats or scalars with derivatives.
-        forces: Shape (n, FORCES_SIZE); the last two columns count.
-
-    Returns:
-        Shape (n, 6).
-    """
+    """Returns where n people are one step later: see `kernel.advance`."""
     states, command = snapshot.states, snapshot.command
     time_step = snapshot.time_step
     moving = values(command[:, Command.HOLD]) == 0
@@ -117,7 +105,7 @@ def _forces_on(who: slice, snapshot: Snapshot, groups: Array) -> Array:
     me = _Person(who, snapshot)
     command = me.command
     walks = values(command[:, Command.HAS_GOAL]) != 0
-    goal, (ex, ey) = goal_force_xy(
+    goal, (ex, ey) = goal_force(
         command[:, Command.GOAL_X] - me.x,
         command[:, Command.GOAL_Y] - me.y,
         (me.vx, me.vy),
@@ -175,7 +163,7 @@ def _people(me: _Person, snapshot: Snapshot) -> tuple[Array, Array]:
         )
     x, y, vx, vy = others.T[:, :, None]
     # Nobody is apart from oneself, so that force is zero.
-    fx, fy = pair_force_xy(
+    fx, fy = pair_force(
         x - me.x,
         y - me.y,
         me.vx - vx,
@@ -209,7 +197,7 @@ def _walls(me: _Person, snapshot: Snapshot) -> tuple[Array, Array]:
     somebody = felt.any(axis=1)
     dx, dy, _ = _offsets(me.x, me.y, segments[index[somebody]])
     radius, factor = me.at_walls.T
-    fx, fy = obstacle_force_xy(
+    fx, fy = obstacle_force(
         *(dx, dy, radius),
         SimpleNamespace(**{**vars(me.k), "obstacle_factor": factor}),
     )
@@ -237,7 +225,7 @@ def _robots(me: _Person, robots: Array) -> tuple[Any, Any]:
     distance, nx, ny = direction(me.x - x, me.y - y)
     role = values(me.command[:, Command.ROBOT_ROLE])
     is_obstacle = np.where(role == RobotRole.OBSTACLE, 1.0, 0.0)
-    force = obstacle_force_xy(me.x - x, me.y - y, me.radius, me.k)
+    force = obstacle_force(me.x - x, me.y - y, me.radius, me.k)
     obstacle = [(f * is_obstacle).sum(axis=0) for f in force]
 
     # People on the very center of a robot do not know where to flee from it.
@@ -251,11 +239,7 @@ def _robots(me: _Person, robots: Array) -> tuple[Any, Any]:
 
 
 def _groups(snapshot: Snapshot) -> Array:
-    """Returns the size and the center (x, y) of each person's group.
-
-    Returns:
-        Shape (3, n). Those who walk alone are a group of one.
-    """
+    """Returns the size and the center (x, y) of each group, shape (3, n)."""
     group = values(snapshot.command[:, Command.GROUP_ID])
     # Everyone who walks alone has a number below those of the groups.
     alone = -1.0 - np.arange(len(group))

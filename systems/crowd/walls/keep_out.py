@@ -9,8 +9,9 @@ import math
 
 from numba import float64
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.kernels import (
     MATRIX,
     VECTOR,
@@ -47,17 +48,13 @@ _TILT = 1e-12
 _DIFFERENCE = 1e-5
 
 
-def wall_margins(radii: ArrayLike) -> NDArray[np.float64]:
-    """Returns how far from walls people's centers are kept.
+def wall_margins(radii: ArrayLike) -> Array:
+    """Returns how far from walls people with some radii are kept, in meters.
 
-    Args:
-        radii: Shape (n,), in meters.
-
-    Returns:
-        Shape (n,), in meters: the radius, but at most 0.1 m. Walls that
-        people only lean on are left to the forces.
+    It is the radius, but at most 0.1 m: walls that people only lean on are left
+    to the forces.
     """
-    margins: NDArray[np.float64] = np.clip(
+    margins: Array = np.clip(
         np.asarray(radii, dtype=float), _LEAST_MARGIN, _MARGIN
     )
     return margins
@@ -65,10 +62,10 @@ def wall_margins(radii: ArrayLike) -> NDArray[np.float64]:
 
 @jit
 def _contact(x, y, dx, dy, keep, segments, s):
-    """Returns the part of a displacement up to `keep` from segment `s`.
+    """Returns the part of a displacement, coming nearer, up to `keep` from `s`.
 
-    It is a displacement that does come nearer. All points at that distance
-    are two straight sides, and a half circle around each end.
+    All points at that distance from the segment are two straight sides, and a
+    half circle around each end.
     """
     best = math.inf
     ax = segments[s, 2] - segments[s, 0]
@@ -197,17 +194,7 @@ def _slide(x, y, dx, dy, vx, vy, margin, tolerance, walls):
 
 @jit
 def _touches(x, y, to_x, to_y, margin, tolerance, walls):
-    """Tells whether a person stands on a wall, and whether a step meets one.
-
-    Args:
-        x: The x of the person, in meters.
-        y: The y of the person, in meters.
-        to_x: The x that the step leads to, in meters.
-        to_y: The y that the step leads to, in meters.
-        margin: See `wall_margins`.
-        tolerance: How much nearer than that does not count, in meters.
-        walls: See `Walls`.
-    """
+    """Tells if one stands on a wall, and if a step from there meets one."""
     segments = walls.segments
     stands = False
     meets = False
@@ -239,25 +226,18 @@ def keep_out_of_walls(before, after, margins, table):
     """Returns where people get to in a step without entering a wall.
 
     The straight line from before to after comes no nearer to a wall than the
-    margin, or than the person was before. What would, goes as far as it can
-    and then along the wall: the part of the rest of the displacement that
-    leads into the wall is lost, and so is that part of the velocity. Nobody
-    moves farther or faster than proposed, and who meets no wall has exactly
-    the state proposed. The yaw is always as proposed: people look where they
-    want to go.
+    margin, or than the person was before. What would, goes as far as it can and
+    then along the wall: the part of the rest of the displacement that leads
+    into the wall is lost, and so is that part of the velocity. Nobody moves
+    farther or faster than proposed, and who meets no wall has exactly the state
+    proposed. The yaw is always as proposed: people look where they want to go.
 
     Somebody inside a solid, or less than a micrometer from a wall, is put at
     the margin (less where there is no room) in front of the nearest outline
     that leads out, at rest; or stays there, at rest, if nothing does.
 
-    Args:
-        before: Shape (n, 6): x, y, yaw, vx, vy, omega.
-        after: Shape (n, 6): the states proposed.
-        margins: Shape (n,), in meters: see `wall_margins`.
-        table: `Obstacles.table`.
-
-    Returns:
-        Shape (n, 6).
+    States, also the result, have the shape (n, 6): x, y, yaw, vx, vy, omega.
+    The margins are those of `wall_margins`.
     """
     walls = opened(table)
     result = after.copy()
@@ -285,11 +265,8 @@ def keep_out_of_walls(before, after, margins, table):
 
 
 def wall_derivatives(
-    before: NDArray[np.float64],
-    after: NDArray[np.float64],
-    margins: NDArray[np.float64],
-    table: NDArray[np.float64],
-) -> NDArray[np.float64]:
+    before: Array, after: Array, margins: Array, table: Array
+) -> Array:
     """Returns the derivatives of `keep_out_of_walls`, with its arguments.
 
     They are exact for people who meet no wall, and central differences, good

@@ -69,20 +69,10 @@ def _rise(value, low, high):
 def _passage(x, y, ex, ey, ahead, distance, walls):
     """Returns how wide, and how clear of walls, the way of a person is.
 
-    Args:
-        x: The x of the person, in meters.
-        y: The y of the person, in meters.
-        ex: The x of the direction to the next waypoint, of length one.
-        ey: The y of that direction.
-        ahead: How far the way is looked at, in meters.
-        distance: That of the waypoint, in meters.
-        walls: See `Walls`.
-
-    Returns:
-        The least sum of the distances to walls on the left and on the right
-        of a place on the way, and the least distance of any, in meters. Walls
-        rather ahead or behind than beside are farther than they are, so that
-        the sum changes continuously when somebody moves or turns.
+    The way goes from (x, y) in the direction (ex, ey) of the next waypoint. The
+    width is the least sum of the distances to walls on the left and on the
+    right of a place on it. Walls rather ahead or behind than beside are farther
+    than they are, so that it changes continuously when somebody moves or turns.
     """
     width = math.inf
     clear = math.inf
@@ -128,18 +118,10 @@ def _passage(x, y, ex, ey, ahead, distance, walls):
 
 @jit
 def _ease_one(x, y, own, command, k, margin, narrowest, felt, result):
-    """Writes with what radius, and how hard, one person feels the walls.
+    """Changes with what radius, and how hard, one person feels the walls.
 
-    Args:
-        x: The x of the person, in meters.
-        y: The y of the person, in meters.
-        own: The radius and the obstacle factor of the person.
-        command: Of the person.
-        k: The parameters.
-        margin: What a model keeps between bodies and walls, in meters.
-        narrowest: Passages much narrower than this are none, in meters.
-        felt: The walls, how far they are felt, and how many: see `ease`.
-        result: Receives the two; it has those of the person.
+    `own` and `result` are these two; `felt` is the walls, how far they are
+    felt, and how many: see `ease`.
     """
     ex = command[Command.GOAL_X] - x
     ey = command[Command.GOAL_Y] - y
@@ -203,23 +185,20 @@ def ease(
     Somebody who walks between two walls, at most 2 m apart, has a body that
     fills 90 % of the passage at most, and the push of walls so much weaker
     that, within the next 1.5 m of the way, it is nowhere more than 70 % of the
-    goal's pull. For everybody else, all is as it was. Between the two there
-    is no jump: it depends continuously on places and waypoints.
+    goal's pull. For everybody else, all is as it was. Between the two there is
+    no jump: it depends continuously on places and waypoints.
 
     Args:
         positions: Shape (n, 2 or more): x, y, ..., in meters.
         command: Shape (n, COMMAND_SIZE), with waypoints for goals.
-        at_walls: Shape (n, 2): the radii in meters, and the obstacle factors
-            in m/s^2, of the people.
-        parameters: Shape (n, 13): the fields of SocialForceParameters.
+        at_walls: Shape (n, 2), as the result: the radii in meters, and the
+            obstacle factors in m/s^2, of the people.
+        parameters: As for `kernel.social_forces`, like the last three.
         margin: What a model keeps between bodies and walls, in meters.
         narrowest: Passages much narrower than this are none, in meters.
         table: `Obstacles.table`.
-        reach: Shapes farther than this are not felt, in meters.
-        most: How many shapes are felt at most; 0 for all within reach.
-
-    Returns:
-        Shape (n, 2), like `at_walls`.
+        reach: In meters.
+        most: How many shapes.
     """
     walls = opened(table)
     eased = at_walls.copy()

@@ -7,16 +7,14 @@ nearest wall: 0 where they overlap, also inside of a solid.
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.evaluation.features import CONTACT_GAP
 from hunav_drake.systems.evaluation.metric import register_metric
 from hunav_drake.systems.evaluation.metrics import reduce
 from hunav_drake.systems.evaluation.metrics.efficiency import FRANCIS
 from hunav_drake.systems.evaluation.metrics.goal import SEAN
 from hunav_drake.systems.evaluation.recording import Recording
-
-Array = NDArray[np.float64]
 
 _metric = partial(register_metric, family="clearance")
 

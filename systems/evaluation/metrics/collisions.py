@@ -3,34 +3,24 @@
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hunav_drake.systems.common.arrays import Array, Mask
 from hunav_drake.systems.common.layout import VX, VY, X, Y
 from hunav_drake.systems.evaluation.metric import register_metric
 from hunav_drake.systems.evaluation.metrics.goal import SEAN
 from hunav_drake.systems.evaluation.recording import Recording
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 # Speeds of approach that differ by less are equal, in m/s.
 SPEED_RESOLUTION = 1e-6
 
 
 def charged(recording: Recording, *, to_robot: bool) -> Mask:
-    """Tells where a contact begins that is charged to one of the two.
+    """Tells where a contact begins that is charged to robot or person.
 
     With n the unit vector from robot to person, the robot closes in at
-    a = v_r . n and the person at b = -v_i . n. The faster one is charged;
-    both, if they are equally fast and do close in. Who stand on one another
-    have no n, and neither is charged.
-
-    Args:
-        recording: N + 1 samples of n people.
-        to_robot: Whether to tell the robot's contacts, or people's.
-
-    Returns:
-        Shape (N + 1, n).
+    a = v_r . n and the person at b = -v_i . n. The faster one is charged; both,
+    if they are equally fast and do close in. Who stand on one another have no
+    n, and neither is charged.
     """
     begins = recording.features.contact_begins
     sample, person = np.nonzero(begins)

@@ -8,8 +8,8 @@ loaded where it is used, so that metrics can be listed without it.
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import X, Y
 from hunav_drake.systems.evaluation.metric import register_metric
 from hunav_drake.systems.evaluation.metrics import reduce
@@ -17,24 +17,15 @@ from hunav_drake.systems.evaluation.metrics.efficiency import GAO_HUANG
 from hunav_drake.systems.evaluation.path_features import polyline_length
 from hunav_drake.systems.evaluation.recording import Recording
 
-Array = NDArray[np.float64]
-
 _metric = partial(register_metric, family="comparison")
 
 
 def displacement(times: Array, positions: Array, reference: Array) -> Array:
     """Returns how far apart two moving points are at the times of the first.
 
-    The clocks of both start at 0 with their first row. After its last row
-    the reference stays where it is; between two rows it moves straight.
-
-    Args:
-        times: Shape (m,), increasing, in seconds.
-        positions: Shape (m, 2), in meters.
-        reference: Shape (k, 3): rows (time, x, y), in seconds and meters.
-
-    Returns:
-        Shape (m,), in meters.
+    The clocks of both start at 0 with their first row. After its last row the
+    reference, rows (time, x, y), stays where it is; between two it moves
+    straight.
     """
     t = times - times[0]
     clock = reference[:, 0] - reference[0, 0]
@@ -47,14 +38,9 @@ def displacement(times: Array, positions: Array, reference: Array) -> Array:
 def warped_distance(first: Array, second: Array) -> float:
     """Returns the asymmetric dynamic time warping distance of two paths.
 
-    Args:
-        first: Shape (m, 2), in meters.
-        second: Shape (k, 2), in meters.
-
-    Returns:
-        The least mean distance, in meters, of the points of the shorter path
-        (the first, if they are equal) to segments of the other that follow
-        each other as the points do.
+    It is the least mean distance of the points of the shorter path (the first,
+    if they are equal) to segments of the other that follow each other as the
+    points do.
     """
     from hunav_drake.systems.evaluation import curves
 

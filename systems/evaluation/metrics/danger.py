@@ -5,13 +5,11 @@ velocity of the robot as the person sees it, R the sum of their radii.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.evaluation.metric import register_metric
 from hunav_drake.systems.evaluation.metrics.rates import register_sum_and_rate
 from hunav_drake.systems.evaluation.recording import Recording
-
-Array = NDArray[np.float64]
 
 SINGAMANENI = "Singamaneni, Favier & Alami 2023"
 

@@ -3,8 +3,8 @@
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import YAW
 from hunav_drake.systems.common.poses import wrap_angles
 from hunav_drake.systems.evaluation.metric import register_metric
@@ -13,8 +13,6 @@ from hunav_drake.systems.evaluation.metrics.path import since_previous
 from hunav_drake.systems.evaluation.metrics.speeds import STILL_SPEED
 from hunav_drake.systems.evaluation.path_features import polyline_length
 from hunav_drake.systems.evaluation.recording import Recording
-
-Array = NDArray[np.float64]
 
 _metric = partial(register_metric, family="efficiency")
 

@@ -6,14 +6,10 @@ n' = 3, no epsilon, k_o = 10, sigma_o = 0.2. A sum over samples grows with
 their number, so each has a companion that does not: its rate.
 """
 
-import numpy as np
-from numpy.typing import NDArray
-
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.evaluation.features import mean_of_present
 from hunav_drake.systems.evaluation.metrics.rates import register_sum_and_rate
 from hunav_drake.systems.evaluation.recording import Recording
-
-Array = NDArray[np.float64]
 
 SOURCE = (
     "social force model, Moussaid et al. 2009, Helbing & Molnar 1995; "

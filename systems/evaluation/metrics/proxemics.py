@@ -8,14 +8,12 @@ from functools import partial
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.evaluation.metric import register_metric
 from hunav_drake.systems.evaluation.metrics import reduce
 from hunav_drake.systems.evaluation.metrics.path import PEREZ_2018
 from hunav_drake.systems.evaluation.recording import Recording
-
-Array = NDArray[np.float64]
 
 _metric = partial(register_metric, family="proxemics")
 

@@ -3,14 +3,12 @@
 from collections.abc import Callable
 from functools import partial
 
-import numpy as np
-from numpy.typing import NDArray
-
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.evaluation.metric import register_metric
 from hunav_drake.systems.evaluation.metrics import reduce
 from hunav_drake.systems.evaluation.recording import Recording
 
-Series = Callable[[Recording], NDArray[np.float64]]
+Series = Callable[[Recording], Array]
 
 _RATE = """
     The time average of what {} sums up.
@@ -27,16 +25,9 @@ def register_sum_and_rate(
 ) -> Callable[[Series], Series]:
     """Registers the sum of a series, and its time average: the rate.
 
-    Less of it is better. The sum is called and defined as the function that
-    makes the series, shape (N + 1,); the rate is called `<name>_rate`.
-
-    Args:
-        unit: The unit of both.
-        family: What it is about.
-        source: Who defined the sum.
-
-    Returns:
-        A decorator that returns the function unchanged.
+    Less of it is better, and both have one unit. The sum is called and defined
+    as the function that makes the series, shape (N + 1,); the rate is called
+    `<name>_rate`.
     """
     register = partial(
         register_metric, unit=unit, family=family, direction="lower"

@@ -1,9 +1,8 @@
 """Reduces a series over the samples to one number; NaN is skipped."""
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from hunav_drake.systems.common.arrays import Array
 
 
 def mean(series: Array) -> float:
@@ -17,10 +16,6 @@ def time_average(series: Array, times: Array) -> float:
 
     Intervals at one end of which there is no value are left out; of a single
     value, or of single ones, it is the mean.
-
-    Args:
-        series: Shape (N + 1,).
-        times: Shape (N + 1,), increasing, in seconds.
     """
     middle = (series[1:] + series[:-1]) / 2
     known = ~np.isnan(middle)

@@ -3,16 +3,14 @@
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.evaluation.features import mean_of_present
 from hunav_drake.systems.evaluation.metric import register_metric
 from hunav_drake.systems.evaluation.metrics import reduce
 from hunav_drake.systems.evaluation.metrics.goal import SEAN
 from hunav_drake.systems.evaluation.metrics.path import since_previous
 from hunav_drake.systems.evaluation.recording import Recording
-
-Array = NDArray[np.float64]
 
 _metric = partial(register_metric, family="speeds")
 

@@ -5,8 +5,8 @@ between. d is the distance of the centers, taken to be at least 0.05 m.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.evaluation.encounter_features import HALF_FIELD_OF_VIEW
 from hunav_drake.systems.evaluation.metrics.danger import (
     LEAST_DISTANCE,
@@ -15,8 +15,6 @@ from hunav_drake.systems.evaluation.metrics.danger import (
 from hunav_drake.systems.evaluation.metrics.proxemics import INTIMATE
 from hunav_drake.systems.evaluation.metrics.rates import register_sum_and_rate
 from hunav_drake.systems.evaluation.recording import Recording
-
-Array = NDArray[np.float64]
 
 # How long it takes to recognize what comes into view, and to react to it, in
 # seconds.

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from hunav_drake.recordings.readers import ReadRecording
-from hunav_drake.results.files import WriteResult, load_results
+from hunav_drake.results.files import LoadResults, WriteResult
 from hunav_drake.results.run_table import ReadRuns
 from hunav_drake.results.trial_result import MakeTrialResult
 from hunav_drake.systems.evaluation.compute import (
@@ -331,7 +331,7 @@ def test_changed_folders_of_results(tmp_path):
         else:
             path.write_bytes(mutate_bytes(rng, whole))
         damaged = {}
-        results = load_results(tmp_path, damaged)
+        results = LoadResults(tmp_path, damaged=damaged)
         outcomes.append(bool(results))
         if damaged:
             assert str(path) in damaged["a"]

@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 
 from hunav_drake.results import files
-from hunav_drake.results.files import LoadResults, WriteResult, load_results
+from hunav_drake.results.files import LoadResults, WriteResult
 from hunav_drake.results.provenance import MakeProvenance
 from hunav_drake.results.run_folders import find_pages, find_runs
 from hunav_drake.results.run_table import ReadRuns, WriteTables, tabulate_runs
@@ -412,7 +412,7 @@ def test_a_damaged_run_is_named_with_what_to_do(tmp_path, damage, words):
     with pytest.raises(ValueError, match=remedy):
         LoadResults(tmp_path)
     damaged = {}
-    results = load_results(tmp_path, damaged)
+    results = LoadResults(tmp_path, damaged=damaged)
     assert [result.tag for result in results] == ["good"]
     assert list(damaged) == ["bad"]
     if "recording" not in words:
@@ -465,7 +465,7 @@ def test_damage_is_found_before_the_work(tmp_path, work):
     with pytest.raises(ValueError, match=r"run_4(?s:.*)and 7 more") as info:
         LoadResults(tmp_path)
     assert len(str(info.value).splitlines()) == 6
-    assert load_results(tmp_path, {}) == []
+    assert LoadResults(tmp_path, damaged={}) == []
     assert work == {"summary": 24, "recording": 0, "result": 0}
 
 

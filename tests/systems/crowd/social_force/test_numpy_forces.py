@@ -8,16 +8,23 @@ import numpy as np
 import pytest
 
 from hunav_drake.systems.common.layout import COMMAND_SIZE, Command
+from hunav_drake.systems.crowd.social_force import numpy_forces
 from hunav_drake.systems.crowd.social_force.kernel import social_forces
-from hunav_drake.systems.crowd.social_force.numpy_forces import (
-    obstacle_force,
-    pair_force,
-)
 from hunav_drake.systems.people.parameters import SocialForceParameters
 from hunav_drake.systems.world.obstacles import Obstacles
 
 place = st.tuples(*[st.floats(-20, 20)] * 2)
 velocity = st.tuples(*[st.floats(-3, 3)] * 2)
+
+
+def pair_force(p_from, p_to, v_from, v_to, parameters):
+    d, dv = np.subtract(p_to, p_from), np.subtract(v_from, v_to)
+    return np.array(numpy_forces.pair_force(*d, *dv, parameters))
+
+
+def obstacle_force(p, p_wall, radius, parameters):
+    d = np.subtract(p, p_wall, dtype=float)
+    return np.array(numpy_forces.obstacle_force(*d, radius, parameters))
 
 
 def kernel_forces_on_first(p, v, *, parameters, points=()):

@@ -1,0 +1,8 @@
+"""The types of arrays."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+# Of numbers, and of truths.
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
