@@ -11,6 +11,9 @@ import numpy as np
 
 from hunav_drake.systems.common.arrays import Array
 
+# A seed is kept as two numbers below this.
+_HALF = 2**32
+
 
 class Purpose(IntEnum):
     """What a draw is for; each has numbers of its own."""
@@ -79,3 +82,14 @@ def _streams(
         start["state"]["key"][1] = human_id
         bits.state = start
         yield generator
+
+
+def seed_to_halves(seed: int) -> Array:
+    """Returns a seed as two numbers, which doubles hold exactly."""
+    return np.array(divmod(int(seed), _HALF), dtype=float)
+
+
+def halves_to_seed(halves: Array) -> int:
+    """Returns the seed that `seed_to_halves` was given."""
+    high, low = halves
+    return int(high) * _HALF + int(low)

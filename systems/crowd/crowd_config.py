@@ -14,6 +14,9 @@ from hunav_drake.systems.common.schema import (
 )
 from hunav_drake.systems.crowd.motion_model import MOTION_MODELS, MotionModel
 
+Acceleration = Annotated[StrictFloat, within(0.1, 1e3, "m/s^2")]
+TurnRate = Annotated[StrictFloat, within(0.1, 1e3, "rad/s")]
+
 
 @dataclass(kw_only=True, slots=True, config=CONFIG)
 class CrowdConfig:
@@ -47,10 +50,12 @@ class CrowdConfig:
 
     # How fast velocities change at most, in m/s^2, and headings, in rad/s;
     # None is without limit, as in HuNavSim.
-    max_acceleration: Annotated[StrictFloat, within(0.1, 1e3, "m/s^2")] | None = (
-        3.5
+    max_acceleration: (
+        Annotated[StrictFloat, within(0.1, 1e3, "m/s^2")] | None
+    ) = 3.5
+    max_turn_rate: Annotated[StrictFloat, within(0.1, 1e3, "rad/s")] | None = (
+        4.0
     )
-    max_turn_rate: Annotated[StrictFloat, within(0.1, 1e3, "rad/s")] | None = 4.0
 
     # Whether people walk around walls to their goals, and let no walls push
     # them back from the doors on their way; without, straight at the goals,

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from pydrake.autodiffutils import AutoDiffXd, ExtractValue
+from pydrake.autodiffutils import AutoDiffXd
 from pydrake.systems.framework import (
     BasicVector,
     BasicVector_,
@@ -34,26 +34,22 @@ from hunav_drake.systems.common.layout import (
 from hunav_drake.systems.common.ports import DeclareRobotStates, RequirePort
 from hunav_drake.systems.crowd.bodies.standing import STANCE_SIZE
 from hunav_drake.systems.crowd.crowd_config import CrowdConfig
+from hunav_drake.systems.crowd.limits import lifted
 from hunav_drake.systems.crowd.motion_model import Snapshot
+from hunav_drake.systems.crowd.seed_and_weights import SeedAndWeights
 from hunav_drake.systems.crowd.step import CrowdJacobian, CrowdStep
 from hunav_drake.systems.people.human_config import HumanConfig
-from hunav_drake.systems.people.parameters import NUM_PARAMETERS
-from hunav_drake.systems.people.starts import draw_starts
-from hunav_drake.systems.people.weights import check_weights, draw_weights
 from hunav_drake.systems.world.obstacles import Obstacles
 
 # Who is put elsewhere by more than this does not come back, in meters.
 _SHIFT = 0.5
-
-# A seed is kept as two numbers below this, which a double holds exactly.
-_HALF = 2**32
 
 
 @TemplateSystem.define("HumanCrowd_", T_list=[float, AutoDiffXd])
 def HumanCrowd_(T: Any) -> type:
     """Defines HumanCrowd for a scalar type: float or AutoDiffXd."""
 
-    class Impl(LeafSystem_[T]):
+    class Impl(LeafSystem_[T], SeedAndWeights):  # type: ignore[misc]
         """People who walk to their goals by a model of human motion.
 
         .. pydrake_system::
@@ -65,6 +61,7 @@ def HumanCrowd_(T: Any) -> type:
             output_ports:
             - human_states
             - forces
+            - overlaps
 
         Every ``time_step``, the forces on all people are computed from one
         snapshot, and everybody moves at once: the order of people does not
@@ -77,7 +74,9 @@ def HumanCrowd_(T: Any) -> type:
         person wants, laid out as `layout.Command`; where they come from
         several systems, a Multiplexer joins them.
         Port ``forces`` gives n rows of 8 vectors (x, y), in m/s^2: see
-        `layout.FORCES`; it is computed when someone asks.
+        `layout.FORCES`. Port ``overlaps`` gives for each person how deep other
+        bodies and robots are in theirs now, in meters: 0 but where people are
+        squeezed, or not kept apart. Both are computed when someone asks.
 
         The discrete state holds n rows (x, y, yaw, vx, vy, omega), and in a
         second vector n rows (x, y, 1) of where people stand, zeros for who
@@ -133,6 +132,7 @@ def HumanCrowd_(T: Any) -> type:
             check_count("num_robots", num_robots)
             check_number("start_jitter", start_jitter, "m")
             self._humans = tuple(humans)
+            self._start_jitter = start_jitter
             # What a copy for another scalar type is made of, too.
             self._options: dict[str, Any] = {
                 "obstacles": obstacles,
@@ -171,15 +171,6 @@ def HumanCrowd_(T: Any) -> type:
                 for vector in parameters
             )
 
-        def _Draw(self, seed: int) -> tuple[NDArray[np.float64], ...]:
-            """Returns the state, the weights and the seed of a seed's start."""
-            weights = draw_weights(self._humans, seed)
-            jitter = self._options["start_jitter"]
-            start = np.zeros((len(self._humans), MOTION_SIZE))
-            start[:, :3] = draw_starts(self._humans, seed, jitter)
-            halves = np.array(divmod(int(seed), _HALF), dtype=float)
-            return start.ravel(), weights.ravel(), halves
-
         def _DeclareOutputs(self) -> None:
             n = len(self._humans)
             state_ticket = self.discrete_state_ticket(self._state)
@@ -198,6 +189,15 @@ def HumanCrowd_(T: Any) -> type:
                     self.numeric_parameter_ticket(
                         NumericParameterIndex(self._weights)
                     ),
+                    self.all_input_ports_ticket(),
+                },
+            )
+            self._overlaps = self.DeclareVectorOutputPort(
+                "overlaps",
+                n,
+                self._CalcOverlaps,
+                prerequisites_of_calc={
+                    state_ticket,
                     self.all_input_ports_ticket(),
                 },
             )
@@ -234,6 +234,10 @@ def HumanCrowd_(T: Any) -> type:
             """Returns the port with the forces on the people."""
             return self._forces
 
+        def get_overlaps_output_port(self) -> OutputPort:
+            """Returns the port with how deep bodies overlap."""
+            return self._overlaps
+
         def SetStates(self, context: Context, states: ArrayLike) -> None:
             """Sets where people are, and how they move.
 
@@ -258,73 +262,6 @@ def HumanCrowd_(T: Any) -> type:
             stances[(abs(moved) > _SHIFT).any(axis=1)] = 0.0
             context.SetDiscreteState(self._state, rows[:, :MOTION_SIZE].ravel())
             context.SetDiscreteState(self._stances, stances.ravel())
-
-        def SetSeed(self, context: Context, seed: int) -> None:
-            """Puts people at the start of a seed, with the weights of it.
-
-            They are at rest, as in the default Context of a crowd of that
-            seed. Nothing else of the Context changes: `SetHumansSeed` resets
-            what people have in mind, too.
-
-            Args:
-                context: Of this system, changed.
-                seed: In [0, 2^63).
-
-            Raises:
-                ValueError: If the seed is not such a number.
-            """
-            start, weights, halves = self._Draw(seed)
-            context.SetDiscreteState(self._state, start)
-            context.SetDiscreteState(
-                self._stances, np.zeros(STANCE_SIZE * len(self._humans))
-            )
-            for index, vector in (self._weights, weights), (self._seed, halves):
-                context.get_mutable_numeric_parameter(index).SetFromVector(
-                    vector
-                )
-
-        def GetSeed(self, context: Context) -> int:
-            """Returns the seed that a Context was set to.
-
-            Args:
-                context: Of this system.
-            """
-            high, low = self._GetParameter(context, self._seed)
-            return int(high) * _HALF + int(low)
-
-        def SetWeights(self, context: Context, weights: ArrayLike) -> None:
-            """Sets the weights of the forces on people.
-
-            Args:
-                context: Of this system, changed.
-                weights: Shape (n, 13): for each person the fields of
-                    SocialForceParameters, in their order.
-
-            Raises:
-                ValueError: If the array does not have that shape, or a weight
-                    is not finite or out of its range.
-            """
-            rows = check_weights(weights, len(self._humans))
-            vector = context.get_mutable_numeric_parameter(self._weights)
-            vector.SetFromVector(rows.ravel())
-
-        def GetWeights(self, context: Context) -> NDArray[np.float64]:
-            """Returns the weights of the forces, a copy of shape (n, 13).
-
-            They are as `SetWeights` takes them, and have no derivatives.
-
-            Args:
-                context: Of this system.
-            """
-            weights = self._GetParameter(context, self._weights)
-            return weights.reshape(-1, NUM_PARAMETERS)
-
-        def _GetParameter(
-            self, context: Context, index: int
-        ) -> NDArray[np.float64]:
-            """Returns a copy of a numeric parameter, without derivatives."""
-            vector = context.get_numeric_parameter(index).CopyToVector()
-            return np.ravel(vector if T is float else ExtractValue(vector))
 
         def CalcJacobian(self, context: Context) -> CrowdJacobian:
             """Computes the derivatives of the next discrete state.
@@ -373,21 +310,24 @@ def HumanCrowd_(T: Any) -> type:
             rows.setflags(write=False)
             return rows
 
+        def _GetRobots(self, context: Context) -> NDArray[Any]:
+            """Returns the rows of the robots, not to be written to."""
+            if self._robot_states is None:
+                return self._no_robots
+            robots: NDArray[Any] = self._robot_states.Eval(context)
+            robots = robots.reshape(-1, STATE_SIZE)
+            robots.setflags(write=False)
+            return robots
+
         def _Look(self, context: Context) -> Snapshot:
             """Returns the snapshot of a Context."""
             commands = self._commands.Eval(context)
-            robots = self._no_robots
-            if self._robot_states is not None:
-                robots = self._robot_states.Eval(context).reshape(
-                    -1, STATE_SIZE
-                )
-                robots.setflags(write=False)
             weights = self.GetWeights(context)
             weights.setflags(write=False)
             return self._step.look(
                 self._GetState(context),
                 commands.reshape(-1, COMMAND_SIZE),
-                robots,
+                self._GetRobots(context),
                 weights,
             )
 
@@ -403,6 +343,12 @@ def HumanCrowd_(T: Any) -> type:
         def _CalcForces(self, context: Context, output: BasicVector) -> None:
             forces = self._step.forces(self._Look(context))
             output.SetFromVector(forces.ravel())
+
+        def _CalcOverlaps(self, context: Context, output: BasicVector) -> None:
+            overlaps = self._step.overlaps(
+                self._GetState(context), self._GetRobots(context)
+            )
+            output.SetFromVector(overlaps if T is float else lifted(overlaps))
 
         def _Update(
             self, context: Context, discrete_state: DiscreteValues

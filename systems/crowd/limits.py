@@ -9,7 +9,7 @@ from typing import Any
 import numba
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.autodiffutils import ExtractValue
+from pydrake.autodiffutils import AutoDiffXd, ExtractValue
 
 from hunav_drake.systems.common.kernels import MATRIX, jit_as
 
@@ -37,6 +37,14 @@ def limited(rows: NDArray[Any]) -> NDArray[Any]:
         return rows
     clipped: NDArray[Any] = np.clip(rows, -LARGEST, LARGEST)
     return clipped
+
+
+def lifted(values: NDArray[np.float64]) -> NDArray[Any]:
+    """Returns numbers as scalars with derivatives, of which they have none."""
+    scalars: NDArray[Any] = np.array(
+        [AutoDiffXd(value) for value in values.ravel()], dtype=object
+    )
+    return scalars.reshape(values.shape)
 
 
 def plain(scalars: NDArray[Any]) -> NDArray[np.float64]:

@@ -27,8 +27,9 @@ from hunav_drake.systems.world.obstacles import Obstacles
 # Of floats, or of scalars with derivatives.
 Array = NDArray[Any]
 
-# Whoever passes somebody feels walls as a body of this radius, in meters.
-_SLIM = 0.12
+# Whoever passes somebody feels walls as a body of this radius, in meters, and
+# this part of their force.
+_SLIM, _SOFT = 0.12, 0.2
 
 
 class CrowdJacobian(NamedTuple):
@@ -170,6 +171,7 @@ class CrowdStep:
         if passing.any():
             eased = eased.copy()
             eased[passing, 0] = np.minimum(eased[passing, 0], _SLIM)
+            eased[passing, 1] *= _SOFT
             eased.setflags(write=False)
         if command.dtype != object:
             changed.setflags(write=False)
@@ -215,6 +217,18 @@ class CrowdStep:
         return self._bodies.finish(
             snapshot, forces, self._move(snapshot, forces), stances
         )
+
+    def overlaps(self, states: Array, robots: Array) -> Array:
+        """Returns how deep other bodies are in those of people, in meters.
+
+        Args:
+            states: As for `look`.
+            robots: See there.
+
+        Returns:
+            Shape (n,), 0 for whom nobody touches; without derivatives.
+        """
+        return self._bodies.overlaps(plain(states), plain(robots))
 
     def check_derivatives(self) -> None:
         """Checks that the model of motion has derivatives.

@@ -6,20 +6,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.autodiffutils import (
-    AutoDiffXd,
-    ExtractGradient,
-    InitializeAutoDiff,
-)
+from pydrake.autodiffutils import ExtractGradient, InitializeAutoDiff
 
-from hunav_drake.systems.common.layout import (
-    MOTION_SIZE,
-    STATE_SIZE,
-    YAW,
-)
+from hunav_drake.systems.common.layout import MOTION_SIZE, STATE_SIZE, YAW
+from hunav_drake.systems.crowd.bodies.contacts import deepest
 from hunav_drake.systems.crowd.bodies.finish import finish_step
 from hunav_drake.systems.crowd.crowd_config import CrowdConfig
-from hunav_drake.systems.crowd.limits import plain
+from hunav_drake.systems.crowd.limits import lifted, plain
 from hunav_drake.systems.crowd.motion_model import Snapshot
 from hunav_drake.systems.crowd.walls.keep_out import wall_margins
 from hunav_drake.systems.people.human_config import HumanConfig
@@ -141,8 +134,19 @@ class Bodies:
             result[slopes.rows] = InitializeAutoDiff(values, gradient).reshape(
                 -1, MOTION_SIZE
             )
-        held = both[:, MOTION_SIZE:]
-        return result, np.vectorize(AutoDiffXd, otypes=[object])(held)
+        return result, lifted(both[:, MOTION_SIZE:])
+
+    def overlaps(
+        self, states: NDArray[np.float64], robots: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Returns how deep other bodies are in those of people: see `deepest`.
+
+        Args:
+            states: Shape (n, 6).
+            robots: Shape (m, 7).
+        """
+        depths: NDArray[np.float64] = deepest(states, self.radii, robots)
+        return depths
 
     def chain(
         self,
@@ -225,9 +229,9 @@ class Bodies:
                     )
                 inputs[which][place] = kept
                 slope = ends[1] - ends[0]
-                slope[:, YAW] = np.remainder(
-                    slope[:, YAW] + math.pi, 2 * math.pi
-                ) - math.pi
+                slope[:, YAW] = (
+                    np.remainder(slope[:, YAW] + math.pi, 2 * math.pi) - math.pi
+                )
                 result[:, at] = (slope / (2 * _DIFFERENCE)).ravel()
             return result
 

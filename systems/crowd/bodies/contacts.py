@@ -8,9 +8,10 @@ convex function of the place, this keeps more than the distance itself.
 
 import math
 
+from numba import float64
 import numpy as np
 
-from hunav_drake.systems.common.kernels import jit
+from hunav_drake.systems.common.kernels import MATRIX, VECTOR, jit, jit_as
 from hunav_drake.systems.common.layout import RADIUS, VX, VY, X, Y
 from hunav_drake.systems.world.nearest import nearest_on_segments
 from hunav_drake.systems.world.walls import runs_in
@@ -102,6 +103,45 @@ def do_bodies_meet(after, bodies, robots, time_step):
     return len(near_pairs(after[:, X], after[:, Y], bodies)) > 0
 
 
+@jit_as(float64[::1], MATRIX, VECTOR, MATRIX)
+def deepest(states, bodies, robots):
+    """Returns how deep the deepest other body is in each person's.
+
+    Args:
+        states: Shape (n, 6): x, y, yaw, vx, vy, omega.
+        bodies: Shape (n,), radii in meters.
+        robots: Shape (m, 7): rows of `robot_states`.
+
+    Returns:
+        Shape (n,), in meters; 0 for whom nobody touches.
+    """
+    depths = np.zeros(len(states))
+    pairs = near_pairs(states[:, X], states[:, Y], bodies)
+    for p in range(len(pairs)):
+        i = pairs[p, 0]
+        j = pairs[p, 1]
+        depth = (
+            bodies[i]
+            + bodies[j]
+            - math.hypot(
+                states[i, X] - states[j, X], states[i, Y] - states[j, Y]
+            )
+        )
+        depths[i] = max(depths[i], depth)
+        depths[j] = max(depths[j], depth)
+    for i in range(len(states)):
+        for k in range(len(robots)):
+            depth = (
+                bodies[i]
+                + robots[k, RADIUS]
+                - math.hypot(
+                    states[i, X] - robots[k, X], states[i, Y] - robots[k, Y]
+                )
+            )
+            depths[i] = max(depths[i], depth)
+    return depths
+
+
 @jit
 def find_contacts(
     before, after, bodies, margins, robots, walls, time_step, slack
@@ -161,10 +201,7 @@ def find_contacts(
         for i in range(n):
             if near[i]:
                 contacts = np.concatenate(
-                    (
-                        contacts,
-                        _walls_near(i, before, margins, reach, walls),
-                    )
+                    (contacts, _walls_near(i, before, margins, reach, walls))
                 )
     return contacts
 

@@ -1,17 +1,9 @@
-"""How fast people change their velocity and their heading, compiled by numba."""
+"""How fast people change velocity and heading, compiled by numba."""
 
 import math
 
 from hunav_drake.systems.common.kernels import jit
-from hunav_drake.systems.common.layout import (
-    OMEGA,
-    VX,
-    VY,
-    YAW,
-    Command,
-    X,
-    Y,
-)
+from hunav_drake.systems.common.layout import OMEGA, VX, VY, YAW, Command, X, Y
 from hunav_drake.systems.crowd.social_force.compiled_forces import wrap
 
 # Who is slower than this turns less fast in proportion, in m/s.

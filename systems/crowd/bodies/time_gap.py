@@ -10,13 +10,7 @@ import math
 from numba import float64
 import numpy as np
 
-from hunav_drake.systems.common.kernels import (
-    MATRIX,
-    REAL,
-    VECTOR,
-    jit,
-    jit_as,
-)
+from hunav_drake.systems.common.kernels import MATRIX, REAL, VECTOR, jit, jit_as
 from hunav_drake.systems.common.layout import VX, VY, Command, X, Y
 from hunav_drake.systems.crowd.bodies.contacts import near_pairs
 from hunav_drake.systems.people.parameters import EPSILON
@@ -123,7 +117,9 @@ def keep_time_gap(states, bodies, command, parameters, time_gap, matching):
         )
     for i in range(n):
         if room[i, 0] < _PASSING:
-            side = np.sign(room[i, 1] + _DOUBT * np.sign(parameters[i, EPSILON]))
+            side = np.sign(
+                room[i, 1] + _DOUBT * np.sign(parameters[i, EPSILON])
+            )
             turn = side * _SIDESTEP * (1 - room[i, 0] / _PASSING)
             gx = result[i, 0] - states[i, X]
             gy = result[i, 1] - states[i, Y]

@@ -121,7 +121,9 @@ def test_nobody_is_lost_too_fast_or_inside_a_wall(people, time_step):
     states, walls = run_in_room(people, time_step=time_step)
     assert np.isfinite(states).all()
     # Who begins faster than the limit brakes.
-    limit = max([1.5, *(math.hypot(*velocity) for _, _, velocity, *_ in people)])
+    limit = max(
+        [1.5, *(math.hypot(*velocity) for _, _, velocity, *_ in people)]
+    )
     assert (np.hypot(states[:, 3], states[:, 4]) <= limit + 1e-12).all()
     assert not inside(walls, states[:, :2]).any()
     assert (abs(states[:, 0]) < 5).all()

@@ -1,0 +1,105 @@
+"""What of a crowd follows from its seed, in the Context."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pydrake.systems.framework import Context
+
+from hunav_drake.systems.common.random_streams import (
+    halves_to_seed,
+    seed_to_halves,
+)
+from hunav_drake.systems.crowd.bodies.standing import STANCE_SIZE
+from hunav_drake.systems.crowd.limits import plain
+from hunav_drake.systems.people.human_config import HumanConfig
+from hunav_drake.systems.people.parameters import NUM_PARAMETERS
+from hunav_drake.systems.people.starts import draw_starts
+from hunav_drake.systems.people.weights import check_weights, draw_weights
+
+
+class SeedAndWeights:
+    """Sets and tells the seed, and the weights of the forces on people.
+
+    A part of `HumanCrowd`, which declares the parameters and the state.
+    """
+
+    _humans: tuple[HumanConfig, ...]
+    _start_jitter: float
+    # The indices of the states and of the numeric parameters.
+    _state: int
+    _stances: int
+    _weights: int
+    _seed: int
+
+    def _Draw(self, seed: int) -> Sequence[NDArray[np.float64]]:
+        """Returns the state, the weights and the seed of a seed's start."""
+        return (
+            draw_starts(self._humans, seed, self._start_jitter).ravel(),
+            draw_weights(self._humans, seed).ravel(),
+            seed_to_halves(seed),
+        )
+
+    def SetSeed(self, context: Context, seed: int) -> None:
+        """Puts people at the start of a seed, with the weights of it.
+
+        They are at rest, as in the default Context of a crowd of that
+        seed. Nothing else of the Context changes: `SetHumansSeed` resets
+        what people have in mind, too.
+
+        Args:
+            context: Of this system, changed.
+            seed: In [0, 2^63).
+
+        Raises:
+            ValueError: If the seed is not such a number.
+        """
+        start, weights, halves = self._Draw(seed)
+        context.SetDiscreteState(self._state, start)
+        context.SetDiscreteState(
+            self._stances, np.zeros(STANCE_SIZE * len(self._humans))
+        )
+        for index, vector in (self._weights, weights), (self._seed, halves):
+            context.get_mutable_numeric_parameter(index).SetFromVector(vector)
+
+    def GetSeed(self, context: Context) -> int:
+        """Returns the seed that a Context was set to.
+
+        Args:
+            context: Of this system.
+        """
+        return halves_to_seed(self._GetParameter(context, self._seed))
+
+    def SetWeights(self, context: Context, weights: ArrayLike) -> None:
+        """Sets the weights of the forces on people.
+
+        Args:
+            context: Of this system, changed.
+            weights: Shape (n, 13): for each person the fields of
+                SocialForceParameters, in their order.
+
+        Raises:
+            ValueError: If the array does not have that shape, or a weight
+                is not finite or out of its range.
+        """
+        rows = check_weights(weights, len(self._humans))
+        vector = context.get_mutable_numeric_parameter(self._weights)
+        vector.SetFromVector(rows.ravel())
+
+    def GetWeights(self, context: Context) -> NDArray[np.float64]:
+        """Returns the weights of the forces, a copy of shape (n, 13).
+
+        They are as `SetWeights` takes them, and have no derivatives.
+
+        Args:
+            context: Of this system.
+        """
+        weights = self._GetParameter(context, self._weights)
+        return weights.reshape(-1, NUM_PARAMETERS)
+
+    def _GetParameter(
+        self, context: Context, index: int
+    ) -> NDArray[np.float64]:
+        """Returns a copy of a numeric parameter, without derivatives."""
+        vector = context.get_numeric_parameter(index).CopyToVector()
+        return plain(vector).ravel()
