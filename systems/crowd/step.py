@@ -6,14 +6,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.autodiffutils import AutoDiffXd
 
-from hunav_drake.systems.common.layout import FORCES_SIZE, MOTION_SIZE, Command
+from hunav_drake.systems.common.layout import FORCES_SIZE, MOTION_SIZE
 from hunav_drake.systems.common.registry import name_of
 from hunav_drake.systems.crowd.bodies.bodies import Bodies
-from hunav_drake.systems.crowd.bodies.time_gap import PASSES, keep_time_gap
+from hunav_drake.systems.crowd.bodies.time_gap import keep_time_gap
 from hunav_drake.systems.crowd.crowd_config import CrowdConfig
-from hunav_drake.systems.crowd.limits import limited, plain
+from hunav_drake.systems.crowd.limits import lifted, limited, plain
 from hunav_drake.systems.crowd.motion_model import (
     MotionModel,
     Snapshot,
@@ -26,10 +25,6 @@ from hunav_drake.systems.world.obstacles import Obstacles
 
 # Of floats, or of scalars with derivatives.
 Array = NDArray[Any]
-
-# Whoever passes somebody feels walls as a body of this radius, in meters, and
-# this part of their force.
-_SLIM, _SOFT = 0.12, 0.2
 
 
 class CrowdJacobian(NamedTuple):
@@ -151,35 +146,26 @@ class CrowdStep:
     ) -> tuple[Array, Array]:
         """Returns commands and feeling for walls in view of other people.
 
-        See `keep_time_gap`. Whoever passes somebody turns the shoulders, and
-        feels walls no sooner than a slim body does. What changes has no
-        derivatives.
+        See `keep_time_gap`. What changes has no derivatives.
         """
         values = plain(command)
-        seen = keep_time_gap(
+        wanted, felt = keep_time_gap(
             plain(states),
             self._bodies.radii,
             values,
             parameters,
+            eased,
             self._time_gap,
             self._speed_matching,
         )
-        changed = values.copy()
-        changed[:, [Command.GOAL_X, Command.GOAL_Y]] = seen[:, :2]
-        changed[:, Command.DESIRED_SPEED] = seen[:, 2]
-        passing = seen[:, PASSES] != 0
-        if passing.any():
-            eased = eased.copy()
-            eased[passing, 0] = np.minimum(eased[passing, 0], _SLIM)
-            eased[passing, 1] *= _SOFT
-            eased.setflags(write=False)
+        for array in (wanted, felt):
+            array.setflags(write=False)
         if command.dtype != object:
-            changed.setflags(write=False)
-            return changed, eased
-        differs = changed != values
+            return wanted, felt
+        differs = wanted != values
         command = command.copy()
-        command[differs] = [AutoDiffXd(value) for value in changed[differs]]
-        return command, eased
+        command[differs] = lifted(wanted[differs])
+        return command, felt
 
     def forces(self, snapshot: Snapshot) -> Array:
         """Returns what moves the people: see `layout.FORCES`.

@@ -109,14 +109,10 @@ class Bodies:
         if not self._is_on:
             return after, stances
         if after.dtype != object:
-            both = self._finish(snapshot, forces, after, stances)
-            return (
-                np.ascontiguousarray(both[:, :MOTION_SIZE]),
-                both[:, MOTION_SIZE:],
-            )
+            return self._finish(snapshot, forces, after, stances)
         values = _plain_snapshot(snapshot)
         arguments = values, plain(forces), plain(after), plain(stances)
-        both = self._finish(*arguments)
+        states, held = self._finish(*arguments)
         slopes = self._slopes(*arguments)
         result = after.copy()
         if len(slopes.rows) > 0:
@@ -130,11 +126,11 @@ class Bodies:
             gradient = np.hstack(
                 [slopes.before, slopes.after, slopes.robots]
             ) @ ExtractGradient(inputs)
-            values = both[slopes.rows, :MOTION_SIZE].reshape(-1, 1)
+            values = states[slopes.rows].reshape(-1, 1)
             result[slopes.rows] = InitializeAutoDiff(values, gradient).reshape(
                 -1, MOTION_SIZE
             )
-        return result, lifted(both[:, MOTION_SIZE:])
+        return result, lifted(held)
 
     def overlaps(
         self, states: NDArray[np.float64], robots: NDArray[np.float64]
@@ -183,8 +179,8 @@ class Bodies:
         after: Array,
         stances: Array,
         iterations: int = _ITERATIONS,
-    ) -> NDArray[np.float64]:
-        result: NDArray[np.float64] = finish_step(
+    ) -> tuple[Array, Array]:
+        result: tuple[Array, Array] = finish_step(
             snapshot.states,
             after,
             forces,
@@ -206,9 +202,8 @@ class Bodies:
 
         They are good to 1e-7 between the steps where the result has a kink.
         """
-        finished = self._finish(snapshot, forces, after, stances, _MANY)
-        changed = finished[:, :MOTION_SIZE] != after
-        rows = np.flatnonzero(changed.any(axis=1))
+        finished, _ = self._finish(snapshot, forces, after, stances, _MANY)
+        rows = np.flatnonzero((finished != after).any(axis=1))
         inputs = [snapshot.states.copy(), after.copy(), snapshot.robots.copy()]
 
         def columns(which: int, people: Array, size: int) -> Array:
@@ -221,12 +216,11 @@ class Bodies:
                 for change in (-_DIFFERENCE, _DIFFERENCE):
                     inputs[which][place] = kept + change
                     states, moved, robots = inputs
-                    ends.append(
-                        self._finish(
-                            snapshot._replace(states=states, robots=robots),
-                            *(forces, moved, stances, _MANY),
-                        )[rows, :MOTION_SIZE]
+                    end, _ = self._finish(
+                        snapshot._replace(states=states, robots=robots),
+                        *(forces, moved, stances, _MANY),
                     )
+                    ends.append(end[rows])
                 inputs[which][place] = kept
                 slope = ends[1] - ends[0]
                 slope[:, YAW] = (

@@ -2,8 +2,8 @@
 
 import math
 
+import numba
 from numba import float64
-import numpy as np
 
 from hunav_drake.systems.common.kernels import (
     INTEGER,
@@ -13,10 +13,9 @@ from hunav_drake.systems.common.kernels import (
     WALLS,
     jit_as,
 )
-from hunav_drake.systems.common.layout import MOTION_SIZE
 from hunav_drake.systems.crowd.bodies.keep_apart import keep_apart
 from hunav_drake.systems.crowd.bodies.rate_limits import limit_rates
-from hunav_drake.systems.crowd.bodies.standing import STANCE_SIZE, stand
+from hunav_drake.systems.crowd.bodies.standing import STANDS, stand
 from hunav_drake.systems.crowd.walls.keep_out import keep_out_of_walls
 from hunav_drake.systems.world.walls import opened
 
@@ -25,7 +24,7 @@ STANDING, KEEP_APART, ACCELERATION, TURN_RATE = range(4)
 
 
 @jit_as(
-    float64[:, ::1],
+    numba.types.UniTuple(float64[:, ::1], 2),
     *(MATRIX, MATRIX, MATRIX, MATRIX, MATRIX, MATRIX, MATRIX, WALLS),
     *(VECTOR, REAL, INTEGER),
 )
@@ -63,7 +62,7 @@ def finish_step(
         iterations: See `project`.
 
     Returns:
-        Shape (n, 9): states and stances.
+        The states and the stances, in shapes as given.
     """
     n = len(before)
     proposed = after.copy()
@@ -77,7 +76,7 @@ def finish_step(
                 *(before[i], proposed[i], forces[i], command[i]),
                 *(stance[i], time_step),
             )
-        if is_limited or stance[i, 2] != 0:
+        if is_limited or stance[i, STANDS] != 0:
             limit_rates(
                 *(before[i], proposed[i], command[i]),
                 *(options[ACCELERATION], options[TURN_RATE], time_step),
@@ -97,7 +96,4 @@ def finish_step(
             proposed = keep_out_of_walls(
                 before, proposed, sizes[:, 1].copy(), table
             )
-    result = np.empty((n, MOTION_SIZE + STANCE_SIZE))
-    result[:, :MOTION_SIZE] = proposed
-    result[:, MOTION_SIZE:] = stance
-    return result
+    return proposed, stance

@@ -7,6 +7,7 @@ in their lane: away from that one, and if in doubt to the right.
 
 import math
 
+import numba
 from numba import float64
 import numpy as np
 
@@ -32,16 +33,17 @@ _SIDESTEP = 0.8
 # on the left with a negative epsilon, the tie-breaker of the social force.
 _DOUBT = 0.1
 
-# The column of the result that tells who passes somebody.
-PASSES = 3
+# Whoever passes somebody feels walls as a body of this radius, in meters, and
+# this part of their force.
+_SLIM, _SOFT = 0.12, 0.2
 
 
 @jit
-def _look_ahead(i, j, states, ways, bodies, time_gap, matching, result, room):
+def _look_ahead(i, j, states, ways, bodies, time_gap, matching, wanted, room):
     """Lets person `i` take account of person `j`.
 
-    Array `result` receives the speed, and `room` the gap to whoever comes
-    towards the person, and how far that one is off to the left.
+    Array `wanted` receives the desired speed, and `room` the gap to whoever
+    comes towards the person, and how far that one is off to the left.
     """
     ex = ways[i, 0]
     ey = ways[i, 1]
@@ -58,31 +60,41 @@ def _look_ahead(i, j, states, ways, bodies, time_gap, matching, result, room):
         return
     along = states[j, VX] * ex + states[j, VY] * ey
     speed = max(gap / time_gap + matching * max(along, 0.0), SLOWEST)
-    result[i, 2] = min(result[i, 2], speed)
+    wanted[i, Command.DESIRED_SPEED] = min(
+        wanted[i, Command.DESIRED_SPEED], speed
+    )
 
 
-@jit_as(float64[:, ::1], MATRIX, VECTOR, MATRIX, MATRIX, REAL, REAL)
-def keep_time_gap(states, bodies, command, parameters, time_gap, matching):
-    """Returns where people head for, and how fast, in view of the others.
+@jit_as(
+    numba.types.UniTuple(float64[:, ::1], 2),
+    *(MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, REAL, REAL),
+)
+def keep_time_gap(
+    states, bodies, command, parameters, at_walls, time_gap, matching
+):
+    """Returns what people want, and how they feel walls, in view of others.
 
-    The speed is at most gap / time_gap + matching v, with the gap between the
-    bodies and the speed v of whoever is nearest ahead in the own lane and does
-    not come towards the person. Who does is passed, mostly on the right.
+    The desired speed is at most gap / time_gap + matching v, with the gap
+    between the bodies and the speed v of whoever is nearest ahead in the own
+    lane and does not come towards the person. Who does is passed: the goal is
+    turned aside, mostly to the right, and the shoulders so that walls are felt
+    less.
 
     Args:
         states: Shape (n, 6): x, y, yaw, vx, vy, omega.
         bodies: Shape (n,), radii in meters.
         command: Shape (n, COMMAND_SIZE).
         parameters: Shape (n, 13): the fields of SocialForceParameters.
+        at_walls: Shape (n, 2): see `Snapshot`.
         time_gap: In seconds, > 0.
         matching: The part of the other's speed that is added.
 
     Returns:
-        Shape (n, 4): the point to walk to, the desired speed, and 1 for people
-        who pass somebody, else 0.
+        The commands, and how walls are felt, in shapes as given.
     """
     n = len(states)
-    result = np.empty((n, 4))
+    wanted = command.copy()
+    felt = at_walls.copy()
     ways = np.zeros((n, 2))
     reach = np.empty(n)
     room = np.full((n, 2), _PASSING)
@@ -97,11 +109,7 @@ def keep_time_gap(states, bodies, command, parameters, time_gap, matching):
         ):
             ways[i, 0] = gx / far
             ways[i, 1] = gy / far
-        result[i, 0] = command[i, Command.GOAL_X]
-        result[i, 1] = command[i, Command.GOAL_Y]
-        result[i, 2] = command[i, Command.DESIRED_SPEED]
-        result[i, PASSES] = 0.0
-        fastest = max(fastest, result[i, 2])
+        fastest = max(fastest, command[i, Command.DESIRED_SPEED])
     ahead = max(fastest * time_gap, _PASSING) / 2
     for i in range(n):
         reach[i] = bodies[i] + ahead
@@ -109,23 +117,23 @@ def keep_time_gap(states, bodies, command, parameters, time_gap, matching):
     for p in range(len(pairs)):
         i = pairs[p, 0]
         j = pairs[p, 1]
-        _look_ahead(
-            *(i, j, states, ways, bodies, time_gap, matching, result, room)
-        )
-        _look_ahead(
-            *(j, i, states, ways, bodies, time_gap, matching, result, room)
-        )
+        for _ in range(2):
+            _look_ahead(
+                *(i, j, states, ways, bodies, time_gap, matching),
+                *(wanted, room),
+            )
+            i, j = j, i
     for i in range(n):
         if room[i, 0] < _PASSING:
-            side = np.sign(
-                room[i, 1] + _DOUBT * np.sign(parameters[i, EPSILON])
-            )
+            doubt = _DOUBT * np.sign(parameters[i, EPSILON])
+            side = np.sign(room[i, 1] + doubt)
             turn = side * _SIDESTEP * (1 - room[i, 0] / _PASSING)
-            gx = result[i, 0] - states[i, X]
-            gy = result[i, 1] - states[i, Y]
+            gx = command[i, Command.GOAL_X] - states[i, X]
+            gy = command[i, Command.GOAL_Y] - states[i, Y]
             c = math.cos(turn)
             s = math.sin(turn)
-            result[i, 0] = states[i, X] + c * gx + s * gy
-            result[i, 1] = states[i, Y] + c * gy - s * gx
-            result[i, PASSES] = 1.0
-    return result
+            wanted[i, Command.GOAL_X] = states[i, X] + c * gx + s * gy
+            wanted[i, Command.GOAL_Y] = states[i, Y] + c * gy - s * gx
+            felt[i, 0] = min(felt[i, 0], _SLIM)
+            felt[i, 1] *= _SOFT
+    return wanted, felt

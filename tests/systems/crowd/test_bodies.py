@@ -98,16 +98,16 @@ def test_whoever_is_squeezed_shares_the_overlap_and_tells_it():
     places = [(0.0, -0.1), (0.6, 0.1), (1.2, 0.0)]
     robot = [-1.0, 0, 0, 1.0, 0, 0, 0.5]
     rows, dut, context = run(
-        places, [None] * 3, time=2.0, walls=alley, robot=robot
+        places, [None] * 3, time=2.3, walls=alley, robot=robot
     )
     assert np.isfinite(rows).all()
     assert rows[..., 0].max() <= 2 - 0.1 + 1e-6
     assert abs(rows[..., 1]).max() <= 0.5 - 0.1 + 1e-6
-    robot[0] = 1.0
+    robot[0] = 1.3
     dut.get_robot_states_input_port().FixValue(context, robot)
     depths = dut.get_overlaps_output_port().Eval(context)
     p = rows[-1, :, :2]
-    expected = 0.25 + 0.5 - np.hypot(p[:, 0] - 1.0, p[:, 1])
+    expected = 0.25 + 0.5 - np.hypot(p[:, 0] - 1.3, p[:, 1])
     assert (depths >= expected - 1e-9).all()
     # It is shared: nobody bears all of it.
     assert 0.05 < depths.max() < 0.6
