@@ -25,6 +25,17 @@ class RobotRole(IntEnum):
     OBSTACLE = 2
 
 
+class Hold(IntEnum):
+    """Whether a person walks."""
+
+    WALK = 0
+    # Stands still: the velocity becomes zero at once.
+    STAND = 1
+    # Stays in place with the velocity that others see, as who stops in
+    # HuNavSim does; with models of motion of our own, stands still.
+    STAY = 2
+
+
 class Command(IntEnum):
     """The elements of a `command`: what a person wants to do.
 
@@ -46,7 +57,7 @@ class Command(IntEnum):
     # The gain k of an extra push away from the nearest robot, in m^2/s^2:
     # k / max(d - R, 0.05 m) at center distance d, for a person of radius R.
     ROBOT_REPULSION = 7
-    # 1 to stand still: the velocity becomes zero at once.
+    # A Hold: 0 walks, 1 stands still.
     HOLD = 8
     # The largest turn rate towards YAW_TARGET, in rad/s; 0 leaves the yaw to
     # follow the velocity.

@@ -12,7 +12,7 @@ from hunav_drake.systems.crowd.motion_model import (
     Snapshot,
     register_motion_model,
 )
-from hunav_drake.systems.crowd.social_force import kernel, numpy_model
+from hunav_drake.systems.crowd.social_force import hunavsim, kernel, numpy_model
 
 
 @register_motion_model("social_force")
@@ -25,8 +25,9 @@ class SocialForceModel(MotionModel):
 
     # "fast" agrees with the others to rounding, and in a crowd to
     # `error_bound`; "reference" gives the numbers of the original bit for
-    # bit; "numpy" needs no compiler.
-    kernel: Literal["fast", "reference", "numpy"] = "fast"
+    # bit; "numpy" needs no compiler. "hunavsim" has the rules of the form that
+    # HuNavSim calls, too: see `hunavsim.py`. It is without epsilon.
+    kernel: Literal["fast", "reference", "numpy", "hunavsim"] = "fast"
 
     # From 48 people on, the fast kernel leaves out what adds up to less than
     # this for each person, in m/s^2; 0 leaves nothing out.
@@ -50,6 +51,8 @@ class SocialForceModel(MotionModel):
         forces: Array
         if self.kernel == "fast":
             forces = kernel.fast_social_forces(*arguments, self.error_bound)
+        elif self.kernel == "hunavsim":
+            forces = hunavsim.social_forces(*arguments)
         else:
             forces = kernel.social_forces(*arguments)
         return forces
@@ -58,7 +61,9 @@ class SocialForceModel(MotionModel):
         """Returns the next states: see `MotionModel.advance`."""
         if self.kernel == "numpy":
             return numpy_model.advance(snapshot, forces)
-        states: Array = kernel.advance(
+        of_original = self.kernel == "hunavsim"
+        advance = hunavsim.advance if of_original else kernel.advance
+        states: Array = advance(
             snapshot.states, forces, snapshot.command, snapshot.time_step
         )
         return states
