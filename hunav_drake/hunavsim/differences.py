@@ -57,7 +57,7 @@ def as_data(rows: Iterable[Difference] = DIFFERENCES) -> list[dict[str, Any]]:
 
 def as_text(rows: Iterable[Difference] = DIFFERENCES) -> str:
     """Returns differences as text, for a terminal."""
-    lines = []
+    lines: list[str] = []
     area: Area | None = None
     for row in rows:
         if row.area != area:

@@ -13,11 +13,6 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from hunav_drake.systems.behavior.leaves.reactions import (
-    PortDistance,
-    PortSpeed,
-    head_for,
-)
 from hunav_drake.systems.behavior.leaves.walking import IGNORED
 from hunav_drake.systems.behavior.nodes.node import (
     Built,
@@ -43,6 +38,8 @@ from hunav_drake.systems.common.layout import (
 )
 from hunav_drake.systems.common.schema import within
 
+_Speed = Annotated[float, within(0, 10, "m/s")]
+_Distance = Annotated[float, within(0, 1e5, "m")]
 _PositiveDistance = Annotated[float, within(0, 1e5, "m", low_open=True)]
 
 
@@ -83,6 +80,17 @@ def _react(context: TickContext, speed: float | None = None) -> None:
         command[Command.MAX_SPEED] = speed
 
 
+def _head_for(
+    context: TickContext, x: float, y: float, goal_radius: float
+) -> None:
+    """Walks to a point instead of to the own goal."""
+    command = context.command
+    command[Command.GOAL_X] = x
+    command[Command.GOAL_Y] = y
+    command[Command.GOAL_RADIUS] = goal_radius
+    command[Command.HAS_GOAL] = 1.0
+
+
 def _update_goal(context: TickContext) -> NodeStatus:
     """Drops the first goal, and stands still for the step."""
     context.command[Command.HOLD] = float(Hold.STAY)
@@ -110,9 +118,9 @@ def _surprised_nav(
 def _scared_nav(
     context: TickContext,
     *,
-    speed: PortSpeed = 0.6,
+    speed: _Speed = 0.6,
     push: Annotated[float, within(0, 1e4, "m/s^2")] = 20.0,
-    push_range: PortDistance = 0.2,
+    push_range: _Distance = 0.2,
 ) -> NodeStatus:
     """Walks on slowly, pushed away from the robot."""
     if context.robot is None:
@@ -125,8 +133,8 @@ def _scared_nav(
 def _curious_nav(
     context: TickContext,
     *,
-    stop_distance: PortDistance = 1.5,
-    speed: PortSpeed = 1.8,
+    stop_distance: _Distance = 1.5,
+    speed: _Speed = 1.8,
     speed_distance: _PositiveDistance = 10.0,
 ) -> NodeStatus:
     """Walks to the robot at any speed, and turns to it at once when there."""
@@ -141,17 +149,17 @@ def _curious_nav(
         part = np.float32(distance) / np.float32(speed_distance)
         _react(context, speed * float(part))
         x, y = _single(robot[X]), _single(robot[Y])
-        head_for(context, x, y, robot[RADIUS])
+        _head_for(context, x, y, robot[RADIUS])
     return NodeStatus.SUCCESS
 
 
 def _threatening_nav(
     context: TickContext,
     *,
-    goal_distance: PortDistance = 1.1,
-    goal_radius: PortDistance = 0.05,
-    speed: PortSpeed = 2.0,
-    face_distance: PortDistance = 1.2,
+    goal_distance: _Distance = 1.1,
+    goal_radius: _Distance = 0.05,
+    speed: _Speed = 2.0,
+    face_distance: _Distance = 1.2,
 ) -> NodeStatus:
     """Walks beside the robot: sine and cosine of its heading are swapped."""
     robot = context.robot
@@ -161,7 +169,7 @@ def _threatening_nav(
     x = _single(robot[X]) + goal_distance * math.sin(yaw)
     y = _single(robot[Y]) + goal_distance * math.cos(yaw)
     _react(context, speed)
-    head_for(context, _single(x), _single(y), goal_radius)
+    _head_for(context, _single(x), _single(y), goal_radius)
     if _distance(context, robot) <= face_distance:
         _turn_at_once(context, context.state[YAW] + _bearing(context, robot))
     return NodeStatus.SUCCESS
