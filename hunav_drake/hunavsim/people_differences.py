@@ -265,7 +265,7 @@ _SERVICES = (
         area="services",
         name="missing keys of agents.yaml",
         original="have defaults: max_vel 1.0, goal_radius 0.0, init_pose 0",
-        here="the same, but a goal radius of 0.001 m, and a start must be given",
+        here="the same, but a goal radius of 0.001 m; a start must be given",
         why="the import says what it took for granted",
     ),
 )

@@ -2,19 +2,24 @@
 
 from collections.abc import Sequence
 import numbers
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydrake.systems.framework import Context
 
 from hunav_drake.humans import MakeHumans
+from hunav_drake.hunavsim.closest_obs import PeopleAtPoints
+from hunav_drake.hunavsim.requests import (
+    ClosestObs,
+    points_key,
+    read_closest_obs,
+    read_rows,
+)
 from hunav_drake.hunavsim.stepwise import Array, StepwiseHumans
 from hunav_drake.seeds import SetHumansSeed
 from hunav_drake.systems.common.checks import check_kind
-from hunav_drake.systems.common.layout import STATE_SIZE
 from hunav_drake.systems.crowd import CrowdConfig
-from hunav_drake.systems.crowd.limits import LARGEST
 from hunav_drake.systems.people import HumanConfig
 from hunav_drake.systems.people.names import people_ids
 from hunav_drake.systems.world.obstacles import Obstacles
@@ -39,18 +44,22 @@ class Agents(NamedTuple):
     behavior_status: NDArray[np.int64]
 
 
+_Given = tuple[bytes, bytes, bytes]
+
+
 class _Round(NamedTuple):
     """A step of everybody that `move_agent` takes person by person.
 
     Attributes:
-        given: What the other simulator said: the states of people and robots;
-            None if nothing was said, but one person goes on alone.
+        given: What the other simulator said: the states of people and robots,
+            and obstacles; None if nothing was said, but one person goes on
+            alone.
         after: Everybody a step later.
         status: What they react to in it.
         moved: Whose step has been taken; changed.
     """
 
-    given: tuple[bytes, bytes] | None
+    given: _Given | None
     after: Context
     status: NDArray[np.int64]
     moved: set[int]
@@ -121,6 +130,13 @@ class AgentServices:
         self._people = StepwiseHumans(
             self._diagram, num_robots=num_robots, time_step=time_step
         )
+        self._at_points = PeopleAtPoints(
+            self._diagram,
+            humans,
+            config=config,
+            num_robots=num_robots,
+            time_step=time_step,
+        )
         self._ids = people_ids(humans)
         self._num_robots = num_robots
         self._time_step = time_step
@@ -155,6 +171,7 @@ class AgentServices:
         humans: ArrayLike,
         robot: ArrayLike | None = None,
         dt: float | None = None,
+        closest_obs: ClosestObs | None = None,
     ) -> Agents:
         """Returns where all people are `dt` later.
 
@@ -166,6 +183,11 @@ class AgentServices:
                 the time of the call. It can be left out if there are none.
             dt: How much time passes, in seconds: a whole number of steps; one
                 step by default.
+            closest_obs: For each person the points of obstacles near it, rows
+                (x, y) in W, in meters, as in HuNavSim's messages; in this call
+                the person feels all of these, and no walls. None for who feels
+                the walls, as all do by default. What hides the robot from
+                people are the walls in any case.
 
         Raises:
             ValueError: If an array does not have that shape or is not finite,
@@ -178,10 +200,13 @@ class AgentServices:
         """
         steps = self._count_steps(dt)
         context = self._context
+        points = read_closest_obs(closest_obs, len(self._ids))
         self._receive(context, *self._read(humans, robot))
         for _ in range(steps):
             status = self._people.CalcBehaviorStatus(context)
+            rows = self._at_points.CalcNext(context, points)
             self._people.StepAll(context)
+            self._put(context, rows)
         return Agents(self._people.GetStates(context), status)
 
     def compute_agent(self, agent_id: int, dt: float | None = None) -> Agents:
@@ -215,6 +240,7 @@ class AgentServices:
         robot: ArrayLike | None,
         agent_id: int,
         dt: float | None = None,
+        closest_obs: ClosestObs | None = None,
     ) -> Agents:
         """Returns where one person is `dt` later, if all are as given.
 
@@ -227,6 +253,7 @@ class AgentServices:
             robot: The robots, as for `compute_agents`.
             agent_id: The number of the person.
             dt: As for `compute_agents`.
+            closest_obs: As for `compute_agents`.
 
         Raises:
             ValueError: If nobody has that number; else, all errors are those
@@ -234,15 +261,16 @@ class AgentServices:
         """
         index = self._index(agent_id)
         steps = self._count_steps(dt)
+        points = read_closest_obs(closest_obs, len(self._ids))
         states, robots = self._read(humans, robot)
-        given = (states.tobytes(), robots.tobytes())
+        given = (states.tobytes(), robots.tobytes(), points_key(points))
         old = self._round
         if old is None or old.given != given or index in old.moved:
             self._receive(self._context, states, robots)
-            self._round = self._begin(given)
+            self._round = self._begin(given, points)
         else:
             self._people.SetStates(self._context, states)
-        return self._step_one(index, steps)
+        return self._step_one(index, steps, points)
 
     def reset_agents(
         self,
@@ -271,7 +299,7 @@ class AgentServices:
         SetHumansSeed(self._diagram, context, seed)
         start = self._people.GetStates(context) if humans is None else humans
         if robot is None:
-            states = _rows(start, len(self._ids), "humans")
+            states = read_rows(start, len(self._ids), "humans")
             self._people.SetStates(context, states)
         else:
             self._receive(context, *self._read(start, robot))
@@ -308,8 +336,8 @@ class AgentServices:
         """Returns what the other simulator says, as rows."""
         given: ArrayLike = [] if robot is None else robot
         return (
-            _rows(humans, len(self._ids), "humans"),
-            _rows(given, self._num_robots, "robot"),
+            read_rows(humans, len(self._ids), "humans"),
+            read_rows(given, self._num_robots, "robot"),
         )
 
     def _receive(self, context: Context, states: Array, robots: Array) -> None:
@@ -318,51 +346,39 @@ class AgentServices:
         self._people.FixRobots(context, robots)
         self._people.SetStates(context, states)
 
-    def _begin(self, given: tuple[bytes, bytes] | None) -> _Round:
+    def _put(self, context: Context, rows: dict[int, Array]) -> None:
+        """Sets where some people are."""
+        if rows:
+            states = self._people.GetStates(context)
+            for index, row in rows.items():
+                states[index] = row
+            self._people.SetStates(context, states)
+
+    def _begin(
+        self, given: _Given | None, points: Sequence[Array | None]
+    ) -> _Round:
         """Returns the step of everybody that is to be taken one by one."""
+        after = self._people.CalcNext(self._context)
+        self._put(after, self._at_points.CalcNext(self._context, points))
         return _Round(
             given=given,
-            after=self._people.CalcNext(self._context),
+            after=after,
             status=self._people.CalcBehaviorStatus(self._context),
             moved=set(),
         )
 
-    def _step_one(self, index: int, steps: int) -> Agents:
+    def _step_one(
+        self, index: int, steps: int, points: Sequence[Array | None] = ()
+    ) -> Agents:
         """Moves one person by some steps, as if all were moved."""
         status = np.int64(0)
         for _ in range(steps):
             now = self._round
             if now is None or index in now.moved:
-                now = self._begin(None)
+                now = self._begin(None, points)
                 self._round = None
             now.moved.add(index)
             self._people.StepOne(self._context, index, now.after)
             status = now.status[index]
         states = self._people.GetStates(self._context)
         return Agents(states[index], np.asarray(status))
-
-
-def _rows(values: Any, count: int, name: str) -> Array:
-    try:
-        rows = np.asarray(values, dtype=float)
-    except (TypeError, ValueError, OverflowError) as error:
-        raise ValueError(f"{name} must hold numbers: {error}") from error
-    if rows.size != count * STATE_SIZE or (
-        rows.ndim > 1 and rows.shape[-1] != STATE_SIZE
-    ):
-        raise ValueError(
-            f"{name} must hold {count} rows (x, y, yaw, vx, vy, omega,"
-            f" radius), got shape {rows.shape}"
-        )
-    rows = np.ascontiguousarray(rows.reshape(-1, STATE_SIZE))
-    rules = [
-        (np.isfinite(rows), "be finite"),
-        (abs(rows) <= LARGEST, f"have no numbers beyond {LARGEST:g}"),
-    ]
-    for mask, rule in rules:
-        bad = rows[~mask.all(axis=1)]
-        if len(bad):
-            raise ValueError(
-                f"{name} must {rule}, got the row {bad[0].tolist()}"
-            )
-    return rows
