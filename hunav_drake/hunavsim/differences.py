@@ -124,8 +124,8 @@ values. A key that is given beside the profile counts. The names of HuNavSim's
 leaves mean what they mean there, in trees of one's own, too.
 
 People who walk from their start to the end of the recorded runs of HuNavSim,
-without being put back, are where they are there: bit for bit in all runs where
-nobody reacts among others (regular, impassive, groups, walls, and each reaction
-alone), if they are listed from the last to the first; 1e-14 m away in another
-order. This is left:
+without being put back, are where they are there, bit for bit: regular and
+impassive people, groups, walls, each reaction alone, and six people with six
+behaviors for 60 s. `tests/hunav_drake/hunavsim/test_profile.py` holds this. The
+profile is for comparisons: its people are not better ones. This is left:
 """

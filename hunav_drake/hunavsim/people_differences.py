@@ -193,24 +193,26 @@ _BEHAVIORS = (
         key=_KERNEL,
         by_profile=True,
     ),
-    Difference(
-        area="behaviors",
-        name="yaw of the threatening within 1.2 m",
-        original="they turn by where they are after the step",
-        here="by where they are before it",
-        why="trees decide before the step",
-    ),
 )
 
 _STEPS = (
     Difference(
         area="steps",
         name="one after the other",
-        original="who reacts sees those before already moved, in the order of"
-        " a hash table, from the last to the first for up to 13",
+        original="who reacts moves by where people are who have moved already:"
+        " those with higher numbers, up to 13",
         here="all see one snapshot, and nothing hangs on the order but the last"
         " digits of sums",
         why="who is listed first must not be ahead",
+        by_profile=True,
+    ),
+    Difference(
+        area="steps",
+        name="order of people",
+        original="that of a hash table: from the last to the first for the"
+        " numbers 1 to n, n <= 13, and another one else",
+        here="with the profile, from the last to the first",
+        why="it hangs on a library",
     ),
     Difference(
         area="steps",

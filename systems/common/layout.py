@@ -23,6 +23,9 @@ class RobotRole(IntEnum):
     UNSEEN = 0
     PEDESTRIAN = 1
     OBSTACLE = 2
+    # Unseen; and with HuNavSim's rules, the forces on the person are those
+    # once the people listed after have moved.
+    UNSEEN_IN_TURN = 3
 
 
 class Hold(IntEnum):
@@ -61,6 +64,8 @@ class Command(IntEnum):
     HOLD = 8
     # The largest turn rate towards YAW_TARGET, in rad/s; 0 leaves the yaw to
     # follow the velocity.
+    # (Without a turn rate, and UNSEEN_IN_TURN: at most so many meters from
+    # a robot after the step, the person looks at it at once.)
     TURN_RATE = 9
     YAW_TARGET = 10
     # The group that the person belongs to now, or -1.

@@ -71,7 +71,7 @@ def _distance(context: TickContext, robot: Row) -> float:
 def _react(context: TickContext, speed: float | None = None) -> None:
     """Sets what all reactions do: the robot is not felt."""
     command = context.command
-    command[Command.ROBOT_ROLE] = float(RobotRole.UNSEEN)
+    command[Command.ROBOT_ROLE] = float(RobotRole.UNSEEN_IN_TURN)
     context.behavior_status = 1
     if speed is None:
         command[Command.HOLD] = float(Hold.STAY)
@@ -170,8 +170,8 @@ def _threatening_nav(
     y = _single(robot[Y]) + goal_distance * math.cos(yaw)
     _react(context, speed)
     _head_for(context, _single(x), _single(y), goal_radius)
-    if _distance(context, robot) <= face_distance:
-        _turn_at_once(context, context.state[YAW] + _bearing(context, robot))
+    # Where the person looks after the step.
+    context.command[Command.YAW_TARGET] = face_distance
     return NodeStatus.SUCCESS
 
 

@@ -301,10 +301,11 @@ def orca_accelerations(
                 reach = radii[i] + other[RADIUS] + margin
                 vx = other[VX]
                 vy = other[VY]
-                if int(command[i, Command.ROBOT_ROLE]) == RobotRole.UNSEEN:
-                    continue
-                if int(command[i, Command.ROBOT_ROLE]) != RobotRole.PEDESTRIAN:
+                role = int(command[i, Command.ROBOT_ROLE])
+                if role == RobotRole.OBSTACLE:
                     share = 1.0
+                elif role != RobotRole.PEDESTRIAN:
+                    continue
             dx = other[X] - x
             dy = other[Y] - y
             if dx * dx + dy * dy > far * far:

@@ -11,7 +11,12 @@ same bit for bit, and its rules where those of `kernel.py` differ:
   goal has no gaze force;
 - the push away from a robot is not bounded, and turns round inside the body;
 - people who stop may keep their velocity, for others to see; who rests looks
-  along x.
+  along x;
+- people who react to the robot move one after the other, from the last to the
+  first: the forces on them are those once the people after them have moved.
+
+HuNavSim keeps people in a hash table, which goes through those with the numbers
+1 to n, n <= 13, from the last to the first; so do the sums here.
 """
 
 import math
@@ -34,7 +39,6 @@ from hunav_drake.systems.common.layout import (
     GAZE_FORCE,
     GOAL_FORCE,
     GROUP_REPULSION_FORCE,
-    MOTION_SIZE,
     OBSTACLE_FORCE,
     OMEGA,
     ROBOT_REPULSION_FORCE,
@@ -64,6 +68,7 @@ from hunav_drake.systems.people.parameters import (
     K_SOCIAL,
     LAMBDA,
     N_PRIME,
+    SIGMA,
     N,
 )
 from hunav_drake.systems.world.walls import opened
@@ -109,13 +114,14 @@ def _add_social_force(i, states, command, k, robots, out):
     """Adds the forces of all others, and of robots that are like them."""
     fx = 0.0
     fy = 0.0
-    others = len(states)
+    # (Robots have the indices -1, -2, ...)
+    last = 0
     if int(command[Command.ROBOT_ROLE]) == RobotRole.PEDESTRIAN:
-        others += len(robots)
-    for j in range(others):
+        last = -len(robots)
+    for j in range(len(states) - 1, last - 1, -1):
         if j == i:
             continue
-        other = states[j] if j < len(states) else robots[j - len(states)]
+        other = states[j] if j >= 0 else robots[-1 - j]
         gx, gy = _pair_force(
             other[X] - states[i, X],
             other[Y] - states[i, Y],
@@ -154,7 +160,8 @@ def _add_robot_forces(x, y, radius, command, k, robots, out):
         gap = nearest - radius
         if abs(gap) < _NEAR:
             gap = _NEAR
-        push = command[Command.ROBOT_REPULSION] / gap
+        # (The order of operations in which the gain is 20 sigma.)
+        push = command[Command.ROBOT_REPULSION] / k[SIGMA] * (k[SIGMA] / gap)
         out[ROBOT_REPULSION_FORCE] = push * away_x
         out[ROBOT_REPULSION_FORCE + 1] = push * away_y
 
@@ -170,7 +177,7 @@ def _add_group_forces(i, ex, ey, states, radii, command, k, out):
     size = 1
     cx = x
     cy = y
-    for j in range(len(states)):
+    for j in range(len(states) - 1, -1, -1):
         if j != i and command[j, Command.GROUP_ID] == group:
             size += 1
             cx += states[j, X]
@@ -197,7 +204,7 @@ def _add_group_forces(i, ex, ey, states, radii, command, k, out):
     out[COHERENCE_FORCE] = dx * (k[K_COHERENCE] * softened / 2)
     out[COHERENCE_FORCE + 1] = dy * (k[K_COHERENCE] * softened / 2)
 
-    for j in range(len(states)):
+    for j in range(len(states) - 1, -1, -1):
         if j != i and command[j, Command.GROUP_ID] == group:
             dx = x - states[j, X]
             dy = y - states[j, Y]
@@ -206,6 +213,40 @@ def _add_group_forces(i, ex, ey, states, radii, command, k, out):
                 out[GROUP_REPULSION_FORCE + 1] += dy
     out[GROUP_REPULSION_FORCE] *= k[K_REPULSION]
     out[GROUP_REPULSION_FORCE + 1] *= k[K_REPULSION]
+
+
+@jit
+def _add_forces(
+    i, states, radii, command, parameters, robots, at_walls, walls, within, out
+):
+    """Writes all forces on a person into a row of zeros."""
+    k = parameters[i]
+    x = states[i, X]
+    y = states[i, Y]
+    reach, most = within
+    out[GOAL_FORCE], out[GOAL_FORCE + 1], ex, ey = goal_force(
+        x, y, states[i, VX], states[i, VY], command[i], k
+    )
+    if len(walls.solid) > 0:
+        out[OBSTACLE_FORCE], out[OBSTACLE_FORCE + 1] = wall_force(
+            *(x, y, at_walls[i, 0], at_walls[i, 1]), *(k, walls, reach, most)
+        )
+    _add_social_force(i, states, command[i], k, robots, out)
+    _add_robot_forces(x, y, radii[i], command[i], k, robots, out)
+    _add_group_forces(i, ex, ey, states, radii, command, k, out)
+    for c in range(2):
+        group = (
+            out[GAZE_FORCE + c]
+            + out[COHERENCE_FORCE + c]
+            + out[GROUP_REPULSION_FORCE + c]
+        )
+        out[TOTAL_FORCE + c] = (
+            out[GOAL_FORCE + c]
+            + out[SOCIAL_FORCE + c]
+            + out[OBSTACLE_FORCE + c]
+            + group
+            + out[ROBOT_REPULSION_FORCE + c]
+        )
 
 
 @jit_as(
@@ -218,37 +259,12 @@ def social_forces(
 ):
     """Returns the forces on n people; arguments as `kernel.social_forces`."""
     walls = opened(table)
-    n = len(states)
-    forces = np.zeros((n, FORCES_SIZE))
-    for i in range(n):
-        k = parameters[i]
-        out = forces[i]
-        x = states[i, X]
-        y = states[i, Y]
-        out[GOAL_FORCE], out[GOAL_FORCE + 1], ex, ey = goal_force(
-            x, y, states[i, VX], states[i, VY], command[i], k
+    forces = np.zeros((len(states), FORCES_SIZE))
+    for i in range(len(states)):
+        _add_forces(
+            *(i, states, radii, command, parameters, robots, at_walls),
+            *(walls, (reach, most), forces[i]),
         )
-        if len(walls.solid) > 0:
-            out[OBSTACLE_FORCE], out[OBSTACLE_FORCE + 1] = wall_force(
-                *(x, y, at_walls[i, 0], at_walls[i, 1]),
-                *(k, walls, reach, most),
-            )
-        _add_social_force(i, states, command[i], k, robots, out)
-        _add_robot_forces(x, y, radii[i], command[i], k, robots, out)
-        _add_group_forces(i, ex, ey, states, radii, command, k, out)
-        for c in range(2):
-            group = (
-                out[GAZE_FORCE + c]
-                + out[COHERENCE_FORCE + c]
-                + out[GROUP_REPULSION_FORCE + c]
-            )
-            out[TOTAL_FORCE + c] = (
-                out[GOAL_FORCE + c]
-                + out[SOCIAL_FORCE + c]
-                + out[OBSTACLE_FORCE + c]
-                + group
-                + out[ROBOT_REPULSION_FORCE + c]
-            )
     return forces
 
 
@@ -260,47 +276,110 @@ def _turned(state, command, time_step):
     return wrap(state[YAW] + min(max(turn, -most), most))
 
 
-@jit_as(float64[:, ::1], MATRIX, MATRIX, MATRIX, REAL)
-def advance(states, forces, command, time_step):
-    """Returns where n people are one step later; see `kernel.advance`.
+@jit
+def _move(state, force, command, time_step, out):
+    """Writes where a person is one step later; `out` may be `state`."""
+    hold = int(command[Command.HOLD])
+    vx = state[VX]
+    vy = state[VY]
+    yaw = state[YAW]
+    omega = state[OMEGA]
+    x = state[X]
+    y = state[Y]
+    if hold == Hold.STAND:
+        vx = 0.0
+        vy = 0.0
+    elif hold == Hold.WALK:
+        vx += force[TOTAL_FORCE] * time_step
+        vy += force[TOTAL_FORCE + 1] * time_step
+        speed = math.sqrt(vx * vx + vy * vy)
+        cap = command[Command.MAX_SPEED]
+        if speed > cap:
+            vx = vx / speed * cap
+            vy = vy / speed * cap
+        yaw = _angle(vx, vy)
+        omega = wrap(yaw - state[YAW]) / time_step
+        x += vx * time_step
+        y += vy * time_step
+    if command[Command.TURN_RATE] > 0:
+        yaw = _turned(state, command, time_step)
+    if hold == Hold.STAND:
+        omega = wrap(yaw - state[YAW]) / time_step
+    out[X] = x
+    out[Y] = y
+    # (In HuNavSim's messages, the yaw is in single precision.)
+    out[YAW] = np.float32(yaw)
+    out[VX] = vx
+    out[VY] = vy
+    out[OMEGA] = omega
+
+
+@jit
+def _look_at_robot(robots, distance, out):
+    """Turns a person who has moved to the nearest robot within a distance."""
+    nearest = math.inf
+    for j in range(len(robots)):
+        dx = robots[j, X] - out[X]
+        dy = robots[j, Y] - out[Y]
+        away = math.sqrt(dx * dx + dy * dy)
+        if away <= distance and away < nearest:
+            nearest = away
+            out[YAW] = np.float32(_angle(dx, dy))
+
+
+@jit_as(
+    float64[:, ::1],
+    *(MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, MATRIX, WALLS),
+    *(REAL, INTEGER, MATRIX, REAL),
+)
+def advance(
+    states,
+    radii,
+    command,
+    parameters,
+    robots,
+    at_walls,
+    table,
+    reach,
+    most,
+    forces,
+    time_step,
+):
+    """Returns where n people are one step later, shape (n, 6).
 
     The yaw follows the velocity, and is 0 at rest. Who turns while walking has
     the turn rate of the walk.
+
+    Args:
+        states: Shape (n, 6), and the next eight are as for `social_forces`.
+        radii: See there.
+        command: See there.
+        parameters: See there.
+        robots: See there.
+        at_walls: See there.
+        table: See there.
+        reach: See there.
+        most: See there.
+        forces: What it gave.
+        time_step: In seconds.
     """
-    result = np.empty((len(states), MOTION_SIZE))
-    for i in range(len(states)):
-        turns = command[i, Command.TURN_RATE] > 0
-        hold = int(command[i, Command.HOLD])
-        vx = states[i, VX]
-        vy = states[i, VY]
-        yaw = states[i, YAW]
-        omega = states[i, OMEGA]
-        x = states[i, X]
-        y = states[i, Y]
-        if hold == Hold.STAND:
-            vx = 0.0
-            vy = 0.0
-        elif hold == Hold.WALK:
-            vx += forces[i, TOTAL_FORCE] * time_step
-            vy += forces[i, TOTAL_FORCE + 1] * time_step
-            speed = math.sqrt(vx * vx + vy * vy)
-            cap = command[i, Command.MAX_SPEED]
-            if speed > cap:
-                vx = vx / speed * cap
-                vy = vy / speed * cap
-            yaw = _angle(vx, vy)
-            omega = wrap(yaw - states[i, YAW]) / time_step
-            x += vx * time_step
-            y += vy * time_step
-        if turns:
-            yaw = _turned(states[i], command[i], time_step)
-        if hold == Hold.STAND:
-            omega = wrap(yaw - states[i, YAW]) / time_step
-        result[i, X] = x
-        result[i, Y] = y
-        # (In its messages, the yaw is in single precision.)
-        result[i, YAW] = np.float32(yaw)
-        result[i, VX] = vx
-        result[i, VY] = vy
-        result[i, OMEGA] = omega
+    walls = opened(table)
+    # Who has moved already is where the step leads; the others are not.
+    result = states.copy()
+    force = np.zeros(FORCES_SIZE)
+    for i in range(len(states) - 1, -1, -1):
+        if int(command[i, Command.ROBOT_ROLE]) == RobotRole.UNSEEN_IN_TURN:
+            force[:] = 0.0
+            _add_forces(
+                *(i, result, radii, command, parameters, robots, at_walls),
+                *(walls, (reach, most), force),
+            )
+        else:
+            force[:] = forces[i]
+        _move(states[i], force, command[i], time_step, result[i])
+        if (
+            int(command[i, Command.ROBOT_ROLE]) == RobotRole.UNSEEN_IN_TURN
+            and command[i, Command.TURN_RATE] == 0
+        ):
+            _look_at_robot(robots, command[i, Command.YAW_TARGET], result[i])
     return result

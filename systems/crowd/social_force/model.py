@@ -1,6 +1,6 @@
 """The social force model, as HuNavSim uses it."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import StrictFloat
 from pydantic.dataclasses import dataclass
@@ -37,17 +37,7 @@ class SocialForceModel(MotionModel):
         """Returns the forces: see `MotionModel.forces`."""
         if self.kernel == "numpy":
             return numpy_model.social_forces(snapshot)
-        arguments = (
-            snapshot.states,
-            snapshot.radii,
-            snapshot.command,
-            snapshot.parameters,
-            snapshot.robots,
-            snapshot.at_walls,
-            snapshot.obstacles.table,
-            snapshot.obstacle_range,
-            snapshot.max_obstacles,
-        )
+        arguments = _arguments(snapshot)
         forces: Array
         if self.kernel == "fast":
             forces = kernel.fast_social_forces(*arguments, self.error_bound)
@@ -61,9 +51,28 @@ class SocialForceModel(MotionModel):
         """Returns the next states: see `MotionModel.advance`."""
         if self.kernel == "numpy":
             return numpy_model.advance(snapshot, forces)
-        of_original = self.kernel == "hunavsim"
-        advance = hunavsim.advance if of_original else kernel.advance
-        states: Array = advance(
+        states: Array
+        if self.kernel == "hunavsim":
+            states = hunavsim.advance(
+                *_arguments(snapshot), forces, snapshot.time_step
+            )
+            return states
+        states = kernel.advance(
             snapshot.states, forces, snapshot.command, snapshot.time_step
         )
         return states
+
+
+def _arguments(snapshot: Snapshot) -> tuple[Any, ...]:
+    """Returns what the compiled functions take."""
+    return (
+        snapshot.states,
+        snapshot.radii,
+        snapshot.command,
+        snapshot.parameters,
+        snapshot.robots,
+        snapshot.at_walls,
+        snapshot.obstacles.table,
+        snapshot.obstacle_range,
+        snapshot.max_obstacles,
+    )

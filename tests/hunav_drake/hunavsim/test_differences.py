@@ -85,7 +85,7 @@ def test_the_command_prints_the_list(hunav):  # noqa: F811
     assert code == 0
     assert all(row.here in out for row in DIFFERENCES)
     code, out, _ = hunav("differences", "--left")
-    assert "one after the other" in out
+    assert "order of people" in out
     assert "occlusion" not in out
 
 
