@@ -355,8 +355,7 @@ class OrcaModel(MotionModel):
     # People and robots farther than this are not avoided, in meters.
     neighbor_distance: PositiveLength = 10.0
 
-    # How many people are avoided, the nearest first. More are, if they are
-    # equally far.
+    # How many people are avoided, the nearest first; more if equally far.
     max_neighbors: Annotated[Integer, Field(ge=1, le=1000)] = 10
 
     # The time ahead that people must not touch others in (tau), in seconds.
