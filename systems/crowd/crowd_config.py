@@ -19,7 +19,8 @@ class CrowdConfig:
 
     # What is meant where a key is left out: the defaults written here, or, by
     # "hunavsim", what HuNavSim does; see `people/profile.py`. It chooses the
-    # behaviors, too. A key that is given counts, whatever the profile.
+    # behaviors, too. A key that is given counts, whatever the profile (and
+    # `dataclasses.replace` gives them all).
     profile: ProfileName = "default"
 
     # The motion model: a registered one, its name, or a mapping of its name

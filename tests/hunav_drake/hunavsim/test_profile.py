@@ -1,5 +1,6 @@
 """The profile "hunavsim": one switch for all that HuNavSim does otherwise."""
 
+import dataclasses as dc
 import json
 
 import numpy as np
@@ -16,6 +17,7 @@ from hunav_drake.scenario import (
 )
 from hunav_drake.systems.behavior import CheckBehavior
 from hunav_drake.systems.crowd import CrowdConfig, HumanCrowd
+from hunav_drake.systems.crowd.models import SocialForceModel
 from hunav_drake.systems.people import HumanConfig, SocialForceParameters
 from hunav_drake.systems.people.profile import PROFILES
 from hunav_drake.systems.world.obstacles import Obstacles
@@ -158,6 +160,16 @@ def test_every_row_of_the_profile_is_of_a_field_and_changes_it(row):
     assert getattr(profile, row) != getattr(default, row)
     again = CrowdConfig(profile="hunavsim", **{row: getattr(default, row)})
     assert getattr(again, row) == getattr(default, row)
+
+
+def test_the_profile_has_a_row_for_every_field():
+    """Whoever adds a field says what HuNavSim does."""
+    table = PROFILES["hunavsim"].crowd
+    fields = {field.name for field in dc.fields(CrowdConfig)}
+    assert fields - {"profile"} == set(table)
+    # (The error bound is one of the fast kernel.)
+    fields = {field.name for field in dc.fields(SocialForceModel)}
+    assert fields - {"error_bound"} == set(table["model"]) - {"name"}
 
 
 TEXT = """
