@@ -19,6 +19,7 @@ from hunav_drake.systems.common.suggest import did_you_mean
 from hunav_drake.systems.crowd import CrowdConfig, HumanCrowd
 from hunav_drake.systems.people import HumanConfig
 from hunav_drake.systems.people.names import check_consistent, name_people
+from hunav_drake.systems.people.profile import complete_people
 from hunav_drake.systems.world.obstacles import Obstacles
 from hunav_drake.systems.world.shapes import World
 
@@ -104,7 +105,8 @@ def MakeHumans(
     if isinstance(obstacles, World):
         obstacles = obstacles.obstacles()
     # Before anything is made of them: crowd and trees know the same numbers.
-    humans = name_people(humans)
+    config = options.get("config") or CrowdConfig()
+    humans = complete_people(name_people(humans), config.profile)
     check_consistent(humans)
     if separate_trees is None:
         separate_trees = len(humans) <= MAX_SEPARATE_TREES
@@ -114,14 +116,14 @@ def MakeHumans(
         HumanCrowd(
             humans,
             obstacles=obstacles,
-            config=options.get("config"),
+            config=config,
             num_robots=num_robots,
             time_step=time_step,
             start_jitter=options.get("start_jitter", 0.0),
             seed=options.get("seed", 0),
         ),
     )
-    trees = LoadBehaviors(human.behavior for human in humans)
+    trees = LoadBehaviors((it.behavior for it in humans), config.profile)
     everybody = range(len(humans))
     rows_of = {"behaviors": [*everybody]}
     if separate_trees:

@@ -22,6 +22,7 @@ from hunav_drake.scenario import SaveScenario
 from hunav_drake.scenario.error import Fault, ScenarioError, shown
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.seeds import GetTrialSeed, SetTrialSeed
+from hunav_drake.systems.behavior import LoadBehavior
 from hunav_drake.systems.behavior.fingerprint import tree_fingerprint
 from hunav_drake.systems.common.registry import name_of
 from hunav_drake.systems.evaluation.trial_monitor import TrialStatus
@@ -205,7 +206,7 @@ def _behavior_sha256(scenario: Scenario) -> str:
     """Returns a hash of all trees, of which a scenario gives but the names."""
     # Most people have one of a few behaviors.
     prints = {
-        key: tree_fingerprint(behavior)
+        key: tree_fingerprint(LoadBehavior(behavior, scenario.crowd.profile))
         for key, behavior in {
             repr(human.behavior): human.behavior for human in scenario.humans
         }.items()

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 import shutil
 import textwrap
 
-from hunav_drake.hunavsim.differences import DIFFERENCES
+from hunav_drake.hunavsim.differences import differences_of_metric
 from hunav_drake.systems.evaluation.metrics import METRICS, select_metrics
 
 _DIRECTIONS = {
@@ -54,9 +54,11 @@ def show_metrics(names: Sequence[str]) -> str:
         if metric.aliases:
             facts.append(f"  also       {', '.join(metric.aliases)}")
         text = textwrap.indent(metric.definition, "  ")
-        if metric.name in DIFFERENCES:
+        for row in differences_of_metric(metric.name):
+            what = f", {row.name}" if row.series else ""
             text += "\n\n" + textwrap.fill(
-                f"Not as in HuNavSim: {DIFFERENCES[metric.name]}.",
+                f"Not as in HuNavSim{what}. HuNavSim: {row.original}. Here:"
+                f" {row.here}.",
                 width=80,
                 initial_indent="  ",
                 subsequent_indent="  ",

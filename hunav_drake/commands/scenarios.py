@@ -3,6 +3,7 @@
 import argparse
 import json
 from pathlib import Path
+import sys
 from typing import Any
 
 from hunav_drake.commands.errors import (
@@ -49,6 +50,18 @@ def add_scenario_commands(commands: Any) -> None:
     importing.add_argument(
         "--metrics", type=Path, help="the metrics.yaml of HuNavSim"
     )
+    importing.add_argument(
+        "--map",
+        type=Path,
+        help="the YAML file of the map, for ROS 2's map_server; by default the"
+        " one that the agents.yaml names, if it is beside it",
+    )
+    importing.add_argument(
+        "--profile",
+        choices=("default", "hunavsim"),
+        default="default",
+        help="hunavsim: people move as in HuNavSim, with all that differs",
+    )
     add_output_options(importing)
 
 
@@ -88,10 +101,27 @@ def _schema(options: argparse.Namespace) -> int:
 def _import(options: argparse.Namespace) -> int:
     from hunav_drake.hunavsim.agents_yaml import ImportAgents
     from hunav_drake.scenario import SaveScenario, ScenarioError
+    from hunav_drake.scenario.error import Fault
 
     with input_errors(ScenarioError):
+        left_out: list[Fault] = []
         scenario = ImportAgents(
-            options.agents, metrics_filename=options.metrics
+            options.agents,
+            metrics_filename=options.metrics,
+            map_filename=options.map,
+            profile=options.profile,
+            left_out=left_out,
         )
-    done = f"Wrote {len(scenario.humans)} people to {options.output}"
+    for fault in left_out:
+        print(fault, file=sys.stderr)
+    print(
+        "the robot: the files do not say where it is; set robot.start and"
+        " robot.goal",
+        file=sys.stderr,
+    )
+    walls = len(scenario.world.walls)
+    done = (
+        f"Wrote {len(scenario.humans)} people"
+        f"{f' and {walls} walls' if walls else ''} to {options.output}"
+    )
     return write_output(SaveScenario(scenario), options, done)

@@ -2,19 +2,24 @@
 
 from collections.abc import Sequence
 import numbers
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydrake.systems.framework import Context
 
 from hunav_drake.humans import MakeHumans
+from hunav_drake.hunavsim.closest_obs import PeopleAtPoints
+from hunav_drake.hunavsim.requests import (
+    ClosestObs,
+    points_key,
+    read_closest_obs,
+    read_rows,
+)
+from hunav_drake.hunavsim.stepwise import Array, StepwiseHumans
 from hunav_drake.seeds import SetHumansSeed
-from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.checks import check_kind
-from hunav_drake.systems.common.layout import STATE_SIZE
 from hunav_drake.systems.crowd import CrowdConfig
-from hunav_drake.systems.crowd.limits import LARGEST
 from hunav_drake.systems.people import HumanConfig
 from hunav_drake.systems.people.names import people_ids
 from hunav_drake.systems.world.obstacles import Obstacles
@@ -39,18 +44,22 @@ class Agents(NamedTuple):
     behavior_status: NDArray[np.int64]
 
 
+_Given = tuple[bytes, bytes, bytes]
+
+
 class _Round(NamedTuple):
     """A step of everybody that `move_agent` takes person by person.
 
     Attributes:
-        given: What the other simulator said: the states of people and robots;
-            None if nothing was said, but one person goes on alone.
+        given: What the other simulator said: the states of people and robots,
+            and obstacles; None if nothing was said, but one person goes on
+            alone.
         after: Everybody a step later.
         status: What they react to in it.
         moved: Whose step has been taken; changed.
     """
 
-    given: tuple[bytes, bytes] | None
+    given: _Given | None
     after: Context
     status: NDArray[np.int64]
     moved: set[int]
@@ -118,8 +127,16 @@ class AgentServices:
             seed=seed,
             separate_trees=False,
         )
-        self._crowd = self._diagram.GetSubsystemByName("crowd")
-        self._trees = self._diagram.GetSubsystemByName("behaviors")
+        self._people = StepwiseHumans(
+            self._diagram, num_robots=num_robots, time_step=time_step
+        )
+        self._at_points = PeopleAtPoints(
+            self._diagram,
+            humans,
+            config=config,
+            num_robots=num_robots,
+            time_step=time_step,
+        )
         self._ids = people_ids(humans)
         self._num_robots = num_robots
         self._time_step = time_step
@@ -147,13 +164,14 @@ class AgentServices:
     def agents(self) -> Agents:
         """The people as they are known, with no reaction active."""
         status = np.zeros(len(self._ids), dtype=np.int64)
-        return Agents(self._get_states(self._context), status)
+        return Agents(self._people.GetStates(self._context), status)
 
     def compute_agents(
         self,
         humans: ArrayLike,
         robot: ArrayLike | None = None,
         dt: float | None = None,
+        closest_obs: ClosestObs | None = None,
     ) -> Agents:
         """Returns where all people are `dt` later.
 
@@ -165,6 +183,11 @@ class AgentServices:
                 the time of the call. It can be left out if there are none.
             dt: How much time passes, in seconds: a whole number of steps; one
                 step by default.
+            closest_obs: For each person the points of obstacles near it, rows
+                (x, y) in W, in meters, as in HuNavSim's messages; in this call
+                the person feels all of these, and no walls. None for who feels
+                the walls, as all do by default. What hides the robot from
+                people are the walls in any case.
 
         Raises:
             ValueError: If an array does not have that shape or is not finite,
@@ -177,12 +200,14 @@ class AgentServices:
         """
         steps = self._count_steps(dt)
         context = self._context
-        self._receive(context, humans, robot)
+        points = read_closest_obs(closest_obs, len(self._ids))
+        self._receive(context, *self._read(humans, robot))
         for _ in range(steps):
-            status = self._calc_status()
-            self._step_to(context)
-            context.SetTime(context.get_time() + self._time_step)
-        return Agents(self._get_states(context), status)
+            status = self._people.CalcBehaviorStatus(context)
+            rows = self._at_points.CalcNext(context, points)
+            self._people.StepAll(context)
+            self._put(context, rows)
+        return Agents(self._people.GetStates(context), status)
 
     def compute_agent(self, agent_id: int, dt: float | None = None) -> Agents:
         """Returns where one person is `dt` later, going by what is known.
@@ -201,9 +226,7 @@ class AgentServices:
         """
         index = self._index(agent_id)
         steps = self._count_steps(dt)
-        if self._num_robots and not self._diagram.get_input_port().HasValue(
-            self._context
-        ):
+        if not self._people.AreRobotsKnown(self._context):
             raise ValueError(
                 "robot: it is not known yet where the robots are: pass them to"
                 " reset_agents or to another call first"
@@ -217,6 +240,7 @@ class AgentServices:
         robot: ArrayLike | None,
         agent_id: int,
         dt: float | None = None,
+        closest_obs: ClosestObs | None = None,
     ) -> Agents:
         """Returns where one person is `dt` later, if all are as given.
 
@@ -229,6 +253,7 @@ class AgentServices:
             robot: The robots, as for `compute_agents`.
             agent_id: The number of the person.
             dt: As for `compute_agents`.
+            closest_obs: As for `compute_agents`.
 
         Raises:
             ValueError: If nobody has that number; else, all errors are those
@@ -236,13 +261,16 @@ class AgentServices:
         """
         index = self._index(agent_id)
         steps = self._count_steps(dt)
+        points = read_closest_obs(closest_obs, len(self._ids))
+        states, robots = self._read(humans, robot)
+        given = (states.tobytes(), robots.tobytes(), points_key(points))
         old = self._round
-        given = self._receive(self._context, humans, robot)
         if old is None or old.given != given or index in old.moved:
-            self._round = self._begin(given)
+            self._receive(self._context, states, robots)
+            self._round = self._begin(given, points)
         else:
-            self._round = old
-        return self._step_one(index, steps)
+            self._people.SetStates(self._context, states)
+        return self._step_one(index, steps, points)
 
     def reset_agents(
         self,
@@ -266,15 +294,15 @@ class AgentServices:
                 or if the seed is not a whole number in [0, 2^63).
         """
         if seed is None:
-            own = self._crowd.GetMyContextFromRoot(self._context)
-            seed = self._crowd.GetSeed(own)
+            seed = self._people.GetSeed(self._context)
         context = self._diagram.CreateDefaultContext()
         SetHumansSeed(self._diagram, context, seed)
-        start = self._get_states(context) if humans is None else humans
+        start = self._people.GetStates(context) if humans is None else humans
         if robot is None:
-            self._set_states(context, _rows(start, len(self._ids), "humans"))
+            states = read_rows(start, len(self._ids), "humans")
+            self._people.SetStates(context, states)
         else:
-            self._receive(context, start, robot)
+            self._receive(context, *self._read(start, robot))
         self._context = context
         self._round = None
         return self.agents
@@ -302,89 +330,55 @@ class AgentServices:
                 f"nobody has the number {agent_id}; there are: {known}"
             ) from None
 
-    def _get_states(self, context: Context) -> Array:
-        port = self._diagram.GetOutputPort("human_states")
-        states: Array = port.Eval(context).reshape(-1, STATE_SIZE).copy()
-        return states
-
-    def _set_states(self, context: Context, states: Array) -> None:
-        own = self._crowd.GetMyMutableContextFromRoot(context)
-        self._crowd.SetStates(own, states)
-
-    def _receive(
-        self, context: Context, humans: ArrayLike, robot: ArrayLike | None
-    ) -> tuple[bytes, bytes]:
-        """Takes over what the other simulator says, and returns it."""
-        states = _rows(humans, len(self._ids), "humans")
-        robot = [] if robot is None else robot
-        robots = _rows(robot, self._num_robots, "robot")
-        self._round = None
-        if self._num_robots:
-            self._diagram.get_input_port().FixValue(context, robots.ravel())
-        self._set_states(context, states)
-        return states.tobytes(), robots.tobytes()
-
-    def _calc_status(self) -> NDArray[np.int64]:
-        """Returns the behavior status of all people in the next step."""
-        port = self._diagram.GetOutputPort("behavior_status")
-        status: NDArray[np.int64] = port.Eval(self._context).astype(np.int64)
-        return status
-
-    def _step_to(self, after: Context) -> None:
-        """Sets the state of everybody a step later; the time stays."""
-        after.SetDiscreteState(
-            self._diagram.EvalUniquePeriodicDiscreteUpdate(self._context)
+    def _read(
+        self, humans: ArrayLike, robot: ArrayLike | None
+    ) -> tuple[Array, Array]:
+        """Returns what the other simulator says, as rows."""
+        given: ArrayLike = [] if robot is None else robot
+        return (
+            read_rows(humans, len(self._ids), "humans"),
+            read_rows(given, self._num_robots, "robot"),
         )
 
-    def _begin(self, given: tuple[bytes, bytes] | None) -> _Round:
-        """Returns the step of everybody that is to be taken one by one."""
-        after = self._context.Clone()
-        self._step_to(after)
-        return _Round(given, after, self._calc_status(), moved=set())
+    def _receive(self, context: Context, states: Array, robots: Array) -> None:
+        """Takes over what the other simulator says."""
+        self._round = None
+        self._people.FixRobots(context, robots)
+        self._people.SetStates(context, states)
 
-    def _step_one(self, index: int, steps: int) -> Agents:
+    def _put(self, context: Context, rows: dict[int, Array]) -> None:
+        """Sets where some people are."""
+        if rows:
+            states = self._people.GetStates(context)
+            for index, row in rows.items():
+                states[index] = row
+            self._people.SetStates(context, states)
+
+    def _begin(
+        self, given: _Given | None, points: Sequence[Array | None]
+    ) -> _Round:
+        """Returns the step of everybody that is to be taken one by one."""
+        after = self._people.CalcNext(self._context)
+        self._put(after, self._at_points.CalcNext(self._context, points))
+        return _Round(
+            given=given,
+            after=after,
+            status=self._people.CalcBehaviorStatus(self._context),
+            moved=set(),
+        )
+
+    def _step_one(
+        self, index: int, steps: int, points: Sequence[Array | None] = ()
+    ) -> Agents:
         """Moves one person by some steps, as if all were moved."""
-        context, trees = self._context, self._trees
         status = np.int64(0)
         for _ in range(steps):
             now = self._round
             if now is None or index in now.moved:
-                now = self._begin(None)
+                now = self._begin(None, points)
                 self._round = None
             now.moved.add(index)
-            states = self._get_states(context)
-            states[index] = self._get_states(now.after)[index]
-            self._set_states(context, states)
-            # The others stay, and their trees are not ticked.
-            own = trees.GetMyContextFromRoot(now.after)
-            memory = trees.GetMemory(own, index)
-            own = trees.GetMyMutableContextFromRoot(context)
-            trees.SetMemory(own, index, memory)
+            self._people.StepOne(self._context, index, now.after)
             status = now.status[index]
-        return Agents(self._get_states(context)[index], np.asarray(status))
-
-
-def _rows(values: Any, count: int, name: str) -> Array:
-    try:
-        rows = np.asarray(values, dtype=float)
-    except (TypeError, ValueError, OverflowError) as error:
-        raise ValueError(f"{name} must hold numbers: {error}") from error
-    if rows.size != count * STATE_SIZE or (
-        rows.ndim > 1 and rows.shape[-1] != STATE_SIZE
-    ):
-        raise ValueError(
-            f"{name} must hold {count} rows (x, y, yaw, vx, vy, omega,"
-            f" radius), got shape {rows.shape}"
-        )
-    rows = np.ascontiguousarray(rows.reshape(-1, STATE_SIZE))
-    rules = [
-        (np.isfinite(rows), "be finite"),
-        (abs(rows) <= LARGEST, f"have no numbers beyond {LARGEST:g}"),
-    ]
-    for mask, rule in rules:
-        bad = rows[~mask.all(axis=1)]
-        if len(bad):
-            raise ValueError(
-                f"{name} must {rule}, got the row {bad[0].tolist()}"
-            )
-    return rows
+        states = self._people.GetStates(self._context)
+        return Agents(states[index], np.asarray(status))

@@ -23,6 +23,8 @@ from hunav_drake.systems.people.behavior_choice import (
     is_xml,
     tree_of,
 )
+from hunav_drake.systems.people.parameters import SocialForceParameters
+from hunav_drake.systems.people.profile import ProfileName
 
 # What a registry does not know is looked up at most so often: each time, it
 # is compared with every name.
@@ -84,6 +86,23 @@ def check_people(scenario: Scenario) -> Iterator[Finding]:
                 f"must be at least desired_speed ({human.desired_speed:g}"
                 f" m/s), got {human.speed_limit:g}",
                 uses=((*loc, "desired_speed"),),
+            )
+
+
+def check_epsilon(scenario: Scenario) -> Iterator[Finding]:
+    """Looks for weights that the kernel of HuNavSim does without."""
+    model = scenario.crowd.model
+    if getattr(model, "kernel", "") != "hunavsim":
+        return
+    default = SocialForceParameters().epsilon
+    for i, human in enumerate(scenario.humans):
+        epsilon = human.forces.epsilon
+        if epsilon not in (0, default):
+            yield Finding(
+                ("humans", i, "forces", "epsilon"),
+                "has no part in the kernel 'hunavsim' of the crowd's model, got"
+                f" {epsilon:g}; leave it out, or choose another kernel",
+                uses=(("crowd", "model"), ("crowd", "profile")),
             )
 
 
@@ -155,6 +174,7 @@ def _check_behaviors(scenario: Scenario) -> Iterator[Finding]:
     # does without the systems.
     from hunav_drake.systems.behavior import BEHAVIORS
 
+    profile = scenario.crowd.profile
     # People often have the same behavior; each is looked at once.
     known: dict[str, list[tuple[Loc, str]]] = {}
     for i, human in enumerate(scenario.humans):
@@ -164,14 +184,14 @@ def _check_behaviors(scenario: Scenario) -> Iterator[Finding]:
         if key not in known:
             if len(known) == _MAX_UNKNOWN:
                 return
-            known[key] = list(_behavior_faults(human.behavior))
+            known[key] = list(_behavior_faults(human.behavior, profile))
         whole: Loc = ("humans", i, "behavior")
         for loc, message in known[key]:
             yield Finding((*whole, *loc), message, uses=(whole,))
 
 
 def _behavior_faults(
-    behavior: str | BehaviorConfig,
+    behavior: str | BehaviorConfig, profile: ProfileName
 ) -> Iterator[tuple[Loc, str]]:
     """Looks for what is wrong with a behavior, each with its place in it."""
     from hunav_drake.systems.behavior import (
@@ -189,7 +209,7 @@ def _behavior_faults(
             f" {suggestion(tree, list(BEHAVIORS))}",
         )
         return
-    for error in CheckBehavior(behavior):
+    for error in CheckBehavior(behavior, profile):
         if isinstance(error, TreePortError):
             yield (error.port,), error.message
         else:
@@ -214,7 +234,12 @@ def _check_metrics(scenario: Scenario) -> Iterator[Finding]:
 
 
 # What does not hang on the rest of the world, or on what is installed.
-OWN_CHECKS: tuple[Check, ...] = (check_people, check_jitter, check_times)
+OWN_CHECKS: tuple[Check, ...] = (
+    check_people,
+    check_epsilon,
+    check_jitter,
+    check_times,
+)
 ALL_CHECKS: tuple[Check, ...] = (
     *OWN_CHECKS,
     check_walls,

@@ -30,7 +30,7 @@ from hunav_drake.systems.common.suggest import nearest
 from hunav_drake.systems.people.behavior_choice import is_path
 
 if TYPE_CHECKING:
-    from hunav_drake.hunavsim.agents_yaml import HunavImport
+    from hunav_drake.hunavsim.hunav_import import HunavImport
 
 
 def LoadScenario(

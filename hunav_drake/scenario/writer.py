@@ -10,6 +10,7 @@ from hunav_drake.scenario.schema import Scenario
 from hunav_drake.scenario.yaml_source import resolve
 from hunav_drake.systems.common.files import atomic_write
 from hunav_drake.systems.common.registry import tag_of
+from hunav_drake.systems.crowd.crowd_config import CrowdConfig
 from hunav_drake.systems.people.behavior_choice import BehaviorConfig
 
 
@@ -69,11 +70,15 @@ def plain(value: Any, *, whole: bool = True) -> Any:
     ):
         return {"tree": value.tree, **value.ports}
     result: dict[str, Any] = dict([tag]) if tag else {}
+    # What is as by default may hang on a profile.
+    defaults = value.defaults() if isinstance(value, CrowdConfig) else None
     for field in dc.fields(value):
         item = getattr(value, field.name)
         default = field.default
         if field.default_factory is not dc.MISSING:
             default = field.default_factory()
+        if defaults is not None and field.name != "profile":
+            default = getattr(defaults, field.name)
         if whole or item != default:
             result[field.name] = plain(item, whole=whole)
     return result

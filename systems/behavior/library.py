@@ -25,32 +25,23 @@ from hunav_drake.systems.behavior.nodes.errors import (
     Spot,
 )
 from hunav_drake.systems.behavior.nodes.node import NodeType
-from hunav_drake.systems.behavior.nodes.registry import NODE_TYPES
+from hunav_drake.systems.behavior.profiles import BEHAVIORS, behavior_set
 from hunav_drake.systems.behavior.tree import Tree
 from hunav_drake.systems.people.behavior_choice import (
     BehaviorConfig,
     is_path,
     is_xml,
 )
+from hunav_drake.systems.people.profile import ProfileName
 
-_FOLDER = Path(__file__).resolve().parent / "trees"
-
-# The file of each behavior that a `HumanConfig` can name.
-BEHAVIORS: Mapping[str, Path] = MappingProxyType(
-    {
-        name: _FOLDER / f"{name}.xml"
-        for name in (
-            "regular",
-            "impassive",
-            "surprised",
-            "scared",
-            "curious",
-            "threatening",
-            "distracted",
-            "cooperative",
-        )
-    }
-)
+__all__ = [
+    "BEHAVIORS",
+    "CheckBehavior",
+    "LoadBehavior",
+    "LoadBehaviors",
+    "LoadTree",
+    "ParseTree",
+]
 
 # A behavior with more faults is not looked through to its end.
 MAX_FAULTS = 20
@@ -63,6 +54,7 @@ def LoadTree(
     ports: Mapping[str, Any] = _NO_PORTS,
     *,
     allow_outside: bool = False,
+    profile: ProfileName = "default",
 ) -> Tree:
     """Loads a behavior that comes with the package, or a tree from a file.
 
@@ -74,6 +66,7 @@ def LoadTree(
         allow_outside: Whether the file may include files that are not in its
             folder or below. A tree from elsewhere should not: it could make
             any file be read.
+        profile: Whose behaviors and leaves are meant: see `profiles.py`.
 
     Raises:
         BehaviorTreeError: If there is no such behavior or file, or at the
@@ -81,14 +74,15 @@ def LoadTree(
         TreePortError: If the tree has no port of a name, or a value does not
             fit it.
     """
-    path = BEHAVIORS.get(str(name_or_path), Path(name_or_path))
+    files = behavior_set(profile).files
+    path = files.get(str(name_or_path), Path(name_or_path))
     if not os.path.isfile(path):
         name = str(name_or_path)
-        raise Spot(Place(name)).unknown("behavior or file", name, BEHAVIORS)
+        raise Spot(Place(name)).unknown("behavior or file", name, files)
     documents = load_documents(
         read_file(path), str(path), path.parent, allow_outside=allow_outside
     )
-    return _tree(documents, ports)
+    return _tree(documents, ports, profile)
 
 
 def ParseTree(
@@ -96,6 +90,7 @@ def ParseTree(
     *,
     name: str = "<text>",
     ports: Mapping[str, Any] = _NO_PORTS,
+    profile: ProfileName = "default",
 ) -> Tree:
     """Makes a tree from XML.
 
@@ -103,6 +98,7 @@ def ParseTree(
         source: The XML, in the format 3 or 4 of BehaviorTree.CPP.
         name: What stands for the source in messages.
         ports: Values for ports of the tree, as for `LoadTree`.
+        profile: Whose leaves are meant.
 
     Raises:
         BehaviorTreeError: At the first fault in the source.
@@ -110,14 +106,17 @@ def ParseTree(
     """
     if isinstance(source, str):
         source = source.encode()
-    return _tree(load_documents(source, name), ports)
+    return _tree(load_documents(source, name), ports, profile)
 
 
-def LoadBehavior(behavior: str | BehaviorConfig) -> Tree:
+def LoadBehavior(
+    behavior: str | BehaviorConfig, profile: ProfileName = "default"
+) -> Tree:
     """Loads the tree of a person's configuration.
 
     Args:
         behavior: As `HumanConfig.behavior`.
+        profile: Whose behaviors and leaves are meant, as of `CrowdConfig`.
 
     Raises:
         BehaviorTreeError: If there is no such tree, or at the first fault in
@@ -127,7 +126,12 @@ def LoadBehavior(behavior: str | BehaviorConfig) -> Tree:
     if isinstance(behavior, str):
         behavior = BehaviorConfig(tree=behavior)
     if is_xml(behavior.tree):
-        return ParseTree(behavior.tree, name="behavior", ports=behavior.ports)
+        return ParseTree(
+            behavior.tree,
+            name="behavior",
+            ports=behavior.ports,
+            profile=profile,
+        )
     if is_path(behavior.tree):
         if not os.path.isfile(behavior.tree):
             raise BehaviorTreeError(
@@ -137,31 +141,35 @@ def LoadBehavior(behavior: str | BehaviorConfig) -> Tree:
         # Any other word is meant as a name, even where there is such a file.
         place = Place("behavior")
         raise Spot(place).unknown("behavior", behavior.tree, BEHAVIORS)
-    return LoadTree(behavior.tree, behavior.ports)
+    return LoadTree(behavior.tree, behavior.ports, profile=profile)
 
 
-def LoadBehaviors(behaviors: Iterable[str | BehaviorConfig]) -> list[Tree]:
+def LoadBehaviors(
+    behaviors: Iterable[str | BehaviorConfig], profile: ProfileName = "default"
+) -> list[Tree]:
     """Loads the trees of several people, each behavior once.
 
     Args:
         behaviors: Each as `HumanConfig.behavior`.
+        profile: As for `LoadBehavior`.
 
     Raises:
         BehaviorTreeError: As `LoadBehavior`.
     """
     all_behaviors = list(behaviors)
     distinct = {repr(behavior): behavior for behavior in all_behaviors}
-    trees = {key: LoadBehavior(it) for key, it in distinct.items()}
+    trees = {key: LoadBehavior(it, profile) for key, it in distinct.items()}
     return [trees[repr(behavior)] for behavior in all_behaviors]
 
 
 def CheckBehavior(
-    behavior: str | BehaviorConfig,
+    behavior: str | BehaviorConfig, profile: ProfileName = "default"
 ) -> Iterator[BehaviorTreeError]:
     """Finds the faults of a behavior.
 
     Args:
         behavior: As `HumanConfig.behavior`.
+        profile: As for `LoadBehavior`.
 
     Returns:
         The first fault of its tree, or else a TreePortError for each invalid
@@ -172,7 +180,9 @@ def CheckBehavior(
     ports = dict(behavior.ports)
     for _ in range(MAX_FAULTS):
         try:
-            LoadBehavior(BehaviorConfig(tree=behavior.tree, ports=ports))
+            LoadBehavior(
+                BehaviorConfig(tree=behavior.tree, ports=ports), profile
+            )
         except TreePortError as error:
             yield error
             if error.port not in ports:
@@ -185,7 +195,9 @@ def CheckBehavior(
             return
 
 
-def _tree(documents: Documents, values: Mapping[str, Any]) -> Tree:
+def _tree(
+    documents: Documents, values: Mapping[str, Any], profile: ProfileName
+) -> Tree:
     ports = documents.main_ports()
     texts = port_texts(ports, values, Place(documents.file))
     for name, port in ports.items():
@@ -193,7 +205,8 @@ def _tree(documents: Documents, values: Mapping[str, Any]) -> Tree:
             raise TreePortError(
                 f"the tree needs a value for {name}", port.place, port=name
             )
-    return _parse(documents, tuple(texts.items()), (*NODE_TYPES.values(),))
+    node_types = tuple(behavior_set(profile).node_types().values())
+    return _parse(documents, tuple(texts.items()), node_types)
 
 
 @functools.lru_cache(maxsize=128)
@@ -210,7 +223,7 @@ def _parse(
     ports = documents.main_ports()
     texts = dict(values)
     try:
-        return Tree(parse_documents(documents, texts))
+        return Tree(parse_documents(documents, texts, node_types))
     except BehaviorTreeError as error:
         # A value that a node refuses is a fault of the value.
         for name in texts:
@@ -220,15 +233,21 @@ def _parse(
                 if other == name or ports[other].default is None
             }
             without = {**alone, name: ports[name].default or texts[name]}
-            if _parses(documents, without) and not _parses(documents, alone):
+            if _parses(documents, without, node_types) and not _parses(
+                documents, alone, node_types
+            ):
                 place = Place(documents.file)
                 raise TreePortError(error.message, place, port=name) from error
         raise
 
 
-def _parses(documents: Documents, texts: Mapping[str, str]) -> bool:
+def _parses(
+    documents: Documents,
+    texts: Mapping[str, str],
+    node_types: tuple[NodeType, ...],
+) -> bool:
     try:
-        Tree(parse_documents(documents, texts))
+        Tree(parse_documents(documents, texts, node_types))
     except BehaviorTreeError:
         return False
     return True

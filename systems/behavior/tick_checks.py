@@ -11,7 +11,12 @@ from hunav_drake.systems.behavior.nodes.tick_context import (
     MAX_BEHAVIOR_STATUS,
     TickContext,
 )
-from hunav_drake.systems.common.layout import COMMAND_SIZE, Command, RobotRole
+from hunav_drake.systems.common.layout import (
+    COMMAND_SIZE,
+    Command,
+    Hold,
+    RobotRole,
+)
 
 _NOT_NEGATIVE = (
     Command.DESIRED_SPEED,
@@ -20,7 +25,7 @@ _NOT_NEGATIVE = (
     Command.TURN_RATE,
 )
 _ROLES = frozenset(float(role) for role in RobotRole)
-_FLAGS = (Command.HAS_GOAL, Command.HOLD)
+_HOLDS = frozenset(float(hold) for hold in Hold)
 
 # What numbers are most often; others are looked at closely.
 _PLAIN = frozenset({float, int, bool, np.float64})
@@ -45,7 +50,7 @@ def is_sound(context: TickContext, memory: Sequence[float]) -> bool:
             and command[Command.GOAL_RADIUS] >= 0
             and command[Command.TURN_RATE] >= 0
             and command[Command.HAS_GOAL] in (0, 1)
-            and command[Command.HOLD] in (0, 1)
+            and command[Command.HOLD] in _HOLDS
             and command[Command.GROUP_ID] >= -1
             and command[Command.GROUP_ID] % 1 == 0
             and type(context.behavior_status) in _PLAIN
@@ -74,8 +79,10 @@ def find_fault(
             return f"{what} must be at least 0, got {value!r}"
         if name is Command.ROBOT_ROLE and value not in _ROLES:
             return f"{what} must be a RobotRole, got {value!r}"
-        if name in _FLAGS and value not in (0, 1):
+        if name is Command.HAS_GOAL and value not in (0, 1):
             return f"{what} must be 0 or 1, got {value!r}"
+        if name is Command.HOLD and value not in _HOLDS:
+            return f"{what} must be a Hold, got {value!r}"
         if name is Command.GROUP_ID and (value < -1 or value % 1 != 0):
             return f"{what} must be a whole number, -1 or more, got {value!r}"
     status = context.behavior_status

@@ -23,6 +23,20 @@ class RobotRole(IntEnum):
     UNSEEN = 0
     PEDESTRIAN = 1
     OBSTACLE = 2
+    # Unseen; and with HuNavSim's rules, the forces on the person are those
+    # once the people listed after have moved.
+    UNSEEN_IN_TURN = 3
+
+
+class Hold(IntEnum):
+    """Whether a person walks."""
+
+    WALK = 0
+    # Stands still: the velocity becomes zero at once.
+    STAND = 1
+    # Stays in place with the velocity that others see, as who stops in
+    # HuNavSim does; with models of motion of our own, stands still.
+    STAY = 2
 
 
 class Command(IntEnum):
@@ -46,10 +60,12 @@ class Command(IntEnum):
     # The gain k of an extra push away from the nearest robot, in m^2/s^2:
     # k / max(d - R, 0.05 m) at center distance d, for a person of radius R.
     ROBOT_REPULSION = 7
-    # 1 to stand still: the velocity becomes zero at once.
+    # A Hold: 0 walks, 1 stands still.
     HOLD = 8
     # The largest turn rate towards YAW_TARGET, in rad/s; 0 leaves the yaw to
     # follow the velocity.
+    # (Without a turn rate, and UNSEEN_IN_TURN: at most so many meters from
+    # a robot after the step, the person looks at it at once.)
     TURN_RATE = 9
     YAW_TARGET = 10
     # The group that the person belongs to now, or -1.

@@ -1,10 +1,12 @@
 """The configuration of the crowd as a whole."""
 
+from collections.abc import Mapping
 from dataclasses import field
-from typing import Annotated
+from typing import Annotated, Any
 
-from pydantic import Field, StrictBool, StrictFloat
+from pydantic import Field, StrictBool, StrictFloat, model_validator
 from pydantic.dataclasses import dataclass
+from pydantic_core import ArgsKwargs
 
 from hunav_drake.systems.common.schema import (
     CONFIG,
@@ -13,6 +15,7 @@ from hunav_drake.systems.common.schema import (
     within,
 )
 from hunav_drake.systems.crowd.motion_model import MOTION_MODELS, MotionModel
+from hunav_drake.systems.people.profile import PROFILES, ProfileName
 
 Acceleration = Annotated[StrictFloat, within(0.1, 1e3, "m/s^2")]
 TurnRate = Annotated[StrictFloat, within(0.1, 1e3, "rad/s")]
@@ -21,6 +24,12 @@ TurnRate = Annotated[StrictFloat, within(0.1, 1e3, "rad/s")]
 @dataclass(kw_only=True, slots=True, config=CONFIG)
 class CrowdConfig:
     """How people move, and how they take in the world."""
+
+    # What is meant where a key is left out: the defaults written here, or, by
+    # "hunavsim", what HuNavSim does; see `people/profile.py`. It chooses the
+    # behaviors, too. A key that is given counts, whatever the profile (and
+    # `dataclasses.replace` gives them all).
+    profile: ProfileName = "default"
 
     # The motion model: a registered one, its name, or a mapping of its name
     # and parameters, as in {name: orca, time_horizon: 2.0}. See
@@ -61,3 +70,17 @@ class CrowdConfig:
     # them back from the doors on their way; without, straight at the goals,
     # as in HuNavSim, whose forces let nobody of 0.35 m through 0.85 m.
     route_planning: StrictBool = True
+
+    @model_validator(mode="before")
+    @classmethod
+    def _apply_profile(cls, data: Any) -> Any:
+        given = data.kwargs if isinstance(data, ArgsKwargs) else data
+        if not isinstance(given, Mapping):
+            return data
+        name = given.get("profile")
+        known = isinstance(name, str) and name in PROFILES
+        return {**PROFILES[str(name)].crowd, **given} if known else data
+
+    def defaults(self) -> "CrowdConfig":
+        """Returns what this is by its profile alone."""
+        return CrowdConfig(profile=self.profile)

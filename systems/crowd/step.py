@@ -280,4 +280,9 @@ def _differentiable(model: MotionModel, name: str) -> MotionModel:
             "derivatives of a crowd need the motion model 'social_force';"
             f" {name!r} has none"
         )
+    if model.kernel == "hunavsim":
+        raise ValueError(
+            "derivatives of a crowd need a kernel of the social force model"
+            " other than 'hunavsim', whose rules jump"
+        )
     return dataclasses.replace(model, kernel="numpy")

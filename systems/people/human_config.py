@@ -62,8 +62,9 @@ class HumanConfig:
     # The points to walk to, one after the other, in meters.
     goals: Points = field(default_factory=list)
 
-    # Whether the first goal follows the last.
-    cyclic: StrictBool = False
+    # Whether the first goal follows the last; by default not, but with the
+    # crowd's profile "hunavsim".
+    cyclic: StrictBool | None = None
 
     # The distance at which a goal counts as reached, in meters.
     goal_radius: PositiveLength = 0.3

@@ -4,7 +4,7 @@ There are two passes: this one makes drafts, whose ports name blackboard
 entries; `hunav_drake.systems.behavior.language.assembly` then makes the nodes.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
@@ -65,8 +65,11 @@ class ParsedTree:
 
 
 class _Parser:
-    def __init__(self, documents: Documents) -> None:
+    def __init__(
+        self, documents: Documents, node_types: Iterable[NodeType]
+    ) -> None:
         self.documents = documents
+        self.node_types = {it.name: it for it in node_types}
         self.entries: list[Entry] = []
         self.open_trees: list[str] = []
         self.count = 0
@@ -84,7 +87,7 @@ class _Parser:
         self.check_text(element)
         if element.tag in SUBTREE_TAGS:
             return self.subtree(element, scope, form, depth)
-        node_type = _node_type(element)
+        node_type = self.node_type(element)
         name = element.attributes.get("name", node_type.name)
         draft = Draft(node_type, Spot(element.place, name), scope)
         for attribute, text in element.attributes.items():
@@ -96,6 +99,14 @@ class _Parser:
             draft.children.append(self.draft(child, scope, form, depth + 1))
         _check_children(draft)
         return draft
+
+    def node_type(self, element: XmlElement) -> NodeType:
+        name = node_name(element)
+        node_type = self.node_types.get(name)
+        if node_type is None:
+            known = (*self.node_types, *ALIASES, *SUBTREE_TAGS)
+            raise Spot(element.place, name).unknown("node", name, known)
+        return node_type
 
     def check_size(self, element: XmlElement, depth: int) -> None:
         if depth > MAX_DEPTH:
@@ -246,15 +257,6 @@ def node_name(element: XmlElement) -> str:
     return ALIASES.get(name, name)
 
 
-def _node_type(element: XmlElement) -> NodeType:
-    name = node_name(element)
-    node_type = NODE_TYPES.get(name)
-    if node_type is None:
-        known = (*NODE_TYPES, *ALIASES, *SUBTREE_TAGS)
-        raise Spot(element.place, name).unknown("node", name, known)
-    return node_type
-
-
 def _check_children(draft: Draft) -> None:
     low, high = draft.type.children
     count = len(draft.children)
@@ -271,14 +273,19 @@ def _check_children(draft: Draft) -> None:
 
 
 def parse_documents(
-    documents: Documents, values: Mapping[str, str] = MappingProxyType({})
+    documents: Documents,
+    values: Mapping[str, str] = MappingProxyType({}),
+    node_types: Iterable[NodeType] | None = None,
 ) -> ParsedTree:
     """Parses the main tree of documents.
 
-    For ports that the tree declares, `values` holds those other than their
-    defaults, as they stand in XML.
+    For ports that the main tree declares, `values` holds those other than
+    their defaults, as they stand in XML; `node_types` says what the names of
+    nodes mean, by default what is registered.
     """
-    parser = _Parser(documents)
+    if node_types is None:
+        node_types = NODE_TYPES.values()
+    parser = _Parser(documents, node_types)
     scope = Scope(parser.entries)
     for port in documents.ports.get(documents.main, {}).values():
         if port.name in GIVEN and port.default is not None:

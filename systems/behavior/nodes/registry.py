@@ -134,7 +134,7 @@ def _decorator(
         )
 
     def register(function: F) -> F:
-        node_type = _leaf_type(
+        node_type = make_leaf_type(
             name, category, function, dict(memory or {}), frozenset(ignored)
         )
         existing = _TYPES.get(name)
@@ -203,13 +203,25 @@ def _code(function: Any) -> Any:
     return getattr(original, "__code__", original)
 
 
-def _leaf_type(
+def make_leaf_type(
     name: str,
     category: Category,
     function: Callable[..., Any],
     memory: dict[str, float],
     ignored: frozenset[str],
 ) -> NodeType:
+    """Returns the node type of a leaf, which is not registered by this.
+
+    Args:
+        name: The name of the XML element.
+        category: "Action" or "Condition".
+        function: What the leaf does: see `register_action`.
+        memory: What it remembers, with what it is at first.
+        ignored: Attributes that are accepted and mean nothing.
+
+    Raises:
+        ValueError: If the name, or a parameter, is not what it can be.
+    """
     if not re.fullmatch(r"[A-Za-z]\w*", name, re.ASCII):
         raise ValueError(f"a node name is letters and digits, got {name!r}")
     if not callable(function):

@@ -99,7 +99,7 @@ class Person:
             id=id,
             goals=tuple((x, y) for x, y in human.goals),
             goal_radius=human.goal_radius,
-            cyclic=human.cyclic,
+            cyclic=bool(human.cyclic),
             time_step=time_step,
             commands=tuple(
                 _default_command(human, goal) for goal in [*human.goals, None]

@@ -269,10 +269,11 @@ def orca_accelerations(
                 reach = radii[i] + other[RADIUS] + margin
                 vx = other[VX]
                 vy = other[VY]
-                if int(command[i, Command.ROBOT_ROLE]) == RobotRole.UNSEEN:
-                    continue
-                if int(command[i, Command.ROBOT_ROLE]) != RobotRole.PEDESTRIAN:
+                role = int(command[i, Command.ROBOT_ROLE])
+                if role == RobotRole.OBSTACLE:
                     share = 1.0
+                elif role != RobotRole.PEDESTRIAN:
+                    continue
             dx = other[X] - x
             dy = other[Y] - y
             if dx * dx + dy * dy > far * far:
@@ -322,8 +323,7 @@ class OrcaModel(MotionModel):
     # People and robots farther than this are not avoided, in meters.
     neighbor_distance: PositiveLength = 10.0
 
-    # How many people are avoided, the nearest first. More are, if they are
-    # equally far.
+    # How many people are avoided, the nearest first; more if equally far.
     max_neighbors: Annotated[Integer, Field(ge=1, le=1000)] = 10
 
     # The time ahead that people must not touch others in (tau), in seconds.

@@ -1,6 +1,6 @@
 """The social force model, as HuNavSim uses it."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import StrictFloat
 from pydantic.dataclasses import dataclass
@@ -12,7 +12,7 @@ from hunav_drake.systems.crowd.motion_model import (
     Snapshot,
     register_motion_model,
 )
-from hunav_drake.systems.crowd.social_force import kernel, numpy_model
+from hunav_drake.systems.crowd.social_force import hunavsim, kernel, numpy_model
 
 
 @register_motion_model("social_force")
@@ -25,8 +25,9 @@ class SocialForceModel(MotionModel):
 
     # "fast" agrees with the others to rounding, and in a crowd to
     # `error_bound`; "reference" gives the numbers of the original bit for
-    # bit; "numpy" needs no compiler.
-    kernel: Literal["fast", "reference", "numpy"] = "fast"
+    # bit; "numpy" needs no compiler. "hunavsim" has the rules of the form that
+    # HuNavSim calls, too: see `hunavsim.py`. It is without epsilon.
+    kernel: Literal["fast", "reference", "numpy", "hunavsim"] = "fast"
 
     # From 48 people on, the fast kernel leaves out what adds up to less than
     # this for each person, in m/s^2; 0 leaves nothing out.
@@ -42,20 +43,12 @@ class SocialForceModel(MotionModel):
         """Returns the forces: see `MotionModel.forces`."""
         if self.kernel == "numpy":
             return numpy_model.social_forces(snapshot)
-        arguments = (
-            snapshot.states,
-            snapshot.radii,
-            snapshot.command,
-            snapshot.parameters,
-            snapshot.robots,
-            snapshot.at_walls,
-            snapshot.obstacles.table,
-            snapshot.obstacle_range,
-            snapshot.max_obstacles,
-        )
+        arguments = _arguments(snapshot)
         forces: Array
         if self.kernel == "fast":
             forces = kernel.fast_social_forces(*arguments, self.error_bound)
+        elif self.kernel == "hunavsim":
+            forces = hunavsim.social_forces(*arguments)
         else:
             forces = kernel.social_forces(*arguments)
         return forces
@@ -64,7 +57,28 @@ class SocialForceModel(MotionModel):
         """Returns the next states: see `MotionModel.advance`."""
         if self.kernel == "numpy":
             return numpy_model.advance(snapshot, forces)
-        states: Array = kernel.advance(
+        states: Array
+        if self.kernel == "hunavsim":
+            states = hunavsim.advance(
+                *_arguments(snapshot), forces, snapshot.time_step
+            )
+            return states
+        states = kernel.advance(
             snapshot.states, forces, snapshot.command, snapshot.time_step
         )
         return states
+
+
+def _arguments(snapshot: Snapshot) -> tuple[Any, ...]:
+    """Returns what the compiled functions take."""
+    return (
+        snapshot.states,
+        snapshot.radii,
+        snapshot.command,
+        snapshot.parameters,
+        snapshot.robots,
+        snapshot.at_walls,
+        snapshot.obstacles.table,
+        snapshot.obstacle_range,
+        snapshot.max_obstacles,
+    )

@@ -53,7 +53,7 @@ def avg_robot_linear_speed(recording: Recording) -> Array:
 def avg_robot_angular_speed(recording: Recording) -> Array:
     """The mean over the samples of the robot's turn rate |omega|.
 
-    Series: the turn rate, not signed.
+    Series: the turn rate |omega|, which is absolute: not signed.
     """
     return recording.features.turn_rate
 

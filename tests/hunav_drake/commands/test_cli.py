@@ -171,6 +171,27 @@ def test_import_makes_a_scenario_of_agents_yaml(hunav, reference, tmp_path):
     assert hunav("run", output, "--set", "simulation.duration=2")[0] == 0
 
 
+def test_import_takes_the_map_and_says_what_it_leaves_out(
+    hunav, reference, tmp_path
+):
+    folder = reference / "hunav"
+    output = tmp_path / "cafe.yaml"
+    code, out, err = hunav(
+        *["import", folder / "agents.yaml", "-o", output],
+        *["--map", folder / "map_cafe2.yaml", "--profile", "hunavsim"],
+    )
+    assert code == 0
+    assert "5 people and 135 walls" in out
+    lines = err.splitlines()
+    assert f"{folder / 'agents.yaml'}:13: agent1.skin: people all" in lines[1]
+    assert "the robot:" in lines[-1]
+    start = ["--set", "robot.start=[0, -3, 0]"]
+    assert hunav("check", output, *start)[0] == 0
+    code, _, err = hunav("import", folder / "agents.yaml", "--map", output)
+    assert code == 2
+    assert "resolution must be a number" in err
+
+
 def test_doctor_finds_that_a_run_repeats(hunav):
     code, out, _ = hunav("doctor")
     assert code == 0

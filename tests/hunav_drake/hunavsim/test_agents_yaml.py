@@ -1,14 +1,24 @@
 """HuNavSim's own files."""
 
-import pytest
+import dataclasses as dc
 
+from hypothesis import given, strategies as st
+from hypothesis.extra.numpy import arrays
+import numpy as np
+from PIL import Image
+import pytest
+import yaml
+
+from hunav_drake import RunTrial
 from hunav_drake.hunavsim.agents_yaml import ImportAgents
+from hunav_drake.hunavsim.map_server import read_map, rectangles
 from hunav_drake.scenario import (
     DifferentialDriveConfig,
     LoadScenario,
     SaveScenario,
     ScenarioError,
 )
+from hunav_drake.systems.crowd import CrowdConfig
 
 AGENTS = """\
 hunav_loader:
@@ -87,6 +97,136 @@ def test_an_agent_becomes_a_person(write):
     assert luis.behavior == "impassive"
     assert luis.pose == (9.0, 9.0, 0.0)
     assert luis.goals == []
+    # What is missing is what HuNavSim takes for it.
+    assert luis.cyclic
+    assert luis.desired_speed == 1.0
+    assert luis.radius == 0.35
+    assert luis.goal_radius == 0.001
+
+
+def test_what_is_not_carried_over_is_told_line_by_line(write):
+    told = []
+    text = METRICS + "    experiment_tag: night\n    result_file: a.txt\n"
+    scenario = ImportAgents(
+        write(AGENTS), metrics_filename=write(text, "m.yaml"), left_out=told
+    )
+    assert scenario.name == "agents_night"
+    lines = [f"{it.line}: {it.path}: {it.message}" for it in told]
+    for expected in (
+        "3: map: there is no cafe.yaml beside",
+        "4: publish_people: has no meaning",
+        "10: ana.skin: people all look alike",
+        "18: ana.init_pose.z: people stand on the floor",
+        "26: ana.g0.h: a goal is a point",
+        "28: luis.max_vel: is missing; as in HuNavSim, 1.0",
+        "28: luis.cyclic_goals: is missing; as in HuNavSim, true",
+        "9: result_file: `hunav run",
+    ):
+        assert any(line.startswith(expected) for line in lines), expected
+
+
+def test_the_profile_can_be_chosen(write):
+    scenario = ImportAgents(write(AGENTS), profile="hunavsim")
+    assert scenario.crowd == CrowdConfig(profile="hunavsim")
+    assert LoadScenario(data=SaveScenario(scenario)).crowd == scenario.crowd
+
+
+@pytest.mark.parametrize("frequency", [30, 7, 10, 60, 0.3])
+def test_any_frequency_is_one_of_whole_steps(write, frequency):
+    """Of the usual time step where it can be, else of a shorter one."""
+    told = []
+    scenario = ImportAgents(
+        write(AGENTS),
+        metrics_filename=write(
+            METRICS.replace("2.0", str(frequency)), "m.yaml"
+        ),
+        left_out=told,
+    )
+    period, step = scenario.evaluator.period, scenario.simulation.time_step
+    assert period == 1 / frequency
+    assert 0.025 < step <= 0.05 or step == period
+    assert any("number of steps" in it.message for it in told) == (step != 0.05)
+    # It is a scenario that runs, with a sample for each period.
+    short = dc.replace(
+        scenario,
+        robot=DifferentialDriveConfig(start=[-5, -5, 0], goal=[9, -5, 0]),
+        simulation=dc.replace(scenario.simulation, duration=3 * period),
+    )
+    times = RunTrial(LoadScenario(data=SaveScenario(short))).recording.times
+    np.testing.assert_allclose(times, np.arange(4) * period, atol=1e-9)
+
+
+def write_map(folder, rows, **changes):
+    """Writes a map whose rows are texts, # for occupied, from the top."""
+    gray = {"#": 0, ".": 254, "?": 205}
+    image = np.array([[gray[it] for it in row] for row in rows], dtype=np.uint8)
+    Image.fromarray(image).save(folder / "cafe.pgm")
+    settings = {
+        "image": "cafe.pgm",
+        "resolution": 0.1,
+        "origin": [1.0, 2.0, 0.0],
+        "negate": 0,
+        "occupied_thresh": 0.65,
+        **changes,
+    }
+    (folder / "cafe.yaml").write_text(yaml.safe_dump(settings))
+    return folder / "cafe.yaml"
+
+
+def test_the_map_beside_the_file_becomes_walls(write, tmp_path):
+    write_map(tmp_path, ["....", "###?", "#..#"])
+    file = write(AGENTS)
+    walls = ImportAgents(file).world.walls
+    assert [(wall.center, wall.size) for wall in walls] == [
+        ((1.15, 2.15), (0.3, 0.1)),
+        ((1.05, 2.05), (0.1, 0.1)),
+        ((1.35, 2.05), (0.1, 0.1)),
+    ]
+    turned = write_map(tmp_path, ["#"], origin=[1.0, 2.0, np.pi / 2])
+    (wall,) = ImportAgents(file, map_filename=turned).world.walls
+    assert wall.center == (0.95, 2.05)
+
+
+@given(cells=arrays(bool, st.tuples(st.integers(1, 8), st.integers(1, 8))))
+def test_rectangles_cover_what_is_occupied_and_nothing_else(cells):
+    covered = np.zeros_like(cells)
+    gains = []
+    for left, low, right, high in rectangles(cells):
+        part = np.s_[low:high, left:right]
+        gains.append((~covered[part]).sum())
+        covered[part] = True
+    np.testing.assert_array_equal(covered, cells)
+    # Each is the largest that is left.
+    assert gains == sorted(gains, reverse=True)
+
+
+def test_a_square_room_is_four_walls():
+    room = np.ones((20, 30), dtype=bool)
+    room[2:-2, 2:-2] = False
+    assert len(list(rectangles(room))) == 4
+
+
+def test_the_original_maps(reference):
+    for name in ("bookstore", "map_cafe2", "small_house", "small_warehouse"):
+        assert 100 < len(read_map(reference / f"hunav/{name}.yaml")) < 310
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"image": "none.pgm"}, r"none.pgm: No such file"),
+        ({"image": "cafe.yaml"}, "is no image"),
+        ({"image": 5}, "image must be the name"),
+        ({"resolution": 0.0}, r"resolution must be in \(0, 10\] m"),
+        ({"resolution": "fine"}, "resolution must be a number"),
+        ({"origin": [1]}, "origin must be"),
+        ({"origin": [1, float("nan"), 0]}, "origin must be"),
+    ],
+)
+def test_a_faulty_map_is_told(write, tmp_path, changes, words):
+    write_map(tmp_path, ["#"], **changes)
+    with pytest.raises(ScenarioError, match=f"3: map: .*{words}"):
+        ImportAgents(write(AGENTS))
 
 
 def test_the_rest_is_as_by_default(write):
@@ -230,7 +370,6 @@ def test_faults_have_their_lines_and_the_names_of_the_file(
         ("2.0", ".nan", "3: frequency: must be a number of Hz"),
         ("2.0", "true", "3: frequency: must be a number of Hz"),
         ("2.0", "0.001", "3: frequency: must be in (0, 60] s, got 1000"),
-        ("2.0", "30", "3: frequency: must be a multiple of simulation.time"),
         ("false", "5", "6: metrics.completed: must be true or false, got 5"),
         ("metrics:", "metrics: 5\n    x:", "4: metrics: must be a mapping"),
         ("hunav_evaluator", "evaluator", "ros__parameters: is missing"),

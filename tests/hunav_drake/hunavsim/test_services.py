@@ -1,15 +1,18 @@
 """HuNavSim's services: people for another simulator."""
 
 import dataclasses
+import json
 import math
 
 import numpy as np
 from pydrake.systems.analysis import Simulator
 import pytest
 
-from hunav_drake import LoadScenario, MakeTrialDiagram
+from hunav_drake import HumanConfig, LoadScenario, MakeTrialDiagram
 from hunav_drake.hunavsim.services import AgentServices
+from hunav_drake.systems.crowd import CrowdConfig
 from hunav_drake.systems.world.obstacles import Obstacles
+from tests.recorded import read_recorded, single
 from tests.walkers import make_walkers
 
 ROBOT = [3.0, 0.4, 0.0, 0.0, 0.0, 0.0, 0.3]
@@ -262,9 +265,9 @@ def test_everybodys_step_is_computed_once(dut, monkeypatch):
     count = []
     begin = AgentServices._begin
 
-    def counted(self, given):
+    def counted(self, given, points):
         count.append(given)
-        return begin(self, given)
+        return begin(self, given, points)
 
     monkeypatch.setattr(AgentServices, "_begin", counted)
     states = dut.agents.states
@@ -317,3 +320,135 @@ def test_a_time_that_is_no_number_is_refused(dut, dt):
 def test_states_that_are_no_numbers_are_refused(dut, humans):
     with pytest.raises(ValueError, match="humans must hold numbers: "):
         dut.compute_agents(humans, ROBOT)
+
+
+def test_points_of_a_person_replace_the_walls_in_that_call():
+    """Who is given points moves as if the world were made of them."""
+    people = make_people()
+    walls = Obstacles.from_points([[0.6, 0.1], [0.6, 0.9]])
+    points = [[0.5, 0.2], [0.4, -0.5], [7.0, 0.0]]
+    dut = AgentServices(people, obstacles=walls)
+    usual = AgentServices(people, obstacles=walls)
+    at_points = AgentServices(
+        people,
+        obstacles=Obstacles.from_points(points),
+        config=CrowdConfig(
+            route_planning=False, keep_out_of_walls=False, obstacle_range=1e5
+        ),
+    )
+    free = AgentServices(people)
+    states = dut.agents.states
+    # The height of HuNavSim's points is not read.
+    given = [[*point, 1.0] for point in points]
+    for _ in range(20):
+        moved = dut.compute_agents(
+            states, ROBOT, closest_obs=[given, None, []]
+        ).states
+        expected = [
+            services.compute_agents(states, ROBOT).states
+            for services in (at_points, usual, free)
+        ]
+        for i in range(3):
+            np.testing.assert_array_equal(moved[i], expected[i][i])
+        assert (abs(expected[0][0] - expected[1][0]) > 1e-6).any()
+        states = moved
+    # The next call knows nothing of them.
+    np.testing.assert_array_equal(
+        dut.compute_agents(states, ROBOT).states,
+        usual.compute_agents(states, ROBOT).states,
+    )
+
+
+@pytest.mark.parametrize("steps", [1, 3])
+def test_points_count_for_one_who_is_moved_alone(steps):
+    together = AgentServices(make_people())
+    alone = AgentServices(make_people())
+    points = [[[0.5, 0.2]], None, [[0.4, 1.5]]]
+    states = together.agents.states
+    if steps == 1:
+        moved = together.compute_agents(
+            states, ROBOT, closest_obs=points
+        ).states
+        for i in range(3):
+            row = alone.move_agent(
+                states, ROBOT, 10 + i, closest_obs=points
+            ).states
+            np.testing.assert_array_equal(row, moved[i])
+    else:
+        near = alone.move_agent(
+            states, ROBOT, 10, dt=0.05 * steps, closest_obs=points
+        ).states
+        far = together.move_agent(states, ROBOT, 10, dt=0.05 * steps).states
+        assert (abs(near - far) > 1e-3).any()
+
+
+def test_other_points_begin_a_new_step():
+    dut = AgentServices(make_people())
+    states = dut.agents.states
+    first = dut.move_agent(
+        states, ROBOT, 10, closest_obs=[[[0.5, 0.2]], None, None]
+    )
+    second = dut.move_agent(
+        states, ROBOT, 11, closest_obs=[None, [[0.5, 0.9]], None]
+    )
+    free = AgentServices(make_people()).compute_agents(states, ROBOT)
+    assert (first.states != free.states[0]).any()
+    assert (second.states != free.states[1]).any()
+
+
+@pytest.mark.parametrize(
+    ("points", "words"),
+    [
+        ([None], "for each of 3 people, got 1"),
+        ("abc", "for each of 3 people, got 3"),
+        ([None, [[1.0]], None], r"closest_obs\[1\] must hold rows"),
+        ([None, [1.0, 2.0], None], r"closest_obs\[1\] must hold rows"),
+        ([[["x", 1]], None, None], r"closest_obs\[0\] must hold numbers"),
+        ([[[np.nan, 1]], None, None], r"closest_obs\[0\] must be finite"),
+        ([[[1e6, 1]], None, None], "within 100000 m"),
+    ],
+)
+def test_faulty_points_are_refused(dut, points, words):
+    states = dut.agents.states
+    before = states.copy()
+    with pytest.raises(ValueError, match=words):
+        dut.compute_agents(states, ROBOT, closest_obs=points)
+    np.testing.assert_array_equal(dut.agents.states, before)
+
+
+def test_points_of_the_original_give_its_steps():
+    """HuNavSim's simulators tell each person the nearest point, or some."""
+    case = json.loads(read_recorded("crowd/30_regular5_obstacles"))
+    scenario = case["scenario"]
+    walls = scenario["obstacles"]
+    dut = AgentServices(
+        [
+            HumanConfig(
+                id=agent["id"],
+                pose=[agent["x"], agent["y"], agent["yaw"]],
+                desired_speed=agent["desired_velocity"],
+                radius=agent["radius"],
+                goals=agent["goals"],
+                goal_radius=agent["goal_radius"],
+            )
+            for agent in scenario["agents"]
+        ],
+        config=CrowdConfig(profile="hunavsim"),
+        time_step=scenario["dt"],
+    )
+    points = np.array(walls["points"])
+    states = dut.agents.states
+    for step in case["trace"]["steps"][1:150]:
+        near = []
+        for x, y in states[:, :2]:
+            away = np.hypot(*(points - [x, y]).T)
+            order = np.argsort(away, kind="stable")[: walls["count"]]
+            near.append(points[order[away[order] <= walls["max_dist"]]])
+        robot = [*step["robot"], single(scenario["robot"]["radius"])]
+        states = dut.compute_agents(states, robot, closest_obs=near).states
+        np.testing.assert_allclose(
+            states[:, [0, 1, 3, 4]],
+            np.array(step["agents"])[:, [0, 1, 3, 4]],
+            rtol=0,
+            atol=1e-9,
+        )

@@ -389,7 +389,7 @@ def test_an_unknown_parameter_is_told(name):
         ("orca", "epsilon", "much", "valid number"),
         ("headed_social_force", "mass", 0.0, r"in \[1, 1000\] kg"),
         ("headed_social_force", "alpha", math.nan, "finite"),
-        ("social_force", "kernel", "gpu", "'fast', 'reference' or 'numpy'"),
+        ("social_force", "kernel", "gpu", "'fast', 'reference', 'numpy'"),
     ],
 )
 def test_a_parameter_out_of_range_is_told(name, parameter, value, words):

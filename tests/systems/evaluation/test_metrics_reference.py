@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from hunav_drake.hunavsim.agents_yaml import BEHAVIOR_NAMES
-from hunav_drake.hunavsim.differences import DIFFERENCES
+from hunav_drake.hunavsim.differences import METRIC_REASONS
 from hunav_drake.hunavsim.recording_json import parse_json
 from hunav_drake.hunavsim.result_files import HUNAV_NAMES
 from hunav_drake.systems.evaluation.compute import compute_metrics, evaluate
@@ -177,18 +177,18 @@ def test_values_by_behavior_agree(case, request):
 
 def test_every_metric_of_the_paper_is_the_same_or_different_for_a_reason():
     same = {select_metrics([name])[0].name for name in SAME}
-    assert same | set(DIFFERENCES) | {"completed"} == set(HUNAV_NAMES)
-    assert not same & set(DIFFERENCES)
-    assert set(DIFFERENCES) <= set(METRICS)
+    assert same | set(METRIC_REASONS) | {"completed"} == set(HUNAV_NAMES)
+    assert not same & set(METRIC_REASONS)
+    assert set(METRIC_REASONS) <= set(METRICS)
 
 
 def test_what_differs_on_purpose_does_differ():
     """Prints, with `pytest -s`, the table of what differs, where, and why."""
-    largest = dict.fromkeys(DIFFERENCES, 0.0)
-    where = dict.fromkeys(DIFFERENCES, 0)
+    largest = dict.fromkeys(METRIC_REASONS, 0.0)
+    where = dict.fromkeys(METRIC_REASONS, 0)
     for case in map(load_case, CASES):
-        values = compute_metrics(case.recording, list(DIFFERENCES))
-        for name in DIFFERENCES:
+        values = compute_metrics(case.recording, list(METRIC_REASONS))
+        for name in METRIC_REASONS:
             original = case.final.get(HUNAV_NAMES[name], math.nan)
             if math.isnan(values[name]) and original in (0, 10000):
                 continue
@@ -198,7 +198,7 @@ def test_what_differs_on_purpose_does_differ():
                 where[name] += 1
                 largest[name] = max(largest[name], difference)
     print(f"\n{'metric':32} {'cases':>5} {'largest':>9}  reason")
-    for name, reason in DIFFERENCES.items():
+    for name, reason in METRIC_REASONS.items():
         print(f"{name:32} {where[name]:5} {largest[name]:9.3g}  {reason}")
     # The robot neither comes to rest nor near two walls in these cases.
     unseen = {name for name, count in where.items() if not count}

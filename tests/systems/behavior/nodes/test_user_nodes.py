@@ -478,7 +478,7 @@ WRONG = {
     "status text": (set_status("1"), "behavior_status must be in.*'1'"),
     "large status": (set_status(101), "behavior_status must be in.*101"),
     "flag": (set_command(Command.HAS_GOAL, 0.3), "HAS_GOAL.*0 or 1, got 0.3"),
-    "hold": (set_command(Command.HOLD, -1), "HOLD.*0 or 1, got -1"),
+    "hold": (set_command(Command.HOLD, -1), "HOLD.*a Hold, got -1"),
     "group": (set_command(Command.GROUP_ID, -7.0), "GROUP_ID.*whole.*-7"),
     "half a group": (
         set_command(Command.GROUP_ID, 1.5),

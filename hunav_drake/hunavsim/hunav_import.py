@@ -1,0 +1,379 @@
+"""Converts the documents of HuNavSim's files to the data of a scenario."""
+
+from collections.abc import Mapping, Sequence
+import dataclasses as dc
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+from hunav_drake.hunavsim.agents_keys import (
+    AGENT_KEYS,
+    BEHAVIOR_NAMES,
+    DEFAULTS,
+    FORCE_FIELDS,
+    FORCES_MODES,
+    HUMAN_FIELDS,
+    METRICS_KEYS,
+    METRICS_LEFT_OUT,
+    left_out_of_agent,
+    steps_for,
+)
+from hunav_drake.hunavsim.map_server import MapError, read_map
+from hunav_drake.scenario.error import (
+    Fault,
+    Loc,
+    ScenarioError,
+    path_text,
+    shown,
+    suggestion,
+)
+from hunav_drake.scenario.schema import Scenario, SimulationConfig
+from hunav_drake.scenario.validation import (
+    Check,
+    Places,
+    build_scenario,
+    document_faults,
+)
+from hunav_drake.scenario.writer import plain
+from hunav_drake.scenario.yaml_document import YamlDocument
+from hunav_drake.systems.common.suggest import nearest
+from hunav_drake.systems.people.human_config import HumanConfig
+from hunav_drake.systems.planning.planner import PLANNERS
+
+AGENTS_KEY = "hunav_loader"
+_METRICS_KEY = "hunav_evaluator_node"
+_PARAMETERS = "ros__parameters"
+
+# A file with more faults than this is not looked through to its end.
+_MAX_FAULTS = 100
+
+# Nor is more said about what is left out.
+_MAX_LEFT_OUT = 1000
+
+# What people are by default here.
+_USUAL = HumanConfig(pose=(0.0, 0.0, 0.0))
+
+_NONE: Mapping[Loc, str] = MappingProxyType({})
+
+
+class HunavImport:
+    """The plain data of a scenario, and where HuNavSim's files say them.
+
+    Attributes:
+        name: The name of the agents' file.
+        data: The scenario so far.
+        places: Where its parts come from.
+        left_out: What could not be carried over, and what was taken for
+            granted.
+    """
+
+    def __init__(self, document: YamlDocument) -> None:
+        """Starts with an empty scenario of the agents' document."""
+        self.name = document.name
+        self.data: dict[str, Any] = {
+            "description": f"Imported from {Path(document.name).name}.",
+            "humans": [],
+        }
+        self._origins: dict[Loc, tuple[YamlDocument, Loc]] = {}
+        self.places = Places(document, origins=self._origins)
+        self._document = document
+        self._known: list[Loc] = []
+        self._faults = document_faults(document)
+        self.left_out: list[Fault] = []
+
+    def build(
+        self, checks: Sequence[Check], overrides: Mapping[Loc, str] = _NONE
+    ) -> Scenario:
+        """Makes the scenario.
+
+        Args:
+            checks: What it must pass beyond the schema.
+            overrides: The parts that were set on the command line, and how.
+
+        Raises:
+            ScenarioError: With all that is wrong in the files.
+        """
+        scenario, findings = build_scenario(self.data, checks, self._known)
+        places = dc.replace(self.places, overrides=overrides)
+        faults = list(self._faults)
+        faults += [places.fault(found, self.data) for found in findings]
+        if scenario is None or faults:
+            raise ScenarioError(self.name, faults)
+        return scenario
+
+    def add_agents(self) -> None:
+        """Adds the listed agents as people."""
+        agents = self._parameters(self._document, AGENTS_KEY)
+        loc: Loc = (AGENTS_KEY, _PARAMETERS)
+        names = agents.get("agents")
+        if not isinstance(names, list):
+            self._report((*loc, "agents"), "must be a list of agents' names")
+            raise ScenarioError(self.name, self._faults)
+        for key, value in agents.items():
+            if not isinstance(value, dict) and key not in ("agents", "map"):
+                self._leave_out((*loc, key), "has no meaning here")
+        described = [key for key, it in agents.items() if isinstance(it, dict)]
+        seen = set()
+        for i, name in enumerate(names):
+            if len(self._faults) > _MAX_FAULTS:
+                break
+            if not isinstance(name, str):
+                problem = f"must be a name, got {shown(name)}"
+            elif name in seen:
+                problem = f"{shown(name)} is listed twice"
+            elif not isinstance(agents.get(name), dict):
+                hint = suggestion(name, described[:100])
+                problem = f"{shown(name)} is not described; {hint}"
+            else:
+                seen.add(name)
+                self._add_agent(agents[name], name, (*loc, name))
+                continue
+            self._report((*loc, "agents", i), problem)
+
+    def add_map(self, folder: Path, filename: str | Path | None) -> None:
+        """Adds the walls of a map.
+
+        Args:
+            folder: Where the map of the name that the agents' file has is
+                looked for.
+            filename: The YAML file of the map, if it is given.
+        """
+        loc: Loc = (AGENTS_KEY, _PARAMETERS, "map")
+        if filename is None:
+            name = self._document.plain(loc)
+            if name is None:
+                return
+            filename = folder / f"{str(name).removesuffix('.yaml')}.yaml"
+            if not filename.is_file():
+                self._leave_out(
+                    loc, f"there is no {filename.name} beside; give it by --map"
+                )
+                return
+        try:
+            boxes = read_map(filename)
+        except MapError as error:
+            self._report(loc, str(error))
+            return
+        self.data["world"] = {"walls": plain(boxes, whole=False)}
+
+    def add_metrics(self, document: YamlDocument) -> None:
+        """Adds the evaluator of a metrics.yaml."""
+        self._document = document
+        self._faults += document_faults(document)
+        settings = self._parameters(document, _METRICS_KEY)
+        loc: Loc = (_METRICS_KEY, _PARAMETERS)
+        evaluator = self.data["evaluator"] = {}
+        frequency = settings.get("frequency", 1.0)
+        is_number = type(frequency) in (int, float)
+        if not is_number or not frequency >= 0:
+            rule = "must be a number of Hz, 0 for every step"
+            self._report((*loc, "frequency"), f"{rule}, got {shown(frequency)}")
+        else:
+            usual = SimulationConfig().time_step
+            period = 1.0 / frequency if frequency > 0 else usual
+            evaluator["period"] = period
+            self._set_time_step(period, usual, (*loc, "frequency"))
+        self._origin(("evaluator", "period"), (*loc, "frequency"))
+        tag = settings.get("experiment_tag")
+        if tag is not None:
+            stem = Path(self.name).stem
+            self.data["name"] = f"{stem}_{tag}"
+            self._origin(("name",), (*loc, "experiment_tag"))
+        for key in settings:
+            if key not in METRICS_KEYS:
+                self._leave_out((*loc, key), "has no meaning here")
+            elif key in METRICS_LEFT_OUT:
+                self._leave_out((*loc, key), METRICS_LEFT_OUT[key])
+        chosen = settings.get("metrics", {})
+        if not isinstance(chosen, dict):
+            rule = "must be a mapping from names to true or false"
+            self._report((*loc, "metrics"), f"{rule}, got {shown(chosen)}")
+            return
+        names = evaluator["metrics"] = []
+        self._origin(("evaluator", "metrics"), (*loc, "metrics"))
+        for name, wanted in chosen.items():
+            here = (*loc, "metrics", name)
+            if not isinstance(wanted, bool):
+                rule = "must be true or false"
+                self._report(here, f"{rule}, got {shown(wanted)}")
+            elif wanted:
+                self._origin(("evaluator", "metrics", len(names)), here)
+                names.append(name)
+
+    def _add_agent(self, agent: dict[str, Any], name: str, loc: Loc) -> None:
+        humans = self.data["humans"]
+        human: dict[str, Any] = {"name": name}
+        here: Loc = ("humans", len(humans))
+        humans.append(human)
+        self._origin(here, loc)
+        for key, field in HUMAN_FIELDS.items():
+            self._origin((*here, field), (*loc, key))
+            if key in agent:
+                human[field] = agent[key]
+            elif key in DEFAULTS:
+                human[field] = DEFAULTS[key]
+                if DEFAULTS[key] != getattr(_USUAL, field):
+                    self._leave_out(
+                        (*loc, key),
+                        f"is missing; as in HuNavSim, {shown(DEFAULTS[key])}",
+                    )
+        for way, reason in left_out_of_agent(agent):
+            self._leave_out((*loc, *way), reason)
+        self._look_for_typing_errors(agent, loc)
+        self._add_behavior(agent, human, loc, here)
+        self._add_pose(agent, human, loc, here)
+        self._add_goals(agent, human, loc, here)
+
+    def _add_behavior(
+        self, agent: dict[str, Any], human: dict[str, Any], loc: Loc, here: Loc
+    ) -> None:
+        number = agent.get("behavior", 1)
+        loc = (*loc, "behavior")
+        if isinstance(number, dict):
+            mode = self._choice(
+                number.get("configuration", 0),
+                FORCES_MODES,
+                (*loc, "configuration"),
+            )
+            human["forces_mode"] = mode or "default"
+            if mode == "custom":
+                forces = human["forces"] = {}
+                for key, field in FORCE_FIELDS.items():
+                    self._origin((*here, "forces", field), (*loc, key))
+                    if key in number:
+                        forces[field] = number[key]
+            number = number.get("type", 1)
+            loc = (*loc, "type")
+        self._origin((*here, "behavior"), loc)
+        if behavior := self._choice(number, BEHAVIOR_NAMES, loc):
+            human["behavior"] = behavior
+
+    def _choice(
+        self, number: Any, names: Mapping[int, str], loc: Loc
+    ) -> str | None:
+        """Returns the name of a number; reports one that is not known."""
+        if type(number) is int and number in names:
+            return names[number]
+        known = ", ".join(f"{k} {v}" for k, v in names.items())
+        self._report(loc, f"must be one of {known}; got {shown(number)}")
+        return None
+
+    def _add_pose(
+        self, agent: dict[str, Any], human: dict[str, Any], loc: Loc, here: Loc
+    ) -> None:
+        loc, here = (*loc, "init_pose"), (*here, "pose")
+        self._origin(here, loc)
+        pose = self._numbers(agent.get("init_pose"), loc, here, heading=True)
+        if pose is None:
+            self._known.append(here)
+        else:
+            human["pose"] = pose
+
+    def _add_goals(
+        self, agent: dict[str, Any], human: dict[str, Any], loc: Loc, here: Loc
+    ) -> None:
+        names = agent.get("goals", [])
+        self._origin((*here, "goals"), (*loc, "goals"))
+        if not isinstance(names, list):
+            rule = "must be a list of goals' names"
+            self._report((*loc, "goals"), f"{rule}, got {shown(names)}")
+            return
+        goals = human["goals"] = []
+        for i, name in enumerate(names):
+            if len(self._faults) > _MAX_FAULTS:
+                break
+            if not isinstance(name, str) or name not in agent:
+                problem = f"there is no goal {shown(name)}"
+                self._report((*loc, "goals", i), problem)
+                continue
+            at: Loc = (*here, "goals", len(goals))
+            self._origin(at, (*loc, name))
+            goal = self._numbers(agent[name], (*loc, name), at)
+            if goal is not None:
+                goals.append(goal)
+
+    def _numbers(
+        self, point: Any, loc: Loc, here: Loc, *, heading: bool = False
+    ) -> list[Any] | None:
+        """Returns x, y and perhaps h of a point; reports what is missing."""
+        if not isinstance(point, dict):
+            rule = "must be a mapping with x and y"
+            self._report(loc, f"{rule}, got {shown(point)}")
+            return None
+        missing = [key for key in ("x", "y") if key not in point]
+        for key in missing:
+            self._report((*loc, key), "is missing")
+        if missing:
+            return None
+        keys = ("x", "y", "h") if heading else ("x", "y")
+        for i, key in enumerate(keys):
+            self._origin((*here, i), (*loc, key))
+        return [point.get(key, 0.0) for key in keys]
+
+    def _look_for_typing_errors(self, agent: dict[str, Any], loc: Loc) -> None:
+        """Reports a key that looks like a known one; others are let be."""
+        for key in agent:
+            if key in AGENT_KEYS or len(key) > 20:
+                continue
+            near = nearest(key, AGENT_KEYS, 0.8)
+            if near and near not in agent:
+                problem = f"unknown key; did you mean {shown(near)}?"
+                self._report((*loc, key), problem)
+
+    def _parameters(self, document: YamlDocument, node: str) -> dict[str, Any]:
+        """Returns the parameters of a ROS 2 node."""
+        if document.root is not None:
+            parameters = document.plain((node, _PARAMETERS))
+            if isinstance(parameters, dict):
+                return parameters
+            found = document.plain()
+            keys = list(found)[:10] if isinstance(found, dict) else []
+            self._faults.append(
+                Fault(
+                    document.name,
+                    0,
+                    f"{node}.{_PARAMETERS}",
+                    "is missing; the file has "
+                    + (", ".join(map(shown, keys)) or "no keys"),
+                )
+            )
+        raise ScenarioError(document.name, self._faults)
+
+    def _set_time_step(self, period: float, usual: float, loc: Loc) -> None:
+        """Makes a time step with which a period is some steps long."""
+        # What is out of all range is told when the scenario is built.
+        if not usual * 1e-3 <= period <= 60:
+            return
+        step = steps_for(period, usual)
+        if step == usual:
+            return
+        self.data["simulation"] = {"time_step": step}
+        cycle = max(1, round(PLANNERS.make().period / step)) * step
+        self.data["planner"] = {"period": cycle}
+        self._leave_out(
+            loc,
+            f"{period:.9g} s is not a number of steps of {usual:g} s;"
+            f" simulation.time_step is {step:.9g} s, planner.period"
+            f" {cycle:.9g} s",
+        )
+
+    def _leave_out(self, loc: Loc, reason: str) -> None:
+        document = self._document
+        if len(self.left_out) < _MAX_LEFT_OUT:
+            self.left_out.append(
+                Fault(
+                    document.name,
+                    document.line(loc),
+                    path_text(None, loc[2:]),
+                    reason,
+                )
+            )
+
+    def _origin(self, here: Loc, loc: Loc) -> None:
+        self._origins[here] = (self._document, loc)
+
+    def _report(self, loc: Loc, message: str) -> None:
+        document = self._document
+        path = path_text(None, loc[2:])
+        line = document.line(loc)
+        self._faults.append(Fault(document.name, line, path, message))

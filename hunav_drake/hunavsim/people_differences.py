@@ -1,0 +1,280 @@
+"""What differs from how people move, decide and are served in HuNavSim."""
+
+from hunav_drake.hunavsim.row import Difference
+
+_KERNEL = "crowd: {model: {kernel: hunavsim}}"
+_TREE = "humans[].behavior: "
+
+_FORCES = (
+    Difference(
+        area="forces",
+        name="theta near zero",
+        original="the sign of theta decides to which side, however small it is",
+        here="|theta| < 1e-12 has no side",
+        why="at equal velocities theta is rounding, and the side would be, too",
+        key=_KERNEL,
+        by_profile=True,
+    ),
+    Difference(
+        area="forces",
+        name="epsilon",
+        original="calls the form of lightsfm that has none: people who meet"
+        " exactly head-on have no side",
+        here="0.005: they pass on the right",
+        why="they would run into each other",
+        key="humans[].forces: {epsilon: 0.0}",
+        by_profile=True,
+    ),
+    Difference(
+        area="forces",
+        name="people on one point",
+        original="push each other if their velocities differ; if not, all"
+        " social forces on them are zero",
+        here="the force of the pair is zero, the others count",
+        why="a limit that takes nothing from others",
+        key=_KERNEL,
+        by_profile=True,
+    ),
+    Difference(
+        area="forces",
+        name="negligible forces",
+        original="every pair is computed",
+        here="from 48 people on, what adds up to less than 1e-6 m/s^2 for each"
+        " is left out",
+        why="most pairs are far apart, and it is faster",
+        key="crowd: {model: {error_bound: 0.0}}",
+        by_profile=True,
+    ),
+    Difference(
+        area="forces",
+        name="several walls",
+        original="its simulators tell people the nearest point of all, within"
+        " 10 m",
+        here="people feel the nearest point of each wall within 5 m",
+        why="in a corner there are two walls",
+        key="crowd: {obstacle_range: 10.0, max_obstacles: 1}",
+        by_profile=True,
+    ),
+    Difference(
+        area="forces",
+        name="ways around walls",
+        original="people walk straight at their goals, and feel walls as hard"
+        " in doors as anywhere",
+        here="they walk around walls, and mind them less in narrow passages",
+        why="they stay behind a wall else, and fit through no door",
+        key="crowd: {route_planning: false}",
+        by_profile=True,
+    ),
+    Difference(
+        area="forces",
+        name="inside walls",
+        original="people who are pushed hard enough go through walls",
+        here="nobody's center enters a wall",
+        why="walls are solid",
+        key="crowd: {keep_out_of_walls: false}",
+        by_profile=True,
+    ),
+    Difference(
+        area="forces",
+        name="push of the scared",
+        original="4 m^2/s^2 over the distance from body to robot, whatever that"
+        " is: inside the body it pulls",
+        here="that distance counts as 0.05 m at least",
+        why="it grows beyond all bounds, and changes its sign",
+        key=_KERNEL,
+        by_profile=True,
+    ),
+)
+
+_BEHAVIORS = (
+    Difference(
+        area="behaviors",
+        name="who reacts, when idle",
+        original="never feels the robot, and walks through it",
+        here="feels it like a person, while no reaction is active",
+        why="people do not walk through robots",
+        key=_TREE + "{ignore_robot_when_idle: true}",
+        by_profile=True,
+    ),
+    Difference(
+        area="behaviors",
+        name="memory of the scared",
+        original="who turns away from the robot forgets it, and turns back",
+        here="keeps it in mind for 1 s, and as long as it is near",
+        why="they would turn to and fro every few steps",
+        key=_TREE + "{tree: scared, memory: 0.0, track: false}",
+        by_profile=True,
+    ),
+    Difference(
+        area="behaviors",
+        name="occlusion",
+        original="people see the robot through walls",
+        here="walls hide it",
+        why="it is written there as something to do",
+        key=_TREE + "{occlusion: false}",
+        by_profile=True,
+    ),
+    Difference(
+        area="behaviors",
+        name="where the threatening go",
+        original="beside it: sine and cosine of its heading are swapped",
+        here="1.1 m in front of it",
+        why="they are meant to get in its way",
+        by_profile=True,
+    ),
+    Difference(
+        area="behaviors",
+        name="turning to the robot",
+        original="the surprised turn 0.0314 rad a step, however long that is,"
+        " and beyond a robot on the right; the curious and the threatening turn"
+        " at once",
+        here="all turn at pi rad/s at most, and no further than to the robot",
+        why="a rate does not hang on the time step",
+        by_profile=True,
+    ),
+    Difference(
+        area="behaviors",
+        name="velocity of who stands",
+        original="the surprised, the curious near the robot, and whoever has"
+        " reached a goal keep the velocity that others see",
+        here="it is zero",
+        why="others would make way for somebody who does not come",
+        by_profile=True,
+    ),
+    Difference(
+        area="behaviors",
+        name="speed of the curious",
+        original="1.8 m/s times distance over 10 m, whatever their maximum",
+        here="never above it",
+        why="a maximum is one",
+        by_profile=True,
+    ),
+    Difference(
+        area="behaviors",
+        name="reaching a goal",
+        original="takes a step of standing still, in which the behavior status"
+        " stays as it was",
+        here="the step goes on to the next goal",
+        why="people do not stop in passing",
+        by_profile=True,
+    ),
+    Difference(
+        area="behaviors",
+        name="who drops goals",
+        original="the tree, and the step of the crowd, which may end within"
+        " the radius",
+        here="the tree alone",
+        why="one decides",
+        by_profile=True,
+    ),
+    Difference(
+        area="behaviors",
+        name="a single cyclic goal",
+        original="freezes the person 0.1 m before it, at full speed for others",
+        here="the person stands at the goal",
+        why="the goal is dropped, and is the next one",
+        by_profile=True,
+    ),
+    Difference(
+        area="behaviors",
+        name="cyclic by default",
+        original="the first goal follows the last, unless it is said not to",
+        here="it does not, unless it is said to",
+        why="who arrives stays",
+        key="humans[].cyclic: true",
+        by_profile=True,
+    ),
+    Difference(
+        area="behaviors",
+        name="yaw at rest",
+        original="jumps to 0 where the velocity is exactly zero",
+        here="stays below 1e-6 m/s",
+        why="a direction of no velocity is none",
+        key=_KERNEL,
+        by_profile=True,
+    ),
+)
+
+_STEPS = (
+    Difference(
+        area="steps",
+        name="one after the other",
+        original="who reacts moves by where people are who have moved already:"
+        " those with higher numbers, up to 13",
+        here="all see one snapshot, and nothing hangs on the order but the last"
+        " digits of sums",
+        why="who is listed first must not be ahead",
+        by_profile=True,
+    ),
+    Difference(
+        area="steps",
+        name="order of people",
+        original="that of a hash table: from the last to the first for the"
+        " numbers 1 to n, n <= 13, and another one else",
+        here="with the profile, from the last to the first",
+        why="it hangs on a library",
+    ),
+    Difference(
+        area="steps",
+        name="length of a step",
+        original="is passed to subtrees as text of 6 decimals, and follows from"
+        " the stamps of messages",
+        here="exact, and one for the whole trial",
+        why="1/30 s is not 0.033333 s",
+    ),
+    Difference(
+        area="steps",
+        name="single precision, of what moves people",
+        original="yaw, radius, goal radius, speeds, and the robot's place as"
+        " a goal are rounded to it",
+        here="double precision",
+        why="there is no reason for less",
+        by_profile=True,
+    ),
+    Difference(
+        area="steps",
+        name="single precision, of what people see",
+        original="distances and bearings of the robot that decide whether it"
+        " is seen are rounded to it",
+        here="double precision",
+        why="it matters at the very border alone",
+    ),
+    Difference(
+        area="steps",
+        name="the robot's number",
+        original="a robot with the number of a person is unseen by that person",
+        here="numbers of robots and people are apart",
+        why="they are different things",
+    ),
+)
+
+_SERVICES = (
+    Difference(
+        area="services",
+        name="the first call",
+        original="only tells who there is",
+        here="moves people as any other",
+        why="a call does what it is called",
+    ),
+    Difference(
+        area="services",
+        name="reset_agents",
+        original="sets places, and leaves goals and timers",
+        here="starts goals and reactions again, too",
+        why="a trial must not hang on the one before",
+    ),
+    Difference(
+        area="services",
+        name="missing keys of agents.yaml",
+        original="have defaults: max_vel 1.0, goal_radius 0.0, init_pose 0",
+        here="the same, but a goal radius of 0.001 m; a start must be given",
+        why="the import says what it took for granted",
+    ),
+)
+
+PEOPLE_ROWS: tuple[Difference, ...] = (
+    *_FORCES,
+    *_BEHAVIORS,
+    *_STEPS,
+    *_SERVICES,
+)

@@ -1,0 +1,1 @@
+"""The behaviors of HuNavSim as they are there: leaves and trees."""

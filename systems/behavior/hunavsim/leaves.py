@@ -1,0 +1,232 @@
+"""What HuNavSim's leaves do, where that is not what ours do.
+
+With the profile "hunavsim", trees have these under HuNavSim's names. They are
+written after its functions `updateGoal`, `lookAtTheRobot`, `approximateRobot`,
+`avoidRobot` and `blockRobot`, and `SFM.updatePosition` of `lightsfm`. What is
+in single precision there, and moves people, is here, too.
+"""
+
+from collections.abc import Callable, Mapping
+import math
+from types import MappingProxyType
+from typing import Annotated, Any
+
+import numpy as np
+
+from hunav_drake.systems.behavior.leaves.walking import IGNORED
+from hunav_drake.systems.behavior.nodes.node import (
+    Built,
+    Memory,
+    Node,
+    NodeStatus,
+    NodeType,
+    compose,
+)
+from hunav_drake.systems.behavior.nodes.registry import (
+    NODE_TYPES,
+    make_leaf_type,
+)
+from hunav_drake.systems.behavior.nodes.tick_context import Row, TickContext
+from hunav_drake.systems.common.layout import (
+    RADIUS,
+    YAW,
+    Command,
+    Hold,
+    RobotRole,
+    X,
+    Y,
+)
+from hunav_drake.systems.common.schema import within
+
+_Speed = Annotated[float, within(0, 10, "m/s")]
+_Distance = Annotated[float, within(0, 1e5, "m")]
+_PositiveDistance = Annotated[float, within(0, 1e5, "m", low_open=True)]
+
+
+def _single(value: float) -> float:
+    return float(np.float32(value))
+
+
+def _turn_at_once(context: TickContext, yaw: float) -> None:
+    command = context.command
+    command[Command.YAW_TARGET] = yaw
+    command[Command.TURN_RATE] = 2 * math.pi / context.person.time_step
+
+
+def _bearing(context: TickContext, robot: Row) -> float:
+    """Returns where a robot is, from the heading, in [-pi, pi]."""
+    state = context.state
+    course = math.atan2(robot[Y] - state[Y], robot[X] - state[X])
+    return math.remainder(course - state[YAW], 2 * math.pi)
+
+
+def _distance(context: TickContext, robot: Row) -> float:
+    """Returns how far the robot is, in single precision."""
+    state = context.state
+    dx = np.float32(robot[X]) - np.float32(state[X])
+    dy = np.float32(robot[Y]) - np.float32(state[Y])
+    return float(np.sqrt(dx * dx + dy * dy))
+
+
+def _react(context: TickContext, speed: float | None = None) -> None:
+    """Sets what all reactions do: the robot is not felt."""
+    command = context.command
+    command[Command.ROBOT_ROLE] = float(RobotRole.UNSEEN_IN_TURN)
+    context.behavior_status = 1
+    if speed is None:
+        command[Command.HOLD] = float(Hold.STAY)
+    else:
+        command[Command.DESIRED_SPEED] = speed
+        command[Command.MAX_SPEED] = speed
+
+
+def _head_for(
+    context: TickContext, x: float, y: float, goal_radius: float
+) -> None:
+    """Walks to a point instead of to the own goal."""
+    command = context.command
+    command[Command.GOAL_X] = x
+    command[Command.GOAL_Y] = y
+    command[Command.GOAL_RADIUS] = goal_radius
+    command[Command.HAS_GOAL] = 1.0
+
+
+def _update_goal(context: TickContext) -> NodeStatus:
+    """Drops the first goal, and stands still for the step."""
+    context.command[Command.HOLD] = float(Hold.STAY)
+    return (
+        NodeStatus.SUCCESS if context.go_to_next_goal() else NodeStatus.FAILURE
+    )
+
+
+def _surprised_nav(
+    context: TickContext,
+    *,
+    turn: Annotated[float, within(0, math.pi, "rad")] = math.pi * 0.01,
+) -> NodeStatus:
+    """Stops, and turns by `turn` a step, beyond a robot on the right."""
+    robot = context.robot
+    if robot is None:
+        return NodeStatus.FAILURE
+    bearing = _bearing(context, robot)
+    _react(context)
+    change = -turn if bearing < 0 else min(bearing, turn)
+    _turn_at_once(context, context.state[YAW] + change)
+    return NodeStatus.SUCCESS
+
+
+def _scared_nav(
+    context: TickContext,
+    *,
+    speed: _Speed = 0.6,
+    push: Annotated[float, within(0, 1e4, "m/s^2")] = 20.0,
+    push_range: _Distance = 0.2,
+) -> NodeStatus:
+    """Walks on slowly, pushed away from the robot."""
+    if context.robot is None:
+        return NodeStatus.FAILURE
+    _react(context, speed)
+    context.command[Command.ROBOT_REPULSION] = push * push_range
+    return NodeStatus.SUCCESS
+
+
+def _curious_nav(
+    context: TickContext,
+    *,
+    stop_distance: _Distance = 1.5,
+    speed: _Speed = 1.8,
+    speed_distance: _PositiveDistance = 10.0,
+) -> NodeStatus:
+    """Walks to the robot at any speed, and turns to it at once when there."""
+    robot = context.robot
+    if robot is None:
+        return NodeStatus.FAILURE
+    distance = _distance(context, robot)
+    if distance <= stop_distance:
+        _react(context)
+        _turn_at_once(context, context.state[YAW] + _bearing(context, robot))
+    else:
+        part = np.float32(distance) / np.float32(speed_distance)
+        _react(context, speed * float(part))
+        x, y = _single(robot[X]), _single(robot[Y])
+        _head_for(context, x, y, robot[RADIUS])
+    return NodeStatus.SUCCESS
+
+
+def _threatening_nav(
+    context: TickContext,
+    *,
+    goal_distance: _Distance = 1.1,
+    goal_radius: _Distance = 0.05,
+    speed: _Speed = 2.0,
+    face_distance: _Distance = 1.2,
+) -> NodeStatus:
+    """Walks beside the robot: sine and cosine of its heading are swapped."""
+    robot = context.robot
+    if robot is None:
+        return NodeStatus.FAILURE
+    yaw = _single(math.remainder(_single(robot[YAW]), 2 * math.pi))
+    x = _single(robot[X]) + goal_distance * math.sin(yaw)
+    y = _single(robot[Y]) + goal_distance * math.cos(yaw)
+    _react(context, speed)
+    _head_for(context, _single(x), _single(y), goal_radius)
+    # Where the person looks after the step.
+    context.command[Command.YAW_TARGET] = face_distance
+    return NodeStatus.SUCCESS
+
+
+def _follow_goals(node: Node, children: tuple[Built, ...]) -> Built:
+    """Builds a decorator that does what a step of the crowd does there.
+
+    A step to the own goal that ends within its radius drops the goal; and the
+    behavior status stays as it is in a step without a walk or a reaction.
+    """
+    (child,) = children
+    walked, status = node.slot("walked"), node.slot("status")
+
+    def tick(memory: Memory, context: TickContext) -> NodeStatus:
+        goal, state = context.goal, context.state
+        if memory[walked] and goal is not None:
+            away = math.hypot(goal[0] - state[X], goal[1] - state[Y])
+            if away <= context.person.goal_radius:
+                context.go_to_next_goal()
+        result = child.tick(memory, context)
+        command = context.command
+        walks = command[Command.HOLD] == Hold.WALK
+        target = (command[Command.GOAL_X], command[Command.GOAL_Y])
+        memory[walked] = float(walks and target == context.goal)
+        if not walks and not context.behavior_status:
+            context.behavior_status = int(memory[status])
+        memory[status] = float(context.behavior_status)
+        return result
+
+    return compose(tick, children)
+
+
+def _action(name: str, function: Callable[..., Any]) -> NodeType:
+    return make_leaf_type(name, "Action", function, {}, frozenset(IGNORED))
+
+
+# All node types of the profile, by name.
+HUNAVSIM_NODE_TYPES: Mapping[str, NodeType] = MappingProxyType(
+    {
+        "UpdateGoal": _action("UpdateGoal", _update_goal),
+        "SurprisedNav": _action("SurprisedNav", _surprised_nav),
+        "ScaredNav": _action("ScaredNav", _scared_nav),
+        "CuriousNav": _action("CuriousNav", _curious_nav),
+        "ThreateningNav": _action("ThreateningNav", _threatening_nav),
+        "FollowGoals": NodeType(
+            "FollowGoals",
+            "Decorator",
+            _follow_goals,
+            "Drops goals as a step of the crowd does in HuNavSim.",
+            children=(1, 1),
+            slots={"walked": 0.0, "status": 0.0},
+        ),
+    }
+)
+
+
+def hunavsim_node_types() -> dict[str, NodeType]:
+    """Returns all node types, those of HuNavSim in place of ours."""
+    return {**NODE_TYPES, **HUNAVSIM_NODE_TYPES}

@@ -1,0 +1,70 @@
+"""The behaviors of each profile: which trees, and what their leaves are."""
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from types import MappingProxyType
+from typing import NamedTuple
+
+from hunav_drake.systems.behavior.hunavsim.leaves import hunavsim_node_types
+from hunav_drake.systems.behavior.nodes.node import NodeType
+from hunav_drake.systems.behavior.nodes.registry import NODE_TYPES
+from hunav_drake.systems.people.profile import ProfileName
+
+_FOLDER = Path(__file__).resolve().parent
+
+# The file of each behavior that a `HumanConfig` can name.
+BEHAVIORS: Mapping[str, Path] = MappingProxyType(
+    {
+        name: _FOLDER / "trees" / f"{name}.xml"
+        for name in (
+            "regular",
+            "impassive",
+            "surprised",
+            "scared",
+            "curious",
+            "threatening",
+            "distracted",
+            "cooperative",
+        )
+    }
+)
+
+
+class BehaviorSet(NamedTuple):
+    """What the words of behaviors mean.
+
+    Attributes:
+        files: The files of behaviors, by name.
+        node_types: Returns the node types, by name.
+    """
+
+    files: Mapping[str, Path]
+    node_types: Callable[[], Mapping[str, NodeType]]
+
+
+# HuNavSim has six of them; the others are as without a profile.
+_HUNAVSIM = {
+    name: _FOLDER / "hunavsim" / f"{name}.xml"
+    for name in (
+        "regular",
+        "impassive",
+        "surprised",
+        "scared",
+        "curious",
+        "threatening",
+    )
+}
+
+_SETS: Mapping[ProfileName, BehaviorSet] = MappingProxyType(
+    {
+        "default": BehaviorSet(BEHAVIORS, lambda: NODE_TYPES),
+        "hunavsim": BehaviorSet(
+            MappingProxyType({**BEHAVIORS, **_HUNAVSIM}), hunavsim_node_types
+        ),
+    }
+)
+
+
+def behavior_set(profile: ProfileName) -> BehaviorSet:
+    """Returns the behaviors of a profile: the place where it is chosen."""
+    return _SETS[profile]

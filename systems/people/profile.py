@@ -1,0 +1,83 @@
+"""Profiles: the values that keys have when they are left out.
+
+A profile stands for another program. `crowd: {profile: hunavsim}` gives every
+parameter the value that does what HuNavSim does; what is written beside it
+counts all the same.
+"""
+
+from collections.abc import Mapping, Sequence
+import dataclasses
+from types import MappingProxyType
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+
+from hunav_drake.systems.people.human_config import HumanConfig
+
+ProfileName = Literal["default", "hunavsim"]
+
+
+class Profile(NamedTuple):
+    """What keys are by default.
+
+    Attributes:
+        crowd: By the fields of CrowdConfig; those not here are as written
+            there.
+        human: By the fields of HumanConfig that are None if left out.
+        single: The fields of HumanConfig that are rounded to single precision.
+    """
+
+    crowd: Mapping[str, Any]
+    human: Mapping[str, Any]
+    single: tuple[str, ...] = ()
+
+
+# A row is a field and the value that does what the program does. Behaviors
+# follow from `hunav_drake.systems.behavior.profiles`.
+PROFILES: Mapping[str, Profile] = MappingProxyType(
+    {
+        "default": Profile(crowd={}, human={"cyclic": False}),
+        "hunavsim": Profile(
+            crowd={
+                "model": {
+                    "name": "social_force",
+                    "kernel": "hunavsim",
+                    "time_gap": 0.0,
+                },
+                "obstacle_range": 10.0,
+                "max_obstacles": 1,
+                "keep_out_of_walls": False,
+                "route_planning": False,
+                "keep_apart": False,
+                "standing": False,
+                "max_acceleration": None,
+                "max_turn_rate": None,
+            },
+            human={"cyclic": True},
+            single=("desired_speed", "max_speed", "radius", "goal_radius"),
+        ),
+    }
+)
+
+
+def complete_people(
+    humans: Sequence[HumanConfig], profile: ProfileName
+) -> list[HumanConfig]:
+    """Returns people as they are with a profile.
+
+    Args:
+        humans: The people, which are not changed.
+        profile: What gives the values that they do not have.
+    """
+    _, defaults, single = PROFILES[profile]
+    result = []
+    for human in humans:
+        values = {
+            name: default if (value := getattr(human, name)) is None else value
+            for name, default in defaults.items()
+        }
+        for name in single:
+            if (value := getattr(human, name)) is not None:
+                values[name] = float(np.float32(value))
+        result.append(dataclasses.replace(human, **values))
+    return result
