@@ -272,8 +272,51 @@ _SERVICES = (
     ),
 )
 
+_BODIES = (
+    Difference(
+        area="forces",
+        name="bodies",
+        original="people are points: they share the floor with each other and"
+        " walk through robots",
+        here="at the end of a step no two bodies overlap",
+        why="what people and robots do when they touch is what is studied",
+        key="crowd: {keep_apart: false}",
+        by_profile=True,
+    ),
+    Difference(
+        area="forces",
+        name="following",
+        original="people walk at full speed at any density",
+        here="people keep a time gap to whoever walks ahead of them, and step"
+        " aside for who comes towards them",
+        why="speeds and flows through doors are then those measured",
+        key="crowd: {model: {time_gap: 0.0, speed_matching: 0.0}}",
+        by_profile=True,
+    ),
+    Difference(
+        area="forces",
+        name="standing",
+        original="forces move people who are at their goal or have none",
+        here="they stand: only bodies and strong forces move them, and they"
+        " come back",
+        why="whoever stands trembles, or is carried off, without",
+        key="crowd: {standing: false}",
+        by_profile=True,
+    ),
+    Difference(
+        area="forces",
+        name="rates of change",
+        original="velocities and headings change at once",
+        here="velocities change by at most 3.5 m/s^2, headings by 4 rad/s",
+        why="people cannot do more",
+        key="crowd: {max_acceleration: null, max_turn_rate: null}",
+        by_profile=True,
+    ),
+)
+
 PEOPLE_ROWS: tuple[Difference, ...] = (
     *_FORCES,
+    *_BODIES,
     *_BEHAVIORS,
     *_STEPS,
     *_SERVICES,

@@ -43,6 +43,7 @@ PROFILES: Mapping[str, Profile] = MappingProxyType(
                     "name": "social_force",
                     "kernel": "hunavsim",
                     "time_gap": 0.0,
+                    "speed_matching": 0.0,
                 },
                 "obstacle_range": 10.0,
                 "max_obstacles": 1,

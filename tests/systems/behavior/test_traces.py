@@ -46,6 +46,7 @@ from hunav_drake.systems.people import HumanConfig, SocialForceParameters
 from hunav_drake.systems.world.obstacles import Obstacles
 from tests.recorded import read_recorded, recorded_names, single
 from tests.systems.behavior.ticks import WALK
+from tests.systems.crowd.crowds import FREE
 
 TRACES = recorded_names("crowd")
 NAMES = [
@@ -100,6 +101,7 @@ class Replay:
                 humans,
                 obstacles=Obstacles.from_points(walls.get("points", [])),
                 config=CrowdConfig(
+                    **FREE,
                     obstacle_range=walls.get("max_dist", 1.0),
                     max_obstacles=walls.get("count", 0),
                     route_planning=False,
@@ -140,7 +142,7 @@ class Replay:
         state = np.zeros((len(agents), 6))
         state[:, :5] = np.array(agents)[:, :5]
         self.crowd.GetMyMutableContextFromRoot(self.context).SetDiscreteState(
-            state.ravel()
+            0, state.ravel()
         )
 
     def commands(self):
@@ -168,7 +170,7 @@ class Replay:
         values = self.diagram.EvalUniquePeriodicDiscreteUpdate(self.context)
         moved = values.get_vector(0).value().reshape(-1, 6).copy()
         return moved, [
-            values.get_vector(1 + i).value().copy()
+            values.get_vector(2 + i).value().copy()
             for i in range(len(self.trees))
         ]
 
