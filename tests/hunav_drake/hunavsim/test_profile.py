@@ -280,8 +280,27 @@ def test_a_goal_within_a_long_step_is_dropped_by_the_step_too():
     assert goals == [0, 0, 0, 1, 1, 1]
 
 
+def test_who_could_react_walks_with_a_step_of_six_decimals():
+    people = [
+        HumanConfig(pose=[0, 40 * i, 0], goals=[[99, 40 * i]], behavior=name)
+        for i, name in enumerate(("regular", "surprised"))
+    ]
+    diagram = MakeHumans(
+        people,
+        config=CrowdConfig(profile="hunavsim"),
+        num_robots=0,
+        time_step=1 / 30,
+    )
+    context = diagram.CreateDefaultContext()
+    context.SetDiscreteState(diagram.EvalUniquePeriodicDiscreteUpdate(context))
+    rows = diagram.GetOutputPort("human_states").Eval(context).reshape(2, 7)
+    # From rest, the speed after one step is the force times its length.
+    ratio = rows[1, 3] / rows[0, 3]
+    np.testing.assert_allclose(ratio, 0.033333 * 30, rtol=1e-12)
+
+
 def test_behaviors_are_the_ones_of_the_profile():
-    ours = {"tree": "scared", "memory": 0.0, "track": True}
+    ours = {"tree": "scared", "track": True}
     scenario = Scenario(
         humans=[HumanConfig(pose=[0, 0, 0], behavior=ours)],
         crowd=CrowdConfig(profile="hunavsim"),
