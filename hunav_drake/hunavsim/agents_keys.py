@@ -74,7 +74,9 @@ def left_out_of_agent(
         For each setting the way to it, and why it is left out.
     """
     goals = agent.get("goals")
-    names = [it for it in goals if isinstance(it, str)] if goals else []
+    if not isinstance(goals, list):
+        goals = []
+    names = [it for it in goals if isinstance(it, str)]
     for key, value in agent.items():
         if key == "skin":
             yield (key,), "people all look alike"

@@ -75,9 +75,12 @@ def LoadTree(
             fit it.
     """
     files = behavior_set(profile).files
-    path = files.get(str(name_or_path), Path(name_or_path))
+    name = str(name_or_path)
+    path = files.get(name, Path(name_or_path))
+    if path == BEHAVIORS.get(name):
+        # What the profile does not have is ours, leaves included.
+        profile = "default"
     if not is_file(path):
-        name = str(name_or_path)
         raise Spot(Place(name)).unknown("behavior or file", name, files)
     documents = load_documents(
         read_file(path), str(path), path.parent, allow_outside=allow_outside

@@ -6,6 +6,14 @@ import json
 import numpy as np
 import pytest
 
+from hunav_drake import (
+    GetTrialResult,
+    LoadContext,
+    MakeTrialDiagram,
+    MakeTrialSimulator,
+    RunTrial,
+    SaveContext,
+)
 from hunav_drake.humans import MakeHumans
 from hunav_drake.hunavsim.agents_yaml import BEHAVIOR_NAMES
 from hunav_drake.scenario import (
@@ -15,7 +23,7 @@ from hunav_drake.scenario import (
     Scenario,
     ScenarioError,
 )
-from hunav_drake.systems.behavior import CheckBehavior
+from hunav_drake.systems.behavior import BEHAVIORS, CheckBehavior, LoadBehavior
 from hunav_drake.systems.crowd import CrowdConfig, HumanCrowd
 from hunav_drake.systems.crowd.models import SocialForceModel
 from hunav_drake.systems.people import HumanConfig, SocialForceParameters
@@ -307,7 +315,11 @@ def test_behaviors_are_the_ones_of_the_profile():
     )
     with pytest.raises(ScenarioError, match=r"behavior\.track"):
         CheckScenario(scenario)
-    assert not list(CheckBehavior("scared", "hunavsim"))
+    # All others can be named, too; those that HuNavSim has not are ours.
+    for name in BEHAVIORS:
+        assert not list(CheckBehavior(name, "hunavsim"))
+    assert LoadBehavior("distracted", "hunavsim") is LoadBehavior("distracted")
+    assert LoadBehavior("scared", "hunavsim") is not LoadBehavior("scared")
 
 
 OWN_TREE = """
@@ -358,6 +370,25 @@ def test_people_on_one_point_at_one_velocity_lose_their_social_forces():
     assert not forces[:2, 2].any()
     assert forces[2, 2].any()
     assert np.isfinite(forces).all()
+
+
+@pytest.mark.parametrize("name", ["combined", "reaction_distracted"])
+def test_a_trial_with_the_profile_repeats_and_resumes(name, tmp_path):
+    scenario = LoadScenario(
+        filename=name,
+        overrides=["crowd.profile=hunavsim", "simulation.duration=8"],
+    )
+    diagram = MakeTrialDiagram(scenario)
+    whole = RunTrial(scenario, diagram=diagram)
+    assert whole.recording == RunTrial(scenario).recording
+    simulator = MakeTrialSimulator(diagram)
+    simulator.AdvanceTo(5.0)
+    file = tmp_path / "half.npz"
+    SaveContext(diagram, simulator.get_context(), file)
+    simulator = MakeTrialSimulator(diagram, LoadContext(diagram, file))
+    simulator.AdvanceTo(whole.end_time)
+    rest = GetTrialResult(scenario, diagram, simulator.get_context())
+    np.testing.assert_array_equal(rest.recording.humans, whole.recording.humans)
 
 
 def test_epsilon_has_no_part_in_it():
