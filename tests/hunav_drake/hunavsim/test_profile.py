@@ -347,7 +347,7 @@ def test_leaves_of_a_tree_of_ones_own_are_those_of_the_profile():
         diagram.GetInputPort("robot_states").FixValue(
             context, [6, 0, 0, 0, 0, 0, 0.3]
         )
-        for _ in range(80):
+        for _ in range(160):
             before = diagram.GetOutputPort("human_states").Eval(context).copy()
             context.SetDiscreteState(
                 diagram.EvalUniquePeriodicDiscreteUpdate(context)
