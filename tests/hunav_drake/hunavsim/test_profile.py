@@ -317,9 +317,10 @@ def test_behaviors_are_the_ones_of_the_profile():
         CheckScenario(scenario)
     # All others can be named, too; those that HuNavSim has not are ours.
     for name in BEHAVIORS:
-        assert not list(CheckBehavior(name, "hunavsim"))
-    assert LoadBehavior("distracted", "hunavsim") is LoadBehavior("distracted")
-    assert LoadBehavior("scared", "hunavsim") is not LoadBehavior("scared")
+        assert not list(CheckBehavior(name, profile="hunavsim"))
+    for name, same in (("distracted", True), ("scared", False)):
+        tree = LoadBehavior(name, profile="hunavsim")
+        assert (tree is LoadBehavior(name)) == same
 
 
 OWN_TREE = """
