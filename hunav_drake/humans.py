@@ -123,7 +123,9 @@ def MakeHumans(
             seed=options.get("seed", 0),
         ),
     )
-    trees = LoadBehaviors((it.behavior for it in humans), config.profile)
+    trees = LoadBehaviors(
+        (it.behavior for it in humans), profile=config.profile
+    )
     everybody = range(len(humans))
     rows_of = {"behaviors": [*everybody]}
     if separate_trees:

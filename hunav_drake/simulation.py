@@ -206,7 +206,9 @@ def _behavior_sha256(scenario: Scenario) -> str:
     """Returns a hash of all trees, of which a scenario gives but the names."""
     # Most people have one of a few behaviors.
     prints = {
-        key: tree_fingerprint(LoadBehavior(behavior, scenario.crowd.profile))
+        key: tree_fingerprint(
+            LoadBehavior(behavior, profile=scenario.crowd.profile)
+        )
         for key, behavior in {
             repr(human.behavior): human.behavior for human in scenario.humans
         }.items()

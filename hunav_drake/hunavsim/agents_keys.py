@@ -74,12 +74,14 @@ def left_out_of_agent(
         For each setting the way to it, and why it is left out.
     """
     goals = agent.get("goals")
-    names = [it for it in goals if isinstance(it, str)] if goals else []
+    if not isinstance(goals, list):
+        goals = []
+    names = [it for it in goals if isinstance(it, str)]
     for key, value in agent.items():
         if key == "skin":
             yield (key,), "people all look alike"
         elif key == "init_pose" and isinstance(value, dict):
-            for part in value.keys() - {"x", "y", "h"}:
+            for part in sorted(value.keys() - {"x", "y", "h"}, key=str):
                 yield (key, part), "people stand on the floor"
         elif key == "behavior" and isinstance(value, dict):
             known = {"type", "configuration", *FORCE_FIELDS}
@@ -87,7 +89,7 @@ def left_out_of_agent(
                 if part not in known:
                     yield (key, part), "set ports of the behavior instead"
         elif key in names and isinstance(value, dict):
-            for part in value.keys() - {"x", "y"}:
+            for part in sorted(value.keys() - {"x", "y"}, key=str):
                 yield (key, part), "a goal is a point, without a heading"
         elif key not in AGENT_KEYS and key not in names:
             yield (key,), "is not known, or a goal that is not walked to"

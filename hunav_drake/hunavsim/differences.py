@@ -119,9 +119,11 @@ list, `--json` as data.
 
 or `CrowdConfig(profile="hunavsim")` for `AddHumans`, `MakeHumans` and
 `AgentServices`, or `--set crowd.profile=hunavsim`. Forces, walls, behaviors and
-goals are then HuNavSim's; its `systems/people/profile.py` is the table of the
-values. A key that is given beside the profile counts. The names of HuNavSim's
-leaves mean what they mean there, in trees of one's own, too.
+goals are then HuNavSim's. `systems/people/profile.py` is the table of values,
+and `systems/behavior/hunavsim/` has the leaves and trees. A key that is given
+beside the profile counts. In trees of one's own, too, the names of HuNavSim's
+leaves mean what they mean there; only whether `RegularNav` feels the robot
+follows from the tree here: write `ignore_robot="true"` for who could react.
 
 People who walk from their start to the end of the recorded runs of HuNavSim,
 without being put back, are where they are there, bit for bit: regular and

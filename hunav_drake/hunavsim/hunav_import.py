@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 import dataclasses as dc
+import os
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -141,10 +142,10 @@ class HunavImport:
         loc: Loc = (AGENTS_KEY, _PARAMETERS, "map")
         if filename is None:
             name = self._document.plain(loc)
-            if name is None:
+            if not isinstance(name, str):
                 return
-            filename = folder / f"{str(name).removesuffix('.yaml')}.yaml"
-            if not filename.is_file():
+            filename = folder / f"{name.removesuffix('.yaml')}.yaml"
+            if not os.path.isfile(filename):
                 self._leave_out(
                     loc, f"there is no {filename.name} beside; give it by --map"
                 )
@@ -175,8 +176,8 @@ class HunavImport:
             self._set_time_step(period, usual, (*loc, "frequency"))
         self._origin(("evaluator", "period"), (*loc, "frequency"))
         tag = settings.get("experiment_tag")
-        if tag is not None:
-            stem = Path(self.name).stem
+        if isinstance(tag, str | int | float):
+            stem = Path(self.name).stem[:40]
             self.data["name"] = f"{stem}_{tag}"
             self._origin(("name",), (*loc, "experiment_tag"))
         for key in settings:

@@ -180,11 +180,17 @@ def _occupied(path: Path, settings: dict[str, Any]) -> Mask:
         with Image.open(image_path) as image:
             if image.width * image.height > MAX_CELLS:
                 raise MapError(f"{image_path}: has more than {MAX_CELLS} cells")
-            gray = np.asarray(image.convert("L"), dtype=float) / 255
-    except UnidentifiedImageError as error:
-        raise MapError(f"{image_path}: is no image") from error
-    except OSError as error:
-        raise MapError(f"{image_path}: {error.strerror or error}") from error
+            # (Images of 16 bits are of mode I.)
+            is_deep = image.mode.startswith("I")
+            gray = np.asarray(image if is_deep else image.convert("L"))
+            gray = gray / (65535 if is_deep else 255)
+    except (UnidentifiedImageError, Image.DecompressionBombError) as error:
+        raise MapError(f"{image_path}: is no image of a map") from error
+    except MapError:
+        raise
+    except (OSError, ValueError) as error:
+        what = getattr(error, "strerror", None) or error
+        raise MapError(f"{image_path}: {what}") from error
     dark = gray if settings.get("negate") in (1, True) else 1 - gray
     occupied: Mask = (dark > threshold)[::-1]
     return occupied

@@ -209,7 +209,7 @@ def _behavior_faults(
             f" {suggestion(tree, list(BEHAVIORS))}",
         )
         return
-    for error in CheckBehavior(behavior, profile):
+    for error in CheckBehavior(behavior, profile=profile):
         if isinstance(error, TreePortError):
             yield (error.port,), error.message
         else:

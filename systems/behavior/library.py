@@ -75,9 +75,12 @@ def LoadTree(
             fit it.
     """
     files = behavior_set(profile).files
-    path = files.get(str(name_or_path), Path(name_or_path))
+    name = str(name_or_path)
+    path = files.get(name, Path(name_or_path))
+    if path == BEHAVIORS.get(name):
+        # What the profile does not have is ours, leaves included.
+        profile = "default"
     if not os.path.isfile(path):
-        name = str(name_or_path)
         raise Spot(Place(name)).unknown("behavior or file", name, files)
     documents = load_documents(
         read_file(path), str(path), path.parent, allow_outside=allow_outside
@@ -110,7 +113,7 @@ def ParseTree(
 
 
 def LoadBehavior(
-    behavior: str | BehaviorConfig, profile: ProfileName = "default"
+    behavior: str | BehaviorConfig, *, profile: ProfileName = "default"
 ) -> Tree:
     """Loads the tree of a person's configuration.
 
@@ -145,7 +148,9 @@ def LoadBehavior(
 
 
 def LoadBehaviors(
-    behaviors: Iterable[str | BehaviorConfig], profile: ProfileName = "default"
+    behaviors: Iterable[str | BehaviorConfig],
+    *,
+    profile: ProfileName = "default",
 ) -> list[Tree]:
     """Loads the trees of several people, each behavior once.
 
@@ -158,12 +163,14 @@ def LoadBehaviors(
     """
     all_behaviors = list(behaviors)
     distinct = {repr(behavior): behavior for behavior in all_behaviors}
-    trees = {key: LoadBehavior(it, profile) for key, it in distinct.items()}
+    trees = {
+        key: LoadBehavior(it, profile=profile) for key, it in distinct.items()
+    }
     return [trees[repr(behavior)] for behavior in all_behaviors]
 
 
 def CheckBehavior(
-    behavior: str | BehaviorConfig, profile: ProfileName = "default"
+    behavior: str | BehaviorConfig, *, profile: ProfileName = "default"
 ) -> Iterator[BehaviorTreeError]:
     """Finds the faults of a behavior.
 
@@ -181,7 +188,7 @@ def CheckBehavior(
     for _ in range(MAX_FAULTS):
         try:
             LoadBehavior(
-                BehaviorConfig(tree=behavior.tree, ports=ports), profile
+                BehaviorConfig(tree=behavior.tree, ports=ports), profile=profile
             )
         except TreePortError as error:
             yield error

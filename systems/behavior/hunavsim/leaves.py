@@ -1,9 +1,9 @@
 """What HuNavSim's leaves do, where that is not what ours do.
 
 With the profile "hunavsim", trees have these under HuNavSim's names. They are
-written after its functions `updateGoal`, `lookAtTheRobot`, `approximateRobot`,
-`avoidRobot` and `blockRobot`, and `SFM.updatePosition` of `lightsfm`. What is
-in single precision there, and moves people, is here, too.
+written after its functions `lineOfSight`, `updateGoal`, `lookAtTheRobot`,
+`approximateRobot`, `avoidRobot` and `blockRobot`, and `SFM.updatePosition` of
+`lightsfm`. What is in single precision there is here, too.
 """
 
 from collections.abc import Callable, Mapping
@@ -13,6 +13,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
+from hunav_drake.systems.behavior.leaves.robot_conditions import FIELD_OF_VIEW
 from hunav_drake.systems.behavior.leaves.walking import IGNORED
 from hunav_drake.systems.behavior.nodes.node import (
     Built,
@@ -53,18 +54,40 @@ def _turn_at_once(context: TickContext, yaw: float) -> None:
     command[Command.TURN_RATE] = 2 * math.pi / context.person.time_step
 
 
-def _bearing(context: TickContext, robot: Row) -> float:
-    """Returns where a robot is, from the heading, in [-pi, pi]."""
+def _offset(context: TickContext, robot: Row) -> tuple[Any, Any]:
+    """Returns where a robot is from the person, in single precision."""
     state = context.state
-    course = math.atan2(robot[Y] - state[Y], robot[X] - state[X])
-    return math.remainder(course - state[YAW], 2 * math.pi)
+    dx = np.float32(robot[X]) - np.float32(state[X])
+    dy = np.float32(robot[Y]) - np.float32(state[Y])
+    return dx, dy
+
+
+def _bearing(
+    context: TickContext, robot: Row, *, rounded_yaw: bool = True
+) -> float:
+    """Returns where a robot is, from the heading, in [-pi, pi].
+
+    It is that of the functions of C++ for single precision, which turn the
+    offset by the yaw; sines are rounded as theirs are, in all but few cases.
+    """
+    dx, dy = _offset(context, robot)
+    yaw = context.state[YAW]
+    ahead: Any
+    left: Any
+    if rounded_yaw:
+        yaw = _single(yaw)
+        c, s = np.float32(math.cos(yaw)), np.float32(math.sin(yaw))
+        ahead, left = dx * c + dy * s, -dx * s + dy * c
+    else:
+        a, b = float(dx), float(dy)
+        u, v = math.cos(yaw), math.sin(yaw)
+        ahead, left = np.float32(a * u + b * v), np.float32(-a * v + b * u)
+    return _single(math.atan2(float(left), float(ahead)))
 
 
 def _distance(context: TickContext, robot: Row) -> float:
     """Returns how far the robot is, in single precision."""
-    state = context.state
-    dx = np.float32(robot[X]) - np.float32(state[X])
-    dy = np.float32(robot[Y]) - np.float32(state[Y])
+    dx, dy = _offset(context, robot)
     return float(np.sqrt(dx * dx + dy * dy))
 
 
@@ -89,6 +112,31 @@ def _head_for(
     command[Command.GOAL_Y] = y
     command[Command.GOAL_RADIUS] = goal_radius
     command[Command.HAS_GOAL] = 1.0
+
+
+def _is_robot_visible(
+    context: TickContext,
+    *,
+    distance: _Distance,
+    field_of_view: Annotated[
+        float, within(0, 2 * math.pi, "rad")
+    ] = FIELD_OF_VIEW,
+    occlusion: bool = False,
+) -> bool:
+    """Holds if a robot is near and in view; the nearest is noticed."""
+    found = []
+    for i, robot in enumerate(context.robots):
+        dx, dy = _offset(context, robot)
+        if float(dx * dx + dy * dy) > distance * distance:
+            continue
+        if occlusion and context.cast_ray(robot[X], robot[Y]) <= 1:
+            continue
+        bearing = _bearing(context, robot, rounded_yaw=False)
+        if abs(bearing) <= field_of_view / 2:
+            found.append((_distance(context, robot), i))
+    if found:
+        context.notice(min(found)[1])
+    return bool(found)
 
 
 def _update_goal(context: TickContext) -> NodeStatus:
@@ -210,6 +258,10 @@ def _action(name: str, function: Callable[..., Any]) -> NodeType:
 # All node types of the profile, by name.
 HUNAVSIM_NODE_TYPES: Mapping[str, NodeType] = MappingProxyType(
     {
+        "IsRobotVisible": make_leaf_type(
+            *("IsRobotVisible", "Condition", _is_robot_visible),
+            *({}, frozenset(IGNORED)),
+        ),
         "UpdateGoal": _action("UpdateGoal", _update_goal),
         "SurprisedNav": _action("SurprisedNav", _surprised_nav),
         "ScaredNav": _action("ScaredNav", _scared_nav),

@@ -13,7 +13,8 @@ same bit for bit, and its rules where those of `kernel.py` differ:
 - people who stop may keep their velocity, for others to see; who rests looks
   along x;
 - people who react to the robot move one after the other, from the last to the
-  first: the forces on them are those once the people after them have moved.
+  first: the forces on them are those once the people after them have moved;
+- when they do not react, their time step has six decimals.
 
 HuNavSim keeps people in a hash table, which goes through those with the numbers
 1 to n, n <= 13, from the last to the first; so do the sums here.
@@ -364,11 +365,14 @@ def advance(
         time_step: In seconds.
     """
     walls = opened(table)
+    # Subtrees are told it as text.
+    rounded_step = math.floor(time_step * 1e6 + 0.5) / 1e6
     # Who has moved already is where the step leads; the others are not.
     result = states.copy()
     force = np.zeros(FORCES_SIZE)
     for i in range(len(states) - 1, -1, -1):
-        if int(command[i, Command.ROBOT_ROLE]) == RobotRole.UNSEEN_IN_TURN:
+        role = int(command[i, Command.ROBOT_ROLE])
+        if role == RobotRole.UNSEEN_IN_TURN:
             force[:] = 0.0
             _add_forces(
                 *(i, result, radii, command, parameters, robots, at_walls),
@@ -376,10 +380,9 @@ def advance(
             )
         else:
             force[:] = forces[i]
-        _move(states[i], force, command[i], time_step, result[i])
-        if (
-            int(command[i, Command.ROBOT_ROLE]) == RobotRole.UNSEEN_IN_TURN
-            and command[i, Command.TURN_RATE] == 0
-        ):
+        step = rounded_step if role == RobotRole.UNSEEN else time_step
+        _move(states[i], force, command[i], step, result[i])
+        looks = command[i, Command.TURN_RATE] == 0
+        if role == RobotRole.UNSEEN_IN_TURN and looks:
             _look_at_robot(robots, command[i, Command.YAW_TARGET], result[i])
     return result

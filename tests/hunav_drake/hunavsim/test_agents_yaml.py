@@ -200,6 +200,16 @@ def test_rectangles_cover_what_is_occupied_and_nothing_else(cells):
     assert gains == sorted(gains, reverse=True)
 
 
+def test_a_map_of_16_bits_or_negated_is_read(tmp_path):
+    path = write_map(tmp_path, ["..#"])
+    deep = np.array([[65535, 65535, 0]], dtype=np.uint16)
+    Image.fromarray(deep).save(tmp_path / "cafe.pgm")
+    (wall,) = read_map(path)
+    assert wall.center == (1.25, 2.05)
+    write_map(tmp_path, ["##."], negate=1)
+    assert read_map(path) == [wall]
+
+
 def test_a_square_room_is_four_walls():
     room = np.ones((20, 30), dtype=bool)
     room[2:-2, 2:-2] = False
@@ -217,6 +227,7 @@ def test_the_original_maps(reference):
         ({"image": "none.pgm"}, r"none.pgm: No such file"),
         ({"image": "cafe.yaml"}, "is no image"),
         ({"image": 5}, "image must be the name"),
+        ({"image": "a\0b"}, "null"),
         ({"resolution": 0.0}, r"resolution must be in \(0, 10\] m"),
         ({"resolution": "fine"}, "resolution must be a number"),
         ({"origin": [1]}, "origin must be"),

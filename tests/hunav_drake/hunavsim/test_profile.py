@@ -6,6 +6,14 @@ import json
 import numpy as np
 import pytest
 
+from hunav_drake import (
+    GetTrialResult,
+    LoadContext,
+    MakeTrialDiagram,
+    MakeTrialSimulator,
+    RunTrial,
+    SaveContext,
+)
 from hunav_drake.humans import MakeHumans
 from hunav_drake.hunavsim.agents_yaml import BEHAVIOR_NAMES
 from hunav_drake.scenario import (
@@ -15,7 +23,7 @@ from hunav_drake.scenario import (
     Scenario,
     ScenarioError,
 )
-from hunav_drake.systems.behavior import CheckBehavior
+from hunav_drake.systems.behavior import BEHAVIORS, CheckBehavior, LoadBehavior
 from hunav_drake.systems.crowd import CrowdConfig, HumanCrowd
 from hunav_drake.systems.crowd.models import SocialForceModel
 from hunav_drake.systems.people import HumanConfig, SocialForceParameters
@@ -280,15 +288,39 @@ def test_a_goal_within_a_long_step_is_dropped_by_the_step_too():
     assert goals == [0, 0, 0, 1, 1, 1]
 
 
+def test_who_could_react_walks_with_a_step_of_six_decimals():
+    people = [
+        HumanConfig(pose=[0, 40 * i, 0], goals=[[99, 40 * i]], behavior=name)
+        for i, name in enumerate(("regular", "surprised"))
+    ]
+    diagram = MakeHumans(
+        people,
+        config=CrowdConfig(profile="hunavsim"),
+        num_robots=0,
+        time_step=1 / 30,
+    )
+    context = diagram.CreateDefaultContext()
+    context.SetDiscreteState(diagram.EvalUniquePeriodicDiscreteUpdate(context))
+    rows = diagram.GetOutputPort("human_states").Eval(context).reshape(2, 7)
+    # From rest, the speed after one step is the force times its length.
+    ratio = rows[1, 3] / rows[0, 3]
+    np.testing.assert_allclose(ratio, 0.033333 * 30, rtol=1e-12)
+
+
 def test_behaviors_are_the_ones_of_the_profile():
-    ours = {"tree": "scared", "memory": 0.0, "track": True}
+    ours = {"tree": "scared", "track": True}
     scenario = Scenario(
         humans=[HumanConfig(pose=[0, 0, 0], behavior=ours)],
         crowd=CrowdConfig(profile="hunavsim"),
     )
     with pytest.raises(ScenarioError, match=r"behavior\.track"):
         CheckScenario(scenario)
-    assert not list(CheckBehavior("scared", "hunavsim"))
+    # All others can be named, too; those that HuNavSim has not are ours.
+    for name in BEHAVIORS:
+        assert not list(CheckBehavior(name, profile="hunavsim"))
+    for name, same in (("distracted", True), ("scared", False)):
+        tree = LoadBehavior(name, profile="hunavsim")
+        assert (tree is LoadBehavior(name)) == same
 
 
 OWN_TREE = """
@@ -316,7 +348,7 @@ def test_leaves_of_a_tree_of_ones_own_are_those_of_the_profile():
         diagram.GetInputPort("robot_states").FixValue(
             context, [6, 0, 0, 0, 0, 0, 0.3]
         )
-        for _ in range(100):
+        for _ in range(160):
             before = diagram.GetOutputPort("human_states").Eval(context).copy()
             context.SetDiscreteState(
                 diagram.EvalUniquePeriodicDiscreteUpdate(context)
@@ -339,6 +371,25 @@ def test_people_on_one_point_at_one_velocity_lose_their_social_forces():
     assert not forces[:2, 2].any()
     assert forces[2, 2].any()
     assert np.isfinite(forces).all()
+
+
+@pytest.mark.parametrize("name", ["combined", "reaction_distracted"])
+def test_a_trial_with_the_profile_repeats_and_resumes(name, tmp_path):
+    scenario = LoadScenario(
+        filename=name,
+        overrides=["crowd.profile=hunavsim", "simulation.duration=8"],
+    )
+    diagram = MakeTrialDiagram(scenario)
+    whole = RunTrial(scenario, diagram=diagram)
+    assert whole.recording == RunTrial(scenario).recording
+    simulator = MakeTrialSimulator(diagram)
+    simulator.AdvanceTo(5.0)
+    file = tmp_path / "half.npz"
+    SaveContext(diagram, simulator.get_context(), file)
+    simulator = MakeTrialSimulator(diagram, LoadContext(diagram, file))
+    simulator.AdvanceTo(whole.end_time)
+    rest = GetTrialResult(scenario, diagram, simulator.get_context())
+    np.testing.assert_array_equal(rest.recording.humans, whole.recording.humans)
 
 
 def test_epsilon_has_no_part_in_it():
