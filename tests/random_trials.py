@@ -1,0 +1,163 @@
+"""Random trials, and what must hold in all of them.
+
+`python -m tests.random_trials 500` runs so many, and prints the worst of each.
+"""
+
+import argparse
+import json
+from typing import NamedTuple
+
+import numpy as np
+
+from hunav_drake import LoadScenario, RunTrial
+from hunav_drake.systems.behavior import BEHAVIORS
+
+MODELS = ("social_force", "orca", "headed_social_force")
+DURATION = 20.0
+STEP = 0.05
+
+# Rooms: the outer walls, and an inner wall with a door.
+_WIDTH, _HEIGHT = 12.0, 9.0
+
+
+class Worst(NamedTuple):
+    """The worst of a trial.
+
+    Attributes:
+        overlap: Of two bodies, in meters.
+        robot_overlap: Of a body and the robot, in meters.
+        excess: Of a speed over the person's limit, as a part of it.
+        in_wall: How many samples of people are inside a wall, or outside of
+            the outer walls.
+        finite: Whether all numbers are.
+    """
+
+    overlap: float
+    robot_overlap: float
+    excess: float
+    in_wall: int
+    finite: bool
+
+
+def draw_trial(seed: int) -> dict[str, object]:
+    """Returns a scenario of 2 to 30 people in two rooms, as plain data."""
+    rng = np.random.default_rng([seed, 7])
+    n = int(rng.integers(2, 31))
+    door = float(rng.uniform(0.9, 2.4))
+    middle = float(rng.uniform(2.5, _HEIGHT - 2.5))
+    lines = [
+        [[0, 0], [_WIDTH, 0]],
+        [[_WIDTH, 0], [_WIDTH, _HEIGHT]],
+        [[_WIDTH, _HEIGHT], [0, _HEIGHT]],
+        [[0, _HEIGHT], [0, 0]],
+        [[6, 0], [6, middle - door / 2]],
+        [[6, middle + door / 2], [6, _HEIGHT]],
+    ]
+    walls = [{"shape": "polyline", "points": line} for line in lines]
+    places: list[np.ndarray] = [np.array([1.0, 1.0])]
+    while len(places) < 2 * n + 2:
+        place = rng.uniform([0.6, 0.6], [_WIDTH - 0.6, _HEIGHT - 0.6])
+        starts = np.array(places[: n + 1])
+        is_start = len(places) <= n
+        if abs(place[0] - 6) < 0.6:
+            continue
+        if is_start and np.hypot(*(starts - place).T).min() < 0.9:
+            continue
+        places.append(place)
+    humans = [
+        {
+            "pose": [*map(float, start), float(rng.uniform(-3, 3))],
+            "goals": [[*map(float, goal)]],
+            "behavior": str(rng.choice([*BEHAVIORS])),
+            "desired_speed": float(rng.uniform(0.5, 1.6)),
+            "radius": float(rng.uniform(0.2, 0.45)),
+            "group_id": int(rng.choice([-1, -1, 1, 2])),
+            "cyclic": bool(rng.random() < 0.3),
+        }
+        for start, goal in zip(
+            places[1 : n + 1], places[n + 1 : -1], strict=True
+        )
+    ]
+    return {
+        "humans": humans,
+        "robot": {
+            "start": [*map(float, places[0]), 0.0],
+            "goal": [*map(float, places[-1]), 0.0],
+        },
+        "world": {"walls": walls},
+        "crowd": {"model": str(rng.choice(MODELS))},
+        "evaluator": {"period": STEP, "metrics": ["duration"]},
+        "simulation": {"duration": DURATION, "seed": seed, "stuck_time": 1e3},
+    }
+
+
+def run_trial(seed: int) -> Worst:
+    """Runs a random trial, and returns the worst of it."""
+    scenario = LoadScenario(data=json.dumps(draw_trial(seed)))
+    recording = RunTrial(scenario).recording
+    humans, robot = recording.humans, recording.robot
+    bodies = np.array([human.contact_radius for human in scenario.humans])
+    # Whoever threatens the robot overtakes it.
+    limits = np.array(
+        [
+            max(human.speed_limit, 2.0 * (human.behavior == "threatening"))
+            for human in scenario.humans
+        ]
+    )
+    places = humans[..., :2]
+    pairs = np.triu_indices(len(bodies), 1)
+    gaps = np.linalg.norm(
+        places[:, pairs[0]] - places[:, pairs[1]], axis=-1
+    ) - (bodies[pairs[0]] + bodies[pairs[1]])
+    robot_gaps = np.linalg.norm(places - robot[:, None, :2], axis=-1) - (
+        bodies + robot[:, None, 6]
+    )
+    speeds = np.linalg.norm(humans[..., 3:5], axis=-1)
+    outside = (places < 0).any(axis=-1) | (places > [_WIDTH, _HEIGHT]).any(
+        axis=-1
+    )
+    return Worst(
+        overlap=float(-gaps.min()),
+        robot_overlap=float(-robot_gaps.min()),
+        excess=float((speeds / limits).max() - 1),
+        in_wall=int(np.count_nonzero(outside)),
+        finite=bool(np.isfinite(humans).all()),
+    )
+
+
+def main() -> None:
+    """Runs random trials, and prints the worst of each, and of all."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("count", type=int)
+    parser.add_argument("--first", type=int, default=0, help="the first seed")
+    arguments = parser.parse_args()
+    found = []
+    for seed in range(arguments.first, arguments.first + arguments.count):
+        found.append(run_trial(seed))
+        worst = found[-1]
+        if not is_good(worst):
+            print(seed, worst, flush=True)
+    print(f"{sum(map(is_good, found))} of {len(found)} trials are good")
+    print(
+        Worst(
+            max(it.overlap for it in found),
+            max(it.robot_overlap for it in found),
+            max(it.excess for it in found),
+            max(it.in_wall for it in found),
+            all(it.finite for it in found),
+        )
+    )
+
+
+def is_good(worst: Worst) -> bool:
+    """Tells whether all holds that must hold in a trial."""
+    return (
+        max(worst.overlap, worst.robot_overlap) <= 0.01
+        and worst.excess <= 0.2
+        and not worst.in_wall
+        and worst.finite
+    )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,18 @@
+"""People are bodies, in any trial: `tests/random_trials.py` tells what holds."""
+
+import pytest
+
+from tests.random_trials import is_good, run_trial
+
+
+@pytest.mark.parametrize("seed", range(500, 504))
+def test_bodies_in_a_random_trial(seed):
+    worst = run_trial(seed)
+    assert is_good(worst), worst
+
+
+@pytest.mark.slow
+def test_bodies_in_many_random_trials():
+    for seed in range(100):
+        worst = run_trial(seed)
+        assert is_good(worst), (seed, worst)
