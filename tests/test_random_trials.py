@@ -1,4 +1,4 @@
-"""People are bodies, in any trial: `tests/random_trials.py` tells what holds."""
+"""People are bodies in any trial: see `tests/random_trials.py`."""
 
 import pytest
 
