@@ -205,7 +205,8 @@ PLOTS = (
     ValidationPlot(
         "fundamental_diagram",
         plot_speeds,
-        "Mean speed of people who prefer 1.34 m/s, against their density.",
+        "Mean speed of people who prefer N(1.34, 0.26) m/s, against their"
+        " density.",
     ),
     ValidationPlot(
         "door_flow",

@@ -106,7 +106,7 @@ def door_flow(setting: Setting) -> Numbers:
 )
 def bottleneck_width(setting: Setting) -> Numbers:
     """Measures the flow of a crowd through bottlenecks of three widths."""
-    people = 50 if setting.quick else 150
+    people = 30 if setting.quick else 150
     widths = [0.8, 1.0, 1.2]
     times = [_through_door(setting, people, (10, 10), door) for door in widths]
     return {
@@ -127,7 +127,7 @@ def bottleneck_width(setting: Setting) -> Numbers:
 )
 def bottleneck_length(setting: Setting) -> Numbers:
     """Measures when the last leaves by a short and by a long bottleneck."""
-    people = 50 if setting.quick else 150
+    people = 30 if setting.quick else 150
     short, long = (
         _through_door(setting, people, (10, 10), 1.0, thick)[-1]
         for thick in (0.2, 5.0)

@@ -44,7 +44,9 @@ def _walk_together(setting: Setting, size: int) -> Walk:
     row = np.arange(size)
     starts = np.stack([-0.2 * (row % 2), 0.7 * row], axis=1)
     group = 1 if size > 1 else -1
-    walkers = Walkers(setting, starts, starts + (200, 0), groups=group)
+    walkers = Walkers(
+        setting, starts, starts + np.array([200.0, 0.0]), groups=group
+    )
     walk = walkers.walk(20.0 if setting.quick else 60.0)
     half = len(walk.times) // 2
     return Walk(*(part[half:] for part in walk))
@@ -54,7 +56,7 @@ def _arrival_spread(
     setting: Setting, starts: Array, speeds: Array, groups: Array, own: Array
 ) -> float:
     """Returns the time from the first arrival of some people to the last."""
-    goals = starts * (0, 1) + (120, 0)
+    goals = np.stack([np.full(len(starts), 120.0), starts[:, 1]], axis=1)
     walls = corridor(-12, 122, 4)
     # So far the members of a group walk together; then they may part.
     end = 20.0 if setting.quick else 40.0

@@ -54,9 +54,9 @@ def kept_speed(setting: Setting) -> Numbers:
     walkers = Walkers(
         setting, [[-3, 1]], [60, 1], walls=corridor(-5, 62, 2), speeds=1.0
     )
-    walk = walkers.walk(80.0)
-    taken = walk.first_time(walk.x >= 40) - walk.first_time(walk.x >= 0)
-    return {"speed": 40 / float(taken[0])}
+    walk = walkers.walk(120.0, leave=lambda rows: rows[:, 0] > 42)
+    (taken,) = walk.time_between(walk.x >= 0, walk.x >= 40)
+    return {"speed": 40 / float(taken)}
 
 
 @case(
@@ -91,10 +91,12 @@ def _side_by_side(setting: Setting, speeds: Array) -> Array:
     """Returns how fast people walk through a hall, 1 m from each other."""
     starts = np.stack([np.zeros(len(speeds)), np.arange(len(speeds))], axis=1)
     length = 20.0 if setting.quick else 80.0
-    walkers = Walkers(setting, starts, starts + (200, 0), speeds=speeds)
+    walkers = Walkers(
+        setting, starts, starts + np.array([200.0, 0.0]), speeds=speeds
+    )
     walk = walkers.walk((length + 10) / speeds.min())
-    begun = walk.first_time(walk.x >= 5)
-    walked: Array = length / (walk.first_time(walk.x >= 5 + length) - begun)
+    taken = walk.time_between(walk.x >= 5, walk.x >= 5 + length)
+    walked: Array = length / taken
     return walked
 
 

@@ -69,6 +69,22 @@ class Walk(NamedTuple):
         times: Array = np.where(reached.any(axis=0), first, np.inf)
         return times
 
+    def time_between(self, begun: Mask, done: Mask) -> Array:
+        """Returns how long it takes each person from one event to another.
+
+        Args:
+            begun: Shape (k, n): see `first_time`.
+            done: Shape (k, n), the later event.
+
+        Returns:
+            Shape (n,), in seconds; infinite for whom one does not happen.
+        """
+        first, last = self.first_time(begun), self.first_time(done)
+        happen = np.isfinite(first) & np.isfinite(last)
+        times = np.full(first.shape, np.inf)
+        times[happen] = last[happen] - first[happen]
+        return times
+
     def velocities(self) -> Array:
         """Returns the velocities from step to step, shape (k - 1, n, 2).
 
