@@ -49,11 +49,15 @@ def _walk_together(setting: Setting, size: int) -> Walk:
     )
     walk = walkers.walk(20.0 if setting.quick else 60.0)
     half = len(walk.times) // 2
-    return Walk(*(part[half:] for part in walk))
+    return Walk(walk.times[half:], walk.states[half:], walk.present[half:])
 
 
 def _arrival_spread(
-    setting: Setting, starts: Array, speeds: Array, groups: Array, own: Array
+    setting: Setting,
+    starts: Array,
+    speeds: Array,
+    groups: NDArray[np.int64],
+    own: NDArray[np.bool_],
 ) -> float:
     """Returns the time from the first arrival of some people to the last."""
     goals = np.stack([np.full(len(starts), 120.0), starts[:, 1]], axis=1)
@@ -63,7 +67,9 @@ def _arrival_spread(
 
     def arrived(rows: Array) -> NDArray[np.bool_]:
         # Nobody waits for those who are not asked about.
-        return (rows[:, 0] > end + 10) | (~own & (rows[own, 0] > end).all())
+        over: bool = (rows[own, 0] > end).all()
+        left: NDArray[np.bool_] = (rows[:, 0] > end + 10) | (~own & over)
+        return left
 
     walk = Walkers(
         setting, starts, goals, walls=walls, speeds=speeds, groups=groups

@@ -1,5 +1,6 @@
 """Walls of rooms and corridors, and places for people to start."""
 
+from collections.abc import Sequence
 import math
 from typing import NamedTuple
 
@@ -7,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hunav_drake.systems.world.obstacles import inside
-from hunav_drake.systems.world.shapes import Box, World
+from hunav_drake.systems.world.shapes import Box, Wall, World
 
 Array = NDArray[np.float64]
 
@@ -138,9 +139,9 @@ def spread(
     return places
 
 
-def samples_in_walls(walls: list[Box], positions: Array) -> int:
+def samples_in_walls(walls: Sequence[Box], positions: Array) -> int:
     """Returns how many positions (..., 2) are in a wall, by over 1 mm."""
-    shrunk = [
+    shrunk: list[Wall] = [
         Box(
             center=box.center,
             size=(box.size[0] - 2 * _BUFFER, box.size[1] - 2 * _BUFFER),

@@ -137,7 +137,7 @@ class Walkers:
         yaws = np.arctan2(*(goal - p).T[::-1])
         humans = [
             HumanConfig(
-                pose=[*p[i].tolist(), float(yaws[i])],
+                pose=(float(p[i, 0]), float(p[i, 1]), float(yaws[i])),
                 desired_speed=float(speed[i]),
                 radius=float(radius[i]),
                 group_id=int(group[i]),

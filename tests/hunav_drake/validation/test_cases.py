@@ -118,6 +118,7 @@ def test_draws_follow_from_seed_and_purpose():
     assert draws[0, "a"] == Setting("social_force").generator("a").random()
 
 
+@pytest.mark.slow
 def test_results_do_not_depend_on_the_number_of_processes():
     settings = [Setting(model, 3, quick=True) for model in MODELS[:2]]
     names = ["corner", "head_on"]
