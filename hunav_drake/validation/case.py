@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 import math
+import re
 from typing import Any, Literal
 import zlib
 
@@ -162,7 +163,9 @@ def describe(template: str, numbers: Numbers) -> str:
             the format of a sequence is that of its items.
         numbers: The numbers; what is infinite is told as "never".
     """
-    return template.format(**{k: _Shown(v) for k, v in numbers.items()})
+    text = template.format(**{k: _Shown(v) for k, v in numbers.items()})
+    # That has no unit.
+    return re.sub(r"\bnever s\b", "never", text)
 
 
 class _Shown:

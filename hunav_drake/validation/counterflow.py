@@ -79,7 +79,7 @@ def counterflow(setting: Setting) -> Numbers:
     " in a corridor of 10 x 2 m, within 3 minutes?",
     expected="all cross",
     accepts=lambda it: it["time"] < np.inf,
-    shown="the last after {time:.1f} s",
+    shown="last to cross: {time:.1f} s",
 )
 def dense_counterflow(setting: Setting) -> Numbers:
     """Measures when the last has crossed of 100 against 100."""

@@ -31,7 +31,8 @@ _STUCK_FOR = 10.0
     " other in corridors of 1.2, 1.5, 2 and 3 m, at a distance?",
     expected="both get past in all, and centers are at least 0.5 m apart",
     accepts=lambda it: max(it["time"]) < np.inf and min(it["nearest"]) >= 0.5,
-    shown="nearest {nearest:.2f} m, past after {time:.1f} s, in {width:g} m",
+    shown="{width:g} m wide: nearest {nearest:.2f} m, past each other at"
+    " {time:.1f} s",
 )
 def head_on(setting: Setting) -> Numbers:
     """Measures how two people pass each other in corridors."""

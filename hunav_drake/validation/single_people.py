@@ -20,7 +20,7 @@ _BANDS = ((0.58, 1.61), (1.41, 1.54), (0.68, 1.41), (0.46, 0.76))
 _STAIRS = "the world is a plane: there are no stairs"
 
 
-def hold_back(walkers: Walkers, own_times: ArrayLike) -> None:
+def _hold_back(walkers: Walkers, own_times: ArrayLike) -> None:
     """Lets people stand until their own times, (n,) in seconds."""
     walkers.command[:, Command.HAS_GOAL] = walkers.time >= np.asarray(own_times)
 
@@ -38,7 +38,7 @@ def corridor_time(setting: Setting) -> Numbers:
     walkers = Walkers(
         setting, [[0, 1]], [60, 1], walls=corridor(-2, 62, 2), speeds=1.33
     )
-    walk = walkers.walk(60.0, each=lambda it: hold_back(it, [1.0]))
+    walk = walkers.walk(60.0, each=lambda it: _hold_back(it, [1.0]))
     return {"time": float(walk.first_time(walk.x >= 40)[0])}
 
 
@@ -76,7 +76,7 @@ def own_times(setting: Setting) -> Numbers:
     walkers = Walkers(setting, starts, [20, 2.5], walls=room(8, 5, 1.0))
     walk = walkers.walk(
         latest + 40,
-        each=lambda it: hold_back(it, own),
+        each=lambda it: _hold_back(it, own),
         leave=lambda rows: rows[:, 0] > 10,
     )
     moved = walk.states[..., :2] - starts

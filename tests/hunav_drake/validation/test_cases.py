@@ -106,6 +106,7 @@ def test_numbers_are_told_one_by_one():
         {"a": [1.25, math.inf], "b": [1, 2.5], "c": 3},
     )
     assert text == "1.2 / never at 1 / 2.5 m, 3"
+    assert describe("{a:.1f} s", {"a": [1, math.inf]}) == "1.0 / never"
 
 
 def test_draws_follow_from_seed_and_purpose():
