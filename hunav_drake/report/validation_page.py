@@ -184,7 +184,9 @@ def _section(case: Case, outcomes: Sequence[Outcome]) -> list[str]:
     if case.measure is None:
         return [*lines, f"Not applicable: {case.reason}.", ""]
     lines += ["| model | verdict | measured |", "| --- | --- | --- |"]
-    lines += [f"| {o.model} | {o.verdict} | {told(o)} |" for o in outcomes]
+    for outcome in outcomes:
+        text = told(outcome).replace("|", r"\|")
+        lines.append(f"| {outcome.model} | {outcome.verdict} | {text} |")
     return [*lines, ""]
 
 

@@ -144,7 +144,8 @@ def judge(case: Case, setting: Setting) -> Outcome:
     try:
         numbers = case.measure(setting)
     except Exception as error:
-        reason = f"{type(error).__name__}: {error}"
+        # On one line, as a cell of a table.
+        reason = " ".join(f"{type(error).__name__}: {error}".split())
         return Outcome(case.name, setting.model, "fails", reason=reason)
     return Outcome(
         case.name,
