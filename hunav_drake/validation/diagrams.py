@@ -169,7 +169,7 @@ def never_faster(setting: Setting) -> Numbers:
 
 @case(
     "RiMEA 16",
-    question="Are people in single file, in a passage 0.8 m wide without ends,"
+    question="Are people in single file, in a passage 0.6 m wide without ends,"
     " slower the more there are?",
     expected="speeds at 0.5, 1.0, 1.5 and 2.0 persons/m do not rise, and fall"
     " below half of the free speed",
@@ -180,7 +180,7 @@ def never_faster(setting: Setting) -> Numbers:
 )
 def single_file(setting: Setting) -> Numbers:
     """Measures the mean speed in single file, at several densities."""
-    length, width = 20.0, 0.8
+    length, width = 20.0, 0.6
     seconds = 10.0 if setting.quick else 40.0
     densities = [0.5, 1.0, 1.5, 2.0]
     speeds = []
