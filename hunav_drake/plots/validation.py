@@ -44,9 +44,9 @@ def plot_speeds(measured: Measured, *, ax: "Axes | None" = None) -> "Axes":
         color=WALL,
         alpha=0.5,
         lw=0,
-        label=f"Weidmann 1993 ± {TOLERANCE:g} m/s",
+        label=f"Weidmann ± {TOLERANCE:g} m/s",
     )
-    ax.plot(density, speed, color=MUTED, lw=1, label="Weidmann 1993")
+    ax.plot(density, speed, color=MUTED, lw=1, label="Weidmann")
     _lines(ax, measured, "density", "speed")
     ax.set(
         xlabel="density (persons/m²)",
@@ -72,7 +72,7 @@ def plot_door_flow(measured: Measured, *, ax: "Axes | None" = None) -> "Axes":
         color=WALL,
         alpha=0.5,
         lw=0,
-        label=f"measured in people, {low:g} to {high:g}",
+        label=f"people, {low:g} to {high:g}",
     )
     _lines(ax, measured, "width", "flow")
     ax.set(xlabel="width of the door (m)", ylabel="flow (persons/(m s))")
@@ -84,7 +84,7 @@ def plot_door_flow(measured: Measured, *, ax: "Axes | None" = None) -> "Axes":
 def plot_counterflow(measured: Measured, *, ax: "Axes | None" = None) -> "Axes":
     """Draws when the last has crossed against how many come against them.
 
-    A cross at the upper edge tells of people who never do.
+    A cross near the upper edge tells of people who never do.
 
     Args:
         measured: The numbers of the case `counterflow`.
@@ -119,7 +119,8 @@ def _lines(ax: "Axes", measured: Measured, x: str, y: str) -> None:
         )
         ax.plot(
             at[~known],
-            np.ones((~known).sum()),
+            # Lower for each model, so that none hides another.
+            np.full((~known).sum(), 1 - 0.05 * k),
             "x",
             color=styles[k]["color"],
             transform=ax.get_xaxis_transform(),
@@ -206,18 +207,19 @@ PLOTS = (
         "fundamental_diagram",
         plot_speeds,
         "Mean speed of people who prefer N(1.34, 0.26) m/s, against their"
-        " density.",
+        " density, and that of Weidmann 1993.",
     ),
     ValidationPlot(
         "door_flow",
         plot_door_flow,
-        "Flow of people per meter of a door, against its width.",
+        "Flow of people per meter of a door, against its width, and what was"
+        " measured in people.",
     ),
     ValidationPlot(
         "counterflow",
         plot_counterflow,
         "When the last of a crowd has crossed a corridor, against how many come"
-        " against them. A cross at the upper edge: not all do.",
+        " against them. A cross: not all do.",
     ),
     ValidationPlot(
         "lanes",

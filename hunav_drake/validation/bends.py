@@ -191,9 +191,12 @@ def _rooms_along_corridor(pairs: int) -> tuple[list[Box], list[Area]]:
     " its corridor, empty the sooner the faster people are? The guideline"
     " sweeps over parameters of a building of three storeys; this one sweeps"
     " over speeds of 0.5, 0.75, 1.0 and 1.34 m/s, on one.",
-    expected="the last is earlier at each higher speed, and all leave",
+    expected="the last is not later at a higher speed, by over 5 %, and at the"
+    " highest in at most 3/4 of the time at the lowest; all leave",
     accepts=lambda it: bool(
-        max(it["time"]) < np.inf and np.all(np.diff(it["time"]) < 0)
+        max(it["time"]) < np.inf
+        and np.all(np.diff(it["time"]) <= 0.05 * np.array(it["time"][:-1]))
+        and it["time"][-1] <= 0.75 * it["time"][0]
     ),
     shown="{time:.1f} s at {speed:g} m/s",
 )

@@ -22,7 +22,7 @@ def test_speeds_stand_beside_those_of_weidmann():
     measured = {"a": {"density": [1, 2], "speed": [1.2, 0.7]}}
     ax = plot_speeds(measured)
     assert line_of(ax, "a").get_xydata().tolist() == [[1, 1.2], [2, 0.7]]
-    x, y = line_of(ax, "Weidmann 1993").get_xydata().T
+    x, y = line_of(ax, "Weidmann").get_xydata().T
     assert np.interp(2.0, x, y) == pytest.approx(0.61, abs=0.01)
 
 
