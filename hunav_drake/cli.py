@@ -26,6 +26,7 @@ from hunav_drake.commands.run import add_run_command
 from hunav_drake.commands.scenarios import add_scenario_commands
 from hunav_drake.commands.tree import add_tree_commands
 from hunav_drake.commands.user_code import fault_of_user_code, import_user_code
+from hunav_drake.commands.validate import add_validate_command
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -89,6 +90,7 @@ def _make_parser() -> argparse.ArgumentParser:
     add_report_command(commands)
     add_tree_commands(commands)
     add_differences_command(commands)
+    add_validate_command(commands)
     add_doctor_command(commands)
     return parser
 

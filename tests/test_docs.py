@@ -7,6 +7,8 @@ import textwrap
 import pytest
 
 from hunav_drake import LoadScenario, MakeTrialDiagram
+from hunav_drake.systems.crowd import MOTION_MODELS
+from hunav_drake.validation.cases import CASES
 from tests import architecture
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -41,6 +43,27 @@ def test_the_drawing_of_the_diagram_is_up_to_date():
         for i in range(diagram.num_output_ports())
     }
     assert exported <= drawn
+
+
+def test_the_validation_page_tells_of_all_cases_and_models():
+    """`hunav validate --markdown docs/validation.md` writes it anew."""
+    text = (DOCS / "validation.md").read_text()
+    head = re.search(r"^\| case \| standard \| (.*) \|$", text, re.M)
+    models = [
+        name
+        for name, model in MOTION_MODELS.items()
+        # Those of the package, whatever other tests have registered.
+        if model.__module__.startswith("hunav_drake.")
+    ]
+    assert head[1].split(" | ") == sorted(models)
+    rows = re.findall(r"^\| \[(\w+)\]\(#\1\) \| ([^|]*) \|", text, re.M)
+    assert dict(rows) == {name: case.standards for name, case in CASES.items()}
+    assert re.findall(r"^### (\w+)$", text, re.M) == list(CASES)
+    for case in CASES.values():
+        assert case.question in text
+        assert f"Expected: {case.expected}." in text
+    for picture in re.findall(r"!\[.*\]\((.*)\)", text):
+        assert (DOCS / picture).exists()
 
 
 def test_every_room_is_described():

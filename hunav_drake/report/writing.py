@@ -6,9 +6,8 @@ from pathlib import Path
 from types import MappingProxyType
 from urllib.parse import quote
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
-
 from hunav_drake.report.batch_page import batch_content
+from hunav_drake.report.environment import template_environment
 from hunav_drake.report.trial_page import trial_content
 from hunav_drake.results.duplicate_runs import drop_duplicate_runs
 from hunav_drake.results.run_folders import find_pages
@@ -75,7 +74,7 @@ def WriteReport(
     if replay is not None:
         address = _link(replay, filename)
     text = (
-        _environment()
+        template_environment()
         .get_template(template)
         .render(
             title=title,
@@ -91,16 +90,6 @@ def WriteReport(
     with atomic_write(filename) as file:
         file.write(text.encode())
     return filename
-
-
-def _environment() -> Environment:
-    return Environment(
-        loader=PackageLoader("hunav_drake.report"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
 
 
 def _link(target: str | Path, page: Path) -> str:

@@ -56,6 +56,17 @@ def MakeSourceProvenance(filename: str | Path) -> Provenance:
     }
 
 
+def MakeValidationProvenance(seed: int, quick: bool) -> Provenance:
+    """Returns what must be equal for a validation to find the same.
+
+    Args:
+        seed: The seed of places and speeds.
+        quick: Whether it was the short form.
+    """
+    form = "quick" if quick else "full"
+    return {**_versions(), "seed": seed, "form": form}
+
+
 def _versions() -> Provenance:
     versions = {
         name: metadata.version(name)

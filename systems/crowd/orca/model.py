@@ -121,10 +121,7 @@ def _avoid(rule, ex, ey, own, vx, vy, reach, share, horizon, time_step):
 
 @jit
 def _go_the_same_way(i, j, wanted):
-    """Tells whether the velocities that two people want are within 60 degrees.
-
-    Such people queue: they keep less distance.
-    """
+    """Tells whether two people want to go the same way, within 60 degrees."""
     same = wanted[i, 0] * wanted[j, 0] + wanted[i, 1] * wanted[j, 1]
     both = math.hypot(wanted[i, 0], wanted[i, 1])
     both *= math.hypot(wanted[j, 0], wanted[j, 1])
@@ -351,9 +348,7 @@ class OrcaModel(MotionModel):
     slowly (of people with a radius of 0.35 m, 0.3 in a second through 1 m).
     Two who meet in a door that holds one body do not give way to each other.
 
-    All walls within `obstacle_range` count: `max_obstacles` does not. People
-    on the very point of a wall are not moved by it, nor people by someone in
-    the same place with the same velocity.
+    All walls within `obstacle_range` count: `max_obstacles` does not.
     """
 
     # People and robots farther than this are not avoided, in meters.

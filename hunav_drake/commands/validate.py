@@ -1,0 +1,179 @@
+"""The command `hunav validate`."""
+
+import argparse
+import functools
+from pathlib import Path
+import sys
+from typing import TYPE_CHECKING, Any
+
+from hunav_drake.commands.errors import DONE, input_errors
+from hunav_drake.commands.options import add_import_option
+from hunav_drake.commands.user_code import import_user_code
+
+if TYPE_CHECKING:
+    from hunav_drake.validation.case import Outcome
+
+
+def add_validate_command(commands: Any) -> None:
+    """Adds the command `hunav validate`."""
+    validate = commands.add_parser(
+        "validate",
+        help="test how well motion models walk like people",
+        description="Runs cases of RiMEA, NIST and ISO 20414, and of what"
+        " crowds are known to do, for each motion model, and prints what is"
+        " expected, measured and passed. That a model fails is a result, not"
+        " an error.",
+    )
+    validate.set_defaults(function=_validate)
+    validate.add_argument(
+        "--model", nargs="+", default=[], help="only these motion models"
+    )
+    validate.add_argument(
+        "--case", nargs="+", default=[], help="only these cases, by name"
+    )
+    validate.add_argument(
+        "--list", action="store_true", help="only tell the cases there are"
+    )
+    validate.add_argument(
+        "--quick",
+        action="store_true",
+        help="fewer people and less time, for a first look",
+    )
+    validate.add_argument(
+        "--seed", type=_whole(0), default=0, help="0 by default"
+    )
+    validate.add_argument(
+        "--workers",
+        type=_whole(1),
+        default=1,
+        help="how many processes to use; they do not change the results",
+    )
+    validate.add_argument(
+        "--out",
+        metavar="DIR",
+        type=Path,
+        help="write validation.html, outcomes.csv and numbers.csv to DIR",
+    )
+    validate.add_argument(
+        "--markdown",
+        metavar="FILE",
+        type=Path,
+        help="write the page as Markdown, and its pictures beside it",
+    )
+    validate.add_argument(
+        "--json", action="store_true", help="print JSON, not a table"
+    )
+    add_import_option(validate)
+
+
+def _whole(least: int) -> Any:
+    def parse(text: str) -> int:
+        if not text.isdecimal() or not least <= int(text) < 2**63:
+            raise argparse.ArgumentTypeError(
+                f"must be a whole number of at least {least}, got {text!r}"
+            )
+        return int(text)
+
+    return parse
+
+
+def _validate(options: argparse.Namespace) -> int:
+    from hunav_drake.validation.case import Setting
+    from hunav_drake.validation.cases import CASES
+    from hunav_drake.validation.run import (
+        run_cases,
+        select_cases,
+        select_models,
+    )
+    from hunav_drake.validation.tables import format_table, outcomes_json
+
+    with input_errors(ValueError):
+        models = select_models(options.model)
+        cases = select_cases(options.case)
+    if options.list:
+        width = max(map(len, cases))
+        for name in cases:
+            print(f"{name:{width}}  {CASES[name].standards}")
+        return DONE
+    _check_places(options)
+    settings = [Setting(m, options.seed, options.quick) for m in models]
+    imports = tuple(getattr(options, "imports", ()))
+    with _Progress(len(cases) * len(settings)) as progress:
+        outcomes = run_cases(
+            cases,
+            settings,
+            workers=options.workers,
+            prepare=functools.partial(import_user_code, imports),
+            progress=progress.show,
+        )
+    print(outcomes_json(outcomes) if options.json else format_table(outcomes))
+    _write(outcomes, options)
+    return DONE
+
+
+def _check_places(options: argparse.Namespace) -> None:
+    """Checks, before a long run, that what it finds can be written.
+
+    Raises:
+        InputError: If it cannot.
+    """
+    import tempfile
+
+    folders = {"--out": options.out}
+    if options.markdown is not None:
+        folders["--markdown"] = options.markdown.parent
+    for option, folder in folders.items():
+        if folder is None:
+            continue
+        with input_errors(place=f"{option} {folder}: cannot write there"):
+            folder.mkdir(parents=True, exist_ok=True)
+            with tempfile.TemporaryFile(dir=folder):
+                pass
+
+
+def _write(outcomes: "list[Outcome]", options: argparse.Namespace) -> None:
+    """Writes the files that were asked for, and says so on standard error."""
+    written: list[Path] = []
+    if options.out is not None:
+        from hunav_drake.report.validation_page import WriteValidationPage
+        from hunav_drake.results.provenance import MakeValidationProvenance
+        from hunav_drake.systems.common.files import atomic_write
+        from hunav_drake.validation.tables import numbers_csv, outcomes_csv
+
+        provenance = MakeValidationProvenance(options.seed, options.quick)
+        page = options.out / "validation.html"
+        with input_errors():
+            written.append(WriteValidationPage(outcomes, page, provenance))
+            for name, text in (
+                ("outcomes.csv", outcomes_csv(outcomes)),
+                ("numbers.csv", numbers_csv(outcomes)),
+            ):
+                with atomic_write(options.out / name) as file:
+                    file.write(text.encode())
+                written.append(options.out / name)
+    if options.markdown is not None:
+        from hunav_drake.report.validation_page import WriteValidationMarkdown
+
+        with input_errors():
+            written.append(WriteValidationMarkdown(outcomes, options.markdown))
+    for path in written:
+        print(f"Wrote {path}", file=sys.stderr)
+
+
+class _Progress:
+    """Shows how many cases are done, if the output is a terminal."""
+
+    def __init__(self, total: int) -> None:
+        from tqdm import tqdm
+
+        self._bar = tqdm(total=total, disable=None, leave=False)
+
+    def __enter__(self) -> "_Progress":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._bar.close()
+
+    def show(self, outcome: "Outcome") -> None:
+        self._bar.set_description_str(f"{outcome.case}, {outcome.model}")
+        self._bar.update()

@@ -1,0 +1,1 @@
+"""Cases that tell how well models of human motion walk like people."""

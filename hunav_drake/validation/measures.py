@@ -1,0 +1,128 @@
+"""What is measured on people who walked."""
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hunav_drake.validation.places import Area
+from hunav_drake.validation.walkers import TIME_STEP, Walk
+
+Array = NDArray[np.float64]
+
+# Weidmann 1993, "Transporttechnik der Fußgänger", eq. 6: free speed in m/s,
+# a constant and the density of a jam, both in persons/m^2.
+_FREE, _GAMMA, _JAM = 1.34, 1.913, 5.4
+
+# People whose centers are nearer than this touch, in meters; with bodies of
+# the radius that all cases have, by pressing.
+CONTACT = 0.45
+
+# The time that accelerations are the mean of, in seconds.
+_SMOOTH = 0.2
+
+# The width of the strips that lanes are looked for in, in meters.
+_STRIP = 0.2
+
+STANDARD_GRAVITY = 9.80665
+
+
+def weidmann(density: ArrayLike) -> Array:
+    """Returns the speed of people at a density, by Weidmann 1993.
+
+    Args:
+        density: In persons/m^2, positive.
+
+    Returns:
+        In m/s, of the same shape; 0 at a density of 5.4 and above.
+    """
+    rho = np.asarray(density, dtype=float)
+    speed: Array = _FREE * -np.expm1(
+        -_GAMMA * np.maximum(1 / rho - 1 / _JAM, 0.0)
+    )
+    return speed
+
+
+def flow_rate(passages: Array, low: float = 0.2, high: float = 0.8) -> float:
+    """Returns how many pass in a second, of those in the middle of a queue.
+
+    Args:
+        passages: When each passed, in seconds; infinite for who did not.
+        low: The part of the people who pass before it is measured.
+        high: The part of the people after whom it is not.
+
+    Returns:
+        In persons/s. If not all pass up to there, it is that of those who do,
+        over the time up to the last; 0 if fewer than two do.
+    """
+    n = len(passages)
+    times = np.sort(passages)[math.floor(low * n) : math.ceil(high * n)]
+    times = times[np.isfinite(times)]
+    if len(times) < 2 or times[-1] <= times[0]:
+        return 0.0
+    return float((len(times) - 1) / (times[-1] - times[0]))
+
+
+def peak_density(walk: Walk, area: Area, seconds: float = 1.0) -> float:
+    """Returns the largest density in an area, in persons/m^2.
+
+    Args:
+        walk: Where people were.
+        area: Where they are counted.
+        seconds: The time that densities are the mean of.
+    """
+    counts = (area.holds(walk.states) & walk.present).sum(axis=1) / area.size
+    window = min(len(counts), round(seconds / TIME_STEP))
+    means = np.convolve(counts, np.full(window, 1 / window), mode="valid")
+    return float(means.max())
+
+
+def lane_order(states: Array, to_right: NDArray[np.bool_]) -> float:
+    """Returns the order parameter of lanes along x, from 0 to 1.
+
+    It is the mean over strips 0.2 m wide of ((n_L - n_R) / (n_L + n_R))^2.
+
+    Args:
+        states: Shape (n, 2 or more), from x and y on; one or more people.
+        to_right: Shape (n,), who walks in the direction of x.
+    """
+    strips = np.floor(states[:, 1] / _STRIP).astype(int)
+    strips -= strips.min()
+    sides = np.where(to_right, 1.0, -1.0)
+    counts = np.bincount(strips)
+    sums = np.bincount(strips, weights=sides)
+    taken = counts > 0
+    return float(np.mean((sums[taken] / counts[taken]) ** 2))
+
+
+def touches(positions: Array, distance: float = CONTACT) -> int:
+    """Returns how often two people begin to touch.
+
+    Args:
+        positions: Shape (k, n, 2), in meters.
+        distance: That of centers below which they do, in meters.
+    """
+    first, second = np.triu_indices(positions.shape[1], k=1)
+    count = 0
+    before = np.ones(len(first), dtype=bool)
+    for rows in positions:
+        near = np.hypot(*(rows[first] - rows[second]).T) < distance
+        count += int((near & ~before).sum())
+        before = near
+    return count
+
+
+def peak_acceleration(walk: Walk) -> float:
+    """Returns the largest acceleration, as a mean of 0.2 s, in m/s^2."""
+    # Of velocities, so that a step in position does not count as two.
+    velocities = walk.states[..., 3:5]
+    window = round(_SMOOTH / TIME_STEP)
+    change = velocities[window:] - velocities[:-window]
+    return float(np.hypot(change[..., 0], change[..., 1]).max() / _SMOOTH)
+
+
+def nearest_centers(walk: Walk) -> float:
+    """Returns the least distance of two centers ever, in meters."""
+    first, second = np.triu_indices(walk.states.shape[1], k=1)
+    apart = walk.states[:, first, :2] - walk.states[:, second, :2]
+    return float(np.hypot(apart[..., 0], apart[..., 1]).min())

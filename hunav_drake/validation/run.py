@@ -1,0 +1,94 @@
+"""Runs cases for models, in one process or several."""
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+import multiprocessing
+
+from hunav_drake.systems.common.suggest import did_you_mean
+from hunav_drake.systems.crowd.models import MOTION_MODELS
+from hunav_drake.validation.case import Outcome, Setting, judge
+from hunav_drake.validation.cases import CASES
+
+_Task = tuple[str, Setting]
+
+
+def select_models(names: Iterable[str] = ()) -> list[str]:
+    """Returns the names of motion models, by default of all, in order.
+
+    Raises:
+        ValueError: If there is no model of a name.
+    """
+    return _select(names, sorted(MOTION_MODELS), "motion model")
+
+
+def select_cases(names: Iterable[str] = ()) -> list[str]:
+    """Returns the names of cases, by default of all, in order.
+
+    Raises:
+        ValueError: If there is no case of a name.
+    """
+    return _select(names, list(CASES), "case")
+
+
+def _select(names: Iterable[str], known: list[str], kind: str) -> list[str]:
+    chosen = set(names)
+    for name in sorted(chosen):
+        if name not in known:
+            raise ValueError(
+                f"there is no {kind} {name!r}{did_you_mean(name, known)} (there"
+                f" are: {', '.join(known)})"
+            )
+    return [name for name in known if name in chosen or not chosen]
+
+
+def run_cases(
+    cases: Sequence[str],
+    settings: Sequence[Setting],
+    *,
+    workers: int = 1,
+    prepare: Callable[[], object] | None = None,
+    progress: Callable[[Outcome], object] = lambda outcome: None,
+) -> list[Outcome]:
+    """Measures each case with each setting.
+
+    What comes out does not depend on how many processes do it.
+
+    Args:
+        cases: The names of cases.
+        settings: The models, with seed and size.
+        workers: How many processes to use; 1 for this one alone.
+        prepare: Called in each other process first, as to import models; it
+            must be fit to be pickled.
+        progress: Called with each outcome, in order.
+
+    Returns:
+        Case by case, the outcome of each setting.
+    """
+    tasks = [(case, setting) for case in cases for setting in settings]
+    outcomes = []
+    for outcome in _outcomes(tasks, min(workers, len(tasks)), prepare):
+        progress(outcome)
+        outcomes.append(outcome)
+    return outcomes
+
+
+def _outcomes(
+    tasks: list[_Task], workers: int, prepare: Callable[[], object] | None
+) -> Iterator[Outcome]:
+    if workers <= 1:
+        yield from map(_judge, tasks)
+        return
+    # Drake has threads, which a forked process would lack.
+    with ProcessPoolExecutor(
+        workers, multiprocessing.get_context("spawn"), prepare
+    ) as pool:
+        try:
+            yield from pool.map(_judge, tasks)
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            raise
+
+
+def _judge(task: _Task) -> Outcome:
+    name, setting = task
+    return judge(CASES[name], setting)
