@@ -69,7 +69,8 @@ from hunav_drake.systems.world.walls import opened
     _RIGHT,
     _WIDTH,
     _BESIDE,
-) = range(7, 15)
+    _SAME,
+) = range(7, 16)
 
 
 @jit
@@ -104,6 +105,7 @@ def _aside(rows, state, wx, wy, wish, p):
         # 0 for who wants to go the same way, 1 for who wants the opposite.
         along = wx * row[WISH_X] + wy * row[WISH_Y]
         against = min(max(0.5 - 0.5 * along / wish, 0.0), 1.0)
+        against = max(against - p[_SAME], 0.0) / (1 - p[_SAME])
         exponent = -left / p[_RANGE]
         qx = row[AT_X] + p[_TIME] * row[THEIR_VX]
         qy = row[AT_Y] + p[_TIME] * row[THEIR_VY]
@@ -140,7 +142,7 @@ def anticipated_velocities(
         table: `Obstacles.table`.
         sight: Walls farther than this do not count, in meters.
         step: The time step, in seconds.
-        p: Shape (15,): the fields of AnticipationVelocityModel.
+        p: Shape (16,): the fields of AnticipationVelocityModel.
 
     Returns:
         Shape (n, FORCES_SIZE), in m/s^2: the total, and zeros.
@@ -209,12 +211,15 @@ class AnticipationVelocityModel(SpeedModel):
     - how far sideways j will be counts, not only on which side
       (`side_width` 0, `side_reach` 0);
     - who comes the other way is passed on the right (`keep_right` 0);
-    - people do not step aside for those who walk as they do (`following` 1),
-      but turn away from those very near (`repulsion_strength` 0), as in the
-      collision-free speed model;
+    - people do not step aside for those who walk as they do (`following` 1,
+      `same_way` 0), but turn away from those very near (`repulsion_strength`
+      0), as in the collision-free speed model;
     - instead of e_j, the velocity that j would like to have counts, by the
-      speed wanted: slower people are overtaken;
+      speed wanted, so that who stands in a queue is none who comes the other
+      way;
     - the reaction time is shorter (`reaction_time` 0.3, `hesitation` 0).
+
+    Slower people on the same way are followed, not overtaken.
 
     Robots count as people do, but with the whole radii; one in the role of an
     obstacle is taken for standing. Walls take from the velocity what leads
@@ -223,7 +228,7 @@ class AnticipationVelocityModel(SpeedModel):
 
     # The time in which somebody who walks turns to a new direction (tau), in
     # seconds; published: 0.3.
-    reaction_time: Time = 0.1
+    reaction_time: Time = 0.05
 
     # How strongly people step aside for somebody whom they would touch
     # (alpha); published for JuPedSim 1.4.
@@ -252,6 +257,10 @@ class AnticipationVelocityModel(SpeedModel):
     # Who will be farther to the side than this, in distances at which bodies
     # touch, is avoided less; 0 is no limit, and published.
     side_reach: Share = 1.0
+
+    # Others walk the same way if (1 - e0 . e_j) / 2 is less than this: 0.15 is
+    # for 45 degrees. Published: 0.
+    same_way: Annotated[StrictFloat, within(0, 0.9)] = 0.15
 
     def forces(self, snapshot: Snapshot) -> Array:
         """Returns the accelerations, as totals: see `MotionModel.forces`."""

@@ -12,12 +12,7 @@ import numpy as np
 from pydantic import StrictFloat
 from pydantic.dataclasses import dataclass
 
-from hunav_drake.systems.common.kernels import (
-    MATRIX,
-    REAL,
-    jit,
-    jit_as,
-)
+from hunav_drake.systems.common.kernels import MATRIX, REAL, jit, jit_as
 from hunav_drake.systems.common.layout import (
     COHERENCE_FORCE,
     FORCES_SIZE,
@@ -36,11 +31,7 @@ from hunav_drake.systems.common.layout import (
     Y,
 )
 from hunav_drake.systems.common.schema import CONFIG, within
-from hunav_drake.systems.crowd.motion_model import (
-    Array,
-    MotionModel,
-    Snapshot,
-)
+from hunav_drake.systems.crowd.motion_model import Array, MotionModel, Snapshot
 from hunav_drake.systems.crowd.social_force import kernel
 from hunav_drake.systems.crowd.social_force.compiled_forces import (
     add_group_forces,
@@ -249,17 +240,20 @@ def direction_of(state, wx, wy):
 def _gap(rows, ex, ey):
     """Returns the least gap to a body ahead, in meters, or infinity.
 
-    A body is ahead if it would be touched by one that moves on straight.
+    A body is ahead if it would be touched by one that moves on straight. One
+    in the same place is in no direction.
     """
     gap = math.inf
     for a in range(len(rows)):
         dx = rows[a, AT_X]
         dy = rows[a, AT_Y]
+        distance = math.hypot(dx, dy)
         if (
-            dx * ex + dy * ey >= 0
+            distance >= TINY
+            and dx * ex + dy * ey >= 0
             and abs(ex * dy - ey * dx) <= rows[a, TOUCH]
         ):
-            gap = min(gap, math.hypot(dx, dy) - rows[a, TOUCH])
+            gap = min(gap, distance - rows[a, TOUCH])
     return gap
 
 
@@ -275,9 +269,7 @@ def _off_walls(vx, vy, x, y, radius, time, walls, reach):
         changed = False
         for i in range(len(runs)):
             for s in range(walls.runs[runs[i], 0], walls.runs[runs[i], 1]):
-                px, py, d2 = nearest_on_segments(
-                    x, y, walls.segments, s, s + 1
-                )
+                px, py, d2 = nearest_on_segments(x, y, walls.segments, s, s + 1)
                 distance = math.sqrt(d2)
                 if distance > reach or distance < TINY:
                     continue
@@ -337,12 +329,15 @@ def walk_on(
     if command[Command.TURN_RATE] == 0:
         facing = math.cos(state[YAW]) * ex + math.sin(state[YAW]) * ey
         ease = min(ease, max(facing, _BACKWARD))
-    target = wish * firm * (1 + ease) / 2
+    target = wish * (1 + ease) / 2
 
     change = pace[ACCELERATION] * step
     speed = max(vx * ex + vy * ey, 0.0)
     speed += min(max(target - speed, -change), change)
-    speed = min(speed, max(_gap(rows, ex, ey), 0.0) / max(pace[TIME_GAP], step))
+    most = max(_gap(rows, ex, ey), 0.0) / max(pace[TIME_GAP], step)
+    if firm < 1 and wish > 0:
+        most = firm * min(most, target)
+    speed = min(speed, most)
     speed = min(speed, command[Command.MAX_SPEED])
     to_x, to_y = _off_walls(
         *(speed * ex, speed * ey, state[X], state[Y], radius),
@@ -413,9 +408,7 @@ class SpeedModel(MotionModel):
     # The largest radius that people have to each other and to walls (l / 2),
     # in meters. Of a person whose own is larger, the rest is distance of
     # comfort: it counts to robots only.
-    body_radius: Annotated[
-        StrictFloat, within(0, 5, "m", low_open=True)
-    ] = 0.15
+    body_radius: Annotated[StrictFloat, within(0, 5, "m", low_open=True)] = 0.15
 
     # The speed is at most the gap ahead by this time (T), in seconds.
     time_gap: Annotated[StrictFloat, within(0, 1e3, "s", low_open=True)] = 1.0

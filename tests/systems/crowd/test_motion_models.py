@@ -390,6 +390,10 @@ def test_an_unknown_parameter_is_told(name):
         ("orca", "epsilon", "much", "valid number"),
         ("headed_social_force", "mass", 0.0, r"in \[1, 1000\] kg"),
         ("headed_social_force", "alpha", math.nan, "finite"),
+        ("collision_free_speed", "time_gap", 0.0, r"in \(0, 1000\] s"),
+        ("collision_free_speed", "epsilon", 2.0, r"in \[-1, 1\] rad"),
+        ("anticipation_velocity", "same_way", 1.5, r"in \[0, 0.9\]"),
+        ("anticipation_velocity", "body_radius", 0.0, r"in \(0, 5\] m"),
         ("social_force", "kernel", "gpu", "'fast', 'reference' or 'numpy'"),
     ],
 )
@@ -509,6 +513,8 @@ def test_a_class_that_lacks_a_function_is_no_model():
         ("social_force", {"kernel": "reference"}),
         ("headed_social_force", {}),
         ("orca", {}),
+        ("collision_free_speed", {}),
+        ("anticipation_velocity", {}),
     ],
 )
 def test_no_finite_number_is_too_large(model, parameters, size):
