@@ -39,22 +39,24 @@ from hunav_drake.systems.crowd.motion_model import (
 )
 from hunav_drake.systems.crowd.orca.neighbors import make_cells
 from hunav_drake.systems.crowd.speed_models import (
-    AT_X,
-    AT_Y,
     BODY_RADIUS,
-    THEIR_VX,
-    THEIR_VY,
     TIME_GAP,
-    TINY,
-    TOUCH,
-    WISH_X,
-    WISH_Y,
     Share,
     SpeedModel,
     Time,
     direction_of,
-    look_around,
     walk_on,
+)
+from hunav_drake.systems.crowd.surroundings import (
+    AT_X,
+    AT_Y,
+    THEIR_VX,
+    THEIR_VY,
+    TINY,
+    TOUCH,
+    WISH_X,
+    WISH_Y,
+    look_around,
     wishes,
 )
 from hunav_drake.systems.world.walls import opened

@@ -38,16 +38,18 @@ from hunav_drake.systems.crowd.motion_model import (
 )
 from hunav_drake.systems.crowd.orca.neighbors import make_cells
 from hunav_drake.systems.crowd.speed_models import (
-    AT_X,
-    AT_Y,
     BODY_RADIUS,
     TIME_GAP,
-    TINY,
-    TOUCH,
     Share,
     SpeedModel,
-    look_around,
     walk_on,
+)
+from hunav_drake.systems.crowd.surroundings import (
+    AT_X,
+    AT_Y,
+    TINY,
+    TOUCH,
+    look_around,
     wishes,
 )
 from hunav_drake.systems.world.walls import opened
