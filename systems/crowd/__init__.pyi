@@ -3,6 +3,8 @@ from .crowd_config import CrowdConfig as CrowdConfig
 from .human_crowd import HumanCrowd as HumanCrowd, HumanCrowd_ as HumanCrowd_
 from .models import (
     MOTION_MODELS as MOTION_MODELS,
+    AnticipationVelocityModel as AnticipationVelocityModel,
+    CollisionFreeSpeedModel as CollisionFreeSpeedModel,
     HeadedSocialForceModel as HeadedSocialForceModel,
     OrcaModel as OrcaModel,
     SocialForceModel as SocialForceModel,

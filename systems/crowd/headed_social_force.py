@@ -5,7 +5,7 @@ the headed social force model".
 """
 
 import math
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 from numba import float64
 from pydantic import StrictFloat
@@ -238,6 +238,8 @@ class HeadedSocialForceModel(MotionModel):
     # How people follow others: see `SocialForceModel`.
     time_gap: Annotated[StrictFloat, within(0, 10, "s")] = 0.8
     speed_matching: Annotated[StrictFloat, within(0, 1)] = 0.35
+
+    follows: ClassVar[bool] = True
 
     def forces(self, snapshot: Snapshot) -> Array:
         """Returns the social forces: see `MotionModel.forces`."""

@@ -3,7 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 import math
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -61,10 +61,15 @@ class MotionModel(ABC):
 
     Both functions must be pure, and must not change their arguments: most of
     those are read-only. A model that keeps a margin between bodies and walls
-    says how much, in meters, by an attribute `safety_margin`. One whose people
-    are to follow each other at a time gap says so by `time_gap`, in seconds,
-    and `speed_matching`: see `bodies.time_gap`.
+    says how much, in meters, by an attribute `safety_margin`.
+
+    Attributes:
+        follows: Whether people are to follow each other at the model's
+            `time_gap`, in seconds, with its `speed_matching`: see
+            `bodies.time_gap`. Models that see to it themselves do not ask.
     """
+
+    follows: ClassVar[bool] = False
 
     @abstractmethod
     def forces(self, snapshot: Snapshot) -> Array:

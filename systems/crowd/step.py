@@ -93,8 +93,10 @@ class CrowdStep:
         # Models that are not ours get these, too.
         self.radii.setflags(write=False)
         self._bodies = Bodies(humans, obstacles, config)
-        self._time_gap = getattr(model, "time_gap", 0.0)
-        self._speed_matching = getattr(model, "speed_matching", 0.0)
+        self._time_gap, self._speed_matching = (
+            getattr(model, name) if model.follows else 0.0
+            for name in ("time_gap", "speed_matching")
+        )
         self._room = Room(
             obstacles,
             self.radii,

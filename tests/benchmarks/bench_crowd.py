@@ -16,6 +16,7 @@ from pydrake.systems.primitives import ConstantVectorSource
 from hunav_drake import AddHumans, AgentServices, HumanConfig
 from hunav_drake.systems.common.layout import COMMAND_SIZE, Command
 from hunav_drake.systems.crowd import (
+    MOTION_MODELS,
     CrowdConfig,
     HumanCrowd,
     Snapshot,
@@ -75,6 +76,26 @@ def kernel_step(snapshot: Snapshot, kernel: str) -> float:
     # The names are literals only where this is called.
     model = SocialForceModel(kernel=kernel)  # type: ignore[arg-type]
     return best(lambda: model.advance(snapshot, model.forces(snapshot)))
+
+
+def model_step(snapshot: Snapshot, name: str) -> float:
+    """Returns the seconds of a step of a motion model."""
+    model = MOTION_MODELS.make(name)
+    return best(lambda: model.advance(snapshot, model.forces(snapshot)))
+
+
+def print_models() -> None:
+    """Prints what a step of each motion model costs."""
+    names = ["social_force", *sorted(set(MOTION_MODELS) - {"social_force"})]
+    print("\nus per person and step (in times social_force)")
+    print("people  " + " ".join(f"{name:>22}" for name in names))
+    for n in (5, 20, 100, 1000):
+        snapshot = make_snapshot(n)
+        us = [1e6 * model_step(snapshot, name) / n for name in names]
+        print(
+            f"{n:6}  " + " ".join(f"{t:13.2f} ({t / us[0]:6.2f})" for t in us),
+            flush=True,
+        )
 
 
 def drake_step(snapshot: Snapshot) -> float:
@@ -206,6 +227,8 @@ def main() -> None:
             + f" {reference / fast:7.1f} {aim:>5} {growth:7.2f}",
             flush=True,
         )
+
+    print_models()
 
     costs = {}
     for n in (2000, 20000):

@@ -1,6 +1,6 @@
 """The social force model, as HuNavSim uses it."""
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import StrictFloat
 from pydantic.dataclasses import dataclass
@@ -38,6 +38,8 @@ class SocialForceModel(MotionModel):
     # HuNavSim. The values fit measured speeds and flows: docs/validation.md.
     time_gap: Annotated[StrictFloat, within(0, 10, "s")] = 0.8
     speed_matching: Annotated[StrictFloat, within(0, 1)] = 0.35
+
+    follows: ClassVar[bool] = True
 
     def forces(self, snapshot: Snapshot) -> Array:
         """Returns the forces: see `MotionModel.forces`."""

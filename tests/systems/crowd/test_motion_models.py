@@ -390,6 +390,10 @@ def test_an_unknown_parameter_is_told(name):
         ("headed_social_force", "mass", 0.0, r"in \[1, 1000\] kg"),
         ("headed_social_force", "alpha", math.nan, "finite"),
         ("social_force", "kernel", "gpu", "'fast', 'reference', 'numpy'"),
+        ("collision_free_speed", "time_gap", 0.0, r"in \(0, 1000\] s"),
+        ("collision_free_speed", "epsilon", 2.0, r"in \[-1, 1\] rad"),
+        ("anticipation_velocity", "same_way", 1.5, r"in \[0, 0.9\]"),
+        ("anticipation_velocity", "body_radius", 0.0, r"in \(0, 5\] m"),
     ],
 )
 def test_a_parameter_out_of_range_is_told(name, parameter, value, words):
@@ -510,6 +514,8 @@ def test_a_class_that_lacks_a_function_is_no_model():
         ("social_force", {"kernel": "reference"}),
         ("headed_social_force", {}),
         ("orca", {}),
+        ("collision_free_speed", {}),
+        ("anticipation_velocity", {}),
     ],
 )
 def test_no_finite_number_is_too_large(model, parameters, size):

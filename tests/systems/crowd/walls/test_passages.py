@@ -12,7 +12,13 @@ from hunav_drake.systems.crowd.walls.room import Room
 from hunav_drake.systems.world.routes import RouteMap, route_clearance
 from hunav_drake.systems.world.shapes import Box, World
 
-MODELS = ["social_force", "headed_social_force", "orca"]
+MODELS = [
+    "social_force",
+    "headed_social_force",
+    "orca",
+    "collision_free_speed",
+    "anticipation_velocity",
+]
 
 
 def room_with_a_door(width, *, thickness=0.2):
