@@ -20,7 +20,7 @@ def test_the_table_tells_what_is_expected_and_measured(hunav):
     assert "not applicable: the world is a plane" in out
     assert out.splitlines()[-2:] == [
         "orca          1 passes, 1 fails, 1 not applicable",
-        "social_force  1 passes, 1 fails, 1 not applicable",
+        "social_force  2 passes, 0 fails, 1 not applicable",
     ]
 
 

@@ -8,6 +8,7 @@ from hunav_drake.systems.common.layout import COMMAND_SIZE, Command, RobotRole
 from hunav_drake.systems.crowd import Snapshot
 from hunav_drake.systems.people import SocialForceParameters
 from hunav_drake.systems.world.obstacles import Obstacles
+from hunav_drake.systems.world.shapes import Box
 
 NO_WALLS = Obstacles.from_shapes([], solid=[])
 
@@ -23,6 +24,13 @@ BODILESS = {
 
 # And who do not follow others.
 FREE = {**BODILESS, "model": {"name": "social_force", "time_gap": 0.0}}
+
+
+def box_between(x0, y0, x1, y1):
+    """A box between two corners."""
+    return Box(
+        center=((x0 + x1) / 2, (y0 + y1) / 2), size=(abs(x1 - x0), abs(y1 - y0))
+    )
 
 
 def make_snapshot(

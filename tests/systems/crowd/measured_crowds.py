@@ -14,7 +14,8 @@ from hunav_drake.systems.crowd.walls.keep_out import (
 )
 from hunav_drake.systems.people import HumanConfig, SocialForceParameters
 from hunav_drake.systems.world.obstacles import Obstacles
-from hunav_drake.systems.world.shapes import Box, World
+from hunav_drake.systems.world.shapes import World
+from tests.systems.crowd.crowds import box_between
 
 RADIUS = 0.2
 SPEED = 1.34
@@ -126,27 +127,22 @@ def walk(model, starts, goals, walls, *, duration, until):
     history = [states]
     for _ in range(round(duration / TIME_STEP)):
         snapshot = step.look(states, command, np.zeros((0, 7)), weights)
-        states = step.advance(snapshot, step.forces(snapshot))
+        states, _ = step.advance(
+            snapshot, step.forces(snapshot), np.zeros((len(states), 3))
+        )
         history.append(states)
         if until(states):
             break
     return np.array(history)
 
 
-def wall(x0, y0, x1, y1):
-    """A box between two corners."""
-    return Box(
-        center=((x0 + x1) / 2, (y0 + y1) / 2), size=(abs(x1 - x0), abs(y1 - y0))
-    )
-
-
 def walk_through_door(model, width, *, n=120, seed=0, duration=150.0):
     """The states (k, n, 6) of a crowd in front of a door at x = 0."""
     walls = [
-        wall(-0.1, width / 2, 0.1, 5.2),
-        wall(-0.1, -5.2, 0.1, -width / 2),
-        wall(-10, 5.0, 0.1, 5.2),
-        wall(-10, -5.2, 0.1, -5.0),
+        box_between(-0.1, width / 2, 0.1, 5.2),
+        box_between(-0.1, -5.2, 0.1, -width / 2),
+        box_between(-10, 5.0, 0.1, 5.2),
+        box_between(-10, -5.2, 0.1, -5.0),
     ]
     starts = places(n, -7.0, -4.0, -0.6, 4.0, seed)
     goals = np.column_stack([np.full(n, 30.0), 0.3 * starts[:, 1]])
@@ -179,8 +175,8 @@ def meet(model, width, *, offset=0.0, duration=30.0):
     The time is infinite if they do not.
     """
     walls = [
-        wall(-9, width / 2, 9, width / 2 + 0.2),
-        wall(-9, -width / 2 - 0.2, 9, -width / 2),
+        box_between(-9, width / 2, 9, width / 2 + 0.2),
+        box_between(-9, -width / 2 - 0.2, 9, -width / 2),
     ]
     states = walk(
         model,
@@ -204,9 +200,12 @@ def walk_against(model, n, m, *, duration, seed=0):
     walls = [wall(-5, y, 5, 1.2 * y) for y in (1, -1)]
     for side in (-1, 1):
         walls += [
-            *(wall(5 * side, y, 5.2 * side, 5 * y) for y in (1, -1)),
-            *(wall(5 * side, 5 * y, 15 * side, 5.2 * y) for y in (1, -1)),
-            wall(15 * side, -5.2, 15.2 * side, 5.2),
+            *(box_between(5 * side, y, 5.2 * side, 5 * y) for y in (1, -1)),
+            *(
+                box_between(5 * side, 5 * y, 15 * side, 5.2 * y)
+                for y in (1, -1)
+            ),
+            box_between(15 * side, -5.2, 15.2 * side, 5.2),
         ]
     starts = np.concatenate(
         [
@@ -235,7 +234,7 @@ def lane_order(model, *, seed=0):
     They meet in a corridor of 38 m x 3 m, and are counted in rows of 0.2 m
     of its middle, while both are there.
     """
-    walls = [wall(-20, 1.5, 20, 1.7), wall(-20, -1.7, 20, -1.5)]
+    walls = [wall(-20, 1.5, 20, 1.7), box_between(-20, -1.7, 20, -1.5)]
     starts = np.concatenate(
         [
             places(27, -12, -1.3, -3, 1.3, seed),

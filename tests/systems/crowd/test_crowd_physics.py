@@ -14,16 +14,9 @@ from hunav_drake import AddHumans, HumanConfig
 from hunav_drake.systems.crowd import CrowdConfig
 from hunav_drake.systems.world.obstacles import inside
 from hunav_drake.systems.world.shapes import Box, World
-from tests.systems.crowd.crowds import FREE
+from tests.systems.crowd.crowds import FREE, box_between
 
 TIME_STEP = 0.05
-
-
-def box_between(x0, y0, x1, y1):
-    """A box between two corners."""
-    return Box(
-        center=((x0 + x1) / 2, (y0 + y1) / 2), size=(abs(x1 - x0), abs(y1 - y0))
-    )
 
 
 def record_steps(
