@@ -16,8 +16,8 @@ def limit_rates(before, after, command, acceleration, turn_rate, time_step):
 
     Args:
         before: Shape (6,): x, y, yaw, vx, vy, omega.
-        after: Shape (6,): the state proposed; the place follows from its
-            velocity.
+        after: Shape (6,): the state proposed; the place changes as the
+            velocity does.
         command: Shape (COMMAND_SIZE,).
         acceleration: At most this, in m/s^2.
         turn_rate: At most this, in rad/s, unless the command turns the person.
@@ -28,10 +28,11 @@ def limit_rates(before, after, command, acceleration, turn_rate, time_step):
     change = math.sqrt(ax * ax + ay * ay)
     most = acceleration * time_step
     if change > most:
-        after[VX] = before[VX] + ax * (most / change)
-        after[VY] = before[VY] + ay * (most / change)
-    after[X] = before[X] + after[VX] * time_step
-    after[Y] = before[Y] + after[VY] * time_step
+        missing = 1 - most / change
+        after[VX] -= missing * ax
+        after[VY] -= missing * ay
+        after[X] -= missing * ax * time_step
+        after[Y] -= missing * ay * time_step
     turn = wrap(after[YAW] - before[YAW])
     if command[Command.TURN_RATE] == 0:
         speed = math.sqrt(after[VX] ** 2 + after[VY] ** 2)

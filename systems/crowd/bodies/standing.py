@@ -53,6 +53,15 @@ def wants_to_stand(x, y, command):
 
 
 @jit
+def _move(before, after, vx, vy, time_step):
+    """Lets a person go at a velocity."""
+    after[X] = before[X] + vx * time_step
+    after[Y] = before[Y] + vy * time_step
+    after[VX] = vx
+    after[VY] = vy
+
+
+@jit
 def stand(before, after, forces, command, stance, time_step):
     """Lets a person stand, or come to rest; writes `after` and `stance`.
 
@@ -79,8 +88,13 @@ def stand(before, after, forces, command, stance, time_step):
     if stance[STANDS] == 0:
         if speed > _AT_REST:
             slower = max(speed - _BRAKING * time_step, 0.0) / speed
-            after[VX] = before[VX] * slower
-            after[VY] = before[VY] * slower
+            _move(
+                before,
+                after,
+                before[VX] * slower,
+                before[VY] * slower,
+                time_step,
+            )
             if command[Command.TURN_RATE] == 0:
                 after[YAW] = before[YAW]
             return
@@ -104,7 +118,6 @@ def stand(before, after, forces, command, stance, time_step):
         aside = min(_YIELD * (force - _HELD), _BACK_SPEED) / force
         vx += aside * fx
         vy += aside * fy
-    after[VX] = vx
-    after[VY] = vy
+    _move(before, after, vx, vy, time_step)
     if command[Command.TURN_RATE] == 0:
         after[YAW] = before[YAW]

@@ -197,7 +197,7 @@ def walk_against(model, n, m, *, duration, seed=0):
     Returns:
         The time in which all do, or infinity; how many do not; the states.
     """
-    walls = [wall(-5, y, 5, 1.2 * y) for y in (1, -1)]
+    walls = [box_between(-5, y, 5, 1.2 * y) for y in (1, -1)]
     for side in (-1, 1):
         walls += [
             *(box_between(5 * side, y, 5.2 * side, 5 * y) for y in (1, -1)),
@@ -234,7 +234,7 @@ def lane_order(model, *, seed=0):
     They meet in a corridor of 38 m x 3 m, and are counted in rows of 0.2 m
     of its middle, while both are there.
     """
-    walls = [wall(-20, 1.5, 20, 1.7), box_between(-20, -1.7, 20, -1.5)]
+    walls = [box_between(-20, 1.5, 20, 1.7), box_between(-20, -1.7, 20, -1.5)]
     starts = np.concatenate(
         [
             places(27, -12, -1.3, -3, 1.3, seed),
