@@ -176,17 +176,19 @@ def _behavior_faults(
     """Looks for what is wrong with a behavior, each with its place in it."""
     from hunav_drake.systems.behavior import (
         BEHAVIORS,
+        HUNAVSIM_BEHAVIORS,
         CheckBehavior,
         TreePortError,
     )
 
     tree = tree_of(behavior)
     loc: Loc = () if isinstance(behavior, str) else ("tree",)
-    if tree not in BEHAVIORS and not is_xml(tree) and not is_path(tree):
+    names = [*BEHAVIORS, *HUNAVSIM_BEHAVIORS]
+    if tree not in names and not is_xml(tree) and not is_path(tree):
         yield (
             loc,
             f"there is no behavior {shown(tree)};"
-            f" {suggestion(tree, list(BEHAVIORS))}",
+            f" {suggestion(tree, names)}",
         )
         return
     for error in CheckBehavior(behavior):

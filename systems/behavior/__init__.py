@@ -8,6 +8,7 @@ from hunav_drake.systems.behavior.language.tree_ports import (
 )
 from hunav_drake.systems.behavior.library import (
     BEHAVIORS,
+    HUNAVSIM_BEHAVIORS,
     CheckBehavior,
     LoadBehavior,
     LoadBehaviors,
@@ -29,6 +30,7 @@ from hunav_drake.systems.people.behavior_choice import BehaviorConfig
 
 __all__ = [
     "BEHAVIORS",
+    "HUNAVSIM_BEHAVIORS",
     "NODE_TYPES",
     "BehaviorConfig",
     "BehaviorTree",

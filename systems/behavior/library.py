@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator, Mapping
 import functools
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, Literal
 
 # The leaves register themselves.
 from hunav_drake.systems.behavior import leaves as _leaves  # noqa: F401
@@ -52,6 +52,34 @@ BEHAVIORS: Mapping[str, Path] = MappingProxyType(
     }
 )
 
+# The same as HuNavSim has them, with its numbers; a `HumanConfig` can name
+# these, too.
+HUNAVSIM_BEHAVIORS: Mapping[str, Path] = MappingProxyType(
+    {
+        f"hunavsim/{name}": _FOLDER / "hunavsim" / f"{name}.xml"
+        for name in (
+            "regular",
+            "impassive",
+            "surprised",
+            "scared",
+            "curious",
+            "threatening",
+        )
+    }
+)
+
+# What trees a name stands for: "default" ones, or those of "hunavsim" where
+# there is one.
+Profile = Literal["default", "hunavsim"]
+
+_FILES = {**BEHAVIORS, **HUNAVSIM_BEHAVIORS}
+
+# Where trees of one's own find files to include, and subtrees.
+_LIBRARIES: Mapping[Profile, tuple[Path, ...]] = {
+    "default": (_FOLDER,),
+    "hunavsim": (_FOLDER / "hunavsim", _FOLDER),
+}
+
 # A behavior with more faults is not looked through to its end.
 MAX_FAULTS = 20
 
@@ -63,17 +91,23 @@ def LoadTree(
     ports: Mapping[str, Any] = _NO_PORTS,
     *,
     allow_outside: bool = False,
+    profile: Profile = "default",
 ) -> Tree:
     """Loads a behavior that comes with the package, or a tree from a file.
 
+    A file of one's own may include those of the package, as in
+    ``<include path="regular.xml"/>``, or have their trees for subtrees without
+    including them, as in ``<SubTree ID="RegularNavTree"/>``.
+
     Args:
-        name_or_path: One of `BEHAVIORS`, or the path of an XML file in the
-            format 3 or 4 of BehaviorTree.CPP.
+        name_or_path: One of `BEHAVIORS` or of `HUNAVSIM_BEHAVIORS`, or the
+            path of an XML file in the format 3 or 4 of BehaviorTree.CPP.
         ports: Values for ports of the tree: numbers, texts, booleans. The
             others have the defaults that the file declares.
         allow_outside: Whether the file may include files that are not in its
             folder or below. A tree from elsewhere should not: it could make
             any file be read.
+        profile: Which trees names stand for, also those of subtrees.
 
     Raises:
         BehaviorTreeError: If there is no such behavior or file, or at the
@@ -81,12 +115,18 @@ def LoadTree(
         TreePortError: If the tree has no port of a name, or a value does not
             fit it.
     """
-    path = BEHAVIORS.get(str(name_or_path), Path(name_or_path))
+    name = str(name_or_path)
+    path = _FILES.get(name, Path(name_or_path))
+    if profile == "hunavsim":
+        path = HUNAVSIM_BEHAVIORS.get(f"hunavsim/{name}", path)
     if not is_file(path):
-        name = str(name_or_path)
-        raise Spot(Place(name)).unknown("behavior or file", name, BEHAVIORS)
+        raise Spot(Place(name)).unknown("behavior or file", name, _FILES)
     documents = load_documents(
-        read_file(path), str(path), path.parent, allow_outside=allow_outside
+        read_file(path),
+        str(path),
+        path.parent,
+        libraries=_LIBRARIES[profile],
+        allow_outside=allow_outside,
     )
     return _tree(documents, ports)
 
@@ -96,13 +136,18 @@ def ParseTree(
     *,
     name: str = "<text>",
     ports: Mapping[str, Any] = _NO_PORTS,
+    profile: Profile = "default",
 ) -> Tree:
     """Makes a tree from XML.
+
+    It may include files of the package, and have their trees for subtrees, as
+    those that `LoadTree` reads.
 
     Args:
         source: The XML, in the format 3 or 4 of BehaviorTree.CPP.
         name: What stands for the source in messages.
         ports: Values for ports of the tree, as for `LoadTree`.
+        profile: As for `LoadTree`.
 
     Raises:
         BehaviorTreeError: At the first fault in the source.
@@ -110,14 +155,18 @@ def ParseTree(
     """
     if isinstance(source, str):
         source = source.encode()
-    return _tree(load_documents(source, name), ports)
+    documents = load_documents(source, name, libraries=_LIBRARIES[profile])
+    return _tree(documents, ports)
 
 
-def LoadBehavior(behavior: str | BehaviorConfig) -> Tree:
+def LoadBehavior(
+    behavior: str | BehaviorConfig, *, profile: Profile = "default"
+) -> Tree:
     """Loads the tree of a person's configuration.
 
     Args:
         behavior: As `HumanConfig.behavior`.
+        profile: As for `LoadTree`.
 
     Raises:
         BehaviorTreeError: If there is no such tree, or at the first fault in
@@ -127,41 +176,52 @@ def LoadBehavior(behavior: str | BehaviorConfig) -> Tree:
     if isinstance(behavior, str):
         behavior = BehaviorConfig(tree=behavior)
     if is_xml(behavior.tree):
-        return ParseTree(behavior.tree, name="behavior", ports=behavior.ports)
+        return ParseTree(
+            behavior.tree,
+            name="behavior",
+            ports=behavior.ports,
+            profile=profile,
+        )
     if is_path(behavior.tree):
         if not is_file(Path(behavior.tree)):
             raise BehaviorTreeError(
                 "there is no such file", Place(behavior.tree)
             )
-    elif behavior.tree not in BEHAVIORS:
+    elif behavior.tree not in _FILES:
         # Any other word is meant as a name, even where there is such a file.
         place = Place("behavior")
-        raise Spot(place).unknown("behavior", behavior.tree, BEHAVIORS)
-    return LoadTree(behavior.tree, behavior.ports)
+        raise Spot(place).unknown("behavior", behavior.tree, _FILES)
+    return LoadTree(behavior.tree, behavior.ports, profile=profile)
 
 
-def LoadBehaviors(behaviors: Iterable[str | BehaviorConfig]) -> list[Tree]:
+def LoadBehaviors(
+    behaviors: Iterable[str | BehaviorConfig], *, profile: Profile = "default"
+) -> list[Tree]:
     """Loads the trees of several people, each behavior once.
 
     Args:
         behaviors: Each as `HumanConfig.behavior`.
+        profile: As for `LoadTree`.
 
     Raises:
         BehaviorTreeError: As `LoadBehavior`.
     """
     all_behaviors = list(behaviors)
     distinct = {repr(behavior): behavior for behavior in all_behaviors}
-    trees = {key: LoadBehavior(it) for key, it in distinct.items()}
+    trees = {
+        key: LoadBehavior(it, profile=profile) for key, it in distinct.items()
+    }
     return [trees[repr(behavior)] for behavior in all_behaviors]
 
 
 def CheckBehavior(
-    behavior: str | BehaviorConfig,
+    behavior: str | BehaviorConfig, *, profile: Profile = "default"
 ) -> Iterator[BehaviorTreeError]:
     """Finds the faults of a behavior.
 
     Args:
         behavior: As `HumanConfig.behavior`.
+        profile: As for `LoadTree`.
 
     Returns:
         The first fault of its tree, or else a TreePortError for each invalid
@@ -172,7 +232,10 @@ def CheckBehavior(
     ports = dict(behavior.ports)
     for _ in range(MAX_FAULTS):
         try:
-            LoadBehavior(BehaviorConfig(tree=behavior.tree, ports=ports))
+            LoadBehavior(
+                BehaviorConfig(tree=behavior.tree, ports=ports),
+                profile=profile,
+            )
         except TreePortError as error:
             yield error
             if error.port not in ports:

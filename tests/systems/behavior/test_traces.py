@@ -9,10 +9,8 @@ decision               in the traces         here
 =====================  ====================  ================================
 a reached goal costs   the step in which     positions of that person in that
 no step of standing    the goal changes      step are not compared
-people who react feel  never feel the robot  `ignore_robot_when_idle`
-the robot when idle
-the scared keep the    never                 `memory` is 0
-robot in mind
+people react as they   as they do            trees of `profile="hunavsim"`
+should
 the curious keep to    1.8 d/10 m/s, above   positions are not compared while
 their maximum          their maximum         1.8 d/10 is above the maximum
 the threatening get    beside it: sine and   the robot is given the heading
@@ -56,20 +54,15 @@ NAMES = [
     "curious",
     "threatening",
 ]
-SCARED, CURIOUS, THREATENING = 4, 5, 6
+CURIOUS, THREATENING = 5, 6
 
 # Columns of the recorded agents.
 STATUS, GOAL = 7, 8
 
 
 def load_tree(number):
-    """Returns the tree of a behavior, with what HuNavSim decided otherwise."""
-    ports = {}
-    if number >= 3:
-        ports["ignore_robot_when_idle"] = True
-    if number == SCARED:
-        ports["memory"] = 0.0
-    return LoadTree(NAMES[number], ports)
+    """Returns the tree of a behavior, as in HuNavSim."""
+    return LoadTree(NAMES[number], profile="hunavsim")
 
 
 def make_human(agent):
@@ -324,7 +317,7 @@ def classic_tree(number, folder):
     if name == "regular":
         return LoadTree(folder / "walk.xml")
     if name == "impassive":
-        return LoadTree(name)
+        return LoadTree(name, profile="hunavsim")
     distance, seconds, once = NUMBERS[name]
     nested = number == THREATENING
     path = folder / f"{name}.xml"
@@ -346,10 +339,14 @@ def test_trees_in_the_form_of_the_original_tick_as_ours_do(tmp_path, name):
     case = json.loads(read_recorded(name))
     scenario = case["scenario"]
     numbers = [agent["behavior"] for agent in scenario["agents"]]
-    memory = [{"memory": 0.0} if n == SCARED else {} for n in numbers]
+    # (Its own trees ignore the robot elsewhere; the leaves need not.)
+    felt = [{"ignore_robot_when_idle": False} if n > 2 else {} for n in numbers]
     ours = Replay(
         scenario,
-        [LoadTree(NAMES[n], m) for n, m in zip(numbers, memory, strict=True)],
+        [
+            LoadTree(NAMES[n], ports, profile="hunavsim")
+            for n, ports in zip(numbers, felt, strict=True)
+        ],
     )
     theirs = Replay(scenario, [classic_tree(n, tmp_path) for n in numbers])
     radius = single(scenario["robot"]["radius"])
