@@ -1,7 +1,7 @@
 """A person's figure: bodies, joints and clothes, built in code."""
 
 from pydrake.geometry import Cylinder, InMemoryMesh, Mesh, Rgba
-from pydrake.math import RigidTransform
+from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import (
     FixedOffsetFrame,
@@ -15,7 +15,13 @@ from pydrake.multibody.tree import (
 
 from hunav_drake.systems.scene import human_parts
 from hunav_drake.systems.scene.gait import THIGH
-from hunav_drake.systems.scene.palette import BODY_DISC, Clothes
+from hunav_drake.systems.scene.palette import (
+    BODY_DISC,
+    EYES,
+    TELEPHONE,
+    TELEPHONE_SCREEN,
+    Clothes,
+)
 from hunav_drake.systems.scene.visuals import AddVisual
 
 # The radius of the disc, in meters, at which the figure has the width of an
@@ -33,9 +39,20 @@ _SHOULDER_Z = 0.515
 # depth buffer of a browser.
 _DISC_Z = 0.012
 
+# The arm that holds a telephone is turned inwards by this, in radians, and the
+# head is bent down to it, about the neck, at this height above the hips.
+_INWARDS = 0.5
+_BENT_DOWN = 0.4
+_NECK_Z = 0.6
+
 
 def AddHumanBody(
-    plant: MultibodyPlant, name: str, *, radius: float, clothes: Clothes
+    plant: MultibodyPlant,
+    name: str,
+    *,
+    radius: float,
+    clothes: Clothes,
+    telephone: bool = False,
 ) -> list[Joint]:
     """Adds the figure of a person to a plant, as its own model instance.
 
@@ -50,6 +67,7 @@ def AddHumanBody(
         name: The name of the model instance, unique in the plant.
         radius: The radius of the person's disc, in meters.
         clothes: The colors.
+        telephone: Whether the person looks at a telephone in the right hand.
 
     Returns:
         The joints in the order of the positions in `gait`: of the base
@@ -59,7 +77,7 @@ def AddHumanBody(
     instance = plant.AddModelInstance(name)
     low, high = _WIDTH_LIMITS
     width = min(max(radius / _NOMINAL_RADIUS, low), high)
-    builder = _FigureBuilder(plant, instance, width)
+    builder = _FigureBuilder(plant, instance, width, clothes)
 
     base = builder.AddBody("base")
     AddVisual(
@@ -75,9 +93,13 @@ def AddHumanBody(
     trunk = builder.AddBody("trunk")
     builder.AddPart(trunk, "hips", human_parts.Hips(), clothes.trousers)
     builder.AddPart(trunk, "torso", human_parts.Torso(), clothes.top)
-    builder.AddPart(trunk, "head", human_parts.Head(), clothes.skin)
-    builder.AddPart(trunk, "hair", human_parts.Hair(), clothes.hair)
-    builder.AddPart(trunk, "eyes", human_parts.Eyes(), Rgba(0.08, 0.07, 0.07))
+    X_BH = _tilted(_BENT_DOWN) if telephone else None
+    for part, mesh, color in (
+        ("head", human_parts.Head(), clothes.skin),
+        ("hair", human_parts.Hair(), clothes.hair),
+        ("eyes", human_parts.Eyes(), EYES),
+    ):
+        builder.AddPart(trunk, part, mesh, color, X_BH)
 
     builder.AddJoint(
         PlanarJoint("pose", plant.world_frame(), base.body_frame())
@@ -98,32 +120,65 @@ def AddHumanBody(
         builder.AddSwing(f"{side}_knee", thigh, shin, 0, -THIGH, 1)
     for side, sign in (("left", 1.0), ("right", -1.0)):
         arm = builder.AddBody(f"{side}_arm")
-        builder.AddPart(arm, "sleeve", human_parts.Sleeve(), clothes.top)
-        builder.AddPart(arm, "hand", human_parts.Hand(), clothes.skin)
         y = sign * _SHOULDER_Y
+        if telephone and side == "right":
+            # On the trunk, as it does not swing.
+            builder.AddTelephone(trunk, [0, y * builder.width, _SHOULDER_Z])
+        else:
+            builder.AddPart(arm, "sleeve", human_parts.Sleeve(), clothes.top)
+            builder.AddPart(arm, "hand", human_parts.Hand(), clothes.skin)
         builder.AddSwing(f"{side}_shoulder", trunk, arm, y, _SHOULDER_Z, -1)
     return builder.joints
+
+
+def _tilted(pitch: float) -> RigidTransform:
+    """Returns the pose of a head that is bent forward about the neck."""
+    about = RigidTransform([0.0, 0.0, _NECK_Z])
+    turn = RigidTransform(RotationMatrix.MakeYRotation(pitch))
+    return about @ turn @ about.inverse()
 
 
 class _FigureBuilder:
     """What the parts of one figure share while it is built."""
 
     def __init__(
-        self, plant: MultibodyPlant, instance: ModelInstanceIndex, width: float
+        self,
+        plant: MultibodyPlant,
+        instance: ModelInstanceIndex,
+        width: float,
+        clothes: Clothes,
     ) -> None:
         self._plant = plant
         self._instance = instance
-        self._width = width
+        self._clothes = clothes
+        self.width = width
         self.joints: list[Joint] = []
 
     def AddBody(self, name: str) -> RigidBody:
         return self._plant.AddRigidBody(name, self._instance)
 
     def AddPart(
-        self, body: RigidBody, name: str, mesh: InMemoryMesh, color: Rgba
+        self,
+        body: RigidBody,
+        name: str,
+        mesh: InMemoryMesh,
+        color: Rgba,
+        X_BG: RigidTransform | None = None,
     ) -> None:
-        shape = Mesh(mesh, [self._width, self._width, 1.0])
-        AddVisual(self._plant, body, name, shape, color)
+        shape = Mesh(mesh, [self.width, self.width, 1.0])
+        AddVisual(self._plant, body, name, shape, color, X_BG)
+
+    def AddTelephone(self, trunk: RigidBody, p_TS: list[float]) -> None:
+        """Adds an arm that holds a telephone, at the shoulder S."""
+        turn = RotationMatrix.MakeZRotation(_INWARDS)
+        for part, mesh, color in (
+            ("sleeve", human_parts.BentSleeve(), self._clothes.top),
+            ("hand", human_parts.HoldingHand(), self._clothes.skin),
+            ("telephone", human_parts.Telephone(), TELEPHONE),
+            ("screen", human_parts.TelephoneScreen(), TELEPHONE_SCREEN),
+        ):
+            X_TG = RigidTransform(turn, p_TS)
+            self.AddPart(trunk, part, mesh, color, X_TG)
 
     def AddSwing(
         self,
@@ -134,7 +189,7 @@ class _FigureBuilder:
         z: float,
         direction: int,
     ) -> None:
-        X_PJ = RigidTransform([0, y * self._width, z])
+        X_PJ = RigidTransform([0, y * self.width, z])
         frame = self._plant.AddFrame(
             FixedOffsetFrame(name, parent.body_frame(), X_PJ)
         )
