@@ -183,12 +183,12 @@ def _behavior_faults(
 
     tree = tree_of(behavior)
     loc: Loc = () if isinstance(behavior, str) else ("tree",)
-    names = [*BEHAVIORS, *HUNAVSIM_BEHAVIORS]
+    # (Those of the original are only meant where they are written out.)
+    names = [*(HUNAVSIM_BEHAVIORS if "/" in tree else ()), *BEHAVIORS]
     if tree not in names and not is_xml(tree) and not is_path(tree):
         yield (
             loc,
-            f"there is no behavior {shown(tree)};"
-            f" {suggestion(tree, names)}",
+            f"there is no behavior {shown(tree)}; {suggestion(tree, names)}",
         )
         return
     for error in CheckBehavior(behavior):

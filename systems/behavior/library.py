@@ -233,8 +233,7 @@ def CheckBehavior(
     for _ in range(MAX_FAULTS):
         try:
             LoadBehavior(
-                BehaviorConfig(tree=behavior.tree, ports=ports),
-                profile=profile,
+                BehaviorConfig(tree=behavior.tree, ports=ports), profile=profile
             )
         except TreePortError as error:
             yield error

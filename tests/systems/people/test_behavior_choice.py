@@ -188,7 +188,7 @@ FAULTS = {
         " 'distance'?",
     ),
     "ports of a tree without any": (
-        "{tree: impassive, distance: 6}",
+        "{tree: hunavsim/impassive, distance: 6}",
         "behavior.distance: there is no port 'distance'; there is none",
     ),
     "range": (

@@ -7,6 +7,7 @@ import pytest
 
 from hunav_drake.systems.behavior import (
     BEHAVIORS,
+    HUNAVSIM_BEHAVIORS,
     NODE_TYPES,
     BehaviorTreeError,
     LoadTree,
@@ -285,12 +286,12 @@ def test_truth_from_the_blackboard():
     assert tick(dut).node_status is NodeStatus.SUCCESS
 
 
-@pytest.mark.parametrize("name", BEHAVIORS)
+@pytest.mark.parametrize("name", [*BEHAVIORS, *HUNAVSIM_BEHAVIORS])
 def test_shipped_tree_loads(name):
     dut = LoadTree(name)
-    assert dut.file == str(BEHAVIORS[name])
-    # The robot stands in the way: whoever cooperates is walking past it.
-    passing = name == "cooperative"
+    assert dut.file == str({**BEHAVIORS, **HUNAVSIM_BEHAVIORS}[name])
+    # The robot stands in the way: some are walking past it.
+    passing = name in ("cooperative", "impassive")
     assert tick(dut).node_status is (
         NodeStatus.RUNNING if passing else NodeStatus.SUCCESS
     )
