@@ -24,6 +24,8 @@ GOAL_MARGIN = 0.1
 
 IGNORED = ("agent_id", "time_step", "id", "dt")
 
+BehaviorStatus = Annotated[int, within(0, MAX_BEHAVIOR_STATUS)]
+
 Role = Literal["pedestrian", "obstacle", "unseen"]
 ROLES = {
     "pedestrian": float(RobotRole.PEDESTRIAN),
@@ -68,9 +70,7 @@ def regular_nav(
 
 @register_action("SetBehaviorStatus", ignored=IGNORED)
 def set_behavior_status(
-    context: TickContext,
-    *,
-    status: Annotated[int, within(0, MAX_BEHAVIOR_STATUS)] = 1,
+    context: TickContext, *, status: BehaviorStatus = 1
 ) -> None:
     """Sets the behavior status: the state of the person's reaction."""
     context.behavior_status = status

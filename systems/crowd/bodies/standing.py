@@ -4,6 +4,7 @@ import math
 
 from hunav_drake.systems.common.kernels import jit
 from hunav_drake.systems.common.layout import (
+    GOAL_FORCE,
     OBSTACLE_FORCE,
     TOTAL_FORCE,
     VX,
@@ -56,8 +57,8 @@ def stand(before, after, forces, command, stance, time_step):
     """Lets a person stand, or come to rest; writes `after` and `stance`.
 
     Whoever has nowhere to go brakes, and then stands: walls do not matter
-    any more, and others only if they push hard or touch; who is pushed away
-    comes back.
+    any more, and others only if they push hard (unless the command is to hold
+    still) or touch; who is pushed away comes back.
 
     Args:
         before: Shape (6,): x, y, yaw, vx, vy, omega.
@@ -71,8 +72,10 @@ def stand(before, after, forces, command, stance, time_step):
         stance[:] = 0.0
         return
     speed = math.sqrt(before[VX] ** 2 + before[VY] ** 2)
-    fx = forces[TOTAL_FORCE] - forces[OBSTACLE_FORCE]
-    fy = forces[TOTAL_FORCE + 1] - forces[OBSTACLE_FORCE + 1]
+    fx = forces[TOTAL_FORCE] - forces[OBSTACLE_FORCE] - forces[GOAL_FORCE]
+    fy = forces[TOTAL_FORCE + 1] - (
+        forces[OBSTACLE_FORCE + 1] + forces[GOAL_FORCE + 1]
+    )
     if stance[STANDS] == 0:
         if speed > _AT_REST:
             slower = max(speed - _BRAKING * time_step, 0.0) / speed
@@ -97,7 +100,7 @@ def stand(before, after, forces, command, stance, time_step):
         vx = back * dx
         vy = back * dy
     force = math.sqrt(fx * fx + fy * fy)
-    if force > _HELD:
+    if force > _HELD and command[Command.HOLD] == 0:
         aside = min(_YIELD * (force - _HELD), _BACK_SPEED) / force
         vx += aside * fx
         vy += aside * fy
