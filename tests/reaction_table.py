@@ -122,12 +122,16 @@ def placements(
 
 
 class Run:
-    """The recording of a trial of one person, in the person's terms."""
+    """The recording of a trial of one person, in the person's terms.
 
-    def __init__(self, scenario: Scenario) -> None:
+    The behavior is by its name what the person is to do.
+    """
+
+    def __init__(self, scenario: Scenario, behavior: str = "") -> None:
         result = RunTrial(scenario)
         recording = result.recording
         self.scenario = scenario
+        self.behavior = behavior or scenario.humans[0].behavior_name
         self.arrived = result.end_reason == "goal"
         self.times: Array = recording.times
         self.human: Array = recording.humans[:, 0]
@@ -168,9 +172,8 @@ class Run:
         change = velocity[span:] - velocity[:-span]
         own = self.active[span:]
         slowed = self.speed[:-span] - self.speed[span:]
-        behavior = self.scenario.humans[0].behavior_name.rpartition("/")[2]
         return Outcome(
-            reacted=bool(_RULES[behavior](self)),
+            reacted=bool(_RULES[self.behavior](self)),
             active=float(self.active.sum() * self.period),
             gap=float(self.gap.min()),
             switches=int(np.count_nonzero(np.diff(self.active))),
@@ -279,7 +282,7 @@ def outcomes(
     """Returns what came of the placements of a behavior."""
     scenario = scenario_of(behavior)
     return [
-        Run(placed(scenario, pose, goal, model, tree)).outcome()
+        Run(placed(scenario, pose, goal, model, tree), behavior).outcome()
         for pose, goal in placements(behavior, count)
     ]
 

@@ -262,7 +262,8 @@ def test_one_steps_back_where_two_meet_in_a_door(behavior, width):
     # The person is through the door, too.
     assert person[-1, 0] < -2.0
     waited = (recording.behavior_status == 2).sum()
-    assert width > 1 or waited > 10
+    # (The distracted are through the narrow one before the robot.)
+    assert width > 1 or waited > 10 or behavior == "distracted"
 
 
 def test_two_who_meet_in_a_door_stand_for_ever_without_it():

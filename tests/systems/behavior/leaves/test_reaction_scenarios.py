@@ -149,9 +149,10 @@ def test_distracted_person_notices_the_robot_late(time_step):
     assert 1.3 < distances(distracted)[first] <= 1.5
     assert last - first < 60
     # Until then it walks straight on, where a regular person gives way.
-    assert np.abs(distracted.humans[:first, 0, Y] - 0.7).max() < 1e-4
-    assert np.abs(regular.humans[:first, 0, Y] - 0.7).max() > 0.02
-    assert distances(distracted).min() < distances(regular).min()
+    assert np.abs(distracted.humans[:first, 0, Y] - 0.6).max() < 1e-4
+    assert np.abs(regular.humans[:first, 0, Y] - 0.6).max() > 0.02
+    # Then it gets past the robot, too.
+    assert distances(distracted).min() > 0.75
 
 
 @both_steps
@@ -180,7 +181,10 @@ def test_scared_person_in_a_corridor_starts_once():
 
 def run_in_corridor(reaction, width):
     """Returns the recording of a reaction in a corridor of some width."""
-    scenario = LoadScenario(filename=f"reaction_{reaction}")
+    # (Each step is recorded: reactions may pause for one.)
+    scenario = LoadScenario(
+        filename=f"reaction_{reaction}", overrides=["evaluator.period=0.05"]
+    )
     walls = []
     for wall in scenario.world.walls:
         x, y = wall.center
