@@ -13,7 +13,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from hunav_drake.systems.behavior.leaves.walking import IGNORED
+from hunav_drake.systems.behavior.leaves.walking import IGNORED, is_goal_reached
 from hunav_drake.systems.behavior.nodes.node import (
     Built,
     Memory,
@@ -89,6 +89,11 @@ def _head_for(
     command[Command.GOAL_Y] = y
     command[Command.GOAL_RADIUS] = goal_radius
     command[Command.HAS_GOAL] = 1.0
+
+
+def _is_goal_reached(context: TickContext) -> bool:
+    """Holds within 0.1 m of the goal's radius, whoever stands there."""
+    return is_goal_reached(context, shared=False)
 
 
 def _update_goal(context: TickContext) -> NodeStatus:
@@ -210,6 +215,13 @@ def _action(name: str, function: Callable[..., Any]) -> NodeType:
 # All node types of the profile, by name.
 HUNAVSIM_NODE_TYPES: Mapping[str, NodeType] = MappingProxyType(
     {
+        "IsGoalReached": make_leaf_type(
+            "IsGoalReached",
+            "Condition",
+            _is_goal_reached,
+            {},
+            frozenset(IGNORED),
+        ),
         "UpdateGoal": _action("UpdateGoal", _update_goal),
         "SurprisedNav": _action("SurprisedNav", _surprised_nav),
         "ScaredNav": _action("ScaredNav", _scared_nav),
