@@ -43,6 +43,7 @@ def test_holds_the_systems_and_their_data(wheel):
         "hunav_drake/report/templates/trial.html",
         "hunav_drake/scenarios/passing.yaml",
         "hunav_drake/systems/behavior/trees/regular.xml",
+        "hunav_drake/systems/behavior/hunavsim/regular.xml",
         "hunav_drake/systems/crowd/human_crowd.py",
     ):
         assert name in names

@@ -58,6 +58,10 @@ def LoadTree(
 ) -> Tree:
     """Loads a behavior that comes with the package, or a tree from a file.
 
+    A file of one's own may include those of the package, as in
+    ``<include path="regular.xml"/>``, or have their trees for subtrees without
+    including them, as in ``<SubTree ID="RegularNavTree"/>``.
+
     Args:
         name_or_path: One of `BEHAVIORS`, or the path of an XML file in the
             format 3 or 4 of BehaviorTree.CPP.
@@ -66,7 +70,8 @@ def LoadTree(
         allow_outside: Whether the file may include files that are not in its
             folder or below. A tree from elsewhere should not: it could make
             any file be read.
-        profile: Whose behaviors and leaves are meant: see `profiles.py`.
+        profile: Whose behaviors and leaves are meant, also those of subtrees:
+            see `profiles.py`.
 
     Raises:
         BehaviorTreeError: If there is no such behavior or file, or at the
@@ -83,7 +88,11 @@ def LoadTree(
     if not os.path.isfile(path):
         raise Spot(Place(name)).unknown("behavior or file", name, files)
     documents = load_documents(
-        read_file(path), str(path), path.parent, allow_outside=allow_outside
+        read_file(path),
+        str(path),
+        path.parent,
+        libraries=behavior_set(profile).folders,
+        allow_outside=allow_outside,
     )
     return _tree(documents, ports, profile)
 
@@ -97,11 +106,14 @@ def ParseTree(
 ) -> Tree:
     """Makes a tree from XML.
 
+    It may include files of the package, and have their trees for subtrees, as
+    those that `LoadTree` reads.
+
     Args:
         source: The XML, in the format 3 or 4 of BehaviorTree.CPP.
         name: What stands for the source in messages.
         ports: Values for ports of the tree, as for `LoadTree`.
-        profile: Whose leaves are meant.
+        profile: As for `LoadTree`.
 
     Raises:
         BehaviorTreeError: At the first fault in the source.
@@ -109,7 +121,9 @@ def ParseTree(
     """
     if isinstance(source, str):
         source = source.encode()
-    return _tree(load_documents(source, name), ports, profile)
+    folders = behavior_set(profile).folders
+    documents = load_documents(source, name, libraries=folders)
+    return _tree(documents, ports, profile)
 
 
 def LoadBehavior(

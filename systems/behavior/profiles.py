@@ -11,11 +11,12 @@ from hunav_drake.systems.behavior.nodes.registry import NODE_TYPES
 from hunav_drake.systems.people.profile import ProfileName
 
 _FOLDER = Path(__file__).resolve().parent
+_TREES, _HUNAVSIM_TREES = _FOLDER / "trees", _FOLDER / "hunavsim"
 
 # The file of each behavior that a `HumanConfig` can name.
 BEHAVIORS: Mapping[str, Path] = MappingProxyType(
     {
-        name: _FOLDER / "trees" / f"{name}.xml"
+        name: _TREES / f"{name}.xml"
         for name in (
             "regular",
             "impassive",
@@ -35,16 +36,19 @@ class BehaviorSet(NamedTuple):
 
     Attributes:
         files: The files of behaviors, by name.
+        folders: Where trees of one's own find files to include and subtrees,
+            the first one first.
         node_types: Returns the node types, by name.
     """
 
     files: Mapping[str, Path]
+    folders: tuple[Path, ...]
     node_types: Callable[[], Mapping[str, NodeType]]
 
 
 # HuNavSim has six of them; the others are as without a profile.
 _HUNAVSIM = {
-    name: _FOLDER / "hunavsim" / f"{name}.xml"
+    name: _HUNAVSIM_TREES / f"{name}.xml"
     for name in (
         "regular",
         "impassive",
@@ -57,9 +61,11 @@ _HUNAVSIM = {
 
 _SETS: Mapping[ProfileName, BehaviorSet] = MappingProxyType(
     {
-        "default": BehaviorSet(BEHAVIORS, lambda: NODE_TYPES),
+        "default": BehaviorSet(BEHAVIORS, (_TREES,), lambda: NODE_TYPES),
         "hunavsim": BehaviorSet(
-            MappingProxyType({**BEHAVIORS, **_HUNAVSIM}), hunavsim_node_types
+            MappingProxyType({**BEHAVIORS, **_HUNAVSIM}),
+            (_HUNAVSIM_TREES, _TREES),
+            hunavsim_node_types,
         ),
     }
 )

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike
 from pydrake.geometry import Cylinder, InMemoryMesh, Mesh, Rgba
-from pydrake.math import RigidTransform
+from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import (
     FixedOffsetFrame,
@@ -16,7 +16,13 @@ from pydrake.multibody.tree import (
 
 from hunav_drake.systems.scene import human_parts
 from hunav_drake.systems.scene.gait import THIGH
-from hunav_drake.systems.scene.palette import BODY_DISC, Clothes
+from hunav_drake.systems.scene.palette import (
+    BODY_DISC,
+    EYES,
+    TELEPHONE,
+    TELEPHONE_SCREEN,
+    Clothes,
+)
 from hunav_drake.systems.scene.visuals import AddVisual
 
 # The radius of the disc, in meters, at which the figure has the width of an
@@ -34,9 +40,20 @@ _SHOULDER_Z = 0.515
 # depth buffer of a browser.
 _DISC_Z = 0.012
 
+# The arm that holds a telephone is turned inwards by this, in radians, and the
+# head is bent down to it, about the neck, at this height above the hips.
+_INWARDS = 0.5
+_BENT_DOWN = 0.4
+_NECK_Z = 0.6
+
 
 def AddHumanBody(
-    plant: MultibodyPlant, name: str, *, radius: float, clothes: Clothes
+    plant: MultibodyPlant,
+    name: str,
+    *,
+    radius: float,
+    clothes: Clothes,
+    telephone: bool = False,
 ) -> list[Joint]:
     """Adds the figure of a person to a plant, as its own model instance.
 
@@ -51,6 +68,7 @@ def AddHumanBody(
         name: The name of the model instance, unique in the plant.
         radius: The radius of the person's disc, in meters.
         clothes: The colors.
+        telephone: Whether the person looks at a telephone in the right hand.
 
     Returns:
         The joints in the order of the positions in `gait`: of the base
@@ -63,9 +81,14 @@ def AddHumanBody(
     joints: list[Joint] = []
 
     def AddPart(
-        body: RigidBody, part: str, mesh: InMemoryMesh, color: Rgba
+        body: RigidBody,
+        part: str,
+        mesh: InMemoryMesh,
+        color: Rgba,
+        X_BG: RigidTransform | None = None,
     ) -> None:
-        AddVisual(plant, body, part, Mesh(mesh, [width, width, 1.0]), color)
+        shape = Mesh(mesh, [width, width, 1.0])
+        AddVisual(plant, body, part, shape, color, X_BG)
 
     def AddSwinging(
         body: str, parent: RigidBody, joint: str, place: ArrayLike, sense: int
@@ -88,9 +111,10 @@ def AddHumanBody(
     trunk = plant.AddRigidBody("trunk", instance)
     AddPart(trunk, "hips", human_parts.Hips(), clothes.trousers)
     AddPart(trunk, "torso", human_parts.Torso(), clothes.top)
-    AddPart(trunk, "head", human_parts.Head(), clothes.skin)
-    AddPart(trunk, "hair", human_parts.Hair(), clothes.hair)
-    AddPart(trunk, "eyes", human_parts.Eyes(), Rgba(0.08, 0.07, 0.07))
+    X_BH = _tilted(_BENT_DOWN) if telephone else None
+    AddPart(trunk, "head", human_parts.Head(), clothes.skin, X_BH)
+    AddPart(trunk, "hair", human_parts.Hair(), clothes.hair, X_BH)
+    AddPart(trunk, "eyes", human_parts.Eyes(), EYES, X_BH)
 
     world, floor, top = plant.world_frame(), base.body_frame(), [0, 0, 1]
     for joint in (
@@ -110,6 +134,25 @@ def AddHumanBody(
     for side, sign in (("left", 1.0), ("right", -1.0)):
         place = [0, sign * _SHOULDER_Y, _SHOULDER_Z]
         arm = AddSwinging(f"{side}_arm", trunk, f"{side}_shoulder", place, -1)
-        AddPart(arm, "sleeve", human_parts.Sleeve(), clothes.top)
-        AddPart(arm, "hand", human_parts.Hand(), clothes.skin)
+        if telephone and side == "right":
+            # On the trunk, as it does not swing.
+            turn = RotationMatrix.MakeZRotation(_INWARDS)
+            X_TS = RigidTransform(turn, np.multiply(place, [1, width, 1]))
+            for part, mesh, color in (
+                ("sleeve", human_parts.BentSleeve(), clothes.top),
+                ("hand", human_parts.HoldingHand(), clothes.skin),
+                ("telephone", human_parts.Telephone(), TELEPHONE),
+                ("screen", human_parts.TelephoneScreen(), TELEPHONE_SCREEN),
+            ):
+                AddPart(trunk, part, mesh, color, X_TS)
+        else:
+            AddPart(arm, "sleeve", human_parts.Sleeve(), clothes.top)
+            AddPart(arm, "hand", human_parts.Hand(), clothes.skin)
     return joints
+
+
+def _tilted(pitch: float) -> RigidTransform:
+    """Returns the pose of a head that is bent forward about the neck."""
+    about = RigidTransform([0.0, 0.0, _NECK_Z])
+    turn = RigidTransform(RotationMatrix.MakeYRotation(pitch))
+    return about @ turn @ about.inverse()

@@ -10,7 +10,13 @@ from functools import cache
 from pydrake.geometry import InMemoryMesh
 
 from hunav_drake.systems.scene.gait import SHIN
-from hunav_drake.systems.scene.meshes import TriangleMesh, ellipsoid, join, loft
+from hunav_drake.systems.scene.meshes import (
+    TriangleMesh,
+    ellipsoid,
+    extrude,
+    join,
+    loft,
+)
 from hunav_drake.systems.scene.visuals import MakeInMemoryMesh
 
 
@@ -128,7 +134,59 @@ def Shoe() -> TriangleMesh:
 @_part
 def Sleeve() -> TriangleMesh:
     """Returns the arm, in its sleeve, that hangs from the shoulder."""
-    upper = [
+    return join([_upper_arm(), _bent(_forearm())])
+
+
+@_part
+def BentSleeve() -> TriangleMesh:
+    """Returns the arm in its sleeve, bent to hold something before the face."""
+    return join([_upper_arm().moved((0, 0, 0), pitch=-0.45), _held(_forearm())])
+
+
+@_part
+def Hand() -> TriangleMesh:
+    """Returns the hand and wrist, of the arm."""
+    return _bent(_hand())
+
+
+@_part
+def HoldingHand() -> TriangleMesh:
+    """Returns the hand and wrist of the bent arm."""
+    return _held(_hand())
+
+
+@_part
+def Telephone() -> TriangleMesh:
+    """Returns a telephone, in the hand of the bent arm."""
+    return _facing_up(extrude(_sheet(-0.005, 0.005, 0.037), -0.06, 0.09))
+
+
+@_part
+def TelephoneScreen() -> TriangleMesh:
+    """Returns the screen of the telephone."""
+    return _facing_up(extrude(_sheet(-0.007, -0.004, 0.033), -0.055, 0.085))
+
+
+def _sheet(back: float, front: float, half: float) -> list[list[float]]:
+    return [[back, -half], [front, -half], [front, half], [back, half]]
+
+
+def _facing_up(telephone: TriangleMesh) -> TriangleMesh:
+    """Turns what lies in the hand of the bent arm to the eyes."""
+    return telephone.moved((0.36, 0.0, -0.07), pitch=0.8)
+
+
+def _hand() -> TriangleMesh:
+    wrist = loft(
+        [[0.000, 0, -0.230, 0.025, 0.020], [0.000, 0, -0.190, 0.028, 0.026]],
+        sides=8,
+    )
+    palm = ellipsoid((0.006, 0, -0.275), (0.034, 0.020, 0.055), sides=10)
+    return join([wrist, palm])
+
+
+def _upper_arm() -> TriangleMesh:
+    sections = [
         [0.000, 0, -0.300, 0.034, 0.034],
         [0.000, 0, -0.270, 0.044, 0.042],
         [0.000, 0, -0.120, 0.051, 0.048],
@@ -137,27 +195,24 @@ def Sleeve() -> TriangleMesh:
         [0.000, 0, 0.032, 0.036, 0.033],
         [0.000, 0, 0.042, 0.014, 0.013],
     ]
-    lower = [
+    return loft(sections, sides=12)
+
+
+def _forearm() -> TriangleMesh:
+    sections = [
         [0.000, 0, -0.200, 0.036, 0.034],
         [0.000, 0, -0.060, 0.043, 0.041],
         [0.000, 0, 0.000, 0.043, 0.041],
         [0.000, 0, 0.020, 0.030, 0.030],
     ]
-    arm = [loft(upper, sides=12), _bent(loft(lower, sides=12))]
-    return join(arm)
-
-
-@_part
-def Hand() -> TriangleMesh:
-    """Returns the hand and wrist, of the arm."""
-    wrist = loft(
-        [[0.000, 0, -0.230, 0.025, 0.020], [0.000, 0, -0.190, 0.028, 0.026]],
-        sides=8,
-    )
-    palm = ellipsoid((0.006, 0, -0.275), (0.034, 0.020, 0.055), sides=10)
-    return _bent(join([wrist, palm]))
+    return loft(sections, sides=12)
 
 
 def _bent(forearm: TriangleMesh) -> TriangleMesh:
     """Puts what hangs from the elbow on a slightly bent arm."""
     return forearm.moved((0.0, 0.0, -0.275), pitch=-0.4)
+
+
+def _held(forearm: TriangleMesh) -> TriangleMesh:
+    """Puts what hangs from the elbow on the arm that holds something."""
+    return forearm.moved((0.12, 0.0, -0.248), pitch=-2.15)

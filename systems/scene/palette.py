@@ -52,6 +52,9 @@ _HAIR = (
     Rgba(0.12, 0.09, 0.07),
     Rgba(0.35, 0.18, 0.09),
 )
+EYES = Rgba(0.08, 0.07, 0.07)
+TELEPHONE = Rgba(0.07, 0.07, 0.08)
+TELEPHONE_SCREEN = Rgba(0.72, 0.86, 0.98)
 _SHOES = Rgba(0.10, 0.10, 0.11)
 
 FLOOR = (Rgba(0.83, 0.82, 0.79), Rgba(0.77, 0.76, 0.73))

@@ -118,7 +118,13 @@ def AddScene(
     AddGoalMarks(plant, humans, robot)
     human_names = _instance_names(humans)
     joints = [
-        AddHumanBody(plant, name, radius=human.radius, clothes=clothes(i))
+        AddHumanBody(
+            plant,
+            name,
+            radius=human.radius,
+            clothes=clothes(i),
+            telephone=human.behavior_name == "distracted",
+        )
         for i, (name, human) in enumerate(zip(human_names, humans, strict=True))
     ]
     robot_joint = (

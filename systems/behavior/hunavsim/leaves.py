@@ -14,7 +14,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from hunav_drake.systems.behavior.leaves.robot_conditions import FIELD_OF_VIEW
-from hunav_drake.systems.behavior.leaves.walking import IGNORED
+from hunav_drake.systems.behavior.leaves.walking import IGNORED, is_goal_reached
 from hunav_drake.systems.behavior.nodes.node import (
     Built,
     Memory,
@@ -139,6 +139,11 @@ def _is_robot_visible(
     return bool(found)
 
 
+def _is_goal_reached(context: TickContext) -> bool:
+    """Holds within 0.1 m of the goal's radius, whoever stands there."""
+    return is_goal_reached(context, shared=False)
+
+
 def _update_goal(context: TickContext) -> NodeStatus:
     """Drops the first goal, and stands still for the step."""
     context.command[Command.HOLD] = float(Hold.STAY)
@@ -258,6 +263,10 @@ def _action(name: str, function: Callable[..., Any]) -> NodeType:
 # All node types of the profile, by name.
 HUNAVSIM_NODE_TYPES: Mapping[str, NodeType] = MappingProxyType(
     {
+        "IsGoalReached": make_leaf_type(
+            *("IsGoalReached", "Condition", _is_goal_reached),
+            *({}, frozenset(IGNORED)),
+        ),
         "IsRobotVisible": make_leaf_type(
             *("IsRobotVisible", "Condition", _is_robot_visible),
             *({}, frozenset(IGNORED)),

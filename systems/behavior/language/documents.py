@@ -1,6 +1,8 @@
 """Reads a file of trees and the files that it includes."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
+import functools
 import os
 from pathlib import Path
 
@@ -16,7 +18,11 @@ from hunav_drake.systems.behavior.language.xml_source import (
     read_xml,
 )
 from hunav_drake.systems.behavior.nodes.errors import BehaviorTreeError, Place
-from hunav_drake.systems.behavior.nodes.registry import NODE_TYPES, RESERVED
+from hunav_drake.systems.behavior.nodes.registry import (
+    NODE_TYPES,
+    RESERVED,
+    SUBTREE_TAGS,
+)
 
 MAX_FILES = 100
 
@@ -42,6 +48,8 @@ class Documents:
         trees: The trees by their ID.
         main: The ID of the tree to begin with.
         folder: Files are included from here and below; None for none.
+        libraries: So they are from these, where there is no own file; and the
+            trees that no file has, by their IDs, come from these.
         allow_outside: Whether they are included from anywhere.
         read: The files that were read.
         open: Those that are being read: each includes the next.
@@ -54,6 +62,7 @@ class Documents:
     trees: dict[str, TreeElement] = field(default_factory=dict)
     main: str = ""
     folder: Path | None = None
+    libraries: tuple[Path, ...] = ()
     allow_outside: bool = False
     read: set[Path] = field(default_factory=set)
     open: list[Path] = field(default_factory=list)
@@ -94,24 +103,37 @@ def load_documents(
     file: str,
     folder: Path | None = None,
     *,
+    libraries: tuple[Path, ...] = (),
     allow_outside: bool = False,
 ) -> Documents:
     """Reads a document and those that it includes.
+
+    A subtree that is in none of them comes from the first library that has a
+    tree of that ID.
 
     Args:
         source: The document.
         file: What stands for it in messages.
         folder: The folder that its includes are relative to.
-        allow_outside: Whether they may be outside of it. A tree from elsewhere
-            should not: it could make any file be read.
+        libraries: Folders with trees of this package, which files in any
+            folder may include as if they lay beside them.
+        allow_outside: Whether files may be included that are not in the folder
+            or below. A tree from elsewhere should not: it could make any file
+            be read.
+
+    Raises:
+        BehaviorTreeError: If a document is not a tree file.
     """
     documents = Documents(
-        folder=folder.resolve() if folder else None, allow_outside=allow_outside
+        folder=folder.resolve() if folder else None,
+        libraries=libraries,
+        allow_outside=allow_outside,
     )
     if documents.folder:
         documents.open.append(documents.folder / Path(file).name)
     root = _load(source, file, documents.folder, documents)
     documents.comments = root.comments
+    _load_missing(documents)
     own = [
         tree_id
         for tree_id, tree in documents.trees.items()
@@ -175,22 +197,7 @@ def _include(
             "an include must have the attribute path, and no other, got"
             f" {', '.join(element.attributes) or 'none'}"
         )
-    text = element.attributes["path"]
-    if folder is None or documents.folder is None:
-        raise fault(
-            f"{text!r} cannot be found from a text; load a file instead"
-        )
-    try:
-        path = (folder / text).resolve()
-    except (OSError, ValueError, RuntimeError) as error:
-        raise fault(f"{text!r} is no path: {error}") from error
-    if not documents.allow_outside and not path.is_relative_to(
-        documents.folder
-    ):
-        raise fault(
-            f"{text!r} is outside {documents.folder}; files are included from"
-            " the folder of the main file and below, unless allow_outside=True"
-        )
+    path = _included_path(element, folder, documents)
     if path in documents.open:
         names = [*documents.open[documents.open.index(path) :], path]
         chain = " -> ".join(name.name for name in names)
@@ -199,12 +206,98 @@ def _include(
         return
     if len(documents.read) == MAX_FILES:
         raise fault(f"more than {MAX_FILES} files are included")
-    documents.read.add(path)
     if not os.path.isfile(path):
         raise fault(f"there is no file {path}")
+    _read(path, documents)
+
+
+def _included_path(
+    element: XmlElement, folder: Path | None, documents: Documents
+) -> Path:
+    """Returns the path of an include, its own or that in a library.
+
+    Raises:
+        BehaviorTreeError: If it may not be read, or there can be none.
+    """
+    fault = element.spot.fault
+    text = element.attributes["path"]
+    try:
+        own = (folder / text).resolve() if folder else None
+        shared = [(it / text).resolve() for it in documents.libraries]
+    except (OSError, ValueError, RuntimeError) as error:
+        raise fault(f"{text!r} is no path: {error}") from error
+    # (Their own files include each other in the same way.)
+    found = [it for it in shared if _is_in_library(it, documents)]
+    if own is None or documents.folder is None:
+        if found:
+            return found[0]
+        raise fault(
+            f"{text!r} cannot be found from a text; load a file instead, or"
+            " include one that comes with the package, such as regular.xml"
+        )
+    if found and not os.path.isfile(own):
+        return found[0]
+    if not (
+        documents.allow_outside
+        or own.is_relative_to(documents.folder)
+        or _is_in_library(own, documents)
+    ):
+        raise fault(
+            f"{text!r} is outside {documents.folder}; files are included from"
+            " the folder of the main file and below, unless allow_outside=True"
+        )
+    return own
+
+
+def _is_in_library(path: Path, documents: Documents) -> bool:
+    return os.path.isfile(path) and any(
+        path.is_relative_to(folder) for folder in documents.libraries
+    )
+
+
+def _read(path: Path, documents: Documents) -> None:
+    """Reads a file, and those that it includes."""
+    documents.read.add(path)
     documents.open.append(path)
     _load(read_file(path), str(path), path.parent, documents)
     documents.open.pop()
+
+
+def _load_missing(documents: Documents) -> None:
+    """Reads the files of libraries that have the subtrees still missing."""
+    known = [
+        (tree_id, path)
+        for folder in documents.libraries
+        for tree_id, path in _library_trees(folder)
+    ]
+    while True:
+        missing = {
+            each.attributes.get("ID", "")
+            for tree in documents.trees.values()
+            for each in _elements(tree.element)
+            if each.tag in SUBTREE_TAGS
+        }.difference(documents.trees)
+        found = [path for tree_id, path in known if tree_id in missing]
+        if not found or found[0] in documents.read:
+            return
+        _read(found[0], documents)
+
+
+def _elements(element: XmlElement) -> Iterator[XmlElement]:
+    yield element
+    for child in element.children:
+        yield from _elements(child)
+
+
+@functools.cache
+def _library_trees(folder: Path) -> tuple[tuple[str, Path], ...]:
+    """Returns the IDs of the trees in a folder's files, and these."""
+    return tuple(
+        (tree.attributes["ID"], path)
+        for path in sorted(folder.glob("*.xml"))
+        for tree in read_xml(read_file(path), str(path)).children
+        if tree.tag == "BehaviorTree"
+    )
 
 
 def _add_tree(

@@ -8,6 +8,17 @@ this kind fails if there is no robot.
 import math
 from typing import Annotated
 
+from hunav_drake.systems.behavior.leaves.pacing import (
+    Deceleration,
+    PortDistance,
+    PortSpeed,
+    PositiveDistance,
+    TurnRate,
+    come_to_rest,
+    face,
+    head_for,
+    walk_at,
+)
 from hunav_drake.systems.behavior.leaves.walking import IGNORED, ROLES, Role
 from hunav_drake.systems.behavior.nodes.node import NodeStatus
 from hunav_drake.systems.behavior.nodes.registry import register_action
@@ -18,48 +29,22 @@ from hunav_drake.systems.common.schema import within
 # How fast people turn to the robot, in rad/s.
 TURN_RATE = math.pi
 
-TurnRate = Annotated[float, within(0, 100, "rad/s", low_open=True)]
-PortSpeed = Annotated[float, within(0, 10, "m/s")]
-PortDistance = Annotated[float, within(0, 1e5, "m")]
-_PositiveDistance = Annotated[float, within(0, 1e5, "m", low_open=True)]
-
-
-def face(context: TickContext, x: float, y: float, turn_rate: float) -> None:
-    """Turns the person towards a point, at `turn_rate` at most.
-
-    A person who stands on the point keeps the heading.
-    """
-    state, command = context.state, context.command
-    dx, dy = x - state[X], y - state[Y]
-    command[Command.TURN_RATE] = turn_rate
-    command[Command.YAW_TARGET] = math.atan2(dy, dx) if dx or dy else state[YAW]
-
-
-def head_for(
-    context: TickContext, x: float, y: float, goal_radius: float
-) -> None:
-    """Walks to a point instead of to the current goal."""
-    command = context.command
-    command[Command.GOAL_X] = x
-    command[Command.GOAL_Y] = y
-    command[Command.GOAL_RADIUS] = goal_radius
-    command[Command.HAS_GOAL] = 1.0
-
-
-def _walk_at(context: TickContext, speed: float) -> None:
-    context.command[Command.DESIRED_SPEED] = speed
-    context.command[Command.MAX_SPEED] = speed
-
 
 @register_action("SurprisedNav", ignored=IGNORED)
 def surprised_nav(
-    context: TickContext, *, turn_rate: TurnRate = TURN_RATE
+    context: TickContext,
+    *,
+    turn_rate: TurnRate = TURN_RATE,
+    deceleration: Deceleration = 0.0,
 ) -> NodeStatus:
-    """Stands still and turns to the robot."""
+    """Stands still and turns to the robot.
+
+    The person slows down by `deceleration` at most, or at once if it is 0.
+    """
     robot = context.robot
     if robot is None:
         return NodeStatus.FAILURE
-    context.command[Command.HOLD] = 1.0
+    come_to_rest(context, deceleration)
     face(context, robot[X], robot[Y], turn_rate)
     context.behavior_status = 1
     return NodeStatus.SUCCESS
@@ -73,18 +58,25 @@ def scared_nav(
     push: Annotated[float, within(0, 1e4, "m/s^2")] = 20.0,
     push_range: PortDistance = 0.2,
     robot: Role = "unseen",
+    deceleration: Deceleration = 0.0,
+    own_maximum: bool = False,
 ) -> NodeStatus:
     """Walks on slowly, pushed away from the robot.
 
     The push is `push` times `push_range` over the distance from the body to
-    the robot's center; that distance counts as 0.05 m at least.
+    the robot's center; that distance counts as 0.05 m at least. The person
+    slows down by `deceleration` at most, or at once if it is 0. With
+    `own_maximum`, someone whose own maximum is below `speed` keeps to that;
+    without, as in HuNavSim, fear makes such a person faster.
     """
     if context.robot is None:
         return NodeStatus.FAILURE
     command = context.command
     command[Command.ROBOT_ROLE] = ROLES[robot]
     command[Command.ROBOT_REPULSION] = push * push_range
-    _walk_at(context, speed)
+    if own_maximum:
+        speed = min(speed, command[Command.MAX_SPEED])
+    walk_at(context, speed, deceleration)
     context.behavior_status = 1
     return NodeStatus.SUCCESS
 
@@ -95,14 +87,17 @@ def curious_nav(
     *,
     stop_distance: PortDistance = 1.5,
     speed: PortSpeed = 1.8,
-    speed_distance: _PositiveDistance = 10.0,
+    speed_distance: PositiveDistance = 10.0,
     turn_rate: TurnRate = TURN_RATE,
     robot: Role = "unseen",
+    deceleration: Deceleration = 0.0,
 ) -> NodeStatus:
     """Walks to the robot, then stands before it and looks at it.
 
     It comes at `speed` at the distance `speed_distance`, elsewhere in
-    proportion, and never faster than the person's own maximum.
+    proportion, and never faster than the person's own maximum. It slows down
+    by `deceleration` at most, and begins to where that is needed, or stops at
+    once if it is 0.
     """
     row = context.robot
     if row is None:
@@ -111,13 +106,16 @@ def curious_nav(
     distance = math.hypot(row[X] - state[X], row[Y] - state[Y])
     command[Command.ROBOT_ROLE] = ROLES[robot]
     if distance <= stop_distance:
-        command[Command.HOLD] = 1.0
+        come_to_rest(context, deceleration)
         face(context, row[X], row[Y], turn_rate)
     else:
         approach = speed * (distance / speed_distance)
         approach = min(approach, command[Command.MAX_SPEED])
+        if deceleration:
+            left = distance - stop_distance
+            approach = min(approach, math.sqrt(deceleration * left))
         head_for(context, row[X], row[Y], row[RADIUS])
-        _walk_at(context, approach)
+        walk_at(context, approach, deceleration)
     context.behavior_status = 1
     return NodeStatus.SUCCESS
 
@@ -133,9 +131,11 @@ def threatening_nav(
     turn_rate: TurnRate = TURN_RATE,
     robot: Role = "unseen",
 ) -> NodeStatus:
-    """Walks in front of the robot, and looks at it from close by.
+    """Walks in front of the robot, straight, and looks at it from close by.
 
-    It walks at its own `speed`, which may be above the person's maximum.
+    It walks at its own `speed`, which may be above the person's maximum. This
+    is HuNavSim's action, which leads through the robot if that is on the way;
+    BlockRobot leads around it.
     """
     row = context.robot
     if row is None:
@@ -145,7 +145,7 @@ def threatening_nav(
     x = row[X] + goal_distance * math.cos(row[YAW])
     y = row[Y] + goal_distance * math.sin(row[YAW])
     head_for(context, x, y, goal_radius)
-    _walk_at(context, speed)
+    walk_at(context, speed)
     if math.hypot(row[X] - state[X], row[Y] - state[Y]) <= face_distance:
         face(context, row[X], row[Y], turn_rate)
     context.behavior_status = 1

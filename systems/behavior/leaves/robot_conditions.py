@@ -10,7 +10,7 @@ from typing import Annotated, NamedTuple
 from hunav_drake.systems.behavior.leaves.walking import IGNORED
 from hunav_drake.systems.behavior.nodes.registry import register_condition
 from hunav_drake.systems.behavior.nodes.tick_context import Row, TickContext
-from hunav_drake.systems.common.layout import VX, VY, YAW, X, Y
+from hunav_drake.systems.common.layout import RADIUS, VX, VY, YAW, X, Y
 from hunav_drake.systems.common.schema import within
 
 # People see a little more than what lies before them, in radians.
@@ -55,7 +55,9 @@ def _notice_nearest(
 
 
 @register_condition(
-    "IsRobotVisible", memory={"ticks left": 0.0, "robot": 0.0}, ignored=IGNORED
+    "IsRobotVisible",
+    memory={"ticks left": 0.0, "robot": 0.0, "noticed": 0.0},
+    ignored=IGNORED,
 )
 def is_robot_visible(
     context: TickContext,
@@ -68,10 +70,12 @@ def is_robot_visible(
     occlusion: bool = True,
     memory: Annotated[float, within(0, 1e9, "s")] = 0.0,
     track: bool = False,
+    hysteresis: Distance = 0.0,
 ) -> bool:
     """Holds if a robot's center is near, in view, and not behind a wall.
 
-    Walls do not matter without `occlusion`. A person who loses sight of the
+    Walls do not matter without `occlusion`. A robot that is noticed counts as
+    near up to `hysteresis` beyond `distance`. A person who loses sight of the
     robot keeps it in mind for the time of `memory`; with `track`, that time
     does not run while the robot is merely out of view: near, and not behind a
     wall.
@@ -81,7 +85,8 @@ def is_robot_visible(
     for i, robot in enumerate(context.robots):
         dx, dy = robot[X] - state[X], robot[Y] - state[Y]
         away = math.hypot(dx, dy)
-        if away > distance:
+        is_noticed = own[2] and i == own[1]
+        if away > distance + (hysteresis if is_noticed else 0.0):
             continue
         bearing = math.atan2(dy, dx) - state[YAW]
         off = abs(math.remainder(bearing, 2 * math.pi))
@@ -89,17 +94,20 @@ def is_robot_visible(
             found.append((away, i))
     seen = _notice_nearest(context, found, occlusion) if found else -1
     if seen >= 0:
-        own[0] = float(round(memory / context.person.time_step))
-        own[1] = float(seen)
+        ticks = round(memory / context.person.time_step)
+        own[:] = [float(ticks), float(seen), 1.0]
         return True
     remembered = int(own[1])
     # (The memory may be of a trial with more robots.)
     if own[0] == 0 or remembered >= len(context.robots):
+        own[2] = 0.0
         return False
     context.notice(remembered)
     robot = context.robots[remembered]
     away = math.hypot(robot[X] - state[X], robot[Y] - state[Y])
-    is_near = away <= distance and _is_clear(context, remembered, occlusion)
+    is_near = away <= distance + hysteresis and _is_clear(
+        context, remembered, occlusion
+    )
     if not (track and is_near):
         own[0] -= 1
     return True
@@ -114,21 +122,28 @@ def is_robot_approaching(
     head_on: bool = False,
     occlusion: bool = True,
     standing_distance: Distance = 0.0,
+    at_rest: bool = False,
+    passed: Distance = 0.0,
 ) -> bool:
     """Holds if a robot is about to pass near the person.
 
     The person is ahead of it, at most `distance` along its course and `width`
-    beside it. With `head_on`, the person faces it, too. A robot that stands
-    counts only up to `standing_distance`, as if it were to drive on.
+    beside it. With `head_on`, the person faces it, too; with `at_rest` a person
+    who stands need not. A robot that stands counts only up to
+    `standing_distance`, as if it were to drive on. It still counts until the
+    person is so far behind it as `passed`.
     """
     state = context.state
+    head_on = head_on and not (
+        at_rest and math.hypot(state[VX], state[VY]) < SLOW
+    )
     found = []
     for i, robot in enumerate(context.robots):
         stands = math.hypot(robot[VX], robot[VY]) < SLOW
         hx, hy = course(robot)
         rx, ry = state[X] - robot[X], state[Y] - robot[Y]
         along = rx * hx + ry * hy
-        if not 0 < along <= (standing_distance if stands else distance):
+        if not -passed < along <= (standing_distance if stands else distance):
             continue
         facing = hx * math.cos(state[YAW]) + hy * math.sin(state[YAW])
         is_on_course = abs(hx * ry - hy * rx) <= width
@@ -143,20 +158,34 @@ def is_robot_in_the_way(
     *,
     distance: Distance,
     clearance: Distance = 1.0,
+    gap: Distance = 0.0,
     occlusion: bool = True,
 ) -> bool:
     """Holds if the straight line to the goal passes too close to a robot.
 
     The robot is at most `distance` away, between the person and the goal, and
-    nearer than `clearance` to the line from the one to the other. A robot so
-    near to the goal itself cannot be passed, and does not count.
+    nearer than `clearance` to the line from the one to the other; with a `gap`
+    above 0, also nearer than that leaves between the bodies. A robot so near
+    to the goal itself cannot be passed, and does not count.
     """
+    clearance = between(context, clearance, gap)
     found = [
         (it.ahead, it.row)
         for it in before_goal(context, distance, clearance)
         if abs(it.beside) < clearance
     ]
     return _notice_nearest(context, found, occlusion) >= 0
+
+
+def between(context: TickContext, clearance: float, gap: float) -> float:
+    """Returns the distance to keep from the centers of robots, in meters.
+
+    It is `clearance`, or what leaves a `gap` above 0 between the bodies.
+    """
+    if gap > 0 and context.robots:
+        widest = max(robot[RADIUS] for robot in context.robots)
+        return max(clearance, context.state[RADIUS] + widest + gap)
+    return clearance
 
 
 class OnWay(NamedTuple):

@@ -7,6 +7,8 @@ that name a person or a time step are accepted and ignored.
 import math
 from typing import Annotated, Literal
 
+import numpy as np
+
 from hunav_drake.systems.behavior.nodes.node import NodeStatus
 from hunav_drake.systems.behavior.nodes.registry import (
     register_action,
@@ -16,13 +18,31 @@ from hunav_drake.systems.behavior.nodes.tick_context import (
     MAX_BEHAVIOR_STATUS,
     TickContext,
 )
-from hunav_drake.systems.common.layout import Command, RobotRole, X, Y
+from hunav_drake.systems.common.layout import (
+    RADIUS,
+    VX,
+    VY,
+    Command,
+    RobotRole,
+    X,
+    Y,
+)
 from hunav_drake.systems.common.schema import within
 
 # HuNavSim takes a goal for reached this far outside its radius, in meters.
 GOAL_MARGIN = 0.1
 
+# People who stand, slower than this, in m/s, are in the way of who shares their
+# goal if there is no more than this between the bodies; and they take up this
+# much more room around the goal, times the square root of their number, both
+# in meters.
+_STANDING = 0.1
+_IN_THE_WAY = 0.3
+_CROWDING = 0.5
+
 IGNORED = ("agent_id", "time_step", "id", "dt")
+
+BehaviorStatus = Annotated[int, within(0, MAX_BEHAVIOR_STATUS)]
 
 Role = Literal["pedestrian", "obstacle", "unseen"]
 ROLES = {
@@ -33,14 +53,42 @@ ROLES = {
 
 
 @register_condition("IsGoalReached", ignored=IGNORED)
-def is_goal_reached(context: TickContext) -> bool:
-    """Holds within 0.1 m of the goal's radius; never without a goal."""
+def is_goal_reached(context: TickContext, *, shared: bool = True) -> bool:
+    """Holds within 0.1 m of the goal's radius; never without a goal.
+
+    If the goal is `shared`, it also holds where people who stand nearer to it
+    are in the way: at most 0.5 m times the square root of their number outside
+    of the radius.
+    """
     goal = context.goal
     if goal is None:
         return False
     state = context.state
     distance = math.hypot(goal[0] - state[X], goal[1] - state[Y])
-    return distance <= context.person.goal_radius + GOAL_MARGIN
+    if distance <= context.person.goal_radius + GOAL_MARGIN:
+        return True
+    return shared and _is_taken(context, goal, distance)
+
+
+def _is_taken(
+    context: TickContext, goal: tuple[float, float], distance: float
+) -> bool:
+    """Tells whether people who stand at a goal are in the person's way."""
+    people = context.human_states
+    beyond = (distance - context.person.goal_radius) / _CROWDING
+    if beyond * beyond > len(people) - 1:
+        return False
+    state = context.state
+    away = np.hypot(people[:, X] - goal[0], people[:, Y] - goal[1])
+    speed = np.hypot(people[:, VX], people[:, VY])
+    standing = people[(away < distance) & (speed < _STANDING)]
+    if beyond * beyond > len(standing):
+        return False
+    gap = np.hypot(standing[:, X] - state[X], standing[:, Y] - state[Y])
+    gap -= standing[:, RADIUS] + state[RADIUS]
+    ahead = (standing[:, X] - state[X]) * (goal[0] - state[X])
+    ahead += (standing[:, Y] - state[Y]) * (goal[1] - state[Y])
+    return bool(((gap <= _IN_THE_WAY) & (ahead > 0)).any())
 
 
 @register_action("UpdateGoal", ignored=IGNORED)
@@ -68,9 +116,7 @@ def regular_nav(
 
 @register_action("SetBehaviorStatus", ignored=IGNORED)
 def set_behavior_status(
-    context: TickContext,
-    *,
-    status: Annotated[int, within(0, MAX_BEHAVIOR_STATUS)] = 1,
+    context: TickContext, *, status: BehaviorStatus = 1
 ) -> None:
     """Sets the behavior status: the state of the person's reaction."""
     context.behavior_status = status

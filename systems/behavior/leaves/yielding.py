@@ -4,21 +4,30 @@ import itertools
 import math
 from typing import Annotated, NamedTuple
 
-from hunav_drake.systems.behavior.leaves.reactions import (
-    TURN_RATE,
+from hunav_drake.systems.behavior.leaves.pacing import (
+    Deceleration,
     PortDistance,
     TurnRate,
+    come_to_rest,
     face,
     head_for,
+    slow_down_before,
 )
+from hunav_drake.systems.behavior.leaves.reactions import TURN_RATE
 from hunav_drake.systems.behavior.leaves.robot_conditions import (
     Distance,
     OnWay,
     before_goal,
+    between,
     course,
     way,
 )
-from hunav_drake.systems.behavior.leaves.walking import IGNORED, ROLES, Role
+from hunav_drake.systems.behavior.leaves.walking import (
+    IGNORED,
+    ROLES,
+    BehaviorStatus,
+    Role,
+)
 from hunav_drake.systems.behavior.nodes.decorators import steps_reach
 from hunav_drake.systems.behavior.nodes.node import NodeStatus
 from hunav_drake.systems.behavior.nodes.registry import register_action
@@ -54,16 +63,20 @@ def stand_still(
     *,
     seconds: Annotated[float, within(0, 1e9, "s")] = 0.0,
     turn_rate: TurnRate = TURN_RATE,
+    deceleration: Deceleration = 0.0,
+    status: BehaviorStatus = 1,
 ) -> NodeStatus:
     """Stands still and turns to the robot, if there is one.
 
-    It runs for `seconds`, and for one tick at least.
+    It runs for `seconds`, and for one tick at least, with the behavior status
+    `status`. The person slows down by `deceleration` at most, or at once if it
+    is 0.
     """
-    context.command[Command.HOLD] = 1.0
+    come_to_rest(context, deceleration)
     robot = context.robot
     if robot is not None:
         face(context, robot[X], robot[Y], turn_rate)
-    context.behavior_status = 1
+    context.behavior_status = status
     own[0] += 1
     if steps_reach(own[0], context.person.time_step, seconds):
         own[0] = 0.0
@@ -77,14 +90,19 @@ def stand_still(
     ignored=IGNORED,
 )
 def step_aside(
-    context: TickContext, own: list[float], *, clearance: PortDistance = 1.0
+    context: TickContext,
+    own: list[float],
+    *,
+    clearance: PortDistance = 1.0,
+    deceleration: Deceleration = 0.0,
 ) -> NodeStatus:
     """Walks to a spot `clearance` beside the robot's course.
 
     The side is the one where the person is, the right-hand side on the course
     itself, and the other one where walls leave more room on that. The spot is
     chosen once; the action runs until the person is there, and fails if there
-    is no robot.
+    is no robot. The person slows down before the spot by `deceleration` at
+    most, or stops at once if it is 0.
     """
     robot = context.robot
     if robot is None:
@@ -94,13 +112,16 @@ def step_aside(
         x = context.state[X] + aside.free * aside.nx
         y = context.state[Y] + aside.free * aside.ny
         own[:] = [1.0, x, y]
-    state, command = context.state, context.command
+    state = context.state
     context.behavior_status = 1
-    if math.hypot(own[1] - state[X], own[2] - state[Y]) <= _ARRIVED:
+    left = math.hypot(own[1] - state[X], own[2] - state[Y])
+    if left <= _ARRIVED:
         own[0] = 0.0
-        command[Command.HOLD] = 1.0
+        come_to_rest(context, deceleration)
         return NodeStatus.SUCCESS
     head_for(context, own[1], own[2], _ARRIVED / 2)
+    if deceleration:
+        slow_down_before(context, left, deceleration)
     return NodeStatus.RUNNING
 
 
@@ -115,25 +136,29 @@ def pass_by(
     *,
     distance: Distance,
     clearance: PortDistance = 1.0,
+    gap: PortDistance = 0.0,
     robot: Role = "obstacle",
+    status: BehaviorStatus = 1,
 ) -> NodeStatus:
     """Walks on towards the goal, past all robots at a distance of `clearance`.
 
+    With a `gap` above 0, it leaves at least that between the bodies.
     The side is the one that takes the person the least off the way, the
     right-hand side of a robot right ahead, and is kept. Where walls or robots
     leave less room, the person passes where there is most: first the nearest
     robots, then those behind them. The point to walk to is never beyond a
     wall; where two bodies hardly fit in, the body touches the wall there. The
     action runs until no robot is between the person and the goal, at most
-    0.5 m farther away than `distance`.
+    0.5 m farther away than `distance`; its behavior status is `status`.
     """
     state, command = context.state, context.command
+    clearance = between(context, clearance, gap)
     robots = before_goal(context, distance + _LEEWAY, clearance)
     if not robots:
         own[0] = 0.0
         return NodeStatus.SUCCESS
     command[Command.ROBOT_ROLE] = ROLES[robot]
-    context.behavior_status = 1
+    context.behavior_status = status
     gx, gy = way(context)
     usual = -_BESIDE
     if own[0]:

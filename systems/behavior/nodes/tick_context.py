@@ -173,6 +173,11 @@ class TickContext:
         return rows
 
     @property
+    def human_states(self) -> Array:
+        """All of `human_states`, of shape (n, 7), not to be changed."""
+        return self._human_states.reshape(-1, STATE_SIZE)
+
+    @property
     def robots(self) -> list[Row]:
         """The rows of `robot_states`."""
         if self._robots is None:

@@ -21,8 +21,8 @@ STANCE_SIZE = 3
 
 # Forces below this move nobody who stands, in m/s^2; of a greater one the rest
 # gives this velocity per m/s^2, up to _BACK_SPEED.
-_HELD = 1.5
-_YIELD = 0.5
+_HELD = 3.0
+_YIELD = 0.25
 
 # Who is slower than this at the goal stands, in m/s.
 _AT_REST = 0.1

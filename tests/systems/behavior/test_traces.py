@@ -9,10 +9,8 @@ decision               in the traces         here
 =====================  ====================  ================================
 a reached goal costs   the step in which     positions of that person in that
 no step of standing    the goal changes      step are not compared
-people who react feel  never feel the robot  `ignore_robot_when_idle`
-the robot when idle
-the scared keep the    never                 `memory` is 0
-robot in mind
+people react as they   as they do            ports have HuNavSim's values, and
+should                                       the threatening its action
 the curious keep to    1.8 d/10 m/s, above   positions are not compared while
 their maximum          their maximum         1.8 d/10 is above the maximum
 the threatening get    beside it: sine and   the robot is given the heading
@@ -39,13 +37,13 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import Multiplexer
 import pytest
 
-from hunav_drake.systems.behavior import BehaviorTree, LoadTree
+from hunav_drake.systems.behavior import BehaviorTree, LoadBehavior, LoadTree
 from hunav_drake.systems.common.layout import COMMAND_SIZE, Command
 from hunav_drake.systems.crowd import CrowdConfig, HumanCrowd
 from hunav_drake.systems.people import HumanConfig, SocialForceParameters
 from hunav_drake.systems.world.obstacles import Obstacles
 from tests.recorded import read_recorded, recorded_names, single
-from tests.systems.behavior.ticks import WALK
+from tests.systems.behavior.ticks import WALK, as_original
 from tests.systems.crowd.crowds import FREE
 
 TRACES = recorded_names("crowd")
@@ -58,20 +56,15 @@ NAMES = [
     "curious",
     "threatening",
 ]
-SCARED, CURIOUS, THREATENING = 4, 5, 6
+CURIOUS, THREATENING = 5, 6
 
 # Columns of the recorded agents.
 STATUS, GOAL = 7, 8
 
 
-def load_tree(number):
-    """Returns the tree of a behavior, with what HuNavSim decided otherwise."""
-    ports = {}
-    if number >= 3:
-        ports["ignore_robot_when_idle"] = True
-    if number == SCARED:
-        ports["memory"] = 0.0
-    return LoadTree(NAMES[number], ports)
+def load_tree(number, **changed):
+    """Returns our tree of a behavior, with the numbers of HuNavSim."""
+    return LoadBehavior(as_original(NAMES[number], **changed))
 
 
 def make_traced_human(agent):
@@ -314,7 +307,7 @@ def classic_tree(number, folder):
     if name == "regular":
         return LoadTree(folder / "walk.xml")
     if name == "impassive":
-        return LoadTree(name)
+        return load_tree(number)
     distance, seconds, once = NUMBERS[name]
     nested = number == THREATENING
     path = folder / f"{name}.xml"
@@ -336,10 +329,9 @@ def test_trees_in_the_form_of_the_original_tick_as_ours_do(tmp_path, name):
     case = json.loads(read_recorded(name))
     scenario = case["scenario"]
     numbers = [agent["behavior"] for agent in scenario["agents"]]
-    memory = [{"memory": 0.0} if n == SCARED else {} for n in numbers]
+    # (Its own trees ignore the robot elsewhere; the leaves need not.)
     ours = Replay(
-        scenario,
-        [LoadTree(NAMES[n], m) for n, m in zip(numbers, memory, strict=True)],
+        scenario, [load_tree(n, ignore_robot_when_idle=False) for n in numbers]
     )
     theirs = Replay(scenario, [classic_tree(n, tmp_path) for n in numbers])
     radius = single(scenario["robot"]["radius"])

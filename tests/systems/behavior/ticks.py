@@ -1,8 +1,16 @@
 """People, robots and small trees for tests that tick."""
 
+import re
+
 import numpy as np
 
-from hunav_drake.systems.behavior import ParseTree, Person
+from hunav_drake.systems.behavior import (
+    BEHAVIORS,
+    BehaviorConfig,
+    ParseTree,
+    Person,
+)
+from hunav_drake.systems.common.layout import Command
 from hunav_drake.systems.people.human_config import HumanConfig
 
 # The tree of the regular behavior in the form of HuNavSim's files.
@@ -19,6 +27,35 @@ WALK = """
     </BehaviorTree>
 </root>
 """
+
+# What ports have in HuNavSim.
+ORIGINAL = {
+    "memory": 0.0,
+    "track": False,
+    "hysteresis": 0.0,
+    "ignore_robot_when_idle": True,
+    "deceleration": 0.0,
+    "own_maximum": False,
+    "make_way": False,
+    "near": 0.0,
+    "wait_time": 1e9,
+}
+
+
+def as_original(name, **changed):
+    """Returns one of our behaviors with the numbers of HuNavSim.
+
+    For the threatening that is another action, too.
+    """
+    source = BEHAVIORS[name].read_text()
+    if name == "threatening":
+        source = re.sub(r"<BlockRobot[^>]*/>", "<ThreateningNav/>", source)
+    ports = {
+        port: value
+        for port, value in (ORIGINAL | changed).items()
+        if f'<input_port name="{port}"' in source
+    }
+    return BehaviorConfig(tree=source, ports=ports)
 
 
 def at(x, y, yaw=0.0, vx=0.0, vy=0.0):
@@ -71,6 +108,11 @@ def tick(tree, who=None, human=None, robot=NO_ROBOT, memory=None):
 def tick_near(tree, memory=None, robot=ROBOT):
     """Returns the outcome of a tick of `PERSON`, by default near a robot."""
     return tick(tree, PERSON, ME, robot, memory)
+
+
+def wish(outcome):
+    """Returns the command of an outcome, by its elements."""
+    return dict(zip(Command, outcome.command, strict=True))
 
 
 def traces(tree, count, memory=None):

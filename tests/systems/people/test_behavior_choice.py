@@ -190,7 +190,8 @@ FAULTS = {
         " 'distance'?",
     ),
     "ports of a tree without any": (
-        "{tree: impassive, distance: 6}",
+        "{tree: '<root><BehaviorTree><RegularNav/></BehaviorTree></root>',"
+        " distance: 6}",
         "behavior.distance: there is no port 'distance'; there is none",
     ),
     "range": (

@@ -176,6 +176,41 @@ def test_a_figure_is_a_person_high_and_no_wider_than_its_disc():
     assert -p[p[:, 2] < 0.05, 0].min() < 0.10
 
 
+def test_who_is_distracted_looks_at_a_telephone():
+    """In the hand that does not swing, before the face, turned to the eyes."""
+
+    def middles(behavior):
+        dut = Trial(
+            humans=[HumanConfig(pose=(0.0, 0.0, 0.0), behavior=behavior)]
+        )
+        plant, inspector = dut.ports.plant, dut.inspector
+        instance = plant.GetModelInstanceByName("human_1")
+        frame = plant.GetBodyFrameIdOrThrow(
+            plant.GetBodyByName("trunk", instance).index()
+        )
+        result = {}
+        for g in inspector.GetGeometries(frame, Role.kIllustration):
+            shape = inspector.GetShape(g)
+            vertices = (mesh_vertices(shape) * shape.scale3()).T
+            name = inspector.GetName(g).split("::")[-1]
+            points = inspector.GetPoseInFrame(g) @ vertices
+            result[name] = points.mean(axis=1)
+        return result
+
+    assert "telephone" not in middles("regular")
+    dut = middles("distracted")
+    telephone, screen, eyes = (
+        dut[name] for name in ("telephone", "screen", "eyes")
+    )
+    # Seen from the hips, in meters: as far off as an arm is long.
+    assert 0.2 < np.linalg.norm(telephone - eyes) < 0.5
+    assert np.hypot(*(telephone - dut["hand"])[:2]) < 0.1
+    assert abs(telephone[1]) < 0.1
+    outward = (screen - telephone) / np.linalg.norm(screen - telephone)
+    to_eyes = (eyes - telephone) / np.linalg.norm(eyes - telephone)
+    assert outward @ to_eyes > 0.8
+
+
 def test_wider_people_have_wider_figures_and_discs():
     slim, wide = (
         Trial(humans=[HumanConfig(pose=(0.0, 0.0, 0.0), radius=r)])

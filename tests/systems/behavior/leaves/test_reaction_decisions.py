@@ -8,11 +8,16 @@ from pydrake.systems.analysis import Simulator
 import pytest
 
 from hunav_drake.humans import MakeHumans
-from hunav_drake.systems.behavior import LoadTree, ParseTree, Person
+from hunav_drake.systems.behavior import (
+    LoadBehavior,
+    LoadTree,
+    ParseTree,
+    Person,
+)
 from hunav_drake.systems.behavior.behavior_tree import BehaviorTree
 from hunav_drake.systems.common.layout import Command
 from hunav_drake.systems.people import BehaviorConfig, HumanConfig
-from tests.systems.behavior.ticks import at
+from tests.systems.behavior.ticks import as_original, at
 
 REACTIONS = ["surprised", "scared", "curious", "threatening"]
 
@@ -53,7 +58,7 @@ def human(behavior, pose=(0.0, 0.0, 0.0), goals=((20.0, 0.0),), **kwargs):
 
 def command_of(behavior, state, robot, **kwargs):
     who = Person.from_config(human("regular", **kwargs), 0, time_step=0.05)
-    tree = LoadTree(behavior)
+    tree = LoadBehavior(behavior)
     outcome = tree.tick(
         who, tree.initial_memory(who), np.array(state), np.array(robot)
     )
@@ -92,12 +97,31 @@ def test_surprised_person_turns_by_pi_per_second_without_overshoot(
 
 
 @pytest.mark.parametrize("name", ["surprised", "curious"])
-def test_standing_person_has_no_velocity(name):
+def test_person_comes_to_rest_as_bodies_can(name):
+    """At 2.5 m/s^2 at most, where HuNavSim stops people at once."""
     dut = People(human(name))
+    (state,) = dut.step(at(90.0, 0.0), 40)
+    robot = at(state[0] + 1.3, state[1])
+    speed = np.hypot(*state[3:5])
+    assert speed > 1
+    for _ in range(12):
+        (state,) = dut.step(robot)
+        slower = np.hypot(*state[3:5])
+        assert speed - slower <= 2.5 * 0.05 + 1e-9
+        speed = slower
+    assert speed == 0
+    (later,) = dut.step(robot, 20)
+    assert (later[:2] == state[:2]).all()
+
+
+@pytest.mark.parametrize("name", ["surprised", "curious"])
+def test_standing_person_has_no_velocity(name):
+    dut = People(human(as_original(name)))
     (walking,) = dut.step(at(90.0, 0.0), 40)
     assert walking[3] > 1
     robot = at(walking[0] + 1.3, walking[1])
-    (standing,) = dut.step(robot, 2)
+    # (It takes a while to brake at 3.5 m/s^2.)
+    (standing,) = dut.step(robot, 9)
     assert dut.status() == [1]
     assert (standing[3:5] == 0).all()
     (later,) = dut.step(robot, 20)
@@ -126,10 +150,33 @@ def test_curious_person_keeps_to_the_own_maximum():
 
 def test_threatening_person_uses_the_parameter_speed():
     command = command_of(
-        "threatening", at(0, 0), at(2, 0), desired_speed=1.0, max_speed=1.1
+        as_original("threatening"),
+        at(0, 0),
+        at(2, 0),
+        desired_speed=1.0,
+        max_speed=1.1,
     )
     assert command[Command.DESIRED_SPEED] == 2.0
     assert command[Command.MAX_SPEED] == 2.0
+
+
+def test_threatening_person_may_walk_faster_than_the_own_maximum():
+    """As in HuNavSim: it has to overtake the robot."""
+    dut = People(human("threatening", desired_speed=0.4, max_speed=0.5))
+    speeds = []
+    for step in range(80):
+        robot = at(3.0 + 0.6 * 0.05 * step, 0.5, 0.0, 0.6)
+        (state,) = dut.step(robot)
+        speeds.append(np.hypot(*state[3:5]))
+    assert 1.5 < max(speeds) <= 2.0 + 1e-9
+
+
+def test_scared_person_never_walks_faster_than_the_own_maximum():
+    """HuNavSim gives everybody 0.6 m/s, the slower too."""
+    for behavior, expected in (("scared", 0.4), (as_original("scared"), 0.6)):
+        command = command_of(behavior, at(0, 0), at(2, 0), desired_speed=0.4)
+        assert command[Command.DESIRED_SPEED] == expected
+        assert command[Command.MAX_SPEED] == expected
 
 
 @pytest.mark.parametrize("name", ["regular", "impassive", *REACTIONS])
@@ -157,7 +204,8 @@ def test_only_the_tree_changes_goals():
     dut.step(at(2.0, 0.0), 100)
     assert dut.status() == [1]
     assert dut.memory()[0] == 0
-    dut.step(at(90.0, 0.0), 2)
+    # (The robot is in mind for a second.)
+    dut.step(at(90.0, 0.0), 22)
     assert dut.memory()[0] == 1
 
 
@@ -176,19 +224,16 @@ def test_everybody_decides_and_moves_from_one_snapshot():
 
 def test_scared_person_keeps_the_robot_in_mind():
     """Without, the reaction goes on and off every few steps."""
-    changes = {}
-    for memory in (0.0, None):
-        ports = {} if memory is None else {"memory": memory}
-        dut = People(
-            human(BehaviorConfig(tree="scared", ports=ports), desired_speed=1.5)
-        )
+    changes = []
+    for behavior in (as_original("scared"), "scared"):
+        dut = People(human(behavior, desired_speed=1.5))
         active = []
         for step in range(400):
             dut.step(at(6.0 - 0.025 * step, 0.8, math.pi, -0.5))
             active.append(dut.status()[0])
-        changes[memory] = np.count_nonzero(np.diff(active))
-    assert changes[0.0] > 20
-    assert changes[None] <= 6
+        changes.append(np.count_nonzero(np.diff(active)))
+    assert changes[0] > 20
+    assert changes[1] <= 2
 
 
 def test_time_step_is_exact_in_subtrees():

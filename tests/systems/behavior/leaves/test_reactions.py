@@ -5,17 +5,26 @@ import math
 import numpy as np
 import pytest
 
-from hunav_drake.systems.behavior import BEHAVIORS, LoadTree, NodeStatus
+from hunav_drake.systems.behavior import (
+    BEHAVIORS,
+    LoadBehavior,
+    LoadTree,
+    NodeStatus,
+)
 from hunav_drake.systems.common.layout import Command, RobotRole
 from hunav_drake.systems.world.obstacles import Obstacles
-from tests.systems.behavior.ticks import NO_ROBOT, at, person, tick, tree_of
+from tests.systems.behavior.ticks import (
+    NO_ROBOT,
+    as_original,
+    at,
+    person,
+    tick,
+    tree_of,
+    wish,
+)
 
 WALL = Obstacles.from_shapes([[[1.0, -1.0], [1.0, 1.0]]], solid=[False])
 REACTIONS = ["surprised", "scared", "curious", "threatening"]
-
-
-def wish(outcome):
-    return dict(zip(Command, outcome.command, strict=True))
 
 
 class TestSight:
@@ -217,7 +226,9 @@ def test_curious_person_stands_before_the_robot_and_looks_at_it():
 
 @pytest.mark.parametrize("yaw", [0.0, 1.0, math.pi / 2, -2.5])
 def test_threatening_person_goes_to_the_point_before_the_robot(yaw):
-    command = wish(tick(LoadTree("threatening"), robot=at(3.0, 1.0, yaw)))
+    command = wish(
+        tick(LoadBehavior(as_original("threatening")), robot=at(3.0, 1.0, yaw))
+    )
     assert command[Command.GOAL_X] == pytest.approx(3.0 + 1.1 * math.cos(yaw))
     assert command[Command.GOAL_Y] == pytest.approx(1.0 + 1.1 * math.sin(yaw))
     assert command[Command.GOAL_RADIUS] == 0.05
@@ -226,7 +237,8 @@ def test_threatening_person_goes_to_the_point_before_the_robot(yaw):
 
 
 def test_threatening_person_faces_the_robot_from_near():
-    command = wish(tick(LoadTree("threatening"), robot=at(0.0, 1.1)))
+    tree = LoadBehavior(as_original("threatening"))
+    command = wish(tick(tree, robot=at(0.0, 1.1)))
     assert command[Command.TURN_RATE] == math.pi
     assert command[Command.YAW_TARGET] == pytest.approx(math.pi / 2)
     assert not command[Command.HOLD]
@@ -254,16 +266,6 @@ PORTS = {
         1.0,
     ),
     "curious robot": ({"robot": "obstacle"}, Command.ROBOT_ROLE, 2.0),
-    "threatening": ({"goal_distance": 0.5}, Command.GOAL_X, 2.5),
-    "threatening radius": ({"goal_radius": 0.2}, Command.GOAL_RADIUS, 0.2),
-    "threatening speed": ({"speed": 1.0}, Command.MAX_SPEED, 1.0),
-    "threatening face": ({"face_distance": 3.0}, Command.TURN_RATE, math.pi),
-    "threatening turn": (
-        {"turn_rate": 1.0, "face_distance": 3.0},
-        Command.TURN_RATE,
-        1.0,
-    ),
-    "threatening robot": ({"robot": "pedestrian"}, Command.ROBOT_ROLE, 1.0),
 }
 
 
@@ -273,6 +275,27 @@ def test_numbers_of_a_reaction_are_ports(name):
     robot = at(2.0, 0.0)
     plain = wish(tick(LoadTree(name.split()[0]), robot=robot))
     changed = wish(tick(LoadTree(name.split()[0], ports), robot=robot))
+    assert plain[element] != pytest.approx(expected)
+    assert changed[element] == pytest.approx(expected)
+
+
+LEAF_PORTS = {
+    'goal_distance="0.5"': (Command.GOAL_X, 2.5),
+    'goal_radius="0.2"': (Command.GOAL_RADIUS, 0.2),
+    'speed="1"': (Command.MAX_SPEED, 1.0),
+    'face_distance="3"': (Command.TURN_RATE, math.pi),
+    'turn_rate="1" face_distance="3"': (Command.TURN_RATE, 1.0),
+    'robot="pedestrian"': (Command.ROBOT_ROLE, 1.0),
+}
+
+
+@pytest.mark.parametrize("ports", LEAF_PORTS)
+def test_numbers_of_the_threatening_action_are_ports(ports):
+    element, expected = LEAF_PORTS[ports]
+    plain, changed = (
+        wish(tick(tree_of(f"<ThreateningNav {text}/>"), robot=at(2.0, 0.0)))
+        for text in ("", ports)
+    )
     assert plain[element] != pytest.approx(expected)
     assert changed[element] == pytest.approx(expected)
 
@@ -301,8 +324,8 @@ def test_distracted_person_sees_the_robot_only_just_ahead():
     ):
         outcome = tick(dut, robot=robot)
         assert outcome.behavior_status == noticed
-        role = RobotRole.PEDESTRIAN if noticed else RobotRole.UNSEEN
-        assert wish(outcome)[Command.ROBOT_ROLE] == role
+        is_unseen = wish(outcome)[Command.ROBOT_ROLE] == RobotRole.UNSEEN
+        assert is_unseen != noticed
 
 
 class TestStepAside:

@@ -1,0 +1,201 @@
+"""The action of getting in the way of a robot: BlockRobot."""
+
+import math
+from typing import Annotated, NamedTuple
+
+from hunav_drake.systems.behavior.leaves.pacing import (
+    PortDistance,
+    PortSpeed,
+    TurnRate,
+    come_to_rest,
+    face,
+    walk_with,
+)
+from hunav_drake.systems.behavior.leaves.reactions import TURN_RATE
+from hunav_drake.systems.behavior.leaves.walking import IGNORED, ROLES
+from hunav_drake.systems.behavior.nodes.node import NodeStatus
+from hunav_drake.systems.behavior.nodes.registry import register_action
+from hunav_drake.systems.behavior.nodes.tick_context import Row, TickContext
+from hunav_drake.systems.common.layout import (
+    OMEGA,
+    RADIUS,
+    VX,
+    VY,
+    YAW,
+    Command,
+    X,
+    Y,
+)
+from hunav_drake.systems.common.schema import within
+
+# The place is so much farther from the robot than the way around it at least,
+# in meters.
+_LEEWAY = 0.05
+
+# How fast what is left of a way is walked at most, per second: it ends the
+# approach without a jerk.
+_CLOSING = 2.0
+
+# Nearer to the place than this the person is there, in meters; and over this
+# much more it goes along with the robot, or over this much of the gap.
+_THERE = 0.2
+_BLEND = 0.15
+
+# Within this of the robot's axis a person behind it keeps the side, in
+# radians.
+_BEHIND = math.pi / 4
+
+
+class _Leg(NamedTuple):
+    """Where to walk, seen from the robot.
+
+    Attributes:
+        x: The direction, a unit vector in W.
+        y: Its y.
+        left: How far it is to the place itself, in meters; infinite while the
+            way leads around the robot.
+    """
+
+    x: float
+    y: float
+    left: float
+
+
+@register_action("BlockRobot", memory={"side": 0.0}, ignored=IGNORED)
+def block_robot(
+    context: TickContext,
+    own: list[float],
+    *,
+    distance: PortDistance = 1.1,
+    gap: PortDistance = 0.3,
+    speed: PortSpeed = 2.0,
+    acceleration: Annotated[
+        float, within(0, 100, "m/s^2", low_open=True)
+    ] = 2.5,
+    face_distance: PortDistance = 0.5,
+    turn_rate: TurnRate = TURN_RATE,
+) -> NodeStatus:
+    """Walks in front of the robot, around it, and stays there.
+
+    The place is `distance` ahead of its center, farther if it is wide, and
+    nearer where a wall is; where that leaves no room, the person stands. On
+    the way the bodies keep `gap` between them. The side is the one where the
+    person is; from right behind, the left-hand one, or that without a wall,
+    and it is kept. Between two walls the person stays behind the robot. It
+    walks at up to `speed`, which may be above its own maximum, and once there
+    gives way only as far as `gap` demands. Nearer to the place than
+    `face_distance` it looks at the robot. The action fails if there is no
+    robot.
+    """
+    row = context.robot
+    if row is None:
+        return NodeStatus.FAILURE
+    state = context.state
+    context.behavior_status = 1
+    # (The way leads clear of it.)
+    context.command[Command.ROBOT_ROLE] = ROLES["unseen"]
+    keep = row[RADIUS] + state[RADIUS] + gap
+    distance = max(distance, keep + _LEEWAY)
+    distance = min(distance, _room_ahead(context, row, distance))
+    if distance < keep:
+        come_to_rest(context, acceleration)
+        face(context, row[X], row[Y], turn_rate)
+        return NodeStatus.SUCCESS
+    leg = _leg(context, row, own, keep, distance)
+    own_speed = min(
+        speed, math.sqrt(2 * acceleration * leg.left), _CLOSING * leg.left
+    )
+    # The place moves with the robot, and turns with it. Who is there holds the
+    # ground, until the bodies come too near.
+    away = math.hypot(row[X] - state[X], row[Y] - state[Y])
+    part = max((leg.left - _THERE) / _BLEND, (keep - away) / _BLEND)
+    part = min(max(part, 0.0), 1.0)
+    turn = row[OMEGA] * distance if leg.left < distance else 0.0
+    vx = part * row[VX] - turn * math.sin(row[YAW])
+    vy = part * row[VY] + turn * math.cos(row[YAW])
+    own_speed = min(own_speed, _reserve(leg, vx, vy, speed))
+    vx, vy = vx + own_speed * leg.x, vy + own_speed * leg.y
+    fast = math.hypot(vx, vy)
+    if fast > speed:
+        vx, vy = vx / fast * speed, vy / fast * speed
+    walk_with(context, vx, vy, acceleration)
+    if leg.left <= face_distance:
+        face(context, row[X], row[Y], turn_rate)
+    return NodeStatus.SUCCESS
+
+
+def _room_ahead(context: TickContext, robot: Row, distance: float) -> float:
+    """Returns how far ahead of a robot the person can stand, in meters."""
+    radius = context.state[RADIUS]
+    reach = distance + radius
+    x = robot[X] + reach * math.cos(robot[YAW])
+    y = robot[Y] + reach * math.sin(robot[YAW])
+    return reach * context.cast_ray(x, y, robot) - radius
+
+
+def _reserve(leg: _Leg, vx: float, vy: float, speed: float) -> float:
+    """Returns how fast a leg can be walked upon another velocity, in m/s."""
+    along = leg.x * vx + leg.y * vy
+    root = along * along + speed * speed - vx * vx - vy * vy
+    return max(math.sqrt(max(root, 0.0)) - along, 0.0)
+
+
+def _leg(
+    context: TickContext,
+    robot: Row,
+    own: list[float],
+    keep: float,
+    distance: float,
+) -> _Leg:
+    """Returns the way to the place ahead of a robot, or around the robot.
+
+    Args:
+        context: The tick context.
+        robot: The row of the robot.
+        own: The side that is kept: 1 left, -1 right of the robot, 0 neither.
+        keep: The least distance from its center, in meters.
+        distance: That of the place, in meters.
+    """
+    state = context.state
+    px, py = state[X] - robot[X], state[Y] - robot[Y]
+    qx = distance * math.cos(robot[YAW]) - px
+    qy = distance * math.sin(robot[YAW]) - py
+    left = math.hypot(qx, qy)
+    away = math.hypot(px, py)
+    angle = math.remainder(math.atan2(py, px) - robot[YAW], 2 * math.pi)
+    # Where on the straight way the robot is nearest.
+    part = min(max(-(px * qx + py * qy) / max(left, 1e-9) ** 2, 0.0), 1.0)
+    near = math.hypot(px + part * qx, py + part * qy)
+    if left == 0 or near >= min(keep, away) - 1e-9:
+        own[0] = 0.0
+        return _Leg(qx / max(left, 1e-9), qy / max(left, 1e-9), left)
+    if not own[0] or abs(angle) < math.pi - _BEHIND:
+        own[0] = _side(context, robot, keep, angle)
+    side = own[0]
+    if side == 0:
+        # No way around it: behind it, as near as may be.
+        away = max(away, 1e-9)
+        sign = 1.0 if away < keep else -1.0
+        return _Leg(sign * px / away, sign * py / away, abs(away - keep))
+    if away <= keep:
+        # Along the circle, and out of it.
+        out = min((keep - away) / 0.2, 1.0)
+        bearing = robot[YAW] + angle - side * (1 - out) * math.pi / 2
+    else:
+        # To where a straight way touches it.
+        bearing = robot[YAW] + angle + math.pi
+        bearing += side * math.asin(keep / away)
+    return _Leg(math.cos(bearing), math.sin(bearing), math.inf)
+
+
+def _side(context: TickContext, robot: Row, keep: float, angle: float) -> float:
+    """Returns the side to pass a robot on: 1 left, -1 right of it, 0 none."""
+    side = 1.0 if angle >= 0 else -1.0
+    reach = keep + context.state[RADIUS]
+
+    for each in (side, -side):
+        x = robot[X] - each * reach * math.sin(robot[YAW])
+        y = robot[Y] + each * reach * math.cos(robot[YAW])
+        if context.cast_ray(x, y, robot) > 1:
+            return each
+    return 0.0
