@@ -49,7 +49,7 @@ _SHIFT = 0.5
 def HumanCrowd_(T: Any) -> type:
     """Defines HumanCrowd for a scalar type: float or AutoDiffXd."""
 
-    class Impl(LeafSystem_[T], SeedAndWeights):  # type: ignore[misc]
+    class Impl(LeafSystem_[T], SeedAndWeights):
         """People who walk to their goals by a model of human motion.
 
         .. pydrake_system::

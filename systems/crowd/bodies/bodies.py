@@ -126,8 +126,8 @@ class Bodies:
             gradient = np.hstack(
                 [slopes.before, slopes.after, slopes.robots]
             ) @ ExtractGradient(inputs)
-            values = states[slopes.rows].reshape(-1, 1)
-            result[slopes.rows] = InitializeAutoDiff(values, gradient).reshape(
+            column = states[slopes.rows].reshape(-1, 1)
+            result[slopes.rows] = InitializeAutoDiff(column, gradient).reshape(
                 -1, MOTION_SIZE
             )
         return result, lifted(held)

@@ -44,9 +44,6 @@ _LEGS = 6
 # Rounding of directions.
 _TILT = 1e-12
 
-# The half width of central differences, in meters and m/s.
-_DIFFERENCE = 1e-5
-
 
 def wall_margins(radii: ArrayLike) -> Array:
     """Returns how far from walls people with some radii are kept, in meters.
@@ -261,37 +258,4 @@ def keep_out_of_walls(before, after, margins, table):
                 *(x, y, to_x - x, to_y - y, after[i, VX], after[i, VY]),
                 *(margin, tolerance, walls),
             )
-    return result
-
-
-def wall_derivatives(
-    before: Array, after: Array, margins: Array, table: Array
-) -> Array:
-    """Returns the derivatives of `keep_out_of_walls`, with its arguments.
-
-    They are exact for people who meet no wall, and central differences, good
-    to 1e-7, for the others, between the steps where the result has a kink.
-
-    Returns:
-        Shape (n, 6, 12): of the result with respect to the rows of `before`
-        and `after`, one after the other.
-    """
-    result = np.zeros((len(before), 6, 12))
-    result[:, :, 6:] = np.eye(6)
-    meets = (keep_out_of_walls(before, after, margins, table) != after).any(
-        axis=1
-    )
-    if meets.any():
-        both = np.hstack([before, after])
-        for column in (X, Y, 6 + X, 6 + Y, 6 + VX, 6 + VY):
-            ends = []
-            for change in (-_DIFFERENCE, _DIFFERENCE):
-                moved = both.copy()
-                moved[:, column] += change
-                p, q = np.ascontiguousarray(
-                    moved.reshape(-1, 2, 6).swapaxes(0, 1)
-                )
-                ends.append(keep_out_of_walls(p, q, margins, table))
-            slope = (ends[1] - ends[0]) / (2 * _DIFFERENCE)
-            result[meets, :, column] = slope[meets]
     return result

@@ -7,7 +7,6 @@ import pytest
 
 from hunav_drake.systems.crowd.walls.keep_out import (
     keep_out_of_walls,
-    wall_derivatives,
     wall_margins,
 )
 from hunav_drake.systems.world.obstacles import (
@@ -429,32 +428,4 @@ def test_without_walls_or_people_nothing_happens():
 def test_margins_follow_the_radius_up_to_ten_centimeters():
     np.testing.assert_array_equal(
         wall_margins([1e-4, 0.05, 0.35, 5.0]), [0.01, 0.05, 0.1, 0.1]
-    )
-
-
-def derivatives(obstacles, start, displacement):
-    before, after = propose(start, displacement)
-    after[0, 3:5] = 0.5, -2.0
-    return wall_derivatives(before, after, np.array([MARGIN]), obstacles.table)[
-        0
-    ]
-
-
-def test_whoever_meets_no_wall_has_the_derivatives_of_the_step():
-    expected = np.hstack([np.zeros((6, 6)), np.eye(6)])
-    np.testing.assert_array_equal(derivatives(FLOOR, [0, 2], [1, -1]), expected)
-
-
-def test_a_slide_loses_the_derivatives_into_the_wall():
-    expected = np.hstack([np.zeros((6, 6)), np.diag([1, 0, 1, 1, 0, 1])])
-    np.testing.assert_allclose(
-        derivatives(FLOOR, [0, 1], [1, -2]), expected, atol=1e-7
-    )
-
-
-def test_somebody_near_a_wall_keeps_the_distance_of_before():
-    expected = np.hstack([np.zeros((6, 6)), np.diag([1, 0, 1, 1, 0, 1])])
-    expected[1, 1] = 1
-    np.testing.assert_allclose(
-        derivatives(FLOOR, [0, 0.05], [1, -2]), expected, atol=1e-7
     )
