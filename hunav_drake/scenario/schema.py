@@ -14,6 +14,7 @@ from hunav_drake.systems.common.schema import CONFIG, Integer, Name, within
 from hunav_drake.systems.crowd.crowd_config import CrowdConfig
 from hunav_drake.systems.evaluation.evaluator_config import EvaluatorConfig
 from hunav_drake.systems.people.human_config import HumanConfig
+from hunav_drake.systems.people.population_config import PopulationConfig
 from hunav_drake.systems.planning.planner import PLANNERS, PlannerConfig
 from hunav_drake.systems.robot.robot_config import ROBOTS, RobotConfig
 from hunav_drake.systems.world.shapes import World
@@ -61,6 +62,7 @@ class Scenario:
     world: World = field(default_factory=World)
     crowd: CrowdConfig = field(default_factory=CrowdConfig)
     humans: list[HumanConfig] = field(default_factory=list)
+    population: PopulationConfig = field(default_factory=PopulationConfig)
     robot: Annotated[RobotConfig, ROBOTS] = field(default_factory=ROBOTS.make)
     planner: Annotated[PlannerConfig, PLANNERS] = field(
         default_factory=PLANNERS.make
