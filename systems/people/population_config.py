@@ -196,12 +196,20 @@ class CohortConfig:
     # Whether each person or group has an order of its own instead.
     shuffle_goals: StrictBool = False
 
-    # As `HumanConfig.cyclic`, `goal_radius`, `radius`, `forces` and
-    # `forces_mode`.
+    # Whether the first goal follows the last; by default as of listed people.
     cyclic: StrictBool | None = None
+
+    # The distance at which a goal counts as reached, in meters.
     goal_radius: PositiveLength = 0.3
+
+    # The radius of the disc that others keep off, in meters.
     radius: BodyRadius = 0.35
+
+    # The weights of the forces.
     forces: SocialForceParameters = field(default_factory=SocialForceParameters)
+
+    # Whether factors of the forces are as in `forces` ("custom"), HuNavSim's
+    # ("default"), or drawn for each person.
     forces_mode: ForcesMode = "custom"
 
     # The radii of bodies, drawn evenly between two, in meters.
@@ -225,11 +233,13 @@ class CohortConfig:
         AfterValidator(_check_weights),
     ] = field(default_factory=lambda: [1.0])
 
-    # Ages and sexes, from which the speeds follow: see
+    # The ages, from which, with the sexes, the speeds follow: see
     # `hunav_drake.systems.people.walking_speeds`.
     ages: Annotated[
         list[AgeBand], Field(min_length=1), AfterValidator(_check_bands)
     ] = field(default_factory=lambda: [AgeBand(low=18.0, high=80.0)])
+
+    # How many of them are women; the others are men.
     share_of_women: Share = 0.5
 
     # Speeds that do not follow from age and sex.
