@@ -72,6 +72,14 @@ def test_a_scenario_keeps_the_short_form(scenario):
     assert CheckScenario(scenario) == scenario
 
 
+def test_people_of_a_population_are_of_the_profile():
+    text = TEXT + "crowd: {profile: hunavsim}\n"
+    result = RunTrial(LoadScenario(data=text))
+    # Single precision, as all of HuNavSim.
+    radii = result.recording.humans[0, :, 6]
+    assert (radii == np.float32(0.35)).all()
+
+
 def test_one_without_a_population_is_written_as_ever():
     assert "population" not in SaveScenario(LoadScenario(filename="passing"))
 
