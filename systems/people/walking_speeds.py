@@ -1,10 +1,10 @@
 """How fast people walk of their own accord, by age and sex.
 
-The mean speed by age is the curve of the RiMEA guideline (version 3.0 and
-later, figure "walking speed by age", which is Weidmann's), between the values
-that the guideline prints: 1.61 m/s at most, at 20 years, 1.54 at 30, 1.41 at
-50, 0.68 at 80, and 0.58 m/s for the youngest. Those at 10, 40, 60 and 70 are
-read off the figure, to about 0.02 m/s.
+The mean speed by age is the curve of the RiMEA guideline (figure "walking speed
+by age", after Weidmann). The guideline prints the bands that it runs through:
+0.58 to 1.61 m/s under 30 years, 1.41 to 1.54 from 30 to 50, 0.68 to 1.41 above.
+The ages of these values, and the speeds at 10, 40, 60 and 70 years, are read
+off the figure, to about 0.02 m/s.
 
 Over all ages, men walk at 1.41 m/s, women at 1.27, and everybody at 1.34 with a
 deviation of 0.26 m/s (Weidmann, Transporttechnik der Fussgaenger, ETH Zuerich,
