@@ -19,6 +19,9 @@ def SetTrialSeed(diagram: Diagram, context: Context, seed: int) -> None:
             simulator.Initialize()
             simulator.AdvanceTo(scenario.simulation.duration)
 
+    The people of a population are the same for all of them: they are drawn when
+    the diagram is made, by `population.seed`.
+
     (Drake's own `SetRandomContext` draws nothing here: with it, the draws of a
     person would depend on who else is there.)
 

@@ -20,6 +20,7 @@ from hunav_drake.results.trial_result import (
 )
 from hunav_drake.scenario import SaveScenario
 from hunav_drake.scenario.error import Fault, ScenarioError, shown
+from hunav_drake.scenario.population import draw_people
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.seeds import GetTrialSeed, SetTrialSeed
 from hunav_drake.systems.behavior import LoadBehavior
@@ -204,16 +205,17 @@ def GetTrialResult(
 
 def _behavior_sha256(scenario: Scenario) -> str:
     """Returns a hash of all trees, of which a scenario gives but the names."""
+    people = draw_people(scenario)
     # Most people have one of a few behaviors.
     prints = {
         key: tree_fingerprint(
             LoadBehavior(behavior, profile=scenario.crowd.profile)
         )
         for key, behavior in {
-            repr(human.behavior): human.behavior for human in scenario.humans
+            repr(human.behavior): human.behavior for human in people
         }.items()
     }
-    all_prints = (prints[repr(human.behavior)] for human in scenario.humans)
+    all_prints = (prints[repr(human.behavior)] for human in people)
     return hashlib.sha256("".join(all_prints).encode()).hexdigest()
 
 

@@ -9,6 +9,7 @@ from pydrake.systems.primitives import ConstantVectorSource
 from hunav_drake.humans import AddHumans
 from hunav_drake.scenario import CheckScenario
 from hunav_drake.scenario.error import Fault, ScenarioError
+from hunav_drake.scenario.population import with_drawn_people
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.scenario.writer import plain
 from hunav_drake.systems.common.registry import name_of
@@ -30,7 +31,8 @@ def MakeTrialDiagram(
 
     Args:
         scenario: What happens. Its seed is that of the default Context alone:
-            see `SetTrialSeed`.
+            see `SetTrialSeed`. The people of its population are drawn here,
+            by the seed of the population.
         meshcat: Where to show the trial; without one nothing is published.
 
     Returns:
@@ -47,6 +49,8 @@ def MakeTrialDiagram(
         ScenarioError: If the scenario cannot be simulated.
     """
     scenario = CheckScenario(scenario)
+    made_for = _fixed_parts(scenario)
+    scenario = with_drawn_people(scenario)
     robot_config = scenario.robot
     time_step = scenario.simulation.time_step
     obstacles = scenario.world.obstacles()
@@ -85,7 +89,7 @@ def MakeTrialDiagram(
             **shared,
         ),
     )
-    monitor.made_for = _fixed_parts(scenario)
+    monitor.made_for = made_for
     scene = AddScene(
         builder,
         scenario.world,

@@ -7,6 +7,7 @@ import textwrap
 import pytest
 
 from hunav_drake import LoadScenario, MakeTrialDiagram
+from hunav_drake.scenario import draw_people
 from hunav_drake.systems.crowd import MOTION_MODELS
 from hunav_drake.validation.cases import CASES
 from tests import architecture
@@ -29,6 +30,13 @@ def readme_code():
 def test_the_code_of_the_readme_runs(code, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     exec(compile(code, "README.md", "exec"), {"__name__": "readme"})
+
+
+def test_the_population_of_the_readme_can_be_drawn():
+    text = (ROOT / "README.md").read_text()
+    (block,) = re.findall(r"^    population:\n(?:     .*\n)+", text, re.M)
+    scenario = LoadScenario(data=textwrap.dedent(block))
+    assert len(draw_people(scenario)) == 20
 
 
 def test_the_drawing_of_the_diagram_is_up_to_date():

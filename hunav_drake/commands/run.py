@@ -92,11 +92,13 @@ def _run(options: argparse.Namespace) -> int:
     meshcat = None
     if options.meshcat or replay:
         from hunav_drake.replay import SetView, StartMeshcatLocal
+        from hunav_drake.scenario import draw_people
 
         # Meshcat logs its address, which matters only with --meshcat.
         logging.getLogger("drake").setLevel(logging.WARNING)
         meshcat = StartMeshcatLocal()
-        SetView(meshcat, scenario.world, scenario.humans, scenario.robot)
+        people = draw_people(scenario)
+        SetView(meshcat, scenario.world, people, scenario.robot)
     if options.meshcat and meshcat is not None:
         print(f"Watch the trial at {meshcat.web_url()}", flush=True)
 

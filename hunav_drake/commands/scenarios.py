@@ -80,7 +80,7 @@ def _check(options: argparse.Namespace) -> int:
 
     def describe(name: str) -> str:
         scenario = load_scenario(name, options)
-        people = len(scenario.humans)
+        people = len(scenario.humans) + scenario.population.number
         return (
             f"{people} {'person' if people == 1 else 'people'},"
             f" {len(scenario.world.walls)} walls,"

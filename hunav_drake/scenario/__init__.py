@@ -3,6 +3,7 @@
 from hunav_drake.scenario.checks import CheckScenario
 from hunav_drake.scenario.error import Fault, ScenarioError
 from hunav_drake.scenario.loading import ListScenarios, LoadScenario
+from hunav_drake.scenario.population import draw_people
 from hunav_drake.scenario.schema import Scenario, SimulationConfig
 from hunav_drake.scenario.writer import SaveScenario
 from hunav_drake.systems.crowd.crowd_config import CrowdConfig
@@ -10,6 +11,13 @@ from hunav_drake.systems.evaluation.evaluator_config import EvaluatorConfig
 from hunav_drake.systems.people.behavior_choice import BehaviorConfig
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.people.parameters import SocialForceParameters
+from hunav_drake.systems.people.population_config import (
+    AgeBand,
+    Area,
+    CohortConfig,
+    PopulationConfig,
+    SpeedDistribution,
+)
 from hunav_drake.systems.planning.planner import PlannerConfig
 from hunav_drake.systems.robot.robot_config import (
     DifferentialDriveConfig,
@@ -19,9 +27,12 @@ from hunav_drake.systems.robot.robot_config import (
 from hunav_drake.systems.world.shapes import Box, Polygon, Polyline, Wall, World
 
 __all__ = [
+    "AgeBand",
+    "Area",
     "BehaviorConfig",
     "Box",
     "CheckScenario",
+    "CohortConfig",
     "CrowdConfig",
     "DifferentialDriveConfig",
     "EvaluatorConfig",
@@ -32,6 +43,7 @@ __all__ = [
     "PlannerConfig",
     "Polygon",
     "Polyline",
+    "PopulationConfig",
     "RobotConfig",
     "RobotLimits",
     "SaveScenario",
@@ -39,6 +51,8 @@ __all__ = [
     "ScenarioError",
     "SimulationConfig",
     "SocialForceParameters",
+    "SpeedDistribution",
     "Wall",
     "World",
+    "draw_people",
 ]

@@ -12,6 +12,7 @@ from hunav_drake.scenario.error import (
     suggestion,
 )
 from hunav_drake.scenario.geometry import check_places, check_walls
+from hunav_drake.scenario.population import check_areas, check_population
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.scenario.validation import Check, Places, build_scenario
 from hunav_drake.scenario.writer import plain
@@ -177,17 +178,27 @@ def _check_behaviors(scenario: Scenario) -> Iterator[Finding]:
     profile = scenario.crowd.profile
     # People often have the same behavior; each is looked at once.
     known: dict[str, list[tuple[Loc, str]]] = {}
-    for i, human in enumerate(scenario.humans):
-        if isinstance(human.behavior, str) and human.behavior in BEHAVIORS:
+    for whole, behavior in _behaviors(scenario):
+        if isinstance(behavior, str) and behavior in BEHAVIORS:
             continue
-        key = repr(human.behavior)
+        key = repr(behavior)
         if key not in known:
             if len(known) == _MAX_UNKNOWN:
                 return
-            known[key] = list(_behavior_faults(human.behavior, profile))
-        whole: Loc = ("humans", i, "behavior")
+            known[key] = list(_behavior_faults(behavior, profile))
         for loc, message in known[key]:
             yield Finding((*whole, *loc), message, uses=(whole,))
+
+
+def _behaviors(
+    scenario: Scenario,
+) -> Iterator[tuple[Loc, str | BehaviorConfig]]:
+    """Yields the behaviors of all people, each with its place."""
+    for i, human in enumerate(scenario.humans):
+        yield ("humans", i, "behavior"), human.behavior
+    for i, cohort in enumerate(scenario.population.cohorts):
+        for name in cohort.behaviors:
+            yield ("population", "cohorts", i, "behaviors", name), name
 
 
 def _behavior_faults(
@@ -238,11 +249,13 @@ OWN_CHECKS: tuple[Check, ...] = (
     check_people,
     check_epsilon,
     check_jitter,
+    check_areas,
     check_times,
 )
 ALL_CHECKS: tuple[Check, ...] = (
     *OWN_CHECKS,
     check_walls,
     check_places,
+    check_population,
     check_names,
 )

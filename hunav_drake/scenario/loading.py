@@ -127,6 +127,16 @@ def _find_trees(data: Any, folder: Path) -> None:
         tree = child(holder, key)
         if isinstance(tree, str) and is_path(tree):
             holder[key] = str(folder / tree)
+    cohorts = child(child(data, "population"), "cohorts")
+    for cohort in cohorts if isinstance(cohorts, list) else []:
+        behaviors = child(cohort, "behaviors")
+        if isinstance(behaviors, dict):
+            cohort["behaviors"] = {
+                str(folder / tree)
+                if isinstance(tree, str) and is_path(tree)
+                else tree: weight
+                for tree, weight in behaviors.items()
+            }
 
 
 def _name(

@@ -14,6 +14,7 @@ from hunav_drake.systems.common.schema import CONFIG, Integer, Name, within
 from hunav_drake.systems.crowd.crowd_config import CrowdConfig
 from hunav_drake.systems.evaluation.evaluator_config import EvaluatorConfig
 from hunav_drake.systems.people.human_config import HumanConfig
+from hunav_drake.systems.people.population_config import PopulationConfig
 from hunav_drake.systems.planning.planner import PLANNERS, PlannerConfig
 from hunav_drake.systems.robot.robot_config import ROBOTS, RobotConfig
 from hunav_drake.systems.world.shapes import World
@@ -31,7 +32,8 @@ class SimulationConfig:
         60.0
     )
 
-    # All that is drawn at random follows from this number.
+    # All that is drawn at random in the trial follows from this number; who
+    # the people of a population are, from `population.seed`.
     seed: Annotated[Integer, Field(ge=0, le=2**63 - 1)] = 0
 
     # Each person starts up to this far from the given place, along x and
@@ -61,6 +63,10 @@ class Scenario:
     world: World = field(default_factory=World)
     crowd: CrowdConfig = field(default_factory=CrowdConfig)
     humans: list[HumanConfig] = field(default_factory=list)
+
+    # People who are drawn, besides those listed under humans.
+    population: PopulationConfig = field(default_factory=PopulationConfig)
+
     robot: Annotated[RobotConfig, ROBOTS] = field(default_factory=ROBOTS.make)
     planner: Annotated[PlannerConfig, PLANNERS] = field(
         default_factory=PLANNERS.make

@@ -187,7 +187,7 @@ def _schema_findings(error: ValidationError, data: Any) -> list[Finding]:
 def _message(kind: str, item: Mapping[str, Any]) -> str:
     context = item.get("ctx", {})
     value = item["input"]
-    if kind in ("range", "choice_name"):
+    if kind in ("range", "choice_name", "rule"):
         return str(item["msg"])
     if kind == "too_long" and context["field_type"] == "Tuple":
         got = context["actual_length"]

@@ -21,6 +21,13 @@ class Purpose(IntEnum):
     START_JITTER = 1
     WEIGHTS_NORMAL = 2
     WEIGHTS_UNIFORM = 3
+    POPULATION_BODY = 4
+    POPULATION_BEHAVIOR = 5
+    POPULATION_GROUP = 6
+    POPULATION_START = 7
+    POPULATION_MEMBER = 8
+    POPULATION_GOAL = 9
+    POPULATION_ORDER = 10
 
 
 def check_seed(seed: int) -> int:

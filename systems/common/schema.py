@@ -133,6 +133,11 @@ PositiveSpeed = Annotated[StrictFloat, within(0, 10, "m/s", low_open=True)]
 Length = Annotated[StrictFloat, within(0, 1e5, "m")]
 PositiveLength = Annotated[StrictFloat, within(0, 1e5, "m", low_open=True)]
 BodyRadius = Annotated[StrictFloat, within(0, 5, "m", low_open=True)]
+BodyRadii = Annotated[tuple[BodyRadius, BodyRadius], BeforeValidator(_as_tuple)]
+Rectangle = Annotated[
+    tuple[Coordinate, Coordinate, Coordinate, Coordinate],
+    BeforeValidator(_as_tuple),
+]
 Size = Annotated[
     tuple[PositiveLength, PositiveLength], BeforeValidator(_as_tuple)
 ]

@@ -34,6 +34,7 @@ def test_every_shipped_scenario_fits(dut, name):
 
 WALL = "shape: box, center: [5, 5], size: [1, 1]"
 PERSON = "pose: [5, 5, 0]"
+COHORT = "number: 3, start: [{rectangle: [0, 0, 9, 9]}]"
 
 
 @pytest.mark.parametrize(
@@ -58,6 +59,14 @@ PERSON = "pose: [5, 5, 0]"
         ),
         (f"world: {{walls: [{{{WALL}}}]}}", "world: {walls: [box]}"),
         (f"humans: [{{{PERSON}}}]", "humans: [{}]"),
+        (
+            f"population: {{cohorts: [{{{COHORT}}}]}}",
+            "population: {cohorts: [{number: 3}]}",
+        ),
+        (
+            f"population: {{seed: 3, cohorts: [{{{COHORT}, radius: 0.4}}]}}",
+            f"population: {{cohorts: [{{{COHORT}, radius: 9.0}}]}}",
+        ),
         (f"humans: [{{{PERSON}}}]", "humans: [{pose: [5, 5]}]"),
         (
             f"humans: [{{{PERSON}, behavior: {{tree: curious, duration: 3}}}}]",

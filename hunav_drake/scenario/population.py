@@ -1,0 +1,109 @@
+"""The people of a scenario: those listed, and those drawn."""
+
+from collections.abc import Iterator
+import dataclasses as dc
+
+from hunav_drake.scenario.error import Finding, Loc, path_text, shown
+from hunav_drake.scenario.schema import Scenario
+from hunav_drake.systems.common.schema import MAX_COORDINATE
+from hunav_drake.systems.people.human_config import HumanConfig
+from hunav_drake.systems.people.names import name_people
+from hunav_drake.systems.people.population import (
+    PopulationError,
+    draw_population,
+)
+from hunav_drake.systems.people.population_config import PopulationConfig
+
+
+def draw_people(scenario: Scenario) -> list[HumanConfig]:
+    """Returns all people of a scenario, who have names and numbers.
+
+    Those who are listed come first, then those of its population.
+
+    Raises:
+        PopulationError: If there is no room for somebody.
+    """
+    return name_people([*scenario.humans, *_draw(scenario)])
+
+
+def with_drawn_people(scenario: Scenario) -> Scenario:
+    """Returns a scenario in which the people of its population are listed.
+
+    Raises:
+        PopulationError: If there is no room for somebody.
+    """
+    return dc.replace(
+        scenario, humans=draw_people(scenario), population=PopulationConfig()
+    )
+
+
+def _draw(scenario: Scenario) -> list[HumanConfig]:
+    if not scenario.population.number:
+        return []
+    robot = scenario.robot
+    taken = [(*human.pose[:2], human.radius) for human in scenario.humans]
+    taken.append((*robot.start[:2], robot.radius))
+    groups = [human.group_id for human in scenario.humans]
+    return draw_population(
+        scenario.population,
+        scenario.world.obstacles(),
+        taken=taken,
+        first_group_id=max(groups, default=-1) + 1,
+    )
+
+
+def check_population(scenario: Scenario) -> Iterator[Finding]:
+    """Looks for people of a population who have no room, or no own name."""
+    uses: tuple[Loc, ...] = (
+        ("humans",),
+        ("robot", "start"),
+        ("robot", "radius"),
+        ("world", "walls"),
+        ("population", "seed"),
+    )
+    try:
+        people = _draw(scenario)
+    except PopulationError as error:
+        for fault in error.faults:
+            loc: Loc = ("population", "cohorts", fault.cohort, fault.key)
+            if fault.item is not None:
+                loc = (*loc, fault.item)
+            own = [(*loc[:3], key) for key in ("number", "radius", "spacing")]
+            yield Finding(loc, fault.message, uses=(*own, loc[:3], *uses))
+        return
+    yield from _check_names(scenario, people)
+
+
+def _check_names(
+    scenario: Scenario, people: list[HumanConfig]
+) -> Iterator[Finding]:
+    listed = {h.name: i for i, h in enumerate(scenario.humans) if h.name}
+    drawn = iter(people)
+    for i, cohort in enumerate(scenario.population.cohorts):
+        for _ in range(cohort.number):
+            name = next(drawn).name
+            if name in listed:
+                human: Loc = ("humans", listed[name])
+                yield Finding(
+                    ("population", "cohorts", i, "name"),
+                    f"must not give a name that somebody has, but"
+                    f" {shown(name)} is {path_text(scenario, human)}; rename"
+                    " one",
+                    uses=((*human, "name"),),
+                )
+                break
+
+
+def check_areas(scenario: Scenario) -> Iterator[Finding]:
+    """Looks for areas out of which the start jitter may take people."""
+    most = MAX_COORDINATE - scenario.simulation.start_jitter
+    for i, cohort in enumerate(scenario.population.cohorts):
+        for k, area in enumerate(cohort.start):
+            if abs(area.vertices()).max() > most:
+                yield Finding(
+                    ("population", "cohorts", i, "start", k),
+                    f"must be within {most:.9g} m of the origin along x and y,"
+                    " for simulation.start_jitter may take people beyond"
+                    f" {MAX_COORDINATE:g} m; move it, or set the jitter to 0",
+                    uses=(("simulation", "start_jitter"),),
+                )
