@@ -20,6 +20,12 @@ from hunav_drake.hunavsim.agents_keys import (
     steps_for,
 )
 from hunav_drake.hunavsim.map_server import MapError, read_map
+from hunav_drake.scenario.building import (
+    Check,
+    Places,
+    build_scenario,
+    document_faults,
+)
 from hunav_drake.scenario.error import (
     Fault,
     Loc,
@@ -29,12 +35,6 @@ from hunav_drake.scenario.error import (
     suggestion,
 )
 from hunav_drake.scenario.schema import Scenario, SimulationConfig
-from hunav_drake.scenario.validation import (
-    Check,
-    Places,
-    build_scenario,
-    document_faults,
-)
 from hunav_drake.scenario.writer import plain
 from hunav_drake.scenario.yaml_document import YamlDocument
 from hunav_drake.systems.common.suggest import nearest

