@@ -114,6 +114,7 @@ def test_means_are_in_their_intervals_as_often_as_they_should(n):
     assert inside / count == pytest.approx(0.95, abs=3 * error)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n", [6, 8, 12, 20])
 @pytest.mark.parametrize("rate", [0.5, 0.9])
 def test_differences_of_rates_are_in_their_intervals(n, rate):

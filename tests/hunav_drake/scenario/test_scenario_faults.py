@@ -516,6 +516,7 @@ def test_a_huge_file_is_not_read(tmp_path):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "text",
     [

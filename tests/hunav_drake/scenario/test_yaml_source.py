@@ -162,7 +162,11 @@ def test_line_ends_of_windows(loader):
         ("[" * 100_000, 1, "nests deeper than 50 levels"),
         ("- " * 100_000, 1, "nests deeper than 50 levels"),
         ("{a: " * 100_000, 1, "nests deeper than 50 levels"),
-        ("[" + "1," * 200_000 + "]", 1, "unfolds to more than 200000 parts"),
+        pytest.param(
+            *("[" + "1," * 200_000 + "]", 1),
+            "unfolds to more than 200000 parts",
+            marks=pytest.mark.slow,
+        ),
         ("%TAG !a! b\n" * 50 + "--- {}", 1, "10 YAML directives"),
         ("a" * (MAX_BYTES + 1), 0, "is too large"),
     ],

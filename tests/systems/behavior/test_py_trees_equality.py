@@ -114,7 +114,7 @@ def as_py_trees(tree, leaves):
     return py_trees.composites.Selector("f", memory, made)
 
 
-@settings(max_examples=1000, deadline=None)
+@settings(max_examples=400, deadline=None)
 @given(TREES)
 def test_random_trees_say_what_py_trees_says(tree):
     dut = tree_of(as_xml(tree, "Drawn"))

@@ -324,6 +324,7 @@ def classic_tree(number, folder):
     return LoadTree(path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", TRACES)
 def test_trees_in_the_form_of_the_original_tick_as_ours_do(tmp_path, name):
     case = json.loads(read_recorded(name))

@@ -107,7 +107,7 @@ class CrowdAtWalls:
             yield visibility_graph.standing_place(*p, 0.285, table)
 
 
-@settings(deadline=None, max_examples=150)
+@settings(deadline=None, max_examples=50)
 @given(worlds, st.integers(0, 2**32))
 def test_what_is_left_out_changes_no_bit(obstacles, seed):
     crowd = CrowdAtWalls(obstacles, seed)

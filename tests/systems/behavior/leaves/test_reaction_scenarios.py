@@ -28,7 +28,9 @@ REACTIONS = [
     "distracted",
     "cooperative",
 ]
-both_steps = pytest.mark.parametrize("time_step", [0.05, 0.01])
+both_steps = pytest.mark.parametrize(
+    "time_step", [0.05, pytest.param(0.01, marks=pytest.mark.slow)]
+)
 
 
 @functools.cache

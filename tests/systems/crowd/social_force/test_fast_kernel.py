@@ -174,6 +174,7 @@ def test_the_order_of_many_people_does_not_matter():
     assert abs(social(states[order]) - social(states)[order]).max() < 2e-6
 
 
+@pytest.mark.slow
 def test_the_loops_are_compiled_to_vector_instructions():
     if platform.machine() not in ("x86_64", "AMD64"):
         pytest.skip("the names of the instructions are those of x86-64")
