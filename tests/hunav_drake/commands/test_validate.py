@@ -157,4 +157,4 @@ def test_workers_know_models_of_a_user_and_change_no_result(hunav, tmp_path):
     finally:
         MOTION_MODELS._choices.pop("validated", None)
     assert several == alone
-    assert "validated     1 passes, 1 fails" in alone[1]
+    assert "validated     2 passes, 0 fails" in alone[1]
