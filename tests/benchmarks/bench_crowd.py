@@ -90,7 +90,7 @@ def print_models() -> None:
     print("\nus per person and step (in times social_force)")
     print("people  " + " ".join(f"{name:>22}" for name in names))
     for n in (5, 20, 100, 1000):
-        snapshot = make_snapshot(n)
+        snapshot = walking_snapshot(n)
         us = [1e6 * model_step(snapshot, name) / n for name in names]
         print(
             f"{n:6}  " + " ".join(f"{t:13.2f} ({t / us[0]:6.2f})" for t in us),
