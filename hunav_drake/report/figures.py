@@ -95,6 +95,7 @@ def run_figures(
             key + name,
             caption,
             (COLUMN, tall),
+            # (mypy cannot infer the type of a lambda that has a default.)
             lambda ax, plot=plot: plot(runs, ax=ax),  # type: ignore[misc]
             layout=layout,
         )

@@ -34,11 +34,12 @@ TINY = 1e-9
 
 
 @jit
-def wishes(states, radii, command, parameters, robots, time_step):
-    """Returns the velocities (n, 2) that people would like to have.
+def goal_velocities(states, radii, command, parameters, robots, time_step):
+    """Returns the velocities to the goals, and what else pulls people.
 
-    They are those to the goals, and what the forces of the group and the
-    robot's push add to them, where these and the goal's force balance.
+    Returns:
+        Shape (n, 2), in m/s; and shape (n, FORCES_SIZE), in m/s^2: the forces
+        of the group, and the robot's push.
     """
     n = len(states)
     wanted = np.zeros((n, 2))
@@ -67,6 +68,20 @@ def wishes(states, radii, command, parameters, robots, time_step):
         grouped = grouped or command[i, Command.GROUP_ID] >= 0
     if grouped:
         add_group_forces(directions, states, radii, command, parameters, pulls)
+    return wanted, pulls
+
+
+@jit
+def wishes(states, radii, command, parameters, robots, time_step):
+    """Returns the velocities (n, 2) that people would like to have.
+
+    They are those to the goals, and what the forces of the group and the
+    robot's push add to them, where these and the goal's force balance.
+    """
+    n = len(states)
+    wanted, pulls = goal_velocities(
+        states, radii, command, parameters, robots, time_step
+    )
     for i in range(n):
         time = parameters[i, TAU] / max(parameters[i, K_GOAL], TINY)
         for c in range(2):

@@ -15,7 +15,7 @@ from hunav_drake.systems.common.kernels import (
 )
 from hunav_drake.systems.crowd.bodies.keep_apart import keep_apart
 from hunav_drake.systems.crowd.bodies.rate_limits import limit_rates
-from hunav_drake.systems.crowd.bodies.standing import STANDS, stand
+from hunav_drake.systems.crowd.bodies.standing import stand
 from hunav_drake.systems.crowd.walls.keep_out import keep_out_of_walls
 from hunav_drake.systems.world.walls import opened
 
@@ -76,7 +76,7 @@ def finish_step(
                 *(before[i], proposed[i], forces[i], command[i]),
                 *(stance[i], time_step),
             )
-        if is_limited or stance[i, STANDS] != 0:
+        if is_limited or options[STANDING] != 0:
             limit_rates(
                 *(before[i], proposed[i], command[i]),
                 *(options[ACCELERATION], options[TURN_RATE], time_step),

@@ -52,10 +52,7 @@ from hunav_drake.systems.crowd.motion_model import (
 from hunav_drake.systems.crowd.orca.half_planes import best_velocity
 from hunav_drake.systems.crowd.orca.neighbors import find_neighbors, make_cells
 from hunav_drake.systems.crowd.social_force import kernel
-from hunav_drake.systems.crowd.social_force.compiled_forces import (
-    add_group_forces,
-    add_robot_forces,
-)
+from hunav_drake.systems.crowd.surroundings import goal_velocities
 from hunav_drake.systems.world.nearest import nearest_on_segments
 from hunav_drake.systems.world.walls import opened, runs_in
 
@@ -147,34 +144,9 @@ def _avoid_walls(rules, x, y, reach, speed, walls, sight, horizon, step):
 def _wanted(states, radii, command, parameters, robots, time_step, relaxation):
     """Returns the velocities that people would take if they were alone."""
     n = len(states)
-    wanted = np.zeros((n, 2))
-    directions = np.zeros((n, 2))
-    pulls = np.zeros((n, FORCES_SIZE))
-    grouped = False
-    for i in range(n):
-        x = states[i, X]
-        y = states[i, Y]
-        gx = command[i, Command.GOAL_X] - x
-        gy = command[i, Command.GOAL_Y] - y
-        distance = math.hypot(gx, gy)
-        if (
-            command[i, Command.HAS_GOAL] != 0
-            and distance > command[i, Command.GOAL_RADIUS]
-        ):
-            directions[i, 0] = gx / distance
-            directions[i, 1] = gy / distance
-            speed = min(command[i, Command.DESIRED_SPEED], distance / time_step)
-            wanted[i] = speed * directions[i]
-        if command[i, Command.ROBOT_REPULSION] != 0:
-            vx = states[i, VX]
-            vy = states[i, VY]
-            add_robot_forces(
-                *(x, y, vx, vy, radii[i], command[i], parameters[i]),
-                *(robots, pulls[i]),
-            )
-        grouped = grouped or command[i, Command.GROUP_ID] >= 0
-    if grouped:
-        add_group_forces(directions, states, radii, command, parameters, pulls)
+    wanted, pulls = goal_velocities(
+        states, radii, command, parameters, robots, time_step
+    )
     part = -math.expm1(-time_step / relaxation)
     for i in range(n):
         for c in range(2):

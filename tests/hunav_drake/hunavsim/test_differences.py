@@ -16,7 +16,6 @@ from hunav_drake.scenario import LoadScenario
 from hunav_drake.systems.crowd import CrowdConfig
 from hunav_drake.systems.evaluation.metrics import METRICS
 from hunav_drake.systems.people.profile import PROFILES
-from tests.hunav_drake.commands.conftest import hunav  # noqa: F401
 
 PAGE = Path(__file__).resolve().parents[3] / "docs/hunavsim.md"
 KEYS = sorted({row.key for row in DIFFERENCES if row.key})
@@ -76,7 +75,7 @@ def test_a_key_of_a_person_can_be_written(key):
     )
 
 
-def test_the_command_prints_the_list(hunav):  # noqa: F811
+def test_the_command_prints_the_list(hunav):
     code, out, err = hunav("differences", "--json")
     assert (code, err) == (0, "")
     rows = json.loads(out)
@@ -89,7 +88,7 @@ def test_the_command_prints_the_list(hunav):  # noqa: F811
     assert "occlusion" not in out
 
 
-def test_a_metric_names_the_slip_of_the_original(hunav):  # noqa: F811
+def test_a_metric_names_the_slip_of_the_original(hunav):
     code, out, _ = hunav("metrics", "show", "time_not_moving")
     assert code == 0
     assert "abs(w < 0.02)" in out
