@@ -1,5 +1,7 @@
-"""Moves people by given forces."""
+"""What models of motion that choose velocities, or give forces, share."""
 
+from collections.abc import Callable
+import dataclasses
 from typing import Any
 
 import numpy as np
@@ -30,3 +32,30 @@ def advance_people(snapshot: Snapshot, forces: NDArray[Any]) -> Array:
         snapshot.time_step,
     )
     return states
+
+
+def chosen_accelerations(
+    kernel: Callable[..., NDArray[np.float64]], snapshot: Snapshot, model: Any
+) -> NDArray[np.float64]:
+    """Returns what the kernel of a model that chooses velocities gives.
+
+    Args:
+        kernel: Takes a snapshot part by part, and the fields of the model.
+        snapshot: How things stand.
+        model: A dataclass of numbers.
+
+    Returns:
+        Shape (n, FORCES_SIZE), in m/s^2: the total, and zeros.
+    """
+    return kernel(
+        snapshot.states,
+        snapshot.radii,
+        snapshot.command,
+        snapshot.parameters,
+        snapshot.robots,
+        snapshot.at_walls,
+        snapshot.obstacles.table,
+        snapshot.obstacle_range,
+        snapshot.time_step,
+        np.array(dataclasses.astuple(model), dtype=float),
+    )

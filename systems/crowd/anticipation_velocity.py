@@ -4,7 +4,6 @@ Xu, Chraibi & Seyfried 2021, "Anticipation in a velocity-based model for
 pedestrian dynamics", Transportation Research Part C 133.
 """
 
-import dataclasses
 import math
 from typing import Annotated
 
@@ -31,6 +30,7 @@ from hunav_drake.systems.common.layout import (
     Y,
 )
 from hunav_drake.systems.common.schema import CONFIG, within
+from hunav_drake.systems.crowd.advance import chosen_accelerations
 from hunav_drake.systems.crowd.collision_free_speed import LEAST, repulsion
 from hunav_drake.systems.crowd.motion_model import (
     Array,
@@ -266,16 +266,4 @@ class AnticipationVelocityModel(SpeedModel):
 
     def forces(self, snapshot: Snapshot) -> Array:
         """Returns the accelerations, as totals: see `MotionModel.forces`."""
-        forces: Array = anticipated_velocities(
-            snapshot.states,
-            snapshot.radii,
-            snapshot.command,
-            snapshot.parameters,
-            snapshot.robots,
-            snapshot.at_walls,
-            snapshot.obstacles.table,
-            snapshot.obstacle_range,
-            snapshot.time_step,
-            np.array(dataclasses.astuple(self), dtype=float),
-        )
-        return forces
+        return chosen_accelerations(anticipated_velocities, snapshot, self)

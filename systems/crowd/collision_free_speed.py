@@ -4,7 +4,6 @@ Tordeux, Chraibi & Seyfried 2016, "Collision-free speed model for pedestrian
 dynamics", Traffic and Granular Flow '15.
 """
 
-import dataclasses
 import math
 from typing import Annotated
 
@@ -31,6 +30,7 @@ from hunav_drake.systems.common.layout import (
     Y,
 )
 from hunav_drake.systems.common.schema import CONFIG, within
+from hunav_drake.systems.crowd.advance import chosen_accelerations
 from hunav_drake.systems.crowd.motion_model import (
     Array,
     Snapshot,
@@ -188,16 +188,4 @@ class CollisionFreeSpeedModel(SpeedModel):
 
     def forces(self, snapshot: Snapshot) -> Array:
         """Returns the accelerations, as totals: see `MotionModel.forces`."""
-        forces: Array = collision_free_speeds(
-            snapshot.states,
-            snapshot.radii,
-            snapshot.command,
-            snapshot.parameters,
-            snapshot.robots,
-            snapshot.at_walls,
-            snapshot.obstacles.table,
-            snapshot.obstacle_range,
-            snapshot.time_step,
-            np.array(dataclasses.astuple(self), dtype=float),
-        )
-        return forces
+        return chosen_accelerations(collision_free_speeds, snapshot, self)

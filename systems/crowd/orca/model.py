@@ -5,7 +5,6 @@ Nobody chooses a velocity at which, others keeping theirs, two bodies would
 touch within a horizon, and of a pair each does half of what avoids it.
 """
 
-import dataclasses
 import math
 from typing import Annotated
 
@@ -43,6 +42,7 @@ from hunav_drake.systems.common.schema import (
     PositiveLength,
     within,
 )
+from hunav_drake.systems.crowd.advance import chosen_accelerations
 from hunav_drake.systems.crowd.motion_model import (
     Array,
     MotionModel,
@@ -318,19 +318,7 @@ class OrcaModel(MotionModel):
 
     def forces(self, snapshot: Snapshot) -> Array:
         """Returns the accelerations, as totals: see `MotionModel.forces`."""
-        forces: Array = orca_accelerations(
-            snapshot.states,
-            snapshot.radii,
-            snapshot.command,
-            snapshot.parameters,
-            snapshot.robots,
-            snapshot.at_walls,
-            snapshot.obstacles.table,
-            snapshot.obstacle_range,
-            snapshot.time_step,
-            np.array(dataclasses.astuple(self), dtype=float),
-        )
-        return forces
+        return chosen_accelerations(orca_accelerations, snapshot, self)
 
     def advance(self, snapshot: Snapshot, forces: Array) -> Array:
         """Returns the next states: see `MotionModel.advance`."""
