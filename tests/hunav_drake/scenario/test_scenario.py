@@ -289,6 +289,16 @@ def test_scenarios_are_shipped():
     ]
 
 
+@pytest.mark.parametrize("name", ["passing", "crossing", "combined"])
+def test_the_people_of_the_paper_are_those_of_hunavsim(name):
+    crowd = LoadScenario(filename=name).crowd
+    assert crowd.profile == "hunavsim"
+    # In the original, one of these would stand in another.
+    assert crowd.keep_apart == (name == "combined")
+    assert crowd.model.kernel == "hunavsim"
+    assert not crowd.route_planning
+
+
 def free_box(scenario):
     """The inner faces of the four outer walls."""
     walls = {wall.name: wall.vertices() for wall in scenario.world.walls}

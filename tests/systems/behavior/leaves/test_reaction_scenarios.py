@@ -346,7 +346,8 @@ def test_clone_in_the_middle_of_a_reaction_has_the_same_future(reaction):
 @pytest.mark.parametrize("model", ["social_force", "orca"])
 def test_three_behaviors_meet_in_the_combined_scenario(model):
     scenario = LoadScenario(
-        filename="combined", overrides=[f"crowd.model={model}"]
+        filename="combined",
+        overrides=["crowd.profile=default", f"crowd.model={model}"],
     )
     assert [human.behavior for human in scenario.humans] == [
         "regular",
