@@ -188,22 +188,24 @@ def GetTrialResult(
         reason = "timeout"
     evaluator = diagram.GetSubsystemByName("evaluator")
     recording = evaluator.GetRecording(evaluator.GetMyContextFromRoot(context))
+    config = scenario.evaluator
     return MakeTrialResult(
-        recording,
+        recording.with_stale_samples(config.stale_samples, config.period),
         scenario_name=scenario.name,
         metric_names=scenario.evaluator.metrics,
         provenance=MakeProvenance(
             SaveScenario(scenario),
             seed=scenario.simulation.seed,
             planner=name_of(scenario.planner),
-            behavior_sha256=_behavior_sha256(scenario),
+            behavior_sha256=behavior_sha256(scenario),
         ),
         end_reason=reason,
         end_message=_MESSAGES[reason],
+        end_time=float(recording.times[-1]),
     )
 
 
-def _behavior_sha256(scenario: Scenario) -> str:
+def behavior_sha256(scenario: Scenario) -> str:
     """Returns a hash of all trees, of which a scenario gives but the names."""
     people = draw_people(scenario)
     # Most people have one of a few behaviors.

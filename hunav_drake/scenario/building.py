@@ -143,7 +143,7 @@ def build_scenario(
     try:
         scenario = TypeAdapter(Scenario).validate_python(data)
     except ValidationError as error:
-        findings = _schema_findings(error, data)
+        findings = schema_findings(error, data)
         scenario = _best_effort(data, [finding.loc for finding in findings])
     silent = _Overlap(known)
     findings = [found for found in findings if not silent.meets(found.loc)]
@@ -161,11 +161,19 @@ def build_scenario(
     return dc.replace(scenario, humans=name_people(scenario.humans)), []
 
 
-def _schema_findings(error: ValidationError, data: Any) -> list[Finding]:
-    """Returns what pydantic found in the data, in this project's words."""
+def schema_findings(
+    error: ValidationError, data: Any, schema: Any = Scenario
+) -> list[Finding]:
+    """Returns what pydantic found in the data, in this project's words.
+
+    Args:
+        error: What pydantic raised.
+        data: Plain data that was to be of the schema.
+        schema: The class of the whole.
+    """
     result: dict[Loc, Finding] = {}
     for item in error.errors(include_url=False)[:_MAX_SCHEMA_FAULTS]:
-        loc, keys = _clean(item["loc"], data)
+        loc, keys = _clean(item["loc"], data, schema)
         kind = item["type"]
         if kind == "missing" and isinstance(loc[-1], int):
             # All missing numbers are listed, the last one last.
@@ -207,14 +215,16 @@ def _is_huge(value: Any) -> bool:
     return isinstance(value, int) and abs(value) > 10**300
 
 
-def _clean(steps: Sequence[str | int], data: Any) -> tuple[Loc, list[str]]:
+def _clean(
+    steps: Sequence[str | int], data: Any, schema: Any
+) -> tuple[Loc, list[str]]:
     """Returns pydantic's path without the names of a union's members.
 
     With it come the keys that may stand where the last step is.
     """
     loc: list[str | int] = []
     keys: list[str] = []
-    hint: Any = Scenario
+    hint: Any = schema
     for step in steps:
         hint, registry = _plain(hint)
         if registry is not None:

@@ -11,6 +11,7 @@ from hunav_drake.scenario.yaml_source import resolve
 from hunav_drake.systems.common.files import atomic_write
 from hunav_drake.systems.common.registry import tag_of
 from hunav_drake.systems.crowd.crowd_config import CrowdConfig
+from hunav_drake.systems.evaluation.evaluator_config import EvaluatorConfig
 from hunav_drake.systems.people.behavior_choice import BehaviorConfig
 
 
@@ -71,7 +72,8 @@ def plain(value: Any, *, whole: bool = True) -> Any:
         return {"tree": value.tree, **value.ports}
     result: dict[str, Any] = dict([tag]) if tag else {}
     # What is as by default may hang on a profile.
-    defaults = value.defaults() if isinstance(value, CrowdConfig) else None
+    has_profile = isinstance(value, CrowdConfig | EvaluatorConfig)
+    defaults = value.defaults() if has_profile else None
     for field in dc.fields(value):
         item = getattr(value, field.name)
         default = field.default

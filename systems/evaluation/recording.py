@@ -221,6 +221,25 @@ class Recording:
         part.__dict__["path_features"] = self.path_features
         return part
 
+    def with_stale_samples(self, count: int, period: float) -> Self:
+        """Returns the same trial with its last sample repeated at the end.
+
+        Args:
+            count: How often.
+            period: The time between two of the repeated samples, in seconds.
+        """
+        if count == 0:
+            return self
+        values = self._values()
+        later = self.times[-1] + period * np.arange(1, count + 1)
+        values["times"] = np.concatenate([self.times, later])
+        for name in ("robot", "humans", "behavior_status", "nearest_walls"):
+            rows = values[name]
+            if rows is not None:
+                stale = np.repeat(rows[-1:], count, axis=0)
+                values[name] = np.concatenate([rows, stale])
+        return type(self)(**values)
+
     def save(self, path: str | Path) -> None:
         """Writes the recording to one .npz file, in one piece or not at all.
 

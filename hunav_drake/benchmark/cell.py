@@ -1,0 +1,118 @@
+"""The cells of a suite: a scenario with a planner and a setting."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+import hashlib
+import json
+from pathlib import Path
+
+from hunav_drake.benchmark.suite import Suite, planner_overrides
+from hunav_drake.results.provenance import MakeProvenance
+from hunav_drake.scenario import (
+    CheckScenario,
+    Fault,
+    LoadScenario,
+    SaveScenario,
+    Scenario,
+    ScenarioError,
+)
+from hunav_drake.simulation import behavior_sha256
+from hunav_drake.systems.common.registry import name_of
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cell:
+    """One scenario with one planner and one setting.
+
+    Attributes:
+        scenario: The name of the scenario.
+        planner: The label of the planner.
+        setting: The name of the setting; empty if there is only one.
+        text: The scenario with both, as `SaveScenario` writes it.
+        sha256: A hash of all that its runs follow from, but for the seed:
+            scenario, behavior trees, versions and machine.
+    """
+
+    scenario: str
+    planner: str
+    setting: str
+    text: str
+    sha256: str
+
+    @property
+    def name(self) -> str:
+        """The cell as messages call it, "crossing/dwb"."""
+        parts = (self.scenario, self.planner, self.setting)
+        return "/".join(part for part in parts if part)
+
+
+def make_cells(suite: Suite, folder: Path | None = None) -> list[Cell]:
+    """Makes all cells of a suite, and checks each of them.
+
+    Args:
+        suite: The suite.
+        folder: Where relative paths of scenarios begin; by default the
+            current folder.
+
+    Raises:
+        ScenarioError: It lists the faults of all scenarios, each once.
+    """
+    faults: dict[Fault, None] = {}
+    cells: list[Cell] = []
+    choices = [planner_overrides(choice) for choice in suite.planners]
+    settings = dict(suite.settings) or {"": []}
+    for entry in suite.scenarios:
+        filename = _find(entry, folder)
+        for label, keys in choices or [("", {})]:
+            for setting, changes in settings.items():
+                # JSON is YAML, on one line.
+                planner = [f"planner={json.dumps(keys)}"] if keys else []
+                overrides = [*suite.overrides, *changes, *planner]
+                try:
+                    scenario = CheckScenario(
+                        LoadScenario(filename=filename, overrides=overrides)
+                    )
+                except ScenarioError as error:
+                    faults |= dict.fromkeys(error.faults)
+                    continue
+                cells.append(_make_cell(scenario, label, setting))
+    faults |= dict.fromkeys(_same_names(cells))
+    if faults:
+        raise ScenarioError(suite.name, faults)
+    return cells
+
+
+def _make_cell(scenario: Scenario, label: str, setting: str) -> Cell:
+    text = SaveScenario(scenario)
+    provenance = MakeProvenance(
+        text, seed=0, behavior_sha256=behavior_sha256(scenario)
+    )
+    stable = json.dumps(provenance, sort_keys=True).encode()
+    return Cell(
+        scenario=scenario.name,
+        planner=label or name_of(scenario.planner),
+        setting=setting,
+        text=text,
+        sha256=hashlib.sha256(stable).hexdigest(),
+    )
+
+
+def _find(entry: str, folder: Path | None) -> str:
+    """Returns the path of a scenario's file, or its shipped name."""
+    if folder is not None and (folder / entry).is_file():
+        return str(folder / entry)
+    return entry
+
+
+def _same_names(cells: Sequence[Cell]) -> list[Fault]:
+    seen: set[str] = set()
+    faults = []
+    for cell in cells:
+        if cell.name in seen:
+            message = (
+                f"two cells are called {cell.name!r}; give each scenario a"
+                " name, and each planner a label, of its own"
+            )
+            faults.append(Fault("suite", 0, "", message))
+        seen.add(cell.name)
+    return faults

@@ -1,0 +1,26 @@
+"""The recordings that a suite keeps: one of each cell."""
+
+from pathlib import Path
+import re
+
+from hunav_drake.benchmark.run_row import RunRow
+
+FOLDER = "recordings"
+
+
+def recording_path(folder: Path, cell: str, seed: int) -> Path:
+    """Returns where the recording of a run is kept."""
+    name = re.sub(r"[^\w.+-]+", "_", cell, flags=re.ASCII)
+    return folder / FOLDER / f"{name}_{seed}.npz"
+
+
+def keep_recording(row: RunRow, folder: Path) -> None:
+    """Writes the recording of a run.
+
+    Raises:
+        OSError: If it cannot be written.
+    """
+    if row.recording is not None:
+        path = recording_path(folder, row.cell, row.seed)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        row.recording.save(path)

@@ -1,0 +1,119 @@
+"""One run of a suite: a row of its log, and of its tables."""
+
+import json
+import math
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+if TYPE_CHECKING:
+    from hunav_drake.results.trial_result import TrialResult
+    from hunav_drake.systems.evaluation.recording import Recording
+
+# The reason of a run that raised an error.
+ERROR = "error"
+
+
+class RunRow(NamedTuple):
+    """What is kept of a run.
+
+    Attributes:
+        cell: The name of the cell.
+        sha256: The hash of the cell.
+        seed: Its seed.
+        repetition: Which of the runs of that seed it is, from 0.
+        end_reason: As in `TrialResult`, or "error".
+        end_message: The same in words.
+        end_time: In seconds of simulated time.
+        metrics: The values by name.
+        by_behavior: The values by behavior, then by name.
+        cost: Seconds by name: "wall" and "cpu" of the whole run, and of the
+            planner's cycles "cycle_median" and "cycle_p95", where they are
+            known. They alone differ between equal runs.
+        recording: What happened, if it was asked for.
+    """
+
+    cell: str
+    sha256: str
+    seed: int
+    repetition: int
+    end_reason: str
+    end_message: str
+    end_time: float
+    metrics: dict[str, float]
+    by_behavior: dict[str, dict[str, float]]
+    cost: dict[str, float]
+    recording: "Recording | None" = None
+
+    @property
+    def key(self) -> tuple[str, int, int]:
+        """What no two rows of a log share."""
+        return self.sha256, self.seed, self.repetition
+
+
+def make_row(
+    result: "TrialResult",
+    *,
+    cell: str,
+    sha256: str,
+    seed: int,
+    repetition: int,
+    wall: float,
+    cpu: float,
+    with_recording: bool,
+) -> RunRow:
+    """Returns the row of a trial that has ended."""
+    return RunRow(
+        cell=cell,
+        sha256=sha256,
+        seed=seed,
+        repetition=repetition,
+        end_reason=result.end_reason,
+        end_message=result.end_message,
+        end_time=result.end_time,
+        metrics={str(k): float(v) for k, v in result.metrics.items()},
+        by_behavior={
+            str(behavior): {str(k): float(v) for k, v in values.items()}
+            for behavior, values in result.by_behavior.iterrows()
+        },
+        cost={"wall": wall, "cpu": cpu},
+        recording=result.recording if with_recording else None,
+    )
+
+
+def failed_row(
+    cell: str, sha256: str, seed: int, repetition: int, reason: str
+) -> RunRow:
+    """Returns the row of a run that has given no result."""
+    return RunRow(
+        cell=cell,
+        sha256=sha256,
+        seed=seed,
+        repetition=repetition,
+        end_reason=ERROR,
+        end_message=" ".join(reason.split()),
+        end_time=math.nan,
+        metrics={},
+        by_behavior={},
+        cost={},
+    )
+
+
+def row_to_json(row: RunRow) -> str:
+    """Returns a row as one line, without its recording.
+
+    Numbers are written so that they are read back to the last bit; what is not
+    finite is written as NaN, Infinity and -Infinity.
+    """
+    return json.dumps(row._replace(recording=None)._asdict())
+
+
+def row_from_json(line: str | bytes) -> RunRow:
+    """Returns the row of a line.
+
+    Raises:
+        ValueError: If it is not a row.
+    """
+    data: Any = json.loads(line)
+    try:
+        return RunRow(**data)
+    except TypeError as error:
+        raise ValueError(f"is not a run: {error}") from error

@@ -1,0 +1,106 @@
+"""What a suite is: scenarios, planners, settings and seeds."""
+
+from collections.abc import Mapping
+from dataclasses import field
+from typing import Annotated, Any
+
+from pydantic import AfterValidator, Field, StrictFloat, StrictStr
+from pydantic.dataclasses import dataclass
+from pydantic_core import PydanticCustomError
+
+from hunav_drake.systems.common.schema import CONFIG, Integer, Name, within
+
+MAX_SEEDS = 10**6
+
+
+def _check_seeds(value: int | list[int]) -> int | list[int]:
+    if isinstance(value, list) and len(set(value)) < len(value):
+        raise PydanticCustomError("rule", "has a seed twice; leave one out")
+    return value
+
+
+Seed = Annotated[Integer, Field(ge=0, le=2**63 - 1)]
+Seeds = Annotated[
+    Annotated[Integer, Field(ge=1, le=MAX_SEEDS)]
+    | Annotated[list[Seed], Field(min_length=1, max_length=MAX_SEEDS)],
+    AfterValidator(_check_seeds),
+]
+
+# A planner: its name, or a mapping of its name and parameters; `label` names
+# it in tables.
+PlannerChoice = StrictStr | dict[str, Any]
+
+
+@dataclass(kw_only=True, slots=True, config=CONFIG)
+class Until:
+    """When a cell has runs enough: once a mean is known well enough."""
+
+    # The metric whose mean is to be known.
+    metric: Name
+
+    # Half the width of its interval of 95 %, in the unit of the metric.
+    half_width: Annotated[StrictFloat, within(0, low_open=True)]
+
+    # How many runs there are at least: an interval of few says little.
+    least: Annotated[Integer, Field(ge=3, le=MAX_SEEDS)] = 6
+
+
+@dataclass(kw_only=True, slots=True, config=CONFIG)
+class Suite:
+    """Trials to compare planners by: each scenario with each planner.
+
+    A cell is a scenario, a planner and a setting; it is run with each seed.
+    """
+
+    # What the suite is called; its folder of results is called so, too.
+    name: Name = "suite"
+
+    description: StrictStr = ""
+
+    # Which of several suites of that name this is. Results tell it.
+    version: Name = "1"
+
+    # Names of shipped scenarios, or files. Paths start at the suite's file.
+    scenarios: Annotated[list[StrictStr], Field(min_length=1)]
+
+    # Planners: names, or mappings as in a scenario, {name: dwb, ...}, to which
+    # a `label` may be added; by default that of each scenario.
+    planners: list[PlannerChoice] = field(default_factory=list)
+
+    # Settings by name, each a list of changes, as those of --set; by default
+    # one without changes.
+    settings: dict[Name, list[StrictStr]] = field(default_factory=dict)
+
+    # Changes for all runs, as those of --set.
+    overrides: list[StrictStr] = field(default_factory=list)
+
+    # The seeds, or how many: n means 0 to n - 1. With `until`, the most.
+    seeds: Seeds = 10
+
+    # How often each seed is run: more than once only shows whether a planner of
+    # one's own repeats itself.
+    repetitions: Annotated[Integer, Field(ge=1, le=1000)] = 1
+
+    # When a cell has enough runs; by default it has all seeds.
+    until: Until | None = None
+
+    def seed_list(self) -> list[int]:
+        """Returns the seeds one by one."""
+        if isinstance(self.seeds, int):
+            return list(range(self.seeds))
+        return list(self.seeds)
+
+
+def planner_overrides(
+    choice: PlannerChoice,
+) -> tuple[str, Mapping[str, Any]]:
+    """Returns the label of a planner, and its keys as in a scenario."""
+    if isinstance(choice, str):
+        return choice, {"name": choice}
+    keys = dict(choice)
+    label = keys.pop("label", None)
+    if label is None:
+        name = str(keys.get("name", ""))
+        rest = (f"{k}={v}" for k, v in keys.items() if k != "name")
+        label = " ".join([name, *rest])
+    return str(label), keys
