@@ -1,23 +1,10 @@
-"""The experiment of HuNavSim's paper, and the values that it prints.
+"""The values that HuNavSim's paper prints.
 
 Pérez-Higueras et al., "HuNavSim: A ROS 2 Human Navigation Simulator for
 Benchmarking Human-Aware Robot Navigation", RA-L 2023, Tables II to IV.
 """
 
-from hunav_drake.benchmark.suite import Suite
-
 PLANNERS = ("dwb", "scl", "sfw")
-
-PAPER = Suite(
-    name="paper",
-    description="Tables II, III and IV of HuNavSim's paper.",
-    version="1",
-    scenarios=["passing", "crossing", "combined"],
-    planners=list(PLANNERS),
-    # What the paper's evaluator records: see `EvaluatorConfig.profile`.
-    overrides=["evaluator.profile=paper"],
-    seeds=10,
-)
 
 # The metrics of Tables II and III, in their order, with units as printed and
 # what ours are to be multiplied by.

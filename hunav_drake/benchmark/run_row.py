@@ -4,6 +4,8 @@ import json
 import math
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from hunav_drake.benchmark.extras import extra_values
+
 if TYPE_CHECKING:
     from hunav_drake.results.trial_result import TrialResult
     from hunav_drake.systems.evaluation.recording import Recording
@@ -28,6 +30,7 @@ class RunRow(NamedTuple):
         cost: Seconds by name: "wall" and "cpu" of the whole run, and of the
             planner's cycles "cycle_median" and "cycle_p95", where they are
             known. They alone differ between equal runs.
+        extras: Further numbers by name: see `extra_values`.
         recording: What happened, if it was asked for.
     """
 
@@ -41,6 +44,7 @@ class RunRow(NamedTuple):
     metrics: dict[str, float]
     by_behavior: dict[str, dict[str, float]]
     cost: dict[str, float]
+    extras: dict[str, float] = {}
     recording: "Recording | None" = None
 
     @property
@@ -75,6 +79,7 @@ def make_row(
             for behavior, values in result.by_behavior.iterrows()
         },
         cost={"wall": wall, "cpu": cpu},
+        extras=extra_values(result.recording),
         recording=result.recording if with_recording else None,
     )
 

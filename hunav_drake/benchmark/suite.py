@@ -2,9 +2,15 @@
 
 from collections.abc import Mapping
 from dataclasses import field
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, Field, StrictFloat, StrictStr
+from pydantic import (
+    AfterValidator,
+    Field,
+    StrictBool,
+    StrictFloat,
+    StrictStr,
+)
 from pydantic.dataclasses import dataclass
 from pydantic_core import PydanticCustomError
 
@@ -45,6 +51,34 @@ class Until:
     least: Annotated[Integer, Field(ge=3, le=MAX_SEEDS)] = 6
 
 
+# How sure it is that a relation should hold.
+Strength = Literal["strong", "medium", "weak"]
+
+
+@dataclass(kw_only=True, slots=True, config=CONFIG)
+class Relation:
+    """What the means of planners should be, one against the other."""
+
+    # What it is called in lists.
+    number: Annotated[Integer, Field(ge=0)] = 0
+
+    # Where it applies. With several scenarios, names in the formula are those
+    # of planner and scenario, as in dwb_passing.
+    scenarios: Annotated[list[Name], Field(min_length=1)]
+
+    # The metric.
+    metric: Name
+
+    # What the names in the formula are: planners; behaviors, for which it is to
+    # hold with every planner; or both, as in dwb_curious.
+    by: Literal["planner", "behavior", "both"] = "planner"
+
+    # A formula, as `pandas.eval` reads it: sfw >= 1.15 * dwb.
+    holds: StrictStr
+
+    strength: Strength = "medium"
+
+
 @dataclass(kw_only=True, slots=True, config=CONFIG)
 class Suite:
     """Trials to compare planners by: each scenario with each planner.
@@ -83,6 +117,12 @@ class Suite:
 
     # When a cell has enough runs; by default it has all seeds.
     until: Until | None = None
+
+    # What the means should be, one against the other.
+    relations: list[Relation] = field(default_factory=list)
+
+    # Whether to test what holds in every run of the paper's experiment.
+    identities: StrictBool = False
 
     def seed_list(self) -> list[int]:
         """Returns the seeds one by one."""

@@ -1,11 +1,11 @@
 """Suite files: the shipped suites and those of users."""
 
+from importlib import resources
 from pathlib import Path
 from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
-from hunav_drake.benchmark.paper import PAPER
 from hunav_drake.benchmark.suite import Suite
 from hunav_drake.scenario.building import (
     Places,
@@ -13,11 +13,16 @@ from hunav_drake.scenario.building import (
     schema_findings,
 )
 from hunav_drake.scenario.error import Fault, ScenarioError
+from hunav_drake.scenario.yaml_document import YamlDocument
 from hunav_drake.scenario.yaml_source import parse_yaml, read_yaml
 from hunav_drake.systems.common.suggest import did_you_mean
 
-# The shipped suites by name.
-SUITES = {"paper": PAPER}
+
+def ListSuites() -> dict[str, str]:
+    """Returns the names of the shipped suites with their descriptions."""
+    return {
+        name: LoadSuite(filename=name).description for name in _shipped_names()
+    }
 
 
 def LoadSuite(
@@ -39,19 +44,7 @@ def LoadSuite(
         raise ValueError(
             "LoadSuite() takes either filename or data, and one of them"
         )
-    if filename is not None and not Path(filename).is_file():
-        if str(filename) in SUITES:
-            return SUITES[str(filename)]
-        known = ", ".join(SUITES)
-        near = did_you_mean(str(filename), list(SUITES))
-        message = f"there is no such file{near}; shipped suites: {known}"
-        raise ScenarioError(
-            str(filename), [Fault(str(filename), 0, "", message)]
-        )
-    if filename is not None:
-        document = read_yaml(filename)
-    else:
-        document = parse_yaml(data or "", name="data")
+    document = _read(filename) if filename else parse_yaml(data or "", name="data")
     faults = document_faults(document)
     if document.root is None or faults:
         raise ScenarioError(document.name, faults)
@@ -59,6 +52,28 @@ def LoadSuite(
     if isinstance(plain, dict) and filename is not None:
         plain.setdefault("name", Path(filename).stem[:64])
     return _build(plain, Places(document), document.name)
+
+
+def _shipped_names() -> list[str]:
+    folder = resources.files("hunav_drake.benchmark") / "suites"
+    return sorted(Path(entry.name).stem for entry in folder.iterdir())
+
+
+def _read(filename: str | Path) -> YamlDocument:
+    """Reads a file, or else the shipped suite of that name."""
+    names = _shipped_names()
+    if Path(filename).is_file():
+        return read_yaml(filename)
+    if str(filename) not in names:
+        near = did_you_mean(str(filename), names)
+        known = ", ".join(names)
+        message = f"there is no such file{near}; shipped suites: {known}"
+        raise ScenarioError(
+            str(filename), [Fault(str(filename), 0, "", message)]
+        )
+    folder = resources.files("hunav_drake.benchmark") / "suites"
+    file = folder / f"{filename}.yaml"
+    return parse_yaml(file.read_bytes(), name=file.name)
 
 
 def _build(plain: Any, places: Places, name: str) -> Suite:

@@ -1,0 +1,136 @@
+"""What holds in every run of the paper's experiment, or the trial is not it."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from hunav_drake.benchmark.means import Means
+from hunav_drake.systems.common.arrays import Array
+
+P, C, K = "passing", "crossing", "combined"
+PLANNERS = ("dwb", "scl", "sfw")
+
+# The lengths of the straight ways from start to goal, in meters.
+_WAYS = {P: 15.2, C: 4.9}
+
+# Tells whether it holds, and the numbers it is about.
+Identity = Callable[[Means], tuple[bool, str]]
+
+
+def _all_runs(means: Means, metric: str) -> Array:
+    return np.concatenate(list(means.runs(metric).values()))
+
+
+def _work_is_a_sum(means: Means) -> tuple[bool, str]:
+    parts = (
+        "social_force_on_agents",
+        "social_force_on_robot",
+        "obstacle_force_on_robot",
+    )
+    total = sum(_all_runs(means, name) for name in parts)
+    excess = float((_all_runs(means, "social_work") - total).max())
+    return excess <= 1e-6, f"largest excess over the sum {excess:.2g}"
+
+
+def _forces_are_mutual(means: Means) -> tuple[bool, str]:
+    a = _all_runs(means, "social_force_on_agents")
+    b = _all_runs(means, "social_force_on_robot")
+    gap = float(np.abs(a - b).max())
+    return gap <= 1e-9 * max(1.0, float(np.abs(a).max())), (
+        f"largest difference {gap:.2g}"
+    )
+
+
+def _zones(means: Means) -> tuple[bool, str]:
+    names = (
+        "intimate_space_intrusions",
+        "personal_space_intrusions",
+        "social+_space_intrusions",
+    )
+    sums = {
+        key: sum(means.runs(name)[key] for name in names)
+        for key in means.runs(names[0])
+        if key[1] in (P, C)
+    }
+    largest = max(float(np.max(v)) for v in sums.values())
+    crossing = [v for key, v in sums.items() if key[1] == C]
+    if not crossing:
+        raise KeyError(C)
+    least = min(float(np.min(v)) for v in crossing)
+    return largest <= 100 + 1e-9 and least >= 99, (
+        f"largest sum {largest:.1f} %, least in crossing {least:.1f} %"
+    )
+
+
+def _final_distance(means: Means) -> tuple[bool, str]:
+    final, least = (
+        np.concatenate([v for key, v in means.runs(m).items() if key[1] != K])
+        for m in ("final_dist_to_target", "min_dist_to_target")
+    )
+    gap = float((final - least).max())
+    return (
+        gap <= 0.02 and float(final.max()) <= 0.25 + 1e-9,
+        f"largest difference {gap:.3f} m, largest distance"
+        f" {float(final.max()):.3f} m",
+    )
+
+
+def _length_and_speed(means: Means) -> tuple[bool, str]:
+    lengths = means.runs("path_length")
+    speeds = means.runs("avg_robot_linear_speed")
+    times = means.runs("time_to_reach_goal")
+    worst, shortest = 0.0, np.inf
+    for key, length in lengths.items():
+        if key[1] not in _WAYS:
+            continue
+        # One more sample than seconds, and three stale ones.
+        told = speeds[key] * (times[key] + 4)
+        gap = np.abs(length.mean() - told.mean()) / length.mean()
+        worst = max(worst, float(gap))
+        shortest = min(shortest, float((length - _WAYS[key[1]]).min()))
+    if not np.isfinite(shortest):
+        raise KeyError(P)
+    return worst <= 0.05 and shortest >= -0.25, (
+        f"length and speed times samples differ by {100 * worst:.1f} % at most;"
+        f" shortest path {shortest:+.2f} m against the straight way"
+    )
+
+
+def _walked(means: Means) -> tuple[bool, str]:
+    runs = means.runs("walked_per_person")
+    told, holds = [], True
+    for scenario, low, high in ((C, 6.0, 6.9), (P, 13.3, 14.5)):
+        walked = [float(runs[p, scenario].mean()) for p in PLANNERS]
+        holds &= max(walked) <= 1.05 * min(walked)
+        holds &= low <= min(walked) and max(walked) <= high
+        numbers = ", ".join(f"{w:.2f}" for w in walked)
+        told.append(f"{scenario} {numbers} m (published {low} to {high})")
+    return holds, "; ".join(told)
+
+
+def _all_complete(means: Means) -> tuple[bool, str]:
+    hits = sum(
+        float(values.sum())
+        for name in ("robot_on_person_collisions", "person_on_robot_collisions")
+        for (_, scenario), values in means.runs(name).items()
+        if scenario != K
+    )
+    completed = np.concatenate(
+        [v for k, v in means.runs("completed").items() if k[1] != K]
+    )
+    return bool(completed.all()) and hits == 0, (
+        f"{int(completed.sum())} of {len(completed)} complete, {hits:.0f}"
+        " collisions"
+    )
+
+
+# By number, scenarios and what they say.
+IDENTITIES: tuple[tuple[int, str, str, Identity], ...] = (
+    (1, "all", "social work is at most the sum of its forces", _work_is_a_sum),
+    (2, "all", "forces on people equal those on the robot", _forces_are_mutual),
+    (3, "both", "shares of zones sum to 100 %, in crossing to 99", _zones),
+    (4, "both", "the robot ends where it is nearest", _final_distance),
+    (5, "both", "length = mean speed x recorded time", _length_and_speed),
+    (6, "both", "people walk as far, whatever the planner", _walked),
+    (7, "both", "all runs complete, without collision", _all_complete),
+)

@@ -1,0 +1,179 @@
+"""Whether relations between planners hold, as tables of a paper show them.
+
+A relation holds if it does so for the means over runs, and in nine of ten
+samples that the bootstrap draws from the runs.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+import re
+from typing import Literal
+
+import numpy as np
+import pandas as pd
+
+from hunav_drake.benchmark.identities import IDENTITIES
+from hunav_drake.benchmark.means import Means
+from hunav_drake.benchmark.suite import Relation, Strength
+from hunav_drake.benchmark.suite_result import SuiteResult
+from hunav_drake.systems.common.arrays import Array
+
+Verdict = Literal["holds", "fails", "not tested"]
+
+_SHARE = 0.9
+
+
+@dataclass(frozen=True, kw_only=True)
+class Judgement:
+    """What became of a relation.
+
+    Attributes:
+        number: What it is called.
+        scenarios: Where it applies.
+        text: What it says.
+        strength: How sure it is that it should hold.
+        verdict: Whether it holds.
+        share: In how many of the samples it holds, from 0 to 1; NaN if it was
+            not tested.
+        numbers: What was compared, or why it was not.
+    """
+
+    number: int
+    scenarios: str
+    text: str
+    strength: Strength
+    verdict: Verdict
+    share: float
+    numbers: str
+
+
+def judge(result: SuiteResult) -> list[Judgement]:
+    """Tests the relations of a suite on its runs."""
+    means = Means(result)
+    judgements = []
+    if result.suite.identities:
+        for number, scenarios, text, test in IDENTITIES:
+            try:
+                holds, numbers = test(means)
+                verdict: Verdict = "holds" if holds else "fails"
+                share = float(holds)
+            except KeyError as error:
+                verdict, share, numbers = _untested(error)
+            judgements.append(
+                Judgement(
+                    number=number,
+                    scenarios=scenarios,
+                    text=text,
+                    strength="strong",
+                    verdict=verdict,
+                    share=share,
+                    numbers=numbers,
+                )
+            )
+    for relation in result.suite.relations:
+        try:
+            verdict, share, numbers = _test(relation, means)
+        except KeyError as error:
+            verdict, share, numbers = _untested(error)
+        judgements.append(
+            Judgement(
+                number=relation.number,
+                scenarios=", ".join(relation.scenarios),
+                text=f"{relation.metric}: {relation.holds}",
+                strength=relation.strength,
+                verdict=verdict,
+                share=share,
+                numbers=numbers,
+            )
+        )
+    return judgements
+
+
+def share_that_holds(
+    judgements: Sequence[Judgement], strength: Strength = "strong"
+) -> float:
+    """Returns how many of the tested relations hold, from 0 to 1."""
+    tested = [
+        judgement.verdict == "holds"
+        for judgement in judgements
+        if judgement.strength == strength and judgement.verdict != "not tested"
+    ]
+    return sum(tested) / len(tested) if tested else float("nan")
+
+
+def _untested(error: KeyError) -> tuple[Verdict, float, str]:
+    missing = error.args[0]
+    if isinstance(missing, tuple):
+        missing = "/".join(reversed(missing[:2]))
+    return "not tested", float("nan"), f"there are no runs with {missing}"
+
+
+def _test(relation: Relation, means: Means) -> tuple[Verdict, float, str]:
+    holds = []
+    told = []
+    for values in _value_sets(relation, means):
+        names = {name: array for name, array in values.items()}
+        holds.append(
+            np.broadcast_to(
+                pd.eval(relation.holds, engine="python", local_dict=names),
+                next(iter(names.values())).shape,
+            )
+        )
+        told.append(
+            ", ".join(f"{name} {array[0]:.3g}" for name, array in names.items())
+        )
+    both = np.all(holds, axis=0)
+    share = float(both[1:].mean())
+    verdict: Verdict = "holds" if both[0] and share >= _SHARE else "fails"
+    return verdict, share, "; ".join(told)
+
+
+def _value_sets(relation: Relation, means: Means) -> list[dict[str, Array]]:
+    """Returns the values by the names in the formula, for each time it is to
+    hold.
+    """
+    metric, scenarios = relation.metric, relation.scenarios
+    first = scenarios[0]
+    used = set(re.findall(r"[A-Za-z_]\w*", relation.holds))
+    planners = means.planners
+    if relation.by == "planner" and len(scenarios) == 1:
+        one = {p: (p, first) for p in planners}
+        return [_chosen(used, one, means, metric)]
+    if relation.by == "planner":
+        both = {f"{p}_{s}": (p, s) for p in planners for s in scenarios}
+        return [_chosen(used, both, means, metric)]
+    if relation.by == "both":
+        return [
+            {
+                name: means.of_behavior(p, first, b, metric)
+                for p in planners
+                for b in means.behaviors(first)
+                if (name := _name(f"{p}_{b}")) in used
+            }
+        ]
+    return [
+        {
+            name: means.of_behavior(p, first, b, metric)
+            for b in means.behaviors(first)
+            if (name := _name(b)) in used
+        }
+        for p in planners
+    ]
+
+
+def _chosen(
+    used: set[str],
+    places: dict[str, tuple[str, str]],
+    means: Means,
+    metric: str,
+) -> dict[str, Array]:
+    return {
+        name: means.of(*place, metric)
+        for label, place in places.items()
+        if (name := _name(label)) in used
+    }
+
+
+def _name(label: str) -> str:
+    """Returns a label as formulas call it."""
+    return re.sub(r"\W", "_", label)

@@ -1,0 +1,206 @@
+"""Tables of a suite, planners side by side: text, CSV and LaTeX."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+import math
+
+import pandas as pd
+
+from hunav_drake.benchmark.paper import (
+    METRICS,
+    PUBLISHED,
+    PUBLISHED_BY_BEHAVIOR,
+)
+from hunav_drake.benchmark.relations import Judgement
+from hunav_drake.benchmark.suite_result import SuiteResult
+from hunav_drake.results.metric_facts import unit_of
+from hunav_drake.results.quantity_text import number_text, unit_text
+from hunav_drake.results.statistics import summarize
+
+# What the tables of a suite show: those of the paper, which most people know.
+PAPER_METRICS = tuple(name for name, _, _ in METRICS)
+
+_BEHAVIOR_METRICS = tuple(PUBLISHED_BY_BEHAVIOR["regular"]["dwb"])
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table as texts.
+
+    Attributes:
+        title: What it is about.
+        header: The names of the columns.
+        rows: The cells; the first is the name of the row.
+    """
+
+    title: str
+    header: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+
+
+def scenario_tables(result: SuiteResult) -> list[Table]:
+    """Returns a table for each scenario and setting: metrics by planner.
+
+    A cell is the mean and half the width of its 95 % interval; beside it, for
+    the paper's own suite, is the value that the paper printed.
+    """
+    runs = result.runs()
+    if runs.empty:
+        return []
+    is_paper = result.suite.name == "paper"
+    keys = dict.fromkeys((c.scenario, c.setting) for c in result.cells)
+    tables = []
+    for scenario, setting in keys:
+        part = runs[(runs.scenario == scenario) & (runs.setting == setting)]
+        part.attrs = runs.attrs
+        published = PUBLISHED.get(scenario, {}) if is_paper else {}
+        title = " ".join(word for word in (scenario, setting) if word)
+        table = _table(title, part, PAPER_METRICS, published)
+        tables += [table] if table else []
+    return tables
+
+
+def behavior_tables(result: SuiteResult) -> list[Table]:
+    """Returns, where people differ, a table for each behavior (Table IV)."""
+    runs = result.runs(by_behavior=True)
+    if runs.empty:
+        return []
+    is_paper = result.suite.name == "paper"
+    tables = []
+    for scenario in runs.scenario.unique():
+        part = runs[runs.scenario == scenario]
+        behaviors = part.behavior.unique()
+        if len(behaviors) < 2:
+            continue
+        for behavior in behaviors:
+            rows = part[part.behavior == behavior]
+            rows.attrs = runs.attrs
+            published = (
+                PUBLISHED_BY_BEHAVIOR.get(behavior, {})
+                if is_paper and scenario == "combined"
+                else {}
+            )
+            title = f"{scenario}, {behavior} people"
+            table = _table(title, rows, _BEHAVIOR_METRICS, published)
+            tables += [table] if table else []
+    return tables
+
+
+def _table(
+    title: str,
+    runs: pd.DataFrame,
+    metrics: Sequence[str],
+    published: dict[str, dict[str, float]],
+) -> Table | None:
+    names = [name for name in metrics if name in runs.columns]
+    if not names:
+        return None
+    planners = list(dict.fromkeys(runs.planner))
+    statistics = summarize(runs, "planner", metrics=names)
+    header = [""]
+    for planner in planners:
+        header += [planner] + (["paper"] if planner in published else [])
+    rows = []
+    for name in names:
+        unit = "%" if name == "completed" else unit_of(runs, name)
+        scale = 100.0 if name == "completed" else 1.0
+        row = [name]
+        for planner in planners:
+            described = statistics.loc[planner, name]
+            row.append(_cell(described, unit, scale))
+            if planner in published:
+                value = published[planner].get(name, math.nan)
+                row.append(number_text(value, unit))
+        rows.append((*row, unit_text(unit)))
+    return Table(title, (*header, "unit"), tuple(rows))
+
+
+def _cell(described: pd.Series, unit: str, scale: float) -> str:
+    mean = scale * float(described["mean"])
+    half = scale * (float(described["high"]) - float(described["low"])) / 2
+    text = number_text(mean, unit)
+    if math.isfinite(half) and half > 0:
+        text += f" ± {number_text(half, unit, scale=abs(mean))}"
+    return text
+
+
+def relation_table(judgements: Sequence[Judgement]) -> Table:
+    """Returns the relations as a list of what holds and what fails."""
+    return Table(
+        "relations",
+        ("", "scenario", "relation", "strength", "verdict", "share", "numbers"),
+        tuple(
+            (
+                str(it.number),
+                it.scenarios,
+                " ".join(it.text.split()),
+                it.strength,
+                it.verdict,
+                "" if math.isnan(it.share) else f"{it.share:.2f}",
+                it.numbers,
+            )
+            for it in judgements
+        ),
+    )
+
+
+def to_text(table: Table) -> str:
+    """Returns a table for a terminal."""
+    rows = [table.header, *table.rows]
+    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
+    lines = [table.title]
+    for row in rows:
+        first, *others = (
+            text.ljust(width) if i == 0 else text.rjust(width)
+            for i, (text, width) in enumerate(zip(row, widths, strict=True))
+        )
+        lines.append("  ".join([first, *others]).rstrip())
+    return "\n".join(lines)
+
+
+def to_latex(table: Table) -> str:
+    """Returns a table for LaTeX, with the package booktabs."""
+    columns = "l" + "r" * (len(table.header) - 2) + "l"
+    head = " & ".join(map(_escaped, table.header))
+    rows = [" & ".join(map(_escaped, row)) + r" \\" for row in table.rows]
+    return "\n".join(
+        [
+            r"\begin{table}",
+            r"\centering",
+            rf"\caption{{{_escaped(table.title)}}}",
+            rf"\begin{{tabular}}{{{columns}}}",
+            r"\toprule",
+            head + r" \\",
+            r"\midrule",
+            *rows,
+            r"\bottomrule",
+            r"\end{tabular}",
+            r"\end{table}",
+            "",
+        ]
+    )
+
+
+_LATEX = str.maketrans(
+    {
+        "\\": r"\textbackslash{}",
+        "&": r"\&",
+        "%": r"\%",
+        "$": r"\$",
+        "#": r"\#",
+        "_": r"\_",
+        "{": r"\{",
+        "}": r"\}",
+        "~": r"\textasciitilde{}",
+        "^": r"\textasciicircum{}",
+        "<": r"$<$",
+        ">": r"$>$",
+        "±": r"$\pm$",
+        "²": r"$^2$",
+        "³": r"$^3$",
+    }
+)
+
+
+def _escaped(text: str) -> str:
+    return text.translate(_LATEX)
