@@ -11,6 +11,7 @@ import os
 import sys
 import warnings
 
+from hunav_drake.commands.bench import add_bench_command
 from hunav_drake.commands.differences import add_differences_command
 from hunav_drake.commands.doctor import add_doctor_command
 from hunav_drake.commands.errors import (
@@ -89,6 +90,7 @@ def _make_parser() -> argparse.ArgumentParser:
     add_metric_commands(commands)
     add_report_command(commands)
     add_tree_commands(commands)
+    add_bench_command(commands)
     add_differences_command(commands)
     add_validate_command(commands)
     add_doctor_command(commands)

@@ -2,7 +2,7 @@
 
 from hunav_drake.benchmark.run_suite import RunSuite
 from hunav_drake.benchmark.suite import Suite
-from hunav_drake.benchmark.suite_file import LoadSuite
+from hunav_drake.benchmark.suite_file import ListSuites, LoadSuite
 from hunav_drake.benchmark.suite_result import SuiteResult
 
-__all__ = ["LoadSuite", "RunSuite", "Suite", "SuiteResult"]
+__all__ = ["ListSuites", "LoadSuite", "RunSuite", "Suite", "SuiteResult"]

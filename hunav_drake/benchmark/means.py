@@ -66,9 +66,7 @@ class Means:
             for key, rows in self._rows.items()
         }
 
-    def _means(
-        self, rows: Sequence[Mapping[str, float]], metric: str
-    ) -> Array:
+    def _means(self, rows: Sequence[Mapping[str, float]], metric: str) -> Array:
         values = np.array([row[metric] for row in rows])
         values = values[np.isfinite(values)]
         if not len(values):

@@ -111,8 +111,10 @@ def _untested(error: KeyError) -> tuple[Verdict, float, str]:
 def _test(relation: Relation, means: Means) -> tuple[Verdict, float, str]:
     holds = []
     told = []
-    for values in _value_sets(relation, means):
-        names = {name: array for name, array in values.items()}
+    used = set(re.findall(r"[A-Za-z_]\w*", relation.holds))
+    for names in _value_sets(relation, means, used):
+        if missing := sorted(used - set(names)):
+            raise KeyError(", ".join(missing))
         holds.append(
             np.broadcast_to(
                 pd.eval(relation.holds, engine="python", local_dict=names),
@@ -128,13 +130,15 @@ def _test(relation: Relation, means: Means) -> tuple[Verdict, float, str]:
     return verdict, share, "; ".join(told)
 
 
-def _value_sets(relation: Relation, means: Means) -> list[dict[str, Array]]:
-    """Returns the values by the names in the formula, for each time it is to
-    hold.
+def _value_sets(
+    relation: Relation, means: Means, used: set[str]
+) -> list[dict[str, Array]]:
+    """Returns the means by the names in the formula.
+
+    It is to hold for each of them.
     """
     metric, scenarios = relation.metric, relation.scenarios
     first = scenarios[0]
-    used = set(re.findall(r"[A-Za-z_]\w*", relation.holds))
     planners = means.planners
     if relation.by == "planner" and len(scenarios) == 1:
         one = {p: (p, first) for p in planners}

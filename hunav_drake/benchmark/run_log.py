@@ -134,5 +134,3 @@ def read_rows(path: Path) -> Iterator[RunRow]:
                     f"{path}:{number}: is damaged: {error}; take the line out,"
                     " and its run is done again"
                 ) from error
-
-

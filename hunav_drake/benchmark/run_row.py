@@ -44,7 +44,7 @@ class RunRow(NamedTuple):
     metrics: dict[str, float]
     by_behavior: dict[str, dict[str, float]]
     cost: dict[str, float]
-    extras: dict[str, float] = {}
+    extras: dict[str, float]
     recording: "Recording | None" = None
 
     @property
@@ -99,6 +99,7 @@ def failed_row(
         metrics={},
         by_behavior={},
         cost={},
+        extras={},
     )
 
 

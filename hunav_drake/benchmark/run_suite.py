@@ -1,12 +1,7 @@
 """Runs a suite: in worker processes, to be stopped and resumed at any time."""
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import (
-    FIRST_COMPLETED,
-    Executor,
-    Future,
-    wait,
-)
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 import contextlib
 import os
 from pathlib import Path
@@ -14,11 +9,7 @@ import time
 
 from hunav_drake.benchmark.cell import make_cells
 from hunav_drake.benchmark.plan import CellPlan
-from hunav_drake.benchmark.pool import (
-    InlineExecutor,
-    WorkerPool,
-    is_broken,
-)
+from hunav_drake.benchmark.pool import InlineExecutor, WorkerPool, is_broken
 from hunav_drake.benchmark.recordings import keep_recording
 from hunav_drake.benchmark.run_log import RunLog
 from hunav_drake.benchmark.run_row import RunRow, failed_row
@@ -194,5 +185,3 @@ class _Driver:
                 failed_row(task.cell, task.sha256, seed, repetition, reason)
             )
         return failed
-
-

@@ -1,36 +1,40 @@
 """What a suite is: scenarios, planners, settings and seeds."""
 
+import ast
 from collections.abc import Mapping
 from dataclasses import field
 from typing import Annotated, Any, Literal
 
-from pydantic import (
-    AfterValidator,
-    Field,
-    StrictBool,
-    StrictFloat,
-    StrictStr,
-)
+from pydantic import AfterValidator, Field, StrictBool, StrictFloat, StrictStr
 from pydantic.dataclasses import dataclass
 from pydantic_core import PydanticCustomError
 
 from hunav_drake.systems.common.schema import CONFIG, Integer, Name, within
+from hunav_drake.systems.common.suggest import shown
 
 MAX_SEEDS = 10**6
 
 
-def _check_seeds(value: int | list[int]) -> int | list[int]:
-    if isinstance(value, list) and len(set(value)) < len(value):
-        raise PydanticCustomError("rule", "has a seed twice; leave one out")
-    return value
+def _check_seeds(value: Any) -> int | list[int]:
+    seeds = [value] if isinstance(value, int) else value
+    if isinstance(seeds, list) and all(type(s) is int for s in seeds):
+        if isinstance(value, int) and 1 <= value <= MAX_SEEDS:
+            return value
+        if (
+            isinstance(value, list)
+            and 1 <= len(set(value)) == len(value) <= MAX_SEEDS
+            and all(0 <= seed < 2**63 for seed in value)
+        ):
+            return value
+    raise PydanticCustomError(
+        "rule",
+        "must be how many seeds there are, from 1 to {most}, or a list of"
+        " different seeds, from 0 on, got {value}",
+        {"most": MAX_SEEDS, "value": shown(value)},
+    )
 
 
-Seed = Annotated[Integer, Field(ge=0, le=2**63 - 1)]
-Seeds = Annotated[
-    Annotated[Integer, Field(ge=1, le=MAX_SEEDS)]
-    | Annotated[list[Seed], Field(min_length=1, max_length=MAX_SEEDS)],
-    AfterValidator(_check_seeds),
-]
+Seeds = Annotated[Any, AfterValidator(_check_seeds)]
 
 # A planner: its name, or a mapping of its name and parameters; `label` names
 # it in tables.
@@ -49,6 +53,29 @@ class Until:
 
     # How many runs there are at least: an interval of few says little.
     least: Annotated[Integer, Field(ge=3, le=MAX_SEEDS)] = 6
+
+
+# What a formula may be made of.
+_FORMULA = (
+    *(ast.Expression, ast.Compare, ast.BinOp, ast.BoolOp, ast.UnaryOp),
+    *(ast.Name, ast.Constant, ast.Load, ast.cmpop, ast.operator, ast.boolop),
+    ast.unaryop,
+)
+
+
+def _check_formula(value: str) -> str:
+    try:
+        nodes = list(ast.walk(ast.parse(value, mode="eval")))
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        nodes = []
+    if not nodes or not all(isinstance(node, _FORMULA) for node in nodes):
+        raise PydanticCustomError(
+            "rule",
+            "must compare names and numbers, as in sfw >= 1.15 * dwb, got"
+            " {value}",
+            {"value": repr(value)},
+        )
+    return value
 
 
 # How sure it is that a relation should hold.
@@ -74,7 +101,7 @@ class Relation:
     by: Literal["planner", "behavior", "both"] = "planner"
 
     # A formula, as `pandas.eval` reads it: sfw >= 1.15 * dwb.
-    holds: StrictStr
+    holds: Annotated[StrictStr, AfterValidator(_check_formula)]
 
     strength: Strength = "medium"
 
@@ -131,9 +158,7 @@ class Suite:
         return list(self.seeds)
 
 
-def planner_overrides(
-    choice: PlannerChoice,
-) -> tuple[str, Mapping[str, Any]]:
+def planner_overrides(choice: PlannerChoice) -> tuple[str, Mapping[str, Any]]:
     """Returns the label of a planner, and its keys as in a scenario."""
     if isinstance(choice, str):
         return choice, {"name": choice}

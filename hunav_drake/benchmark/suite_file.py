@@ -44,7 +44,9 @@ def LoadSuite(
         raise ValueError(
             "LoadSuite() takes either filename or data, and one of them"
         )
-    document = _read(filename) if filename else parse_yaml(data or "", name="data")
+    document = (
+        _read(filename) if filename else parse_yaml(data or "", name="data")
+    )
     faults = document_faults(document)
     if document.root is None or faults:
         raise ScenarioError(document.name, faults)

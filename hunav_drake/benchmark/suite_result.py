@@ -41,11 +41,7 @@ class SuiteResult:
         seeds = {seed: i for i, seed in enumerate(suite.seed_list())}
         self.rows = sorted(
             (row for row in rows if row.seed in seeds and row.cell in places),
-            key=lambda row: (
-                places[row.cell],
-                seeds[row.seed],
-                row.repetition,
-            ),
+            key=lambda row: (places[row.cell], seeds[row.seed], row.repetition),
         )
 
     @property

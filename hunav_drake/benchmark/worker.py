@@ -86,8 +86,7 @@ def _prepared(task: Task) -> tuple[Any, Any]:
         _last.clear()
         scenario = LoadScenario(data=task.text)
         _last.update(
-            sha256=task.sha256,
-            made=(scenario, MakeTrialDiagram(scenario)),
+            sha256=task.sha256, made=(scenario, MakeTrialDiagram(scenario))
         )
     made: tuple[Any, Any] = _last["made"]
     return made

@@ -72,8 +72,11 @@ def plain(value: Any, *, whole: bool = True) -> Any:
         return {"tree": value.tree, **value.ports}
     result: dict[str, Any] = dict([tag]) if tag else {}
     # What is as by default may hang on a profile.
-    has_profile = isinstance(value, CrowdConfig | EvaluatorConfig)
-    defaults = value.defaults() if has_profile else None
+    defaults = (
+        value.defaults()
+        if isinstance(value, CrowdConfig | EvaluatorConfig)
+        else None
+    )
     for field in dc.fields(value):
         item = getattr(value, field.name)
         default = field.default

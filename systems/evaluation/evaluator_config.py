@@ -5,13 +5,7 @@ from dataclasses import field
 from types import MappingProxyType
 from typing import Annotated, Any, Literal
 
-from pydantic import (
-    Field,
-    StrictBool,
-    StrictFloat,
-    StrictStr,
-    model_validator,
-)
+from pydantic import Field, StrictBool, StrictFloat, StrictStr, model_validator
 from pydantic.dataclasses import dataclass
 from pydantic_core import ArgsKwargs
 
@@ -21,10 +15,7 @@ from hunav_drake.systems.common.schema import CONFIG, Integer, within
 # inferred from its tables: a sample a second, of which the last is repeated
 # while the evaluator waits three seconds for more.
 EVALUATOR_PROFILES: Mapping[str, Mapping[str, Any]] = MappingProxyType(
-    {
-        "default": {},
-        "paper": {"period": 1.0, "stale_samples": 3},
-    }
+    {"default": {}, "paper": {"period": 1.0, "stale_samples": 3}}
 )
 
 

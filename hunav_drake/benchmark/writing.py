@@ -1,0 +1,85 @@
+"""Writes what a suite has given: CSV, LaTeX, JSON and an HTML report."""
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from hunav_drake.benchmark.relations import judge
+from hunav_drake.benchmark.suite_result import SuiteResult
+from hunav_drake.benchmark.tables import (
+    behavior_tables,
+    scenario_tables,
+    to_latex,
+)
+from hunav_drake.report.suite_page import suite_page
+from hunav_drake.systems.common.files import atomic_write
+
+
+def WriteSuite(result: SuiteResult, folder: str | Path) -> Path:
+    """Writes the files of a suite: each in one piece.
+
+    They are `runs.csv`, `runs_by_behavior.csv`, `summary.csv`, `costs.csv`,
+    `relations.csv`, `tables.tex`, `suite.json` and `report.html`.
+
+    Returns:
+        The path of the report.
+
+    Raises:
+        OSError: If a file cannot be written.
+    """
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    summary = result.summary().reset_index() if result.rows else pd.DataFrame()
+    relations = pd.DataFrame([vars(it) for it in judge(result)])
+    for name, table in (
+        ("runs", result.runs()),
+        ("runs_by_behavior", result.runs(by_behavior=True)),
+        ("summary", summary),
+        ("costs", result.costs()),
+        ("relations", relations),
+    ):
+        _write(folder / f"{name}.csv", table.to_csv(index=False))
+    tables = (*scenario_tables(result), *behavior_tables(result))
+    _write(folder / "tables.tex", "\n".join(map(to_latex, tables)))
+    _write(folder / "suite.json", suite_json(result) + "\n")
+    report = folder / "report.html"
+    _write(report, suite_page(result))
+    return report
+
+
+def suite_json(result: SuiteResult) -> str:
+    """Returns suite, cells, statistics and relations as JSON."""
+    summary = result.summary().reset_index() if result.rows else pd.DataFrame()
+    data = {
+        "suite": result.suite.name,
+        "version": result.suite.version,
+        "cells": [
+            {"name": cell.name, "sha256": cell.sha256} for cell in result.cells
+        ],
+        "summary": summary.to_dict("records"),
+        "relations": [vars(it) for it in judge(result)],
+        "failures": [
+            {"cell": row.cell, "seed": row.seed, "reason": row.end_message}
+            for row in result.failures
+        ],
+    }
+    return json.dumps(_finite(data), indent=1, ensure_ascii=False)
+
+
+def _finite(value: Any) -> Any:
+    """Returns data in which numbers that JSON does not have are null."""
+    if isinstance(value, dict):
+        return {str(key): _finite(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_finite(item) for item in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
+
+
+def _write(path: Path, text: str) -> None:
+    with atomic_write(path) as file:
+        file.write(text.encode())

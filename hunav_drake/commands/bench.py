@@ -1,0 +1,262 @@
+"""The command `hunav bench`."""
+
+import argparse
+from collections.abc import Iterator
+import contextlib
+import dataclasses
+import math
+from pathlib import Path
+import sys
+from typing import TYPE_CHECKING, Any
+
+from hunav_drake.commands.errors import DONE, FAILED, InputError, input_errors
+from hunav_drake.commands.options import add_import_option
+
+if TYPE_CHECKING:
+    from hunav_drake.benchmark.run_row import RunRow
+    from hunav_drake.benchmark.suite import Suite
+    from hunav_drake.benchmark.suite_result import SuiteResult
+
+
+def add_bench_command(commands: Any) -> None:
+    """Adds the command `hunav bench`."""
+    bench = commands.add_parser(
+        "bench",
+        help="compare planners over scenarios and seeds",
+        description="Runs all trials of a suite in worker processes, and prints"
+        " its tables. What is done already is not run again, so a suite that"
+        " was stopped goes on where it was.",
+    )
+    bench.set_defaults(function=_bench)
+    bench.add_argument(
+        "suite",
+        nargs="?",
+        help="a shipped suite (paper, ...) or a file; without one, the shipped"
+        " suites are listed",
+    )
+    bench.add_argument(
+        "--out",
+        metavar="DIR",
+        type=Path,
+        default=Path("out"),
+        help="the results are in a folder of the suite's name in DIR; out by"
+        " default",
+    )
+    bench.add_argument(
+        "--workers",
+        type=_positive,
+        help="how many processes run trials; by default one per processor",
+    )
+    bench.add_argument(
+        "--seeds", type=_positive, help="how many seeds, instead of the suite's"
+    )
+    bench.add_argument(
+        "--planner",
+        nargs="+",
+        default=[],
+        metavar="NAME",
+        help="these planners, instead of the suite's",
+    )
+    bench.add_argument(
+        "--set",
+        dest="overrides",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="change a value of all scenarios: robot.model=pmb2",
+    )
+    bench.add_argument(
+        "--until",
+        metavar="METRIC=WIDTH",
+        type=_until,
+        help="stop a cell once the 95 %% interval of the mean of a metric is"
+        " within +- WIDTH",
+    )
+    bench.add_argument(
+        "--show",
+        metavar="METRIC",
+        default="time_to_reach_goal",
+        help="the metric whose mean the progress bar shows",
+    )
+    bench.add_argument(
+        "--executor",
+        choices=("processes", "dask"),
+        default="processes",
+        help="who runs trials: processes here, or a Dask cluster",
+    )
+    bench.add_argument(
+        "--address", help="the scheduler of the Dask cluster, host:port"
+    )
+    bench.add_argument(
+        "--fresh",
+        action="store_true",
+        help="run everything again; what was there is kept as runs_old.jsonl",
+    )
+    bench.add_argument(
+        "--json", action="store_true", help="print JSON, not tables"
+    )
+    bench.add_argument(
+        "--quiet", action="store_true", help="show no progress bar"
+    )
+    add_import_option(bench)
+
+
+def _positive(text: str) -> int:
+    if not text.isdecimal() or not 0 < int(text) < 10**7:
+        raise argparse.ArgumentTypeError(
+            f"must be a whole number of at least 1, got {text!r}"
+        )
+    return int(text)
+
+
+def _until(text: str) -> tuple[str, float]:
+    metric, _, width = text.rpartition("=")
+    try:
+        value = float(width)
+    except ValueError:
+        value = math.nan
+    if not metric or not 0 < value < math.inf:
+        raise argparse.ArgumentTypeError(
+            "must be a metric and a positive number, as in"
+            f" min_dist_to_people=0.05, got {text!r}"
+        )
+    return metric, value
+
+
+def _bench(options: argparse.Namespace) -> int:
+    from hunav_drake.benchmark import ListSuites, RunSuite
+    from hunav_drake.benchmark.writing import WriteSuite
+    from hunav_drake.scenario import ScenarioError
+
+    if options.suite is None:
+        for name, description in ListSuites().items():
+            print(f"{name}: {description}")
+        return DONE
+    with input_errors(ScenarioError, ValueError):
+        suite = _suite(options)
+        out = options.out / suite.name
+        path = Path(options.suite)
+        with contextlib.ExitStack() as stack:
+            result = RunSuite(
+                suite,
+                out=out,
+                workers=options.workers,
+                executor=stack.enter_context(_executor(options)),
+                folder=path.parent if path.is_file() else None,
+                imports=tuple(getattr(options, "imports", ())),
+                fresh=options.fresh,
+                progress=stack.enter_context(_Progress(options)).show,
+            )
+        _print(result, options)
+        with input_errors(place=out):
+            report = WriteSuite(result, out)
+    print(f"Tables, CSV and LaTeX: {out}", file=sys.stderr)
+    print(f"Report, for a browser: {report}", file=sys.stderr)
+    return FAILED if result.failures else DONE
+
+
+def _suite(options: argparse.Namespace) -> "Suite":
+    from hunav_drake.benchmark import LoadSuite
+    from hunav_drake.benchmark.suite import Until
+
+    suite = LoadSuite(filename=options.suite)
+    changes: dict[str, Any] = {}
+    if options.seeds:
+        changes["seeds"] = options.seeds
+    if options.planner:
+        changes["planners"] = list(options.planner)
+    if options.overrides:
+        changes["overrides"] = [*suite.overrides, *options.overrides]
+    if options.until:
+        metric, width = options.until
+        changes["until"] = Until(metric=metric, half_width=width)
+    return dataclasses.replace(suite, **changes)
+
+
+@contextlib.contextmanager
+def _executor(options: argparse.Namespace) -> Iterator[Any]:
+    """Yields the executor of a Dask cluster, or None for processes here."""
+    if options.executor != "dask":
+        if options.address:
+            raise InputError("--address goes with --executor dask")
+        yield None
+        return
+    try:
+        from distributed import Client
+    except ImportError as error:
+        raise InputError(
+            "--executor dask needs Dask: pip install 'hunav_drake[dask]'"
+        ) from error
+    if not options.address:
+        raise InputError(
+            "--executor dask needs --address HOST:PORT, that of its scheduler"
+        )
+    try:
+        client = Client(options.address, timeout=10)
+    except (OSError, TimeoutError, ValueError) as error:
+        raise InputError(
+            f"--address {options.address}: there is no Dask scheduler: {error}"
+        ) from error
+    with client:
+        yield client.get_executor(pure=False)
+
+
+def _print(result: "SuiteResult", options: argparse.Namespace) -> None:
+    from hunav_drake.benchmark.relations import judge, share_that_holds
+    from hunav_drake.benchmark.tables import (
+        behavior_tables,
+        scenario_tables,
+        to_text,
+    )
+    from hunav_drake.benchmark.writing import suite_json
+
+    if options.json:
+        print(suite_json(result))
+        return
+    for table in (*scenario_tables(result), *behavior_tables(result)):
+        print(to_text(table), end="\n\n")
+    judgements = judge(result)
+    for it in judgements:
+        print(f"{it.verdict:10}  {it.number:2}  {it.scenarios}: {it.text}")
+        if it.verdict != "holds":
+            print(f"                {it.numbers}")
+    if judgements:
+        share = share_that_holds(judgements)
+        print(f"\nOf the strong relations {100 * share:.0f} % hold.")
+    for row in result.failures[:20]:
+        print(f"{row.cell}, seed {row.seed}: {row.end_message}")
+    if len(result.failures) > 20:
+        print(f"... and {len(result.failures) - 20} more failures")
+
+
+class _Progress:
+    """Shows how many runs are done, if the output is a terminal."""
+
+    def __init__(self, options: argparse.Namespace) -> None:
+        from tqdm import tqdm
+
+        disable = True if options.quiet else None
+        self._bar = tqdm(total=0, disable=disable, leave=False, unit="run")
+        self._metric = options.show
+        self._sum = self._count = self._failures = 0.0
+
+    def __enter__(self) -> "_Progress":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._bar.close()
+
+    def show(self, row: "RunRow", done: int, total: int) -> None:
+        value = row.metrics.get(self._metric, math.nan)
+        if math.isfinite(value):
+            self._sum += value
+            self._count += 1
+        self._failures += row.end_reason == "error"
+        if self._bar.disable:
+            return
+        self._bar.total = total
+        told = {"failures": f"{self._failures:.0f}"}
+        if self._count:
+            told[self._metric] = f"{self._sum / self._count:.3g}"
+        self._bar.set_postfix(told, refresh=False)
+        self._bar.update(done - self._bar.n)

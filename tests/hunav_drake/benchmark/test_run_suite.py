@@ -1,0 +1,294 @@
+import dataclasses
+import json
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from hunav_drake.benchmark import LoadSuite, RunSuite, Suite
+from hunav_drake.benchmark.run_log import NAME, RunLog, read_rows
+from hunav_drake.benchmark.worker import Task
+from hunav_drake.scenario import ScenarioError
+from hunav_drake.systems.planning import (
+    Plan,
+    Planner,
+    PlannerStatus,
+    register_planner,
+)
+
+SUITE = """
+name: small
+scenarios: [crossing]
+planners: [pursuit, {name: pursuit, cruise_speed: 0.4, label: slow}]
+overrides: [simulation.duration=2.0]
+seeds: 4
+"""
+
+
+@pytest.fixture
+def suite():
+    return LoadSuite(data=SUITE)
+
+
+@pytest.fixture(scope="module")
+def reference():
+    return RunSuite(LoadSuite(data=SUITE), workers=1).runs()
+
+
+def assert_same(runs, reference):
+    pd.testing.assert_frame_equal(runs, reference, check_exact=True)
+
+
+def test_a_row_for_each_run_in_the_order_of_the_suite(reference):
+    assert list(reference.planner) == ["pursuit"] * 4 + ["slow"] * 4
+    assert list(reference.seed) == [0, 1, 2, 3] * 2
+    assert (reference.end_reason == "timeout").all()
+    fast, slow = reference.path_length[:4], reference.path_length[4:]
+    assert (fast.to_numpy() > slow.to_numpy()).all()
+
+
+def test_equals_single_trials(reference):
+    from hunav_drake import LoadScenario, RunTrial
+
+    scenario = LoadScenario(
+        filename="crossing", overrides=["simulation.duration=2.0"]
+    )
+    metrics = RunTrial(scenario, 3).metrics
+    row = reference[(reference.planner == "pursuit") & (reference.seed == 3)]
+    for name, value in metrics.items():
+        np.testing.assert_array_equal(row[name].to_numpy(), [value])
+
+
+def test_stopped_and_resumed_gives_the_same(suite, reference, tmp_path):
+    class Stop(Exception):
+        pass
+
+    def stop(row, done, total):
+        assert total == 8
+        if done == 3:
+            raise Stop
+
+    with pytest.raises(Stop):
+        RunSuite(suite, out=tmp_path, workers=1, progress=stop)
+    kept = list(read_rows(tmp_path / NAME))
+    assert 3 <= len(kept) < 8
+    seen = []
+    result = RunSuite(
+        suite,
+        out=tmp_path,
+        workers=1,
+        progress=lambda row, done, total: seen.append(row.key),
+    )
+    assert_same(result.runs(), reference)
+    assert not set(seen) & {row.key for row in kept}
+    # All is there: nothing is run.
+    again = RunSuite(suite, out=tmp_path, workers=1, progress=lambda *_: 1 / 0)
+    assert_same(again.runs(), reference)
+
+
+def test_a_cut_off_line_is_run_again(suite, reference, tmp_path):
+    RunSuite(suite, out=tmp_path, workers=1)
+    path = tmp_path / NAME
+    path.write_bytes(path.read_bytes()[:-100])
+    assert_same(RunSuite(suite, out=tmp_path, workers=1).runs(), reference)
+    assert len(list(read_rows(path))) == 8
+
+
+def test_a_damaged_line_is_told_by_its_number(suite, tmp_path):
+    RunSuite(suite, out=tmp_path, workers=1)
+    path = tmp_path / NAME
+    lines = path.read_text().splitlines(keepends=True)
+    path.write_text(lines[0] + "{}\n" + "".join(lines[2:]))
+    with pytest.raises(ValueError, match=r"runs.jsonl:2: is damaged.*take"):
+        RunSuite(suite, out=tmp_path, workers=1)
+
+
+def test_a_changed_scenario_is_noticed(suite, tmp_path):
+    RunSuite(suite, out=tmp_path, workers=1)
+    changed = dataclasses.replace(suite, overrides=["simulation.duration=1.0"])
+    with pytest.raises(ValueError, match=r"4 of crossing/pursuit.*--fresh"):
+        RunSuite(changed, out=tmp_path, workers=1)
+    result = RunSuite(changed, out=tmp_path, workers=1, fresh=True)
+    assert (result.runs().end_time == 1.0).all()
+    assert len(list(read_rows(tmp_path / "runs_old.jsonl"))) == 8
+
+
+def test_two_drivers_cannot_share_a_folder(suite, tmp_path):
+    with (
+        RunLog(tmp_path),
+        pytest.raises(BlockingIOError, match="in use by another"),
+    ):
+        RunSuite(suite, out=tmp_path, workers=1)
+
+
+def test_worker_processes_change_nothing(suite, reference, tmp_path):
+    result = RunSuite(suite, out=tmp_path, workers=2)
+    assert_same(result.runs(), reference)
+    assert len(list((tmp_path / "recordings").iterdir())) == 2
+
+
+def test_any_executor_will_do(suite, reference):
+    from concurrent.futures import ThreadPoolExecutor
+
+    with ThreadPoolExecutor(1) as executor:
+        assert_same(RunSuite(suite, executor=executor).runs(), reference)
+
+
+@register_planner("fails_at_odd_seeds")
+class Failing(Planner):
+    def plan(self, task, view, memory):
+        if view.robot[0] > 1.0005:
+            raise RuntimeError("lost its way")
+        return Plan(0.2, 0.0, PlannerStatus.DRIVING)
+
+
+def test_a_bad_run_is_a_row_with_its_reason(suite):
+    mixed = dataclasses.replace(
+        suite, planners=["fails_at_odd_seeds", "pursuit"], seeds=2
+    )
+    mixed.overrides = [
+        "simulation.duration=2.0",
+        "robot.start=[1.0, -4.75, 0.0]",
+    ]
+    result = RunSuite(mixed, workers=1)
+    assert [row.seed for row in result.failures] == [0, 1]
+    assert all("lost its way" in row.end_message for row in result.failures)
+    assert list(result.runs().end_reason) == ["error"] * 2 + ["timeout"] * 2
+
+
+def test_stops_when_a_mean_is_known_whoever_is_first(suite):
+    until = {"metric": "path_length", "half_width": 1e-4, "least": 3}
+    known = dataclasses.replace(suite, until=until, seeds=50)
+    one = RunSuite(known, workers=1).runs()
+    # (All paths are equal to 1e-4 from the third run on.)
+    assert (one.groupby("planner").size() < 50).all()
+    wide = dataclasses.replace(
+        suite,
+        until={"metric": "min_dist_to_people", "half_width": 1e-9},
+        seeds=8,
+    )
+    assert len(RunSuite(wide, workers=1).runs()) == 16
+
+
+def test_seeds_and_repetitions(suite):
+    twice = dataclasses.replace(
+        suite, planners=["pursuit"], seeds=[7, 3], repetitions=2
+    )
+    runs = RunSuite(twice, workers=1).runs()
+    assert list(runs.seed) == [7, 7, 3, 3]
+    assert list(runs.repetition) == [0, 1, 0, 1]
+    a = runs[runs.repetition == 0].path_length.to_numpy()
+    b = runs[runs.repetition == 1].path_length.to_numpy()
+    np.testing.assert_array_equal(a, b)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("scenarios: []", "scenarios: must be a list of at least 1"),
+        ("scenarios: [passing]\nseeds: 0", "data:2: seeds: must be how many"),
+        ("scenarios: [passing]\nseeds: [1, 1]", "a list of different seeds"),
+        ("scenarios: [passing]\nplaner: x", "did you mean 'planners'"),
+        ("scenarios: [passing]\nuntil: {metric: a}", "half_width: is missing"),
+        ("", "is empty"),
+    ],
+)
+def test_faults_of_a_suite_have_their_place(text, message):
+    with pytest.raises(ScenarioError) as caught:
+        LoadSuite(data=text)
+    assert message in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"scenarios": ["pasing"]}, "did you mean passing"),
+        ({"planners": ["dwbb"]}, "dwbb"),
+        ({"overrides": ["robot.radius=-1"]}, "robot.radius"),
+        ({"scenarios": ["crossing", "crossing"]}, "two cells are called"),
+    ],
+)
+def test_the_whole_suite_is_checked_before_anything_runs(changes, message):
+    suite = dataclasses.replace(LoadSuite(data=SUITE), **changes)
+    with pytest.raises(ScenarioError) as caught:
+        RunSuite(suite, workers=1, progress=lambda *_: 1 / 0)
+    assert message in str(caught.value)
+
+
+def test_relative_paths_begin_at_the_suite(tmp_path, hunav):
+    from hunav_drake import LoadScenario, SaveScenario
+
+    scenario = LoadScenario(
+        filename="crossing", overrides=["simulation.duration=1.0"]
+    )
+    SaveScenario(scenario, tmp_path / "room.yaml")
+    file = tmp_path / "suite.yaml"
+    file.write_text("scenarios: [room.yaml]\nseeds: 1\n")
+    code, out, err = hunav(
+        "bench", file, "--out", tmp_path / "out", "--workers", 1
+    )
+    assert code == 0, err
+    assert "time_to_reach_goal" in out
+    assert (tmp_path / "out" / "suite" / "report.html").is_file()
+
+
+@pytest.mark.slow
+def test_killed_at_any_instant_and_resumed(suite, tmp_path):
+    suite.seeds = 10
+    reference = RunSuite(suite, workers=1).runs()
+    file = tmp_path / "small.yaml"
+    file.write_text(SUITE.replace("seeds: 4", "seeds: 10"))
+    out = tmp_path / "out"
+    command = [
+        *(sys.executable, "-m", "hunav_drake.cli", "bench", str(file)),
+        *("--out", str(out), "--workers", "2", "--quiet"),
+    ]
+    draws = np.random.default_rng(0).uniform(0.5, 12.0, size=20)
+    for seconds in draws:
+        process = subprocess.Popen(
+            command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+        )
+        time.sleep(seconds)
+        process.kill()
+        process.wait()
+        rows = list(read_rows(out / "small" / NAME)) if out.exists() else []
+        assert len({row.key for row in rows}) == len(rows)
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+    result = RunSuite(suite, out=out / "small", progress=lambda *_: 1 / 0)
+    assert_same(result.runs(), reference)
+
+
+def test_tasks_are_small_enough_to_send(suite):
+    import pickle
+
+    task = Task(cell="a/b", sha256="0" * 64, text="x" * 5000, runs=((0, 0),))
+    assert len(pickle.dumps(task)) < 6000
+    assert task.one(3, 1).runs == ((3, 1),)
+
+
+def test_rows_are_read_back_to_the_last_bit(suite, tmp_path):
+    result = RunSuite(suite, out=tmp_path, workers=1)
+    for row, line in zip(
+        sorted(result.rows, key=lambda r: r.key),
+        sorted(read_rows(tmp_path / NAME), key=lambda r: r.key),
+        strict=True,
+    ):
+        assert json.dumps(row.metrics) == json.dumps(line.metrics)
+        assert row.end_time == line.end_time
+
+
+def test_a_suite_in_python_is_that_of_a_file(suite):
+    made = Suite(
+        name="small",
+        scenarios=["crossing"],
+        planners=[
+            "pursuit",
+            {"name": "pursuit", "cruise_speed": 0.4, "label": "slow"},
+        ],
+        overrides=["simulation.duration=2.0"],
+        seeds=4,
+    )
+    assert made == suite
