@@ -276,10 +276,16 @@ def test_shipped_scenarios_load_and_survive_saving(name):
 
 def test_scenarios_are_shipped():
     assert list(ListScenarios()) == [
+        "approaching",
         "cafe",
         "combined",
+        "corridor_dense",
         "crossing",
+        "doorway",
+        "following",
+        "overtaking",
         "passing",
+        "queue",
         "reaction_cooperative",
         "reaction_curious",
         "reaction_distracted",
