@@ -1,3 +1,10 @@
+from .benchmark import (
+    ListSuites as ListSuites,
+    LoadSuite as LoadSuite,
+    RunSuite as RunSuite,
+    Suite as Suite,
+    SuiteResult as SuiteResult,
+)
 from .context_file import LoadContext as LoadContext, SaveContext as SaveContext
 from .humans import (
     AddHumans as AddHumans,

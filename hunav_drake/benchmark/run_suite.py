@@ -7,15 +7,19 @@ import os
 from pathlib import Path
 import time
 
-from hunav_drake.benchmark.cell import make_cells
-from hunav_drake.benchmark.plan import CellPlan
-from hunav_drake.benchmark.pool import InlineExecutor, WorkerPool, is_broken
-from hunav_drake.benchmark.recordings import keep_recording
-from hunav_drake.benchmark.run_log import RunLog
-from hunav_drake.benchmark.run_row import RunRow, failed_row
+from hunav_drake.benchmark.running.cell import make_cells
+from hunav_drake.benchmark.running.plan import CellPlan
+from hunav_drake.benchmark.running.pool import (
+    InlineExecutor,
+    WorkerPool,
+    is_broken,
+)
+from hunav_drake.benchmark.running.recordings import keep_recording
+from hunav_drake.benchmark.running.run_log import RunLog
+from hunav_drake.benchmark.running.run_row import RunRow, failed_row
+from hunav_drake.benchmark.running.worker import Task, do_task, warm_up
 from hunav_drake.benchmark.suite import Suite
 from hunav_drake.benchmark.suite_result import SuiteResult
-from hunav_drake.benchmark.worker import Task, do_task, warm_up
 
 # How often a task is given out again whose worker has died.
 _ATTEMPTS = 3

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pandas as pd
 
-from hunav_drake.benchmark.cell import Cell
-from hunav_drake.benchmark.run_row import ERROR, RunRow
+from hunav_drake.benchmark.running.cell import Cell
+from hunav_drake.benchmark.running.run_row import ERROR, RunRow
 from hunav_drake.benchmark.suite import Suite
 from hunav_drake.results.metric_facts import FACTS, facts_of
 from hunav_drake.results.statistics import summarize

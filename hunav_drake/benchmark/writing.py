@@ -7,13 +7,13 @@ from typing import Any
 
 import pandas as pd
 
-from hunav_drake.benchmark.relations import judge
-from hunav_drake.benchmark.suite_result import SuiteResult
-from hunav_drake.benchmark.tables import (
+from hunav_drake.benchmark.comparison.relations import judge
+from hunav_drake.benchmark.comparison.tables import (
     behavior_tables,
     scenario_tables,
     to_latex,
 )
+from hunav_drake.benchmark.suite_result import SuiteResult
 from hunav_drake.report.suite_page import suite_page
 from hunav_drake.systems.common.files import atomic_write
 

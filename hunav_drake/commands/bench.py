@@ -13,7 +13,7 @@ from hunav_drake.commands.errors import DONE, FAILED, InputError, input_errors
 from hunav_drake.commands.options import add_import_option
 
 if TYPE_CHECKING:
-    from hunav_drake.benchmark.run_row import RunRow
+    from hunav_drake.benchmark.running.run_row import RunRow
     from hunav_drake.benchmark.suite import Suite
     from hunav_drake.benchmark.suite_result import SuiteResult
 
@@ -202,8 +202,11 @@ def _executor(options: argparse.Namespace) -> Iterator[Any]:
 
 
 def _print(result: "SuiteResult", options: argparse.Namespace) -> None:
-    from hunav_drake.benchmark.relations import judge, share_that_holds
-    from hunav_drake.benchmark.tables import (
+    from hunav_drake.benchmark.comparison.relations import (
+        judge,
+        share_that_holds,
+    )
+    from hunav_drake.benchmark.comparison.tables import (
         behavior_tables,
         scenario_tables,
         to_text,

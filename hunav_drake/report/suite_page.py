@@ -7,14 +7,18 @@ from typing import Any
 
 import pandas as pd
 
-from hunav_drake.benchmark.recordings import recording_path
-from hunav_drake.benchmark.relations import Judgement, judge, share_that_holds
-from hunav_drake.benchmark.suite_result import SuiteResult
-from hunav_drake.benchmark.tables import (
+from hunav_drake.benchmark.comparison.relations import (
+    Judgement,
+    judge,
+    share_that_holds,
+)
+from hunav_drake.benchmark.comparison.tables import (
     Table as SuiteTable,
     behavior_tables,
     scenario_tables,
 )
+from hunav_drake.benchmark.running.recordings import recording_path
+from hunav_drake.benchmark.suite_result import SuiteResult
 from hunav_drake.report.batch_tables import paired_tables
 from hunav_drake.report.environment import template_environment
 from hunav_drake.report.figures import ReportFigure, run_figures

@@ -5,20 +5,20 @@ import numpy as np
 import pytest
 
 from hunav_drake.benchmark import LoadSuite, SuiteResult
-from hunav_drake.benchmark.cell import Cell
-from hunav_drake.benchmark.paper import (
+from hunav_drake.benchmark.comparison.paper import (
     METRICS,
     PUBLISHED,
     PUBLISHED_BY_BEHAVIOR,
 )
-from hunav_drake.benchmark.relations import judge, share_that_holds
-from hunav_drake.benchmark.run_row import RunRow
-from hunav_drake.benchmark.tables import (
+from hunav_drake.benchmark.comparison.relations import judge, share_that_holds
+from hunav_drake.benchmark.comparison.tables import (
     behavior_tables,
     scenario_tables,
     to_latex,
     to_text,
 )
+from hunav_drake.benchmark.running.cell import Cell
+from hunav_drake.benchmark.running.run_row import RunRow
 from hunav_drake.scenario import ScenarioError
 
 # The means of the paper's tables hold their own relations, but for these: two

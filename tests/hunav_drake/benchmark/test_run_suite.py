@@ -9,8 +9,8 @@ import pandas as pd
 import pytest
 
 from hunav_drake.benchmark import LoadSuite, RunSuite, Suite
-from hunav_drake.benchmark.run_log import NAME, RunLog, read_rows
-from hunav_drake.benchmark.worker import Task
+from hunav_drake.benchmark.running.run_log import NAME, RunLog, read_rows
+from hunav_drake.benchmark.running.worker import Task
 from hunav_drake.scenario import ScenarioError
 from hunav_drake.systems.planning import (
     Plan,

@@ -12,8 +12,8 @@ from typing import Literal
 import numpy as np
 import pandas as pd
 
-from hunav_drake.benchmark.identities import IDENTITIES
-from hunav_drake.benchmark.means import Means
+from hunav_drake.benchmark.comparison.identities import IDENTITIES
+from hunav_drake.benchmark.comparison.means import Means
 from hunav_drake.benchmark.suite import Relation, Strength
 from hunav_drake.benchmark.suite_result import SuiteResult
 from hunav_drake.systems.common.arrays import Array

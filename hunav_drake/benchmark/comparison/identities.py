@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from hunav_drake.benchmark.means import Means
+from hunav_drake.benchmark.comparison.means import Means
 from hunav_drake.systems.common.arrays import Array
 
 P, C, K = "passing", "crossing", "combined"

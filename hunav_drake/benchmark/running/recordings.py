@@ -3,7 +3,7 @@
 from pathlib import Path
 import re
 
-from hunav_drake.benchmark.run_row import RunRow
+from hunav_drake.benchmark.running.run_row import RunRow
 
 FOLDER = "recordings"
 

@@ -6,12 +6,12 @@ import math
 
 import pandas as pd
 
-from hunav_drake.benchmark.paper import (
+from hunav_drake.benchmark.comparison.paper import (
     METRICS,
     PUBLISHED,
     PUBLISHED_BY_BEHAVIOR,
 )
-from hunav_drake.benchmark.relations import Judgement
+from hunav_drake.benchmark.comparison.relations import Judgement
 from hunav_drake.benchmark.suite_result import SuiteResult
 from hunav_drake.results.metric_facts import unit_of
 from hunav_drake.results.quantity_text import number_text, unit_text

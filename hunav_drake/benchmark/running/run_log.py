@@ -10,8 +10,12 @@ import os
 from pathlib import Path
 from typing import BinaryIO, Self
 
-from hunav_drake.benchmark.cell import Cell
-from hunav_drake.benchmark.run_row import RunRow, row_from_json, row_to_json
+from hunav_drake.benchmark.running.cell import Cell
+from hunav_drake.benchmark.running.run_row import (
+    RunRow,
+    row_from_json,
+    row_to_json,
+)
 
 NAME = "runs.jsonl"
 

@@ -5,10 +5,10 @@ import math
 
 import numpy as np
 
-from hunav_drake.benchmark.cell import Cell
-from hunav_drake.benchmark.run_row import RunRow
+from hunav_drake.benchmark.running.cell import Cell
+from hunav_drake.benchmark.running.run_row import RunRow
+from hunav_drake.benchmark.running.worker import Task
 from hunav_drake.benchmark.suite import Suite
-from hunav_drake.benchmark.worker import Task
 
 # So many runs go to a worker at once: it makes the diagram of a cell only when
 # it is given another cell, and who stops the suite loses no more than these.

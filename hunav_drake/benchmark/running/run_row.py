@@ -4,7 +4,7 @@ import json
 import math
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from hunav_drake.benchmark.extras import extra_values
+from hunav_drake.benchmark.running.extras import extra_values
 
 if TYPE_CHECKING:
     from hunav_drake.results.trial_result import TrialResult

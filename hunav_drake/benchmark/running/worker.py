@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import time
 from typing import Any, Self
 
-from hunav_drake.benchmark.run_row import RunRow, failed_row, make_row
+from hunav_drake.benchmark.running.run_row import RunRow, failed_row, make_row
 from hunav_drake.commands.user_code import fault_of_user_code
 
 

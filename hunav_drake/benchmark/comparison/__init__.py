@@ -1,0 +1,1 @@
+"""How the planners of a suite compare: means, tables and relations."""

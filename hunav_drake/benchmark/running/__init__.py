@@ -1,0 +1,1 @@
+"""How the runs of a suite are given out, done and kept."""
