@@ -11,7 +11,6 @@ from hunav_drake.humans import MakeHumans
 from hunav_drake.systems.people.population import draw_bodies, draw_population
 from hunav_drake.systems.people.population_config import (
     AgeBand,
-    Area,
     CohortConfig,
     PopulationConfig,
     SpeedDistribution,
