@@ -24,11 +24,12 @@ from hunav_drake.systems.common.random_streams import Purpose, draw_uniform
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.people.traffic import Source, Traffic, place_party
 
-# What is counted of a source: the parties (people or groups) that have come to
-# it, the time since the last did, in seconds, the parties that have come in,
-# whose turn it is, and the people who have come in.
-CAME, SINCE, ENTERED, TURN, PEOPLE = range(5)
-SOURCE_SIZE = 5
+# What is known of a source: how many parties (people or groups) have come to
+# it, the time since the last did and that from it to the next, in seconds (0
+# before it is drawn), how many parties have come in, whose turn it is, and how
+# many people have come in.
+CAME, SINCE, GAP, ENTERED, TURN, PEOPLE = range(6)
+SOURCE_SIZE = 6
 
 # Who has left stays outside for this time at least, in seconds, so that one
 # can see it.
@@ -144,6 +145,8 @@ class Doors:
         ready = (bound | done) & ~is_outside(after.states)
         for s, area in enumerate(self._areas):
             rows = np.flatnonzero(ready & (self._sink_of == s))
+            if not rows.size:
+                continue
             places = shapely.points(after.states[rows, : Y + 1])
             gone = rows[shapely.distance(area, places) <= reach[rows]]
             after.states[gone] = 0.0
@@ -157,9 +160,12 @@ class Doors:
         if source.rate == 0:
             return
         count[SINCE] += self._time_step
-        while count[SINCE] >= (gap := _gap(source, int(count[CAME]), seed)):
-            count[SINCE] -= gap
+        if count[GAP] == 0:
+            count[GAP] = _gap(source, int(count[CAME]), seed)
+        while count[SINCE] >= count[GAP]:
+            count[SINCE] -= count[GAP]
             count[CAME] += 1
+            count[GAP] = _gap(source, int(count[CAME]), seed)
 
     def _let_in(
         self,

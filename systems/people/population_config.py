@@ -246,11 +246,7 @@ class SourceConfig(MembersConfig):
     max_present: Annotated[Integer, Field(ge=1, le=5000)]
 
     # The sinks at which they leave, as above; one at least.
-    sinks: Annotated[
-        dict[StrictStr, Weight],
-        Field(min_length=1),
-        AfterValidator(_check_weights),
-    ]
+    sinks: Annotated[dict[StrictStr, Weight], AfterValidator(_check_weights)]
 
     @property
     def number(self) -> int:

@@ -286,6 +286,7 @@ def test_scenarios_are_shipped():
         "reaction_scared",
         "reaction_surprised",
         "reaction_threatening",
+        "station",
     ]
 
 
