@@ -15,10 +15,9 @@ from pydrake.systems.framework import (
 from pydrake.systems.primitives import Multiplexer
 
 from hunav_drake.systems.behavior import BehaviorTree, LoadBehaviors
-from hunav_drake.systems.behavior.open_behavior_tree import OpenBehaviorTree
 from hunav_drake.systems.common.checks import check_kind
 from hunav_drake.systems.common.suggest import did_you_mean
-from hunav_drake.systems.crowd import CrowdConfig, HumanCrowd, OpenCrowd
+from hunav_drake.systems.crowd import CrowdConfig, HumanCrowd
 from hunav_drake.systems.people import HumanConfig
 from hunav_drake.systems.people.names import check_consistent, name_people
 from hunav_drake.systems.people.profile import complete_people
@@ -122,10 +121,17 @@ def MakeHumans(
         separate_trees = len(humans) <= MAX_SEPARATE_TREES
     builder = DiagramBuilder()
     traffic = options.get("traffic")
-    make_crowd: Any = (
-        HumanCrowd if traffic is None else partial(OpenCrowd, traffic=traffic)
-    )
-    make_tree = BehaviorTree if traffic is None else OpenBehaviorTree
+    make_crowd: Any = HumanCrowd
+    make_tree = BehaviorTree
+    if traffic is not None:
+        # Few ask for it, and it takes a moment to load.
+        from hunav_drake.systems.behavior.open_behavior_tree import (
+            OpenBehaviorTree,
+        )
+        from hunav_drake.systems.crowd.open_crowd import OpenCrowd
+
+        make_crowd = partial(OpenCrowd, traffic=traffic)
+        make_tree = OpenBehaviorTree
     crowd = builder.AddNamedSystem(
         "crowd",
         make_crowd(

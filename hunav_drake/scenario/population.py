@@ -1,6 +1,6 @@
 """The people of a scenario: those listed, and those drawn."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 import dataclasses as dc
 
 from hunav_drake.scenario.error import Finding, Loc, path_text, shown
@@ -13,7 +13,11 @@ from hunav_drake.systems.people.population import (
     PopulationError,
     draw_with_traffic,
 )
-from hunav_drake.systems.people.population_config import PopulationConfig
+from hunav_drake.systems.people.population_config import (
+    CohortConfig,
+    PopulationConfig,
+    SourceConfig,
+)
 from hunav_drake.systems.people.traffic import Traffic
 
 
@@ -97,11 +101,14 @@ def _check_names(
     listed = {h.name: i for i, h in enumerate(scenario.humans) if h.name}
     drawn = iter(people)
     population = scenario.population
-    kinds = (("cohorts", population.cohorts), ("sources", population.sources))
+    kinds: list[tuple[str, Sequence[CohortConfig | SourceConfig]]] = [
+        ("cohorts", population.cohorts),
+        ("sources", population.sources),
+    ]
     for kind, i, members in (
         (kind, i, members)
-        for kind, all_members in kinds
-        for i, members in enumerate(all_members)
+        for kind, everybody in kinds
+        for i, members in enumerate(everybody)
     ):
         for _ in range(members.number):
             name = next(drawn).name

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 import math
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,8 +39,9 @@ REST = 1.0
 _SAME = 1e-6
 
 # Who is at the last goal, as behavior trees see it, may be farther from the
-# sink by this, in meters: they stop before others who stand at a goal.
-_SHORT_OF = 1.0
+# sink by this, in meters, times the square root of how many people are here:
+# trees let people stop short of others who stand at a goal.
+_SHORT_OF = 0.5
 
 
 class Passage(NamedTuple):
@@ -60,6 +61,16 @@ class Passage(NamedTuple):
     rests: Array
     departures: Array
     moved: Mask
+
+    def copy(self) -> Self:
+        """Returns a copy, for what follows."""
+        return type(self)(
+            states=self.states.copy(),
+            counts=self.counts.copy(),
+            rests=self.rests.copy(),
+            departures=self.departures.copy(),
+            moved=self.moved.copy(),
+        )
 
 
 class Doors:
@@ -127,7 +138,7 @@ class Doors:
             robots: Shape (m, 7): rows of `robot_states`.
             seed: What the times and places of those who come in follow from.
         """
-        after = Passage(*(part.copy() for part in passage))
+        after = passage.copy()
         after.rests[:] = np.maximum(after.rests - self._time_step, 0.0)
         self._leave(after, commands)
         for count, source in zip(after.counts, self.sources, strict=True):
@@ -141,8 +152,10 @@ class Doors:
         has_goal = commands[:, Command.HAS_GOAL] != 0
         bound = has_goal & (abs(goals - self._exits) < _SAME).all(axis=1)
         done = ~has_goal & (commands[:, Command.HOLD] == 0)
-        reach = self._reach + np.where(done, _SHORT_OF, 0.0)
-        ready = (bound | done) & ~is_outside(after.states)
+        here = ~is_outside(after.states)
+        short_of = _SHORT_OF * math.sqrt(np.count_nonzero(here) + 1)
+        reach = self._reach + np.where(done, short_of, 0.0)
+        ready = (bound | done) & here
         for s, area in enumerate(self._areas):
             rows = np.flatnonzero(ready & (self._sink_of == s))
             if not rows.size:
