@@ -245,7 +245,9 @@ class SourceConfig(MembersConfig):
     # has left comes back in turn.
     max_present: Annotated[Integer, Field(ge=1, le=5000)]
 
-    # The sinks at which they leave, as above; one at least.
+    # The sinks at which they leave, after their goals, one at least, with
+    # weights in proportion to which one of them is drawn for each person or
+    # group.
     sinks: Annotated[dict[StrictStr, Weight], AfterValidator(_check_weights)]
 
     @property

@@ -1,5 +1,7 @@
 """People who come and go in trials."""
 
+import itertools
+
 import numpy as np
 from pydrake.systems.analysis import Simulator
 import pytest
@@ -207,6 +209,30 @@ def test_a_trial_goes_on_from_a_file(scenario, result, tmp_path):
     simulator.AdvanceTo(20.0)
     got = GetTrialResult(scenario, second, simulator.get_context())
     assert got.recording == result.recording
+
+
+def test_figures_of_those_outside_are_out_of_sight(diagram):
+    """No camera reaches so far, and the browser shows no way there."""
+    scene = diagram.GetSubsystemByName("scene")
+    graph = scene.GetSubsystemByName("scene_graph")
+    inspector = graph.model_inspector()
+    frames = [
+        next(
+            frame
+            for frame in inspector.GetAllFrameIds()
+            if inspector.GetName(frame).endswith(f"{human.name}::base")
+        )
+        for human in draw_people(station())
+    ]
+    for context in itertools.islice(steps(diagram, 12.0), 0, None, 40):
+        query = diagram.GetOutputPort("query").Eval(context)
+        rows = rows_of(diagram, context)
+        for frame, row, out in zip(frames, rows, is_outside(rows), strict=True):
+            place = query.GetPoseInWorld(frame).translation()
+            if out:
+                assert np.hypot(*place[:2]) > 1e6
+            else:
+                np.testing.assert_allclose(place[:2], row[:2])
 
 
 def test_those_who_come_wait_while_all_are_here():

@@ -1,5 +1,6 @@
 """People who join a crowd at sources, and leave it at sinks."""
 
+from hypothesis import given, settings, strategies as st
 import numpy as np
 from pydrake.systems.analysis import Simulator
 import pytest
@@ -13,7 +14,14 @@ from hunav_drake.systems.common.layout import (
     is_outside,
 )
 from hunav_drake.systems.crowd import HumanCrowd, OpenCrowd
-from hunav_drake.systems.crowd.doors import CAME, SOURCE_SIZE, Doors, Passage
+from hunav_drake.systems.crowd.doors import (
+    CAME,
+    ENTERED,
+    PEOPLE,
+    SOURCE_SIZE,
+    Doors,
+    Passage,
+)
 from hunav_drake.systems.people.area import Area
 from hunav_drake.systems.people.population import draw_with_traffic
 from hunav_drake.systems.people.population_config import (
@@ -83,6 +91,9 @@ def passage(n, sources=1, sinks=1):
         departures=np.zeros(sinks),
         moved=np.zeros(n, dtype=bool),
     )
+
+
+BUSY = drawn(0.2, 12, group_sizes=[2, 1, 1])
 
 
 @pytest.fixture(scope="module")
@@ -192,6 +203,39 @@ def test_those_present_move_as_a_crowd_of_their_own(parts):
             forces[own].ravel(), plain.get_forces_output_port().Eval(other)
         )
         assert (np.delete(forces, own, axis=0) == 0).all()
+
+
+@settings(max_examples=30, deadline=None)
+@given(seed=st.integers(0, 2**32), rate=st.floats(0.1, 20.0))
+def test_whatever_happens_nobody_comes_twice_or_into_another(seed, rate):
+    """Others stand, walk and leave at random."""
+    people, traffic = BUSY
+    sources = [it._replace(rate=rate) for it in traffic.sources]
+    doors = Doors(people, traffic._replace(sources=tuple(sources)), 0.2)
+    rng = np.random.default_rng(seed)
+    bodies = np.array([human.contact_radius for human in people])
+    commands, nobody = straight(people), np.zeros((0, STATE_SIZE))
+    now = passage(len(people))
+    for _ in range(40):
+        here = ~is_outside(now.states)
+        moves = rng.uniform(-0.3, 1.0, (len(people), 2)) * here[:, None]
+        now.states[:, :2] += moves
+        now = now._replace(moved=np.zeros(len(people), dtype=bool))
+        after = doors.step(now, commands, nobody, seed)
+        new = after.moved & ~is_outside(after.states)
+        assert not (new & here).any()
+        there = ~is_outside(after.states)
+        for i in np.flatnonzero(new):
+            others = there.copy()
+            others[i] = False
+            apart = after.states[others, :2] - after.states[i, :2]
+            gaps = np.hypot(*apart.T) - bodies[others] - bodies[i]
+            assert gaps.min(initial=1.0) >= 0.1 - 1e-9
+        assert np.count_nonzero(there) == (
+            after.counts[0, PEOPLE] - after.departures[0]
+        )
+        assert after.counts[0, CAME] >= after.counts[0, ENTERED]
+        now = after
 
 
 def test_two_contexts_do_not_disturb_each_other(parts):
