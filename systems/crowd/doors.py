@@ -31,6 +31,11 @@ from hunav_drake.systems.people.traffic import Source, Traffic, place_party
 CAME, SINCE, GAP, ENTERED, TURN, PEOPLE = range(6)
 SOURCE_SIZE = 6
 
+# What is known of a sink: how many people have left, and how long it is before
+# the next one can, in seconds.
+LEFT, BUSY = range(2)
+SINK_SIZE = 2
+
 # Who has left stays outside for this time at least, in seconds, so that one
 # can see it.
 REST = 1.0
@@ -52,7 +57,7 @@ class Passage(NamedTuple):
         counts: Of sources, shape (s, SOURCE_SIZE).
         rests: How much longer each person stays outside at least, shape (n,),
             in seconds.
-        departures: How many people have left at each sink, shape (k,).
+        departures: Of sinks, shape (k, SINK_SIZE).
         moved: Who has just come in or left, shape (n,).
     """
 
@@ -158,15 +163,32 @@ class Doors:
         ready = (bound | done) & here
         for s, area in enumerate(self._areas):
             rows = np.flatnonzero(ready & (self._sink_of == s))
-            if not rows.size:
-                continue
             places = shapely.points(after.states[rows, : Y + 1])
-            gone = rows[shapely.distance(area, places) <= reach[rows]]
+            away = shapely.distance(area, places)
+            nearest = np.argsort(away, kind="stable")
+            near = nearest[away[nearest] <= reach[rows[nearest]]]
+            count = after.departures[s]
+            gone = rows[near[: self._pass(count, s, len(near))]]
             after.states[gone] = 0.0
             after.states[gone, : Y + 1] = OUTSIDE
             after.rests[gone] = REST
             after.moved[gone] = True
-            after.departures[s] += len(gone)
+            count[LEFT] += len(gone)
+
+    def _pass(self, count: Array, sink: int, most: int) -> int:
+        """Returns how many of those at a sink leave in the step."""
+        time = 1 / self.sinks[sink].rate
+        if time == 0:
+            return most
+        count[BUSY] -= self._time_step
+        number = 0
+        while number < most and count[BUSY] <= 0:
+            count[BUSY] += time
+            number += 1
+        if number == most:
+            # It does not save up the time in which nobody comes.
+            count[BUSY] = max(count[BUSY], self._time_step)
+        return number
 
     def _call(self, count: Array, source: Source, seed: int) -> None:
         """Counts the parties that come to a source in the step."""

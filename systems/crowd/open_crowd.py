@@ -23,7 +23,9 @@ from hunav_drake.systems.common.layout import (
 from hunav_drake.systems.crowd.doors import (
     CAME,
     ENTERED,
+    LEFT,
     PEOPLE,
+    SINK_SIZE,
     SOURCE_SIZE,
     Doors,
     Passage,
@@ -86,14 +88,16 @@ class OpenCrowd(HumanCrowd):
     in once there is a place where they touch nobody; they come in at rest, and
     keep their order. A source has a fixed number of people, who come in turn.
     If all are here, those who come wait until one has left. Who has reached
-    the sink that is the last goal is outside at once, for a second at least.
+    the sink that is the last goal is outside at once (or, at a sink that has a
+    rate, when it is their turn), for a second at least.
 
     Besides that of a `HumanCrowd`, the discrete state holds: for each source,
-    the row of `doors.CAME` and those that follow; n numbers, how much longer
-    each person stays outside at least, in seconds; and for each sink, how many
-    have left. Who is outside has (OUTSIDE, OUTSIDE) for a place in the first
-    vector, and nobody else has. What is drawn follows from the seed of the
-    Context. `SetStates` may put people outside, by such a row, or in.
+    the row of `doors.CAME` and what follows; n numbers, how much longer each
+    person stays outside at least, in seconds; and for each sink, the row of
+    `doors.LEFT` and what follows. Who is outside has (OUTSIDE, OUTSIDE) for a
+    place in the first vector, and nobody else has. What is drawn follows from
+    the seed of the Context. `SetStates` may put people outside, by such a row,
+    or in.
     """
 
     def __init__(
@@ -129,7 +133,7 @@ class OpenCrowd(HumanCrowd):
         sizes = (
             SOURCE_SIZE * len(traffic.sources),
             len(humans),
-            len(traffic.sinks),
+            SINK_SIZE * len(traffic.sinks),
         )
         self._counts, self._rests, self._departures = (
             self.DeclareDiscreteState(size) for size in sizes
@@ -225,8 +229,10 @@ class OpenCrowd(HumanCrowd):
         counts = self._GetRows(context, self._counts, SOURCE_SIZE)
         waiting = counts[:, CAME] - counts[:, ENTERED]
         per_source = np.column_stack([counts[:, PEOPLE], waiting])
-        departures = context.get_discrete_state(self._departures).value()
-        output.SetFromVector(np.concatenate([per_source.ravel(), departures]))
+        departures = self._GetRows(context, self._departures, SINK_SIZE)
+        output.SetFromVector(
+            np.concatenate([per_source.ravel(), departures[:, LEFT]])
+        )
 
     def _Update(self, context: Context, discrete_state: DiscreteValues) -> None:
         states = self._GetState(context).copy()
@@ -240,7 +246,7 @@ class OpenCrowd(HumanCrowd):
                 states=states,
                 counts=self._GetRows(context, self._counts, SOURCE_SIZE),
                 rests=context.get_discrete_state(self._rests).value(),
-                departures=context.get_discrete_state(self._departures).value(),
+                departures=self._GetRows(context, self._departures, SINK_SIZE),
                 moved=np.zeros(len(states), dtype=bool),
             ),
             self._commands.Eval(context).reshape(-1, COMMAND_SIZE),

@@ -1,6 +1,7 @@
 """Draws the people of a population."""
 
 from collections.abc import Mapping, Sequence
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -174,7 +175,8 @@ def _traffic(
     return Traffic(
         sources=tuple(sources),
         sinks=tuple(
-            Sink(it.name, it.area.vertices(), it.radius) for it in config.sinks
+            Sink(it.name, it.area.vertices(), it.radius, it.rate or math.inf)
+            for it in config.sinks
         ),
         sink_of=np.array([places.get(way.sink, -1) for way in ways], dtype=int),
         exits=np.array(

@@ -275,6 +275,10 @@ class SinkConfig:
     # near as their own `goal_radius`.
     radius: Length = 0.3
 
+    # How many people leave per second, at most, as through a turnstile, the
+    # nearest first; the others wait for it. By default, any number.
+    rate: Annotated[StrictFloat, within(0.01, 100, "people/s")] | None = None
+
 
 @dataclass(kw_only=True, slots=True, config=CONFIG)
 class PopulationConfig:

@@ -6,6 +6,7 @@ Context. Who is outside has a row of `layout.OUTSIDE`.
 """
 
 from collections.abc import Sequence
+import math
 from typing import NamedTuple, Self
 
 import numpy as np
@@ -46,11 +47,13 @@ class Sink(NamedTuple):
         vertices: The corners of its area in W, shape (k, 2), in meters; one
             for a point.
         radius: From how far of it people are gone, in meters.
+        rate: How many people leave per second, at most.
     """
 
     name: str
     vertices: Array
     radius: float
+    rate: float = math.inf
 
 
 class Traffic(NamedTuple):

@@ -286,6 +286,23 @@ def test_groups_come_in_together(diagram):
     assert len(seen) > 1
 
 
+def test_people_wait_at_a_sink_until_it_is_their_turn():
+    """Nobody is left behind, however many stand before it."""
+    trial = make(
+        "robot.goal=null",
+        "population.cohorts=[{number: 8, start: [{rectangle: [3, -3, 11, 3]}],"
+        " sinks: {east: 1}}]",
+        "population.sources=[]",
+        "population.sinks[1].rate=0.8",
+    )
+    left = [
+        counts_of(trial, context).departures["east"]
+        for context in steps(trial, 20.0)
+    ]
+    assert left[-1] == 8
+    assert np.diff(np.flatnonzero(np.diff(left, prepend=0))).min() >= 24
+
+
 def test_people_of_a_cohort_leave_for_good():
     trial = make(
         "population.cohorts=[{number: 5, start: [{rectangle: [8, 0, 11, 3]}],"

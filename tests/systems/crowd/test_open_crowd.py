@@ -17,7 +17,9 @@ from hunav_drake.systems.crowd import HumanCrowd, OpenCrowd
 from hunav_drake.systems.crowd.doors import (
     CAME,
     ENTERED,
+    LEFT,
     PEOPLE,
+    SINK_SIZE,
     SOURCE_SIZE,
     Doors,
     Passage,
@@ -88,7 +90,7 @@ def passage(n, sources=1, sinks=1):
         states=np.full((n, 6), OUTSIDE),
         counts=np.zeros((sources, SOURCE_SIZE)),
         rests=np.zeros(n),
-        departures=np.zeros(sinks),
+        departures=np.zeros((sinks, SINK_SIZE)),
         moved=np.zeros(n, dtype=bool),
     )
 
@@ -232,7 +234,7 @@ def test_whatever_happens_nobody_comes_twice_or_into_another(seed, rate):
             gaps = np.hypot(*apart.T) - bodies[others] - bodies[i]
             assert gaps.min(initial=1.0) >= 0.1 - 1e-9
         assert np.count_nonzero(there) == (
-            after.counts[0, PEOPLE] - after.departures[0]
+            after.counts[0, PEOPLE] - after.departures[0, LEFT]
         )
         assert after.counts[0, CAME] >= after.counts[0, ENTERED]
         now = after
@@ -315,7 +317,49 @@ def test_those_who_go_elsewhere_do_not_leave(parts):
     commands[:, Command.HOLD] = 0
     after = doors.step(now, commands, nobody, 0)
     assert after.moved.all()
-    assert after.departures == [len(people)]
+    assert after.departures[:, LEFT] == [len(people)]
+
+
+@pytest.mark.parametrize("rate", [0.5, 4.0, 60.0])
+def test_a_sink_lets_out_one_after_the_other(rate):
+    """Ten who are there at once; nine times the time of one, to a step."""
+    people, traffic = drawn(number=10)
+    sinks = (traffic.sinks[0]._replace(rate=rate),)
+    doors = Doors(people, traffic._replace(sinks=sinks), STEP)
+    now = passage(len(people))
+    now.states[:] = 0.0
+    now.states[:, 0] = 4.75 + 0.1 * np.arange(10)[::-1]
+    now.states[:, 1] = 2.0
+    nobody = np.zeros((0, STATE_SIZE))
+    commands = straight(people)
+    for _ in range(100):
+        # Time in which nobody is there does not count.
+        now = doors.step(now, commands * 0 - 1, nobody, 0)
+    assert now.departures[0, LEFT] == 0
+    times = []
+    steps = 0
+    while now.departures[0, LEFT] < 10:
+        before = now.departures[0, LEFT]
+        now = doors.step(now, commands, nobody, 0)
+        times += [steps * STEP] * round(now.departures[0, LEFT] - before)
+        steps += 1
+    assert times[0] == 0
+    expected = np.arange(10) / rate
+    late = np.array(times) - expected
+    assert late.min() > -1e-9
+    assert late.max() < STEP + 1e-9
+
+
+def test_the_nearest_leaves_first():
+    people, traffic = drawn(number=4)
+    sinks = (traffic.sinks[0]._replace(rate=1.0),)
+    doors = Doors(people, traffic._replace(sinks=sinks), STEP)
+    now = passage(len(people))
+    now.states[:] = 0.0
+    now.states[:, :2] = np.column_stack([[4.75, 4.9, 4.8, 3.0], 4 * [2.0]])
+    nobody = np.zeros((0, STATE_SIZE))
+    after = doors.step(now, straight(people), nobody, 0)
+    assert is_outside(after.states).tolist() == [False, True, False, False]
 
 
 def test_who_has_left_stays_away_for_a_second():
