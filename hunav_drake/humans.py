@@ -1,6 +1,7 @@
 """Adds people to any diagram."""
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 import numbers
 from types import NoneType
 from typing import Any, NamedTuple, TypedDict, Unpack
@@ -20,6 +21,7 @@ from hunav_drake.systems.crowd import CrowdConfig, HumanCrowd
 from hunav_drake.systems.people import HumanConfig
 from hunav_drake.systems.people.names import check_consistent, name_people
 from hunav_drake.systems.people.profile import complete_people
+from hunav_drake.systems.people.traffic import Traffic
 from hunav_drake.systems.world.obstacles import Obstacles
 from hunav_drake.systems.world.shapes import World
 
@@ -37,12 +39,15 @@ class HumanPorts(NamedTuple):
         behavior_status: Gives, for each person, 0 while no reaction is
             active, else the state that it is in, most often 1.
         forces: Gives the forces on each person: see `layout.FORCES`.
+        traffic: Gives how many people have come and gone: see `OpenCrowd`.
+            None if nobody comes or goes.
     """
 
     robot_states: InputPort | None
     human_states: OutputPort
     behavior_status: OutputPort
     forces: OutputPort
+    traffic: OutputPort | None = None
 
 
 class HumanOptions(TypedDict, total=False):
@@ -73,6 +78,10 @@ class HumanOptions(TypedDict, total=False):
     # ticks all, which does the same and is faster for many; by default, up to
     # `MAX_SEPARATE_TREES` people have systems of their own.
     separate_trees: bool | None
+
+    # Who of the people comes in at a source, and leaves at a sink; by default,
+    # nobody. `draw_with_traffic` draws both.
+    traffic: Traffic | None
 
 
 def MakeHumans(
@@ -111,9 +120,21 @@ def MakeHumans(
     if separate_trees is None:
         separate_trees = len(humans) <= MAX_SEPARATE_TREES
     builder = DiagramBuilder()
+    traffic = options.get("traffic")
+    make_crowd: Any = HumanCrowd
+    make_tree = BehaviorTree
+    if traffic is not None:
+        # Few ask for it, and it takes a moment to load.
+        from hunav_drake.systems.behavior.open_behavior_tree import (
+            OpenBehaviorTree,
+        )
+        from hunav_drake.systems.crowd.open_crowd import OpenCrowd
+
+        make_crowd = partial(OpenCrowd, traffic=traffic)
+        make_tree = OpenBehaviorTree
     crowd = builder.AddNamedSystem(
         "crowd",
-        HumanCrowd(
+        make_crowd(
             humans,
             obstacles=obstacles,
             config=config,
@@ -133,7 +154,7 @@ def MakeHumans(
     systems = [
         builder.AddNamedSystem(
             name,
-            BehaviorTree(
+            make_tree(
                 [trees[i] for i in rows],
                 humans,
                 indices=rows,
@@ -151,6 +172,8 @@ def MakeHumans(
     builder.ExportOutput(crowd.get_human_states_output_port(), "human_states")
     builder.ExportOutput(status, "behavior_status")
     builder.ExportOutput(crowd.get_forces_output_port(), "forces")
+    if traffic is not None:
+        builder.ExportOutput(crowd.get_traffic_output_port(), "traffic")
     for system in systems:
         builder.Connect(
             crowd.get_human_states_output_port(),
@@ -175,6 +198,7 @@ def _check_arguments(humans: Any, options: Mapping[str, Any]) -> None:
         "num_robots": (numbers.Integral, "a whole number"),
         "time_step": (numbers.Real, "a number"),
         "start_jitter": (numbers.Real, "a number"),
+        "traffic": ((Traffic, NoneType), "a Traffic"),
     }
     known = HumanOptions.__annotations__
     for name, value in options.items():
@@ -258,4 +282,9 @@ def AddHumans(
         human_states=diagram.GetOutputPort("human_states"),
         behavior_status=diagram.GetOutputPort("behavior_status"),
         forces=diagram.GetOutputPort("forces"),
+        traffic=(
+            diagram.GetOutputPort("traffic")
+            if diagram.HasOutputPort("traffic")
+            else None
+        ),
     )

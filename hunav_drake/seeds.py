@@ -20,7 +20,8 @@ def SetTrialSeed(diagram: Diagram, context: Context, seed: int) -> None:
             simulator.AdvanceTo(scenario.simulation.duration)
 
     The people of a population are the same for all of them: they are drawn when
-    the diagram is made, by `population.seed`.
+    the diagram is made, by `population.seed`. When those of its sources come
+    is drawn by the seed.
 
     (Drake's own `SetRandomContext` draws nothing here: with it, the draws of a
     person would depend on who else is there.)

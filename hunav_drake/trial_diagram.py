@@ -43,14 +43,15 @@ def MakeTrialDiagram(
         recording (`EvaluatorConfig.start`); its outputs are "robot_state",
         "human_states", "behavior_status", "forces", "velocity_command",
         "planner_status", "planner_path", "metrics", "recording",
-        "trial_status" and "query".
+        "trial_status" and "query", and "traffic" (see `OpenCrowd`) if people
+        come and go.
 
     Raises:
         ScenarioError: If the scenario cannot be simulated.
     """
     scenario = CheckScenario(scenario)
     made_for = _fixed_parts(scenario)
-    scenario = with_drawn_people(scenario)
+    scenario, traffic = with_drawn_people(scenario)
     robot_config = scenario.robot
     time_step = scenario.simulation.time_step
     obstacles = scenario.world.obstacles()
@@ -64,6 +65,7 @@ def MakeTrialDiagram(
         time_step=time_step,
         start_jitter=scenario.simulation.start_jitter,
         seed=scenario.simulation.seed,
+        traffic=traffic,
     )
     robot = robot_config.AddToBuilder(builder, time_step=time_step)
     planner = _AddPlanner(builder, scenario, obstacles)
@@ -133,6 +135,8 @@ def MakeTrialDiagram(
         ("query", scene.query_object),
     ):
         builder.ExportOutput(port, name)
+    if humans.traffic is not None:
+        builder.ExportOutput(humans.traffic, "traffic")
     if scenario.evaluator.start == "by_trigger":
         builder.ExportInput(evaluator.GetInputPort("trigger"), "trigger")
     diagram = builder.Build()

@@ -39,6 +39,15 @@ def test_the_population_of_the_readme_can_be_drawn():
     assert len(draw_people(scenario)) == 20
 
 
+def test_the_sources_of_the_readme_can_be_drawn():
+    text = (ROOT / "README.md").read_text()
+    (block,) = re.findall(
+        r"^      sources:\n(?:       .*\n|      s.*\n)+", text, re.M
+    )
+    data = "population:\n" + textwrap.indent(textwrap.dedent(block), "  ")
+    assert len(draw_people(LoadScenario(data=data))) == 12
+
+
 def test_the_drawing_of_the_diagram_is_up_to_date():
     """`python docs/draw_diagram.py` draws it anew."""
     diagram = MakeTrialDiagram(LoadScenario(filename="passing"))

@@ -8,14 +8,16 @@ from hunav_drake.scenario.schema import Scenario, SimulationConfig
 from hunav_drake.scenario.writer import SaveScenario
 from hunav_drake.systems.crowd.crowd_config import CrowdConfig
 from hunav_drake.systems.evaluation.evaluator_config import EvaluatorConfig
+from hunav_drake.systems.people.area import Area
 from hunav_drake.systems.people.behavior_choice import BehaviorConfig
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.people.parameters import SocialForceParameters
 from hunav_drake.systems.people.population_config import (
     AgeBand,
-    Area,
     CohortConfig,
     PopulationConfig,
+    SinkConfig,
+    SourceConfig,
     SpeedDistribution,
 )
 from hunav_drake.systems.planning.planner import PlannerConfig
@@ -50,7 +52,9 @@ __all__ = [
     "Scenario",
     "ScenarioError",
     "SimulationConfig",
+    "SinkConfig",
     "SocialForceParameters",
+    "SourceConfig",
     "SpeedDistribution",
     "Wall",
     "World",

@@ -196,9 +196,13 @@ def _behaviors(
     """Yields the behaviors of all people, each with its place."""
     for i, human in enumerate(scenario.humans):
         yield ("humans", i, "behavior"), human.behavior
-    for i, cohort in enumerate(scenario.population.cohorts):
+    population = scenario.population
+    for i, cohort in enumerate(population.cohorts):
         for name in cohort.behaviors:
             yield ("population", "cohorts", i, "behaviors", name), name
+    for i, source in enumerate(population.sources):
+        for name in source.behaviors:
+            yield ("population", "sources", i, "behaviors", name), name
 
 
 def _behavior_faults(

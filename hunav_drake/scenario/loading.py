@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 import dataclasses as dc
 from importlib import resources
+import itertools
 import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -127,11 +128,13 @@ def _find_trees(data: Any, folder: Path) -> None:
         tree = child(holder, key)
         if isinstance(tree, str) and is_path(tree):
             holder[key] = str(folder / tree)
-    cohorts = child(child(data, "population"), "cohorts")
-    for cohort in cohorts if isinstance(cohorts, list) else []:
-        behaviors = child(cohort, "behaviors")
+    population = child(data, "population")
+    lists = [child(population, key) for key in ("cohorts", "sources")]
+    parts = [part for part in lists if isinstance(part, list)]
+    for members in itertools.chain(*parts):
+        behaviors = child(members, "behaviors")
         if isinstance(behaviors, dict):
-            cohort["behaviors"] = {
+            members["behaviors"] = {
                 str(folder / tree)
                 if isinstance(tree, str) and is_path(tree)
                 else tree: weight

@@ -1,6 +1,6 @@
 """The people of a scenario: those listed, and those drawn."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 import dataclasses as dc
 
 from hunav_drake.scenario.error import Finding, Loc, path_text, shown
@@ -9,47 +9,67 @@ from hunav_drake.systems.common.schema import MAX_COORDINATE
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.people.names import name_people
 from hunav_drake.systems.people.population import (
+    Drawn,
     PopulationError,
-    draw_population,
+    draw_with_traffic,
 )
-from hunav_drake.systems.people.population_config import PopulationConfig
+from hunav_drake.systems.people.population_config import (
+    CohortConfig,
+    PopulationConfig,
+    SourceConfig,
+)
+from hunav_drake.systems.people.traffic import Traffic
 
 
 def draw_people(scenario: Scenario) -> list[HumanConfig]:
     """Returns all people of a scenario, who have names and numbers.
 
-    Those who are listed come first, then those of its population.
+    Those who are listed come first, then those of its population; last, those
+    who come in at sources, whose poses are places where they may do so.
 
     Raises:
         PopulationError: If there is no room for somebody.
     """
-    return name_people([*scenario.humans, *_draw(scenario)])
+    return name_people([*scenario.humans, *_draw(scenario).people])
 
 
-def with_drawn_people(scenario: Scenario) -> Scenario:
+def with_drawn_people(scenario: Scenario) -> tuple[Scenario, Traffic | None]:
     """Returns a scenario in which the people of its population are listed.
 
+    Returns:
+        The scenario; and who of its people come in at sources and leave at
+        sinks, or None if nobody does.
+
     Raises:
         PopulationError: If there is no room for somebody.
     """
-    return dc.replace(
-        scenario, humans=draw_people(scenario), population=PopulationConfig()
+    drawn = _draw(scenario)
+    listed = dc.replace(
+        scenario,
+        humans=name_people([*scenario.humans, *drawn.people]),
+        population=PopulationConfig(),
     )
+    traffic = drawn.traffic
+    return listed, traffic and traffic.after(len(scenario.humans))
 
 
-def _draw(scenario: Scenario) -> list[HumanConfig]:
+def _draw(scenario: Scenario) -> Drawn:
     if not scenario.population.number:
-        return []
+        return Drawn([], None)
     robot = scenario.robot
     taken = [(*human.pose[:2], human.radius) for human in scenario.humans]
     taken.append((*robot.start[:2], robot.radius))
     groups = [human.group_id for human in scenario.humans]
-    return draw_population(
+    return draw_with_traffic(
         scenario.population,
         scenario.world.obstacles(),
         taken=taken,
         first_group_id=max(groups, default=-1) + 1,
     )
+
+
+# What hangs together in a cohort or a source.
+_KEYS = ("number", "max_present", "rate", "radius", "spacing", "start")
 
 
 def check_population(scenario: Scenario) -> Iterator[Finding]:
@@ -62,13 +82,14 @@ def check_population(scenario: Scenario) -> Iterator[Finding]:
         ("population", "seed"),
     )
     try:
-        people = _draw(scenario)
+        people = _draw(scenario).people
     except PopulationError as error:
         for fault in error.faults:
-            loc: Loc = ("population", "cohorts", fault.cohort, fault.key)
+            loc: Loc = ("population", fault.kind, fault.cohort, fault.key)
             if fault.item is not None:
                 loc = (*loc, fault.item)
-            own = [(*loc[:3], key) for key in ("number", "radius", "spacing")]
+            own = [(*loc[:3], key) for key in _KEYS]
+            own.append(("population", "sinks"))
             yield Finding(loc, fault.message, uses=(*own, loc[:3], *uses))
         return
     yield from _check_names(scenario, people)
@@ -79,13 +100,22 @@ def _check_names(
 ) -> Iterator[Finding]:
     listed = {h.name: i for i, h in enumerate(scenario.humans) if h.name}
     drawn = iter(people)
-    for i, cohort in enumerate(scenario.population.cohorts):
-        for _ in range(cohort.number):
+    population = scenario.population
+    kinds: list[tuple[str, Sequence[CohortConfig | SourceConfig]]] = [
+        ("cohorts", population.cohorts),
+        ("sources", population.sources),
+    ]
+    for kind, i, members in (
+        (kind, i, members)
+        for kind, everybody in kinds
+        for i, members in enumerate(everybody)
+    ):
+        for _ in range(members.number):
             name = next(drawn).name
             if name in listed:
                 human: Loc = ("humans", listed[name])
                 yield Finding(
-                    ("population", "cohorts", i, "name"),
+                    ("population", kind, i, "name"),
                     f"must not give a name that somebody has, but"
                     f" {shown(name)} is {path_text(scenario, human)}; rename"
                     " one",

@@ -6,6 +6,7 @@ one after the other.
 """
 
 from enum import IntEnum
+from typing import Any
 
 # A row of `human_states` and of `robot_states`: the pose, the velocity of the
 # center expressed in W, the turn rate, and the radius of the body's disc.
@@ -15,6 +16,19 @@ STATE_SIZE = len(STATE_FIELDS)
 
 # What of it is in the state of a crowd: all but the radius.
 MOTION_SIZE = RADIUS
+
+# People come in at sources and leave at sinks (see `people.traffic`); vectors
+# have rows for them also while they are outside. Such a row of `human_states`
+# is at rest at (OUTSIDE, OUTSIDE), in meters, with yaw and radius 0: farther
+# away than any coordinate that a scenario may have, so that who computes
+# distances need not know of it, and finite, unlike NaN, which would spread.
+# Only recordings have rows of NaN for them.
+OUTSIDE = 1e6
+
+
+def is_outside(states: Any) -> Any:
+    """Tells who is outside, shape (...), from rows (..., 6 or 7)."""
+    return states[..., X] == OUTSIDE
 
 
 class RobotRole(IntEnum):

@@ -28,6 +28,10 @@ class Purpose(IntEnum):
     POPULATION_MEMBER = 8
     POPULATION_GOAL = 9
     POPULATION_ORDER = 10
+    POPULATION_SINK = 11
+    SOURCE_PLACE = 12
+    ARRIVAL_TIME = 13
+    ARRIVAL_PLACE = 14
 
 
 def check_seed(seed: int) -> int:

@@ -14,4 +14,5 @@ from .motion_model import (
     Snapshot as Snapshot,
     register_motion_model as register_motion_model,
 )
+from .open_crowd import OpenCrowd as OpenCrowd, TrafficCounts as TrafficCounts
 from .step import CrowdJacobian as CrowdJacobian

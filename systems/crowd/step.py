@@ -1,8 +1,9 @@
 """One step of a crowd, on arrays: what `HumanCrowd` computes, without ports."""
 
 from collections.abc import Sequence
+import copy
 import dataclasses
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -103,6 +104,19 @@ class CrowdStep:
             config,
             margin=getattr(model, "safety_margin", 0.0),
         )
+
+    def of(self, rows: NDArray[np.intp]) -> Self:
+        """Returns the step of some of the people, in the same room.
+
+        Args:
+            rows: Who they are, in the order of their arrays.
+        """
+        part = copy.copy(self)
+        part.radii = self.radii[rows]
+        part.radii.setflags(write=False)
+        part._bodies = self._bodies.of(rows)
+        part._room = self._room.of(rows)
+        return part
 
     def look(
         self,

@@ -11,5 +11,6 @@ from .metrics import (
     register_metric as register_metric,
     select_metrics as select_metrics,
 )
+from .presence import count_people as count_people
 from .recording import Recording as Recording
 from .running_metrics import RunningMetric as RunningMetric

@@ -17,7 +17,7 @@ from pydrake.systems.framework import (
 
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.checks import count_steps
-from hunav_drake.systems.common.layout import STATE_SIZE, YAW, X, Y
+from hunav_drake.systems.common.layout import STATE_SIZE, YAW, X, Y, is_outside
 from hunav_drake.systems.common.ports import weakly
 from hunav_drake.systems.common.poses import is_at_goal
 from hunav_drake.systems.evaluation.evaluator_config import EvaluatorConfig
@@ -59,7 +59,8 @@ class Evaluator(LeafSystem):
     Port ``robot_state`` takes the robot's row (x, y, yaw, vx, vy, omega,
     radius) in W, in SI units and radians, and ``human_states`` the rows of
     the ``n`` people, one after the other; a row of NaN is a person who is
-    missing. Port ``behavior_status`` takes ``n`` numbers that are 0 where a
+    missing, and so is one of `layout.OUTSIDE`, of which a row of NaN is
+    recorded. Port ``behavior_status`` takes ``n`` numbers that are 0 where a
     person's behavior does not react to the robot. Port ``goal`` takes the
     pose (x, y, yaw) that the robot is to reach; unconnected, or not finite,
     there is none.
@@ -248,9 +249,16 @@ class Evaluator(LeafSystem):
             last,
             context.get_time(),
             self._robot_state.Eval(context),
-            self._human_states.Eval(context) if self._n else np.zeros(0),
+            self._EvalHumans(context) if self._n else np.zeros(0),
             status.Eval(context) if status.HasValue(context) else None,
         )
+
+    def _EvalHumans(self, context: Context) -> Array:
+        """Returns the rows of people, NaN for those who are outside."""
+        humans: Array = self._human_states.Eval(context)
+        rows = humans.reshape(-1, STATE_SIZE)
+        rows[is_outside(rows)] = np.nan
+        return humans
 
     def _TakeSample(self, context: Context, state: State) -> None:
         if round(context.get_time() / self._time_step) % self._every:

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 import shapely
 
 from hunav_drake.systems.common.arrays import Array, Mask
-from hunav_drake.systems.people.population_config import Area
+from hunav_drake.systems.people.area import Area
 from hunav_drake.systems.world.obstacles import Obstacles
 
 # How many places of an area are looked at, until one is free.
@@ -120,6 +120,8 @@ class Areas:
         sizes = np.array([shape.area for shape in self._shapes])
         # Points are as large as each other.
         self._sizes = sizes if sizes.any() else np.ones(len(areas))
+        # Whether there is no choice.
+        self.is_point = len(areas) == 1 and areas[0].point is not None
 
     def points(self, draws: Array) -> tuple[Array, Mask]:
         """Returns points (k, 2), and which count: those that are in an area.
@@ -170,6 +172,21 @@ def draw_point(
             point: Array = points[free[0]]
             return point
     return None
+
+
+def draw_points(
+    areas: Areas, draws: Draws, is_free: Callable[[Array], Mask], most: int
+) -> Array:
+    """Returns the first points drawn that are free, shape (k, 2).
+
+    They are `most`, or as many as are found. All else is as for `draw_point`.
+    """
+    found = np.zeros((0, 2))
+    for points in _batches(areas, draws):
+        found = np.vstack([found, points[is_free(points)]])[:most]
+        if len(found) == most:
+            break
+    return found
 
 
 def _batches(areas: Areas, draws: Draws) -> Iterator[Array]:

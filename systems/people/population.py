@@ -1,62 +1,59 @@
 """Draws the people of a population."""
 
-from collections.abc import Sequence
-from functools import partial
+from collections.abc import Mapping, Sequence
 import math
 from typing import NamedTuple
-import zlib
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hunav_drake.systems.common.arrays import Array, Mask
-from hunav_drake.systems.common.random_streams import Purpose, draw_uniform
+from hunav_drake.systems.common.random_streams import Purpose
 from hunav_drake.systems.people.human_config import HumanConfig
-from hunav_drake.systems.people.placement import (
-    Areas,
-    Draws,
-    Floor,
-    choose,
-    draw_group,
-    draw_point,
+from hunav_drake.systems.people.members import (
+    Bodies,
+    NoRoomError,
+    Streams,
+    Way,
+    draw_behaviors,
+    draw_body_values,
+    draw_groups,
+    draw_way,
+    make_person,
 )
+from hunav_drake.systems.people.placement import Areas, Floor, draw_group
 from hunav_drake.systems.people.population_config import (
     CohortConfig,
     PopulationConfig,
 )
-from hunav_drake.systems.people.walking_speeds import (
-    mean_walking_speed,
-    normal_quantiles,
-    walking_speed_deviation,
-)
+from hunav_drake.systems.people.sources import draw_source
+from hunav_drake.systems.people.traffic import Sink, Source, Traffic
 from hunav_drake.systems.world.obstacles import Obstacles
-
-# The numbers of what is drawn by: of each cohort, of each of its goals.
-_PER_COHORT = 2**32
-_PER_GOAL = 2**16
 
 
 class PopulationFault(NamedTuple):
     """Why people of a population cannot be drawn.
 
     Attributes:
-        cohort: The place of their cohort.
-        key: The field of the cohort that is at fault: "start" or "goals".
-        item: Which one of its list; None for the whole.
+        cohort: The place of their cohort or source among those.
+        key: The field of it that is at fault, as "start" or "goals".
+        item: Which one of its list or mapping; None for the whole.
         message: The rule, what was found, and a remedy.
+        kind: Whether it is one of the "cohorts" or of the "sources".
     """
 
     cohort: int
     key: str
-    item: int | None
+    item: int | str | None
     message: str
+    kind: str = "cohorts"
 
 
 class PopulationError(ValueError):
     """A population that does not fit into the world.
 
     Attributes:
-        faults: All that is wrong with it, one for each cohort at most.
+        faults: All that is wrong with it, one for each cohort and source at
+            most.
     """
 
     def __init__(self, faults: Sequence[PopulationFault]) -> None:
@@ -64,33 +61,24 @@ class PopulationError(ValueError):
         self.faults = tuple(faults)
         super().__init__(
             "\n".join(
-                f"cohorts[{it.cohort}].{it.key}"
+                f"{it.kind}[{it.cohort}].{it.key}"
                 f"{'' if it.item is None else f'[{it.item}]'}: {it.message}"
                 for it in self.faults
             )
         )
 
 
-class _NoRoomError(Exception):
-    """What `_draw_cohort` cannot place: key, index and message."""
-
-
-class Bodies(NamedTuple):
-    """What n people of a cohort are, apart from where they go.
+class Drawn(NamedTuple):
+    """The people of a population, and where they come and go.
 
     Attributes:
-        ages: In years, shape (n,).
-        is_woman: Truths, shape (n,).
-        speeds: The desired ones of each alone, in m/s, shape (n,).
-        radii: Of their bodies, in meters, shape (n,).
-        yaws: Where those look who go nowhere, in radians, shape (n,).
+        people: All of them, cohort by cohort, then source by source.
+        traffic: Who comes in at which source, and leaves at which sink; None
+            if nobody does. Its rows are those of `people`.
     """
 
-    ages: Array
-    is_woman: Mask
-    speeds: Array
-    radii: Array
-    yaws: Array
+    people: list[HumanConfig]
+    traffic: Traffic | None
 
 
 def draw_population(
@@ -100,7 +88,25 @@ def draw_population(
     taken: ArrayLike = (),
     first_group_id: int = 0,
 ) -> list[HumanConfig]:
-    """Draws the people of a population.
+    """Draws the people of a population: see `draw_with_traffic`.
+
+    Returns:
+        The people, cohort by cohort, then source by source. Those of a cohort
+        with a name, and of a source, have names.
+    """
+    return draw_with_traffic(
+        config, obstacles, taken=taken, first_group_id=first_group_id
+    ).people
+
+
+def draw_with_traffic(
+    config: PopulationConfig,
+    obstacles: Obstacles,
+    *,
+    taken: ArrayLike = (),
+    first_group_id: int = 0,
+) -> Drawn:
+    """Draws the people of a population, and where they come and go.
 
     A person is a function of the population's seed, the cohort's name (or
     place) and the person's place in the cohort. To add people, or a cohort,
@@ -114,50 +120,69 @@ def draw_population(
         first_group_id: The number of the first group; the others follow.
 
     Returns:
-        The people, cohort by cohort. Those of a cohort with a name have
-        names.
+        The people, and their sources and sinks.
 
     Raises:
-        PopulationError: If there is no room for somebody or for a goal. It
-            has one fault for each cohort, at most.
+        PopulationError: If there is no room for somebody or for a goal, or if
+            a source has too few people for its rate. It has one fault for
+            each cohort and source, at most.
     """
     floor = Floor(obstacles, taken, config.number)
+    sink_areas = {sink.name: Areas([sink.area]) for sink in config.sinks}
     people: list[HumanConfig] = []
+    ways: list[Way] = []
+    sources: list[Source] = []
     faults = []
     group_id = first_group_id
     for i, cohort in enumerate(config.cohorts):
-        streams = _Streams(config.seed, cohort.name or f"#{i}")
+        streams = Streams(config.seed, cohort.name or f"#{i}")
         before = floor.num_bodies
         try:
-            people += _draw_cohort(cohort, streams, floor, group_id)
-        except _NoRoomError as error:
+            drawn = _draw_cohort(cohort, sink_areas, streams, floor, group_id)
+            people += drawn[0]
+            ways += drawn[1]
+        except NoRoomError as error:
             # So that this fault makes no others.
             floor.keep_bodies(before)
-            key, index, message = error.args
-            faults.append(PopulationFault(i, key, index, message))
+            where = error.key, error.item, error.message
+            faults.append(PopulationFault(i, *where))
+        group_id = max([group_id, *(it.group_id + 1 for it in people)])
+    for i, source in enumerate(config.sources):
+        try:
+            own = draw_source(
+                source, sink_areas, config.seed, floor, len(people), group_id
+            )
+        except NoRoomError as error:
+            where = error.key, error.item, error.message
+            faults.append(PopulationFault(i, *where, "sources"))
+            continue
+        people += own.people
+        ways += own.ways
+        sources.append(own.source)
         group_id = max([group_id, *(it.group_id + 1 for it in people)])
     if faults:
         raise PopulationError(faults)
-    return people
+    return Drawn(people, _traffic(config, sources, ways))
 
 
-class _Streams:
-    """The random numbers of a cohort."""
-
-    def __init__(self, seed: int, name: str) -> None:
-        self._seed = seed
-        self._first = zlib.crc32(name.encode()) * _PER_COHORT
-
-    def draw(
-        self, purpose: Purpose, numbers: Sequence[int], size: int
-    ) -> Array:
-        """Returns draws in [0, 1) of people or groups, (n, size)."""
-        ids = [self._first + number for number in numbers]
-        return draw_uniform(self._seed, ids, purpose, size)
-
-    def of(self, purpose: Purpose, number: int) -> Draws:
-        """Returns what gives the draws of one, as many as asked for."""
-        return lambda size: self.draw(purpose, [number], size)[0]
+def _traffic(
+    config: PopulationConfig, sources: list[Source], ways: list[Way]
+) -> Traffic | None:
+    """Returns where people come and go, if any do."""
+    if not sources and not any(way.sink for way in ways):
+        return None
+    places = {sink.name: i for i, sink in enumerate(config.sinks)}
+    return Traffic(
+        sources=tuple(sources),
+        sinks=tuple(
+            Sink(it.name, it.area.vertices(), it.radius, it.rate or math.inf)
+            for it in config.sinks
+        ),
+        sink_of=np.array([places.get(way.sink, -1) for way in ways], dtype=int),
+        exits=np.array(
+            [way.goals[-1] if way.sink else (0.0, 0.0) for way in ways]
+        ).reshape(-1, 2),
+    )
 
 
 def draw_bodies(cohort: CohortConfig, seed: int, name: str = "") -> Bodies:
@@ -175,46 +200,24 @@ def draw_bodies(cohort: CohortConfig, seed: int, name: str = "") -> Bodies:
     Raises:
         ValueError: If the seed is not such a number.
     """
-    streams = _Streams(seed, name or cohort.name or "#0")
-    return _draw_bodies(cohort, streams)
-
-
-def _draw_bodies(cohort: CohortConfig, streams: _Streams) -> Bodies:
-    everybody = range(cohort.number)
-    draws = streams.draw(Purpose.POPULATION_BODY, everybody, 6).T
-    band = choose(draws[0], [it.weight for it in cohort.ages])
-    low = np.array([it.low for it in cohort.ages])[band]
-    high = np.array([it.high for it in cohort.ages])[band]
-    ages = low + (high - low) * draws[1]
-    is_woman = draws[2] < cohort.share_of_women
-    if cohort.speed is None:
-        mean = mean_walking_speed(ages, is_woman)
-        deviation = walking_speed_deviation(mean)
-    else:
-        mean = np.full(cohort.number, cohort.speed.mean)
-        deviation = np.full(cohort.number, cohort.speed.deviation)
-    least, most = cohort.body_radius
-    return Bodies(
-        ages=ages,
-        is_woman=is_woman,
-        speeds=normal_quantiles(draws[3], mean, deviation),
-        radii=least + (most - least) * draws[4],
-        yaws=np.pi * (2 * draws[5] - 1),
-    )
+    return draw_body_values(cohort, Streams(seed, name or cohort.name or "#0"))
 
 
 def _draw_cohort(
-    cohort: CohortConfig, streams: _Streams, floor: Floor, group_id: int
-) -> list[HumanConfig]:
+    cohort: CohortConfig,
+    sink_areas: Mapping[str, Areas],
+    streams: Streams,
+    floor: Floor,
+    group_id: int,
+) -> tuple[list[HumanConfig], list[Way]]:
     """Draws the people of one cohort, whose bodies the floor then has."""
-    bodies = _draw_bodies(cohort, streams)
-    draws = streams.draw(Purpose.POPULATION_BEHAVIOR, range(cohort.number), 1)
-    names = list(cohort.behaviors)
-    behaviors = choose(draws[:, 0], list(cohort.behaviors.values()))
+    bodies = draw_body_values(cohort, streams)
+    behaviors = draw_behaviors(cohort, streams)
     start = Areas(cohort.start)
     goal_areas = [Areas([area]) for area in cohort.goals]
     people: list[HumanConfig] = []
-    for g, members in enumerate(_draw_groups(cohort, streams)):
+    ways: list[Way] = []
+    for g, members in enumerate(draw_groups(cohort, streams)):
         radii = bodies.radii[members].tolist()
         points = draw_group(
             start,
@@ -232,78 +235,27 @@ def _draw_cohort(
             cohort.spacing,
         )
         if points is None:
-            raise _NoRoomError("start", None, _no_room(cohort, len(people)))
+            raise NoRoomError("start", None, _no_room(cohort, len(people)))
         floor.add_bodies(np.column_stack([points, radii]))
-        goals = _draw_goals(cohort, goal_areas, streams, floor, g)
+        way = draw_way(cohort, goal_areas, sink_areas, streams, floor, g)
         in_group = len(members) > 1
         speed = float(bodies.speeds[members].min())
-        for k, point in zip(members, points.tolist(), strict=True):
-            yaw = float(bodies.yaws[k])
-            if goals and goals[0] != tuple(point):
-                yaw = math.atan2(goals[0][1] - point[1], goals[0][0] - point[0])
+        for k, (x, y) in zip(members, points.tolist(), strict=True):
             people.append(
-                HumanConfig(
-                    name=f"{cohort.name}_{k + 1}" if cohort.name else "",
-                    pose=(*point, yaw),
-                    behavior=names[behaviors[k]],
-                    desired_speed=speed,
-                    radius=cohort.radius,
+                make_person(
+                    cohort,
+                    k,
+                    pose=(x, y, float(bodies.yaws[k])),
+                    behavior=behaviors[k],
+                    speed=speed,
                     body_radius=float(bodies.radii[k]),
                     group_id=group_id if in_group else -1,
-                    goals=list(goals),
-                    cyclic=cohort.cyclic,
-                    goal_radius=cohort.goal_radius,
-                    forces=cohort.forces,
-                    forces_mode=cohort.forces_mode,
+                    way=way,
                 )
             )
+            ways.append(way)
         group_id += in_group
-    return people
-
-
-def _draw_groups(cohort: CohortConfig, streams: _Streams) -> list[list[int]]:
-    """Returns the places in the cohort of the people of each group."""
-    draws = streams.draw(Purpose.POPULATION_GROUP, range(cohort.number), 1)
-    sizes = choose(draws[:, 0], cohort.group_sizes) + 1
-    groups = []
-    first = 0
-    for size in sizes.tolist():
-        if first < cohort.number:
-            last = min(first + size, cohort.number)
-            groups.append(list(range(first, last)))
-            first = last
-    return groups
-
-
-def _draw_goals(
-    cohort: CohortConfig,
-    areas: Sequence[Areas],
-    streams: _Streams,
-    floor: Floor,
-    group: int,
-) -> list[tuple[float, float]]:
-    """Returns where the people of a group go, one after the other."""
-    goals = []
-    for i, (area, config) in enumerate(zip(areas, cohort.goals, strict=True)):
-        # Who is near a wall reaches a given point as well, as one listed.
-        radius = 0.0 if config.point is not None else cohort.radius
-        stream = streams.of(Purpose.POPULATION_GOAL, group + i * _PER_GOAL)
-        point = draw_point(
-            area, stream, partial(floor.is_clear_of_walls, radius=radius)
-        )
-        if point is None:
-            where = (
-                "is inside a wall; move it"
-                if config.point is not None
-                else f"has no place {radius:g} m from all walls; enlarge or"
-                " move it"
-            )
-            raise _NoRoomError("goals", i, where)
-        goals.append((float(point[0]), float(point[1])))
-    if cohort.shuffle_goals and goals:
-        draws = streams.draw(Purpose.POPULATION_ORDER, [group], len(goals))
-        goals = [goals[i] for i in np.argsort(draws[0])]
-    return goals
+    return people, ways
 
 
 def _no_room(cohort: CohortConfig, placed: int) -> str:

@@ -1,9 +1,9 @@
 """A population: people who are drawn, not listed one by one."""
 
+from collections.abc import Iterator
 from dataclasses import field
 from typing import Annotated, Self
 
-import numpy as np
 from pydantic import (
     AfterValidator,
     Field,
@@ -13,10 +13,7 @@ from pydantic import (
     model_validator,
 )
 from pydantic.dataclasses import dataclass
-from pydantic_core import PydanticCustomError
-import shapely
 
-from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.schema import (
     CONFIG,
     BodyRadii,
@@ -24,14 +21,13 @@ from hunav_drake.systems.common.schema import (
     Integer,
     Length,
     Name,
-    Point,
-    Points,
     PositiveLength,
     PositiveSpeed,
-    Rectangle,
     Speed,
     within,
 )
+from hunav_drake.systems.common.suggest import did_you_mean
+from hunav_drake.systems.people.area import Area, fault
 from hunav_drake.systems.people.human_config import ForcesMode
 from hunav_drake.systems.people.parameters import SocialForceParameters
 from hunav_drake.systems.people.walking_speeds import AGES, MAX_DEVIATIONS
@@ -41,62 +37,11 @@ Share = Annotated[StrictFloat, within(0, 1)]
 Age = Annotated[StrictFloat, within(AGES[0], AGES[-1], "years")]
 
 
-def _fault(rule: str) -> PydanticCustomError:
-    return PydanticCustomError("rule", "{rule}", {"rule": rule})
-
-
 def _check_weights[T: (dict[str, float], list[float])](weights: T) -> T:
     values = weights.values() if isinstance(weights, dict) else weights
     if not sum(values) > 0:
-        raise _fault("must have a weight above 0")
+        raise fault("must have a weight above 0")
     return weights
-
-
-@dataclass(kw_only=True, slots=True, config=CONFIG)
-class Area:
-    """A part of the floor, or a point of it: exactly one of the keys."""
-
-    # The sides (x_min, y_min, x_max, y_max) of a rectangle, in meters.
-    rectangle: Rectangle | None = None
-
-    # The corners of a simple polygon, in either direction, in meters; the
-    # last joins the first.
-    polygon: Annotated[Points, Field(min_length=3, max_length=1000)] | None = (
-        None
-    )
-
-    # A point (x, y), in meters.
-    point: Point | None = None
-
-    @model_validator(mode="after")
-    def _check(self) -> Self:
-        given = [self.rectangle, self.polygon, self.point]
-        if sum(part is not None for part in given) != 1:
-            raise _fault("must have one of rectangle, polygon and point")
-        if self.rectangle is not None:
-            x_min, y_min, x_max, y_max = self.rectangle
-            if not (x_min < x_max and y_min < y_max):
-                raise _fault(
-                    "rectangle must be (x_min, y_min, x_max, y_max) with"
-                    " x_min < x_max and y_min < y_max"
-                )
-        if self.polygon is not None:
-            shape = shapely.Polygon(self.polygon)
-            if not (shape.is_valid and shape.area > 0):
-                raise _fault(
-                    "polygon must enclose an area, and not cross itself"
-                )
-        return self
-
-    def vertices(self) -> Array:
-        """Returns the corners in W, shape (k, 2), in meters; 1 of a point."""
-        if self.rectangle is not None:
-            x_min, y_min, x_max, y_max = self.rectangle
-            return np.array(
-                [[x_min, y_min], [x_max, y_min], [x_max, y_max], [x_min, y_max]]
-            )
-        corners = self.polygon if self.polygon is not None else [self.point]
-        return np.array(corners, dtype=float)
 
 
 @dataclass(kw_only=True, slots=True, config=CONFIG)
@@ -113,7 +58,7 @@ class AgeBand:
     @model_validator(mode="after")
     def _check(self) -> Self:
         if self.high < self.low:
-            raise _fault(
+            raise fault(
                 f"high must be at least low ({self.low:g} years), got"
                 f" {self.high:g}"
             )
@@ -127,7 +72,7 @@ def _check_bands(bands: list[AgeBand]) -> list[AgeBand]:
 
 def _check_start(area: Area) -> Area:
     if area.point is not None:
-        raise _fault(
+        raise fault(
             "must be a rectangle or a polygon, got a point; list a person of a"
             " known place under humans"
         )
@@ -137,7 +82,7 @@ def _check_start(area: Area) -> Area:
 def _check_radii(radii: tuple[float, float]) -> tuple[float, float]:
     low, high = radii
     if high < low:
-        raise _fault(
+        raise fault(
             f"must be a least and a largest radius, got {low:g} and {high:g} m"
         )
     return radii
@@ -157,7 +102,7 @@ class SpeedDistribution:
     def _check(self) -> Self:
         reach = MAX_DEVIATIONS * self.deviation
         if not 0 < self.mean - reach <= self.mean + reach <= 10:
-            raise _fault(
+            raise fault(
                 f"mean -+ {MAX_DEVIATIONS:g} deviations must be in (0, 10] m/s,"
                 f" got {self.mean - reach:g} to {self.mean + reach:g}; choose a"
                 " smaller deviation"
@@ -166,22 +111,13 @@ class SpeedDistribution:
 
 
 @dataclass(kw_only=True, slots=True, config=CONFIG)
-class CohortConfig:
-    """People of one kind, drawn from the same distributions."""
+class MembersConfig:
+    """What people of one kind have in common: how each of them is drawn."""
 
     # What they are called: "guest" are guest_1, guest_2, ...; by default they
     # are named as people without a name. What is drawn of a cohort hangs on
     # its name, or, if it has none, on its place in the list.
     name: Annotated[Name, Field(max_length=50)] = ""
-
-    # How many they are.
-    number: Annotated[Integer, Field(ge=0, le=5000)]
-
-    # Where they start: evenly in all of these areas (no points), their discs
-    # of `radius` clear of walls, of the listed people's and of the robot's.
-    start: Annotated[
-        list[Annotated[Area, AfterValidator(_check_start)]], Field(min_length=1)
-    ]
 
     # The space between two bodies at the start, at least, in meters. With 0.1
     # about 2 people find room on a square meter, with 0 about 3.
@@ -197,8 +133,9 @@ class CohortConfig:
     # Whether each person or group has an order of its own instead.
     shuffle_goals: StrictBool = False
 
-    # Whether the first goal follows the last; by default as of listed people.
-    cyclic: StrictBool | None = None
+    # The sinks at which they leave, after their goals, with weights in
+    # proportion to which one of them is drawn for each person or group.
+    sinks: dict[StrictStr, Weight] = field(default_factory=dict)
 
     # The distance at which a goal counts as reached, in meters.
     goal_radius: PositiveLength = 0.3
@@ -250,12 +187,97 @@ class CohortConfig:
     def _check(self) -> Self:
         largest = self.body_radius[1]
         if largest > self.radius:
-            raise _fault(
+            raise fault(
                 f"radius must be at least that of the largest body"
                 f" ({largest:g} m), got {self.radius:g}; raise it, or lower"
                 " body_radius"
             )
+        if self.sinks:
+            _check_weights(self.sinks)
         return self
+
+
+@dataclass(kw_only=True, slots=True, config=CONFIG)
+class CohortConfig(MembersConfig):
+    """People of one kind, who are here from the start."""
+
+    # How many they are.
+    number: Annotated[Integer, Field(ge=0, le=5000)]
+
+    # Where they start: evenly in all of these areas (no points), their discs
+    # of `radius` clear of walls, of the listed people's and of the robot's.
+    start: Annotated[
+        list[Annotated[Area, AfterValidator(_check_start)]], Field(min_length=1)
+    ]
+
+    # Whether the first goal follows the last; by default as of listed people,
+    # and not for those who leave at sinks.
+    cyclic: StrictBool | None = None
+
+    @model_validator(mode="after")
+    def _check_end(self) -> Self:
+        if self.sinks and self.cyclic:
+            raise fault(
+                "cyclic must be false for people who leave at sinks; remove"
+                " one of them"
+            )
+        return self
+
+
+@dataclass(kw_only=True, slots=True, config=CONFIG)
+class SourceConfig(MembersConfig):
+    """A place where people come in, one after the other, and go to sinks."""
+
+    # How it is called. The people who come are north_1, north_2, ...
+    name: Annotated[Name, Field(min_length=1, max_length=50)]
+
+    # Where they come in: evenly in all of these areas, or at a point, their
+    # discs of `radius` clear of walls. Who finds no place waits outside.
+    start: Annotated[list[Area], Field(min_length=1)]
+
+    # How many people come per second on average. They come independently of
+    # one another (a Poisson process, drawn by the seed of the trial); those of
+    # a group come together.
+    rate: Annotated[StrictFloat, within(0, 100, "people/s")]
+
+    # How many people of it are here at the same time, at most: while they
+    # are, others wait outside. They are the same people again and again: who
+    # has left comes back in turn.
+    max_present: Annotated[Integer, Field(ge=1, le=5000)]
+
+    # The sinks at which they leave, after their goals, one at least, with
+    # weights in proportion to which one of them is drawn for each person or
+    # group.
+    sinks: Annotated[dict[StrictStr, Weight], AfterValidator(_check_weights)]
+
+    @property
+    def number(self) -> int:
+        """How many people are drawn."""
+        return self.max_present
+
+    @property
+    def cyclic(self) -> bool:
+        """Whether the first goal follows the last: it never does."""
+        return False
+
+
+@dataclass(kw_only=True, slots=True, config=CONFIG)
+class SinkConfig:
+    """A place where people leave whose last goal it is."""
+
+    # How sources and cohorts name it.
+    name: Annotated[Name, Field(min_length=1, max_length=50)]
+
+    # Where it is. Each person or group walks to a place of its own in it.
+    area: Area
+
+    # Who is as near as this to the area is gone, in meters; so is who is as
+    # near as their own `goal_radius`.
+    radius: Length = 0.3
+
+    # How many people leave per second, at most, as through a turnstile, the
+    # nearest first; the others wait for it. By default, any number.
+    rate: Annotated[StrictFloat, within(0.01, 100, "people/s")] | None = None
 
 
 @dataclass(kw_only=True, slots=True, config=CONFIG)
@@ -270,15 +292,49 @@ class PopulationConfig:
     # The kinds of people.
     cohorts: list[CohortConfig] = field(default_factory=list)
 
+    # Where people come in while the trial runs.
+    sources: list[SourceConfig] = field(default_factory=list)
+
+    # Where people leave.
+    sinks: list[SinkConfig] = field(default_factory=list)
+
     @model_validator(mode="after")
     def _check(self) -> Self:
-        names = [cohort.name for cohort in self.cohorts if cohort.name]
+        names = [it.name for it in self.cohorts if it.name]
         for name in names:
             if names.count(name) > 1:
-                raise _fault(f"two cohorts have the name {name!r}; rename one")
+                raise fault(f"two cohorts have the name {name!r}; rename one")
+        names += [it.name for it in self.sources]
+        for i, source in enumerate(self.sources):
+            if names.count(source.name) > 1:
+                raise fault(
+                    f"sources[{i}].name must be unique among sources and"
+                    f" cohorts, got {source.name!r}; rename one"
+                )
+        sinks = [it.name for it in self.sinks]
+        for i, sink in enumerate(sinks):
+            if sinks.count(sink) > 1:
+                raise fault(
+                    f"sinks[{i}].name must be unique, got {sink!r}; rename one"
+                )
+        for place, members in self.members():
+            for name in members.sinks:
+                if name not in sinks:
+                    raise fault(
+                        f"{place}.sinks: there is no sink {name!r}"
+                        f"{did_you_mean(name, sinks)}; the sinks are"
+                        f" {', '.join(sinks) or 'none'}"
+                    )
         return self
+
+    def members(self) -> Iterator[tuple[str, "CohortConfig | SourceConfig"]]:
+        """Yields cohorts, then sources, each with its place, "cohorts[0]"."""
+        for i, cohort in enumerate(self.cohorts):
+            yield f"cohorts[{i}]", cohort
+        for i, source in enumerate(self.sources):
+            yield f"sources[{i}]", source
 
     @property
     def number(self) -> int:
         """How many people are drawn."""
-        return sum(cohort.number for cohort in self.cohorts)
+        return sum(members.number for _, members in self.members())

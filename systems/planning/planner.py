@@ -121,7 +121,8 @@ class View(NamedTuple):
 
     Attributes:
         robot: The row (x, y, yaw, vx, vy, omega, radius) of the robot.
-        humans: Shape (n, 7): such rows of the people.
+        humans: Shape (n, 7): such rows of the people. Those who are outside,
+            if people come and go, are far away: see `layout.OUTSIDE`.
         goal: (x, y, yaw), in meters and radians.
         scan: The distances that a lidar measures, in meters; None if the
             planner does not ask for them.

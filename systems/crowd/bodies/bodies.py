@@ -1,8 +1,9 @@
 """The bodies of people: how they stand, turn, speed up and touch."""
 
 from collections.abc import Sequence
+import copy
 import math
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -90,6 +91,14 @@ class Bodies:
             or self._is_walled
             or is_limited
         )
+
+    def of(self, rows: NDArray[np.intp]) -> Self:
+        """Returns the bodies of some of the people."""
+        part = copy.copy(self)
+        part.radii = self.radii[rows]
+        part.radii.setflags(write=False)
+        part._sizes = self._sizes[rows]
+        return part
 
     def finish(
         self, snapshot: Snapshot, forces: Array, after: Array, stances: Array

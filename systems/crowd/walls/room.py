@@ -1,6 +1,7 @@
 """Where the walls of a world lead people, and how they feel them."""
 
-from typing import Any
+import copy
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,6 +51,12 @@ class Room:
             if config.route_planning and walled
             else None
         )
+
+    def of(self, rows: NDArray[np.intp]) -> Self:
+        """Returns the room as some of the people find it."""
+        part = copy.copy(self)
+        part._radii = self._radii[rows]
+        return part
 
     def guide(self, states: Array, command: Array) -> Array:
         """Returns the commands (n, COMMAND_SIZE) with waypoints for goals."""

@@ -131,6 +131,7 @@ def test_list_names_the_shipped_scenarios(hunav):
         "reaction_scared",
         "reaction_surprised",
         "reaction_threatening",
+        "station",
     ]
 
 

@@ -292,6 +292,7 @@ def test_scenarios_are_shipped():
         "reaction_scared",
         "reaction_surprised",
         "reaction_threatening",
+        "station",
     ]
 
 

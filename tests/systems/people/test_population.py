@@ -11,13 +11,13 @@ from scipy import stats
 from scipy.spatial.distance import pdist
 import shapely
 
+from hunav_drake.systems.people.area import Area
 from hunav_drake.systems.people.population import (
     PopulationError,
     draw_bodies,
     draw_population,
 )
 from hunav_drake.systems.people.population_config import (
-    Area,
     CohortConfig,
     PopulationConfig,
 )

@@ -8,10 +8,10 @@ import pytest
 from scipy import stats
 
 from hunav_drake.humans import MakeHumans
+from hunav_drake.systems.people.area import Area
 from hunav_drake.systems.people.population import draw_bodies, draw_population
 from hunav_drake.systems.people.population_config import (
     AgeBand,
-    Area,
     CohortConfig,
     PopulationConfig,
     SpeedDistribution,

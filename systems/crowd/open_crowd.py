@@ -1,0 +1,264 @@
+"""A HumanCrowd whose people come and go."""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.systems.framework import (
+    BasicVector,
+    Context,
+    DiscreteValues,
+    OutputPort,
+    SystemScalarConverter,
+)
+
+from hunav_drake.systems.common.layout import (
+    COMMAND_SIZE,
+    FORCES_SIZE,
+    RADIUS,
+    STATE_SIZE,
+    is_outside,
+)
+from hunav_drake.systems.crowd.doors import (
+    CAME,
+    ENTERED,
+    LEFT,
+    PEOPLE,
+    SINK_SIZE,
+    SOURCE_SIZE,
+    Doors,
+    Passage,
+)
+from hunav_drake.systems.crowd.human_crowd import HumanCrowd
+from hunav_drake.systems.crowd.motion_model import Snapshot
+from hunav_drake.systems.crowd.step import CrowdStep
+from hunav_drake.systems.people.human_config import HumanConfig
+from hunav_drake.systems.people.traffic import Traffic
+
+Array = NDArray[Any]
+
+
+class TrafficCounts(NamedTuple):
+    """How many people have come and gone.
+
+    Attributes:
+        arrivals: How many people have come in, by source.
+        waiting: How many parties, people or groups, wait outside for a free
+            place or for somebody to leave, by source.
+        departures: How many people have left, by sink.
+    """
+
+    arrivals: dict[str, int]
+    waiting: dict[str, int]
+    departures: dict[str, int]
+
+
+class _Present(NamedTuple):
+    """Those who are here, and what they do."""
+
+    rows: NDArray[np.intp]
+    step: CrowdStep
+    snapshot: Snapshot
+
+
+class OpenCrowd(HumanCrowd):
+    """A `HumanCrowd` that people join at sources and leave at sinks.
+
+    .. pydrake_system::
+
+        name: OpenCrowd
+        input_ports:
+        - robot_states
+        - commands
+        output_ports:
+        - human_states
+        - forces
+        - overlaps
+        - traffic
+
+    The people are always the same n, some of whom are outside. Nobody feels
+    or sees those, and they do nothing. All ports are as of a `HumanCrowd`; in
+    ``human_states``, who is outside has a row of `layout.OUTSIDE`, and zeros
+    elsewhere. Port ``traffic`` gives two numbers for each source, the people
+    who have come in and the parties that wait outside, and after these, for
+    each sink, the people who have left: see `GetCounts`.
+
+    People come to a source as a Poisson process, alone or in groups, and come
+    in once there is a place where they touch nobody; they come in at rest, and
+    keep their order. A source has a fixed number of people, who come in turn.
+    If all are here, those who come wait until one has left. Who has reached
+    the sink that is the last goal is outside at once (or, at a sink that has a
+    rate, when it is their turn), for a second at least.
+
+    Besides that of a `HumanCrowd`, the discrete state holds: for each source,
+    the row of `doors.CAME` and what follows; n numbers, how much longer each
+    person stays outside at least, in seconds; and for each sink, the row of
+    `doors.LEFT` and what follows. Who is outside has (OUTSIDE, OUTSIDE) for a
+    place in the first vector, and nobody else has. What is drawn follows from
+    the seed of the Context. `SetStates` may put people outside, by such a row,
+    or in.
+    """
+
+    def __init__(
+        self,
+        humans: Sequence[HumanConfig],
+        *,
+        traffic: Traffic,
+        time_step: float = 0.05,
+        **options: Any,
+    ) -> None:
+        """Constructs an OpenCrowd.
+
+        Args:
+            humans: As of a `HumanCrowd`.
+            traffic: Who of them comes in and leaves, and where. Those who come
+                in are outside at the start.
+            time_step: The time between two updates, in seconds.
+            options: The other options of a `HumanCrowd`.
+
+        Raises:
+            ValueError: As `HumanCrowd`, and if the traffic is not of these
+                people.
+        """
+        self._doors = Doors(humans, traffic, time_step)
+        HumanCrowd.__init__(
+            self,
+            humans,
+            time_step=time_step,
+            # Steps in which people come or go have no derivatives.
+            converter=SystemScalarConverter(),
+            **options,
+        )
+        sizes = (
+            SOURCE_SIZE * len(traffic.sources),
+            len(humans),
+            SINK_SIZE * len(traffic.sinks),
+        )
+        self._counts, self._rests, self._departures = (
+            self.DeclareDiscreteState(size) for size in sizes
+        )
+        self._traffic = self.DeclareVectorOutputPort(
+            "traffic",
+            2 * len(traffic.sources) + len(traffic.sinks),
+            self._CalcTraffic,
+            prerequisites_of_calc={
+                self.discrete_state_ticket(self._counts),
+                self.discrete_state_ticket(self._departures),
+            },
+        )
+
+    def get_traffic_output_port(self) -> OutputPort:
+        """Returns the port with how many people have come and gone."""
+        return self._traffic
+
+    def GetCounts(self, context: Context) -> TrafficCounts:
+        """Returns how many people have come in, wait outside, and have left.
+
+        Args:
+            context: Of this system.
+        """
+        names = [source.name for source in self._doors.sources]
+        numbers = [round(x) for x in self._traffic.Eval(context).tolist()]
+        ends = 2 * len(names)
+        sinks = [sink.name for sink in self._doors.sinks]
+        return TrafficCounts(
+            arrivals=dict(zip(names, numbers[:ends:2], strict=True)),
+            waiting=dict(zip(names, numbers[1:ends:2], strict=True)),
+            departures=dict(zip(sinks, numbers[ends:], strict=True)),
+        )
+
+    def SetSeed(self, context: Context, seed: int) -> None:
+        """Resets people to the start of a seed: see `HumanCrowd.SetSeed`.
+
+        Those who come in at sources are outside, and nobody has come yet.
+        """
+        HumanCrowd.SetSeed(self, context, seed)
+        for index in (self._counts, self._rests, self._departures):
+            size = context.get_discrete_state(index).size()
+            context.SetDiscreteState(index, np.zeros(size))
+
+    def CalcJacobian(self, context: Context) -> Any:
+        """Raises a ValueError: where people come and go, steps jump."""
+        raise ValueError(
+            f"{self.GetSystemPathname()}: derivatives need a crowd without"
+            " sources and sinks; use HumanCrowd"
+        )
+
+    def _Draw(self, seed: int) -> Sequence[NDArray[np.float64]]:
+        start, *parameters = HumanCrowd._Draw(self, seed)
+        states = start.reshape(len(self._humans), -1)
+        self._doors.start(states)
+        return states.ravel(), *parameters
+
+    def _LookAtPresent(self, context: Context) -> _Present:
+        """Returns what those who are here know."""
+        state = self._GetState(context)
+        rows = np.flatnonzero(~is_outside(state))
+        step = self._step.of(rows)
+        commands = self._commands.Eval(context).reshape(-1, COMMAND_SIZE)
+        weights = self.GetWeights(context)[rows]
+        weights.setflags(write=False)
+        snapshot = step.look(
+            state[rows], commands[rows], self._GetRobots(context), weights
+        )
+        return _Present(rows, step, snapshot)
+
+    def _CalcHumanStates(self, context: Context, output: BasicVector) -> None:
+        HumanCrowd._CalcHumanStates(self, context, output)
+        rows = output.value().reshape(-1, STATE_SIZE).copy()
+        rows[is_outside(rows), RADIUS] = 0.0
+        output.SetFromVector(rows.ravel())
+
+    def _CalcForces(self, context: Context, output: BasicVector) -> None:
+        forces = np.zeros((len(self._humans), FORCES_SIZE))
+        rows, step, snapshot = self._LookAtPresent(context)
+        forces[rows] = step.forces(snapshot)
+        output.SetFromVector(forces.ravel())
+
+    def _CalcOverlaps(self, context: Context, output: BasicVector) -> None:
+        state = self._GetState(context)
+        rows = np.flatnonzero(~is_outside(state))
+        overlaps = np.zeros(len(state))
+        overlaps[rows] = self._step.of(rows).overlaps(
+            state[rows], self._GetRobots(context)
+        )
+        output.SetFromVector(overlaps)
+
+    def _CalcTraffic(self, context: Context, output: BasicVector) -> None:
+        counts = self._GetRows(context, self._counts, SOURCE_SIZE)
+        waiting = counts[:, CAME] - counts[:, ENTERED]
+        per_source = np.column_stack([counts[:, PEOPLE], waiting])
+        departures = self._GetRows(context, self._departures, SINK_SIZE)
+        output.SetFromVector(
+            np.concatenate([per_source.ravel(), departures[:, LEFT]])
+        )
+
+    def _Update(self, context: Context, discrete_state: DiscreteValues) -> None:
+        states = self._GetState(context).copy()
+        stances = self._GetStances(context).copy()
+        rows, step, snapshot = self._LookAtPresent(context)
+        states[rows], stances[rows] = step.advance(
+            snapshot, step.forces(snapshot), stances[rows]
+        )
+        after = self._doors.step(
+            Passage(
+                states=states,
+                counts=self._GetRows(context, self._counts, SOURCE_SIZE),
+                rests=context.get_discrete_state(self._rests).value(),
+                departures=self._GetRows(context, self._departures, SINK_SIZE),
+                moved=np.zeros(len(states), dtype=bool),
+            ),
+            self._commands.Eval(context).reshape(-1, COMMAND_SIZE),
+            self._GetRobots(context),
+            self.GetSeed(context),
+        )
+        stances[after.moved] = 0.0
+        for index, values in (
+            (self._state, after.states),
+            (self._stances, stances),
+            (self._counts, after.counts),
+            (self._rests, after.rests),
+            (self._departures, after.departures),
+        ):
+            discrete_state.set_value(index, values.ravel())

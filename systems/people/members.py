@@ -1,0 +1,235 @@
+"""Draws what people of a cohort or a source are, and where they go."""
+
+from collections.abc import Mapping, Sequence
+from functools import partial
+import math
+from typing import NamedTuple
+import zlib
+
+import numpy as np
+
+from hunav_drake.systems.common.arrays import Array, Mask
+from hunav_drake.systems.common.random_streams import Purpose, draw_uniform
+from hunav_drake.systems.people.human_config import HumanConfig
+from hunav_drake.systems.people.placement import (
+    Areas,
+    Draws,
+    Floor,
+    choose,
+    draw_point,
+)
+from hunav_drake.systems.people.population_config import (
+    CohortConfig,
+    SourceConfig,
+)
+from hunav_drake.systems.people.walking_speeds import (
+    mean_walking_speed,
+    normal_quantiles,
+    walking_speed_deviation,
+)
+
+# Who comes from one place, or starts in it.
+Members = CohortConfig | SourceConfig
+
+# The numbers of what is drawn by: of each cohort, of each of its goals.
+_PER_COHORT = 2**32
+_PER_GOAL = 2**16
+
+
+class NoRoomError(Exception):
+    """What cannot be placed: the key, which item of it or None, and why."""
+
+    def __init__(self, key: str, item: int | str | None, message: str) -> None:
+        """Constructs the error."""
+        super().__init__(message)
+        self.key = key
+        self.item = item
+        self.message = message
+
+
+def stream_of(name: str) -> int:
+    """Returns the first of the numbers by which those of a name are drawn."""
+    return zlib.crc32(name.encode()) * _PER_COHORT
+
+
+class Streams:
+    """The random numbers of a cohort or a source."""
+
+    def __init__(self, seed: int, name: str) -> None:
+        """Constructs the random numbers of a name."""
+        self._seed = seed
+        self._first = stream_of(name)
+
+    def draw(
+        self, purpose: Purpose, numbers: Sequence[int], size: int
+    ) -> Array:
+        """Returns draws in [0, 1) of people or groups, (n, size)."""
+        ids = [self._first + number for number in numbers]
+        return draw_uniform(self._seed, ids, purpose, size)
+
+    def of(self, purpose: Purpose, number: int) -> Draws:
+        """Returns what gives the draws of one, as many as asked for."""
+        return lambda size: self.draw(purpose, [number], size)[0]
+
+
+class Bodies(NamedTuple):
+    """What n people of a cohort are, apart from where they go.
+
+    Attributes:
+        ages: In years, shape (n,).
+        is_woman: Truths, shape (n,).
+        speeds: The desired ones of each alone, in m/s, shape (n,).
+        radii: Of their bodies, in meters, shape (n,).
+        yaws: Where those look who go nowhere, in radians, shape (n,).
+    """
+
+    ages: Array
+    is_woman: Mask
+    speeds: Array
+    radii: Array
+    yaws: Array
+
+
+class Way(NamedTuple):
+    """Where the people of a group go.
+
+    Attributes:
+        goals: The points, one after the other, in W, in meters.
+        sink: The name of the sink that is the last of them; "" for none.
+    """
+
+    goals: list[tuple[float, float]]
+    sink: str
+
+
+def draw_body_values(members: Members, streams: Streams) -> Bodies:
+    """Returns what people are."""
+    everybody = range(members.number)
+    draws = streams.draw(Purpose.POPULATION_BODY, everybody, 6).T
+    band = choose(draws[0], [it.weight for it in members.ages])
+    low = np.array([it.low for it in members.ages])[band]
+    high = np.array([it.high for it in members.ages])[band]
+    ages = low + (high - low) * draws[1]
+    is_woman = draws[2] < members.share_of_women
+    if members.speed is None:
+        mean = mean_walking_speed(ages, is_woman)
+        deviation = walking_speed_deviation(mean)
+    else:
+        mean = np.full(members.number, members.speed.mean)
+        deviation = np.full(members.number, members.speed.deviation)
+    least, most = members.body_radius
+    return Bodies(
+        ages=ages,
+        is_woman=is_woman,
+        speeds=normal_quantiles(draws[3], mean, deviation),
+        radii=least + (most - least) * draws[4],
+        yaws=np.pi * (2 * draws[5] - 1),
+    )
+
+
+def draw_behaviors(members: Members, streams: Streams) -> list[str]:
+    """Returns the behavior of each."""
+    draws = streams.draw(Purpose.POPULATION_BEHAVIOR, range(members.number), 1)
+    names = list(members.behaviors)
+    chosen = choose(draws[:, 0], list(members.behaviors.values()))
+    return [names[i] for i in chosen.tolist()]
+
+
+def draw_groups(members: Members, streams: Streams) -> list[list[int]]:
+    """Returns the places in the cohort of the people of each group."""
+    draws = streams.draw(Purpose.POPULATION_GROUP, range(members.number), 1)
+    sizes = choose(draws[:, 0], members.group_sizes) + 1
+    groups = []
+    first = 0
+    for size in sizes.tolist():
+        if first < members.number:
+            last = min(first + size, members.number)
+            groups.append(list(range(first, last)))
+            first = last
+    return groups
+
+
+def draw_way(
+    members: Members,
+    goal_areas: Sequence[Areas],
+    sink_areas: Mapping[str, Areas],
+    streams: Streams,
+    floor: Floor,
+    group: int,
+) -> Way:
+    """Returns where the people of a group go, one goal after the other.
+
+    Args:
+        members: The people.
+        goal_areas: Where their goals are, one after the other.
+        sink_areas: Where the sinks are, by name.
+        streams: What is drawn by.
+        floor: What the walls leave.
+        group: The number of the group among those of these people.
+
+    Raises:
+        NoRoomError: If a goal or a sink has no place that is free of walls.
+    """
+
+    def place(area: Areas, i: int, key: str, item: int | str) -> list[float]:
+        # Who is near a wall reaches a given point as well, as one listed.
+        radius = 0.0 if area.is_point else members.radius
+        stream = streams.of(Purpose.POPULATION_GOAL, group + i * _PER_GOAL)
+        is_clear = partial(floor.is_clear_of_walls, radius=radius)
+        point = draw_point(area, stream, is_clear)
+        if point is None:
+            where = (
+                "is inside a wall; move it"
+                if area.is_point
+                else f"has no place {radius:g} m from all walls; enlarge or"
+                " move it"
+            )
+            raise NoRoomError(key, item, where)
+        return [float(x) for x in point]
+
+    goals = [place(area, i, "goals", i) for i, area in enumerate(goal_areas)]
+    if members.shuffle_goals and goals:
+        draws = streams.draw(Purpose.POPULATION_ORDER, [group], len(goals))
+        goals = [goals[i] for i in np.argsort(draws[0])]
+    sink = ""
+    if members.sinks:
+        draws = streams.draw(Purpose.POPULATION_SINK, [group], 1)
+        names = list(members.sinks)
+        sink = names[int(choose(draws[:, 0], list(members.sinks.values()))[0])]
+        goals.append(place(sink_areas[sink], len(goals), "sinks", sink))
+    return Way([(x, y) for x, y in goals], sink)
+
+
+def make_person(
+    members: Members,
+    k: int,
+    *,
+    pose: tuple[float, float, float],
+    behavior: str,
+    speed: float,
+    body_radius: float,
+    group_id: int,
+    way: Way,
+) -> HumanConfig:
+    """Returns person `k` of a cohort or a source, who has been drawn.
+
+    Where the person goes somewhere, the yaw of the pose becomes the direction
+    of the first goal.
+    """
+    x, y, yaw = pose
+    if way.goals and way.goals[0] != (x, y):
+        yaw = math.atan2(way.goals[0][1] - y, way.goals[0][0] - x)
+    return HumanConfig(
+        name=f"{members.name}_{k + 1}" if members.name else "",
+        pose=(x, y, yaw),
+        behavior=behavior,
+        desired_speed=speed,
+        radius=members.radius,
+        body_radius=body_radius,
+        group_id=group_id,
+        goals=list(way.goals),
+        cyclic=False if way.sink else members.cyclic,
+        goal_radius=members.goal_radius,
+        forces=members.forces,
+        forces_mode=members.forces_mode,
+    )

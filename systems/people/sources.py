@@ -1,0 +1,168 @@
+"""Draws the people who come in at a source."""
+
+from collections.abc import Mapping, Sequence
+from functools import partial
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.random_streams import Purpose
+from hunav_drake.systems.people.human_config import HumanConfig
+from hunav_drake.systems.people.members import (
+    NoRoomError,
+    Streams,
+    Way,
+    draw_behaviors,
+    draw_body_values,
+    draw_groups,
+    draw_way,
+    make_person,
+    stream_of,
+)
+from hunav_drake.systems.people.placement import Areas, Floor, draw_points
+from hunav_drake.systems.people.population_config import SourceConfig
+from hunav_drake.systems.people.traffic import Source, place_party
+
+# How many places a source has where people may come in, if it is no point.
+_PLACES = 64
+
+
+class DrawnSource(NamedTuple):
+    """A source and its people.
+
+    Attributes:
+        source: The source.
+        people: Those who come, in the order of its parties. Their poses are
+            places where they may come in.
+        ways: Where each of them goes.
+    """
+
+    source: Source
+    people: list[HumanConfig]
+    ways: list[Way]
+
+
+def draw_source(
+    config: SourceConfig,
+    sink_areas: Mapping[str, Areas],
+    seed: int,
+    floor: Floor,
+    first_row: int,
+    group_id: int,
+) -> DrawnSource:
+    """Draws the people who come in at a source.
+
+    Args:
+        config: The source.
+        sink_areas: Where the sinks are, by name.
+        seed: That of the population.
+        floor: What the walls leave.
+        first_row: How many people come before those of the source.
+        group_id: The number of the first group.
+
+    Raises:
+        NoRoomError: If there is no place to come in or to go to, or if the
+            rate asks for more people.
+    """
+    streams = Streams(seed, config.name)
+    places = _draw_places(config, streams, floor)
+    bodies = draw_body_values(config, streams)
+    behaviors = draw_behaviors(config, streams)
+    goal_areas = [Areas([area]) for area in config.goals]
+    people: list[HumanConfig] = []
+    ways: list[Way] = []
+    groups = draw_groups(config, streams)
+    for g, members in enumerate(groups):
+        radii = bodies.radii[members].tolist()
+        # They begin with other places, one after the other.
+        order = np.roll(places, -g, axis=0)
+        free = np.ones((len(members), len(order)), dtype=bool)
+        points = place_party(order, free, radii, config.spacing)
+        if points is None:
+            raise NoRoomError("start", None, _no_room_for(len(members)))
+        way = draw_way(config, goal_areas, sink_areas, streams, floor, g)
+        in_group = len(members) > 1
+        speed = float(bodies.speeds[members].min())
+        for k, (x, y) in zip(members, points.tolist(), strict=True):
+            people.append(
+                make_person(
+                    config,
+                    k,
+                    pose=(x, y, float(bodies.yaws[k])),
+                    behavior=behaviors[k],
+                    speed=speed,
+                    body_radius=float(bodies.radii[k]),
+                    group_id=group_id if in_group else -1,
+                    way=way,
+                )
+            )
+            ways.append(way)
+        group_id += in_group
+    _check_number(config, people)
+    source = Source(
+        name=config.name,
+        rate=config.rate * len(groups) / len(people),
+        stream=stream_of(config.name),
+        parties=tuple(
+            tuple(first_row + k for k in members) for members in groups
+        ),
+        places=places,
+        spacing=config.spacing,
+    )
+    return DrawnSource(source, people, ways)
+
+
+def _draw_places(config: SourceConfig, streams: Streams, floor: Floor) -> Array:
+    """Returns where people may come in, shape (k, 2)."""
+    areas = Areas(config.start)
+    places = draw_points(
+        areas,
+        streams.of(Purpose.SOURCE_PLACE, 0),
+        partial(floor.is_clear_of_walls, radius=config.radius),
+        1 if areas.is_point else _PLACES,
+    )
+    if not len(places):
+        raise NoRoomError(
+            "start",
+            None,
+            f"has no place {config.radius:g} m from all walls; move or enlarge"
+            " it, or lower radius",
+        )
+    return places
+
+
+def _no_room_for(size: int) -> str:
+    return (
+        f"has no room for a group of {size} who come in together; enlarge it,"
+        " or lower spacing or the weights of large groups"
+    )
+
+
+def _check_number(config: SourceConfig, people: Sequence[HumanConfig]) -> None:
+    """Checks that those who come can be those who have left.
+
+    By Little's law, rate times the mean time that people are here is how many
+    are here on average. They are here at least as long as straight ways at
+    the desired speed take.
+
+    Raises:
+        NoRoomError: If that is more than there are.
+    """
+    times = []
+    for human in people:
+        points = [human.pose[:2], *human.goals]
+        way = sum(map(math.dist, points[:-1], points[1:]))
+        way -= 2 * human.goal_radius * len(human.goals)
+        times.append(max(way, 0.0) / human.desired_speed)
+    stay = float(np.mean(times))
+    least = math.ceil(config.rate * stay)
+    if least > config.max_present:
+        raise NoRoomError(
+            "max_present",
+            None,
+            f"must be at least {least} for {config.rate:g} people per second,"
+            f" who need {stay:.0f} s or more to their sinks, got"
+            f" {config.max_present}; raise it, or lower rate",
+        )

@@ -1,0 +1,133 @@
+"""Where people come in and leave, once they are drawn.
+
+All people who may come are known beforehand: each source has a fixed number
+of them, who come in turn. So vectors keep their size, and a trial its one
+Context. Who is outside has a row of `layout.OUTSIDE`.
+"""
+
+from collections.abc import Sequence
+import math
+from typing import NamedTuple, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hunav_drake.systems.common.arrays import Array, Mask
+
+# From how far from the first the others of a group come in, in meters.
+_GROUP_REACH = 3.0
+
+
+class Source(NamedTuple):
+    """A place where people come in.
+
+    Attributes:
+        name: How it is called.
+        rate: How many parties, people or groups, come per second on average.
+        stream: The first of the numbers that its draws have.
+        parties: The rows of the people of each party. They come in turn.
+        places: Where they may come in, shape (k, 2), in W, in meters; clear
+            of walls.
+        spacing: The space that is free around who comes in, in meters.
+    """
+
+    name: str
+    rate: float
+    stream: int
+    parties: tuple[tuple[int, ...], ...]
+    places: Array
+    spacing: float
+
+
+class Sink(NamedTuple):
+    """A place where people leave.
+
+    Attributes:
+        name: How it is called.
+        vertices: The corners of its area in W, shape (k, 2), in meters; one
+            for a point.
+        radius: From how far of it people are gone, in meters.
+        rate: How many people leave per second, at most.
+    """
+
+    name: str
+    vertices: Array
+    radius: float
+    rate: float = math.inf
+
+
+class Traffic(NamedTuple):
+    """Who comes in and leaves, and where.
+
+    Attributes:
+        sources: The sources.
+        sinks: The sinks.
+        sink_of: The sink at which each person leaves, shape (n,); -1 for who
+            stays.
+        exits: The last goal of each, in the sink, shape (n, 2), in meters.
+    """
+
+    sources: tuple[Source, ...]
+    sinks: tuple[Sink, ...]
+    sink_of: NDArray[np.int64]
+    exits: Array
+
+    def after(self, count: int) -> Self:
+        """Returns the same, with so many people before who stay."""
+        return self._replace(
+            sources=tuple(
+                source._replace(
+                    parties=tuple(
+                        tuple(count + row for row in party)
+                        for party in source.parties
+                    )
+                )
+                for source in self.sources
+            ),
+            sink_of=np.concatenate([np.full(count, -1), self.sink_of]),
+            exits=np.vstack([np.zeros((count, 2)), self.exits]),
+        )
+
+    def pool(self) -> list[int]:
+        """Returns the rows of all who come in at sources."""
+        return [
+            row
+            for source in self.sources
+            for party in source.parties
+            for row in party
+        ]
+
+
+def place_party(
+    places: Array, free: Mask, bodies: Sequence[float], spacing: float
+) -> Array | None:
+    """Returns where the people of a party come in, shape (m, 2), or None.
+
+    The first comes in at the first place with room for all; the others near
+    that one.
+
+    Args:
+        places: Shape (k, 2), in order of preference.
+        free: Where each of them could stand, shape (m, k).
+        bodies: The radii of their bodies, in meters, m of them.
+        spacing: The space between two of them, at least.
+    """
+    if len(bodies) == 1:
+        first = np.flatnonzero(free[0])
+        return places[first[:1]] if first.size else None
+    for anchor in np.flatnonzero(free[0]):
+        taken = [int(anchor)]
+        away = np.hypot(*(places - places[anchor]).T)
+        near = np.argsort(away, kind="stable")
+        for m in range(1, len(bodies)):
+            fits = free[m] & (away <= _GROUP_REACH)
+            for other, place in enumerate(taken):
+                apart = np.hypot(*(places - places[place]).T)
+                fits &= apart >= bodies[m] + bodies[other] + spacing
+            found = near[fits[near]]
+            if not found.size:
+                break
+            taken.append(int(found[0]))
+        else:
+            return places[taken]
+    return None
