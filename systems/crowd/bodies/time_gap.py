@@ -13,7 +13,7 @@ import numpy as np
 
 from hunav_drake.systems.common.kernels import MATRIX, REAL, VECTOR, jit, jit_as
 from hunav_drake.systems.common.layout import VX, VY, Command, X, Y
-from hunav_drake.systems.crowd.bodies.contacts import near_pairs
+from hunav_drake.systems.crowd.bodies.pairs import near_pairs
 from hunav_drake.systems.people.parameters import EPSILON
 
 # Half the width of the lane ahead, in sums of the radii of two bodies.
@@ -65,32 +65,13 @@ def _look_ahead(i, j, states, ways, bodies, time_gap, matching, wanted, room):
     )
 
 
-@jit_as(
-    numba.types.UniTuple(float64[:, ::1], 2),
-    *(MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, REAL, REAL),
-)
-def keep_time_gap(
-    states, bodies, command, parameters, at_walls, time_gap, matching
-):
-    """Returns what people want, and how they feel walls, in view of others.
-
-    The desired speed is at most gap / time_gap + matching v, with the gap
-    between the bodies and the speed v of whoever is nearest ahead in the own
-    lane and does not come towards the person. Who does is passed: the goal is
-    turned aside, mostly to the right, and the shoulders so that walls are felt
-    less.
-
-    Args:
-        states: Shape (n, 6): x, y, yaw, vx, vy, omega.
-        bodies: Shape (n,), radii in meters.
-        command: Shape (n, COMMAND_SIZE).
-        parameters: Shape (n, 13): the fields of SocialForceParameters.
-        at_walls: Shape (n, 2): see `Snapshot`.
-        time_gap: In seconds, > 0.
-        matching: The part of the other's speed that is added.
+@jit
+def follow(states, bodies, command, parameters, at_walls, time_gap, matching):
+    """Returns what `keep_time_gap` does, and the pairs of people it looked at.
 
     Returns:
-        The commands, and how walls are felt, in shapes as given.
+        The commands, how walls are felt, all pairs of people whose bodies are
+        less than twice a distance apart, and that distance, in meters.
     """
     n = len(states)
     wanted = command.copy()
@@ -136,4 +117,37 @@ def keep_time_gap(
             wanted[i, Command.GOAL_Y] = states[i, Y] + c * gy - s * gx
             felt[i, 0] = min(felt[i, 0], _SLIM)
             felt[i, 1] *= _SOFT
+    return wanted, felt, pairs, ahead
+
+
+@jit_as(
+    numba.types.UniTuple(float64[:, ::1], 2),
+    *(MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, REAL, REAL),
+)
+def keep_time_gap(
+    states, bodies, command, parameters, at_walls, time_gap, matching
+):
+    """Returns what people want, and how they feel walls, in view of others.
+
+    The desired speed is at most gap / time_gap + matching v, with the gap
+    between the bodies and the speed v of whoever is nearest ahead in the own
+    lane and does not come towards the person. Who does is passed: the goal is
+    turned aside, mostly to the right, and the shoulders so that walls are felt
+    less.
+
+    Args:
+        states: Shape (n, 6): x, y, yaw, vx, vy, omega.
+        bodies: Shape (n,), radii in meters.
+        command: Shape (n, COMMAND_SIZE).
+        parameters: Shape (n, 13): the fields of SocialForceParameters.
+        at_walls: Shape (n, 2): see `Snapshot`.
+        time_gap: In seconds, > 0.
+        matching: The part of the other's speed that is added.
+
+    Returns:
+        The commands, and how walls are felt, in shapes as given.
+    """
+    wanted, felt, _, _ = follow(
+        states, bodies, command, parameters, at_walls, time_gap, matching
+    )
     return wanted, felt
