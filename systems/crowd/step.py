@@ -54,9 +54,9 @@ class CrowdJacobian(NamedTuple):
 class CrowdStep:
     """What people of given bodies do in a step, in a given room.
 
-    A step is `look`, `forces`, `advance`; `take` is all three. Arrays may be of floats, or all of
-    AutoDiffXd. Nothing here changes after the construction, but for what the
-    room remembers about goals asked for before.
+    A step is `look`, `forces`, `advance`; `take` is all three. Arrays may be
+    of floats, or all of AutoDiffXd. Nothing here changes after the
+    construction, but for what the room remembers about goals asked for before.
 
     Attributes:
         radii: Shape (n,), those of the people, in meters; read-only.

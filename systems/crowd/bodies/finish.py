@@ -49,14 +49,13 @@ def finish(
     is_limited = (
         options[ACCELERATION] < math.inf or options[TURN_RATE] < math.inf
     )
-    for i in range(len(before)):
-        if options[STANDING] != 0:
-            stand(i, before, after, forces, command, stances, time_step)
-        if is_limited or options[STANDING] != 0:
-            limit_rates(
-                *(i, before, after, command),
-                *(options[ACCELERATION], options[TURN_RATE], time_step),
-            )
+    if options[STANDING] != 0:
+        stand(before, after, forces, command, stances, time_step)
+    if is_limited or options[STANDING] != 0:
+        limit_rates(
+            *(before, after, command),
+            *(options[ACCELERATION], options[TURN_RATE], time_step),
+        )
     walls = opened(table)
     is_walled = options[WALLED] != 0 and len(walls.solid) > 0
     if is_walled:

@@ -43,21 +43,6 @@ _SLACKS = (0.05, 0.3, 2.0)
 
 
 @jit
-def _residual(c, contacts, moved):
-    """Returns by how much a contact is violated, in meters; else negative."""
-    i = int(contacts[c, PERSON])
-    j = int(contacts[c, OTHER])
-    dx = moved[i, 0]
-    dy = moved[i, 1]
-    if j >= 0:
-        dx -= moved[j, 0]
-        dy -= moved[j, 1]
-    return contacts[c, DISTANCE] - (
-        contacts[c, NORMAL_X] * dx + contacts[c, NORMAL_Y] * dy
-    )
-
-
-@jit
 def _apply(pushes, contacts, places, moved):
     """Writes where pushes, one per contact in meters, move people to."""
     moved[:] = places
@@ -109,7 +94,18 @@ def project(contacts, places, iterations):
         agreement = 0.0
         following = np.empty(count)
         for c in range(count):
-            step = (_residual(c, contacts, moved) - _GIVE * ahead[c]) / scale[c]
+            # By how much the contact is violated, in meters; else negative.
+            i = int(contacts[c, PERSON])
+            j = int(contacts[c, OTHER])
+            dx = moved[i, 0]
+            dy = moved[i, 1]
+            if j >= 0:
+                dx -= moved[j, 0]
+                dy -= moved[j, 1]
+            violation = contacts[c, DISTANCE] - (
+                contacts[c, NORMAL_X] * dx + contacts[c, NORMAL_Y] * dy
+            )
+            step = (violation - _GIVE * ahead[c]) / scale[c]
             following[c] = max(ahead[c] + step, 0.0)
             difference = following[c] - pushes[c]
             change = max(change, abs(difference), abs(following[c] - ahead[c]))

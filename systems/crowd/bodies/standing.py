@@ -37,22 +37,6 @@ _BACK, _BACK_SPEED = 1.0, 0.5
 
 
 @jit
-def wants_to_stand(i, states, command):
-    """Tells whether person `i` has nowhere to go."""
-    if command[i, Command.ROBOT_REPULSION] > 0:
-        return False
-    gx = command[i, Command.GOAL_X] - states[i, X]
-    gy = command[i, Command.GOAL_Y] - states[i, Y]
-    radius = command[i, Command.GOAL_RADIUS]
-    return (
-        command[i, Command.HAS_GOAL] == 0
-        or command[i, Command.HOLD] != 0
-        or command[i, Command.DESIRED_SPEED] == 0
-        or gx * gx + gy * gy <= radius * radius
-    )
-
-
-@jit
 def _move(i, before, after, vx, vy, time_step):
     """Lets a person go at a velocity."""
     after[i, X] = before[i, X] + vx * time_step
@@ -62,27 +46,11 @@ def _move(i, before, after, vx, vy, time_step):
 
 
 @jit
-def stand(i, before, after, forces, command, stances, time_step):
-    """Lets person `i` stand, or come to rest; writes `after` and `stances`.
+def _stand(i, before, after, forces, command, stances, time_step):
+    """Lets person `i`, who has nowhere to go, stand or come to rest.
 
-    Whoever has nowhere to go brakes, and then stands: walls do not matter
-    any more, and others only if they push hard (unless the command is to hold
-    still) or touch; who is pushed away comes back.
-
-    Args:
-        i: The row of the person.
-        before: Shape (n, 6): x, y, yaw, vx, vy, omega.
-        after: Shape (n, 6): the states proposed.
-        forces: Shape (n, FORCES_SIZE).
-        command: Shape (n, COMMAND_SIZE).
-        stances: Shape (n, 3): see the columns above.
-        time_step: In seconds.
+    The arguments are those of `stand`.
     """
-    if not wants_to_stand(i, before, command):
-        stances[i, ANCHOR_X] = 0.0
-        stances[i, ANCHOR_Y] = 0.0
-        stances[i, STANDS] = 0.0
-        return
     speed = math.sqrt(before[i, VX] ** 2 + before[i, VY] ** 2)
     fx = (
         forces[i, TOTAL_FORCE]
@@ -129,3 +97,38 @@ def stand(i, before, after, forces, command, stances, time_step):
     _move(i, before, after, vx, vy, time_step)
     if command[i, Command.TURN_RATE] == 0:
         after[i, YAW] = before[i, YAW]
+
+
+@jit
+def stand(before, after, forces, command, stances, time_step):
+    """Lets people stand, or come to rest; writes `after` and `stances`.
+
+    Whoever has nowhere to go brakes, and then stands: walls do not matter
+    any more, and others only if they push hard (unless the command is to hold
+    still) or touch; who is pushed away comes back.
+
+    Args:
+        before: Shape (n, 6): x, y, yaw, vx, vy, omega.
+        after: Shape (n, 6): the states proposed.
+        forces: Shape (n, FORCES_SIZE).
+        command: Shape (n, COMMAND_SIZE).
+        stances: Shape (n, 3): see the columns above.
+        time_step: In seconds.
+    """
+    # (Most walk. A call for each of them, with all these arrays, would take
+    # longer than what it does.)
+    for i in range(len(before)):
+        gx = command[i, Command.GOAL_X] - before[i, X]
+        gy = command[i, Command.GOAL_Y] - before[i, Y]
+        radius = command[i, Command.GOAL_RADIUS]
+        if command[i, Command.ROBOT_REPULSION] <= 0 and (
+            command[i, Command.HAS_GOAL] == 0
+            or command[i, Command.HOLD] != 0
+            or command[i, Command.DESIRED_SPEED] == 0
+            or gx * gx + gy * gy <= radius * radius
+        ):
+            _stand(i, before, after, forces, command, stances, time_step)
+        else:
+            stances[i, ANCHOR_X] = 0.0
+            stances[i, ANCHOR_Y] = 0.0
+            stances[i, STANDS] = 0.0

@@ -39,30 +39,34 @@ _SLIM, _SOFT = 0.12, 0.2
 
 
 @jit
-def _look_ahead(i, j, states, ways, bodies, time_gap, matching, wanted, room):
-    """Lets person `i` take account of person `j`.
+def _look_ahead(pairs, states, ways, bodies, time_gap, matching, wanted, room):
+    """Lets both people of each pair take account of each other.
 
-    Array `wanted` receives the desired speed, and `room` the gap to whoever
-    comes towards the person, and how far that one is off to the left.
+    Array `wanted` receives the desired speeds, and `room` the gap to whoever
+    comes towards somebody, and how far that one is off to the left.
     """
-    ex = ways[i, 0]
-    ey = ways[i, 1]
-    dx = states[j, X] - states[i, X]
-    dy = states[j, Y] - states[i, Y]
-    both = bodies[i] + bodies[j]
-    if dx * ex + dy * ey <= 0 or abs(dx * ey - dy * ex) >= LANE * both:
-        return
-    gap = max(math.sqrt(dx * dx + dy * dy) - both, 0.0)
-    if ex * ways[j, 0] + ey * ways[j, 1] < _OPPOSITE:
-        if gap < room[i, 0]:
-            room[i, 0] = gap
-            room[i, 1] = ex * dy - ey * dx
-        return
-    along = states[j, VX] * ex + states[j, VY] * ey
-    speed = max(gap / time_gap + matching * max(along, 0.0), SLOWEST)
-    wanted[i, Command.DESIRED_SPEED] = min(
-        wanted[i, Command.DESIRED_SPEED], speed
-    )
+    for p in range(len(pairs)):
+        for turn in range(2):
+            i = pairs[p, turn]
+            j = pairs[p, 1 - turn]
+            ex = ways[i, 0]
+            ey = ways[i, 1]
+            dx = states[j, X] - states[i, X]
+            dy = states[j, Y] - states[i, Y]
+            both = bodies[i] + bodies[j]
+            if dx * ex + dy * ey <= 0 or abs(dx * ey - dy * ex) >= LANE * both:
+                continue
+            gap = max(math.sqrt(dx * dx + dy * dy) - both, 0.0)
+            if ex * ways[j, 0] + ey * ways[j, 1] < _OPPOSITE:
+                if gap < room[i, 0]:
+                    room[i, 0] = gap
+                    room[i, 1] = ex * dy - ey * dx
+                continue
+            along = states[j, VX] * ex + states[j, VY] * ey
+            speed = max(gap / time_gap + matching * max(along, 0.0), SLOWEST)
+            wanted[i, Command.DESIRED_SPEED] = min(
+                wanted[i, Command.DESIRED_SPEED], speed
+            )
 
 
 @jit
@@ -95,15 +99,7 @@ def follow(states, bodies, command, parameters, at_walls, time_gap, matching):
     for i in range(n):
         reach[i] = bodies[i] + ahead
     pairs = near_pairs(states[:, X], states[:, Y], reach)
-    for p in range(len(pairs)):
-        i = pairs[p, 0]
-        j = pairs[p, 1]
-        for _ in range(2):
-            _look_ahead(
-                *(i, j, states, ways, bodies, time_gap, matching),
-                *(wanted, room),
-            )
-            i, j = j, i
+    _look_ahead(pairs, states, ways, bodies, time_gap, matching, wanted, room)
     for i in range(n):
         if room[i, 0] < _PASSING:
             doubt = _DOUBT * np.sign(parameters[i, EPSILON])
