@@ -78,8 +78,7 @@ def _reactive(goes_on: NodeStatus, stops: NodeStatus) -> BuildFunction:
         halts = halts_of(children)
         own = tuple(child.halt for child in children)
         others = tuple(
-            tuple(halt for j, halt in enumerate(own) if halt and j != i)
-            for i in range(count)
+            halts_of((*children[:i], *children[i + 1 :])) for i in range(count)
         )
 
         def tick(memory: Memory, context: TickContext) -> NodeStatus:

@@ -178,6 +178,11 @@ class TickContext:
         return self._human_states.reshape(-1, STATE_SIZE)
 
     @property
+    def num_humans(self) -> int:
+        """The number of rows of `human_states`."""
+        return len(self._human_states) // STATE_SIZE
+
+    @property
     def robots(self) -> list[Row]:
         """The rows of `robot_states`."""
         if self._robots is None:
