@@ -73,7 +73,7 @@ def _reactive(goes_on: NodeStatus, stops: NodeStatus) -> BuildFunction:
     """Builds ReactiveSequence or ReactiveFallback."""
 
     def build(node: Node, children: tuple[Built, ...]) -> Built:
-        ticks = tuple(child.tick for child in children)
+        ticks = tuple(enumerate(child.tick for child in children))
         count = len(ticks)
         halts = halts_of(children)
         own = tuple(child.halt for child in children)
@@ -83,8 +83,8 @@ def _reactive(goes_on: NodeStatus, stops: NodeStatus) -> BuildFunction:
 
         def tick(memory: Memory, context: TickContext) -> NodeStatus:
             skipped = 0
-            for i in range(count):
-                status = ticks[i](memory, context)
+            for i, child_tick in ticks:
+                status = child_tick(memory, context)
                 if status is goes_on:
                     continue
                 if status is RUNNING:
