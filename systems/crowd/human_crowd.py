@@ -353,9 +353,13 @@ def HumanCrowd_(T: Any) -> type:
         def _Update(
             self, context: Context, discrete_state: DiscreteValues
         ) -> None:
-            snapshot = self._Look(context)
-            states, stances = self._step.advance(
-                snapshot, self._step.forces(snapshot), self._GetStances(context)
+            commands = self._commands.Eval(context)
+            states, stances = self._step.take(
+                self._GetState(context),
+                commands.reshape(-1, COMMAND_SIZE),
+                self._GetRobots(context),
+                self.GetWeights(context),
+                self._GetStances(context),
             )
             discrete_state.set_value(self._state, states.ravel())
             discrete_state.set_value(self._stances, stances.ravel())

@@ -18,7 +18,7 @@ LARGEST = 1e12
 
 
 @jit_as(numba.boolean, MATRIX)
-def _is_within(rows):
+def is_within(rows):
     """Tells whether no number of an array is too large."""
     for i in range(rows.shape[0]):
         for j in range(rows.shape[1]):
@@ -33,7 +33,7 @@ def limited(rows: NDArray[Any]) -> NDArray[Any]:
     They are the argument itself if they all are. Scalars with derivatives are
     left as they are.
     """
-    if rows.dtype == object or _is_within(rows):
+    if rows.dtype == object or is_within(rows):
         return rows
     clipped: NDArray[Any] = np.clip(rows, -LARGEST, LARGEST)
     return clipped

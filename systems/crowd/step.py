@@ -3,15 +3,16 @@
 from collections.abc import Sequence
 import copy
 import dataclasses
-from typing import Any, NamedTuple, Self
+from typing import Any, NamedTuple, Self, TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hunav_drake.systems.common.layout import FORCES_SIZE, MOTION_SIZE
 from hunav_drake.systems.common.registry import name_of
-from hunav_drake.systems.crowd.bodies.bodies import Bodies
+from hunav_drake.systems.crowd.bodies.bodies import ITERATIONS, Bodies
 from hunav_drake.systems.crowd.bodies.time_gap import keep_time_gap
+from hunav_drake.systems.crowd.bodies.whole_step import whole_step
 from hunav_drake.systems.crowd.crowd_config import CrowdConfig
 from hunav_drake.systems.crowd.limits import lifted, limited, plain
 from hunav_drake.systems.crowd.motion_model import (
@@ -26,6 +27,9 @@ from hunav_drake.systems.world.obstacles import Obstacles
 
 # Of floats, or of scalars with derivatives.
 Array = NDArray[Any]
+
+# Stands for people who feel walls with their own radii and weights.
+_OWN = np.zeros((0, 2))
 
 
 class CrowdJacobian(NamedTuple):
@@ -51,9 +55,9 @@ class CrowdJacobian(NamedTuple):
 class CrowdStep:
     """What people of given bodies do in a step, in a given room.
 
-    A step is `look`, `forces`, `advance`. Arrays may be of floats, or all of
-    AutoDiffXd. Nothing here changes after the construction, but for what the
-    room remembers about goals asked for before.
+    A step is `look`, `forces`, `advance`; `take` is all three. Arrays may be
+    of floats, or all of AutoDiffXd. Nothing here changes after the
+    construction, but for what the room remembers about goals asked for before.
 
     Attributes:
         radii: Shape (n,), those of the people, in meters; read-only.
@@ -104,6 +108,51 @@ class CrowdStep:
             config,
             margin=getattr(model, "safety_margin", 0.0),
         )
+        self._whole = self._compiled_step(model) if _is_fast(model) else None
+
+    def _compiled_step(self, model: SocialForceModel) -> tuple[Array, ...]:
+        """Returns what `whole_step` takes that does not change."""
+        bodies = self._bodies
+        numbers = [
+            *bodies.options,
+            *(self._obstacle_range, self._max_obstacles, model.error_bound),
+            *(self._time_gap, self._speed_matching),
+            *(self._time_step, ITERATIONS),
+        ]
+        return (
+            np.column_stack([bodies.sizes, self.radii]),
+            self._obstacles.table,
+            np.array(numbers, dtype=float),
+        )
+
+    def take(
+        self,
+        states: Array,
+        command: Array,
+        robots: Array,
+        parameters: NDArray[np.float64],
+        stances: Array,
+    ) -> tuple[Array, Array]:
+        """Returns the states and stances at the end of a step.
+
+        The arguments are those of `look` and `advance`.
+
+        Raises:
+            ValueError: If the model gives what it must not.
+        """
+        if self._whole is not None and states.dtype != object:
+            eased = _OWN
+            wanted = command
+            if self._room.leads:
+                wanted = self._room.guide(limited(states), limited(command))
+                eased = self._room.ease(limited(states), wanted, parameters)
+            after, stood, holds = whole_step(
+                states, wanted, stances, robots, parameters, eased, *self._whole
+            )
+            if holds:
+                return after, stood
+        snapshot = self.look(states, command, robots, parameters)
+        return self.advance(snapshot, self.forces(snapshot), stances)
 
     def of(self, rows: NDArray[np.intp]) -> Self:
         """Returns the step of some of the people, in the same room.
@@ -115,6 +164,9 @@ class CrowdStep:
         part.radii = self.radii[rows]
         part.radii.setflags(write=False)
         part._bodies = self._bodies.of(rows)
+        if self._whole is not None:
+            sizes, *rest = self._whole
+            part._whole = (sizes[rows], *rest)
         part._room = self._room.of(rows)
         return part
 
@@ -283,6 +335,11 @@ class CrowdStep:
             self._name,
             "advance",
         )
+
+
+def _is_fast(model: MotionModel) -> TypeGuard[SocialForceModel]:
+    """Tells whether `whole_step` is a step of a model."""
+    return type(model) is SocialForceModel and model.kernel == "fast"
 
 
 def _differentiable(model: MotionModel, name: str) -> MotionModel:

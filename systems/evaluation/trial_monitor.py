@@ -6,6 +6,7 @@ import math
 from types import MappingProxyType
 from typing import Any
 
+import numpy as np
 from pydrake.systems.framework import (
     BasicVector,
     Context,
@@ -152,7 +153,7 @@ class TrialMonitor(LeafSystem):
         return bool(time == round(time / self._time_step) * self._time_step)
 
     def _CalcStatus(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector([self._EvalStatus(context)])
+        output.SetAtIndex(0, self._EvalStatus(context))
 
     def _EvalStatus(self, context: Context) -> TrialStatus:
         if not self._goal.HasValue(context):
@@ -177,7 +178,8 @@ class TrialMonitor(LeafSystem):
         return TrialStatus.RUNNING
 
     def _Update(self, context: Context, discrete_state: DiscreteValues) -> None:
-        discrete_state.set_value(self._updated, [context.get_time()])
+        # (Drake takes an array in half the time of a list.)
+        discrete_state.set_value(self._updated, np.array([context.get_time()]))
         robot = self._robot_state.Eval(context).tolist()
         state = context.get_discrete_state(self._state).value().tolist()
         near_x, near_y, _, known = state

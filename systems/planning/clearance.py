@@ -2,7 +2,8 @@
 
 import math
 
-from hunav_drake.systems.common.kernels import REAL, WALLS, jit_as
+from hunav_drake.systems.common.kernels import MATRIX, REAL, WALLS, jit_as
+from hunav_drake.systems.common.layout import RADIUS, X, Y
 from hunav_drake.systems.world.nearest import nearest_within
 from hunav_drake.systems.world.walls import opened
 
@@ -32,3 +33,31 @@ def clearance_ahead(x, y, heading, radius, reach, table):
             return moved
         moved += free
     return reach
+
+
+@jit_as(REAL, REAL, REAL, REAL, REAL, REAL, REAL, MATRIX)
+def people_ahead(x, y, c, s, radius, margin, humans):
+    """Returns how far a disc can go straight on before it meets a person.
+
+    Args:
+        x: The center of the disc in W, in meters.
+        y: Its y.
+        c: The cosine of the direction.
+        s: The sine of it.
+        radius: That of the disc, in meters.
+        margin: People count up to this beside the way of the disc, in meters.
+        humans: Shape (n, 7): rows of `human_states`.
+
+    Returns:
+        In meters, less than 0 for whom it overlaps; infinite if nobody is
+        ahead.
+    """
+    free = math.inf
+    for i in range(len(humans)):
+        dx = humans[i, X] - x
+        dy = humans[i, Y] - y
+        ahead = c * dx + s * dy
+        reach = radius + humans[i, RADIUS]
+        if ahead > 0 and abs(c * dy - s * dx) < reach + margin:
+            free = min(free, ahead - reach)
+    return free

@@ -7,7 +7,7 @@ import numpy as np
 from pydantic import StrictFloat
 from pydantic.dataclasses import dataclass
 
-from hunav_drake.systems.common.layout import RADIUS, YAW, X, Y
+from hunav_drake.systems.common.layout import YAW
 from hunav_drake.systems.common.poses import wrap_angle
 from hunav_drake.systems.common.schema import (
     CONFIG,
@@ -16,7 +16,7 @@ from hunav_drake.systems.common.schema import (
     PositiveSpeed,
     within,
 )
-from hunav_drake.systems.planning.clearance import clearance_ahead
+from hunav_drake.systems.planning.clearance import clearance_ahead, people_ahead
 from hunav_drake.systems.planning.planner import (
     Plan,
     Planner,
@@ -105,22 +105,17 @@ class PursuitPlanner(Planner):
 
     def _free_way(self, task: PlanningTask, view: View) -> float:
         """Returns how far the robot can drive straight on, in meters."""
-        robot, humans = view.robot, view.humans
+        x, y, yaw = view.robot[: YAW + 1].tolist()
         free: float = clearance_ahead(
-            *robot[:3], task.robot_radius, self.lookahead, task.obstacles.table
+            *(x, y, yaw, task.robot_radius),
+            *(self.lookahead, task.obstacles.table),
         )
-        if not len(humans):
-            return free
-        dx = humans[:, X] - robot[X]
-        dy = humans[:, Y] - robot[Y]
-        c, s = math.cos(robot[YAW]), math.sin(robot[YAW])
-        ahead = c * dx + s * dy
-        aside = np.abs(c * dy - s * dx)
-        reach = task.robot_radius + humans[:, RADIUS]
-        in_way = (ahead > 0) & (aside < reach + self.side_margin)
-        if not in_way.any():
-            return free
-        return min(free, float((ahead - reach)[in_way].min()))
+        people: float = people_ahead(
+            *(x, y, math.cos(yaw), math.sin(yaw)),
+            *(task.robot_radius, self.side_margin),
+            np.ascontiguousarray(view.humans, dtype=float),
+        )
+        return min(free, people)
 
 
 def _clip(value: float, most: float) -> float:

@@ -23,7 +23,7 @@ from hunav_drake.systems.behavior.language.entry_types import (
     number_of,
 )
 from hunav_drake.systems.behavior.nodes.errors import Place, Spot
-from hunav_drake.systems.behavior.nodes.node import Memory
+from hunav_drake.systems.behavior.nodes.node import Fixed, Memory
 from hunav_drake.systems.behavior.nodes.port import UNSET
 
 MAX_LENGTH = 1000
@@ -238,14 +238,11 @@ def compiled(expression: Expression, texts: TextTable, spot: Spot) -> Value:
     """Returns the function that evaluates a settled expression in a tick."""
     sign, entry = expression.sign, expression.entry
     if sign == "number":
-        number = number_of(expression.literal) or 0.0
-        return lambda memory: number
+        return Fixed(number_of(expression.literal) or 0.0)
     if sign == "text":
-        code = texts.number(expression.literal, expression.kind)
-        return lambda memory: code
+        return Fixed(texts.number(expression.literal, expression.kind))
     if entry is not None and not entry.set_by_nodes:
-        constant = texts.number(entry.literal or "", expression.kind)
-        return lambda memory: constant
+        return Fixed(texts.number(entry.literal or "", expression.kind))
     if entry is not None:
         slot, key = entry.slot, entry.key
 
@@ -256,6 +253,14 @@ def compiled(expression: Expression, texts: TextTable, spot: Spot) -> Value:
 
         return read
     values = tuple(compiled(e, texts, spot) for e in expression.operands)
+    operation = _operation(sign, values)
+    if all(isinstance(value, Fixed) for value in values):
+        return Fixed(float(operation([])))
+    return operation
+
+
+def _operation(sign: str, values: tuple[Value, ...]) -> Value:
+    """Returns the function that joins the values of operands."""
     if sign == "!":
         (value,) = values
         return lambda memory: not value(memory)

@@ -90,12 +90,12 @@ def is_robot_waiting(
     than 0.3 m for `seconds`. With `with_goal`, only those count who have a
     goal to walk to. It holds for one tick; then the time begins anew.
     """
-    state = context.state
     index = _nearest_ahead(context, distance, margin)
     if index < 0 or (with_goal and context.goal is None):
         if own[1] != math.inf:
             own[:] = _WAITING.values()
         return False
+    state = context.state
     robot = context.robots[index]
     moved = math.hypot(state[X] - own[1], state[Y] - own[2])
     driven = math.hypot(robot[X] - own[3], robot[Y] - own[4])
@@ -121,7 +121,8 @@ def _nearest_ahead(context: TickContext, distance: float, margin: float) -> int:
         rx, ry = x - robot[X], y - robot[Y]
         body = robot[RADIUS] + radius
         # (Most robots are far away, most of the time.)
-        if abs(rx) > body + distance or abs(ry) > body + distance:
+        reach = body + distance
+        if rx > reach or ry > reach or -rx > reach or -ry > reach:
             continue
         gap = math.hypot(rx, ry) - body
         if gap > distance or gap >= nearest:

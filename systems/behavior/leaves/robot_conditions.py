@@ -168,6 +168,9 @@ def is_robot_in_the_way(
     above 0, also nearer than that leaves between the bodies. A robot so near
     to the goal itself cannot be passed, and does not count.
     """
+    # (Most robots are far away, most of the time.)
+    if not _is_any_near(context, distance):
+        return False
     clearance = between(context, clearance, gap)
     found = [
         (it.ahead, it.row)
@@ -177,13 +180,23 @@ def is_robot_in_the_way(
     return _notice_nearest(context, found, occlusion) >= 0
 
 
+def _is_any_near(context: TickContext, distance: float) -> bool:
+    """Tells whether any robot's center is at most a distance away."""
+    state = context.state
+    x, y = state[X], state[Y]
+    for robot in context.robots:
+        if math.hypot(robot[X] - x, robot[Y] - y) <= distance:
+            return True
+    return False
+
+
 def between(context: TickContext, clearance: float, gap: float) -> float:
     """Returns the distance to keep from the centers of robots, in meters.
 
     It is `clearance`, or what leaves a `gap` above 0 between the bodies.
     """
     if gap > 0 and context.robots:
-        widest = max(robot[RADIUS] for robot in context.robots)
+        widest = max([robot[RADIUS] for robot in context.robots])
         return max(clearance, context.state[RADIUS] + widest + gap)
     return clearance
 
@@ -216,8 +229,11 @@ def before_goal(
     state, goal = context.state, context.goal
     if goal is None:
         return []
-    gx, gy = way(context)
-    length = math.hypot(goal[0] - state[X], goal[1] - state[Y])
+    gx, gy = goal[0] - state[X], goal[1] - state[Y]
+    length = math.hypot(gx, gy)
+    if length == 0:
+        return []
+    gx, gy = gx / length, gy / length
     found = []
     for i, robot in enumerate(context.robots):
         dx, dy = robot[X] - state[X], robot[Y] - state[Y]

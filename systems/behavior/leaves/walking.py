@@ -74,10 +74,10 @@ def _is_taken(
     context: TickContext, goal: tuple[float, float], distance: float
 ) -> bool:
     """Tells whether people who stand at a goal are in the person's way."""
-    people = context.human_states
     beyond = (distance - context.person.goal_radius) / _CROWDING
-    if beyond * beyond > len(people) - 1:
+    if beyond * beyond > context.num_humans - 1:
         return False
+    people = context.human_states
     state = context.state
     away = np.hypot(people[:, X] - goal[0], people[:, Y] - goal[1])
     speed = np.hypot(people[:, VX], people[:, VY])

@@ -1,6 +1,7 @@
 """Builds the tick function of a leaf from the Python function it is."""
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -23,13 +24,20 @@ from hunav_drake.systems.behavior.nodes.tick_context import TickContext
 RUNNING_SLOT = "(running)"
 
 
-def _is_plain(node: Node) -> bool:
-    """Returns whether a leaf needs only the tick context: the fastest case."""
-    return not node.slots and all(
-        isinstance(value, Constant)
-        and value.value == node.type.ports[name].default
+def _bound(function: Callable[..., Any], node: Node) -> Callable[..., Any]:
+    """Returns a leaf's function with the ports that are constants."""
+    constants = {
+        name: value.value
         for name, value in node.ports.items()
-    )
+        if isinstance(value, Constant)
+        and value.value != node.type.ports[name].default
+    }
+    return partial(function, **constants) if constants else function
+
+
+def _failed(node: Node, error: Exception) -> BehaviorTreeError:
+    """Returns the error for one that a leaf's function raised."""
+    return node.error(f"{type(error).__name__}: {error}")
 
 
 def build_leaf(
@@ -40,21 +48,18 @@ def build_leaf(
     The function takes the tick context, its memory if it has one, and its
     ports. There are no children.
     """
-    call = _with_ports(function, node)
-    plain = _is_plain(node)
-
-    def run(memory: Memory, context: TickContext) -> Any:
-        try:
-            return function(context) if plain else call(memory, context)
-        except BehaviorTreeError:
-            raise
-        except Exception as error:
-            raise node.error(f"{type(error).__name__}: {error}") from error
+    bound = _bound(function, node)
+    call = _with_memory(bound, node)
 
     if node.type.category == "Condition":
 
         def check(memory: Memory, context: TickContext) -> NodeStatus:
-            holds = run(memory, context)
+            try:
+                holds = call(memory, context) if call else bound(context)
+            except BehaviorTreeError:
+                raise
+            except Exception as error:
+                raise _failed(node, error) from error
             if holds is True:
                 return SUCCESS
             return FAILURE if holds is False else _condition_status(holds, node)
@@ -62,7 +67,12 @@ def build_leaf(
         return Built(check)
 
     def act(memory: Memory, context: TickContext) -> NodeStatus:
-        status = run(memory, context)
+        try:
+            status = call(memory, context) if call else bound(context)
+        except BehaviorTreeError:
+            raise
+        except Exception as error:
+            raise _failed(node, error) from error
         if status is None:
             return SUCCESS
         if status is SUCCESS or status is RUNNING or status is FAILURE:
@@ -110,16 +120,13 @@ def _leaf_halt(node: Node, running: int) -> HaltFunction:
     return halt
 
 
-def _with_ports(
+def _with_memory(
     function: Callable[..., Any], node: Node
-) -> Callable[[Memory, TickContext], Any]:
-    """Returns the leaf's function with its memory and ports bound."""
-    ports = node.type.ports
-    constants = {
-        name: value.value
-        for name, value in node.ports.items()
-        if isinstance(value, Constant) and value.value != ports[name].default
-    }
+) -> Callable[[Memory, TickContext], Any] | None:
+    """Returns a leaf's function with its memory, and the ports that are there.
+
+    None if there is nothing of the kind: the function takes the context only.
+    """
     variables = {
         name: node.reader(name)
         for name, value in node.ports.items()
@@ -129,13 +136,14 @@ def _with_ports(
     if node.slots[:1] == (RUNNING_SLOT,):
         begin += 1
     if begin == end and not variables:
-        return lambda memory, context: function(context, **constants)
+        return None
+
+    nothing: dict[str, Any] = {}
 
     def call(memory: Memory, context: TickContext) -> Any:
-        values = constants
+        values = nothing
         if variables:
-            given = {name: read(memory) for name, read in variables.items()}
-            values = {**constants, **given}
+            values = {name: read(memory) for name, read in variables.items()}
         if begin == end:
             return function(context, **values)
         own = memory[begin:end]

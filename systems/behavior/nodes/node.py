@@ -47,6 +47,21 @@ TickFunction = Callable[[Memory, TickContext], NodeStatus]
 HaltFunction = Callable[[Memory], None]
 
 
+@dataclass(frozen=True, slots=True)
+class Fixed:
+    """The function that evaluates an expression without variables.
+
+    Attributes:
+        number: What it gives.
+    """
+
+    number: float
+
+    def __call__(self, memory: Memory) -> float:
+        """Returns the number, whatever the memory."""
+        return self.number
+
+
 @dataclass(frozen=True)
 class Conditions:
     """The pre- and post-conditions of a node: see `pre_post_conditions`.
@@ -144,22 +159,56 @@ class Built(NamedTuple):
         halt: Halts the node if it is running; None if that changes nothing.
         may_skip: Whether it can return SKIPPED.
         work: The largest number of nodes that one tick of it ticks.
+        clears: What `halt` does, where that is known: the slots that it sets
+            to 0,
+        halts: and the functions that it calls then. One function that halts
+            all nodes under it takes less time than one for each.
     """
 
     tick: TickFunction
     halt: HaltFunction | None = None
     may_skip: bool = False
     work: int = 1
+    clears: tuple[int, ...] = ()
+    halts: tuple[HaltFunction, ...] | None = None
+
+
+def parts_of(
+    children: tuple[Built, ...],
+) -> tuple[tuple[int, ...], tuple[HaltFunction, ...]]:
+    """Returns what it takes to halt nodes: see `Built`.
+
+    The slots are none that the functions read.
+    """
+    clears: list[int] = []
+    halts: list[HaltFunction] = []
+    for child in children:
+        if child.halts is not None:
+            clears += child.clears
+            halts += child.halts
+        elif child.halt:
+            halts.append(child.halt)
+    return tuple(clears), tuple(halts)
 
 
 def halts_of(children: tuple[Built, ...]) -> tuple[HaltFunction, ...]:
-    """Returns the halt functions of nodes."""
-    return tuple(child.halt for child in children if child.halt)
+    """Returns the functions that halt nodes, together."""
+    clears, halts = parts_of(children)
+    return (_clearing(clears), *halts) if clears else halts
+
+
+def _clearing(slots: tuple[int, ...]) -> HaltFunction:
+    def clear(memory: Memory) -> None:
+        for slot in slots:
+            memory[slot] = 0.0
+
+    return clear
 
 
 def halt_of(slots: Iterable[int], children: tuple[Built, ...]) -> HaltFunction:
     """Returns the function that sets slots to 0 and halts children."""
-    own, halts = tuple(slots), halts_of(children)
+    clears, halts = parts_of(children)
+    own = (*slots, *clears)
 
     def halt(memory: Memory) -> None:
         for slot in own:
@@ -191,11 +240,14 @@ def compose(
     `any` of its children can, or `all`.
     """
     own = tuple(slots)
+    clears, halts = parts_of(children)
     return Built(
         tick,
-        halt_of(own, children) if own or halts_of(children) else None,
+        halt_of(own, children) if own or clears or halts else None,
         skips(child.may_skip for child in children),
         1 + sum(child.work for child in children),
+        clears=(*own, *clears),
+        halts=halts,
     )
 
 

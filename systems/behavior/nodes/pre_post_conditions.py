@@ -18,6 +18,8 @@ The post-conditions, `_onHalted`, `_onFailure`, `_onSuccess` and `_post` (after
 both), set blackboard entries.
 """
 
+from collections.abc import Callable
+
 from hunav_drake.systems.behavior.nodes.node import (
     FAILURE,
     RUNNING,
@@ -25,9 +27,12 @@ from hunav_drake.systems.behavior.nodes.node import (
     SUCCESS,
     Built,
     Conditions,
+    Fixed,
     Memory,
     Node,
     NodeStatus,
+    TickFunction,
+    parts_of,
 )
 from hunav_drake.systems.behavior.nodes.tick_context import TickContext
 
@@ -59,12 +64,13 @@ def _conditional(built: Built, conditions: Conditions) -> Built:
     results = tuple(
         (before[name], result)
         for name, result in _RESULTS.items()
-        if name in before
+        if name in before and not _never(before[name])
     )
     effects = {
         SUCCESS: (*after.get("_onSuccess", ()), *after.get("_post", ())),
         FAILURE: (*after.get("_onFailure", ()), *after.get("_post", ())),
     }
+    has_effects = any(effects.values())
     when_halted = after.get("_onHalted", ())
 
     def halt(memory: Memory) -> None:
@@ -93,14 +99,57 @@ def _conditional(built: Built, conditions: Conditions) -> Built:
             status = own_tick(memory, context)
         if slot is not None:
             memory[slot] = 1.0 if status is RUNNING else 0.0
-        for effect in effects.get(status, ()):
-            effect(memory)
+        if has_effects:
+            for effect in effects.get(status, ()):
+                effect(memory)
         return status
 
-    skips = "_skipIf" in before or "_while" in before
-    return Built(
-        tick,
+    chosen: TickFunction = tick
+    if slot is not None and not holds_while:
+        # What never changes is not asked in each tick.
+        if not results and not has_effects:
+            chosen = _noted(own_tick, slot)
+        elif results and results[0][1] is SKIPPED and _always(results[0][0]):
+            chosen = _skipped(tick, slot)
+    skips = holds_while or any(result is SKIPPED for _, result in results)
+    conditional = Built(
+        chosen,
         halt if own_halt or slot is not None else None,
-        built.may_skip or skips,
+        built.may_skip or bool(skips),
         built.work,
     )
+    if when_halted:
+        return conditional
+    clears, halts = parts_of((built,))
+    own = () if slot is None else (slot,)
+    return conditional._replace(clears=(*own, *clears), halts=halts)
+
+
+def _noted(tick: TickFunction, slot: int) -> TickFunction:
+    """Returns the tick of a node, which notes whether it runs."""
+
+    def noted(memory: Memory, context: TickContext) -> NodeStatus:
+        status = tick(memory, context)
+        memory[slot] = 1.0 if status is RUNNING else 0.0
+        return status
+
+    return noted
+
+
+def _skipped(tick: TickFunction, slot: int) -> TickFunction:
+    """Returns the tick of a node that is skipped unless it runs already."""
+
+    def skipped(memory: Memory, context: TickContext) -> NodeStatus:
+        return tick(memory, context) if memory[slot] else SKIPPED
+
+    return skipped
+
+
+def _never(holds: Callable[[Memory], float]) -> bool:
+    """Tells whether a condition never holds."""
+    return isinstance(holds, Fixed) and not holds.number
+
+
+def _always(holds: Callable[[Memory], float]) -> bool:
+    """Tells whether a condition always holds."""
+    return isinstance(holds, Fixed) and bool(holds.number)

@@ -73,19 +73,18 @@ def _reactive(goes_on: NodeStatus, stops: NodeStatus) -> BuildFunction:
     """Builds ReactiveSequence or ReactiveFallback."""
 
     def build(node: Node, children: tuple[Built, ...]) -> Built:
-        ticks = tuple(child.tick for child in children)
+        ticks = tuple(enumerate(child.tick for child in children))
         count = len(ticks)
         halts = halts_of(children)
         own = tuple(child.halt for child in children)
         others = tuple(
-            tuple(halt for j, halt in enumerate(own) if halt and j != i)
-            for i in range(count)
+            halts_of((*children[:i], *children[i + 1 :])) for i in range(count)
         )
 
         def tick(memory: Memory, context: TickContext) -> NodeStatus:
             skipped = 0
-            for i in range(count):
-                status = ticks[i](memory, context)
+            for i, child_tick in ticks:
+                status = child_tick(memory, context)
                 if status is goes_on:
                     continue
                 if status is RUNNING:

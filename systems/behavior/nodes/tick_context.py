@@ -108,6 +108,15 @@ class Person:
         )
 
 
+def _rows(states: Array) -> list[Row]:
+    """Returns the rows of `robot_states`."""
+    flat: Row = states.tolist()
+    # (Most often there is one.)
+    if len(flat) == STATE_SIZE:
+        return [flat]
+    return [flat[i : i + STATE_SIZE] for i in range(0, len(flat), STATE_SIZE)]
+
+
 class TickContext:
     """What leaves read and write in one tick of one person's tree.
 
@@ -119,18 +128,19 @@ class TickContext:
             before any leaf writes, to walk to the current goal.
         behavior_status: 0 while no reaction is active, else the state that
             it is in, up to `MAX_BEHAVIOR_STATUS`; most have the one state 1.
+        state: The person's own row of `human_states`.
+        robots: The rows of `robot_states`.
     """
 
     __slots__ = (
         "_human_states",
         "_memory",
         "_noticed",
-        "_robot_states",
-        "_robots",
-        "_self",
         "behavior_status",
         "command",
         "person",
+        "robots",
+        "state",
     )
 
     def __init__(
@@ -153,18 +163,11 @@ class TickContext:
         self.behavior_status = 0
         self._memory = memory
         self._human_states = human_states
-        self._robot_states = robot_states
-        self._self: Row | None = None
-        self._robots: list[Row] | None = None
+        # (Not properties: leaves read them many times in a tick.)
+        first = STATE_SIZE * person.index
+        self.state: Row = human_states[first : first + STATE_SIZE].tolist()
+        self.robots: list[Row] = _rows(robot_states)
         self._noticed: Row | None = None
-
-    @property
-    def state(self) -> Row:
-        """The person's own row of `human_states`."""
-        if self._self is None:
-            first = STATE_SIZE * self.person.index
-            self._self = self._human_states[first : first + STATE_SIZE].tolist()
-        return self._self
 
     @property
     def humans(self) -> list[Row]:
@@ -178,16 +181,9 @@ class TickContext:
         return self._human_states.reshape(-1, STATE_SIZE)
 
     @property
-    def robots(self) -> list[Row]:
-        """The rows of `robot_states`."""
-        if self._robots is None:
-            flat: Row = self._robot_states.tolist()
-            # (Most often there is one.)
-            self._robots = [
-                flat[i : i + STATE_SIZE]
-                for i in range(0, len(flat), STATE_SIZE)
-            ]
-        return self._robots
+    def num_humans(self) -> int:
+        """The number of rows of `human_states`."""
+        return len(self._human_states) // STATE_SIZE
 
     @property
     def robot(self) -> Row | None:

@@ -23,7 +23,7 @@ Array = NDArray[Any]
 
 # How often pushes between bodies are improved at most: in a step, and for its
 # derivatives, which need more digits.
-_ITERATIONS, _MANY = 200, 20000
+ITERATIONS, _MANY = 200, 20000
 
 # The half width of central differences, in meters, radians and SI units.
 _DIFFERENCE = 1e-6
@@ -54,6 +54,8 @@ class Bodies:
 
     Attributes:
         radii: Shape (n,), those of the bodies, in meters; read-only.
+        sizes: Shape (n, 2): see `finish_step`.
+        options: Shape (5,): see there.
     """
 
     def __init__(
@@ -72,17 +74,19 @@ class Bodies:
         self.radii = np.array([human.contact_radius for human in humans])
         self.radii.setflags(write=False)
         margins = wall_margins([human.radius for human in humans])
-        self._sizes = np.column_stack([self.radii, margins])
+        self.sizes = np.column_stack([self.radii, margins])
         self._is_walled = config.keep_out_of_walls and len(obstacles) > 0
-        if not self._is_walled:
-            obstacles = Obstacles.from_shapes([], solid=[])
         self._table = obstacles.table
         acceleration, turn_rate = (
             math.inf if limit is None else limit
             for limit in (config.max_acceleration, config.max_turn_rate)
         )
-        self._options = np.array(
-            [config.standing, config.keep_apart, acceleration, turn_rate]
+        self.options = np.array(
+            [
+                *(config.standing, config.keep_apart),
+                *(acceleration, turn_rate, self._is_walled),
+            ],
+            dtype=float,
         )
         is_limited = math.isfinite(min(acceleration, turn_rate))
         self._is_on = len(humans) > 0 and (
@@ -97,7 +101,7 @@ class Bodies:
         part = copy.copy(self)
         part.radii = self.radii[rows]
         part.radii.setflags(write=False)
-        part._sizes = self._sizes[rows]
+        part.sizes = self.sizes[rows]
         return part
 
     def finish(
@@ -187,7 +191,7 @@ class Bodies:
         forces: Array,
         after: Array,
         stances: Array,
-        iterations: int = _ITERATIONS,
+        iterations: int = ITERATIONS,
     ) -> tuple[Array, Array]:
         result: tuple[Array, Array] = finish_step(
             snapshot.states,
@@ -196,9 +200,9 @@ class Bodies:
             snapshot.command,
             stances,
             snapshot.robots,
-            self._sizes,
+            self.sizes,
             self._table,
-            self._options,
+            self.options,
             snapshot.time_step,
             iterations,
         )

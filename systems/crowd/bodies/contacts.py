@@ -13,11 +13,9 @@ import numpy as np
 
 from hunav_drake.systems.common.kernels import MATRIX, VECTOR, jit, jit_as
 from hunav_drake.systems.common.layout import RADIUS, VX, VY, X, Y
+from hunav_drake.systems.crowd.bodies.pairs import near_pairs
 from hunav_drake.systems.world.nearest import nearest_on_segments
 from hunav_drake.systems.world.walls import runs_in
-
-# From how many people on they are sorted first.
-_SORT_FROM = 16
 
 # Who is nearer to a wall than this stands on it, in meters: no way is out.
 _ON_WALL = 1e-6
@@ -25,54 +23,6 @@ _ON_WALL = 1e-6
 # The columns of a contact: the normal, the distance kept along it, the person,
 # and the other person or -1.
 NORMAL_X, NORMAL_Y, DISTANCE, PERSON, OTHER = range(5)
-
-
-@jit
-def near_pairs(x, y, reach):
-    """Returns the pairs of people whose reaches meet.
-
-    They are sorted along the longer side of where they are, and compared with
-    those that follow until no later one can be near.
-
-    Args:
-        x: Shape (n,), in meters.
-        y: Shape (n,), in meters.
-        reach: Shape (n,), in meters.
-
-    Returns:
-        Shape (p, 2), the numbers of the people of each pair.
-    """
-    n = len(x)
-    pairs = np.empty((4 * n + 8, 2), np.int64)
-    count = 0
-    if n < 2:
-        return pairs[:0]
-    order = np.arange(n)
-    far = math.inf
-    if n > _SORT_FROM:
-        far = 2 * reach.max()
-        wide = x.max() - x.min() >= y.max() - y.min()
-        order = np.argsort(x if wide else y)
-        along = (x if wide else y)[order]
-        across = (y if wide else x)[order]
-        reach = reach[order]
-    else:
-        along = x.copy()
-        across = y.copy()
-    for a in range(n):
-        for b in range(a + 1, n):
-            dx = along[b] - along[a]
-            if dx > far:
-                break
-            dy = across[b] - across[a]
-            both = reach[a] + reach[b]
-            if dx * dx + dy * dy < both * both:
-                if count == len(pairs):
-                    pairs = np.concatenate((pairs, np.empty_like(pairs)))
-                pairs[count, 0] = order[a]
-                pairs[count, 1] = order[b]
-                count += 1
-    return pairs[:count]
 
 
 @jit
@@ -88,10 +38,11 @@ def _normal(dx, dy, ex, ey):
 
 
 @jit
-def do_bodies_meet(after, bodies, robots, time_step):
+def do_bodies_meet(after, bodies, robots, time_step, pairs):
     """Tells whether any body would overlap another at the end of a step.
 
-    The arguments are those of `keep_apart`.
+    The arguments are those of `keep_apart`; all who could meet are among the
+    pairs.
     """
     for i in range(len(after)):
         for k in range(len(robots)):
@@ -100,7 +51,15 @@ def do_bodies_meet(after, bodies, robots, time_step):
             both = bodies[i] + robots[k, RADIUS]
             if dx * dx + dy * dy < both * both:
                 return True
-    return len(near_pairs(after[:, X], after[:, Y], bodies)) > 0
+    for p in range(len(pairs)):
+        i = pairs[p, 0]
+        j = pairs[p, 1]
+        dx = after[i, X] - after[j, X]
+        dy = after[i, Y] - after[j, Y]
+        both = bodies[i] + bodies[j]
+        if dx * dx + dy * dy < both * both:
+            return True
+    return False
 
 
 @jit_as(float64[::1], MATRIX, VECTOR, MATRIX)
@@ -144,13 +103,22 @@ def deepest(states, bodies, robots):
 
 @jit
 def find_contacts(
-    before, after, bodies, margins, robots, walls, time_step, slack
+    before,
+    after,
+    bodies,
+    margins,
+    robots,
+    walls,
+    is_walled,
+    time_step,
+    slack,
+    pairs,
 ):
     """Returns the contacts of people with people, robots and walls.
 
     Of walls only those of people who are near others. The arguments are those
     of `keep_apart`, and how far people may be moved from where the step leads,
-    in meters.
+    in meters; all who could touch then are among the pairs.
 
     Returns:
         Shape (c, 5): see the columns above.
@@ -162,17 +130,18 @@ def find_contacts(
         dx = after[i, X] - before[i, X]
         dy = after[i, Y] - before[i, Y]
         reach[i] = bodies[i] + math.sqrt(dx * dx + dy * dy) + slack
-    pairs = near_pairs(before[:, X], before[:, Y], reach)
     contacts = np.empty((len(pairs) + n * len(robots), 5))
     count = 0
     for p in range(len(pairs)):
         i = pairs[p, 0]
         j = pairs[p, 1]
+        dx = before[i, X] - before[j, X]
+        dy = before[i, Y] - before[j, Y]
+        both = reach[i] + reach[j]
+        if dx * dx + dy * dy >= both * both:
+            continue
         contacts[count, NORMAL_X], contacts[count, NORMAL_Y] = _normal(
-            before[i, X] - before[j, X],
-            before[i, Y] - before[j, Y],
-            after[i, X] - after[j, X],
-            after[i, Y] - after[j, Y],
+            dx, dy, after[i, X] - after[j, X], after[i, Y] - after[j, Y]
         )
         contacts[count, DISTANCE] = bodies[i] + bodies[j]
         contacts[count, PERSON] = i
@@ -197,7 +166,7 @@ def find_contacts(
                 near[i] = True
                 count += 1
     contacts = contacts[:count]
-    if len(walls.solid) > 0:
+    if is_walled:
         for i in range(n):
             if near[i]:
                 contacts = np.concatenate(

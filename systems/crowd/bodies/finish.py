@@ -4,6 +4,7 @@ import math
 
 import numba
 from numba import float64
+import numpy as np
 
 from hunav_drake.systems.common.kernels import (
     INTEGER,
@@ -11,6 +12,7 @@ from hunav_drake.systems.common.kernels import (
     REAL,
     VECTOR,
     WALLS,
+    jit,
     jit_as,
 )
 from hunav_drake.systems.crowd.bodies.keep_apart import keep_apart
@@ -20,7 +22,52 @@ from hunav_drake.systems.crowd.walls.keep_out import keep_out_of_walls
 from hunav_drake.systems.world.walls import opened
 
 # What is switched on: the fields of `options`, in order. Limits may be inf.
-STANDING, KEEP_APART, ACCELERATION, TURN_RATE = range(4)
+STANDING, KEEP_APART, ACCELERATION, TURN_RATE, WALLED = range(5)
+
+
+@jit
+def finish(
+    before,
+    after,
+    forces,
+    command,
+    stances,
+    robots,
+    sizes,
+    table,
+    options,
+    time_step,
+    iterations,
+    pairs,
+    known,
+):
+    """Returns the states of n people at the end of a step.
+
+    The arguments are those of `finish_step`, but that it writes to `after` and
+    `stances`, and the last two of `keep_apart`.
+    """
+    is_limited = (
+        options[ACCELERATION] < math.inf or options[TURN_RATE] < math.inf
+    )
+    if options[STANDING] != 0:
+        stand(before, after, forces, command, stances, time_step)
+    if is_limited or options[STANDING] != 0:
+        limit_rates(
+            *(before, after, command),
+            *(options[ACCELERATION], options[TURN_RATE], time_step),
+        )
+    walls = opened(table)
+    is_walled = options[WALLED] != 0 and len(walls.solid) > 0
+    if is_walled:
+        after = keep_out_of_walls(before, after, sizes[:, 1].copy(), table)
+    if options[KEEP_APART] != 0:
+        is_moved = keep_apart(
+            *(before, after, sizes, command, robots, walls, is_walled),
+            *(time_step, iterations, pairs, known),
+        )
+        if is_moved and is_walled:
+            after = keep_out_of_walls(before, after, sizes[:, 1].copy(), table)
+    return after
 
 
 @jit_as(
@@ -55,45 +102,20 @@ def finish_step(
         robots: Shape (m, 7): rows of `robot_states`.
         sizes: Shape (n, 2), the radius of each body, and how far its center is
             kept from walls (see `wall_margins`), in meters.
-        table: `Obstacles.table`, of the walls that stop people.
-        options: Shape (4,): 1 or 0 for standing and keeping apart, and the
-            limits of acceleration, in m/s^2, and turn rate, in rad/s.
+        table: `Obstacles.table`.
+        options: Shape (5,): 1 or 0 for standing and keeping apart, the limits
+            of acceleration, in m/s^2, and turn rate, in rad/s, and 1 or 0 for
+            walls that stop people.
         time_step: In seconds.
         iterations: See `project`.
 
     Returns:
         The states and the stances, in shapes as given.
     """
-    n = len(before)
-    proposed = after.copy()
     stance = stances.copy()
-    is_limited = (
-        options[ACCELERATION] < math.inf or options[TURN_RATE] < math.inf
+    finished = finish(
+        *(before, after.copy(), forces, command, stance, robots, sizes),
+        *(table, options, time_step, iterations),
+        *(np.empty((0, 2), np.int64), -1.0),
     )
-    for i in range(n):
-        if options[STANDING] != 0:
-            stand(
-                *(before[i], proposed[i], forces[i], command[i]),
-                *(stance[i], time_step),
-            )
-        if is_limited or options[STANDING] != 0:
-            limit_rates(
-                *(before[i], proposed[i], command[i]),
-                *(options[ACCELERATION], options[TURN_RATE], time_step),
-            )
-    walls = opened(table)
-    is_walled = len(walls.solid) > 0
-    if is_walled:
-        proposed = keep_out_of_walls(
-            before, proposed, sizes[:, 1].copy(), table
-        )
-    if options[KEEP_APART] != 0:
-        is_moved = keep_apart(
-            *(before, proposed, sizes, command, robots, walls),
-            *(time_step, iterations),
-        )
-        if is_moved and is_walled:
-            proposed = keep_out_of_walls(
-                before, proposed, sizes[:, 1].copy(), table
-            )
-    return proposed, stance
+    return finished, stance

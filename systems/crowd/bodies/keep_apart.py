@@ -23,6 +23,7 @@ from hunav_drake.systems.crowd.bodies.contacts import (
     do_bodies_meet,
     find_contacts,
 )
+from hunav_drake.systems.crowd.bodies.pairs import covered, near_pairs
 
 # How much contacts give way: the part of the displacement by which they move
 # people that is left as overlap. Where bodies have no room, it shares it.
@@ -39,21 +40,6 @@ _TOLERANCE = 1e-5
 # contacts are looked for within that; the next one counts for who is moved
 # farther.
 _SLACKS = (0.05, 0.3, 2.0)
-
-
-@jit
-def _residual(c, contacts, moved):
-    """Returns by how much a contact is violated, in meters; else negative."""
-    i = int(contacts[c, PERSON])
-    j = int(contacts[c, OTHER])
-    dx = moved[i, 0]
-    dy = moved[i, 1]
-    if j >= 0:
-        dx -= moved[j, 0]
-        dy -= moved[j, 1]
-    return contacts[c, DISTANCE] - (
-        contacts[c, NORMAL_X] * dx + contacts[c, NORMAL_Y] * dy
-    )
 
 
 @jit
@@ -108,7 +94,18 @@ def project(contacts, places, iterations):
         agreement = 0.0
         following = np.empty(count)
         for c in range(count):
-            step = (_residual(c, contacts, moved) - _GIVE * ahead[c]) / scale[c]
+            # By how much the contact is violated, in meters; else negative.
+            i = int(contacts[c, PERSON])
+            j = int(contacts[c, OTHER])
+            dx = moved[i, 0]
+            dy = moved[i, 1]
+            if j >= 0:
+                dx -= moved[j, 0]
+                dy -= moved[j, 1]
+            violation = contacts[c, DISTANCE] - (
+                contacts[c, NORMAL_X] * dx + contacts[c, NORMAL_Y] * dy
+            )
+            step = (violation - _GIVE * ahead[c]) / scale[c]
             following[c] = max(ahead[c] + step, 0.0)
             difference = following[c] - pushes[c]
             change = max(change, abs(difference), abs(following[c] - ahead[c]))
@@ -131,21 +128,34 @@ def project(contacts, places, iterations):
 
 
 @jit
-def _is_deep(i, before, bodies):
-    """Tells whether a person's body overlaps somebody's at the start."""
-    for j in range(len(before)):
-        if j != i:
-            dx = before[i, X] - before[j, X]
-            dy = before[i, Y] - before[j, Y]
-            both = bodies[i] + bodies[j] - _DEEP
-            if both > 0 and dx * dx + dy * dy < both * both:
-                return True
-    return False
+def _deep(before, bodies, pairs):
+    """Tells whose bodies overlap somebody's at the start."""
+    deep = np.zeros(len(before), np.bool_)
+    for p in range(len(pairs)):
+        i = pairs[p, 0]
+        j = pairs[p, 1]
+        dx = before[i, X] - before[j, X]
+        dy = before[i, Y] - before[j, Y]
+        both = bodies[i] + bodies[j] - _DEEP
+        if both > 0 and dx * dx + dy * dy < both * both:
+            deep[i] = True
+            deep[j] = True
+    return deep
 
 
 @jit
 def keep_apart(
-    before, after, sizes, command, robots, walls, time_step, iterations
+    before,
+    after,
+    sizes,
+    command,
+    robots,
+    walls,
+    is_walled,
+    time_step,
+    iterations,
+    pairs,
+    known,
 ):
     """Moves people at the end of a step so that no bodies overlap.
 
@@ -161,26 +171,43 @@ def keep_apart(
             kept from walls (see `wall_margins`), in meters.
         command: Shape (n, COMMAND_SIZE).
         robots: Shape (m, 7): rows of `robot_states`.
-        walls: See `Walls`: those that stop people.
+        walls: See `Walls`.
+        is_walled: Whether they stop people.
         time_step: In seconds.
         iterations: See `project`.
+        pairs: Shape (p, 2): all whose bodies were less than 2 `known` apart
+            before, in the order of `near_pairs`; maybe others.
+        known: In meters; negative if no pairs are known.
 
     Returns:
         Whether anybody is not where the step proposed.
     """
-    bodies = sizes[:, 0]
-    if not do_bodies_meet(after, bodies, robots, time_step):
+    bodies = sizes[:, 0].copy()
+    longest = 0.0
+    for i in range(len(after)):
+        dx = after[i, X] - before[i, X]
+        dy = after[i, Y] - before[i, Y]
+        longest = max(longest, math.sqrt(dx * dx + dy * dy))
+    if known < covered(longest + _SLACKS[0]):
+        known = covered(longest + _SLACKS[0])
+        pairs = near_pairs(before[:, X], before[:, Y], bodies + known)
+    if not do_bodies_meet(after, bodies, robots, time_step, pairs):
         return False
-    margins = sizes[:, 1]
+    margins = sizes[:, 1].copy()
     proposed = after[:, : Y + 1].copy()
     for slack in _SLACKS:
+        if known < covered(longest + slack):
+            known = covered(longest + slack)
+            pairs = near_pairs(before[:, X], before[:, Y], bodies + known)
         contacts = find_contacts(
-            before, after, bodies, margins, robots, walls, time_step, slack
+            *(before, after, bodies, margins, robots, walls, is_walled),
+            *(time_step, slack, pairs),
         )
         places = project(contacts, proposed, iterations)
         farthest = np.sum((places - proposed) ** 2, axis=1).max()
         if farthest <= slack * slack:
             break
+    deep = _deep(before, bodies, pairs)
     for i in range(len(after)):
         dx = places[i, X] - proposed[i, X]
         dy = places[i, Y] - proposed[i, Y]
@@ -192,7 +219,7 @@ def keep_apart(
         vx = after[i, VX] + dx / time_step
         vy = after[i, VY] + dy / time_step
         most = max(speed, command[i, Command.MAX_SPEED])
-        if _is_deep(i, before, bodies):
+        if deep[i]:
             most = 0.0
         faster = math.sqrt(vx * vx + vy * vy)
         if faster > most:

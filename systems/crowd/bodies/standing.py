@@ -37,87 +37,98 @@ _BACK, _BACK_SPEED = 1.0, 0.5
 
 
 @jit
-def wants_to_stand(x, y, command):
-    """Tells whether a person at (x, y) has nowhere to go."""
-    if command[Command.ROBOT_REPULSION] > 0:
-        return False
-    gx = command[Command.GOAL_X] - x
-    gy = command[Command.GOAL_Y] - y
-    radius = command[Command.GOAL_RADIUS]
-    return (
-        command[Command.HAS_GOAL] == 0
-        or command[Command.HOLD] != 0
-        or command[Command.DESIRED_SPEED] == 0
-        or gx * gx + gy * gy <= radius * radius
-    )
-
-
-@jit
-def _move(before, after, vx, vy, time_step):
+def _move(i, before, after, vx, vy, time_step):
     """Lets a person go at a velocity."""
-    after[X] = before[X] + vx * time_step
-    after[Y] = before[Y] + vy * time_step
-    after[VX] = vx
-    after[VY] = vy
+    after[i, X] = before[i, X] + vx * time_step
+    after[i, Y] = before[i, Y] + vy * time_step
+    after[i, VX] = vx
+    after[i, VY] = vy
 
 
 @jit
-def stand(before, after, forces, command, stance, time_step):
-    """Lets a person stand, or come to rest; writes `after` and `stance`.
+def _stand(i, before, after, forces, command, stances, time_step):
+    """Lets person `i`, who has nowhere to go, stand or come to rest.
+
+    The arguments are those of `stand`.
+    """
+    speed = math.sqrt(before[i, VX] ** 2 + before[i, VY] ** 2)
+    fx = (
+        forces[i, TOTAL_FORCE]
+        - forces[i, OBSTACLE_FORCE]
+        - forces[i, GOAL_FORCE]
+    )
+    fy = forces[i, TOTAL_FORCE + 1] - (
+        forces[i, OBSTACLE_FORCE + 1] + forces[i, GOAL_FORCE + 1]
+    )
+    if stances[i, STANDS] == 0:
+        if speed > _AT_REST:
+            slower = max(speed - _BRAKING * time_step, 0.0) / speed
+            _move(
+                i,
+                before,
+                after,
+                before[i, VX] * slower,
+                before[i, VY] * slower,
+                time_step,
+            )
+            if command[i, Command.TURN_RATE] == 0:
+                after[i, YAW] = before[i, YAW]
+            return
+        stances[i, ANCHOR_X] = before[i, X]
+        stances[i, ANCHOR_Y] = before[i, Y]
+        stances[i, STANDS] = 1.0
+    dx = stances[i, ANCHOR_X] - before[i, X]
+    dy = stances[i, ANCHOR_Y] - before[i, Y]
+    away = math.sqrt(dx * dx + dy * dy)
+    vx = 0.0
+    vy = 0.0
+    if away > _FAR:
+        stances[i, ANCHOR_X] = before[i, X]
+        stances[i, ANCHOR_Y] = before[i, Y]
+    elif away > _NEAR:
+        back = min((away - _NEAR) / _BACK, _BACK_SPEED) / away
+        vx = back * dx
+        vy = back * dy
+    force = math.sqrt(fx * fx + fy * fy)
+    if force > _HELD and command[i, Command.HOLD] == 0:
+        aside = min(_YIELD * (force - _HELD), _BACK_SPEED) / force
+        vx += aside * fx
+        vy += aside * fy
+    _move(i, before, after, vx, vy, time_step)
+    if command[i, Command.TURN_RATE] == 0:
+        after[i, YAW] = before[i, YAW]
+
+
+@jit
+def stand(before, after, forces, command, stances, time_step):
+    """Lets people stand, or come to rest; writes `after` and `stances`.
 
     Whoever has nowhere to go brakes, and then stands: walls do not matter
     any more, and others only if they push hard (unless the command is to hold
     still) or touch; who is pushed away comes back.
 
     Args:
-        before: Shape (6,): x, y, yaw, vx, vy, omega.
-        after: Shape (6,): the state proposed.
-        forces: Shape (FORCES_SIZE,).
-        command: Shape (COMMAND_SIZE,).
-        stance: Shape (3,): see the columns above.
+        before: Shape (n, 6): x, y, yaw, vx, vy, omega.
+        after: Shape (n, 6): the states proposed.
+        forces: Shape (n, FORCES_SIZE).
+        command: Shape (n, COMMAND_SIZE).
+        stances: Shape (n, 3): see the columns above.
         time_step: In seconds.
     """
-    if not wants_to_stand(before[X], before[Y], command):
-        stance[:] = 0.0
-        return
-    speed = math.sqrt(before[VX] ** 2 + before[VY] ** 2)
-    fx = forces[TOTAL_FORCE] - forces[OBSTACLE_FORCE] - forces[GOAL_FORCE]
-    fy = forces[TOTAL_FORCE + 1] - (
-        forces[OBSTACLE_FORCE + 1] + forces[GOAL_FORCE + 1]
-    )
-    if stance[STANDS] == 0:
-        if speed > _AT_REST:
-            slower = max(speed - _BRAKING * time_step, 0.0) / speed
-            _move(
-                before,
-                after,
-                before[VX] * slower,
-                before[VY] * slower,
-                time_step,
-            )
-            if command[Command.TURN_RATE] == 0:
-                after[YAW] = before[YAW]
-            return
-        stance[ANCHOR_X] = before[X]
-        stance[ANCHOR_Y] = before[Y]
-        stance[STANDS] = 1.0
-    dx = stance[ANCHOR_X] - before[X]
-    dy = stance[ANCHOR_Y] - before[Y]
-    away = math.sqrt(dx * dx + dy * dy)
-    vx = 0.0
-    vy = 0.0
-    if away > _FAR:
-        stance[ANCHOR_X] = before[X]
-        stance[ANCHOR_Y] = before[Y]
-    elif away > _NEAR:
-        back = min((away - _NEAR) / _BACK, _BACK_SPEED) / away
-        vx = back * dx
-        vy = back * dy
-    force = math.sqrt(fx * fx + fy * fy)
-    if force > _HELD and command[Command.HOLD] == 0:
-        aside = min(_YIELD * (force - _HELD), _BACK_SPEED) / force
-        vx += aside * fx
-        vy += aside * fy
-    _move(before, after, vx, vy, time_step)
-    if command[Command.TURN_RATE] == 0:
-        after[YAW] = before[YAW]
+    # (Most walk. A call for each of them, with all these arrays, would take
+    # longer than what it does.)
+    for i in range(len(before)):
+        gx = command[i, Command.GOAL_X] - before[i, X]
+        gy = command[i, Command.GOAL_Y] - before[i, Y]
+        radius = command[i, Command.GOAL_RADIUS]
+        if command[i, Command.ROBOT_REPULSION] <= 0 and (
+            command[i, Command.HAS_GOAL] == 0
+            or command[i, Command.HOLD] != 0
+            or command[i, Command.DESIRED_SPEED] == 0
+            or gx * gx + gy * gy <= radius * radius
+        ):
+            _stand(i, before, after, forces, command, stances, time_step)
+        else:
+            stances[i, ANCHOR_X] = 0.0
+            stances[i, ANCHOR_Y] = 0.0
+            stances[i, STANDS] = 0.0

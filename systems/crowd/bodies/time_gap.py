@@ -13,7 +13,7 @@ import numpy as np
 
 from hunav_drake.systems.common.kernels import MATRIX, REAL, VECTOR, jit, jit_as
 from hunav_drake.systems.common.layout import VX, VY, Command, X, Y
-from hunav_drake.systems.crowd.bodies.contacts import near_pairs
+from hunav_drake.systems.crowd.bodies.pairs import near_pairs
 from hunav_drake.systems.people.parameters import EPSILON
 
 # Half the width of the lane ahead, in sums of the radii of two bodies.
@@ -39,30 +39,81 @@ _SLIM, _SOFT = 0.12, 0.2
 
 
 @jit
-def _look_ahead(i, j, states, ways, bodies, time_gap, matching, wanted, room):
-    """Lets person `i` take account of person `j`.
+def _look_ahead(pairs, states, ways, bodies, time_gap, matching, wanted, room):
+    """Lets both people of each pair take account of each other.
 
-    Array `wanted` receives the desired speed, and `room` the gap to whoever
-    comes towards the person, and how far that one is off to the left.
+    Array `wanted` receives the desired speeds, and `room` the gap to whoever
+    comes towards somebody, and how far that one is off to the left.
     """
-    ex = ways[i, 0]
-    ey = ways[i, 1]
-    dx = states[j, X] - states[i, X]
-    dy = states[j, Y] - states[i, Y]
-    both = bodies[i] + bodies[j]
-    if dx * ex + dy * ey <= 0 or abs(dx * ey - dy * ex) >= LANE * both:
-        return
-    gap = max(math.sqrt(dx * dx + dy * dy) - both, 0.0)
-    if ex * ways[j, 0] + ey * ways[j, 1] < _OPPOSITE:
-        if gap < room[i, 0]:
-            room[i, 0] = gap
-            room[i, 1] = ex * dy - ey * dx
-        return
-    along = states[j, VX] * ex + states[j, VY] * ey
-    speed = max(gap / time_gap + matching * max(along, 0.0), SLOWEST)
-    wanted[i, Command.DESIRED_SPEED] = min(
-        wanted[i, Command.DESIRED_SPEED], speed
-    )
+    for p in range(len(pairs)):
+        for turn in range(2):
+            i = pairs[p, turn]
+            j = pairs[p, 1 - turn]
+            ex = ways[i, 0]
+            ey = ways[i, 1]
+            dx = states[j, X] - states[i, X]
+            dy = states[j, Y] - states[i, Y]
+            both = bodies[i] + bodies[j]
+            if dx * ex + dy * ey <= 0 or abs(dx * ey - dy * ex) >= LANE * both:
+                continue
+            gap = max(math.sqrt(dx * dx + dy * dy) - both, 0.0)
+            if ex * ways[j, 0] + ey * ways[j, 1] < _OPPOSITE:
+                if gap < room[i, 0]:
+                    room[i, 0] = gap
+                    room[i, 1] = ex * dy - ey * dx
+                continue
+            along = states[j, VX] * ex + states[j, VY] * ey
+            speed = max(gap / time_gap + matching * max(along, 0.0), SLOWEST)
+            wanted[i, Command.DESIRED_SPEED] = min(
+                wanted[i, Command.DESIRED_SPEED], speed
+            )
+
+
+@jit
+def follow(states, bodies, command, parameters, at_walls, time_gap, matching):
+    """Returns what `keep_time_gap` does, and the pairs of people it looked at.
+
+    Returns:
+        The commands, how walls are felt, all pairs of people whose bodies are
+        less than twice a distance apart, and that distance, in meters.
+    """
+    n = len(states)
+    wanted = command.copy()
+    felt = at_walls.copy()
+    ways = np.zeros((n, 2))
+    reach = np.empty(n)
+    room = np.full((n, 2), _PASSING)
+    fastest = 0.0
+    for i in range(n):
+        gx = command[i, Command.GOAL_X] - states[i, X]
+        gy = command[i, Command.GOAL_Y] - states[i, Y]
+        far = math.sqrt(gx * gx + gy * gy)
+        if (
+            command[i, Command.HAS_GOAL] != 0
+            and far > command[i, Command.GOAL_RADIUS]
+        ):
+            ways[i, 0] = gx / far
+            ways[i, 1] = gy / far
+        fastest = max(fastest, command[i, Command.DESIRED_SPEED])
+    ahead = max(fastest * time_gap, _PASSING) / 2
+    for i in range(n):
+        reach[i] = bodies[i] + ahead
+    pairs = near_pairs(states[:, X], states[:, Y], reach)
+    _look_ahead(pairs, states, ways, bodies, time_gap, matching, wanted, room)
+    for i in range(n):
+        if room[i, 0] < _PASSING:
+            doubt = _DOUBT * np.sign(parameters[i, EPSILON])
+            side = np.sign(room[i, 1] + doubt)
+            turn = side * _SIDESTEP * (1 - room[i, 0] / _PASSING)
+            gx = command[i, Command.GOAL_X] - states[i, X]
+            gy = command[i, Command.GOAL_Y] - states[i, Y]
+            c = math.cos(turn)
+            s = math.sin(turn)
+            wanted[i, Command.GOAL_X] = states[i, X] + c * gx + s * gy
+            wanted[i, Command.GOAL_Y] = states[i, Y] + c * gy - s * gx
+            felt[i, 0] = min(felt[i, 0], _SLIM)
+            felt[i, 1] *= _SOFT
+    return wanted, felt, pairs, ahead
 
 
 @jit_as(
@@ -92,48 +143,7 @@ def keep_time_gap(
     Returns:
         The commands, and how walls are felt, in shapes as given.
     """
-    n = len(states)
-    wanted = command.copy()
-    felt = at_walls.copy()
-    ways = np.zeros((n, 2))
-    reach = np.empty(n)
-    room = np.full((n, 2), _PASSING)
-    fastest = 0.0
-    for i in range(n):
-        gx = command[i, Command.GOAL_X] - states[i, X]
-        gy = command[i, Command.GOAL_Y] - states[i, Y]
-        far = math.sqrt(gx * gx + gy * gy)
-        if (
-            command[i, Command.HAS_GOAL] != 0
-            and far > command[i, Command.GOAL_RADIUS]
-        ):
-            ways[i, 0] = gx / far
-            ways[i, 1] = gy / far
-        fastest = max(fastest, command[i, Command.DESIRED_SPEED])
-    ahead = max(fastest * time_gap, _PASSING) / 2
-    for i in range(n):
-        reach[i] = bodies[i] + ahead
-    pairs = near_pairs(states[:, X], states[:, Y], reach)
-    for p in range(len(pairs)):
-        i = pairs[p, 0]
-        j = pairs[p, 1]
-        for _ in range(2):
-            _look_ahead(
-                *(i, j, states, ways, bodies, time_gap, matching),
-                *(wanted, room),
-            )
-            i, j = j, i
-    for i in range(n):
-        if room[i, 0] < _PASSING:
-            doubt = _DOUBT * np.sign(parameters[i, EPSILON])
-            side = np.sign(room[i, 1] + doubt)
-            turn = side * _SIDESTEP * (1 - room[i, 0] / _PASSING)
-            gx = command[i, Command.GOAL_X] - states[i, X]
-            gy = command[i, Command.GOAL_Y] - states[i, Y]
-            c = math.cos(turn)
-            s = math.sin(turn)
-            wanted[i, Command.GOAL_X] = states[i, X] + c * gx + s * gy
-            wanted[i, Command.GOAL_Y] = states[i, Y] + c * gy - s * gx
-            felt[i, 0] = min(felt[i, 0], _SLIM)
-            felt[i, 1] *= _SOFT
+    wanted, felt, _, _ = follow(
+        states, bodies, command, parameters, at_walls, time_gap, matching
+    )
     return wanted, felt

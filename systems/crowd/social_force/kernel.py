@@ -108,7 +108,10 @@ def _all_forces(
                     )
                     out[SOCIAL_FORCE] += fx
                     out[SOCIAL_FORCE + 1] += fy
-        add_robot_forces(x, y, vx, vy, radii[i], command[i], k, robots, out)
+        if len(robots) > 0:
+            add_robot_forces(
+                *(x, y, vx, vy, radii[i]), *(command[i], k, robots, out)
+            )
         grouped = grouped or command[i, Command.GROUP_ID] >= 0
 
     if grouped:

@@ -72,6 +72,11 @@ class Room:
         command[changed] = [AutoDiffXd(value) for value in guided[changed]]
         return command
 
+    @property
+    def leads(self) -> bool:
+        """Whether it does anything: else commands and feelings stay."""
+        return self._routes is not None
+
     def ease(
         self, states: Array, command: Array, parameters: NDArray[np.float64]
     ) -> NDArray[np.float64]:

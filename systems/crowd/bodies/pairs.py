@@ -1,0 +1,78 @@
+"""Finds pairs of people who are near each other, compiled by numba."""
+
+import math
+
+import numpy as np
+
+from hunav_drake.systems.common.kernels import jit
+
+# From how many people on they are sorted first.
+_SORT_FROM = 16
+
+# Room for this many more pairs than are found, at the end of the array.
+_SPARE = 8
+
+# The part of a distance that rounding may change, and the same in meters.
+_ROUNDING = 1e-9
+
+
+@jit
+def near_pairs(x, y, reach):
+    """Returns the pairs of people whose reaches meet.
+
+    They are sorted along the longer side of where they are, and compared with
+    those that follow until no later one can be near.
+
+    Args:
+        x: Shape (n,), in meters.
+        y: Shape (n,), in meters.
+        reach: Shape (n,), in meters.
+
+    Returns:
+        Shape (p, 2), the numbers of the people of each pair.
+    """
+    n = len(x)
+    pairs = np.empty((4 * n + _SPARE, 2), np.int64)
+    count = 0
+    if n < 2:
+        return pairs[:0]
+    order = np.arange(n)
+    far = math.inf
+    if n > _SORT_FROM:
+        far = 2 * reach.max()
+        wide = x.max() - x.min() >= y.max() - y.min()
+        order = np.argsort(x if wide else y)
+        along = (x if wide else y)[order]
+        across = (y if wide else x)[order]
+        reach = reach[order]
+    else:
+        along = x.copy()
+        across = y.copy()
+    end = 0
+    for a in range(n):
+        at = along[a]
+        beside = across[a]
+        own = reach[a]
+        end = max(end, a + 1)
+        while end < n and along[end] - at <= far:
+            end += 1
+        if count + end - a > len(pairs):
+            more = np.empty((2 * len(pairs) + end - a, 2), np.int64)
+            more[:count] = pairs[:count]
+            pairs = more
+        # (Each pair is written, and kept if it is near: to jump over those
+        # that are not takes longer.)
+        for b in range(a + 1, end):
+            dx = along[b] - at
+            dy = across[b] - beside
+            both = own + reach[b]
+            pairs[count, 0] = order[a]
+            pairs[count, 1] = order[b]
+            count += dx * dx + dy * dy < both * both
+    return pairs[:count]
+
+
+@jit
+def covered(distance):
+    """Returns how far to look so that nobody within a distance is missed."""
+    return distance * (1 + _ROUNDING) + _ROUNDING

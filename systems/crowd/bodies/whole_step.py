@@ -1,0 +1,104 @@
+"""A whole step of the social force model in one call of compiled code.
+
+What `CrowdStep` does part by part for any model, in the same operations and so
+bit for bit. With a few people, most of the time of a call of compiled code is
+that of handing over its arrays.
+"""
+
+import math
+
+import numba
+from numba import float64
+import numpy as np
+
+from hunav_drake.systems.common.kernels import MATRIX, VECTOR, WALLS, jit_as
+from hunav_drake.systems.crowd.bodies.finish import finish
+from hunav_drake.systems.crowd.bodies.time_gap import follow
+from hunav_drake.systems.crowd.limits import is_within
+from hunav_drake.systems.crowd.social_force.kernel import (
+    advance,
+    fast_social_forces,
+)
+from hunav_drake.systems.people.parameters import K_OBSTACLE
+
+# The fields of `numbers`: those of the options of `finish_step`, and then the
+# reach and the number of walls, the error of forces, the time gap and what
+# part of others' speed is added, the time step, and the iterations of
+# `keep_apart`.
+OPTIONS = 5
+REACH, MOST, ERROR, TIME_GAP, MATCHING, TIME_STEP, ITERATIONS = range(
+    OPTIONS, OPTIONS + 7
+)
+
+
+@jit_as(
+    numba.types.Tuple((float64[:, ::1], float64[:, ::1], numba.boolean)),
+    *(MATRIX, MATRIX, MATRIX, MATRIX, MATRIX, MATRIX, MATRIX, WALLS, VECTOR),
+)
+def whole_step(
+    states, command, stances, robots, parameters, eased, sizes, table, numbers
+):
+    """Returns the states and stances of n people at the end of a step.
+
+    Args:
+        states: Shape (n, 6): x, y, yaw, vx, vy, omega.
+        command: Shape (n, COMMAND_SIZE).
+        stances: Shape (n, 3): see `standing`.
+        robots: Shape (m, 7): rows of `robot_states`.
+        parameters: Shape (n, 13): the fields of SocialForceParameters.
+        eased: Shape (n, 2): see `Snapshot.at_walls`; (0, 2) where people feel
+            walls with their own radii and weights.
+        sizes: Shape (n, 3): those of `finish_step`, and the radius of each
+            person, in meters.
+        table: `Obstacles.table`.
+        numbers: Shape (12,): see the fields above.
+
+    Returns:
+        The states and the stances, in shapes as given, and whether they hold:
+        not if a number is so large that `limited` would change it, or a force
+        is not finite.
+    """
+    n = len(states)
+    stance = stances.copy()
+    if not (is_within(states) and is_within(command) and is_within(robots)):
+        return states.copy(), stance, False
+    bodies = np.empty(n)
+    radii = np.empty(n)
+    felt = np.empty((n, 2))
+    for i in range(n):
+        bodies[i] = sizes[i, 0]
+        radii[i] = sizes[i, 2]
+        if len(eased) > 0:
+            felt[i, 0] = eased[i, 0]
+            felt[i, 1] = eased[i, 1]
+        else:
+            felt[i, 0] = sizes[i, 2]
+            felt[i, 1] = parameters[i, K_OBSTACLE]
+    pairs = np.empty((0, 2), np.int64)
+    known = -1.0
+    wanted = command.copy()
+    if numbers[TIME_GAP] > 0:
+        wanted, felt, pairs, known = follow(
+            *(states, bodies, command, parameters, felt),
+            *(numbers[TIME_GAP], numbers[MATCHING]),
+        )
+    forces = fast_social_forces(
+        *(states, radii, wanted, parameters, robots, felt, table),
+        *(numbers[REACH], int(numbers[MOST]), numbers[ERROR]),
+    )
+    total = 0.0
+    for i in range(n):
+        for c in range(forces.shape[1]):
+            total += forces[i, c]
+    after = advance(states, forces, wanted, numbers[TIME_STEP])
+    for i in range(n):
+        for c in range(after.shape[1]):
+            total += after[i, c]
+    if not math.isfinite(total):
+        return after, stance, False
+    after = finish(
+        *(states, after, forces, wanted, stance, robots, sizes, table),
+        *(numbers[:OPTIONS], numbers[TIME_STEP], int(numbers[ITERATIONS])),
+        *(pairs, known),
+    )
+    return after, stance, True
