@@ -33,6 +33,7 @@ ANTICIPATING = AnticipationVelocityModel(
     side_width=0.0,
     side_reach=0.0,
     same_way=0.0,
+    overtaking=0.0,
 )
 MODELS = [CollisionFreeSpeedModel(), AnticipationVelocityModel()]
 
