@@ -51,7 +51,7 @@ from hunav_drake.systems.crowd.motion_model import (
 )
 from hunav_drake.systems.crowd.orca.half_planes import best_velocity
 from hunav_drake.systems.crowd.orca.neighbors import find_neighbors, make_cells
-from hunav_drake.systems.crowd.orca.queues import share_in_queue
+from hunav_drake.systems.crowd.orca.queues import is_walking, share_in_queue
 from hunav_drake.systems.crowd.social_force import kernel
 from hunav_drake.systems.crowd.surroundings import goal_velocities
 from hunav_drake.systems.world.nearest import nearest_on_segments
@@ -214,6 +214,9 @@ def orca_accelerations(
     found = np.empty(n, np.int64)
     rules = np.empty((len(walls.segments) + n + len(robots), 3))
     scratch = np.empty(rules.shape)
+    walks = np.empty(n, np.bool_)
+    for i in range(n):
+        walks[i] = is_walking(states[i], command[i])
     for i in range(n):
         x = states[i, X]
         y = states[i, Y]
@@ -238,16 +241,15 @@ def orca_accelerations(
                 reach = radii[i] + radii[j] + margin
                 vx = other[VX]
                 vy = other[VY]
-                apart_in = recovery
-                part = -1.0
-                if model[_QUEUE] > 0:
+                if walks[i] and walks[j]:
+                    apart_in = recovery
                     part = share_in_queue(
                         *(states[i], command[i], other, command[j]),
                         model[_QUEUE],
                     )
-                if part >= 0:
-                    share = part
-                    reach = min(radii[i], body) + min(radii[j], body)
+                    if part >= 0:
+                        share = part
+                        reach = min(radii[i], body) + min(radii[j], body)
                 if command[j, Command.HOLD] != 0:
                     # Someone who stands still leaves it all to the others.
                     share = 1.0
@@ -340,8 +342,8 @@ class OrcaModel(MotionModel):
     # of a larger one, the rest is distance of comfort.
     body_radius: PositiveLength = 0.25
 
-    # The time in which people who are nearer to each other than they like come
-    # apart, in seconds; at least a time step, as in the paper.
+    # The time in which people who walk nearer to each other than they like come
+    # apart, in seconds; at least a time step, as in the paper, and for others.
     recovery_time: Annotated[StrictFloat, within(0, 1e3, "s")] = 1.0
 
     # People queue whose next waypoints, or goals, are nearer to each other than

@@ -16,7 +16,7 @@ _PRIORITY = 0.5
 
 
 @jit
-def _has_way(state, command):
+def is_walking(state, command):
     """Tells whether a person is on the way to a goal."""
     gx = command[Command.GOAL_X] - state[X]
     gy = command[Command.GOAL_Y] - state[Y]
@@ -45,9 +45,9 @@ def _is_on_way(x, y, state, command, near):
 def share_in_queue(state, command, other, others, near):
     """Returns what part of avoiding is a person's in a queue, or -1 in none.
 
-    Two are in a queue if they go to the same place, or if one goes to a place
-    on the way of the other, and not the other way. The parts of both add up to
-    one: who is nearer to the two places has less.
+    Two who walk are in a queue if they go to the same place, or if one goes to
+    a place on the way of the other, and not the other way. The parts of both
+    add up to one: who is nearer to the two places has less.
 
     Args:
         state: Shape (6,), that of the person.
@@ -57,8 +57,6 @@ def share_in_queue(state, command, other, others, near):
         near: Places nearer to each other than this, or to a way, are the same,
             or on it, in meters.
     """
-    if not (_has_way(state, command) and _has_way(other, others)):
-        return -1.0
     ax = command[Command.GOAL_X]
     ay = command[Command.GOAL_Y]
     bx = others[Command.GOAL_X]
