@@ -51,7 +51,11 @@ from hunav_drake.systems.crowd.motion_model import (
 )
 from hunav_drake.systems.crowd.orca.half_planes import best_velocity
 from hunav_drake.systems.crowd.orca.neighbors import find_neighbors, make_cells
-from hunav_drake.systems.crowd.orca.queues import is_walking, share_in_queue
+from hunav_drake.systems.crowd.orca.queues import (
+    go_side_by_side,
+    is_walking,
+    share_in_queue,
+)
 from hunav_drake.systems.crowd.social_force import kernel
 from hunav_drake.systems.crowd.surroundings import goal_velocities
 from hunav_drake.systems.world.nearest import nearest_on_segments
@@ -242,14 +246,13 @@ def orca_accelerations(
                 vx = other[VX]
                 vy = other[VY]
                 if walks[i] and walks[j]:
-                    apart_in = recovery
-                    part = share_in_queue(
-                        *(states[i], command[i], other, command[j]),
-                        model[_QUEUE],
-                    )
+                    both = (states[i], command[i], other, command[j])
+                    part = share_in_queue(*both, model[_QUEUE])
                     if part >= 0:
                         share = part
                         reach = min(radii[i], body) + min(radii[j], body)
+                    elif go_side_by_side(*both):
+                        apart_in = recovery
                 if command[j, Command.HOLD] != 0:
                     # Someone who stands still leaves it all to the others.
                     share = 1.0
@@ -321,7 +324,7 @@ class OrcaModel(MotionModel):
     max_neighbors: Annotated[Integer, Field(ge=1, le=1000)] = 10
 
     # The time ahead that people must not touch others in (tau), in seconds.
-    time_horizon: Time = 2.0
+    time_horizon: Time = 5.0
 
     # The time ahead that people must not touch a wall in, in seconds.
     wall_horizon: Time = 1.0
@@ -342,8 +345,9 @@ class OrcaModel(MotionModel):
     # of a larger one, the rest is distance of comfort.
     body_radius: PositiveLength = 0.25
 
-    # The time in which people who walk nearer to each other than they like come
-    # apart, in seconds; at least a time step, as in the paper, and for others.
+    # The time in which people come apart who walk the same way nearer to each
+    # other than they like, as out of a door, in seconds; at least a time step,
+    # which is the paper's, and that of all others.
     recovery_time: Annotated[StrictFloat, within(0, 1e3, "s")] = 1.0
 
     # People queue whose next waypoints, or goals, are nearer to each other than

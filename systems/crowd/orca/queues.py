@@ -14,6 +14,9 @@ from hunav_drake.systems.common.layout import Command, X, Y
 # leaves all avoiding to the other one, in meters.
 _PRIORITY = 0.5
 
+# The cosine of the angle between ways up to which they go side by side.
+_SAME_WAY = 0.8
+
 
 @jit
 def is_walking(state, command):
@@ -25,6 +28,17 @@ def is_walking(state, command):
         and command[Command.DESIRED_SPEED] > 0
         and math.hypot(gx, gy) > command[Command.GOAL_RADIUS]
     )
+
+
+@jit
+def go_side_by_side(state, command, other, others):
+    """Tells whether the ways of two who walk differ by less than 37 degrees."""
+    ax = command[Command.GOAL_X] - state[X]
+    ay = command[Command.GOAL_Y] - state[Y]
+    bx = others[Command.GOAL_X] - other[X]
+    by = others[Command.GOAL_Y] - other[Y]
+    lengths = math.hypot(ax, ay) * math.hypot(bx, by)
+    return ax * bx + ay * by > _SAME_WAY * lengths
 
 
 @jit
