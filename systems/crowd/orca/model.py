@@ -324,7 +324,7 @@ class OrcaModel(MotionModel):
     max_neighbors: Annotated[Integer, Field(ge=1, le=1000)] = 10
 
     # The time ahead that people must not touch others in (tau), in seconds.
-    time_horizon: Time = 5.0
+    time_horizon: Time = 3.0
 
     # The time ahead that people must not touch a wall in, in seconds.
     wall_horizon: Time = 1.0
@@ -348,7 +348,7 @@ class OrcaModel(MotionModel):
     # The time in which people come apart who walk the same way nearer to each
     # other than they like, as out of a door, in seconds; at least a time step,
     # which is the paper's, and that of all others.
-    recovery_time: Annotated[StrictFloat, within(0, 1e3, "s")] = 1.0
+    recovery_time: Annotated[StrictFloat, within(0, 1e3, "s")] = 0.25
 
     # People queue whose next waypoints, or goals, are nearer to each other than
     # this, in meters, or to the way of the other; 0 is the paper's form.
