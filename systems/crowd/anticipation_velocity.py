@@ -72,7 +72,8 @@ from hunav_drake.systems.world.walls import opened
     _WIDTH,
     _BESIDE,
     _SAME,
-) = range(7, 16)
+    _OVERTAKING,
+) = range(7, 17)
 
 
 @jit
@@ -103,24 +104,33 @@ def _aside(rows, state, wx, wy, wish, p):
             continue
         closing = (state[VX] - row[THEIR_VX]) * nx
         closing += (state[VY] - row[THEIR_VY]) * ny
-        left = max(distance - row[TOUCH] - p[_TIME] * closing, 0.0)
+        gap = distance - row[TOUCH]
+        left = max(gap - p[_TIME] * closing, 0.0)
+        # Who is held up looks ahead as at the speed wanted.
+        closing = wish * (wx * nx + wy * ny)
+        closing -= row[THEIR_VX] * nx + row[THEIR_VY] * ny
+        held = max(gap - p[_TIME] * closing, 0.0)
         # 0 for who wants to go the same way, 1 for who wants the opposite.
         along = wx * row[WISH_X] + wy * row[WISH_Y]
         against = min(max(0.5 - 0.5 * along / wish, 0.0), 1.0)
         against = max(against - p[_SAME], 0.0) / (1 - p[_SAME])
-        exponent = -left / p[_RANGE]
+        # 1 for who wants to be much slower, on much the same way.
+        slower = 1 - math.hypot(row[WISH_X], row[WISH_Y]) / wish
+        slower = min(p[_OVERTAKING] * max(slower, 0.0), 1.0) * (1 - against)
+        beside = 0.0
         qx = row[AT_X] + p[_TIME] * row[THEIR_VX]
         qy = row[AT_Y] + p[_TIME] * row[THEIR_VY]
         side = wx * qy - wy * qx
         if p[_BESIDE] > 0:
-            beside = abs(side) - p[_BESIDE] * row[TOUCH]
-            exponent -= max(beside, 0.0) / p[_RANGE]
+            beside = max(abs(side) - p[_BESIDE] * row[TOUCH], 0.0)
         side += against * p[_RIGHT]
         if p[_WIDTH] > 0:
             side = min(max(side / p[_WIDTH], -1.0), 1.0)
         else:
             side = -1.0 if side < -TINY else 1.0
-        total += side * (p[_FOLLOWING] + against) * math.exp(exponent)
+        weight = (p[_FOLLOWING] + against) * math.exp(-left / p[_RANGE])
+        weight += slower * math.exp(-held / p[_RANGE])
+        total += side * weight * math.exp(-beside / p[_RANGE])
     return p[_AVOIDANCE] * total
 
 
@@ -144,7 +154,7 @@ def anticipated_velocities(
         table: `Obstacles.table`.
         sight: Walls farther than this do not count, in meters.
         step: The time step, in seconds.
-        p: Shape (16,): the fields of AnticipationVelocityModel.
+        p: Shape (17,): the fields of AnticipationVelocityModel.
 
     Returns:
         Shape (n, FORCES_SIZE), in m/s^2: the total, and zeros.
@@ -170,7 +180,7 @@ def anticipated_velocities(
             continue
         wish = math.hypot(wanted[i, 0], wanted[i, 1])
         speed = math.hypot(vx, vy)
-        ahead = p[_TIME] * (speed + fastest) - LEAST * p[_RANGE]
+        ahead = p[_TIME] * (max(speed, wish) + fastest) - LEAST * p[_RANGE]
         reach = 2 * body + max(p[TIME_GAP] * max(wish, speed), ahead)
         seen = look_around(
             *(i, states, radii, command, robots, wanted, cells, body, reach),
@@ -219,9 +229,10 @@ class AnticipationVelocityModel(SpeedModel):
     - instead of e_j, the velocity that j would like to have counts, by the
       speed wanted, so that who stands in a queue is none who comes the other
       way;
+    - who wants to be slower is overtaken, by people who look ahead as at the
+      speed that they want: behind that one, they have no other (`overtaking`
+      0, with which only `following` makes people overtake);
     - the reaction time is shorter (`reaction_time` 0.3, `hesitation` 0).
-
-    Slower people on the same way are followed, not overtaken.
 
     Robots count as people do, but with the whole radii; one in the role of an
     obstacle is taken for standing. Walls take from the velocity what leads
@@ -263,6 +274,11 @@ class AnticipationVelocityModel(SpeedModel):
     # Others walk the same way if (1 - e0 . e_j) / 2 is less than this: 0.15 is
     # for 45 degrees. Published: 0.
     same_way: Annotated[StrictFloat, within(0, 0.9)] = 0.15
+
+    # How readily people overtake: the share of stepping aside for somebody on
+    # the same way who wants to be slower, by the part of the own speed by which
+    # that one is slower, and at most 1. Published: 0.
+    overtaking: Share = 5.0
 
     def forces(self, snapshot: Snapshot) -> Array:
         """Returns the accelerations, as totals: see `MotionModel.forces`."""

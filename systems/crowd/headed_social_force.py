@@ -95,7 +95,7 @@ def _without_braking(fx, fy, x, y, command):
 @jit_as(
     float64[:, ::1],
     *(MATRIX, MATRIX, MATRIX, MATRIX, REAL),
-    *(REAL, REAL, REAL, REAL, REAL, REAL),
+    *(REAL, REAL, REAL, REAL, REAL, REAL, REAL),
 )
 def headed_advance(
     states,
@@ -109,6 +109,7 @@ def headed_advance(
     k_lambda,
     alpha,
     heading_share,
+    stepping_speed,
 ):
     """Returns where n people are one step later.
 
@@ -173,6 +174,12 @@ def headed_advance(
         s = math.sin(yaw)
         vx = c * forward - s * side
         vy = s * forward + c * side
+        speed = math.hypot(states[i, VX], states[i, VY])
+        if speed < stepping_speed:
+            # (The result so far is that of the social force model.)
+            part = (speed / stepping_speed) ** 2
+            vx = part * vx + (1 - part) * result[i, VX]
+            vy = part * vy + (1 - part) * result[i, VY]
         result[i, X] = states[i, X] + vx * time_step
         result[i, Y] = states[i, Y] + vy * time_step
         result[i, YAW] = yaw
@@ -201,7 +208,7 @@ class HeadedSocialForceModel(MotionModel):
     (1 + alpha) sqrt(k_lambda m |a0| / alpha): the inertia drops out. The mass,
     which stays, is the same for all people.
 
-    What differs from the paper is how the heading is turned:
+    What differs from the paper is how the heading is turned, and slow steps:
 
     - by f0 + heading_share fe: the forces between people here are softer than
       the paper's, which keep bodies apart by contact. With f0 alone, the
@@ -210,7 +217,10 @@ class HeadedSocialForceModel(MotionModel):
       turn around, and without a goal the heading is free;
     - with at least the damping of |a0| = goal_factor |v| / relaxation_time, and
       at least 1 / relaxation_time: the paper's vanishes with f0, so that the
-      heading of someone at the desired speed would swing.
+      heading of someone at the desired speed would swing;
+    - who is slow steps sideways and back, as people do in a crowd: below the
+      speed s the velocity is the paper's only by the share (|v| / s)^2, and for
+      the rest that of the social force model.
 
     People whose body the command turns, and those who hold still, move as in
     the social force model.
@@ -234,6 +244,10 @@ class HeadedSocialForceModel(MotionModel):
     # The share of the forces of others in what turns the heading; 0 is the
     # paper's.
     heading_share: Annotated[StrictFloat, within(0, 1)] = 1.0
+
+    # Below this speed (s) people step sideways and back, too, the slower the
+    # more, in m/s; 0 is the paper's.
+    stepping_speed: Annotated[StrictFloat, within(0, 10, "m/s")] = 1.0
 
     # How people follow others: see `SocialForceModel`.
     time_gap: Annotated[StrictFloat, within(0, 10, "s")] = 0.8
@@ -259,5 +273,6 @@ class HeadedSocialForceModel(MotionModel):
             self.k_lambda,
             self.alpha,
             self.heading_share,
+            self.stepping_speed,
         )
         return states

@@ -38,7 +38,7 @@ GOAL_MARGIN = 0.1
 # in meters.
 _STANDING = 0.1
 _IN_THE_WAY = 0.3
-_CROWDING = 0.5
+_CROWDING = 0.4
 
 IGNORED = ("agent_id", "time_step", "id", "dt")
 
@@ -57,7 +57,7 @@ def is_goal_reached(context: TickContext, *, shared: bool = True) -> bool:
     """Holds within 0.1 m of the goal's radius; never without a goal.
 
     If the goal is `shared`, it also holds where people who stand nearer to it
-    are in the way: at most 0.5 m times the square root of their number outside
+    are in the way: at most 0.4 m times the square root of their number outside
     of the radius.
     """
     goal = context.goal

@@ -26,12 +26,12 @@ SLOWEST = 0.02
 _OPPOSITE = -0.5
 
 # From how far they step aside, in meters, and by how much at most, in radians.
-_PASSING = 1.0
+_PASSING = 2.0
 _SIDESTEP = 0.8
 
 # Who is off to one side by less than this is passed on the right, in meters;
 # on the left with a negative epsilon, the tie-breaker of the social force.
-_DOUBT = 0.1
+_DOUBT = 0.3
 
 # Whoever passes somebody feels walls as a body of this radius, in meters, and
 # this part of their force.

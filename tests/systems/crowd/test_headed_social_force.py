@@ -51,7 +51,8 @@ def test_straight_ahead_it_is_the_social_force_model(dut, make_snapshot, walk):
 
 
 @pytest.mark.parametrize("time_step", [0.05, 0.01])
-def test_a_step_aside_is_damped_exactly(time_step, dut, make_snapshot, walk):
+def test_a_step_aside_is_damped_exactly(time_step, make_snapshot, walk):
+    dut = HeadedSocialForceModel(stepping_speed=0.0)
     snapshot = make_snapshot([0, 0, 0, 0, 1, 0], [0, 0], time_step=time_step)
     snapshot.command[0, Command.HAS_GOAL] = 0
     # At a standstill ahead, only the total counts: without a force on it, the
@@ -64,8 +65,31 @@ def test_a_step_aside_is_damped_exactly(time_step, dut, make_snapshot, walk):
     assert state[0, 3] == 0
 
 
+@pytest.mark.parametrize("speed", [0.0, 0.4, 0.8, 1.0, 1.2])
+def test_who_is_slow_steps_as_the_forces_have_it(speed, make_snapshot):
+    """By the share 1 - (v / s)^2; from s = 1 m/s on, not at all."""
+    snapshot = make_snapshot(
+        [0, 0, 0, speed, 0, 0], [9, 0], speed=1.0, max_speed=3.0
+    )
+    forces = np.zeros((1, 16))
+    forces[0, 14:] = 0.5, 2.0
+    free = SocialForceModel().advance(snapshot, forces)[0, 3:5]
+    headed, mixed = (
+        HeadedSocialForceModel(stepping_speed=s).advance(snapshot, forces)[0]
+        for s in (0.0, 1.0)
+    )
+    share = max(1 - speed**2, 0.0)
+    expected = share * free + (1 - share) * headed[3:5]
+    np.testing.assert_allclose(mixed[3:5], expected, atol=1e-12)
+    assert mixed[2] == headed[2]
+    if speed < 1:
+        assert abs(free[1] - headed[4]) > 0.005
+
+
 def test_no_damping_is_too_stiff(make_snapshot, walk):
-    dut = HeadedSocialForceModel(k_damping=1e6, k_lambda=1e3, mass=1.0)
+    dut = HeadedSocialForceModel(
+        k_damping=1e6, k_lambda=1e3, mass=1.0, stepping_speed=0.0
+    )
     snapshot = make_snapshot([0, 0, 1.0, 0, 1, 0], [3, 2])
     states = walk(dut, snapshot, 8.0)
     assert math.dist(states[-1, 0, :2], (3, 2)) < 0.5
@@ -82,7 +106,7 @@ def test_a_goal_behind_is_turned_to_smoothly(
     # To the right, by half a turn, without swinging back.
     assert np.diff(turn).max() < 0.01
     assert turn[-1] == pytest.approx(-math.pi, abs=0.05)
-    assert np.abs(states[:, 5]).max() < 10
+    assert np.abs(states[:, 5]).max() < 10.5
     # From standing, as fast as the goal's force has it.
     assert np.abs(np.diff(states[:, 5])).max() < 340 * time_step
     assert states[:, 0].max() < 0.1

@@ -33,6 +33,7 @@ ANTICIPATING = AnticipationVelocityModel(
     side_width=0.0,
     side_reach=0.0,
     same_way=0.0,
+    overtaking=0.0,
 )
 MODELS = [CollisionFreeSpeedModel(), AnticipationVelocityModel()]
 
@@ -281,6 +282,27 @@ def test_a_person_who_stands_in_the_way_is_passed(dut, make_snapshot, walk):
     )
     states = walk(dut, snapshot, 20.0)
     assert np.linalg.norm(states[-1, 0, :2] - [8, 0]) < 0.35
+
+
+@pytest.mark.parametrize(
+    ("overtaking", "ahead", "passes"),
+    [(5.0, 0.8, True), (0.0, 0.8, False), (5.0, 1.2, False)],
+)
+def test_who_wants_to_be_slower_is_overtaken(
+    overtaking, ahead, passes, make_snapshot, walk
+):
+    """And nobody else: in a queue people follow."""
+    snapshot = make_snapshot(
+        [[0, 0, 0, 0.8, 0, 0], [2, 0.02, 0, 0.8, 0, 0]], [[99, 0], [99, 0]]
+    )
+    snapshot.command[1, Command.DESIRED_SPEED] = ahead
+    dut = AnticipationVelocityModel(overtaking=overtaking)
+    states = walk(dut, snapshot, 20.0)
+    assert (states[-1, 0, 0] > states[-1, 1, 0] + 1) == passes
+    if passes:
+        assert np.hypot(*(states[:, 0, :2] - states[:, 1, :2]).T).min() > 0.3
+    else:
+        assert np.abs(states[:, 0, 1]).max() < 0.1
 
 
 def test_a_group_stays_together(dut, make_snapshot, walk):

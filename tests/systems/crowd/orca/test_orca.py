@@ -1,11 +1,17 @@
+import dataclasses
 import math
 
 import numpy as np
 import pytest
 
 from hunav_drake.systems.common.layout import Command, RobotRole
-from hunav_drake.systems.crowd import OrcaModel
+from hunav_drake.systems.crowd import CrowdConfig, OrcaModel
+from hunav_drake.systems.crowd.orca.queues import share_in_queue
+from hunav_drake.systems.crowd.step import CrowdStep
+from hunav_drake.systems.people import HumanConfig
 from hunav_drake.systems.world.obstacles import Obstacles
+from hunav_drake.systems.world.shapes import World
+from tests.systems.crowd.crowds import box_between
 
 # So that what people want is their desired velocity, at once.
 AT_ONCE = 1e-6
@@ -14,7 +20,14 @@ AT_ONCE = 1e-6
 @pytest.fixture
 def exact():
     """The model of the paper, without what is added to it."""
-    return OrcaModel(relaxation_time=AT_ONCE, epsilon=0.0, safety_margin=0.0)
+    return OrcaModel(
+        relaxation_time=AT_ONCE,
+        epsilon=0.0,
+        safety_margin=0.0,
+        time_horizon=5.0,
+        recovery_time=0.0,
+        queue_distance=0.0,
+    )
 
 
 def velocities(model, snapshot):
@@ -240,8 +253,95 @@ def test_people_pass_a_door(make_snapshot, walk):
     states[:, 1] += np.linspace(-0.1, 0.1, 12)
     snapshot = make_snapshot(states, [[9, 0]] * 12, walls=walls)
     states = walk(OrcaModel(), snapshot, 40.0)
-    assert gaps(states).min() > -0.02
-    assert (states[-1, :, 0] > 0).all()
+    passed = (states[:, :, 0] > 0).all(axis=1)
+    assert passed[-1]
+    # In a queue only bodies count; all want to stand on one point in the end.
+    between = gaps(states, radius=0.25)
+    assert between[: np.argmax(passed)].min() > -0.02
+    assert between.min() > -0.05
+
+
+@pytest.mark.parametrize("radius", [0.2, 0.35])
+@pytest.mark.parametrize("width", [1.0, 1.2])
+def test_thirty_people_leave_a_room(width, radius, make_snapshot):
+    walls = [
+        box_between(-0.2, -0.2, 0, 6.2),
+        box_between(-0.2, -0.2, 6.2, 0),
+        box_between(-0.2, 6, 6.2, 6.2),
+        box_between(6, 0, 6.2, 3 - width / 2),
+        box_between(6, 3 + width / 2, 6.2, 6),
+    ]
+    starts = np.stack(
+        np.meshgrid(np.linspace(0.5, 5, 5), np.linspace(0.5, 5.5, 6)), axis=-1
+    ).reshape(-1, 2)
+    starts += np.random.default_rng(0).uniform(-0.05, 0.05, starts.shape)
+    step = CrowdStep(
+        [HumanConfig(pose=(x, y, 0.0), radius=radius) for x, y in starts],
+        obstacles=World(walls=walls).obstacles(),
+        config=CrowdConfig(model=OrcaModel()),
+        time_step=0.05,
+    )
+    states = np.zeros((30, 6))
+    states[:, :2] = starts
+    goals = np.stack([np.full(30, 30.0), starts[:, 1]], axis=1)
+    wanted = make_snapshot(states, goals, radius=radius)
+    stances = np.zeros((30, 3))
+    for _ in range(2400):
+        snapshot = step.look(
+            states, wanted.command, wanted.robots, wanted.parameters
+        )
+        states, stances = step.advance(snapshot, step.forces(snapshot), stances)
+        if (states[:, 0] > 6.2).all():
+            break
+    assert (states[:, 0] > 6.2).all()
+
+
+def test_who_is_nearer_to_the_place_goes_first(exact, make_snapshot):
+    """The other one does all of the avoiding, and more the later it is."""
+
+    def changes(y):
+        snapshot = make_snapshot(
+            [[-2, 0, 0, 1, 0, 0], [0, -y, math.pi / 2, 0, 1, 0]],
+            [[0, 0], [0, 0]],
+            speed=1.0,
+            max_speed=2.0,
+            radius=0.2,
+        )
+        dut = dataclasses.replace(exact, queue_distance=1.0)
+        change = velocities(dut, snapshot) - snapshot.states[:, 3:5]
+        return np.hypot(*change.T)
+
+    one, other = changes(2.0)
+    assert one == pytest.approx(other)
+    assert one > 0.05
+    one, other = changes(2.2)
+    assert 0 < one < other
+    one, other = changes(3.0)
+    assert one == pytest.approx(0, abs=1e-9)
+
+
+def test_queues_are_of_those_who_go_the_same_way(make_snapshot):
+    def share(own, goal, other, others, near=1.0):
+        commands = make_snapshot(
+            [[*own, 0, 0, 0, 0], [*other, 0, 0, 0, 0]], [goal, others]
+        ).command
+        rows = [np.array([*place, 0, 0, 0, 0]) for place in (own, other)]
+        return [
+            share_in_queue(
+                *(rows[i], commands[i], rows[1 - i], commands[1 - i], near)
+            )
+            for i in range(2)
+        ]
+
+    # One behind the other, to the same place.
+    assert share((0, 0), (9.0, 0), (2, 0), (9.0, 0)) == [1, 0]
+    # By a place on the way of the other.
+    assert sum(share((0, 0), (9.0, 0), (2, 2), (4.0, 0))) == pytest.approx(1)
+    # Beside each other, and towards each other.
+    assert share((0, 0), (9.0, 0), (0, 3), (9.0, 3)) == [-1, -1]
+    assert share((0, 0), (9.0, 0), (9, 0), (0.0, 0)) == [-1, -1]
+    # With 0 nobody queues.
+    assert share((0, 0), (9.0, 0), (2, 0), (9.0, 0), near=0.0) == [-1, -1]
 
 
 def test_a_dense_crowd_stays_finite(make_snapshot, walk):

@@ -1,0 +1,91 @@
+"""Who goes first of people who go to the same place, compiled by numba.
+
+The right of way is that of Curtis, Zafar, Gutub & Manocha 2013, "Right of way:
+asymmetric agent interactions in crowds": who has it leaves the avoiding to the
+other one. Here it belongs to who is nearer to where both go.
+"""
+
+import math
+
+from hunav_drake.systems.common.kernels import jit
+from hunav_drake.systems.common.layout import Command, X, Y
+
+# Who of two in a queue is nearer to where they go by this goes first, and
+# leaves all avoiding to the other one, in meters.
+_PRIORITY = 0.5
+
+# The cosine of the angle between ways up to which they go side by side.
+_SAME_WAY = 0.8
+
+
+@jit
+def is_walking(state, command):
+    """Tells whether a person is on the way to a goal."""
+    gx = command[Command.GOAL_X] - state[X]
+    gy = command[Command.GOAL_Y] - state[Y]
+    return (
+        command[Command.HAS_GOAL] != 0
+        and command[Command.DESIRED_SPEED] > 0
+        and math.hypot(gx, gy) > command[Command.GOAL_RADIUS]
+    )
+
+
+@jit
+def go_side_by_side(state, command, other, others):
+    """Tells whether the ways of two who walk differ by less than 37 degrees."""
+    ax = command[Command.GOAL_X] - state[X]
+    ay = command[Command.GOAL_Y] - state[Y]
+    bx = others[Command.GOAL_X] - other[X]
+    by = others[Command.GOAL_Y] - other[Y]
+    lengths = math.hypot(ax, ay) * math.hypot(bx, by)
+    return ax * bx + ay * by > _SAME_WAY * lengths
+
+
+@jit
+def _is_on_way(x, y, state, command, near):
+    """Tells whether a place is near the way of a person to the goal."""
+    gx = command[Command.GOAL_X] - state[X]
+    gy = command[Command.GOAL_Y] - state[Y]
+    dx = x - state[X]
+    dy = y - state[Y]
+    part = (dx * gx + dy * gy) / (gx * gx + gy * gy)
+    if part <= 0:
+        return False
+    part = min(part, 1.0)
+    return math.hypot(dx - part * gx, dy - part * gy) < near
+
+
+@jit
+def share_in_queue(state, command, other, others, near):
+    """Returns what part of avoiding is a person's in a queue, or -1 in none.
+
+    Two who walk are in a queue if they go to the same place, or if one goes to
+    a place on the way of the other, and not the other way. The parts of both
+    add up to one: who is nearer to the two places has less.
+
+    Args:
+        state: Shape (6,), that of the person.
+        command: Shape (COMMAND_SIZE,), with the next waypoint for a goal.
+        other: Shape (6,), the state of the other one.
+        others: Shape (COMMAND_SIZE,), the command of that one.
+        near: Places nearer to each other than this, or to a way, are the same,
+            or on it, in meters.
+    """
+    ax = command[Command.GOAL_X]
+    ay = command[Command.GOAL_Y]
+    bx = others[Command.GOAL_X]
+    by = others[Command.GOAL_Y]
+    if math.hypot(ax - bx, ay - by) >= near:
+        along = (ax - state[X]) * (bx - other[X])
+        along += (ay - state[Y]) * (by - other[Y])
+        if along <= 0 or not (
+            _is_on_way(ax, ay, other, others, near)
+            or _is_on_way(bx, by, state, command, near)
+        ):
+            return -1.0
+    own_way = math.hypot(ax - state[X], ay - state[Y])
+    own_way += math.hypot(bx - state[X], by - state[Y])
+    other_way = math.hypot(ax - other[X], ay - other[Y])
+    other_way += math.hypot(bx - other[X], by - other[Y])
+    later = (own_way - other_way) / (4 * _PRIORITY)
+    return min(max(0.5 + later, 0.0), 1.0)
