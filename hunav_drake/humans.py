@@ -20,6 +20,7 @@ from hunav_drake.systems.crowd import CrowdConfig, HumanCrowd
 from hunav_drake.systems.people import HumanConfig
 from hunav_drake.systems.people.names import check_consistent, name_people
 from hunav_drake.systems.people.profile import complete_people
+from hunav_drake.systems.sensing.surroundings import sight_obstacles
 from hunav_drake.systems.world.obstacles import Obstacles
 from hunav_drake.systems.world.shapes import World
 
@@ -37,12 +38,15 @@ class HumanPorts(NamedTuple):
         behavior_status: Gives, for each person, 0 while no reaction is
             active, else the state that it is in, most often 1.
         forces: Gives the forces on each person: see `layout.FORCES`.
+        labels: The label of each person in label images, if their figures
+            were added to a SceneGraph.
     """
 
     robot_states: InputPort | None
     human_states: OutputPort
     behavior_status: OutputPort
     forces: OutputPort
+    labels: tuple[int, ...] = ()
 
 
 class HumanOptions(TypedDict, total=False):
@@ -51,6 +55,10 @@ class HumanOptions(TypedDict, total=False):
     # The walls that people feel and cannot see through, or the world that has
     # them; none by default.
     obstacles: Obstacles | World | None
+
+    # What hides people and robots from people, if that is not the same: in a
+    # world, a table does not.
+    sight_obstacles: Obstacles | None
 
     # How people take in the world.
     config: CrowdConfig | None
@@ -102,7 +110,9 @@ def MakeHumans(
     num_robots = options.get("num_robots", 1)
     time_step = options.get("time_step", 0.05)
     separate_trees = options.get("separate_trees")
+    sight = options.get("sight_obstacles")
     if isinstance(obstacles, World):
+        sight = sight or sight_obstacles(obstacles)
         obstacles = obstacles.obstacles()
     # Before anything is made of them: crowd and trees know the same numbers.
     config = options.get("config") or CrowdConfig()
@@ -139,7 +149,7 @@ def MakeHumans(
                 indices=rows,
                 num_robots=num_robots,
                 time_step=time_step,
-                obstacles=obstacles,
+                obstacles=obstacles if sight is None else sight,
             ),
         )
         for name, rows in rows_of.items()
@@ -171,6 +181,7 @@ def _check_arguments(humans: Any, options: Mapping[str, Any]) -> None:
     """Raises a TypeError for an argument of another kind, or no option."""
     kinds: dict[str, tuple[Any, str]] = {
         "obstacles": ((Obstacles, World, NoneType), "Obstacles or a World"),
+        "sight_obstacles": ((Obstacles, NoneType), "Obstacles"),
         "config": ((CrowdConfig, NoneType), "a CrowdConfig"),
         "num_robots": (numbers.Integral, "a whole number"),
         "time_step": (numbers.Real, "a number"),
@@ -210,6 +221,7 @@ def AddHumans(
     humans: Sequence[HumanConfig],
     *,
     name: str = "humans",
+    scene_graph: Any = None,
     **options: Unpack[HumanOptions],
 ) -> HumanPorts:
     """Adds people to a builder, as one system.
@@ -224,6 +236,12 @@ def AddHumans(
             builder.Connect(robot, robots.get_input_port(i))
         builder.Connect(robots.get_output_port(), people.robot_states)
 
+    With ``scene_graph``, their figures walk in a SceneGraph of yours, where
+    your cameras and visualizers see them:
+
+        plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.01)
+        people = AddHumans(builder, humans, scene_graph=scene_graph)
+
     A diagram with behavior trees in it does not convert to AutoDiffXd; a
     `HumanCrowd` alone does.
 
@@ -231,6 +249,9 @@ def AddHumans(
         builder: Where they are added.
         humans: The people; there may be none.
         name: What the system is called; each in a diagram has its own name.
+        scene_graph: A SceneGraph of the same builder that gets figures of the
+            people, from a system named `name` and "_figures". Plants do not
+            collide with them.
         options: See `HumanOptions`.
 
     Returns:
@@ -241,7 +262,8 @@ def AddHumans(
 
     Raises:
         BehaviorTreeError: If a behavior is not known, or faulty.
-        ValueError: As `MakeHumans`, and if the name is taken.
+        ValueError: As `MakeHumans`, and if the name is taken or the SceneGraph
+            is in another builder.
         TypeError: If an argument is of another kind.
     """
     # Drake would end the process when the diagram is built.
@@ -250,7 +272,25 @@ def AddHumans(
             f"the diagram has a system named {name!r} already: give these"
             " people another name, as in AddHumans(..., name='more_humans')"
         )
+    if scene_graph is not None:
+        # Here, for people alone do without geometry.
+        from hunav_drake.systems.scene.figures import AddFigures, check_place
+
+        check_place(builder, scene_graph, f"{name}_figures")
     diagram = builder.AddNamedSystem(name, MakeHumans(humans, **options))
+    labels: tuple[int, ...] = ()
+    if scene_graph is not None:
+        figures = AddFigures(
+            builder,
+            scene_graph,
+            name_people(humans),
+            time_step=options.get("time_step", 0.05),
+            name=f"{name}_figures",
+        )
+        builder.Connect(
+            diagram.GetOutputPort("human_states"), figures.human_states
+        )
+        labels = figures.labels
     return HumanPorts(
         robot_states=(
             diagram.get_input_port() if diagram.num_input_ports() else None
@@ -258,4 +298,5 @@ def AddHumans(
         human_states=diagram.GetOutputPort("human_states"),
         behavior_status=diagram.GetOutputPort("behavior_status"),
         forces=diagram.GetOutputPort("forces"),
+        labels=labels,
     )

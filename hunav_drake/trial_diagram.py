@@ -8,17 +8,19 @@ from pydrake.systems.primitives import ConstantVectorSource
 
 from hunav_drake.humans import AddHumans
 from hunav_drake.scenario import CheckScenario
+from hunav_drake.scenario.checks import first_lidar, scan_fault
 from hunav_drake.scenario.error import Fault, ScenarioError
 from hunav_drake.scenario.population import with_drawn_people
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.scenario.writer import plain
-from hunav_drake.systems.common.registry import name_of
 from hunav_drake.systems.evaluation import Evaluator
 from hunav_drake.systems.evaluation.trial_monitor import TrialMonitor
 from hunav_drake.systems.people.names import name_people
 from hunav_drake.systems.planning import PlanningTask
 from hunav_drake.systems.scene import AddScene
+from hunav_drake.systems.sensing.surroundings import sight_obstacles
 from hunav_drake.systems.world.obstacles import Obstacles
+from hunav_drake.trial_sensors import AddSensors
 
 if TYPE_CHECKING:
     from pydrake.geometry import Meshcat
@@ -38,12 +40,13 @@ def MakeTrialDiagram(
     Returns:
         A diagram of the systems "humans" (`AddHumans`), "robot" and "planner"
         (see `RobotConfig` and `PlannerConfig`), "goal" (if there is one),
-        "evaluator" (`Evaluator`), "monitor" (`TrialMonitor`) and "scene"
-        (`AddScene`). It has no inputs, but for "trigger" if that begins the
-        recording (`EvaluatorConfig.start`); its outputs are "robot_state",
-        "human_states", "behavior_status", "forces", "velocity_command",
-        "planner_status", "planner_path", "metrics", "recording",
-        "trial_status" and "query".
+        "evaluator" (`Evaluator`), "monitor" (`TrialMonitor`), "scene"
+        (`AddScene`) and the sensors (see `AddSensors`). It has no inputs, but
+        for "trigger" if that begins the recording (`EvaluatorConfig.start`);
+        its outputs are "robot_state", "human_states", "behavior_status",
+        "forces", "velocity_command", "planner_status", "planner_path",
+        "metrics", "recording", "trial_status", "query", and what the sensors
+        measure, as "scan".
 
     Raises:
         ScenarioError: If the scenario cannot be simulated.
@@ -54,12 +57,14 @@ def MakeTrialDiagram(
     robot_config = scenario.robot
     time_step = scenario.simulation.time_step
     obstacles = scenario.world.obstacles()
+    sight = sight_obstacles(scenario.world)
 
     builder = DiagramBuilder()
     humans = AddHumans(
         builder,
         scenario.humans,
         obstacles=obstacles,
+        sight_obstacles=sight,
         config=scenario.crowd,
         time_step=time_step,
         start_jitter=scenario.simulation.start_jitter,
@@ -115,6 +120,8 @@ def MakeTrialDiagram(
     if robot_config.goal is not None:
         goal = ConstantVectorSource(robot_config.goal)
         given["goal"] = builder.AddNamedSystem("goal", goal).get_output_port()
+    sensed = AddSensors(builder, scenario, scene, given)
+    given |= sensed
     for system in (planner, evaluator, monitor):
         for name, port in given.items():
             if system.HasInputPort(name):
@@ -131,6 +138,7 @@ def MakeTrialDiagram(
         ("recording", evaluator.GetOutputPort("recording")),
         ("trial_status", monitor.get_trial_status_output_port()),
         ("query", scene.query_object),
+        *sensed.items(),
     ):
         builder.ExportOutput(port, name)
     if scenario.evaluator.start == "by_trigger":
@@ -178,14 +186,12 @@ def _AddPlanner(
         obstacles=obstacles,
         num_humans=len(scenario.humans),
         time_step=scenario.simulation.time_step,
+        lidar=first_lidar(scenario),
     )
     planner = scenario.planner.AddToBuilder(builder, task)
     if planner.HasInputPort("scan"):
-        message = (
-            f"the planner {name_of(scenario.planner)!r} needs a lidar (port"
-            " scan), which the robots of trials do not have yet; choose"
-            " another planner"
-        )
-        fault = Fault("scenario", 0, "planner", message)
-        raise ScenarioError("scenario", [fault])
+        size = planner.GetInputPort("scan").size()
+        if message := scan_fault(scenario, size):
+            fault = Fault("scenario", 0, "planner", message)
+            raise ScenarioError("scenario", [fault])
     return planner

@@ -24,6 +24,12 @@ from hunav_drake.systems.robot.robot_config import (
     RobotConfig,
     RobotLimits,
 )
+from hunav_drake.systems.sensing.sensor_config import (
+    CameraConfig,
+    LidarConfig,
+    SensorConfig,
+    VisiblePeopleConfig,
+)
 from hunav_drake.systems.world.shapes import Box, Polygon, Polyline, Wall, World
 
 __all__ = [
@@ -31,6 +37,7 @@ __all__ = [
     "Area",
     "BehaviorConfig",
     "Box",
+    "CameraConfig",
     "CheckScenario",
     "CohortConfig",
     "CrowdConfig",
@@ -38,6 +45,7 @@ __all__ = [
     "EvaluatorConfig",
     "Fault",
     "HumanConfig",
+    "LidarConfig",
     "ListScenarios",
     "LoadScenario",
     "PlannerConfig",
@@ -49,9 +57,11 @@ __all__ = [
     "SaveScenario",
     "Scenario",
     "ScenarioError",
+    "SensorConfig",
     "SimulationConfig",
     "SocialForceParameters",
     "SpeedDistribution",
+    "VisiblePeopleConfig",
     "Wall",
     "World",
     "draw_people",

@@ -13,6 +13,10 @@ X, Y, YAW, VX, VY, OMEGA, RADIUS = range(7)
 STATE_FIELDS = ("x", "y", "yaw", "vx", "vy", "omega", "radius")
 STATE_SIZE = len(STATE_FIELDS)
 
+# Both coordinates, in meters, of a row for somebody who is not there, or not
+# seen: farther off than any place of a world.
+ABSENT = 1e6
+
 # What of it is in the state of a crowd: all but the radius.
 MOTION_SIZE = RADIUS
 

@@ -6,6 +6,8 @@ from pydrake.geometry import (
     InMemoryMesh,
     MakePhongIllustrationProperties,
     Mesh,
+    PerceptionProperties,
+    RenderLabel,
     Rgba,
     Shape,
 )
@@ -30,15 +32,27 @@ def AddVisual(
     X_BG: RigidTransform | None = None,
     *,
     perceived: bool = True,
+    label: int | None = None,
 ) -> None:
     """Adds visible geometry to a body B; it never collides.
 
-    Simulated cameras see it only if it is `perceived`.
+    Simulated cameras see it only if it is `perceived`; in label images it has
+    the `label`, by default the index of the body.
     """
     if isinstance(shape, TriangleMesh):
         shape = Mesh(MakeInMemoryMesh(shape, name))
     X_BG = X_BG or RigidTransform()
-    if perceived:
+    if perceived and label is not None:
+        visual = GeometryInstance(X_BG, shape, name)
+        visual.set_illustration_properties(
+            MakePhongIllustrationProperties(color.rgba)
+        )
+        properties = PerceptionProperties()
+        properties.AddProperty("phong", "diffuse", color)
+        properties.AddProperty("label", "id", RenderLabel(label))
+        visual.set_perception_properties(properties)
+        plant.RegisterVisualGeometry(body, visual)
+    elif perceived:
         plant.RegisterVisualGeometry(body, X_BG, shape, name, color.rgba)
     else:
         mark = GeometryInstance(X_BG, shape, name)
