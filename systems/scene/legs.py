@@ -69,9 +69,6 @@ SHOE_SECTIONS: Array = np.array(
 for _sections in (THIGH_SECTIONS, SHIN_SECTIONS, SHOE_SECTIONS):
     _sections.setflags(write=False)
 
-# The shin is seen down to here, below the knee; from there on, the shoe.
-_ANKLE = -0.4
-
 # A row of `legs_at`: the middle of an ellipse, the direction of its first half
 # axis, in W, and both half axes; in meters and radians.
 ELLIPSE_SIZE = 5
@@ -126,39 +123,69 @@ def _leg_at(
     hip: float, knee: float, below: float, width: float
 ) -> tuple[float, float, float]:
     """Returns x of a leg's middle, and its half axes, so far below the hip."""
-    knee_below = THIGH * math.cos(hip)
-    if below <= knee_below:
-        return _cut(hip, below, THIGH_SECTIONS, width)
-    below -= knee_below
-    angle = hip - knee
-    x, a, b = _cut(angle, below, SHIN_SECTIONS, width)
-    if below > -_ANKLE * math.cos(angle):
-        x, a, b = _cut(angle, below, SHOE_SECTIONS, width)
-    return THIGH * math.sin(hip) + x, a, b
+    shin = hip - knee
+    knee_x, knee_below = THIGH * math.sin(hip), THIGH * math.cos(hip)
+    low, high, b = _cut(hip, below, THIGH_SECTIONS, width)
+    for k in range(2):
+        part = SHIN_SECTIONS if k == 0 else SHOE_SECTIONS
+        rear, front, half = _cut(shin, below - knee_below, part, width)
+        low, high = min(low, knee_x + rear), max(high, knee_x + front)
+        b = max(b, half)
+    if low > high:
+        return 0.0, 0.0, 0.0
+    return 0.5 * (low + high), 0.5 * (high - low), b
 
 
 @jit
 def _cut(
     angle: float, below: float, sections: Array, width: float
 ) -> tuple[float, float, float]:
-    """Returns the same for a part that hangs at an angle, from its joint.
+    """Returns what a plane cuts out of a part that hangs at an angle.
 
-    A plane that is level cuts a part that leans in a longer ellipse.
+    The plane is so far below the joint. Seen from the side, the part is a
+    polygon between the ends of its sections.
+
+    Returns:
+        How far behind and before the joint the cut begins and ends, and its
+        half width, in meters; (infinity, -infinity, 0) for no cut.
     """
     c, s = math.cos(angle), math.sin(angle)
-    z = -below / c
-    x = a = b = 0.0
-    # The middle is off the line from joint to joint; twice is near enough.
-    for _ in range(2):
-        k = 1
-        while k < len(sections) - 1 and sections[k, 2] < z:
-            k += 1
-        low, high = sections[k - 1], sections[k]
-        part = (z - low[2]) / (high[2] - low[2])
-        if part < 0.0 or part > 1.0:
-            return 0.0, 0.0, 0.0
-        x = width * (low[0] + part * (high[0] - low[0]))
-        a = width * (low[3] + part * (high[3] - low[3]))
-        b = width * (low[4] + part * (high[4] - low[4]))
-        z = (-below - x * s) / c
-    return x * c - z * s, a / c, b
+    low, high = math.inf, -math.inf
+    count = len(sections)
+    for k in range(2 * count):
+        # Up along the rear ends, then down along the front ones.
+        x, z = _corner(sections, k, width)
+        x_next, z_next = _corner(sections, (k + 1) % (2 * count), width)
+        above = x * s + z * c + below
+        above_next = x_next * s + z_next * c + below
+        if (above >= 0) == (above_next >= 0):
+            continue
+        part = above / (above - above_next)
+        x += part * (x_next - x)
+        z += part * (z_next - z)
+        low = min(low, x * c - z * s)
+        high = max(high, x * c - z * s)
+    if low > high:
+        return low, high, 0.0
+    # How wide the section in the middle is.
+    z = -0.5 * (low + high) * s - below * c
+    heights = sections[:, 2]
+    k = 1
+    while k < count - 1 and heights[k] < z:
+        k += 1
+    part = (z - heights[k - 1]) / (heights[k] - heights[k - 1])
+    part = min(max(part, 0.0), 1.0)
+    half = sections[k - 1, 4] + part * (sections[k, 4] - sections[k - 1, 4])
+    return low, high, width * half
+
+
+@jit
+def _corner(sections: Array, k: int, width: float) -> tuple[float, float]:
+    """Returns (x, z) of a corner of a part, as seen from its side."""
+    count = len(sections)
+    if k < count:
+        x, half, z = sections[k, 0], -sections[k, 3], sections[k, 2]
+    else:
+        k = 2 * count - 1 - k
+        x, half, z = sections[k, 0], sections[k, 3], sections[k, 2]
+    return width * (x + half), z
