@@ -181,7 +181,7 @@ def check_sensors(scenario: Scenario) -> Iterator[Finding]:
             yield Finding(
                 ("sensors", i, "name"),
                 f"must be unique, but {shown(sensor.name)} is already the name"
-                f" of sensors[{first}]; rename one",
+                f" of {path_text(scenario, ('sensors', first))}; rename one",
                 uses=(("sensors", first, "name"),),
             )
 
