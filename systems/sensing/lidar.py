@@ -198,7 +198,8 @@ class Lidar(LeafSystem):
 
     def _ScanNumber(self, context: Context) -> int:
         """Returns the number of the newest scan there can be, from 0."""
-        steps = math.floor(context.get_time() / self._time_step + 1e-6)
+        time: float = context.get_time()
+        steps = math.floor(time / self._time_step + 1e-6)
         return steps // self._steps_per_scan
 
     def _CalcScan(self, context: Context, output: BasicVector) -> None:
