@@ -39,6 +39,15 @@ def test_the_population_of_the_readme_can_be_drawn():
     assert len(draw_people(scenario)) == 20
 
 
+def test_the_sensors_of_the_docs_are_there():
+    text = (DOCS / "sensors.md").read_text()
+    (block,) = re.findall(r"^    sensors:\n(?:      .*\n)+", text, re.M)
+    scenario = LoadScenario(data=textwrap.dedent(block))
+    assert len(scenario.sensors) == 4
+    for picture in re.findall(r"!\[.*\]\((.*)\)", text):
+        assert (DOCS / picture).stat().st_size < 150_000
+
+
 def test_the_drawing_of_the_diagram_is_up_to_date():
     """`python docs/draw_diagram.py` draws it anew."""
     diagram = MakeTrialDiagram(LoadScenario(filename="passing"))
