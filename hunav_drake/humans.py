@@ -112,7 +112,8 @@ def MakeHumans(
     separate_trees = options.get("separate_trees")
     sight = options.get("sight_obstacles")
     if isinstance(obstacles, World):
-        sight = sight or sight_obstacles(obstacles)
+        if sight is None:
+            sight = sight_obstacles(obstacles)
         obstacles = obstacles.obstacles()
     # Before anything is made of them: crowd and trees know the same numbers.
     config = options.get("config") or CrowdConfig()

@@ -58,6 +58,9 @@ def MakeTrialDiagram(
     time_step = scenario.simulation.time_step
     obstacles = scenario.world.obstacles()
     sight = sight_obstacles(scenario.world)
+    if sight == obstacles:
+        # One index of walls for both.
+        sight = obstacles
 
     builder = DiagramBuilder()
     humans = AddHumans(

@@ -23,11 +23,14 @@ from hunav_drake import (
 from hunav_drake.scenario import LidarConfig, World
 from hunav_drake.systems.planning import (
     PLANNERS,
+    LocalPlanner,
     Plan,
     Planner,
     PlannerStatus,
+    PlanningTask,
     register_planner,
 )
+from hunav_drake.systems.robot import RobotLimits
 from hunav_drake.systems.sensing import SENSORS, scan_points
 from hunav_drake.systems.world.obstacles import Obstacles
 from tests.hunav_drake.scenario.loading_failure import failure
@@ -322,6 +325,33 @@ def test_people_see_over_a_table_and_not_through_a_wall():
     assert not reaction(obstacles=between, sight=None)
     assert not reaction(obstacles=between, sight=between)
     assert reaction(obstacles=between, sight=nothing)
+    low = {"shape": "box", "center": (1, 0), "size": (0.2, 4)}
+    assert reaction(obstacles=World(walls=[low]), sight=nothing)
+    assert not reaction(obstacles=World(walls=[low]), sight=None)
+
+
+def test_a_planner_alone_needs_to_know_its_lidar():
+    class Asking(Careful):
+        scan_size = None
+
+    def planner(**options):
+        return LocalPlanner(
+            Asking(),
+            PlanningTask(
+                limits=RobotLimits(),
+                robot_radius=0.3,
+                goal_tolerance=0.2,
+                goal_yaw_tolerance=0.2,
+                obstacles=Obstacles.from_shapes([], solid=[]),
+                num_humans=0,
+                **options,
+            ),
+        )
+
+    port = planner(lidar=LidarConfig(num_rays=7)).GetInputPort("scan")
+    assert port.size() == 7
+    with pytest.raises(ValueError, match="Asking needs a lidar: give its Pl"):
+        planner()
 
 
 def test_a_world_that_knows_heights_is_asked_for_them():
