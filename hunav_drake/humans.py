@@ -20,7 +20,6 @@ from hunav_drake.systems.crowd import CrowdConfig, HumanCrowd
 from hunav_drake.systems.people import HumanConfig
 from hunav_drake.systems.people.names import check_consistent, name_people
 from hunav_drake.systems.people.profile import complete_people
-from hunav_drake.systems.sensing.surroundings import sight_obstacles
 from hunav_drake.systems.world.obstacles import Obstacles
 from hunav_drake.systems.world.shapes import World
 
@@ -55,10 +54,6 @@ class HumanOptions(TypedDict, total=False):
     # The walls that people feel and cannot see through, or the world that has
     # them; none by default.
     obstacles: Obstacles | World | None
-
-    # What hides people and robots from people, if that is not the same: in a
-    # world, a table does not.
-    sight_obstacles: Obstacles | None
 
     # How people take in the world.
     config: CrowdConfig | None
@@ -110,10 +105,7 @@ def MakeHumans(
     num_robots = options.get("num_robots", 1)
     time_step = options.get("time_step", 0.05)
     separate_trees = options.get("separate_trees")
-    sight = options.get("sight_obstacles")
     if isinstance(obstacles, World):
-        if sight is None:
-            sight = sight_obstacles(obstacles)
         obstacles = obstacles.obstacles()
     # Before anything is made of them: crowd and trees know the same numbers.
     config = options.get("config") or CrowdConfig()
@@ -150,7 +142,7 @@ def MakeHumans(
                 indices=rows,
                 num_robots=num_robots,
                 time_step=time_step,
-                obstacles=obstacles if sight is None else sight,
+                obstacles=obstacles,
             ),
         )
         for name, rows in rows_of.items()
@@ -182,7 +174,6 @@ def _check_arguments(humans: Any, options: Mapping[str, Any]) -> None:
     """Raises a TypeError for an argument of another kind, or no option."""
     kinds: dict[str, tuple[Any, str]] = {
         "obstacles": ((Obstacles, World, NoneType), "Obstacles or a World"),
-        "sight_obstacles": ((Obstacles, NoneType), "Obstacles"),
         "config": ((CrowdConfig, NoneType), "a CrowdConfig"),
         "num_robots": (numbers.Integral, "a whole number"),
         "time_step": (numbers.Real, "a number"),

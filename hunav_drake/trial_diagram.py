@@ -18,7 +18,6 @@ from hunav_drake.systems.evaluation.trial_monitor import TrialMonitor
 from hunav_drake.systems.people.names import name_people
 from hunav_drake.systems.planning import PlanningTask
 from hunav_drake.systems.scene import AddScene
-from hunav_drake.systems.sensing.surroundings import sight_obstacles
 from hunav_drake.systems.world.obstacles import Obstacles
 from hunav_drake.trial_sensors import AddSensors
 
@@ -57,17 +56,12 @@ def MakeTrialDiagram(
     robot_config = scenario.robot
     time_step = scenario.simulation.time_step
     obstacles = scenario.world.obstacles()
-    sight = sight_obstacles(scenario.world)
-    if sight == obstacles:
-        # One index of walls for both.
-        sight = obstacles
 
     builder = DiagramBuilder()
     humans = AddHumans(
         builder,
         scenario.humans,
         obstacles=obstacles,
-        sight_obstacles=sight,
         config=scenario.crowd,
         time_step=time_step,
         start_jitter=scenario.simulation.start_jitter,

@@ -13,9 +13,11 @@ X, Y, YAW, VX, VY, OMEGA, RADIUS = range(7)
 STATE_FIELDS = ("x", "y", "yaw", "vx", "vy", "omega", "radius")
 STATE_SIZE = len(STATE_FIELDS)
 
-# Both coordinates, in meters, of a row for somebody who is not there, or not
-# seen: farther off than any place of a world.
-ABSENT = 1e6
+# Both coordinates, in meters, of a row of somebody who is not there, or not
+# seen, at rest, with yaw and radius 0: farther away than any coordinate that a
+# scenario may have, so that who computes distances need not know of it, and
+# finite, unlike NaN, which would spread.
+OUTSIDE = 1e6
 
 # What of it is in the state of a crowd: all but the radius.
 MOTION_SIZE = RADIUS

@@ -14,7 +14,7 @@ from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.scene.human_body import AddHumanBody
 from hunav_drake.systems.scene.labels import human_label, labels_taken
 from hunav_drake.systems.scene.palette import clothes
-from hunav_drake.systems.scene.scene import instance_names, joint_positions
+from hunav_drake.systems.scene.scene import figure_names, joint_positions
 from hunav_drake.systems.scene.scene_kinematics import SceneKinematics
 
 
@@ -70,7 +70,7 @@ def AddFigures(
             label=labels[i],
         )
         for i, (instance, human) in enumerate(
-            zip(instance_names(humans), humans, strict=True)
+            zip(figure_names(humans), humans, strict=True)
         )
     ]
     plant.Finalize()

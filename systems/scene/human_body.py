@@ -24,7 +24,7 @@ from hunav_drake.systems.scene.palette import (
     TELEPHONE_SCREEN,
     Clothes,
 )
-from hunav_drake.systems.scene.visuals import AddVisual
+from hunav_drake.systems.scene.visuals import AddLabeledVisual, AddVisual
 
 # Half the distance between the shoulders, and their height above the hips, in
 # meters.
@@ -85,7 +85,10 @@ def AddHumanBody(
         X_BG: RigidTransform | None = None,
     ) -> None:
         shape = Mesh(mesh, [width, width, 1.0])
-        AddVisual(plant, body, part, shape, color, X_BG, label=label)
+        if label is None:
+            AddVisual(plant, body, part, shape, color, X_BG)
+        else:
+            AddLabeledVisual(plant, body, part, shape, color, X_BG, label)
 
     def AddSwinging(
         body: str, parent: RigidBody, joint: str, place: ArrayLike, sense: int

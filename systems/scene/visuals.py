@@ -32,27 +32,15 @@ def AddVisual(
     X_BG: RigidTransform | None = None,
     *,
     perceived: bool = True,
-    label: int | None = None,
 ) -> None:
     """Adds visible geometry to a body B; it never collides.
 
-    Simulated cameras see it only if it is `perceived`; in label images it has
-    the `label`, by default the index of the body.
+    Simulated cameras see it only if it is `perceived`.
     """
     if isinstance(shape, TriangleMesh):
         shape = Mesh(MakeInMemoryMesh(shape, name))
     X_BG = X_BG or RigidTransform()
-    if perceived and label is not None:
-        visual = GeometryInstance(X_BG, shape, name)
-        visual.set_illustration_properties(
-            MakePhongIllustrationProperties(color.rgba)
-        )
-        properties = PerceptionProperties()
-        properties.AddProperty("phong", "diffuse", color)
-        properties.AddProperty("label", "id", RenderLabel(label))
-        visual.set_perception_properties(properties)
-        plant.RegisterVisualGeometry(body, visual)
-    elif perceived:
+    if perceived:
         plant.RegisterVisualGeometry(body, X_BG, shape, name, color.rgba)
     else:
         mark = GeometryInstance(X_BG, shape, name)
@@ -60,3 +48,24 @@ def AddVisual(
             MakePhongIllustrationProperties(color.rgba)
         )
         plant.RegisterVisualGeometry(body, mark)
+
+
+def AddLabeledVisual(
+    plant: MultibodyPlant,
+    body: RigidBody,
+    name: str,
+    shape: Shape,
+    color: Rgba,
+    X_BG: RigidTransform | None,
+    label: int,
+) -> None:
+    """Adds visible geometry that has a label of its own in label images."""
+    visual = GeometryInstance(X_BG or RigidTransform(), shape, name)
+    visual.set_illustration_properties(
+        MakePhongIllustrationProperties(color.rgba)
+    )
+    properties = PerceptionProperties()
+    properties.AddProperty("phong", "diffuse", color)
+    properties.AddProperty("label", "id", RenderLabel(label))
+    visual.set_perception_properties(properties)
+    plant.RegisterVisualGeometry(body, visual)

@@ -13,7 +13,7 @@ from pydrake.systems.framework import (
 
 from hunav_drake.systems.common.arrays import Mask
 from hunav_drake.systems.common.checks import check_count
-from hunav_drake.systems.common.layout import ABSENT, RADIUS, STATE_SIZE, X, Y
+from hunav_drake.systems.common.layout import OUTSIDE, STATE_SIZE, X, Y
 from hunav_drake.systems.sensing.ray_kernels import people_in_view
 from hunav_drake.systems.sensing.scans import sensor_pose
 from hunav_drake.systems.sensing.sensor_config import VisiblePeopleConfig
@@ -43,8 +43,8 @@ class VisiblePeople(LeafSystem):
     ``human_states`` takes n such rows of the people. Port ``visible`` gives
     1 for each person who is seen, else 0. Port ``visible_people`` gives the
     rows, in the order of ``human_states``; that of somebody unseen has the
-    coordinates `layout.ABSENT` (10^6 m, farther off than any place), is at
-    rest and keeps the radius. All in W, in SI units.
+    coordinates `layout.OUTSIDE` (10^6 m, farther off than any place), is at
+    rest, with yaw and radius 0. All in W, in SI units.
 
     There is no state: the outputs follow from the inputs at once.
     """
@@ -134,7 +134,6 @@ class VisiblePeople(LeafSystem):
             return
         seen = self._visible.Eval(context) > 0
         rows = self._human_states.Eval(context).reshape(-1, STATE_SIZE)
-        absent = np.zeros_like(rows)
-        absent[:, [X, Y]] = ABSENT
-        absent[:, RADIUS] = rows[:, RADIUS]
-        output.SetFromVector(np.where(seen[:, None], rows, absent).ravel())
+        unseen = np.zeros_like(rows)
+        unseen[:, [X, Y]] = OUTSIDE
+        output.SetFromVector(np.where(seen[:, None], rows, unseen).ravel())

@@ -31,7 +31,12 @@ from hunav_drake.systems.planning import (
     register_planner,
 )
 from hunav_drake.systems.robot import RobotLimits
-from hunav_drake.systems.sensing import SENSORS, scan_points
+from hunav_drake.systems.sensing import (
+    SENSORS,
+    Lidar,
+    VisiblePeople,
+    scan_points,
+)
 from hunav_drake.systems.world.obstacles import Obstacles
 from tests.hunav_drake.scenario.loading_failure import failure
 
@@ -291,10 +296,10 @@ def test_a_sensor_of_ones_own_is_wired_by_its_ports(monkeypatch):
     )
 
 
-# What hides a robot from people.
+# What hides robots and people from each other.
 
 
-def reaction(*, obstacles, sight):
+def reaction(obstacles):
     """Tells whether a scared person reacts to a robot 2 m away."""
     from pydrake.systems.analysis import Simulator
     from pydrake.systems.framework import DiagramBuilder
@@ -305,7 +310,6 @@ def reaction(*, obstacles, sight):
         builder,
         [HumanConfig(pose=(0, 0, 0), behavior="scared")],
         obstacles=obstacles,
-        sight_obstacles=sight,
     )
     robot = builder.AddSystem(
         ConstantVectorSource([2.0, 0, np.pi, -0.3, 0, 0, 0.3])
@@ -318,16 +322,42 @@ def reaction(*, obstacles, sight):
     return diagram.GetOutputPort("status").Eval(simulator.get_context())[0] > 0
 
 
-def test_people_see_over_a_table_and_not_through_a_wall():
+def senses(wall):
+    """Tells whether people, robot and lidar see through a wall, all three."""
+    seen = VisiblePeople(obstacles=wall, num_humans=1)
+    context = seen.CreateDefaultContext()
+    for port in ("robot_state", "human_states"):
+        row = np.zeros(7)
+        row[[0, 6]] = 2.0 * (port == "robot_state"), 0.3
+        seen.GetInputPort(port).FixValue(context, row)
+    scans = []
+    for config in (LidarConfig(people="discs"), LidarConfig()):
+        lidar = Lidar(config, obstacles=wall, num_humans=1)
+        own = lidar.CreateDefaultContext()
+        for port in ("robot_state", "human_states"):
+            value = seen.GetInputPort(port).Eval(context)
+            lidar.GetInputPort(port).FixValue(own, value)
+        alone = Lidar(config, obstacles=wall)
+        empty = alone.CreateDefaultContext()
+        robot = lidar.GetInputPort("robot_state").Eval(own)
+        alone.GetInputPort("robot_state").FixValue(empty, robot)
+        scans += [
+            lidar.get_scan_output_port().Eval(own),
+            alone.get_scan_output_port().Eval(empty),
+        ]
+    return (
+        reaction(wall),
+        bool(seen.get_visible_output_port().Eval(context)[0]),
+        (scans[0] != scans[1]).any(),
+        (scans[2] != scans[3]).any(),
+    )
+
+
+def test_nobody_sees_through_a_wall():
     between = Obstacles.from_shapes([[(1, -2), (1, 2)]], solid=[False])
     nothing = Obstacles.from_shapes([], solid=[])
-    assert reaction(obstacles=nothing, sight=None)
-    assert not reaction(obstacles=between, sight=None)
-    assert not reaction(obstacles=between, sight=between)
-    assert reaction(obstacles=between, sight=nothing)
-    low = {"shape": "box", "center": (1, 0), "size": (0.2, 4)}
-    assert reaction(obstacles=World(walls=[low]), sight=nothing)
-    assert not reaction(obstacles=World(walls=[low]), sight=None)
+    assert senses(nothing) == (True, True, True, True)
+    assert senses(between) == (False, False, False, False)
 
 
 def test_a_planner_alone_needs_to_know_its_lidar():

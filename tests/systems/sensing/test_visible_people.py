@@ -5,7 +5,7 @@ from pydantic import ValidationError
 import pytest
 import shapely
 
-from hunav_drake.systems.common.layout import ABSENT
+from hunav_drake.systems.common.layout import OUTSIDE
 from hunav_drake.systems.sensing import VisiblePeople, VisiblePeopleConfig
 from hunav_drake.systems.world.obstacles import Obstacles
 from tests.systems.sensing.scans import NOWHERE, rows, scan
@@ -58,7 +58,7 @@ def test_who_is_unseen_has_a_row_far_from_everything():
     people[:, 3:6] = 0.3
     dut = Detector(people, range_max=5)
     np.testing.assert_array_equal(dut.rows()[0], people[0])
-    expected = [ABSENT, ABSENT, 0, 0, 0, 0, 0.3]
+    expected = [OUTSIDE, OUTSIDE, 0, 0, 0, 0, 0]
     np.testing.assert_array_equal(dut.rows()[1], expected)
 
 
@@ -79,7 +79,7 @@ def test_outputs_follow_each_input():
     assert dut.visible() == [1]
     dut.fix(rows((6, 0)))
     assert dut.visible() == [0]
-    assert dut.rows()[0, 0] == ABSENT
+    assert dut.rows()[0, 0] == OUTSIDE
     dut.fix(rows((6, 0)), (2, 0, 0))
     assert dut.visible() == [1]
     assert dut.rows()[0, 0] == 6
