@@ -138,8 +138,6 @@ Rectangle = Annotated[
     tuple[Coordinate, Coordinate, Coordinate, Coordinate],
     BeforeValidator(_as_tuple),
 ]
-Pixels = Annotated[Integer, Field(ge=16, le=4096)]
-ImageSize = Annotated[tuple[Pixels, Pixels], BeforeValidator(_as_tuple)]
 Size = Annotated[
     tuple[PositiveLength, PositiveLength], BeforeValidator(_as_tuple)
 ]

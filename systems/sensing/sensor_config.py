@@ -14,7 +14,6 @@ from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.registry import Registry, name_of
 from hunav_drake.systems.common.schema import (
     CONFIG,
-    ImageSize,
     Integer,
     Name,
     Pose,
@@ -27,6 +26,7 @@ Range = Annotated[StrictFloat, within(0, 1000, "m", low_open=True)]
 Period = Annotated[StrictFloat, within(0, 10, "s", low_open=True)]
 Pitch = Annotated[StrictFloat, within(-math.pi / 2, math.pi / 2, "rad")]
 Turn = Annotated[StrictFloat, within(0, 2 * math.pi, "rad", low_open=True)]
+Pixels = Annotated[Integer, Field(ge=16, le=4096)]
 
 # The highest plane, in meters, that cuts legs alone, of people of all gaits.
 LEG_HEIGHT = 0.7
@@ -236,7 +236,7 @@ class CameraConfig(SensorConfig):
 
     # The width and the height of its images, in pixels, and how much it sees
     # from the lowest row to the highest, in radians.
-    image_size: ImageSize = (640, 480)
+    image_size: tuple[Pixels, Pixels] = (640, 480)
     field_of_view_y: Annotated[
         StrictFloat, within(0, 3.0, "rad", low_open=True)
     ] = math.pi / 4
