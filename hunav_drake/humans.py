@@ -41,6 +41,8 @@ class HumanPorts(NamedTuple):
         forces: Gives the forces on each person: see `layout.FORCES`.
         traffic: Gives how many people have come and gone: see `OpenCrowd`.
             None if nobody comes or goes.
+        labels: The label of each person in label images, if their figures
+            were added to a SceneGraph.
     """
 
     robot_states: InputPort | None
@@ -48,6 +50,7 @@ class HumanPorts(NamedTuple):
     behavior_status: OutputPort
     forces: OutputPort
     traffic: OutputPort | None = None
+    labels: tuple[int, ...] = ()
 
 
 class HumanOptions(TypedDict, total=False):
@@ -234,6 +237,7 @@ def AddHumans(
     humans: Sequence[HumanConfig],
     *,
     name: str = "humans",
+    scene_graph: Any = None,
     **options: Unpack[HumanOptions],
 ) -> HumanPorts:
     """Adds people to a builder, as one system.
@@ -248,6 +252,12 @@ def AddHumans(
             builder.Connect(robot, robots.get_input_port(i))
         builder.Connect(robots.get_output_port(), people.robot_states)
 
+    With ``scene_graph``, their figures walk in a SceneGraph of yours, where
+    your cameras and visualizers see them:
+
+        plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.01)
+        people = AddHumans(builder, humans, scene_graph=scene_graph)
+
     A diagram with behavior trees in it does not convert to AutoDiffXd; a
     `HumanCrowd` alone does.
 
@@ -255,6 +265,9 @@ def AddHumans(
         builder: Where they are added.
         humans: The people; there may be none.
         name: What the system is called; each in a diagram has its own name.
+        scene_graph: A SceneGraph of the same builder that gets figures of the
+            people, from a system named `name` and "_figures". Plants do not
+            collide with them.
         options: See `HumanOptions`.
 
     Returns:
@@ -265,7 +278,8 @@ def AddHumans(
 
     Raises:
         BehaviorTreeError: If a behavior is not known, or faulty.
-        ValueError: As `MakeHumans`, and if the name is taken.
+        ValueError: As `MakeHumans`, and if the name is taken or the SceneGraph
+            is in another builder.
         TypeError: If an argument is of another kind.
     """
     # Drake would end the process when the diagram is built.
@@ -274,7 +288,25 @@ def AddHumans(
             f"the diagram has a system named {name!r} already: give these"
             " people another name, as in AddHumans(..., name='more_humans')"
         )
+    if scene_graph is not None:
+        # Here, for people alone do without geometry.
+        from hunav_drake.systems.scene.figures import AddFigures, check_place
+
+        check_place(builder, scene_graph, f"{name}_figures")
     diagram = builder.AddNamedSystem(name, MakeHumans(humans, **options))
+    labels: tuple[int, ...] = ()
+    if scene_graph is not None:
+        figures = AddFigures(
+            builder,
+            scene_graph,
+            name_people(humans),
+            time_step=options.get("time_step", 0.05),
+            name=f"{name}_figures",
+        )
+        builder.Connect(
+            diagram.GetOutputPort("human_states"), figures.human_states
+        )
+        labels = figures.labels
     return HumanPorts(
         robot_states=(
             diagram.get_input_port() if diagram.num_input_ports() else None
@@ -287,4 +319,5 @@ def AddHumans(
             if diagram.HasOutputPort("traffic")
             else None
         ),
+        labels=labels,
     )

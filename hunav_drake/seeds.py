@@ -41,6 +41,10 @@ def SetTrialSeed(diagram: Diagram, context: Context, seed: int) -> None:
     context.SetTime(0.0)
     crowd = diagram.GetSubsystemByName("humans").GetSubsystemByName("crowd")
     crowd.SetSeed(crowd.GetMyMutableContextFromRoot(context), seed)
+    # Sensors with noise.
+    for system in diagram.GetSystems():
+        if hasattr(system, "SetSeed"):
+            system.SetSeed(system.GetMyMutableContextFromRoot(context), seed)
 
 
 def GetTrialSeed(diagram: Diagram, context: Context) -> int:

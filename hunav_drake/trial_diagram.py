@@ -8,17 +8,18 @@ from pydrake.systems.primitives import ConstantVectorSource
 
 from hunav_drake.humans import AddHumans
 from hunav_drake.scenario import CheckScenario
+from hunav_drake.scenario.checks import first_lidar, scan_fault
 from hunav_drake.scenario.error import Fault, ScenarioError
 from hunav_drake.scenario.population import with_drawn_people
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.scenario.writer import plain
-from hunav_drake.systems.common.registry import name_of
 from hunav_drake.systems.evaluation import Evaluator
 from hunav_drake.systems.evaluation.trial_monitor import TrialMonitor
 from hunav_drake.systems.people.names import name_people
 from hunav_drake.systems.planning import PlanningTask
 from hunav_drake.systems.scene import AddScene
 from hunav_drake.systems.world.obstacles import Obstacles
+from hunav_drake.trial_sensors import AddSensors
 
 if TYPE_CHECKING:
     from pydrake.geometry import Meshcat
@@ -38,13 +39,14 @@ def MakeTrialDiagram(
     Returns:
         A diagram of the systems "humans" (`AddHumans`), "robot" and "planner"
         (see `RobotConfig` and `PlannerConfig`), "goal" (if there is one),
-        "evaluator" (`Evaluator`), "monitor" (`TrialMonitor`) and "scene"
-        (`AddScene`). It has no inputs, but for "trigger" if that begins the
-        recording (`EvaluatorConfig.start`); its outputs are "robot_state",
-        "human_states", "behavior_status", "forces", "velocity_command",
-        "planner_status", "planner_path", "metrics", "recording",
-        "trial_status" and "query", and "traffic" (see `OpenCrowd`) if people
-        come and go.
+        "evaluator" (`Evaluator`), "monitor" (`TrialMonitor`), "scene"
+        (`AddScene`) and the sensors (see `AddSensors`). It has no inputs, but
+        for "trigger" if that begins the recording (`EvaluatorConfig.start`);
+        its outputs are "robot_state", "human_states", "behavior_status",
+        "forces", "velocity_command", "planner_status", "planner_path",
+        "metrics", "recording", "trial_status", "query", what the sensors
+        measure, as "scan", and "traffic" (see `OpenCrowd`) if people come and
+        go.
 
     Raises:
         ScenarioError: If the scenario cannot be simulated.
@@ -117,6 +119,8 @@ def MakeTrialDiagram(
     if robot_config.goal is not None:
         goal = ConstantVectorSource(robot_config.goal)
         given["goal"] = builder.AddNamedSystem("goal", goal).get_output_port()
+    sensed = AddSensors(builder, scenario, scene, given)
+    given |= sensed
     for system in (planner, evaluator, monitor):
         for name, port in given.items():
             if system.HasInputPort(name):
@@ -133,6 +137,7 @@ def MakeTrialDiagram(
         ("recording", evaluator.GetOutputPort("recording")),
         ("trial_status", monitor.get_trial_status_output_port()),
         ("query", scene.query_object),
+        *sensed.items(),
     ):
         builder.ExportOutput(port, name)
     if humans.traffic is not None:
@@ -182,14 +187,12 @@ def _AddPlanner(
         obstacles=obstacles,
         num_humans=len(scenario.humans),
         time_step=scenario.simulation.time_step,
+        lidar=first_lidar(scenario),
     )
     planner = scenario.planner.AddToBuilder(builder, task)
     if planner.HasInputPort("scan"):
-        message = (
-            f"the planner {name_of(scenario.planner)!r} needs a lidar (port"
-            " scan), which the robots of trials do not have yet; choose"
-            " another planner"
-        )
-        fault = Fault("scenario", 0, "planner", message)
-        raise ScenarioError("scenario", [fault])
+        size = planner.GetInputPort("scan").size()
+        if message := scan_fault(scenario, size):
+            fault = Fault("scenario", 0, "planner", message)
+            raise ScenarioError("scenario", [fault])
     return planner

@@ -40,6 +40,7 @@ from hunav_drake.systems.planning import (
     register_planner,
 )
 from hunav_drake.systems.robot import ROBOTS, RobotConfig, register_robot
+from hunav_drake.systems.sensing import SENSORS
 from hunav_drake.systems.world.shapes import WALLS
 
 SQUARE = [[8, 8], [9, 8], [9, 9]]
@@ -61,6 +62,7 @@ KINDS = {
     "planner": Kind(PLANNERS, ("planner",)),
     "motion model": Kind(MOTION_MODELS, ("crowd", "model")),
     "robot": Kind(ROBOTS, ("robot",)),
+    "sensor": Kind(SENSORS, ("sensors", 0)),
     "wall": Kind(WALLS, ("world", "walls", 0)),
 }
 CHOICES = [
@@ -159,6 +161,8 @@ def make_trial(kind, name):
         part = {"crowd": CrowdConfig(model=name)}
     elif kind == "robot":
         part = {"robot": {"model": name, "goal": (10, 0, 0)}}
+    elif kind == "sensor":
+        part = {"sensors": [{"type": name}]}
     else:
         part = {kind: name}
     return dataclasses.replace(scenario, **part)

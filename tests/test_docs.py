@@ -48,6 +48,23 @@ def test_the_sources_of_the_readme_can_be_drawn():
     assert len(draw_people(LoadScenario(data=data))) == 12
 
 
+def test_the_sensors_of_the_docs_are_there():
+    text = (DOCS / "sensors.md").read_text()
+    (block,) = re.findall(r"^    sensors:\n(?:      .*\n)+", text, re.M)
+    scenario = LoadScenario(data=textwrap.dedent(block))
+    assert len(scenario.sensors) == 4
+    (section,) = re.findall(r"^## People before(?:.|\n)*?^## ", text, re.M)
+    code = textwrap.dedent("".join(re.findall(r"^    .*\n|^\n", section, re.M)))
+    made = {"__name__": "docs"}
+    exec(compile(code, "sensors.md", "exec"), made)
+    context = made["diagram"].CreateDefaultContext()
+    lidar = made["lidar"]
+    own = lidar.GetMyContextFromRoot(context)
+    assert lidar.get_scan_output_port().Eval(own).min() < 3
+    for picture in re.findall(r"!\[.*\]\((.*)\)", text):
+        assert (DOCS / picture).stat().st_size < 150_000
+
+
 def test_the_drawing_of_the_diagram_is_up_to_date():
     """`python docs/draw_diagram.py` draws it anew."""
     diagram = MakeTrialDiagram(LoadScenario(filename="passing"))

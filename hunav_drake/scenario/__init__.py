@@ -26,6 +26,12 @@ from hunav_drake.systems.robot.robot_config import (
     RobotConfig,
     RobotLimits,
 )
+from hunav_drake.systems.sensing.sensor_config import (
+    CameraConfig,
+    LidarConfig,
+    SensorConfig,
+    VisiblePeopleConfig,
+)
 from hunav_drake.systems.world.shapes import Box, Polygon, Polyline, Wall, World
 
 __all__ = [
@@ -33,6 +39,7 @@ __all__ = [
     "Area",
     "BehaviorConfig",
     "Box",
+    "CameraConfig",
     "CheckScenario",
     "CohortConfig",
     "CrowdConfig",
@@ -40,6 +47,7 @@ __all__ = [
     "EvaluatorConfig",
     "Fault",
     "HumanConfig",
+    "LidarConfig",
     "ListScenarios",
     "LoadScenario",
     "PlannerConfig",
@@ -51,11 +59,13 @@ __all__ = [
     "SaveScenario",
     "Scenario",
     "ScenarioError",
+    "SensorConfig",
     "SimulationConfig",
     "SinkConfig",
     "SocialForceParameters",
     "SourceConfig",
     "SpeedDistribution",
+    "VisiblePeopleConfig",
     "Wall",
     "World",
     "draw_people",

@@ -17,6 +17,7 @@ from hunav_drake.scenario.population import check_areas, check_population
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.scenario.writer import plain
 from hunav_drake.systems.common.checks import is_multiple, nearest_multiples
+from hunav_drake.systems.common.registry import name_of
 from hunav_drake.systems.common.schema import MAX_COORDINATE
 from hunav_drake.systems.people.behavior_choice import (
     BehaviorConfig,
@@ -26,6 +27,7 @@ from hunav_drake.systems.people.behavior_choice import (
 )
 from hunav_drake.systems.people.parameters import SocialForceParameters
 from hunav_drake.systems.people.profile import ProfileName
+from hunav_drake.systems.sensing.sensor_config import LidarConfig
 
 # What a registry does not know is looked up at most so often: each time, it
 # is compared with every name.
@@ -143,13 +145,19 @@ def check_times(scenario: Scenario) -> Iterator[Finding]:
     """Looks for periods that the simulation's steps cannot keep."""
     step = scenario.simulation.time_step
     step_loc: Loc = ("simulation", "time_step")
-    for part, period in (
-        ("planner", scenario.planner.period),
-        ("evaluator", scenario.evaluator.period),
-    ):
+    periods: list[tuple[Loc, float]] = [
+        (("planner",), scenario.planner.period),
+        (("evaluator",), scenario.evaluator.period),
+    ]
+    periods += [
+        (("sensors", i), sensor.period)
+        for i, sensor in enumerate(scenario.sensors)
+        if hasattr(sensor, "period")
+    ]
+    for part, period in periods:
         if not is_multiple(period, step):
             yield Finding(
-                (part, "period"),
+                (*part, "period"),
                 f"must be a multiple of simulation.time_step ({step:g} s),"
                 f" got {period:g}; nearest: {nearest_multiples(period, step)}",
                 uses=(step_loc,),
@@ -162,6 +170,59 @@ def check_times(scenario: Scenario) -> Iterator[Finding]:
             f" got {duration:g}",
             uses=(step_loc,),
         )
+
+
+def check_sensors(scenario: Scenario) -> Iterator[Finding]:
+    """Checks that the names of sensors are unique."""
+    taken: dict[str, int] = {}
+    for i, sensor in enumerate(scenario.sensors):
+        first = taken.setdefault(sensor.name, i)
+        if sensor.name and first != i:
+            yield Finding(
+                ("sensors", i, "name"),
+                f"must be unique, but {shown(sensor.name)} is already the name"
+                f" of {path_text(scenario, ('sensors', first))}; rename one",
+                uses=(("sensors", first, "name"),),
+            )
+
+
+def first_lidar(scenario: Scenario) -> LidarConfig | None:
+    """Returns the lidar whose scan the planner gets; None without one."""
+    lidars = (it for it in scenario.sensors if isinstance(it, LidarConfig))
+    return next(lidars, None)
+
+
+def scan_fault(scenario: Scenario, scan_size: int | None) -> str:
+    """Returns what keeps a planner from its scan, or an empty text.
+
+    Args:
+        scenario: What happens.
+        scan_size: How many distances it asks for: see `Planner.scan_size`.
+    """
+    lidar = first_lidar(scenario)
+    planner = f"the planner {name_of(scenario.planner)!r}"
+    if scan_size == 0:
+        return ""
+    if lidar is None:
+        rays = f", num_rays: {scan_size}" if scan_size else ""
+        return (
+            f"{planner} needs a lidar (port scan), and there is none; add"
+            f" sensors: [{{type: lidar{rays}}}], or choose another planner"
+        )
+    if scan_size not in (None, lidar.num_rays):
+        return (
+            f"{planner} needs a lidar of {scan_size} rays, but the first one"
+            f" has {lidar.num_rays}; set its num_rays to {scan_size}"
+        )
+    return ""
+
+
+def check_scan(scenario: Scenario) -> Iterator[Finding]:
+    """Looks for a planner without the lidar that it needs."""
+    if message := scan_fault(
+        scenario, getattr(scenario.planner, "scan_size", 0)
+    ):
+        yield Finding(("planner",), message, uses=(("sensors",),))
 
 
 def check_names(scenario: Scenario) -> Iterator[Finding]:
@@ -255,6 +316,8 @@ OWN_CHECKS: tuple[Check, ...] = (
     check_jitter,
     check_areas,
     check_times,
+    check_sensors,
+    check_scan,
 )
 ALL_CHECKS: tuple[Check, ...] = (
     *OWN_CHECKS,

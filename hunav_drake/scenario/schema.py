@@ -17,6 +17,7 @@ from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.people.population_config import PopulationConfig
 from hunav_drake.systems.planning.planner import PLANNERS, PlannerConfig
 from hunav_drake.systems.robot.robot_config import ROBOTS, RobotConfig
+from hunav_drake.systems.sensing.sensor_config import SENSORS, SensorConfig
 from hunav_drake.systems.world.shapes import World
 
 
@@ -70,6 +71,11 @@ class Scenario:
     robot: Annotated[RobotConfig, ROBOTS] = field(default_factory=ROBOTS.make)
     planner: Annotated[PlannerConfig, PLANNERS] = field(
         default_factory=PLANNERS.make
+    )
+
+    # What the robot, or the place, measures with.
+    sensors: list[Annotated[SensorConfig, SENSORS]] = field(
+        default_factory=list
     )
     evaluator: EvaluatorConfig = field(default_factory=EvaluatorConfig)
     simulation: SimulationConfig = field(default_factory=SimulationConfig)

@@ -18,11 +18,11 @@ STATE_SIZE = len(STATE_FIELDS)
 MOTION_SIZE = RADIUS
 
 # People come in at sources and leave at sinks (see `people.traffic`); vectors
-# have rows for them also while they are outside. Such a row of `human_states`
-# is at rest at (OUTSIDE, OUTSIDE), in meters, with yaw and radius 0: farther
-# away than any coordinate that a scenario may have, so that who computes
-# distances need not know of it, and finite, unlike NaN, which would spread.
-# Only recordings have rows of NaN for them.
+# have rows for them also while they are outside, and rows of those whom a robot
+# does not see. Such a row of `human_states` is at rest at (OUTSIDE, OUTSIDE),
+# in meters, with yaw and radius 0: farther away than any coordinate that a
+# scenario may have, so that who computes distances need not know of it, and
+# finite, unlike NaN, which would spread. Only recordings have rows of NaN.
 OUTSIDE = 1e6
 
 

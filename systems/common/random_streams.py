@@ -32,6 +32,7 @@ class Purpose(IntEnum):
     SOURCE_PLACE = 12
     ARRIVAL_TIME = 13
     ARRIVAL_PLACE = 14
+    LIDAR_NOISE = 20
 
 
 def check_seed(seed: int) -> int:
@@ -66,26 +67,33 @@ def draw_uniform(
 
 
 def draw_normal(
-    seed: int, human_ids: Sequence[int], purpose: Purpose, size: int
+    seed: int,
+    human_ids: Sequence[int],
+    purpose: Purpose,
+    size: int,
+    *,
+    step: int = 0,
 ) -> Array:
     """Returns normally distributed numbers of mean 0 and deviation 1.
 
-    All else is as for `draw_uniform`.
+    What is drawn again and again, as the noise of a sensor, has streams of its
+    own for each step, a whole number from 0. All else is as for
+    `draw_uniform`; things that are no people have numbers for ids, too.
     """
-    streams = _streams(seed, human_ids, purpose)
+    streams = _streams(seed, human_ids, purpose, step)
     return np.array(
         [stream.standard_normal(size) for stream in streams]
     ).reshape(len(human_ids), size)
 
 
 def _streams(
-    seed: int, human_ids: Sequence[int], purpose: Purpose
+    seed: int, human_ids: Sequence[int], purpose: Purpose, step: int = 0
 ) -> Iterator[np.random.Generator]:
     """Yields, for each person, a generator at the start of their stream."""
     # One generator is moved from stream to stream: to make one takes ten times
     # as long.
     bits = np.random.Philox(
-        key=[check_seed(seed), 0], counter=[0, 0, int(purpose), 0]
+        key=[check_seed(seed), 0], counter=[0, 0, int(purpose), step]
     )
     generator = np.random.Generator(bits)
     start = bits.state

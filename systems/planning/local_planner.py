@@ -71,7 +71,8 @@ class LocalPlanner(LeafSystem):
 
         Raises:
             ValueError: If ``task.time_step`` is not positive or the period not
-                a multiple of it, or ``task.num_humans`` is negative.
+                a multiple of it, ``task.num_humans`` is negative, or the
+                planner needs a lidar and ``task.lidar`` is None.
         """
         super().__init__()
         self._ticks_per_cycle = count_steps(planner.period, task.time_step)
@@ -86,9 +87,10 @@ class LocalPlanner(LeafSystem):
             "human_states", num_humans * STATE_SIZE
         )
         self._goal = self.DeclareVectorInputPort("goal", 3)
+        scan_size = _scan_size(planner, task)
         self._scan = (
-            self.DeclareVectorInputPort("scan", planner.scan_size)
-            if planner.scan_size
+            self.DeclareVectorInputPort("scan", scan_size)
+            if scan_size
             else None
         )
         self._state = self.DeclareDiscreteState(3)
@@ -227,3 +229,15 @@ class LocalPlanner(LeafSystem):
             discrete_state.set_value(
                 self._state, [plan.v, plan.omega, plan.status]
             )
+
+
+def _scan_size(planner: Planner, task: PlanningTask) -> int:
+    """Returns how many distances of a lidar a planner asks for."""
+    if planner.scan_size is not None:
+        return planner.scan_size
+    if task.lidar is None:
+        raise ValueError(
+            f"{type(planner).__name__} needs a lidar: give its PlanningTask a"
+            " LidarConfig"
+        )
+    return task.lidar.num_rays

@@ -14,6 +14,7 @@ from hunav_drake.systems.common.layout import STATE_SIZE
 from hunav_drake.systems.common.registry import Registry
 from hunav_drake.systems.common.schema import CONFIG, within
 from hunav_drake.systems.robot.robot_config import RobotLimits
+from hunav_drake.systems.sensing.sensor_config import LidarConfig
 from hunav_drake.systems.world.obstacles import Obstacles
 
 NO_PATH: Array = np.zeros((0, 3))
@@ -47,6 +48,7 @@ class PlanningTask:
         obstacles: The walls.
         num_humans: How many people the planner sees.
         time_step: The time between two updates of the trial, in seconds.
+        lidar: What measures the scan that the planner gets; None without one.
     """
 
     limits: RobotLimits
@@ -56,6 +58,7 @@ class PlanningTask:
     obstacles: Obstacles
     num_humans: int
     time_step: float = 0.05
+    lidar: LidarConfig | None = None
 
 
 @checked_dataclass(kw_only=True, config=CONFIG)
@@ -76,10 +79,12 @@ class PlannerConfig(ABC):
         Inputs: ``robot_state`` takes the row (x, y, yaw, vx, vy, omega,
         radius) of the robot, ``human_states`` such rows of the people whom it
         may see, ``goal`` (x, y, yaw), which is not connected if there is no
-        goal; all in W, in SI units. Outputs: ``velocity_command`` gives
-        (v, omega), in m/s and rad/s, ``status`` a `PlannerStatus`, and
-        ``path``, which is abstract, what it means to follow: an array of
-        shape (k, 2) or (k, 3), rows (x, y) or (x, y, yaw).
+        goal; all in W, in SI units. It may have an input ``scan``, which takes
+        the distances that ``task.lidar`` measures, in meters. Outputs:
+        ``velocity_command`` gives (v, omega), in m/s and rad/s, ``status`` a
+        `PlannerStatus`, and ``path``, which is abstract, what it means to
+        follow: an array of shape (k, 2) or (k, 3), rows (x, y) or
+        (x, y, yaw).
 
         Args:
             task: What it is to know of the robot and the world.
@@ -124,8 +129,8 @@ class View(NamedTuple):
         humans: Shape (n, 7): such rows of the people. Those who are outside,
             if people come and go, are far away: see `layout.OUTSIDE`.
         goal: (x, y, yaw), in meters and radians.
-        scan: The distances that a lidar measures, in meters; None if the
-            planner does not ask for them.
+        scan: The distances that ``task.lidar`` measures, in meters; None if
+            the planner does not ask for them. `scan_points` makes points.
     """
 
     robot: Array
@@ -166,8 +171,9 @@ class Planner(PlannerConfig):
     # and a trial is faster by some 50 us per step.
     initial_memory: ClassVar[Any] = None
 
-    # How many distances of a lidar it asks for; 0 for no port ``scan``.
-    scan_size: ClassVar[int] = 0
+    # How many distances of a lidar it asks for; 0 for no port ``scan``, None
+    # for as many as the lidar of its task has.
+    scan_size: ClassVar[int | None] = 0
 
     @abstractmethod
     def plan(self, task: PlanningTask, view: View, memory: Any) -> Plan:

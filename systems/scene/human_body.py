@@ -16,6 +16,7 @@ from pydrake.multibody.tree import (
 
 from hunav_drake.systems.scene import human_parts
 from hunav_drake.systems.scene.gait import THIGH
+from hunav_drake.systems.scene.legs import HIP_Y, figure_width
 from hunav_drake.systems.scene.palette import (
     BODY_DISC,
     EYES,
@@ -23,16 +24,10 @@ from hunav_drake.systems.scene.palette import (
     TELEPHONE_SCREEN,
     Clothes,
 )
-from hunav_drake.systems.scene.visuals import AddVisual
+from hunav_drake.systems.scene.visuals import AddLabeledVisual, AddVisual
 
-# The radius of the disc, in meters, at which the figure has the width of an
-# adult; other radii make it wider or slimmer, within reason.
-_NOMINAL_RADIUS = 0.35
-_WIDTH_LIMITS = (0.6, 1.6)
-
-# Half the distances between the hips and between the shoulders, and the
-# height of the shoulders above the hips, in meters.
-_HIP_Y = 0.09
+# Half the distance between the shoulders, and their height above the hips, in
+# meters.
 _SHOULDER_Y = 0.19
 _SHOULDER_Z = 0.515
 
@@ -54,6 +49,7 @@ def AddHumanBody(
     radius: float,
     clothes: Clothes,
     telephone: bool = False,
+    label: int | None = None,
 ) -> list[Joint]:
     """Adds the figure of a person to a plant, as its own model instance.
 
@@ -69,6 +65,8 @@ def AddHumanBody(
         radius: The radius of the person's disc, in meters.
         clothes: The colors.
         telephone: Whether the person looks at a telephone in the right hand.
+        label: What all of the figure has in label images; by default, each
+            body its own: see `human_label`.
 
     Returns:
         The joints in the order of the positions in `gait`: of the base
@@ -76,8 +74,7 @@ def AddHumanBody(
         right hip, right knee, left shoulder, right shoulder.
     """
     instance = plant.AddModelInstance(name)
-    low, high = _WIDTH_LIMITS
-    width = min(max(radius / _NOMINAL_RADIUS, low), high)
+    width = figure_width(radius)
     joints: list[Joint] = []
 
     def AddPart(
@@ -88,7 +85,10 @@ def AddHumanBody(
         X_BG: RigidTransform | None = None,
     ) -> None:
         shape = Mesh(mesh, [width, width, 1.0])
-        AddVisual(plant, body, part, shape, color, X_BG)
+        if label is None:
+            AddVisual(plant, body, part, shape, color, X_BG)
+        else:
+            AddLabeledVisual(plant, body, part, shape, color, X_BG, label)
 
     def AddSwinging(
         body: str, parent: RigidBody, joint: str, place: ArrayLike, sense: int
@@ -124,7 +124,7 @@ def AddHumanBody(
         joints.append(plant.AddJoint(joint))
     # Positive angles swing forward at the hip, and bend the knee.
     for side, sign in (("left", 1.0), ("right", -1.0)):
-        hip = [0, sign * _HIP_Y, 0]
+        hip = [0, sign * HIP_Y, 0]
         thigh = AddSwinging(f"{side}_thigh", trunk, f"{side}_hip", hip, -1)
         AddPart(thigh, "thigh", human_parts.Thigh(), clothes.trousers)
         knee = [0, 0, -THIGH]

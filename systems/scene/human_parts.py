@@ -9,7 +9,11 @@ from functools import cache
 
 from pydrake.geometry import InMemoryMesh
 
-from hunav_drake.systems.scene.gait import SHIN
+from hunav_drake.systems.scene.legs import (
+    SHIN_SECTIONS,
+    SHOE_SECTIONS,
+    THIGH_SECTIONS,
+)
 from hunav_drake.systems.scene.meshes import (
     TriangleMesh,
     ellipsoid,
@@ -92,43 +96,19 @@ def Eyes() -> TriangleMesh:
 @_part
 def Thigh() -> TriangleMesh:
     """Returns the thigh, in trousers, that hangs from the hip."""
-    sections = [
-        [0.000, 0, -0.455, 0.040, 0.040],
-        [0.000, 0, -0.420, 0.063, 0.061],
-        [0.004, 0, -0.300, 0.071, 0.068],
-        [0.000, 0, -0.120, 0.086, 0.082],
-        [0.000, 0, 0.000, 0.086, 0.080],
-        [0.000, 0, 0.050, 0.060, 0.060],
-    ]
-    return loft(sections, sides=14)
+    return loft(THIGH_SECTIONS, sides=14)
 
 
 @_part
 def Shin() -> TriangleMesh:
     """Returns the shin, in trousers, that hangs from the knee."""
-    sections = [
-        [0.000, 0, -0.400, 0.058, 0.053],
-        [-0.004, 0, -0.260, 0.059, 0.055],
-        [-0.006, 0, -0.120, 0.065, 0.060],
-        [0.000, 0, 0.000, 0.064, 0.061],
-        [0.000, 0, 0.040, 0.046, 0.046],
-    ]
-    return loft(sections, sides=14)
+    return loft(SHIN_SECTIONS, sides=14)
 
 
 @_part
 def Shoe() -> TriangleMesh:
     """Returns the shoe, of the shin."""
-    # The lowest section reaches from HEEL to TOE, which the gait puts on the
-    # floor.
-    sections = [
-        [0.045, 0, -SHIN, 0.105, 0.040],
-        [0.048, 0, -0.445, 0.125, 0.046],
-        [0.044, 0, -0.425, 0.120, 0.045],
-        [0.020, 0, -0.400, 0.080, 0.044],
-        [0.000, 0, -0.370, 0.050, 0.042],
-    ]
-    return loft(sections, sides=14, power=2.3)
+    return loft(SHOE_SECTIONS, sides=14, power=2.3)
 
 
 @_part

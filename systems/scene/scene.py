@@ -19,6 +19,7 @@ from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.robot.robot_config import RobotConfig
 from hunav_drake.systems.scene.bounds import scene_bounds
 from hunav_drake.systems.scene.human_body import AddHumanBody
+from hunav_drake.systems.scene.labels import human_label
 from hunav_drake.systems.scene.palette import clothes
 from hunav_drake.systems.scene.robot_body import AddRobotBody
 from hunav_drake.systems.scene.scene_kinematics import SceneKinematics
@@ -116,7 +117,7 @@ def AddScene(
     AddFloor(plant, scene_bounds(world, humans, robot, margin=FLOOR_MARGIN))
     AddWalls(plant, world.walls)
     AddGoalMarks(plant, humans, robot)
-    human_names = _instance_names(humans)
+    human_names = figure_names(humans)
     joints = [
         AddHumanBody(
             plant,
@@ -124,6 +125,7 @@ def AddScene(
             radius=human.radius,
             clothes=clothes(i),
             telephone=human.behavior_name == "distracted",
+            label=human_label(i),
         )
         for i, (name, human) in enumerate(zip(human_names, humans, strict=True))
     ]
@@ -135,8 +137,8 @@ def AddScene(
     kinematics = inner.AddNamedSystem(
         "kinematics",
         SceneKinematics(
-            np.array([_positions(j) for j in joints]).reshape(-1, 10),
-            _positions([robot_joint]) if robot_joint else None,
+            np.array([joint_positions(j) for j in joints]).reshape(-1, 10),
+            joint_positions([robot_joint]) if robot_joint else None,
             num_positions=plant.num_positions(),
             time_step=time_step,
         ),
@@ -194,15 +196,15 @@ def frame_period(time_step: float) -> float:
     return time_step * 2.0 ** max(doublings, 0)
 
 
-def _positions(joints: Sequence[Joint]) -> NDArray[np.int64]:
+def joint_positions(joints: Sequence[Joint]) -> NDArray[np.int64]:
     """Returns where the positions of some joints are in those of a plant."""
     return np.concatenate(
         [j.position_start() + np.arange(j.num_positions()) for j in joints]
     )
 
 
-def _instance_names(humans: Sequence[HumanConfig]) -> tuple[str, ...]:
-    """Returns a valid and unique name for each person."""
+def figure_names(humans: Sequence[HumanConfig]) -> tuple[str, ...]:
+    """Returns a valid and unique name for the figure of each person."""
     taken = {"robot", "WorldModelInstance", "DefaultModelInstance"}
     names = []
     for i, human in enumerate(humans):

@@ -6,6 +6,8 @@ from pydrake.geometry import (
     InMemoryMesh,
     MakePhongIllustrationProperties,
     Mesh,
+    PerceptionProperties,
+    RenderLabel,
     Rgba,
     Shape,
 )
@@ -46,3 +48,24 @@ def AddVisual(
             MakePhongIllustrationProperties(color.rgba)
         )
         plant.RegisterVisualGeometry(body, mark)
+
+
+def AddLabeledVisual(
+    plant: MultibodyPlant,
+    body: RigidBody,
+    name: str,
+    shape: Shape,
+    color: Rgba,
+    X_BG: RigidTransform | None,
+    label: int,
+) -> None:
+    """Adds visible geometry that has a label of its own in label images."""
+    visual = GeometryInstance(X_BG or RigidTransform(), shape, name)
+    visual.set_illustration_properties(
+        MakePhongIllustrationProperties(color.rgba)
+    )
+    properties = PerceptionProperties()
+    properties.AddProperty("phong", "diffuse", color)
+    properties.AddProperty("label", "id", RenderLabel(label))
+    visual.set_perception_properties(properties)
+    plant.RegisterVisualGeometry(body, visual)

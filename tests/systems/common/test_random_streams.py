@@ -46,6 +46,15 @@ def test_nobody_draws_nothing():
     assert draw_normal(0, [], Purpose.WEIGHTS_NORMAL, 3).shape == (0, 3)
 
 
+def test_each_step_has_a_stream_of_its_own():
+    key, counter = [5, 2], [0, 0, int(Purpose.LIDAR_NOISE), 9]
+    stream = np.random.Generator(np.random.Philox(key=key, counter=counter))
+    (draws,) = draw_normal(5, [2], Purpose.LIDAR_NOISE, 4, step=9)
+    np.testing.assert_array_equal(draws, stream.standard_normal(4))
+    (others,) = draw_normal(5, [2], Purpose.LIDAR_NOISE, 4, step=10)
+    assert (draws != others).all()
+
+
 def test_a_stream_is_philox_by_seed_person_and_purpose():
     """So other programs can draw the same numbers."""
     key, counter = [5, 8], [0, 0, int(Purpose.WEIGHTS_NORMAL), 0]

@@ -1,0 +1,30 @@
+"""The labels of what simulated cameras see."""
+
+# The labels that Drake gives to the bodies of a plant, their indices, are far
+# below; it keeps those above 32765 for itself.
+_FIRST = 10_000
+_MOST = 20_000
+
+
+def human_label(index: int, first: int = 0) -> int:
+    """Returns the label of the person at an index, from 0, in label images.
+
+    Args:
+        index: Which person.
+        first: How many people have labels already.
+
+    Raises:
+        ValueError: If there are more people than labels, 20 000.
+    """
+    if index + first >= _MOST:
+        raise ValueError(
+            f"a scene has labels for {_MOST} people, got {index + first + 1};"
+            " show fewer of them"
+        )
+    return _FIRST + first + index
+
+
+def labels_taken(labels: list[int]) -> int:
+    """Returns how many people have labels, given all labels of a scene."""
+    of_people = [label for label in labels if _FIRST <= label < _FIRST + _MOST]
+    return max(of_people, default=_FIRST - 1) + 1 - _FIRST

@@ -1,0 +1,178 @@
+"""Cameras that see the scene as Drake renders it."""
+
+import math
+
+import numpy as np
+from pydrake.geometry import (
+    ClippingRange,
+    ColorRenderCamera,
+    DepthRange,
+    DepthRenderCamera,
+    FrameId,
+    LightParameter,
+    MakeRenderEngineVtk,
+    RenderCameraCore,
+    RenderEngineVtkParams,
+    SceneGraph,
+)
+from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
+from pydrake.systems.sensors import CameraInfo, RgbdSensor
+
+from hunav_drake.systems.sensing.sensor_config import CameraConfig
+
+# What renders all cameras of a SceneGraph.
+RENDERER = "hunav_drake"
+
+# The sky, a light gray blue: (red, green, blue), each in [0, 1].
+_SKY = (0.86, 0.90, 0.94)
+
+# The light comes from above, and from all sides: its directions in W, and how
+# bright each is.
+_LIGHTS = (
+    ([0.2, 0.3, -1.0], 0.45),
+    ([1.0, 0.5, -0.3], 0.75),
+    ([-1.0, 0.6, -0.3], 0.65),
+    ([0.1, -1.0, -0.3], 0.7),
+)
+
+
+def MakeCamera(
+    config: CameraConfig, scene_graph: SceneGraph, parent_frame: FrameId
+) -> Diagram:
+    """Makes a camera.
+
+    .. pydrake_system::
+
+        name: camera
+        input_ports:
+        - query_object
+        output_ports:
+        - color_image
+        - depth_image
+        - label_image
+
+    Inside is Drake's RgbdSensor, whose ports these are, rendered by VTK: that
+    needs no display. Nothing is rendered until an image is asked for. Port
+    ``color_image`` gives an ImageRgba8U, ``depth_image`` an ImageDepth32F: the
+    distance from the plane of the camera, in meters, 0 for what is nearer than
+    `range_min`, infinity for what is farther than `range_max`. Port
+    ``label_image`` gives an ImageLabel16I: `human_label(i)` for person i, else
+    the label that Drake gives to a body of a plant (its index, 0 for the
+    world), and RenderLabel.kEmpty where there is nothing.
+
+    There is no state.
+
+    Args:
+        config: The camera.
+        scene_graph: What it sees; it gets a renderer named `RENDERER`, if it
+            has none of this name. No Context of it may have been made before.
+        parent_frame: What carries it: the frame of a robot's base, with z up,
+            or of the world.
+    """
+    if not scene_graph.HasRenderer(RENDERER):
+        lights = [
+            LightParameter(
+                type="directional",
+                frame="world",
+                direction=direction,
+                intensity=intensity,
+            )
+            for direction, intensity in _LIGHTS
+        ]
+        renderer = MakeRenderEngineVtk(
+            RenderEngineVtkParams(default_clear_color=_SKY, lights=lights)
+        )
+        scene_graph.AddRenderer(RENDERER, renderer)
+    core = RenderCameraCore(
+        RENDERER,
+        CameraInfo(*config.image_size, config.field_of_view_y),
+        ClippingRange(0.5 * config.range_min, 2.0 * config.range_max),
+        RigidTransform(),
+    )
+    depth_range = DepthRange(config.range_min, config.range_max)
+    builder = DiagramBuilder()
+    sensor = builder.AddNamedSystem(
+        "rgbd_sensor",
+        RgbdSensor(
+            parent_frame,
+            camera_pose(config),
+            ColorRenderCamera(core),
+            DepthRenderCamera(core, depth_range),
+        ),
+    )
+    builder.ExportInput(sensor.query_object_input_port(), "query_object")
+    for port, name in (
+        (sensor.color_image_output_port(), "color_image"),
+        (sensor.depth_image_32F_output_port(), "depth_image"),
+        (sensor.label_image_output_port(), "label_image"),
+    ):
+        builder.ExportOutput(port, name)
+    diagram = builder.Build()
+    diagram.set_name("camera")
+    return diagram
+
+
+def camera_pose(config: CameraConfig) -> RigidTransform:
+    """Returns the pose X_PC of a camera on what carries it.
+
+    As Drake has it, the camera C looks along its z, and x goes to the right of
+    the image, y down.
+    """
+    x, y, yaw = config.pose
+    # The columns are the axes of a camera that looks along x.
+    ahead = RotationMatrix(
+        np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
+    )
+    turn = RotationMatrix.MakeZRotation(yaw)
+    tilt = RotationMatrix.MakeYRotation(config.pitch)
+    return RigidTransform(turn @ tilt @ ahead, [x, y, config.height])
+
+
+def focal_length(config: CameraConfig) -> float:
+    """Returns the focal length of a camera, in pixels."""
+    return 0.5 * config.image_size[1] / math.tan(0.5 * config.field_of_view_y)
+
+
+def AddCamera(
+    builder: DiagramBuilder,
+    config: CameraConfig,
+    scene_graph: SceneGraph,
+    *,
+    parent_frame: FrameId | None = None,
+    query_object: OutputPort | None = None,
+    name: str = "camera",
+) -> Diagram:
+    """Adds a camera to a builder, and connects it to what it sees.
+
+    Args:
+        builder: Where the SceneGraph, or a diagram that has it, is.
+        config: The camera.
+        scene_graph: What it sees; see `MakeCamera`.
+        parent_frame: What carries it; the world by default.
+        query_object: The port of the SceneGraph, by default its own; a
+            diagram that has it gives another.
+        name: What the system is called.
+
+    Returns:
+        The camera: see `MakeCamera` for its ports.
+
+    Raises:
+        ValueError: If the name is taken.
+    """
+    # Drake would end the process when the diagram is built.
+    if builder.HasSubsystemNamed(name):
+        raise ValueError(
+            f"the diagram has a system named {name!r} already: give the camera"
+            " another name"
+        )
+    if parent_frame is None:
+        parent_frame = scene_graph.world_frame_id()
+    camera = builder.AddNamedSystem(
+        name, MakeCamera(config, scene_graph, parent_frame)
+    )
+    builder.Connect(
+        query_object or scene_graph.get_query_output_port(),
+        camera.GetInputPort("query_object"),
+    )
+    return camera

@@ -1,0 +1,139 @@
+"""Tells whom a robot can see."""
+
+import math
+
+import numpy as np
+from pydrake.systems.framework import (
+    BasicVector,
+    Context,
+    InputPort,
+    LeafSystem,
+    OutputPort,
+)
+
+from hunav_drake.systems.common.arrays import Mask
+from hunav_drake.systems.common.checks import check_count
+from hunav_drake.systems.common.layout import OUTSIDE, STATE_SIZE, X, Y
+from hunav_drake.systems.sensing.ray_kernels import people_in_view
+from hunav_drake.systems.sensing.scans import sensor_pose
+from hunav_drake.systems.sensing.sensor_config import VisiblePeopleConfig
+from hunav_drake.systems.world.obstacles import Obstacles
+
+
+class VisiblePeople(LeafSystem):
+    """Leaves of all people those whom a robot sees.
+
+    .. pydrake_system::
+
+        name: VisiblePeople
+        input_ports:
+        - robot_state
+        - human_states
+        output_ports:
+        - visible_people
+        - visible
+
+    Somebody is seen whose middle is within `range_max` and in the field of
+    view, and at least one of three lines to whom meets no wall: to the middle,
+    and to the points half a radius to its left and right. By option, the discs
+    of other people hide somebody as walls do.
+
+    Port ``robot_state`` takes the row (x, y, yaw, vx, vy, omega, radius) of
+    the robot that looks; a detector on the ground does without it. Port
+    ``human_states`` takes n such rows of the people. Port ``visible`` gives
+    1 for each person who is seen, else 0. Port ``visible_people`` gives the
+    rows, in the order of ``human_states``; that of somebody unseen has the
+    coordinates `layout.OUTSIDE` (10^6 m, farther off than any place), is at
+    rest, with yaw and radius 0. All in W, in SI units.
+
+    There is no state: the outputs follow from the inputs at once.
+    """
+
+    def __init__(
+        self,
+        config: VisiblePeopleConfig | None = None,
+        *,
+        obstacles: Obstacles | None = None,
+        num_humans: int,
+    ) -> None:
+        """Constructs a VisiblePeople.
+
+        Args:
+            config: How far and how wide it sees.
+            obstacles: What hides people, such as the walls; nothing by
+                default.
+            num_humans: How many people there are.
+
+        Raises:
+            ValueError: If ``num_humans`` is negative.
+        """
+        super().__init__()
+        self._config = config or VisiblePeopleConfig()
+        if obstacles is None:
+            obstacles = Obstacles.from_shapes([], solid=[])
+        self._walls = obstacles.table
+        self._num_humans = check_count("num_humans", num_humans)
+        self._robot_state = self.DeclareVectorInputPort(
+            "robot_state", STATE_SIZE
+        )
+        self._human_states = self.DeclareVectorInputPort(
+            "human_states", self._num_humans * STATE_SIZE
+        )
+        inputs = {self.all_input_ports_ticket()}
+        self._visible = self.DeclareVectorOutputPort(
+            "visible",
+            self._num_humans,
+            self._CalcVisible,
+            prerequisites_of_calc=inputs,
+        )
+        self._visible_people = self.DeclareVectorOutputPort(
+            "visible_people",
+            self._num_humans * STATE_SIZE,
+            self._CalcVisiblePeople,
+            prerequisites_of_calc=inputs,
+        )
+
+    def get_robot_state_input_port(self) -> InputPort:
+        """Returns the port with the state of the robot that looks."""
+        return self._robot_state
+
+    def get_human_states_input_port(self) -> InputPort:
+        """Returns the port with the states of the people."""
+        return self._human_states
+
+    def get_visible_people_output_port(self) -> OutputPort:
+        """Returns the port with the states of those who are seen."""
+        return self._visible_people
+
+    def get_visible_output_port(self) -> OutputPort:
+        """Returns the port that tells who is seen."""
+        return self._visible
+
+    def _Look(self, context: Context) -> Mask:
+        config = self._config
+        robot = None
+        if config.mount == "robot":
+            robot = self._robot_state.Eval(context)
+        view: Mask = people_in_view(
+            *sensor_pose(config, robot),
+            config.range_max,
+            # A full turn has no edges.
+            min(config.field_of_view + 1e-9, 2 * math.pi + 1e-6),
+            config.hidden_by_people,
+            self._human_states.Eval(context),
+            self._walls,
+        )
+        return view
+
+    def _CalcVisible(self, context: Context, output: BasicVector) -> None:
+        if self._num_humans:
+            output.SetFromVector(self._Look(context).astype(float))
+
+    def _CalcVisiblePeople(self, context: Context, output: BasicVector) -> None:
+        if not self._num_humans:
+            return
+        seen = self._visible.Eval(context) > 0
+        rows = self._human_states.Eval(context).reshape(-1, STATE_SIZE)
+        unseen = np.zeros_like(rows)
+        unseen[:, [X, Y]] = OUTSIDE
+        output.SetFromVector(np.where(seen[:, None], rows, unseen).ravel())

@@ -1,0 +1,46 @@
+"""A lidar meets the legs of a table, and people are seen over it."""
+
+import numpy as np
+import pytest
+
+from hunav_drake import LoadScenario, MakeTrialDiagram
+from hunav_drake.scenario import World
+
+pytestmark = pytest.mark.skipif(
+    not hasattr(World, "obstacles_at"), reason="worlds without heights"
+)
+
+BEHIND_A_TABLE = """
+world: {furniture: [{kind: table, center: [2, 0]}]}
+humans: [{pose: [3.5, 0, 3.14]}]
+sensors:
+- {type: lidar, height: 0.3, num_rays: 720}
+- {type: lidar, name: high, height: 0.72, num_rays: 720, people: discs}
+- {type: visible_people}
+"""
+
+
+@pytest.fixture(scope="module")
+def output():
+    diagram = MakeTrialDiagram(LoadScenario(data=BEHIND_A_TABLE))
+    context = diagram.CreateDefaultContext()
+    return lambda name: diagram.GetOutputPort(name).Eval(context)
+
+
+def test_a_low_plane_meets_its_legs_and_who_is_behind(output):
+    scan = output("scan")
+    ahead = scan[355:366]
+    assert 3.3 < ahead.min() < 3.5
+    # Thin legs beside, and much free space between them.
+    legs = scan[(scan > 1.2) & (scan < 3.0)]
+    assert 2 <= len(legs) < 80
+
+
+def test_a_plane_through_its_top_ends_there(output):
+    ahead = output("high_scan")[340:381]
+    assert np.ptp(ahead) < 0.1
+    assert ahead.max() < 2.0
+
+
+def test_who_is_behind_it_is_seen(output):
+    assert output("visible").tolist() == [1]

@@ -1,0 +1,169 @@
+"""What a lidar takes for legs is what the scene shows."""
+
+import numpy as np
+from pydrake.geometry import Role
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder
+import pytest
+import shapely
+
+from hunav_drake import HumanConfig
+from hunav_drake.systems.common.layout import STATE_SIZE
+from hunav_drake.systems.scene import AddScene
+from hunav_drake.systems.scene.gait import initial_gait
+from hunav_drake.systems.scene.legs import legs_at
+from hunav_drake.systems.sensing import Lidar, LidarConfig
+from hunav_drake.systems.world.shapes import World
+from tests.systems.sensing.scans import fix, rows, scan
+
+SPEEDS = (0.0, 0.6, 1.2, 1.8)
+
+
+def walking_states():
+    """People who walk along various directions, shape (n, 7)."""
+    result = np.zeros((len(SPEEDS), STATE_SIZE))
+    for i, speed in enumerate(SPEEDS):
+        yaw = 0.7 * i - 1
+        velocity = speed * np.cos(yaw), speed * np.sin(yaw)
+        result[i] = 3.0 * i, 1.0, yaw, *velocity, 0.0, 0.3 + 0.05 * i
+    return result
+
+
+class Walkers:
+    """Figures of a scene, and a lidar, with the same people."""
+
+    def __init__(self):
+        self.states = walking_states()
+        builder = DiagramBuilder()
+        humans = [
+            HumanConfig(pose=row[:3], radius=row[6]) for row in self.states
+        ]
+        self.scene = AddScene(builder, World(), humans)
+        self.lidar = builder.AddSystem(
+            Lidar(LidarConfig(), num_humans=len(humans))
+        )
+        builder.ExportInput(self.scene.human_states, "people")
+        builder.ConnectInput("people", self.lidar.get_human_states_input_port())
+        builder.ExportInput(self.lidar.get_robot_state_input_port(), "robot")
+        self.diagram = builder.Build()
+        self.simulator = Simulator(self.diagram)
+        self.context = self.simulator.get_mutable_context()
+        for name, value in (
+            ("people", self.states.ravel()),
+            ("robot", rows((50, 50))[0]),
+        ):
+            self.diagram.GetInputPort(name).FixValue(self.context, value)
+
+    def gait(self):
+        own = self.lidar.GetMyContextFromRoot(self.context)
+        return own.get_discrete_state(1).value().copy()
+
+    def outline(self, i, side, height):
+        """Points where a plane cuts the leg of a figure, shape (k, 2)."""
+        plant, graph = self.scene.plant, self.scene.scene_graph
+        own = graph.GetMyContextFromRoot(self.context)
+        query = graph.get_query_output_port().Eval(own)
+        inspector = graph.model_inspector()
+        instance = plant.GetModelInstanceByName(self.scene.human_names[i])
+        found = []
+        for part in ("thigh", "shin"):
+            body = plant.GetBodyByName(f"{side}_{part}", instance)
+            frame = plant.GetBodyFrameIdOrThrow(body.index())
+            for g in inspector.GetGeometries(frame, Role.kIllustration):
+                shape = inspector.GetShape(g)
+                text = shape.source().in_memory().mesh_file.contents()
+                lines = text.decode().splitlines()
+                v = [x.split()[1:] for x in lines if x.startswith("v ")]
+                vertices = np.array(v, dtype=float) * shape.scale3()
+                faces = [
+                    [int(c.split("/")[0]) - 1 for c in x.split()[1:]]
+                    for x in lines
+                    if x.startswith("f ")
+                ]
+                p = (query.GetPoseInWorld(g) @ vertices.T).T
+                found += list(edges_cut(p, np.array(faces), height))
+        return np.array(found).reshape(-1, 2)
+
+
+def edges_cut(p, faces, height):
+    """Yields where edges of triangles meet a plane."""
+    for a, b in ((0, 1), (1, 2), (2, 0)):
+        one, other = p[faces[:, a]], p[faces[:, b]]
+        above, below = one[:, 2] - height, other[:, 2] - height
+        cut = above * below < 0
+        part = (above[cut] / (above[cut] - below[cut]))[:, None]
+        yield from (one[cut] + part * (other[cut] - one[cut]))[:, :2]
+
+
+@pytest.mark.parametrize("height", [0.15, 0.3, 0.5, 0.7])
+def test_the_ellipses_are_the_cuts_of_the_figures(height):
+    dut = Walkers()
+    gaps = []
+    for time in (0.5, 1.0, 1.35):
+        dut.simulator.AdvanceTo(time)
+        legs = legs_at(dut.gait(), dut.states.ravel(), height)
+        for k, (x, y, yaw, a, b) in enumerate(legs):
+            side = "left" if k % 2 == 0 else "right"
+            points = dut.outline(k // 2, side, height)
+            cut = shapely.MultiPoint(points).convex_hull
+            angles = np.linspace(0, 2 * np.pi, 60)
+            c, s = np.cos(yaw), np.sin(yaw)
+            ring = np.column_stack([a * np.cos(angles), b * np.sin(angles)])
+            ellipse = shapely.Polygon(ring @ [[c, s], [-s, c]] + [x, y])
+            gaps.append(shapely.hausdorff_distance(cut, ellipse))
+    print(f"largest {max(gaps):.4f} m, median {np.median(gaps):.4f} m")
+    assert len(gaps) == 24
+    assert np.median(gaps) < 0.005
+    assert max(gaps) < 0.02
+
+
+def test_scene_and_lidar_walk_in_step():
+    dut = Walkers()
+    dut.simulator.AdvanceTo(1.7)
+    scene = dut.diagram.GetSubsystemByName("scene")
+    kinematics = scene.GetSubsystemByName("kinematics")
+    own = kinematics.GetMyContextFromRoot(dut.context)
+    figure = own.get_discrete_state(0).value()
+    assert figure[0] != initial_gait(1)[0] or figure[2] != initial_gait(2)[2]
+    np.testing.assert_array_equal(dut.gait(), figure)
+
+
+def test_a_person_who_stands_has_two_legs():
+    config = LidarConfig(num_rays=1801, field_of_view=0.5)
+    found = scan(config, people=rows((2, 0, np.pi), radius=0.35))
+    met = found < config.range_max
+    # Two legs with a gap between them.
+    edges = np.flatnonzero(np.diff(met.astype(int)))
+    assert len(edges) == 4
+    assert not met[900]
+    # Both are in front of the middle by half their thickness.
+    assert found[met].min() == pytest.approx(2 - 0.06, abs=0.01)
+    width = np.ptp(config.angles()[edges]) * 2
+    assert width == pytest.approx(2 * (0.09 + 0.057), abs=0.015)
+
+
+def test_a_foot_in_the_air_is_above_a_low_plane():
+    """Now and then, a plane below the ankles meets one foot alone."""
+    gait = initial_gait(1)
+    gait[1] = 1.4
+    states = rows((0, 0))
+    states[0, 3] = 1.4
+    on_floor = []
+    for phase in np.linspace(0, 2 * np.pi, 40, endpoint=False):
+        gait[0] = phase
+        legs = legs_at(gait, states.ravel(), 0.03)
+        on_floor.append((legs[:, 3] > 0).sum())
+    assert set(on_floor) == {1, 2}
+
+
+def test_two_lidars_see_the_same_legs_from_opposite_sides():
+    person = rows((0, 0, 0.4))
+    config = LidarConfig(num_rays=721, field_of_view=1.0)
+    near = scan(config, robot=(-3, 0, 0), people=person)
+    dut = Lidar(config, num_humans=1)
+    context = dut.CreateDefaultContext()
+    fix(dut, context, robot=(3, 0, np.pi), people=person)
+    far = dut.get_scan_output_port().Eval(context)
+    for found in (near, far):
+        met = found < config.range_max
+        assert 0.15 < met.sum() * config.angle_step * 3 < 0.4
