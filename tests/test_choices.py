@@ -40,6 +40,7 @@ from hunav_drake.systems.planning import (
     register_planner,
 )
 from hunav_drake.systems.robot import ROBOTS, RobotConfig, register_robot
+from hunav_drake.systems.world.furniture import FURNITURE
 from hunav_drake.systems.world.shapes import WALLS
 
 SQUARE = [[8, 8], [9, 8], [9, 9]]
@@ -48,6 +49,7 @@ NEEDED = {
     "box": {"center": [8.5, 8.5], "size": [1, 1]},
     "polygon": {"points": SQUARE},
     "polyline": {"points": SQUARE},
+    **{kind: {"center": [8.5, 8.5]} for kind in FURNITURE},
 }
 
 
@@ -62,6 +64,7 @@ KINDS = {
     "motion model": Kind(MOTION_MODELS, ("crowd", "model")),
     "robot": Kind(ROBOTS, ("robot",)),
     "wall": Kind(WALLS, ("world", "walls", 0)),
+    "furniture": Kind(FURNITURE, ("world", "furniture", 0)),
 }
 CHOICES = [
     pytest.param(kind, name, id=f"{kind} {name}")
@@ -141,7 +144,9 @@ def test_a_wall_has_finite_vertices(name):
 
 
 # What moves: in a trial with a wall and people on the way.
-MOVING = [param for param in CHOICES if param.values[0] != "wall"]
+MOVING = [
+    param for param in CHOICES if param.values[0] not in ("wall", "furniture")
+]
 
 
 def make_trial(kind, name):

@@ -24,6 +24,7 @@ from hunav_drake.systems.robot.robot_config import (
     RobotConfig,
     RobotLimits,
 )
+from hunav_drake.systems.world.furniture import Furniture
 from hunav_drake.systems.world.shapes import Box, Polygon, Polyline, Wall, World
 
 __all__ = [
@@ -37,6 +38,7 @@ __all__ = [
     "DifferentialDriveConfig",
     "EvaluatorConfig",
     "Fault",
+    "Furniture",
     "HumanConfig",
     "ListScenarios",
     "LoadScenario",

@@ -11,7 +11,7 @@ import shapely
 from hunav_drake.scenario.error import Finding, Loc, path_text
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.world.shapes import Polygon, Polyline, Wall
+from hunav_drake.systems.world.shapes import Polygon, Polyline
 
 # Points nearer to each other than this, in meters, are the same.
 _SAME = 1e-9
@@ -133,8 +133,14 @@ def _check_robot_and_people(scenario: Scenario) -> Iterator[Finding]:
 
 
 def _check_spots(scenario: Scenario, spots: list[_Spot]) -> Iterator[Finding]:
-    """Reports the first wall that takes up each spot."""
-    shapes = [_shape(wall) for wall in scenario.world.walls]
+    """Reports the first thing in the world that takes up each spot."""
+    fixtures = scenario.world.fixtures()
+    shapes = [
+        (shapely.polygons if it.closed else shapely.linestrings)(outline)
+        for it in fixtures
+        for outline in it.footprints
+    ]
+    places = [it.place for it in fixtures for _ in it.footprints]
     tree = shapely.STRtree(shapes)
     taken: dict[tuple[Any, ...], tuple[int, float, Any] | None] = {}
     looks = 0
@@ -155,16 +161,9 @@ def _check_spots(scenario: Scenario, spots: list[_Spot]) -> Iterator[Finding]:
     for spot in spots:
         if found := taken.get((*spot.position, spot.radius)):
             w, depth, way = found
-            loc = ("world", "walls", w)
+            loc = ("world", *places[w])
             message = _message(path_text(scenario, loc), spot, depth, way)
             yield Finding(spot.loc, message, uses=(*spot.uses, loc))
-
-
-def _shape(wall: Wall) -> shapely.Geometry:
-    vertices = wall.vertices()
-    if wall.solid:
-        return shapely.polygons(vertices)
-    return shapely.linestrings(vertices)
 
 
 def _depth(

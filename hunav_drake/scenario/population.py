@@ -58,7 +58,7 @@ def check_population(scenario: Scenario) -> Iterator[Finding]:
         ("humans",),
         ("robot", "start"),
         ("robot", "radius"),
-        ("world", "walls"),
+        ("world",),
         ("population", "seed"),
     )
     try:

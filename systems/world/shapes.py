@@ -1,6 +1,7 @@
 """The fixed world: walls and furniture, and the same as arrays of segments."""
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import field
 from typing import Annotated, ClassVar
 
@@ -19,7 +20,12 @@ from hunav_drake.systems.common.schema import (
     PositiveLength,
     Size,
 )
+from hunav_drake.systems.world.furniture import FURNITURE, Furniture
 from hunav_drake.systems.world.obstacles import Obstacles
+from hunav_drake.systems.world.solids import Fixture, Prism
+
+# How high the eyes of people are, in meters.
+EYE_HEIGHT = 1.6
 
 
 @dataclass(kw_only=True, config=CONFIG)
@@ -32,8 +38,9 @@ class Wall(ABC):
     # What it is called in messages and in the scene.
     name: Name = ""
 
-    # How high it stands in the scene, in meters.
-    height: PositiveLength = 1.0
+    # How high it is, in meters: above 1.6 m it hides people. What is higher
+    # than people is drawn cut, so that one sees into rooms.
+    height: PositiveLength = 2.5
 
     @abstractmethod
     def vertices(self) -> Array:
@@ -41,6 +48,10 @@ class Wall(ABC):
 
         For a solid shape, the last joins the first.
         """
+
+    def solids(self) -> list[Prism]:
+        """Returns what it consists of: one upright prism."""
+        return [Prism(self.vertices(), 0.0, self.height, closed=self.solid)]
 
 
 WALLS = Registry("wall shape", Wall, tag="shape")
@@ -51,7 +62,7 @@ register_wall = WALLS.register
 @register_wall("box")
 @dataclass(kw_only=True, config=CONFIG)
 class Box(Wall):
-    """A solid rectangle: a wall with its thickness, a table, a shelf."""
+    """A solid rectangle: a wall with its thickness, a block, a box."""
 
     # The center, in meters.
     center: Point
@@ -107,9 +118,60 @@ class World:
     # walls, not one outline.
     walls: list[Annotated[Wall, WALLS]] = field(default_factory=list)
 
+    # Tables, chairs, shelves, ...: see docs/worlds.md.
+    furniture: list[Annotated[Furniture, FURNITURE]] = field(
+        default_factory=list
+    )
+
+    def fixtures(self) -> list[Fixture]:
+        """Returns all that stands in the world, each with its place in it."""
+        return [
+            *(
+                Fixture(("walls", i), [it.vertices()], it.solid, it.solids())
+                for i, it in enumerate(self.walls)
+            ),
+            *(
+                Fixture(("furniture", i), it.footprints(), True, it.solids())
+                for i, it in enumerate(self.furniture)
+            ),
+        ]
+
     def obstacles(self) -> Obstacles:
-        """Returns the walls as one set of arrays."""
-        return Obstacles.from_shapes(
-            [wall.vertices() for wall in self.walls],
-            solid=[wall.solid for wall in self.walls],
-        )
+        """Returns what one walks around: the footprints of everything."""
+        shapes = [
+            (outline, fixture.closed)
+            for fixture in self.fixtures()
+            for outline in fixture.footprints
+        ]
+        return _obstacles(shapes)
+
+    def obstacles_at(self, height: float) -> Obstacles:
+        """Returns what a horizontal plane cuts of everything.
+
+        At 0.2 m, say, it is the legs of a table, as a lidar meets them; one
+        part begins where another ends, and so the upper one counts there.
+
+        Args:
+            height: The height of the plane over the floor, in meters.
+        """
+        cuts = [
+            (outline, solid.closed)
+            for fixture in self.fixtures()
+            for solid in fixture.solids
+            if (outline := solid.cut(height)) is not None
+        ]
+        return _obstacles(cuts)
+
+    def sight_obstacles(self) -> Obstacles:
+        """Returns what people cannot see over or through.
+
+        It is what is at the height of their eyes, `EYE_HEIGHT`.
+        """
+        return self.obstacles_at(EYE_HEIGHT)
+
+
+def _obstacles(shapes: Sequence[tuple[Array, bool]]) -> Obstacles:
+    return Obstacles.from_shapes(
+        [outline for outline, _ in shapes],
+        solid=[closed for _, closed in shapes],
+    )
