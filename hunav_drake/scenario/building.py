@@ -53,6 +53,7 @@ _RULES = {
     "less_than_equal": "must be at most {le}",
     "list_type": "must be a list",
     "model_attributes_type": "must be a mapping",
+    "string_too_short": "must not be empty",
     "string_too_long": "must have at most {max_length} characters",
     "string_type": "must be text",
     "string_unicode": "must be text",

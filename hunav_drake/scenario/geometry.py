@@ -1,6 +1,7 @@
 """Checks of geometry: valid shapes, and free space for everybody."""
 
 from collections.abc import Iterator
+import dataclasses as dc
 import math
 from typing import Any, NamedTuple
 
@@ -11,7 +12,8 @@ import shapely
 from hunav_drake.scenario.error import Finding, Loc, path_text
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.world.shapes import Polygon, Polyline
+from hunav_drake.systems.world.shapes import Polygon, Polyline, World
+from hunav_drake.systems.world.solids import WorldFileError
 
 # Points nearer to each other than this, in meters, are the same.
 _SAME = 1e-9
@@ -30,6 +32,25 @@ def check_walls(scenario: Scenario) -> Iterator[Finding]:
                 yield Finding((*loc, k + 1), f"repeats points[{k}]")
         elif isinstance(wall, Polygon):
             yield from _check_polygon(wall.vertices(), loc)
+
+
+def check_world_files(scenario: Scenario) -> Iterator[Finding]:
+    """Looks for maps that cannot be read."""
+    world = scenario.world
+    if world.map is not None:
+        try:
+            World(map=world.map).fixtures()
+        except WorldFileError as error:
+            yield Finding(("world", "map"), str(error))
+
+
+def _without_unreadable(scenario: Scenario) -> World:
+    """Returns the world without files that cannot be read; those are told."""
+    world = scenario.world
+    for finding in check_world_files(scenario):
+        empty: Any = None if finding.loc[1] == "map" else []
+        world = dc.replace(world, **{str(finding.loc[1]): empty})
+    return world
 
 
 def _repeated(points: Array) -> list[int]:
@@ -134,7 +155,7 @@ def _check_robot_and_people(scenario: Scenario) -> Iterator[Finding]:
 
 def _check_spots(scenario: Scenario, spots: list[_Spot]) -> Iterator[Finding]:
     """Reports the first thing in the world that takes up each spot."""
-    fixtures = scenario.world.fixtures()
+    fixtures = _without_unreadable(scenario).fixtures()
     shapes = [
         (shapely.polygons if it.closed else shapely.linestrings)(outline)
         for it in fixtures

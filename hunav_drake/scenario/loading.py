@@ -84,7 +84,9 @@ def LoadScenario(
     prefix = _prefix(document, scenario_name)
     plain = document.plain(prefix)
     if filename is not None and os.path.isfile(filename):
-        _find_trees(plain, Path(filename).resolve().parent)
+        folder = Path(filename).resolve().parent
+        _find_trees(plain, folder)
+        _find_world_files(plain, folder)
     faults = document_faults(document, prefix)
     locs, override_faults = _override(plain, overrides)
     scenario, findings = build_scenario(
@@ -137,6 +139,13 @@ def _find_trees(data: Any, folder: Path) -> None:
                 else tree: weight
                 for tree, weight in behaviors.items()
             }
+
+
+def _find_world_files(data: Any, folder: Path) -> None:
+    """Makes the paths of maps absolute: they start at the file."""
+    world = child(data, "world")
+    if isinstance(child(world, "map"), str) and world["map"]:
+        world["map"] = str(folder / world["map"])
 
 
 def _name(

@@ -13,6 +13,7 @@ from hunav_drake.systems.people.population import (
     draw_population,
 )
 from hunav_drake.systems.people.population_config import PopulationConfig
+from hunav_drake.systems.world.solids import WorldFileError
 
 
 def draw_people(scenario: Scenario) -> list[HumanConfig]:
@@ -70,6 +71,9 @@ def check_population(scenario: Scenario) -> Iterator[Finding]:
                 loc = (*loc, fault.item)
             own = [(*loc[:3], key) for key in ("number", "radius", "spacing")]
             yield Finding(loc, fault.message, uses=(*own, loc[:3], *uses))
+        return
+    except WorldFileError:
+        # It is told where it stands.
         return
     yield from _check_names(scenario, people)
 

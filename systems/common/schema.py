@@ -113,6 +113,9 @@ def one_line(value: str) -> str:
     return value
 
 
+FilePath = Annotated[
+    StrictStr, Field(min_length=1, max_length=4096), AfterValidator(one_line)
+]
 Integer = Annotated[StrictInt, BeforeValidator(_as_int)]
 Name = Annotated[StrictStr, Field(max_length=64), AfterValidator(one_line)]
 

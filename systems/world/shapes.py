@@ -14,6 +14,7 @@ from hunav_drake.systems.common.registry import Registry
 from hunav_drake.systems.common.schema import (
     CONFIG,
     Angle,
+    FilePath,
     Name,
     Point,
     Points,
@@ -26,6 +27,9 @@ from hunav_drake.systems.world.solids import Fixture, Prism
 
 # How high the eyes of people are, in meters.
 EYE_HEIGHT = 1.6
+
+# How high walls are, in meters.
+WALL_HEIGHT = 2.5
 
 
 @dataclass(kw_only=True, config=CONFIG)
@@ -40,7 +44,7 @@ class Wall(ABC):
 
     # How high it is, in meters: above 1.6 m it hides people. What is higher
     # than people is drawn cut, so that one sees into rooms.
-    height: PositiveLength = 2.5
+    height: PositiveLength = WALL_HEIGHT
 
     @abstractmethod
     def vertices(self) -> Array:
@@ -123,8 +127,16 @@ class World:
         default_factory=list
     )
 
+    # The YAML file of a map of ROS 2's map_server: its occupied cells are
+    # walls of 2.5 m. A path starts at the scenario file.
+    map: FilePath | None = None
+
     def fixtures(self) -> list[Fixture]:
-        """Returns all that stands in the world, each with its place in it."""
+        """Returns all that stands in the world, each with its place in it.
+
+        Raises:
+            MapError: If the map cannot be read.
+        """
         return [
             *(
                 Fixture(("walls", i), [it.vertices()], it.solid, it.solids())
@@ -134,6 +146,7 @@ class World:
                 Fixture(("furniture", i), it.footprints(), True, it.solids())
                 for i, it in enumerate(self.furniture)
             ),
+            *_map_fixtures(self.map),
         ]
 
     def obstacles(self) -> Obstacles:
@@ -168,6 +181,17 @@ class World:
         It is what is at the height of their eyes, `EYE_HEIGHT`.
         """
         return self.obstacles_at(EYE_HEIGHT)
+
+
+def _map_fixtures(filename: str | None) -> list[Fixture]:
+    if filename is None:
+        return []
+    # Here, for most worlds do without the libraries that read images.
+    from hunav_drake.systems.world.maps.map_file import map_outlines
+
+    outlines = map_outlines(filename)
+    walls = [Prism(it, 0.0, WALL_HEIGHT) for it in outlines]
+    return [Fixture(("map",), outlines, True, walls)]
 
 
 def _obstacles(shapes: Sequence[tuple[Array, bool]]) -> Obstacles:

@@ -18,6 +18,10 @@ from hunav_drake.systems.common.arrays import Array
 _SIDES = 16
 
 
+class WorldFileError(ValueError):
+    """A file that a world names cannot be read; the text says why."""
+
+
 class Solid(Protocol):
     """Something with a place and a height."""
 
