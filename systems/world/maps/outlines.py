@@ -7,6 +7,7 @@ the outline goes through points on the steps instead of around their corners.
 
 from collections import defaultdict
 from collections.abc import Iterator
+import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,11 +17,16 @@ from hunav_drake.systems.common.arrays import Array, Mask
 
 # Where a step is passed: this part of it is cut off its corner that sticks
 # out. A little less than the half, so that centers of cells stay inside.
-_CUT = 0.4
+_CUT = 0.45
+
+# How far a corner of a cell may be outside of an outline, and inside, in
+# cells. With less than half a cell, the centers of occupied cells stay inside.
+_LOST = 0.47
+_GAINED = 0.63
 
 # How far a vertex may be from the line of its neighbors to be left out, in
 # cells.
-_STRAIGHT = 0.09
+_STRAIGHT = 0.02
 
 # The most sides of occupied cells that are looked at: those of a hall of 1 km
 # with shelves, in cells of 5 cm.
@@ -113,34 +119,88 @@ def _rings(occupied: Mask) -> Iterator[tuple[Array, tuple[int, int]]]:
         )
 
 
-def _smooth(ring: Array) -> Array:
-    """Returns a ring (k, 2) of sides along the grid without its stairs."""
+def _smooth(ring: Array) -> tuple[Array, Array]:
+    """Returns a ring (k, 2) of sides along the grid without its stairs.
+
+    With its points come their places (n,) along the ring: a corner is at its
+    number, a point on the side behind it between that and the next one.
+    """
     ahead = np.roll(ring, -1, axis=0) - ring
     before = np.roll(ahead, 1, axis=0)
     convex = before[:, 0] * ahead[:, 1] - before[:, 1] * ahead[:, 0] > 0
     step = (np.abs(ahead).sum(axis=1) == 1) & (convex != np.roll(convex, -1))
-    part = np.where(convex, _CUT, 1 - _CUT)[:, None]
-    points = np.stack([ring, ring + part * ahead], axis=1)
+    part = np.where(convex, _CUT, 1 - _CUT)
+    points = np.stack([ring, ring + part[:, None] * ahead], axis=1)
+    number = np.arange(len(ring))
+    places = np.stack([number, number + part], axis=1)
     kept = np.stack([~step & ~np.roll(step, 1), step], axis=1)
-    result: Array = points[kept]
-    return result
+    return points[kept], places[kept]
+
+
+def _straight(ring: Array) -> Array:
+    """Returns a ring (k, 2) of sides along the grid with few corners.
+
+    From one point of the smooth ring, it goes straight to the farthest one for
+    which no corner of the ring is left too far aside; and so on.
+    """
+    points, places = _smooth(ring)
+    # A corner that stays is a good beginning.
+    first = int(np.argmax(places == places.round()))
+    points = np.roll(points, -first, axis=0)
+    places = np.roll(places, -first)
+    places = np.where(places < places[0], places + len(ring), places)
+    points = np.vstack([points, points[:1]])
+    places = np.append(places, places[0] + len(ring))
+    corners = np.vstack([ring, ring, ring])
+
+    def is_near(i: int, j: int) -> bool:
+        along = points[j] - points[i]
+        length = float(np.hypot(*along))
+        low, high = math.floor(places[i]) + 1, math.ceil(places[j])
+        between = corners[low:high] - points[i]
+        if length == 0:
+            return False
+        # How far they are to the right, where it is free.
+        right = (between[:, 0] * along[1] - between[:, 1] * along[0]) / length
+        ahead = between @ along / length
+        return bool(
+            (right <= _LOST).all()
+            and (right >= -_GAINED).all()
+            and (ahead >= -1).all()
+            and (ahead <= length + 1).all()
+        )
+
+    kept = [0]
+    last = len(points) - 1
+    while kept[-1] < last:
+        i = kept[-1]
+        # The next point is always near enough.
+        good, stride = i + 1, 2
+        while good < last and stride:
+            j = min(good + stride, last)
+            if is_near(i, j):
+                good, stride = j, 2 * stride
+            else:
+                stride //= 2
+        kept.append(good)
+    return points[kept[:-1]]
 
 
 def _polygons(rings: list[Array]) -> list[shapely.Polygon]:
     """Returns the polygons of one solid, given its rings."""
-    smooth = [_smooth(ring) for ring in rings]
-    is_outer = [_area(ring) > 0 for ring in rings]
-    (outer,) = (ring for ring, out in zip(smooth, is_outer, strict=True) if out)
-    holes = [
-        ring for ring, out in zip(smooth, is_outer, strict=True) if not out
+    outer = next(i for i, ring in enumerate(rings) if _area(ring) > 0)
+    rings = [rings[outer], *rings[:outer], *rings[outer + 1 :]]
+    # What is too small to be straightened stays as it is.
+    outlines = [
+        line if len(line := _straight(ring)) > 2 else ring for ring in rings
     ]
-    polygon = shapely.Polygon(outer, holes)
+    polygon = shapely.Polygon(outlines[0], outlines[1:])
     if not polygon.is_valid:
+        # Where walls nearly touch, straight ones may overlap.
         polygon = shapely.make_valid(
             polygon, method="structure", keep_collapsed=False
         )
-    polygon = shapely.simplify(polygon, _STRAIGHT)
-    parts = shapely.get_parts(polygon)
+    parts = shapely.get_parts(shapely.simplify(polygon, _STRAIGHT))
     return [part for part in parts if part.geom_type == "Polygon"]
 
 
