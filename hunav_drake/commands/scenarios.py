@@ -99,6 +99,8 @@ def _describe_world(world: "World") -> str:
         words.append(f"{len(world.furniture)} pieces of furniture")
     if world.map:
         words.append("a map")
+    if world.models:
+        words.append(f"{len(world.models)} models")
     return ", ".join(words)
 
 

@@ -35,22 +35,33 @@ def check_walls(scenario: Scenario) -> Iterator[Finding]:
 
 
 def check_world_files(scenario: Scenario) -> Iterator[Finding]:
-    """Looks for maps that cannot be read."""
+    """Looks for maps and models that cannot be read."""
     world = scenario.world
     if world.map is not None:
         try:
             World(map=world.map).fixtures()
         except WorldFileError as error:
             yield Finding(("world", "map"), str(error))
+    for i, model in enumerate(world.models):
+        try:
+            World(models=[model]).fixtures()
+        except WorldFileError as error:
+            yield Finding(("world", "models", i, "file"), str(error))
 
 
 def _without_unreadable(scenario: Scenario) -> World:
     """Returns the world without files that cannot be read; those are told."""
+    faulty = {finding.loc[:3] for finding in check_world_files(scenario)}
     world = scenario.world
-    for finding in check_world_files(scenario):
-        empty: Any = None if finding.loc[1] == "map" else []
-        world = dc.replace(world, **{str(finding.loc[1]): empty})
-    return world
+    return dc.replace(
+        world,
+        map=None if ("world", "map") in faulty else world.map,
+        models=[
+            model
+            for i, model in enumerate(world.models)
+            if ("world", "models", i) not in faulty
+        ],
+    )
 
 
 def _repeated(points: Array) -> list[int]:

@@ -142,10 +142,16 @@ def _find_trees(data: Any, folder: Path) -> None:
 
 
 def _find_world_files(data: Any, folder: Path) -> None:
-    """Makes the paths of maps absolute: they start at the file."""
+    """Makes the paths of maps and models absolute: they start at the file."""
     world = child(data, "world")
-    if isinstance(child(world, "map"), str) and world["map"]:
-        world["map"] = str(folder / world["map"])
+    models = child(world, "models")
+    holders = [(world, "map")]
+    if isinstance(models, list):
+        holders += [(model, "file") for model in models]
+    for holder, key in holders:
+        path = child(holder, key)
+        if isinstance(path, str) and path and "://" not in path:
+            holder[key] = str(folder / path)
 
 
 def _name(

@@ -11,6 +11,7 @@ from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.multibody.plant import MultibodyPlant
 
 from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.model_files import AddModelFile
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.robot.robot_config import RobotConfig
 from hunav_drake.systems.scene.bounds import Bounds
@@ -92,6 +93,7 @@ def AddWorld(plant: MultibodyPlant, world: World) -> None:
     Walls are "wall_0", "wall_1", ...; furniture is "furniture_0_wood", ..., a
     part for each material. Who watches sees what is higher than a door cut at
     `CUT_HEIGHT`, with a dark section, to see into rooms; cameras see all.
+    Models of files look as these say.
     """
     for fixture in world.fixtures():
         kind, *index = fixture.place
@@ -107,6 +109,8 @@ def AddWorld(plant: MultibodyPlant, world: World) -> None:
             plain = kind == "walls"
             name = stem if plain else f"{stem}_{material.replace(' ', '_')}"
             _AddPrisms(plant, name, prisms, MATERIALS.get(material, WALL))
+    for model in world.models:
+        AddModelFile(plant, model.file, model.pose)
 
 
 def _AddPrisms(

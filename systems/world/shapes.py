@@ -18,6 +18,7 @@ from hunav_drake.systems.common.schema import (
     Name,
     Point,
     Points,
+    Pose,
     PositiveLength,
     Size,
 )
@@ -114,6 +115,25 @@ class Polyline(Wall):
         return np.array(self.points, dtype=float)
 
 
+@dataclass(kw_only=True, config=CONFIG)
+class Model:
+    """Models of a file, read by Drake: SDF, URDF or model directives.
+
+    People and robots walk around its collision geometries between 0.05 and
+    1.8 m, each as its convex hull.
+    """
+
+    # What it is called in messages.
+    name: Name = ""
+
+    # The file: a path, which starts at the scenario file, or one in a package,
+    # as "package://hunav_drake/...".
+    file: FilePath
+
+    # Where it stands: (x, y, yaw) in W, in meters and radians.
+    pose: Pose = (0.0, 0.0, 0.0)
+
+
 @dataclass(kw_only=True, slots=True, config=CONFIG)
 class World:
     """Everything that does not move."""
@@ -131,11 +151,14 @@ class World:
     # walls of 2.5 m. A path starts at the scenario file.
     map: FilePath | None = None
 
+    # What files of models bring along: racks, machines, a whole building.
+    models: list[Model] = field(default_factory=list)
+
     def fixtures(self) -> list[Fixture]:
         """Returns all that stands in the world, each with its place in it.
 
         Raises:
-            MapError: If the map cannot be read.
+            WorldFileError: If the map or a model cannot be read.
         """
         return [
             *(
@@ -147,6 +170,7 @@ class World:
                 for i, it in enumerate(self.furniture)
             ),
             *_map_fixtures(self.map),
+            *(_model_fixture(i, it) for i, it in enumerate(self.models)),
         ]
 
     def obstacles(self) -> Obstacles:
@@ -192,6 +216,17 @@ def _map_fixtures(filename: str | None) -> list[Fixture]:
     outlines = map_outlines(filename)
     walls = [Prism(it, 0.0, WALL_HEIGHT) for it in outlines]
     return [Fixture(("map",), outlines, True, walls)]
+
+
+def _model_fixture(index: int, model: Model) -> Fixture:
+    # Here, for most worlds do without Drake.
+    from hunav_drake.systems.world.models import footprint, model_hulls
+
+    hulls = model_hulls(model.file, model.pose)
+    footprints = [
+        outline for hull in hulls if (outline := footprint(hull)) is not None
+    ]
+    return Fixture(("models", index), footprints, True, hulls)
 
 
 def _obstacles(shapes: Sequence[tuple[Array, bool]]) -> Obstacles:
