@@ -5,6 +5,7 @@ import itertools
 import math
 import stat
 
+import numpy as np
 import pytest
 
 from hunav_drake.scenario import (
@@ -61,7 +62,9 @@ def test_takes_either_a_file_or_text(kwargs):
 def test_a_missing_file_names_the_shipped_scenarios_and_the_nearest():
     text = str(failure(filename="pasing.yaml"))
     assert "No such file" in text
-    assert "shipped scenarios: cafe, combined, crossing, passing" in text
+    assert (
+        "shipped scenarios: cafe, combined, crossing, hospital, house" in text
+    )
     assert "did you mean passing?" in text
 
 
@@ -279,6 +282,9 @@ def test_scenarios_are_shipped():
         "cafe",
         "combined",
         "crossing",
+        "hospital",
+        "house",
+        "office",
         "passing",
         "reaction_cooperative",
         "reaction_curious",
@@ -286,6 +292,7 @@ def test_scenarios_are_shipped():
         "reaction_scared",
         "reaction_surprised",
         "reaction_threatening",
+        "warehouse",
     ]
 
 
@@ -330,30 +337,34 @@ def segment_distance(segment, point):
     )
 
 
-def test_nobody_walks_through_the_tables_of_the_cafe():
+def test_nobody_has_to_walk_through_the_furniture_of_the_cafe():
     scenario = LoadScenario(filename="cafe")
-    tables = [
-        wall
-        for wall in scenario.world.walls
-        if wall.name.startswith(("table", "counter"))
-    ]
-    assert len(tables) == 6
+    furniture = scenario.world.furniture
+    assert {type(it).__name__ for it in furniture} == {
+        "Chair",
+        "Counter",
+        "Plant",
+        "Table",
+    }
+    names = {it.name for it in furniture if it.name}
+    assert names == {"counter", *(f"table_{i}" for i in range(1, 6))}
     ways = [(scenario.robot.start[:2], scenario.robot.goal[:2], 0.35)]
     for human in scenario.humans:
         ways.append((human.pose[:2], human.goals[0], human.radius))
         cycle = [*human.goals, human.goals[0]]
         ways += [(a, b, human.radius) for a, b in itertools.pairwise(cycle)]
-    for table in tables:
+    for piece in furniture:
         # Points along the outline, every 5 cm or so.
-        corners = table.vertices()
+        (corners,) = piece.footprints()
+        after = np.roll(corners, -1, axis=0)
         outline = [
-            corners[i] + s / 20 * (corners[(i + 1) % 4] - corners[i])
-            for i in range(4)
+            corners[i] + s / 20 * (after[i] - corners[i])
+            for i in range(len(corners))
             for s in range(20)
         ]
         for a, b, radius in ways:
             gap = min(segment_distance((a, b), point) for point in outline)
-            assert gap > radius, (table.name, a, b)
+            assert gap > radius, (piece, a, b)
 
 
 def test_people_of_the_cafe_are_those_of_the_original(reference):

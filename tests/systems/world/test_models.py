@@ -163,7 +163,8 @@ def test_directives_and_urdf_are_read(tmp_path):
     urdf = tmp_path / "post.urdf"
     urdf.write_text(
         '<robot name="post"><link name="base"><collision><origin xyz="0 0 1"/>'
-        '<geometry><box size="0.2 0.4 2"/></geometry></collision></link></robot>'
+        '<geometry><box size="0.2 0.4 2"/></geometry></collision></link>'
+        "</robot>"
     )
     assert area(world(urdf, (1.0, 1.0, 0.3)).obstacles()) == pytest.approx(0.08)
 
