@@ -67,7 +67,7 @@ def write_house(folder: Path, segments: int) -> Path:
 
 def main() -> None:
     """Prints the times, of the processor: one thread does all."""
-    # What is compiled or read once does not count; and a small room, to compare.
+    # What is compiled or read once does not count. A small room to compare:
     MakeTrialSimulator(MakeTrialDiagram(LoadScenario(filename="cafe")))
     diagram = MakeTrialDiagram(LoadScenario(filename="cafe"))
     started = time.process_time()
