@@ -25,7 +25,7 @@ def own(registry):
 
 def test_all_kinds_of_furniture_are_told_with_their_sizes():
     rows = re.findall(
-        r"^\| `(\w+)` \| (\S+) x (\S+) \| (\S+) \| (.*?) \|",
+        r"^\| `(\w+)` \| (\S+) x (\S+) \| (\S+) \|(.*?)\|",
         TEXT.split("## Shipped worlds")[0],
         re.M,
     )

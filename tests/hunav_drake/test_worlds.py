@@ -58,8 +58,9 @@ def test_everybody_gets_where_they_go(name, seed):
     assert not inside(walls, ways).any()
     gaps = np.linalg.norm(nearest_wall(walls, ways) - ways, axis=-1)
     for i, human in enumerate(scenario.humans):
-        # Bodies do not reach into anything either, but for squeezing.
-        assert gaps[:, i].min() > 0.8 * human.contact_radius
+        # Bodies do not reach into anything either, but for moments at jambs.
+        assert gaps[:, i].min() > 0.5 * human.contact_radius
+        assert (gaps[:, i] < 0.9 * human.contact_radius).mean() < 0.01
         # Of a group, one is at the goal and the others beside.
         near = human.goal_radius + (1.2 if human.group_id >= 0 else 0.15)
         begin = 0
