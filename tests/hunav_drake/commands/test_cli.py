@@ -124,6 +124,9 @@ def test_list_names_the_shipped_scenarios(hunav):
         "cafe",
         "combined",
         "crossing",
+        "hospital",
+        "house",
+        "office",
         "passing",
         "reaction_cooperative",
         "reaction_curious",
@@ -131,6 +134,7 @@ def test_list_names_the_shipped_scenarios(hunav):
         "reaction_scared",
         "reaction_surprised",
         "reaction_threatening",
+        "warehouse",
     ]
 
 
@@ -181,7 +185,7 @@ def test_import_takes_the_map_and_says_what_it_leaves_out(
         *["--map", folder / "map_cafe2.yaml", "--profile", "hunavsim"],
     )
     assert code == 0
-    assert "5 people and 135 walls" in out
+    assert "5 people and their map" in out
     lines = err.splitlines()
     assert f"{folder / 'agents.yaml'}:13: agent1.skin: people all" in lines[1]
     assert "the robot:" in lines[-1]
