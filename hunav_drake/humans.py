@@ -57,7 +57,7 @@ class HumanOptions(TypedDict, total=False):
     """The options of `MakeHumans` and `AddHumans`, all by keyword."""
 
     # The walls that people feel and cannot see through, or the world that has
-    # them; none by default.
+    # them, where people see over what is low; none by default.
     obstacles: Obstacles | World | None
 
     # How people take in the world.
@@ -114,7 +114,9 @@ def MakeHumans(
     num_robots = options.get("num_robots", 1)
     time_step = options.get("time_step", 0.05)
     separate_trees = options.get("separate_trees")
+    hiding = None
     if isinstance(obstacles, World):
+        hiding = obstacles.sight_obstacles()
         obstacles = obstacles.obstacles()
     # Before anything is made of them: crowd and trees know the same numbers.
     config = options.get("config") or CrowdConfig()
@@ -164,6 +166,7 @@ def MakeHumans(
                 num_robots=num_robots,
                 time_step=time_step,
                 obstacles=obstacles,
+                sight_obstacles=hiding,
             ),
         )
         for name, rows in rows_of.items()

@@ -62,7 +62,7 @@ def MakeTrialDiagram(
     humans = AddHumans(
         builder,
         scenario.humans,
-        obstacles=obstacles,
+        obstacles=scenario.world,
         config=scenario.crowd,
         time_step=time_step,
         start_jitter=scenario.simulation.start_jitter,

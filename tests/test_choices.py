@@ -41,6 +41,7 @@ from hunav_drake.systems.planning import (
 )
 from hunav_drake.systems.robot import ROBOTS, RobotConfig, register_robot
 from hunav_drake.systems.sensing import SENSORS
+from hunav_drake.systems.world.furniture import FURNITURE
 from hunav_drake.systems.world.shapes import WALLS
 
 SQUARE = [[8, 8], [9, 8], [9, 9]]
@@ -49,6 +50,7 @@ NEEDED = {
     "box": {"center": [8.5, 8.5], "size": [1, 1]},
     "polygon": {"points": SQUARE},
     "polyline": {"points": SQUARE},
+    **{kind: {"center": [8.5, 8.5]} for kind in FURNITURE},
 }
 
 
@@ -64,6 +66,7 @@ KINDS = {
     "robot": Kind(ROBOTS, ("robot",)),
     "sensor": Kind(SENSORS, ("sensors", 0)),
     "wall": Kind(WALLS, ("world", "walls", 0)),
+    "furniture": Kind(FURNITURE, ("world", "furniture", 0)),
 }
 CHOICES = [
     pytest.param(kind, name, id=f"{kind} {name}")
@@ -143,7 +146,9 @@ def test_a_wall_has_finite_vertices(name):
 
 
 # What moves: in a trial with a wall and people on the way.
-MOVING = [param for param in CHOICES if param.values[0] != "wall"]
+MOVING = [
+    param for param in CHOICES if param.values[0] not in ("wall", "furniture")
+]
 
 
 def make_trial(kind, name):

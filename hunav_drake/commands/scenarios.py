@@ -4,7 +4,7 @@ import argparse
 import json
 from pathlib import Path
 import sys
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from hunav_drake.commands.errors import (
     DONE,
@@ -18,6 +18,9 @@ from hunav_drake.commands.options import (
     add_scenario_options,
     load_scenario,
 )
+
+if TYPE_CHECKING:
+    from hunav_drake.systems.world.shapes import World
 
 
 def add_scenario_commands(commands: Any) -> None:
@@ -83,11 +86,22 @@ def _check(options: argparse.Namespace) -> int:
         people = len(scenario.humans) + scenario.population.number
         return (
             f"{people} {'person' if people == 1 else 'people'},"
-            f" {len(scenario.world.walls)} walls,"
+            f" {_describe_world(scenario.world)},"
             f" planner {name_of(scenario.planner)}"
         )
 
     return check_each(options.scenario, options, describe)
+
+
+def _describe_world(world: "World") -> str:
+    words = [f"{len(world.walls)} walls"]
+    if world.furniture:
+        words.append(f"{len(world.furniture)} pieces of furniture")
+    if world.map:
+        words.append("a map")
+    if world.models:
+        words.append(f"{len(world.models)} models")
+    return ", ".join(words)
 
 
 def _schema(options: argparse.Namespace) -> int:
@@ -119,9 +133,8 @@ def _import(options: argparse.Namespace) -> int:
         " robot.goal",
         file=sys.stderr,
     )
-    walls = len(scenario.world.walls)
     done = (
         f"Wrote {len(scenario.humans)} people"
-        f"{f' and {walls} walls' if walls else ''} to {options.output}"
+        f"{' and their map' if scenario.world.map else ''} to {options.output}"
     )
     return write_output(SaveScenario(scenario), options, done)

@@ -49,8 +49,7 @@ def ImportAgents(
             default the evaluator is the default one. A frequency of 0 means
             every step. If it is not one of whole steps, as 30 Hz is, the time
             step becomes shorter.
-        map_filename: The YAML file of a map, whose occupied cells become
-            walls: see `read_map`.
+        map_filename: The YAML file of a map, which is that of the world.
         profile: The profile of the crowd: "hunavsim" moves people as there.
         left_out: Gets what could not be carried over, with its places.
 

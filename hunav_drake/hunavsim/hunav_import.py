@@ -19,7 +19,6 @@ from hunav_drake.hunavsim.agents_keys import (
     left_out_of_agent,
     steps_for,
 )
-from hunav_drake.hunavsim.map_server import MapError, read_map
 from hunav_drake.scenario.building import (
     Check,
     Places,
@@ -35,11 +34,12 @@ from hunav_drake.scenario.error import (
     suggestion,
 )
 from hunav_drake.scenario.schema import Scenario, SimulationConfig
-from hunav_drake.scenario.writer import plain
 from hunav_drake.scenario.yaml_document import YamlDocument
 from hunav_drake.systems.common.suggest import nearest
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.planning.planner import PLANNERS
+from hunav_drake.systems.world.shapes import World
+from hunav_drake.systems.world.solids import WorldFileError
 
 AGENTS_KEY = "hunav_loader"
 _METRICS_KEY = "hunav_evaluator_node"
@@ -132,7 +132,7 @@ class HunavImport:
             self._report((*loc, "agents", i), problem)
 
     def add_map(self, folder: Path, filename: str | Path | None) -> None:
-        """Adds the walls of a map.
+        """Adds a map.
 
         Args:
             folder: Where the map of the name that the agents' file has is
@@ -151,11 +151,11 @@ class HunavImport:
                 )
                 return
         try:
-            boxes = read_map(filename)
-        except MapError as error:
+            World(map=os.path.abspath(filename)).fixtures()
+        except WorldFileError as error:
             self._report(loc, str(error))
             return
-        self.data["world"] = {"walls": plain(boxes, whole=False)}
+        self.data["world"] = {"map": os.path.abspath(filename)}
 
     def add_metrics(self, document: YamlDocument) -> None:
         """Adds the evaluator of a metrics.yaml."""

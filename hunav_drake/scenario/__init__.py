@@ -32,6 +32,7 @@ from hunav_drake.systems.sensing.sensor_config import (
     SensorConfig,
     VisiblePeopleConfig,
 )
+from hunav_drake.systems.world.furniture import Furniture
 from hunav_drake.systems.world.shapes import Box, Polygon, Polyline, Wall, World
 
 __all__ = [
@@ -46,6 +47,7 @@ __all__ = [
     "DifferentialDriveConfig",
     "EvaluatorConfig",
     "Fault",
+    "Furniture",
     "HumanConfig",
     "LidarConfig",
     "ListScenarios",

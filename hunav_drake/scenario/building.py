@@ -29,10 +29,13 @@ Check = Callable[[Scenario], Iterable[Finding]]
 # The schema's faults that are looked at: a file with more is not a scenario.
 _MAX_SCHEMA_FAULTS = 1000
 
-# What stands in for a person, or a wall, that does not fit the schema, while
-# the rest is checked: nobody in particular, and out of everybody's way.
+# What stands in for a person, a wall or furniture that does not fit the
+# schema, while the rest is checked: nobody in particular, out of all ways.
 _SUBSTITUTE_HUMAN = {"pose": [0.0, 0.0, 0.0]}
-_SUBSTITUTE_WALL = {"shape": "box", "center": [1e5, 1e5], "size": [1e-3, 1e-3]}
+_SUBSTITUTES = {
+    "walls": {"shape": "box", "center": [1e5, 1e5], "size": [1e-3, 1e-3]},
+    "furniture": {"kind": "pillar", "center": [1e5, 1e5]},
+}
 
 _OLD_PARAMETERS = (
     "parameters stand beside the name now, as in planner: {name: pursuit,"
@@ -50,6 +53,7 @@ _RULES = {
     "less_than_equal": "must be at most {le}",
     "list_type": "must be a list",
     "model_attributes_type": "must be a mapping",
+    "string_too_short": "must not be empty",
     "string_too_long": "must have at most {max_length} characters",
     "string_type": "must be text",
     "string_unicode": "must be text",
@@ -277,8 +281,8 @@ def _best_effort(data: Any, faulty: Iterable[Loc]) -> Scenario | None:
         return None
     data = copy.deepcopy(data)
     for loc in faulty:
-        if len(loc) >= 3 and loc[:2] == ("world", "walls"):
-            data["world"]["walls"][loc[2]] = dict(_SUBSTITUTE_WALL)
+        if len(loc) >= 3 and loc[0] == "world" and loc[1] in _SUBSTITUTES:
+            data["world"][loc[1]][loc[2]] = dict(_SUBSTITUTES[loc[1]])
         elif len(loc) >= 2 and loc[0] == "humans":
             human = data["humans"][loc[1]]
             if len(loc) == 2 or not isinstance(human, dict):

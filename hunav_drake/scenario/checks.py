@@ -12,7 +12,11 @@ from hunav_drake.scenario.error import (
     shown,
     suggestion,
 )
-from hunav_drake.scenario.geometry import check_places, check_walls
+from hunav_drake.scenario.geometry import (
+    check_places,
+    check_walls,
+    check_world_files,
+)
 from hunav_drake.scenario.population import check_areas, check_population
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.scenario.writer import plain
@@ -321,6 +325,7 @@ OWN_CHECKS: tuple[Check, ...] = (
 )
 ALL_CHECKS: tuple[Check, ...] = (
     *OWN_CHECKS,
+    check_world_files,
     check_walls,
     check_places,
     check_population,

@@ -1,6 +1,7 @@
 """Checks of geometry: valid shapes, and free space for everybody."""
 
 from collections.abc import Iterator
+import dataclasses as dc
 import math
 from typing import Any, NamedTuple
 
@@ -11,7 +12,8 @@ import shapely
 from hunav_drake.scenario.error import Finding, Loc, path_text
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.world.shapes import Polygon, Polyline, Wall
+from hunav_drake.systems.world.shapes import Polygon, Polyline, World
+from hunav_drake.systems.world.solids import WorldFileError
 
 # Points nearer to each other than this, in meters, are the same.
 _SAME = 1e-9
@@ -30,6 +32,36 @@ def check_walls(scenario: Scenario) -> Iterator[Finding]:
                 yield Finding((*loc, k + 1), f"repeats points[{k}]")
         elif isinstance(wall, Polygon):
             yield from _check_polygon(wall.vertices(), loc)
+
+
+def check_world_files(scenario: Scenario) -> Iterator[Finding]:
+    """Looks for maps and models that cannot be read."""
+    world = scenario.world
+    if world.map is not None:
+        try:
+            World(map=world.map).fixtures()
+        except WorldFileError as error:
+            yield Finding(("world", "map"), str(error))
+    for i, model in enumerate(world.models):
+        try:
+            World(models=[model]).fixtures()
+        except WorldFileError as error:
+            yield Finding(("world", "models", i, "file"), str(error))
+
+
+def _without_unreadable(scenario: Scenario) -> World:
+    """Returns the world without files that cannot be read; those are told."""
+    faulty = {finding.loc[:3] for finding in check_world_files(scenario)}
+    world = scenario.world
+    return dc.replace(
+        world,
+        map=None if ("world", "map") in faulty else world.map,
+        models=[
+            model
+            for i, model in enumerate(world.models)
+            if ("world", "models", i) not in faulty
+        ],
+    )
 
 
 def _repeated(points: Array) -> list[int]:
@@ -133,8 +165,14 @@ def _check_robot_and_people(scenario: Scenario) -> Iterator[Finding]:
 
 
 def _check_spots(scenario: Scenario, spots: list[_Spot]) -> Iterator[Finding]:
-    """Reports the first wall that takes up each spot."""
-    shapes = [_shape(wall) for wall in scenario.world.walls]
+    """Reports the first thing in the world that takes up each spot."""
+    fixtures = _without_unreadable(scenario).fixtures()
+    shapes = [
+        (shapely.polygons if it.closed else shapely.linestrings)(outline)
+        for it in fixtures
+        for outline in it.footprints
+    ]
+    places = [it.place for it in fixtures for _ in it.footprints]
     tree = shapely.STRtree(shapes)
     taken: dict[tuple[Any, ...], tuple[int, float, Any] | None] = {}
     looks = 0
@@ -155,16 +193,9 @@ def _check_spots(scenario: Scenario, spots: list[_Spot]) -> Iterator[Finding]:
     for spot in spots:
         if found := taken.get((*spot.position, spot.radius)):
             w, depth, way = found
-            loc = ("world", "walls", w)
+            loc = ("world", *places[w])
             message = _message(path_text(scenario, loc), spot, depth, way)
             yield Finding(spot.loc, message, uses=(*spot.uses, loc))
-
-
-def _shape(wall: Wall) -> shapely.Geometry:
-    vertices = wall.vertices()
-    if wall.solid:
-        return shapely.polygons(vertices)
-    return shapely.linestrings(vertices)
 
 
 def _depth(

@@ -85,7 +85,9 @@ def LoadScenario(
     prefix = _prefix(document, scenario_name)
     plain = document.plain(prefix)
     if filename is not None and os.path.isfile(filename):
-        _find_trees(plain, Path(filename).resolve().parent)
+        folder = Path(filename).resolve().parent
+        _find_trees(plain, folder)
+        _find_world_files(plain, folder)
     faults = document_faults(document, prefix)
     locs, override_faults = _override(plain, overrides)
     scenario, findings = build_scenario(
@@ -140,6 +142,19 @@ def _find_trees(data: Any, folder: Path) -> None:
                 else tree: weight
                 for tree, weight in behaviors.items()
             }
+
+
+def _find_world_files(data: Any, folder: Path) -> None:
+    """Makes the paths of maps and models absolute: they start at the file."""
+    world = child(data, "world")
+    models = child(world, "models")
+    holders = [(world, "map")]
+    if isinstance(models, list):
+        holders += [(model, "file") for model in models]
+    for holder, key in holders:
+        path = child(holder, key)
+        if isinstance(path, str) and path and "://" not in path:
+            holder[key] = str(folder / path)
 
 
 def _name(

@@ -19,6 +19,7 @@ from hunav_drake.systems.people.population_config import (
     SourceConfig,
 )
 from hunav_drake.systems.people.traffic import Traffic
+from hunav_drake.systems.world.solids import WorldFileError
 
 
 def draw_people(scenario: Scenario) -> list[HumanConfig]:
@@ -78,7 +79,7 @@ def check_population(scenario: Scenario) -> Iterator[Finding]:
         ("humans",),
         ("robot", "start"),
         ("robot", "radius"),
-        ("world", "walls"),
+        ("world",),
         ("population", "seed"),
     )
     try:
@@ -91,6 +92,9 @@ def check_population(scenario: Scenario) -> Iterator[Finding]:
             own = [(*loc[:3], key) for key in _KEYS]
             own.append(("population", "sinks"))
             yield Finding(loc, fault.message, uses=(*own, loc[:3], *uses))
+        return
+    except WorldFileError:
+        # It is told where it stands.
         return
     yield from _check_names(scenario, people)
 

@@ -81,6 +81,7 @@ class BehaviorTree(LeafSystem):
         num_robots: int = 1,
         time_step: float = 0.05,
         obstacles: Obstacles | None = None,
+        sight_obstacles: Obstacles | None = None,
     ) -> None:
         """Constructs a BehaviorTree.
 
@@ -92,8 +93,9 @@ class BehaviorTree(LeafSystem):
                 ticked; by default, all.
             num_robots: How many robots ``robot_states`` has.
             time_step: The time between two ticks, in seconds.
-            obstacles: The walls, all of which people cannot see through,
-                however low; none by default.
+            obstacles: What people cannot walk through; nothing by default.
+            sight_obstacles: What people cannot see through; by default, the
+                obstacles, however low.
 
         Raises:
             ValueError: If there are not as many trees as people that are
@@ -120,6 +122,7 @@ class BehaviorTree(LeafSystem):
                 id=ids[row],
                 time_step=time_step,
                 obstacles=obstacles,
+                sight_obstacles=sight_obstacles,
             )
             for row in rows
         ]

@@ -85,7 +85,7 @@ def _as_list(value: Any) -> Any:
     return value.tolist() if hasattr(value, "tolist") else value
 
 
-def _as_tuple(value: Any) -> Any:
+def as_tuple(value: Any) -> Any:
     """Takes any sequence of numbers for a tuple: lists, tuples, arrays."""
     value = _as_list(value)
     if isinstance(value, Sequence) and not isinstance(value, str | bytes):
@@ -113,6 +113,9 @@ def one_line(value: str) -> str:
     return value
 
 
+FilePath = Annotated[
+    StrictStr, Field(min_length=1, max_length=4096), AfterValidator(one_line)
+]
 Integer = Annotated[StrictInt, BeforeValidator(_as_int)]
 Name = Annotated[StrictStr, Field(max_length=64), AfterValidator(one_line)]
 
@@ -122,22 +125,22 @@ MAX_COORDINATE = 1e5
 Coordinate = Annotated[
     StrictFloat, within(-MAX_COORDINATE, MAX_COORDINATE, "m")
 ]
-Point = Annotated[tuple[Coordinate, Coordinate], BeforeValidator(_as_tuple)]
+Point = Annotated[tuple[Coordinate, Coordinate], BeforeValidator(as_tuple)]
 Points = Annotated[list[Point], BeforeValidator(_as_list)]
 Angle = Annotated[StrictFloat, within(-1e3, 1e3, "rad")]
 Pose = Annotated[
-    tuple[Coordinate, Coordinate, Angle], BeforeValidator(_as_tuple)
+    tuple[Coordinate, Coordinate, Angle], BeforeValidator(as_tuple)
 ]
 Speed = Annotated[StrictFloat, within(0, 10, "m/s")]
 PositiveSpeed = Annotated[StrictFloat, within(0, 10, "m/s", low_open=True)]
 Length = Annotated[StrictFloat, within(0, 1e5, "m")]
 PositiveLength = Annotated[StrictFloat, within(0, 1e5, "m", low_open=True)]
 BodyRadius = Annotated[StrictFloat, within(0, 5, "m", low_open=True)]
-BodyRadii = Annotated[tuple[BodyRadius, BodyRadius], BeforeValidator(_as_tuple)]
+BodyRadii = Annotated[tuple[BodyRadius, BodyRadius], BeforeValidator(as_tuple)]
 Rectangle = Annotated[
     tuple[Coordinate, Coordinate, Coordinate, Coordinate],
-    BeforeValidator(_as_tuple),
+    BeforeValidator(as_tuple),
 ]
 Size = Annotated[
-    tuple[PositiveLength, PositiveLength], BeforeValidator(_as_tuple)
+    tuple[PositiveLength, PositiveLength], BeforeValidator(as_tuple)
 ]

@@ -42,7 +42,7 @@ def scene_bounds(
     Walls, people and robot count, and where they go.
 
     Args:
-        world: The walls.
+        world: Walls and all else that stands there.
         humans: The people.
         robot: The robot.
         margin: How much to add on each side, in meters.
@@ -50,7 +50,10 @@ def scene_bounds(
     Returns:
         The rectangle; with nothing to show, 2 m around the origin.
     """
-    places = [(v, 0.0) for wall in world.walls for v in wall.vertices()]
+    ends = world.obstacles().segments.reshape(-1, 2)
+    places = []
+    if len(ends):
+        places = [(ends.min(axis=0), 0.0), (ends.max(axis=0), 0.0)]
     for human in humans:
         places += [(np.array(p[:2]), human.radius) for p in human.goals]
         places.append((np.array(human.pose[:2]), human.radius))

@@ -40,12 +40,17 @@ class TriangleMesh:
         )
 
     def to_obj(self) -> str:
-        """Returns the mesh in Wavefront OBJ form."""
-        lines = [f"v {_numbers(v, 4)}" for v in self.vertices.tolist()]
-        lines += [f"vn {_numbers(n, 2)}" for n in self.normals.tolist()]
+        """Returns the mesh in Wavefront OBJ form; what is equal stands once."""
+        v, corner = _unique(self.vertices.round(4))
+        n, normal = _unique(self.normals.round(2))
+        names = [
+            f"{a + 1}//{b + 1}" for a, b in zip(corner, normal, strict=True)
+        ]
+        lines = [f"v {_numbers(row)}" for row in v.tolist()]
+        lines += [f"vn {_numbers(row)}" for row in n.tolist()]
         lines += [
-            f"f {a}//{a} {b}//{b} {c}//{c}"
-            for a, b, c in (self.faces + 1).tolist()
+            f"f {names[a]} {names[b]} {names[c]}"
+            for a, b, c in self.faces.tolist()
         ]
         return "\n".join(lines) + "\n"
 
@@ -181,9 +186,16 @@ def triangulate(outline: ArrayLike) -> NDArray[np.int64]:
     return np.array(rows, dtype=np.int64)
 
 
-def _numbers(values: Sequence[float], digits: int) -> str:
+def _numbers(values: Sequence[float]) -> str:
     """Returns numbers as short text, because replays are made of it."""
-    return " ".join(f"{round(value, digits):.10g}" for value in values)
+    return " ".join(f"{value:z.10g}" for value in values)
+
+
+def _unique(rows: Array) -> tuple[Array, NDArray[np.int64]]:
+    """Returns the different rows, and which of them each row is."""
+    # (Adding 0 makes 0 of -0.)
+    found, which = np.unique(rows + 0.0, axis=0, return_inverse=True)
+    return found, which.ravel()
 
 
 def _smooth_normals(vertices: Array, faces: NDArray[np.int64]) -> Array:

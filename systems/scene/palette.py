@@ -59,6 +59,23 @@ _SHOES = Rgba(0.10, 0.10, 0.11)
 
 FLOOR = (Rgba(0.83, 0.82, 0.79), Rgba(0.77, 0.76, 0.73))
 WALL = Rgba(0.60, 0.65, 0.71)
+WALL_CUT = Rgba(0.38, 0.43, 0.50)
+
+# What the parts of the world are made of.
+MATERIALS = {
+    "wall": WALL,
+    "stone": Rgba(0.66, 0.66, 0.65),
+    "wood": Rgba(0.72, 0.58, 0.43),
+    "dark wood": Rgba(0.45, 0.35, 0.27),
+    "white": Rgba(0.90, 0.90, 0.88),
+    "dark": Rgba(0.24, 0.25, 0.28),
+    "metal": Rgba(0.52, 0.54, 0.56),
+    "fabric": Rgba(0.45, 0.50, 0.55),
+    "cushion": Rgba(0.62, 0.66, 0.66),
+    "card": Rgba(0.76, 0.66, 0.52),
+    "pot": Rgba(0.60, 0.46, 0.38),
+    "leaf": Rgba(0.42, 0.54, 0.38),
+}
 BODY_DISC = Rgba(0.1, 0.1, 0.12, 0.18)
 
 

@@ -26,7 +26,7 @@ from hunav_drake.systems.scene.scene_kinematics import SceneKinematics
 from hunav_drake.systems.scene.surroundings import (
     AddFloor,
     AddGoalMarks,
-    AddWalls,
+    AddWorld,
 )
 from hunav_drake.systems.world.shapes import World
 
@@ -115,7 +115,7 @@ def AddScene(
     plant.RegisterAsSourceForSceneGraph(scene_graph)
 
     AddFloor(plant, scene_bounds(world, humans, robot, margin=FLOOR_MARGIN))
-    AddWalls(plant, world.walls)
+    AddWorld(plant, world)
     AddGoalMarks(plant, humans, robot)
     human_names = figure_names(humans)
     joints = [

@@ -1,4 +1,4 @@
-"""Floor, walls and goal marks."""
+"""Floor, walls, furniture and goal marks."""
 
 from collections.abc import Sequence
 from functools import partial
@@ -6,17 +6,33 @@ import itertools
 import math
 
 import numpy as np
-from pydrake.geometry import Box as BoxShape, Cylinder
+from pydrake.geometry import Box as BoxShape, Cylinder, Rgba
 from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.multibody.plant import MultibodyPlant
 
+from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.model_files import AddModelFile
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.robot.robot_config import RobotConfig
 from hunav_drake.systems.scene.bounds import Bounds
-from hunav_drake.systems.scene.meshes import TriangleMesh, extrude, join, lay
-from hunav_drake.systems.scene.palette import FLOOR, ROBOT_ACCENT, TOPS, WALL
+from hunav_drake.systems.scene.meshes import (
+    TriangleMesh,
+    ellipsoid,
+    extrude,
+    join,
+    lay,
+)
+from hunav_drake.systems.scene.palette import (
+    FLOOR,
+    MATERIALS,
+    ROBOT_ACCENT,
+    TOPS,
+    WALL,
+    WALL_CUT,
+)
 from hunav_drake.systems.scene.visuals import AddVisual
-from hunav_drake.systems.world.shapes import Box, Wall
+from hunav_drake.systems.world.shapes import World
+from hunav_drake.systems.world.solids import Prism
 
 # Below the tiles is a slab, deep enough not to shine through, in meters.
 _SLAB_DEPTH = 0.01
@@ -28,6 +44,12 @@ POLYLINE_THICKNESS = 0.05
 # Floor tiles are 1 m long, or 10, 100, ... m in worlds where that would be
 # more than this along a side.
 _MAX_TILES = 100
+
+# What reaches higher than a door is drawn cut at this height, with a section
+# that is so thick, in meters.
+CUT_HEIGHT = 1.1
+_HIGHEST = 2.2
+_LID = 0.004
 
 Quad = list[tuple[float, float]]
 
@@ -65,20 +87,61 @@ def AddFloor(plant: MultibodyPlant, bounds: Bounds) -> None:
     AddVisual(plant, world, "floor", slab, FLOOR[1], X_WG)
 
 
-def AddWalls(plant: MultibodyPlant, walls: Sequence[Wall]) -> None:
-    """Adds the walls, as "wall_0", "wall_1", ... on the world body."""
+def AddWorld(plant: MultibodyPlant, world: World) -> None:
+    """Adds all that stands in a world, on the world body.
+
+    Walls are "wall_0", "wall_1", ...; furniture is "furniture_0_wood", ..., a
+    part for each material. Who watches sees what is higher than a door cut at
+    `CUT_HEIGHT`, with a dark section, to see into rooms; cameras see all.
+    Models of files look as these say.
+    """
+    for fixture in world.fixtures():
+        kind, *index = fixture.place
+        # Walls are told from furniture in the tree of the scene.
+        stem = "_".join(
+            [{"walls": "wall"}.get(str(kind), str(kind)), *map(str, index)]
+        )
+        parts: dict[str, list[Prism]] = {}
+        for solid in fixture.solids:
+            if isinstance(solid, Prism):
+                parts.setdefault(solid.material, []).append(solid)
+        for material, prisms in parts.items():
+            plain = kind == "walls"
+            name = stem if plain else f"{stem}_{material.replace(' ', '_')}"
+            _AddPrisms(plant, name, prisms, MATERIALS.get(material, WALL))
+    for model in world.models:
+        AddModelFile(plant, model.file, model.pose)
+
+
+def _AddPrisms(
+    plant: MultibodyPlant, name: str, prisms: Sequence[Prism], color: Rgba
+) -> None:
+    """Adds prisms as one geometry, or as two if they are drawn cut."""
     add = partial(AddVisual, plant, plant.world_body())
-    for i, wall in enumerate(walls):
-        if isinstance(wall, Box):
-            X_WG = RigidTransform(
-                RollPitchYaw(0, 0, wall.yaw), [*wall.center, wall.height / 2]
-            )
-            shape = BoxShape(*wall.size, wall.height)
-            add(f"wall_{i}", shape, WALL, X_WG)
-        else:
-            outlines = [wall.vertices()] if wall.solid else _strips(wall)
-            prisms = [extrude(o, 0.0, wall.height) for o in outlines]
-            add(f"wall_{i}", join(prisms), WALL)
+    whole = [p for p in prisms if p.high <= _HIGHEST]
+    high = [p for p in prisms if p.high > _HIGHEST]
+    if whole:
+        add(name, join([_mesh(p, p.low, p.high) for p in whole]), color)
+    if high:
+        cut = [_mesh(p, min(p.low, CUT_HEIGHT), CUT_HEIGHT) for p in high]
+        lid = [_mesh(p, CUT_HEIGHT, CUT_HEIGHT + _LID) for p in high]
+        full = [_mesh(p, p.low, p.high) for p in high]
+        add(name, join(cut), color, perceived=False)
+        add(f"{name}_cut", join(lid), WALL_CUT, perceived=False)
+        add(f"{name}_whole", join(full), color, shown=False)
+
+
+def _mesh(prism: Prism, low: float, high: float) -> TriangleMesh:
+    """Returns the part of a prism between two heights."""
+    if prism.material == "leaf":
+        x0, y0 = prism.outline.min(axis=0)
+        x1, y1 = prism.outline.max(axis=0)
+        center = [(x0 + x1) / 2, (y0 + y1) / 2, (low + high) / 2]
+        radii = [(x1 - x0) / 2, (y1 - y0) / 2, (high - low) / 2]
+        return ellipsoid(center, radii, sides=12)
+    if prism.closed:
+        return extrude(prism.outline, low, high)
+    return join([extrude(it, low, high) for it in _strips(prism.outline)])
 
 
 def AddGoalMarks(
@@ -114,11 +177,11 @@ def _cuts(low: float, high: float, tile: float) -> list[float]:
     return [low, *(k * tile for k in range(first, last + 1)), high]
 
 
-def _strips(wall: Wall) -> list[np.ndarray]:
+def _strips(line: Array) -> list[Array]:
     """Returns a rectangle around each segment, half a thickness longer."""
     half = POLYLINE_THICKNESS / 2
     strips = []
-    for p, q in itertools.pairwise(wall.vertices()):
+    for p, q in itertools.pairwise(line):
         length = np.linalg.norm(q - p)
         along = (q - p) / length if length > 0 else np.array([1.0, 0.0])
         across = np.array([-along[1], along[0]])

@@ -32,22 +32,29 @@ def AddVisual(
     X_BG: RigidTransform | None = None,
     *,
     perceived: bool = True,
+    shown: bool = True,
 ) -> None:
     """Adds visible geometry to a body B; it never collides.
 
-    Simulated cameras see it only if it is `perceived`.
+    Simulated cameras see it only if it is `perceived`, and who watches the
+    scene in Meshcat only if it is `shown`.
     """
     if isinstance(shape, TriangleMesh):
         shape = Mesh(MakeInMemoryMesh(shape, name))
     X_BG = X_BG or RigidTransform()
-    if perceived:
+    if perceived and shown:
         plant.RegisterVisualGeometry(body, X_BG, shape, name, color.rgba)
     else:
-        mark = GeometryInstance(X_BG, shape, name)
-        mark.set_illustration_properties(
-            MakePhongIllustrationProperties(color.rgba)
-        )
-        plant.RegisterVisualGeometry(body, mark)
+        instance = GeometryInstance(X_BG, shape, name)
+        if shown:
+            instance.set_illustration_properties(
+                MakePhongIllustrationProperties(color.rgba)
+            )
+        if perceived:
+            properties = PerceptionProperties()
+            properties.AddProperty("phong", "diffuse", color)
+            instance.set_perception_properties(properties)
+        plant.RegisterVisualGeometry(body, instance)
 
 
 def AddLabeledVisual(

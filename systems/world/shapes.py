@@ -1,6 +1,7 @@
 """The fixed world: walls and furniture, and the same as arrays of segments."""
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import field
 from typing import Annotated, ClassVar
 
@@ -13,13 +14,23 @@ from hunav_drake.systems.common.registry import Registry
 from hunav_drake.systems.common.schema import (
     CONFIG,
     Angle,
+    FilePath,
     Name,
     Point,
     Points,
+    Pose,
     PositiveLength,
     Size,
 )
+from hunav_drake.systems.world.furniture import FURNITURE, Furniture
 from hunav_drake.systems.world.obstacles import Obstacles
+from hunav_drake.systems.world.solids import Fixture, Prism
+
+# How high the eyes of people are, in meters.
+EYE_HEIGHT = 1.6
+
+# How high walls are, in meters.
+WALL_HEIGHT = 2.5
 
 
 @dataclass(kw_only=True, config=CONFIG)
@@ -32,8 +43,9 @@ class Wall(ABC):
     # What it is called in messages and in the scene.
     name: Name = ""
 
-    # How high it stands in the scene, in meters.
-    height: PositiveLength = 1.0
+    # How high it is, in meters: above 1.6 m it hides people. What is higher
+    # than people is drawn cut, so that one sees into rooms.
+    height: PositiveLength = WALL_HEIGHT
 
     @abstractmethod
     def vertices(self) -> Array:
@@ -41,6 +53,10 @@ class Wall(ABC):
 
         For a solid shape, the last joins the first.
         """
+
+    def solids(self) -> list[Prism]:
+        """Returns what it consists of: one upright prism."""
+        return [Prism(self.vertices(), 0.0, self.height, closed=self.solid)]
 
 
 WALLS = Registry("wall shape", Wall, tag="shape")
@@ -51,7 +67,7 @@ register_wall = WALLS.register
 @register_wall("box")
 @dataclass(kw_only=True, config=CONFIG)
 class Box(Wall):
-    """A solid rectangle: a wall with its thickness, a table, a shelf."""
+    """A solid rectangle: a wall with its thickness, a block, a box."""
 
     # The center, in meters.
     center: Point
@@ -99,6 +115,25 @@ class Polyline(Wall):
         return np.array(self.points, dtype=float)
 
 
+@dataclass(kw_only=True, config=CONFIG)
+class Model:
+    """Models of a file, read by Drake: SDF, URDF or model directives.
+
+    People and robots walk around its collision geometries between 0.05 and
+    1.8 m, each as its convex hull.
+    """
+
+    # What it is called in messages.
+    name: Name = ""
+
+    # The file: a path, which starts at the scenario file, or one in a package,
+    # as "package://hunav_drake/...".
+    file: FilePath
+
+    # Where it stands: (x, y, yaw) in W, in meters and radians.
+    pose: Pose = (0.0, 0.0, 0.0)
+
+
 @dataclass(kw_only=True, slots=True, config=CONFIG)
 class World:
     """Everything that does not move."""
@@ -107,9 +142,95 @@ class World:
     # walls, not one outline.
     walls: list[Annotated[Wall, WALLS]] = field(default_factory=list)
 
+    # Tables, chairs, shelves, ...: see docs/worlds.md.
+    furniture: list[Annotated[Furniture, FURNITURE]] = field(
+        default_factory=list
+    )
+
+    # The YAML file of a map of ROS 2's map_server: its occupied cells are
+    # walls of 2.5 m. A path starts at the scenario file.
+    map: FilePath | None = None
+
+    # What files of models bring along: racks, machines, a whole building.
+    models: list[Model] = field(default_factory=list)
+
+    def fixtures(self) -> list[Fixture]:
+        """Returns all that stands in the world, each with its place in it.
+
+        Raises:
+            WorldFileError: If the map or a model cannot be read.
+        """
+        return [
+            *(
+                Fixture(("walls", i), [it.vertices()], it.solid, it.solids())
+                for i, it in enumerate(self.walls)
+            ),
+            *(
+                Fixture(("furniture", i), it.footprints(), True, it.solids())
+                for i, it in enumerate(self.furniture)
+            ),
+            *_map_fixtures(self.map),
+            *(_model_fixture(i, it) for i, it in enumerate(self.models)),
+        ]
+
     def obstacles(self) -> Obstacles:
-        """Returns the walls as one set of arrays."""
-        return Obstacles.from_shapes(
-            [wall.vertices() for wall in self.walls],
-            solid=[wall.solid for wall in self.walls],
-        )
+        """Returns what one walks around: the footprints of everything."""
+        shapes = [
+            (outline, fixture.closed)
+            for fixture in self.fixtures()
+            for outline in fixture.footprints
+        ]
+        return _obstacles(shapes)
+
+    def obstacles_at(self, height: float) -> Obstacles:
+        """Returns what a horizontal plane cuts of everything.
+
+        At 0.2 m, say, it is the legs of a table, as a lidar meets them; one
+        part begins where another ends, and so the upper one counts there.
+
+        Args:
+            height: The height of the plane over the floor, in meters.
+        """
+        cuts = [
+            (outline, solid.closed)
+            for fixture in self.fixtures()
+            for solid in fixture.solids
+            if (outline := solid.cut(height)) is not None
+        ]
+        return _obstacles(cuts)
+
+    def sight_obstacles(self) -> Obstacles:
+        """Returns what people cannot see over or through.
+
+        It is what is at the height of their eyes, `EYE_HEIGHT`.
+        """
+        return self.obstacles_at(EYE_HEIGHT)
+
+
+def _map_fixtures(filename: str | None) -> list[Fixture]:
+    if filename is None:
+        return []
+    # Here, for most worlds do without the libraries that read images.
+    from hunav_drake.systems.world.maps.map_file import map_outlines
+
+    outlines = map_outlines(filename)
+    walls = [Prism(it, 0.0, WALL_HEIGHT) for it in outlines]
+    return [Fixture(("map",), outlines, True, walls)]
+
+
+def _model_fixture(index: int, model: Model) -> Fixture:
+    # Here, for most worlds do without Drake.
+    from hunav_drake.systems.world.models import footprint, model_hulls
+
+    hulls = model_hulls(model.file, model.pose)
+    footprints = [
+        outline for hull in hulls if (outline := footprint(hull)) is not None
+    ]
+    return Fixture(("models", index), footprints, True, hulls)
+
+
+def _obstacles(shapes: Sequence[tuple[Array, bool]]) -> Obstacles:
+    return Obstacles.from_shapes(
+        [outline for outline, _ in shapes],
+        solid=[closed for _, closed in shapes],
+    )

@@ -264,12 +264,19 @@ def _choice(x, y, legs, ways, clearance, vertices, walls):
     # One that is near is likely to be seen, and spares a look at many others.
     nearest = np.argmin(legs)
     shortest = math.inf
-    for i in range(-1, len(ways)):
-        v = nearest if i < 0 else i
-        if ways[v] < shortest and _sees_past(
+    if ways[nearest] < math.inf and _sees_past(
+        *(x, y, vertices[nearest, 0], vertices[nearest, 1]),
+        *(clearance, walls, hiders),
+    ):
+        shortest = ways[nearest]
+    # Of the others with shorter ways, the first in sight is the one.
+    shorter = np.flatnonzero(ways < shortest)
+    for v in shorter[np.argsort(ways[shorter])]:
+        if _sees_past(
             x, y, vertices[v, 0], vertices[v, 1], clearance, walls, hiders
         ):
             shortest = ways[v]
+            break
     choice = -1
     alike = np.flatnonzero(ways <= shortest + 1e3 * _SAME)
     for v in alike[np.argsort(ways[alike], kind="mergesort")]:

@@ -129,7 +129,7 @@ def _is_robot_visible(
         dx, dy = _offset(context, robot)
         if float(dx * dx + dy * dy) > distance * distance:
             continue
-        if occlusion and context.cast_ray(robot[X], robot[Y]) <= 1:
+        if occlusion and not context.sees(robot[X], robot[Y]):
             continue
         bearing = _bearing(context, robot, rounded_yaw=False)
         if abs(bearing) <= field_of_view / 2:

@@ -105,7 +105,7 @@ def is_robot_waiting(
     own[0] += 1
     if not steps_reach(own[0], context.person.time_step, seconds):
         return False
-    if occlusion and context.cast_ray(robot[X], robot[Y]) <= 1:
+    if occlusion and not context.sees(robot[X], robot[Y]):
         return False
     own[:] = _WAITING.values()
     context.notice(index)

@@ -36,7 +36,7 @@ def course(robot: Row) -> tuple[float, float]:
 def _is_clear(context: TickContext, index: int, occlusion: bool) -> bool:
     """Returns whether no wall hides a robot; always without `occlusion`."""
     robot = context.robots[index]
-    return not occlusion or context.cast_ray(robot[X], robot[Y]) > 1
+    return not occlusion or context.sees(robot[X], robot[Y])
 
 
 def _notice_nearest(

@@ -59,8 +59,9 @@ class Person:
         time_step: The time between two ticks, in seconds.
         commands: For each goal, and for none, the command to walk to it and
             do nothing else: see `layout.Command`.
-        walls: What the person cannot see through: `Obstacles.table`. None if
+        walls: What the person cannot walk through: `Obstacles.table`. None if
             there is nothing of the kind.
+        hiding: What the person cannot see through, likewise.
     """
 
     index: int
@@ -71,6 +72,7 @@ class Person:
     time_step: float
     commands: tuple[tuple[float, ...], ...]
     walls: Array | None = field(default=None, compare=False)
+    hiding: Array | None = field(default=None, compare=False)
 
     @classmethod
     def from_config(
@@ -81,6 +83,7 @@ class Person:
         id: int | None = None,
         time_step: float,
         obstacles: Obstacles | None = None,
+        sight_obstacles: Obstacles | None = None,
     ) -> Self:
         """Makes a person from a configuration.
 
@@ -90,8 +93,12 @@ class Person:
             id: The number of the person; by default that of the
                 configuration, else ``index + 1``.
             time_step: The time between two ticks, in seconds.
-            obstacles: What the person cannot see through; nothing by default.
+            obstacles: What the person cannot walk through; nothing by default.
+            sight_obstacles: What the person cannot see through; by default,
+                the obstacles.
         """
+        if sight_obstacles is None:
+            sight_obstacles = obstacles
         if id is None:
             id = index + 1 if human.id is None else human.id
         return cls(
@@ -105,6 +112,7 @@ class Person:
                 _default_command(human, goal) for goal in [*human.goals, None]
             ),
             walls=obstacles.table if obstacles else None,
+            hiding=sight_obstacles.table if sight_obstacles else None,
         )
 
 
@@ -204,10 +212,23 @@ class TickContext:
         """Sets the robot to react to, by its index in `robots`."""
         self._noticed = self.robots[index]
 
+    def sees(self, x: float, y: float) -> bool:
+        """Tells whether nothing hides a point from this person.
+
+        Args:
+            x: The x of the point in W, in meters.
+            y: The y of the point in W, in meters.
+        """
+        walls = self.person.hiding
+        if walls is None:
+            return True
+        part: float = ray_cast(self.state[X], self.state[Y], x, y, walls)
+        return part > 1
+
     def cast_ray(
         self, x: float, y: float, start: Sequence[float] | None = None
     ) -> float:
-        """Casts a ray to a point.
+        """Casts a ray to a point, along the floor: low things stop it too.
 
         Args:
             x: The x of the point in W, in meters.

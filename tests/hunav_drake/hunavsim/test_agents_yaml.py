@@ -2,16 +2,11 @@
 
 import dataclasses as dc
 
-from hypothesis import given, strategies as st
-from hypothesis.extra.numpy import arrays
 import numpy as np
-from PIL import Image
 import pytest
-import yaml
 
 from hunav_drake import RunTrial
 from hunav_drake.hunavsim.agents_yaml import ImportAgents
-from hunav_drake.hunavsim.map_server import read_map, rectangles
 from hunav_drake.scenario import (
     DifferentialDriveConfig,
     LoadScenario,
@@ -19,6 +14,8 @@ from hunav_drake.scenario import (
     ScenarioError,
 )
 from hunav_drake.systems.crowd import CrowdConfig
+from hunav_drake.systems.world.obstacles import inside
+from tests.maps import write_map
 
 AGENTS = """\
 hunav_loader:
@@ -156,87 +153,20 @@ def test_any_frequency_is_one_of_whole_steps(write, frequency):
     np.testing.assert_allclose(times, np.arange(4) * period, atol=1e-9)
 
 
-def write_map(folder, rows, **changes):
-    """Writes a map whose rows are texts, # for occupied, from the top."""
-    gray = {"#": 0, ".": 254, "?": 205}
-    image = np.array([[gray[it] for it in row] for row in rows], dtype=np.uint8)
-    Image.fromarray(image).save(folder / "cafe.pgm")
-    settings = {
-        "image": "cafe.pgm",
-        "resolution": 0.1,
-        "origin": [1.0, 2.0, 0.0],
-        "negate": 0,
-        "occupied_thresh": 0.65,
-        **changes,
-    }
-    (folder / "cafe.yaml").write_text(yaml.safe_dump(settings))
-    return folder / "cafe.yaml"
-
-
-def test_the_map_beside_the_file_becomes_walls(write, tmp_path):
-    write_map(tmp_path, ["....", "###?", "#..#"])
+def test_the_map_beside_the_file_is_that_of_the_world(write, tmp_path):
+    write_map(tmp_path, ["....", "###?", "#..#"], name="cafe")
     file = write(AGENTS)
-    walls = ImportAgents(file).world.walls
-    assert [(wall.center, wall.size) for wall in walls] == [
-        ((1.15, 2.15), (0.3, 0.1)),
-        ((1.05, 2.05), (0.1, 0.1)),
-        ((1.35, 2.05), (0.1, 0.1)),
-    ]
-    turned = write_map(tmp_path, ["#"], origin=[1.0, 2.0, np.pi / 2])
-    (wall,) = ImportAgents(file, map_filename=turned).world.walls
-    assert wall.center == (0.95, 2.05)
+    scenario = ImportAgents(file)
+    assert scenario.world.map == str(tmp_path / "cafe.yaml")
+    assert inside(scenario.world.obstacles(), [1.15, 2.15]).any()
+    assert LoadScenario(data=SaveScenario(scenario)) == scenario
+    other = write_map(tmp_path, ["#"], name="other")
+    assert ImportAgents(file, map_filename=other).world.map == str(other)
 
 
-@given(cells=arrays(bool, st.tuples(st.integers(1, 8), st.integers(1, 8))))
-def test_rectangles_cover_what_is_occupied_and_nothing_else(cells):
-    covered = np.zeros_like(cells)
-    gains = []
-    for left, low, right, high in rectangles(cells):
-        part = np.s_[low:high, left:right]
-        gains.append((~covered[part]).sum())
-        covered[part] = True
-    np.testing.assert_array_equal(covered, cells)
-    # Each is the largest that is left.
-    assert gains == sorted(gains, reverse=True)
-
-
-def test_a_map_of_16_bits_or_negated_is_read(tmp_path):
-    path = write_map(tmp_path, ["..#"])
-    deep = np.array([[65535, 65535, 0]], dtype=np.uint16)
-    Image.fromarray(deep).save(tmp_path / "cafe.pgm")
-    (wall,) = read_map(path)
-    assert wall.center == (1.25, 2.05)
-    write_map(tmp_path, ["##."], negate=1)
-    assert read_map(path) == [wall]
-
-
-def test_a_square_room_is_four_walls():
-    room = np.ones((20, 30), dtype=bool)
-    room[2:-2, 2:-2] = False
-    assert len(list(rectangles(room))) == 4
-
-
-def test_the_original_maps(reference):
-    for name in ("bookstore", "map_cafe2", "small_house", "small_warehouse"):
-        assert 100 < len(read_map(reference / f"hunav/{name}.yaml")) < 310
-
-
-@pytest.mark.parametrize(
-    ("changes", "words"),
-    [
-        ({"image": "none.pgm"}, r"none.pgm: No such file"),
-        ({"image": "cafe.yaml"}, "is no image"),
-        ({"image": 5}, "image must be the name"),
-        ({"image": "a\0b"}, "null"),
-        ({"resolution": 0.0}, r"resolution must be in \(0, 10\] m"),
-        ({"resolution": "fine"}, "resolution must be a number"),
-        ({"origin": [1]}, "origin must be"),
-        ({"origin": [1, float("nan"), 0]}, "origin must be"),
-    ],
-)
-def test_a_faulty_map_is_told(write, tmp_path, changes, words):
-    write_map(tmp_path, ["#"], **changes)
-    with pytest.raises(ScenarioError, match=f"3: map: .*{words}"):
+def test_a_faulty_map_is_told(write, tmp_path):
+    write_map(tmp_path, ["#"], name="cafe", image="none.pgm")
+    with pytest.raises(ScenarioError, match=r"3: map: .*none\.pgm: No such"):
         ImportAgents(write(AGENTS))
 
 

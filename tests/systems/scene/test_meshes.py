@@ -98,12 +98,26 @@ def test_tiles_face_upwards():
 def test_obj_text_says_what_the_mesh_is():
     dut = extrude(L_SHAPE, 0, 1)
     rows = [line.split() for line in dut.to_obj().splitlines()]
-    vertices = [[float(x) for x in r[1:]] for r in rows if r[0] == "v"]
-    faces = [
-        [int(x.split("//")[0]) for x in r[1:]] for r in rows if r[0] == "f"
-    ]
-    np.testing.assert_allclose(vertices, dut.vertices, atol=1e-4)
-    np.testing.assert_array_equal(np.array(faces) - 1, dut.faces)
+    vertices, normals = (
+        np.array([[float(x) for x in r[1:]] for r in rows if r[0] == key])
+        for key in ("v", "vn")
+    )
+    faces = np.array(
+        [
+            [[int(i) - 1 for i in x.split("//")] for x in r[1:]]
+            for r in rows
+            if r[0] == "f"
+        ]
+    )
+    assert len(faces) == len(dut.faces)
+    np.testing.assert_allclose(
+        vertices[faces[..., 0]], dut.vertices[dut.faces], atol=1e-4
+    )
+    np.testing.assert_allclose(
+        normals[faces[..., 1]], dut.normals[dut.faces], atol=1e-2
+    )
+    # What is equal stands once: 6 corners, below and above; 6 directions.
+    assert (len(vertices), len(normals)) == (12, 6)
 
 
 @given(

@@ -2,7 +2,7 @@ import subprocess
 import sys
 
 import numpy as np
-from pydrake.geometry import Box as BoxShape, GeometrySet, Mesh, Role
+from pydrake.geometry import GeometrySet, Mesh, Role
 from pydrake.math import RigidTransform
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
@@ -13,6 +13,7 @@ from hunav_drake.systems.robot import DifferentialDriveConfig
 from hunav_drake.systems.scene import AddScene, SceneKinematics, scene_bounds
 from hunav_drake.systems.scene.gait import FIGURE_SIZE, SHIN, THIGH
 from hunav_drake.systems.scene.scene import frame_period
+from hunav_drake.systems.world.furniture import Shelf
 from hunav_drake.systems.world.shapes import Box, Polygon, Polyline, World
 
 STATES = np.array(
@@ -240,10 +241,11 @@ def test_walls_stand_where_the_world_says():
     box, polygon, line = (dut.geometry(f"wall_{i}") for i in range(3))
     inspector = dut.inspector
 
-    X_WG = inspector.GetPoseInFrame(box)
-    assert isinstance(inspector.GetShape(box), BoxShape)
-    np.testing.assert_allclose(inspector.GetShape(box).size(), [4, 0.5, 2])
-    assert_pose(X_WG, 2.0, 1.0, 0.3, z=1.0)
+    p = mesh_vertices(inspector.GetShape(box))
+    c, s = np.cos(0.3), np.sin(0.3)
+    own = (p[:, :2] - [2.0, 1.0]) @ [[c, -s], [s, c]]
+    np.testing.assert_allclose(np.abs(own), [[2, 0.25]] * len(p), atol=1e-4)
+    assert set(p[:, 2]) == {0.0, 2.0}
 
     p = mesh_vertices(inspector.GetShape(polygon))
     corners = {tuple(v) for v in p}
@@ -254,6 +256,32 @@ def test_walls_stand_where_the_world_says():
     p = mesh_vertices(inspector.GetShape(line))
     np.testing.assert_allclose(p.min(axis=0), [-5.025, -0.025, 0])
     np.testing.assert_allclose(p.max(axis=0), [-1.975, 4.025, 1.5])
+
+
+def test_high_walls_are_shown_cut_but_whole_for_cameras():
+    wall = Box(center=(0.0, 0.0), size=(4.0, 0.2))
+    dut = Trial(World(walls=[wall], furniture=[Shelf(center=(0, 1))]))
+    assert wall.height > 2.2
+    inspector = dut.inspector
+
+    def tops(role):
+        ids = inspector.GetGeometryIds(
+            GeometrySet(inspector.world_frame_id()), role
+        )
+        return {
+            inspector.GetName(it): mesh_vertices(inspector.GetShape(it))[
+                :, 2
+            ].max()
+            for it in ids
+            if inspector.GetName(it).startswith(("wall", "furniture"))
+        }
+
+    shown, perceived = tops(Role.kIllustration), tops(Role.kPerception)
+    assert max(z for name, z in shown.items() if "wall" in name) < 1.2
+    assert max(z for name, z in perceived.items() if "wall" in name) == 2.5
+    # What is no higher than a door is the same for both.
+    wood = "furniture_0_dark_wood"
+    assert shown[wood] == perceived[wood] == 1.8
 
 
 def test_the_floor_reaches_under_everything():

@@ -1,0 +1,114 @@
+"""What all kinds of furniture have, and the parts that they are made of."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from typing import Annotated
+
+import numpy as np
+from pydantic import BeforeValidator, StrictFloat
+from pydantic.dataclasses import dataclass
+
+from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.registry import Registry
+from hunav_drake.systems.common.schema import (
+    CONFIG,
+    Angle,
+    Name,
+    Point,
+    as_tuple,
+    within,
+)
+from hunav_drake.systems.world.solids import Prism, rectangle, turned
+
+Extent = Annotated[StrictFloat, within(0.02, 100, "m")]
+Extents = Annotated[tuple[Extent, Extent], BeforeValidator(as_tuple)]
+Height = Annotated[StrictFloat, within(0.02, 100, "m")]
+Load = Annotated[StrictFloat, within(0, 100, "m")]
+
+# An upright piece in the frame of the furniture: outline, low, high, material.
+Piece = tuple[Array, float, float, str]
+
+
+@dataclass(kw_only=True, config=CONFIG)
+class Furniture(ABC):
+    """What all kinds of furniture have.
+
+    In its own frame, whose origin is at `center`, furniture that has a front
+    faces along +x.
+    """
+
+    # What it is called in messages and in the scene.
+    name: Name = ""
+
+    # The middle of its footprint, in meters.
+    center: Point
+
+    # The rotation about the vertical, in radians. At 0, what has a front (a
+    # seat, the side of a desk where one sits) faces along +x.
+    yaw: Angle = 0.0
+
+    # The full extents along its own x and y, in meters.
+    size: Extents = (0.5, 0.5)
+
+    # How high it is, in meters.
+    height: Height = 1.0
+
+    @abstractmethod
+    def pieces(self) -> Sequence[Piece]:
+        """Returns what it consists of, in its own frame, in meters."""
+
+    def outlines(self) -> Sequence[Array]:
+        """Returns its footprints in its own frame, each (k, 2), in meters."""
+        x, y = np.array(self.size) / 2
+        return [rectangle(-x, -y, x, y)]
+
+    def footprints(self) -> list[Array]:
+        """Returns what one walks around, each (k, 2) in W, in meters."""
+        pose = (*self.center, self.yaw)
+        return [turned(outline, pose) for outline in self.outlines()]
+
+    def solids(self) -> list[Prism]:
+        """Returns what it consists of, in W."""
+        pose = (*self.center, self.yaw)
+        half = np.array(self.size) / 2
+        result = []
+        for outline, low, high, material in self.pieces():
+            # Where furniture is too small for a part, that is cut off.
+            inner = np.clip(outline, -1.1 * half, 1.1 * half)
+            low = max(low, 0.0)
+            if np.ptp(inner, axis=0).min() > 0 and low < high:
+                result.append(Prism(turned(inner, pose), low, high, material))
+        return result
+
+
+FURNITURE = Registry("kind of furniture", Furniture, tag="kind")
+
+register_furniture = FURNITURE.register
+
+
+def block(
+    box: tuple[float, float, float, float],
+    heights: tuple[float, float],
+    material: str,
+) -> Piece:
+    """Returns a box: (x0, y0, x1, y1), (low, high), in meters."""
+    # Where furniture is too small for a part, its sides change places.
+    (x0, x1), (y0, y1) = sorted(box[::2]), sorted(box[1::2])
+    return rectangle(x0, y0, x1, y1), *heights, material
+
+
+def legs(
+    size: tuple[float, float], top: float, material: str, width: float = 0.05
+) -> list[Piece]:
+    """Returns four legs in the corners of a rectangle."""
+    w = min(width, *(extent / 3 for extent in size))
+    x, y = (extent / 2 - 0.6 * w for extent in size)
+    return [
+        block(
+            (a * x - w / 2, b * y - w / 2, a * x + w / 2, b * y + w / 2),
+            (0.0, top),
+            material,
+        )
+        for a in (-1, 1)
+        for b in (-1, 1)
+    ]

@@ -1,0 +1,1 @@
+"""Maps of cells, as robots make them, and the walls in them."""

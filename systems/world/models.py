@@ -1,0 +1,148 @@
+"""What models of files are for walkers: their collision geometry, cut.
+
+Drake reads the models. Each collision geometry counts as its convex hull, as
+it does in Drake's contacts of meshes.
+"""
+
+import functools
+import os
+
+import numpy as np
+from pydrake.geometry import (
+    Box,
+    Capsule,
+    Cylinder,
+    Ellipsoid,
+    HalfSpace,
+    Role,
+    SceneGraph,
+    Shape,
+    Sphere,
+)
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.systems.framework import DiagramBuilder
+
+from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.model_files import AddModelFile
+from hunav_drake.systems.world.solids import (
+    Hull,
+    WorldFileError,
+    disc,
+    rectangle,
+)
+
+# Between these heights something is in the way of who walks, in meters.
+WALKING_HEIGHTS = (0.05, 1.8)
+
+# The circles that stand for what is round from top to bottom.
+_RINGS = 9
+
+
+def model_hulls(
+    filename: str, pose: tuple[float, float, float]
+) -> tuple[Hull, ...]:
+    """Returns the convex hulls of a file's collision geometries, in W.
+
+    They are kept for the files read last, as long as these do not change.
+
+    Args:
+        filename: See `AddModelFile`.
+        pose: Where the models stand, (x, y, yaw).
+
+    Raises:
+        WorldFileError: If the file cannot be read, or has no collision
+            geometry.
+    """
+    try:
+        stamp = os.stat(filename).st_mtime_ns
+    except (OSError, ValueError):
+        stamp = 0
+    return _model_hulls(filename, pose, stamp)
+
+
+def footprint(hull: Hull) -> Array | None:
+    """Returns what a walker meets of a hull; None if it is over or under."""
+    return hull.slice(*WALKING_HEIGHTS)
+
+
+@functools.lru_cache(maxsize=64)
+def _model_hulls(
+    filename: str, pose: tuple[float, float, float], stamp: int
+) -> tuple[Hull, ...]:
+    builder = DiagramBuilder()
+    scene_graph = builder.AddSystem(SceneGraph())
+    plant = builder.AddSystem(MultibodyPlant(time_step=0.0))
+    plant.RegisterAsSourceForSceneGraph(scene_graph)
+    builder.Connect(
+        plant.get_geometry_pose_output_port(),
+        scene_graph.get_source_pose_port(plant.get_source_id()),
+    )
+    try:
+        AddModelFile(plant, filename, pose)
+        plant.Finalize()
+    except (ValueError, RuntimeError) as error:
+        raise WorldFileError(str(error)) from error
+    diagram = builder.Build()
+    context = diagram.CreateDefaultContext()
+    query = scene_graph.get_query_output_port().Eval(
+        scene_graph.GetMyContextFromRoot(context)
+    )
+    inspector = query.inspector()
+    hulls = []
+    for geometry in inspector.GetAllGeometryIds(Role.kProximity):
+        shape = inspector.GetShape(geometry)
+        if isinstance(shape, HalfSpace):
+            # A floor without end.
+            continue
+        try:
+            points = _points(shape)
+        except RuntimeError as error:
+            line = " ".join(str(error).split())
+            raise WorldFileError(f"{filename}: {line:.300}") from error
+        X_WG = query.GetPoseInWorld(geometry)
+        hulls.append(Hull((X_WG @ points.T).T))
+    if not hulls:
+        raise WorldFileError(
+            f"{filename}: must have collision geometry, which people and robots"
+            " walk around"
+        )
+    return tuple(hulls)
+
+
+def _points(shape: Shape) -> Array:
+    """Returns points (k, 3) in G of which a geometry is the convex hull."""
+    if isinstance(shape, Box):
+        x, y, z = shape.size() / 2
+        return _stack(
+            [(-z, rectangle(-x, -y, x, y)), (z, rectangle(-x, -y, x, y))]
+        )
+    if isinstance(shape, Cylinder):
+        z, ring = shape.length() / 2, disc(0, 0, shape.radius())
+        return _stack([(-z, ring), (z, ring)])
+    if isinstance(shape, Sphere | Capsule | Ellipsoid):
+        half = 0.0
+        if isinstance(shape, Ellipsoid):
+            radii = np.array([shape.a(), shape.b(), shape.c()])
+        else:
+            radii = np.full(3, shape.radius())
+            half = shape.length() / 2 if isinstance(shape, Capsule) else 0.0
+        ball = _stack(
+            [
+                (np.sin(angle), disc(0, 0, max(np.cos(angle), 1e-9)))
+                for angle in np.linspace(-np.pi / 2, np.pi / 2, _RINGS)
+            ]
+        )
+        return np.vstack(
+            [ball * radii + [0, 0, end] for end in sorted({-half, half})]
+        )
+    surface = shape.GetConvexHull()
+    return np.array(
+        [surface.vertex(i) for i in range(surface.num_vertices())]
+    ).reshape(-1, 3)
+
+
+def _stack(rings: list[tuple[float, Array]]) -> Array:
+    """Returns rings (k, 2), each at its height, as points."""
+    return np.vstack(
+        [np.column_stack([ring, np.full(len(ring), z)]) for z, ring in rings]
+    )

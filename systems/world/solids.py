@@ -1,0 +1,142 @@
+"""Bodies of the fixed world in three dimensions, and horizontal cuts of them.
+
+Whatever stands in a world is a few solids. What people walk around, what a
+lidar at some height meets and what hides others all follow from them.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+import shapely
+
+from hunav_drake.systems.common.arrays import Array
+
+# The corners of what is round.
+_SIDES = 16
+
+
+class WorldFileError(ValueError):
+    """A file that a world names cannot be read; the text says why."""
+
+
+class Solid(Protocol):
+    """Something with a place and a height."""
+
+    @property
+    def closed(self) -> bool:
+        """Whether its cuts enclose an inside; those of a thin wall do not."""
+        ...
+
+    def cut(self, height: float) -> Array | None:
+        """Returns what a horizontal plane cuts of it; None if nothing.
+
+        Args:
+            height: The height of the plane over the floor, in meters.
+
+        Returns:
+            The outline, shape (k, 2) in W, in meters.
+        """
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class Prism:
+    """An upright solid: the same outline at all heights.
+
+    Attributes:
+        outline: Shape (k, 2) in W, in meters; the last joins the first if it
+            is closed.
+        low: The height where it begins, in meters.
+        high: The height where it ends, in meters; it is not part of it.
+        material: What it is made of, which gives it its color.
+        closed: Whether the outline encloses an inside.
+    """
+
+    outline: Array
+    low: float
+    high: float
+    material: str = "wall"
+    closed: bool = True
+
+    def cut(self, height: float) -> Array | None:
+        """Returns the outline if the height is in [low, high)."""
+        return self.outline if self.low <= height < self.high else None
+
+
+@dataclass(frozen=True, eq=False)
+class Hull:
+    """The convex hull of points (k, 3) in W, in meters."""
+
+    points: Array
+    closed: bool = True
+
+    def cut(self, height: float) -> Array | None:
+        """Returns the convex polygon that a plane cuts of it."""
+        return self.slice(height, height)
+
+    def slice(self, low: float, high: float) -> Array | None:
+        """Returns the outline of the part between two heights, from above.
+
+        It is None if there is no such part, or if it has no area.
+        """
+        p = self.points
+        z = p[:, 2]
+        found = [p[(low <= z) & (z <= high), :2]]
+        for plane in {low, high}:
+            below, above = p[z < plane], p[z > plane]
+            # The hull meets a plane within the hull of where the lines between
+            # the points of both sides do.
+            a, b = below[:, None], above[None]
+            part = (plane - a[..., 2]) / (b[..., 2] - a[..., 2])
+            crossing = a[..., :2] + part[..., None] * (b - a)[..., :2]
+            found.append(crossing.reshape(-1, 2))
+        hull = shapely.convex_hull(shapely.multipoints(np.vstack(found)))
+        if hull.geom_type != "Polygon":
+            return None
+        outline: Array = shapely.get_coordinates(hull.exterior)[:-1]
+        # Counter-clockwise, as the outlines of all solids are.
+        return outline if hull.exterior.is_ccw else outline[::-1]
+
+
+class Fixture(NamedTuple):
+    """One thing that stands in the world.
+
+    Attributes:
+        place: Where the world says it, as ("walls", 3).
+        footprints: The outlines that people and robots walk around, each
+            (k, 2) in W, in meters.
+        closed: Whether the footprints enclose an inside.
+        solids: What it consists of.
+    """
+
+    place: tuple[str | int, ...]
+    footprints: Sequence[Array]
+    closed: bool
+    solids: Sequence[Solid]
+
+
+def rectangle(x0: float, y0: float, x1: float, y1: float) -> Array:
+    """Returns the corners (4, 2) of a rectangle, counter-clockwise."""
+    return np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]], dtype=float)
+
+
+def disc(x: float, y: float, radius: float) -> Array:
+    """Returns a regular polygon (16, 2) with the area of a disc."""
+    angles = (np.arange(_SIDES) + 0.5) * (2 * np.pi / _SIDES)
+    step = 2 * np.pi / _SIDES
+    outer = radius * np.sqrt(step / np.sin(step))
+    result: Array = np.array([x, y]) + outer * np.column_stack(
+        [np.cos(angles), np.sin(angles)]
+    )
+    return result
+
+
+def turned(points: ArrayLike, pose: tuple[float, float, float]) -> Array:
+    """Returns points (k, 2) of a frame with the pose (x, y, yaw), in W."""
+    x, y, yaw = pose
+    c, s = np.cos(yaw), np.sin(yaw)
+    result: Array = np.array([x, y]) + np.asarray(points) @ [[c, s], [-s, c]]
+    return result

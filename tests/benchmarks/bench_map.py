@@ -1,0 +1,99 @@
+"""What a map of map_server costs as a world, made as a robot makes it."""
+
+from pathlib import Path
+import tempfile
+import time
+
+import numpy as np
+from PIL import Image
+import shapely
+import yaml
+
+from hunav_drake import LoadScenario, MakeTrialDiagram, MakeTrialSimulator
+from hunav_drake.scenario.population import draw_people
+from tests.benchmarks.house import SIZE, house
+
+RESOLUTION = 0.05
+PEOPLE = 12
+DURATION = 60.0
+
+
+def write_house(folder: Path, segments: int) -> Path:
+    """Writes a house with furniture as a map, and a scenario with people."""
+    obstacles = house(segments)
+    columns, rows = (round((it + 1) / RESOLUTION) for it in SIZE)
+    grid = np.zeros((rows, columns), dtype=bool)
+    x = (np.arange(columns) + 0.5) * RESOLUTION - 0.5
+    y = (np.arange(rows) + 0.5) * RESOLUTION - 0.5
+    xs, ys = np.meshgrid(x, y)
+    for k, solid in enumerate(obstacles.solid):
+        lo, hi = obstacles.first[k : k + 2]
+        ring = obstacles.segments[lo:hi, :2]
+        if solid:
+            grid |= shapely.contains_xy(shapely.Polygon(ring), xs, ys)
+        else:
+            # The outlines of walls: those inside others are rooms.
+            grid ^= shapely.contains_xy(shapely.Polygon(ring), xs, ys)
+    image = np.where(grid, 0, 254).astype(np.uint8)[::-1]
+    Image.fromarray(image).save(folder / "house.pgm")
+    settings = {
+        "image": "house.pgm",
+        "resolution": RESOLUTION,
+        "origin": [-0.5, -0.5, 0.0],
+        "negate": 0,
+        "occupied_thresh": 0.65,
+        "free_thresh": 0.25,
+    }
+    (folder / "house.yaml").write_text(yaml.safe_dump(settings))
+    everywhere = {"rectangle": [0.5, 0.5, SIZE[0] - 0.5, SIZE[1] - 0.5]}
+    scenario = {
+        "world": {"map": "house.yaml"},
+        "population": {
+            "cohorts": [
+                {
+                    "number": PEOPLE,
+                    "start": [everywhere],
+                    "goals": [everywhere] * 4,
+                    "cyclic": True,
+                }
+            ]
+        },
+        "robot": {"start": [-20.0, 0.0, 0.0]},
+        "simulation": {"duration": DURATION},
+    }
+    (folder / "scenario.yaml").write_text(yaml.safe_dump(scenario))
+    return folder / "scenario.yaml"
+
+
+def main() -> None:
+    """Prints the times, of the processor: one thread does all."""
+    # What is compiled or read once does not count. A small room to compare:
+    MakeTrialSimulator(MakeTrialDiagram(LoadScenario(filename="cafe")))
+    diagram = MakeTrialDiagram(LoadScenario(filename="cafe"))
+    started = time.process_time()
+    MakeTrialSimulator(diagram).AdvanceTo(DURATION)
+    cafe = DURATION / (time.process_time() - started)
+    print(f"cafe, 5 people: {cafe:.0f} times faster than real time")
+    for segments in (1500, 8000):
+        with tempfile.TemporaryDirectory() as folder:
+            file = write_house(Path(folder), segments)
+            started = time.process_time()
+            scenario = LoadScenario(filename=file)
+            checked = time.process_time()
+            diagram = MakeTrialDiagram(scenario)
+            built = time.process_time()
+            simulator = MakeTrialSimulator(diagram)
+            simulator.AdvanceTo(DURATION)
+            ran = time.process_time()
+            people = len(draw_people(scenario))
+            print(
+                f"{len(scenario.world.obstacles().segments):5} segments,"
+                f" {len(scenario.world.obstacles()):4} polygons: checked in"
+                f" {checked - started:.2f} s, built in"
+                f" {built - checked:.2f} s; {people} people run"
+                f" {DURATION / (ran - built):.0f} times faster than real time"
+            )
+
+
+if __name__ == "__main__":
+    main()
