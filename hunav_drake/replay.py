@@ -25,12 +25,16 @@ from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.files import atomic_write
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.robot.robot_config import RobotConfig
-from hunav_drake.systems.scene.bounds import Bounds, scene_bounds
+from hunav_drake.systems.scene.bounds import (
+    Bounds,
+    overview_rotation,
+    scene_bounds,
+    view_axes,
+)
 from hunav_drake.systems.world.shapes import World
 
-# The camera: a long lens from high enough that walls of 1 m hide little.
+# The camera: a long lens.
 _FIELD_OF_VIEW = math.radians(32.0)
-_ELEVATION = math.radians(48.0)
 
 # The width of the window by its height, as most are; what does not fit into a
 # narrower one is cut off at the sides.
@@ -113,7 +117,7 @@ def SetLight(meshcat: Meshcat, bounds: Bounds) -> None:
     center = np.array([*bounds.center, 0.0])
     reach = math.hypot(*bounds.size) / 2 + 2.0
     distance = 5.0 * reach
-    right, ahead = _view_axes(bounds)
+    right, ahead = view_axes(bounds)
     to_light = np.array(_LIGHT_FROM) @ [right, ahead, [0.0, 0.0, 1.0]]
     position = center + distance * to_light / np.linalg.norm(to_light)
 
@@ -197,10 +201,8 @@ def camera_pose(bounds: Bounds, aspect: float = _ASPECT) -> tuple[Array, Array]:
     to the height of a person, inside the picture.
     """
     # Camera axes in W: to the right, up in the picture, and backwards.
-    right, ahead = _view_axes(bounds)
-    s, c = math.sin(_ELEVATION), math.cos(_ELEVATION)
-    up = s * ahead + c * np.array([0.0, 0.0, 1.0])
-    back = -c * ahead + s * np.array([0.0, 0.0, 1.0])
+    right, up, back = overview_rotation(bounds).matrix().T
+    _, ahead = view_axes(bounds)
     xs, ys = (bounds.x_min, bounds.x_max), (bounds.y_min, bounds.y_max)
     corners = np.array([*itertools.product(xs, ys, (0.0, _HEIGHT))])
     tan_up = math.tan(_FIELD_OF_VIEW / 2)
@@ -219,10 +221,3 @@ def camera_pose(bounds: Bounds, aspect: float = _ASPECT) -> tuple[Array, Array]:
         height = (p_TQ @ up) / (distance - p_TQ @ back)
         p_WT = p_WT + ahead * distance * (height.max() + height.min()) / 2
     return p_WT + distance * back, p_WT
-
-
-def _view_axes(bounds: Bounds) -> tuple[Array, Array]:
-    """Returns the directions to the right and ahead of the camera, in W."""
-    width, depth = bounds.size
-    right = np.array([1.0, 0.0, 0.0] if width >= depth else [0.0, 1.0, 0.0])
-    return right, np.array([-right[1], right[0], 0.0])

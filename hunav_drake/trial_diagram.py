@@ -97,6 +97,7 @@ def MakeTrialDiagram(
         robot_config,
         time_step=time_step,
         meshcat=meshcat,
+        config=scenario.scene,
     )
 
     robot_state = robot.GetOutputPort("robot_state")
@@ -133,6 +134,14 @@ def MakeTrialDiagram(
         ("query", scene.query_object),
     ):
         builder.ExportOutput(port, name)
+    # What is drawn besides, where anything is: see `SceneConfig`.
+    for name, port in (
+        ("behavior_status", humans.behavior_status),
+        ("forces", humans.forces),
+        ("planner_path", planner.GetOutputPort("path")),
+    ):
+        if scene.system.HasInputPort(name):
+            builder.Connect(port, scene.system.GetInputPort(name))
     if scenario.evaluator.start == "by_trigger":
         builder.ExportInput(evaluator.GetInputPort("trigger"), "trigger")
     diagram = builder.Build()
