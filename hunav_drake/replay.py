@@ -13,6 +13,7 @@ A run is recorded by the visualizer of the scene:
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from importlib.resources import files
 import itertools
 import math
 import os
@@ -34,7 +35,7 @@ from hunav_drake.systems.scene.bounds import (
 from hunav_drake.systems.world.shapes import World
 
 # The camera: a long lens.
-_FIELD_OF_VIEW = math.radians(32.0)
+FIELD_OF_VIEW = math.radians(32.0)
 
 # The width of the window by its height, as most are; what does not fit into a
 # narrower one is cut off at the sides.
@@ -45,8 +46,11 @@ _ASPECT = 1.5
 _MARGIN = 0.3
 _HEIGHT = 1.8
 
+# What is seen around the places of people and robot, in meters.
+_AROUND = 2.5
+
 # Where the light comes from as seen from the camera: left, behind it, above.
-_LIGHT_FROM = (-0.45, -0.55, 1.0)
+LIGHT_FROM = (-0.45, -0.55, 1.0)
 
 
 def StartMeshcatLocal(port: int | None = None) -> Meshcat:
@@ -66,7 +70,7 @@ def SetView(
     *,
     aspect: float = _ASPECT,
 ) -> None:
-    """Sets camera, light and background so that all of a world is well seen.
+    """Sets camera, light and background so that what happens is well seen.
 
     The view is kept in a replay file.
 
@@ -77,9 +81,9 @@ def SetView(
         robot: The robot, if there is one.
         aspect: The width of the window by its height.
     """
-    bounds = scene_bounds(world, humans, robot, margin=_MARGIN)
+    bounds = view_bounds(world, humans, robot)
     SetCamera(meshcat, bounds, aspect=aspect)
-    SetLight(meshcat, bounds)
+    SetLight(meshcat, scene_bounds(world, humans, robot, margin=_MARGIN))
     meshcat.SetProperty("/Background", "top_color", [0.97, 0.975, 0.98])
     meshcat.SetProperty("/Background", "bottom_color", [0.90, 0.91, 0.925])
     for clutter in ("/Grid", "/Axes"):
@@ -97,7 +101,7 @@ def SetCamera(
     distance = float(np.linalg.norm(p_WC - p_WT))
     meshcat.SetCamera(
         Meshcat.PerspectiveCamera(
-            fov=math.degrees(_FIELD_OF_VIEW),
+            fov=math.degrees(FIELD_OF_VIEW),
             aspect=aspect,
             # Near and far planes close to the scene, because the depth buffer
             # has to tell marks on the floor from the floor.
@@ -118,7 +122,7 @@ def SetLight(meshcat: Meshcat, bounds: Bounds) -> None:
     reach = math.hypot(*bounds.size) / 2 + 2.0
     distance = 5.0 * reach
     right, ahead = view_axes(bounds)
-    to_light = np.array(_LIGHT_FROM) @ [right, ahead, [0.0, 0.0, 1.0]]
+    to_light = np.array(LIGHT_FROM) @ [right, ahead, [0.0, 0.0, 1.0]]
     position = center + distance * to_light / np.linalg.norm(to_light)
 
     for lamp in ("PointLightNegativeX", "PointLightPositiveX"):
@@ -177,8 +181,9 @@ def RecordReplay(
 def SaveReplay(meshcat: Meshcat, filename: str | os.PathLike[str]) -> Path:
     """Writes what a Meshcat shows, with its recording, as one web page.
 
-    The page needs neither a server nor a network. It is complete or absent:
-    an interrupted write leaves what was there before.
+    The page needs neither a server nor a network. It has check boxes for the
+    overlays, views to choose, and pause, restart, speed and time. It is
+    complete or absent: an interrupted write leaves what was there before.
 
     Args:
         meshcat: What to save.
@@ -189,9 +194,35 @@ def SaveReplay(meshcat: Meshcat, filename: str | os.PathLike[str]) -> Path:
     """
     path = Path(filename).resolve()
     html = meshcat.StaticHtml()
+    panel = (files("hunav_drake.views") / "panel.html").read_text("utf-8")
+    # The last: an end of a body may be quoted in a script before.
+    before, after = html.rsplit("</body>", 1)
+    html = f"{before}{panel}</body>{after}"
     with atomic_write(path) as file:
         file.write(html.encode())
     return path
+
+
+def view_bounds(
+    world: World,
+    humans: Sequence[HumanConfig] = (),
+    robot: RobotConfig | None = None,
+) -> Bounds:
+    """Returns what of a world is to be seen: where people and robot will be.
+
+    That is where they start and go and some meters around, as far as there is
+    anything; without people and robot, everything.
+    """
+    whole = scene_bounds(world, humans, robot, margin=_MARGIN)
+    if not humans and robot is None:
+        return whole
+    part = scene_bounds(World(), humans, robot, margin=_AROUND)
+    return Bounds(
+        max(whole.x_min, part.x_min),
+        max(whole.y_min, part.y_min),
+        min(whole.x_max, part.x_max),
+        min(whole.y_max, part.y_max),
+    )
 
 
 def camera_pose(bounds: Bounds, aspect: float = _ASPECT) -> tuple[Array, Array]:
@@ -205,7 +236,7 @@ def camera_pose(bounds: Bounds, aspect: float = _ASPECT) -> tuple[Array, Array]:
     _, ahead = view_axes(bounds)
     xs, ys = (bounds.x_min, bounds.x_max), (bounds.y_min, bounds.y_max)
     corners = np.array([*itertools.product(xs, ys, (0.0, _HEIGHT))])
-    tan_up = math.tan(_FIELD_OF_VIEW / 2)
+    tan_up = math.tan(FIELD_OF_VIEW / 2)
     tan_right = aspect * tan_up
     p_WT = np.array([*bounds.center, 0.0])
     # What is nearer looks larger: move the target along the floor until there

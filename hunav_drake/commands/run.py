@@ -26,6 +26,7 @@ from hunav_drake.commands.options import (
 
 if TYPE_CHECKING:
     from hunav_drake.results.trial_result import TrialResult
+    from hunav_drake.scenario import Scenario
 
 
 def add_run_command(commands: Any) -> None:
@@ -123,7 +124,7 @@ def _run(options: argparse.Namespace) -> int:
         rate = result.end_time / elapsed
         print(f"\nTook {elapsed:.2f} s, {rate:.0f} times real time")
     if options.out is not None:
-        _keep(result, options, meshcat if replay else None)
+        _keep(result, scenario, options, meshcat if replay else None)
     if options.meshcat and sys.stdin.isatty():
         input("Press Enter to close the view. ")
     completed = result.end_reason == "goal" or scenario.robot.goal is None
@@ -131,18 +132,28 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _keep(
-    result: "TrialResult", options: argparse.Namespace, meshcat: Any
+    result: "TrialResult",
+    scenario: "Scenario",
+    options: argparse.Namespace,
+    meshcat: Any,
 ) -> None:
     """Writes the files of a run; Meshcat holds the recorded replay."""
     from hunav_drake.report.writing import WriteReport
     from hunav_drake.results.files import WriteResult
     from hunav_drake.results.settings import setting_text
+    from hunav_drake.scenario import SaveScenario
 
     label = options.label
     setting = setting_text(options.overrides) if label is None else label
     result = dataclasses.replace(result, setting=setting)
 
+    seeded = dataclasses.replace(
+        scenario.simulation, seed=int(result.provenance["seed"])
+    )
+    scenario = dataclasses.replace(scenario, simulation=seeded)
+
     def add_pages(folder: Path) -> None:
+        SaveScenario(scenario, folder / "scenario.yaml")
         replay = None
         if meshcat is not None:
             from hunav_drake.replay import SaveReplay

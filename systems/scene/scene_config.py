@@ -38,6 +38,9 @@ SHOWN: tuple[Overlay, ...] = (
     "clock",
 )
 
+# What recordings of trials do not hold, and films of them do not show.
+NOT_RECORDED: tuple[Overlay, ...] = ("plan", "forces", "scan")
+
 # The edges of the intimate, personal and social space, in meters.
 PROXEMIC_RADII = (0.45, 1.2, 3.6)
 

@@ -150,14 +150,14 @@ class Board:
         ):
             self._DrawPerson(i, human, name)
         for walker in self.walkers:
-            radius = 0.045 if walker.row < 0 else 0.035
+            radius = 0.07 if walker.row < 0 else 0.06
             color = (
                 ROBOT_ACCENT if walker.row < 0 else TOPS[walker.row % len(TOPS)]
             )
             for k in range(WALKED_DOTS):
                 self._AddDot(self.Walked(walker, k), radius, color)
         for k in range(PLAN_DOTS if self._robot is not None else 0):
-            self._AddDot(self.Plan(k), 0.03, PLAN)
+            self._AddDot(self.Plan(k), 0.045, PLAN)
         for k in range(num_scan_dots):
             self._AddDot(self.Scan(k), 0.025, SCAN)
         # Nothing to see: it tells the page of a replay that there is a clock.

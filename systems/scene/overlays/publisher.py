@@ -197,7 +197,10 @@ class OverlayPublisher(LeafSystem):
                 place = [row[X], row[Y], WALKED_Z]
             # In a recording it lies there, and has shrunk away just before the
             # next one takes its place.
-            for when, scale in ((last, _SMALL), (time, _FULL)):
+            keys = [(last, _SMALL), (time, _FULL)]
+            if count and count < WALKED_DOTS:
+                keys.insert(0, (time - self._period, _SMALL))
+            for when, scale in keys:
                 meshcat.SetProperty(path, "position", place, when)
                 meshcat.SetProperty(path, "scale", scale, when)
             if not live:
@@ -254,9 +257,13 @@ class OverlayPublisher(LeafSystem):
         if self._path is None or not self._path.HasValue(context):
             return
         path = np.asarray(self._path.Eval(context), dtype=float)
-        for k, place in enumerate(spread(path, PLAN_DOTS)):
+        places = np.full((PLAN_DOTS, 3), HIDDEN_Z)
+        if len(path):
+            places[:, :2] = spread(path, PLAN_DOTS)
+            places[:, 2] = PLAN_Z
+        for k, place in enumerate(places):
             self._board.meshcat.SetProperty(
-                self._board.Plan(k), "position", [*place, PLAN_Z], time
+                self._board.Plan(k), "position", place, time
             )
 
     def _PublishScan(
@@ -304,15 +311,12 @@ def spread(path: Array, count: int) -> Array:
     """Returns points at equal distances along a path.
 
     Args:
-        path: Shape (k, 2) or more columns, rows (x, y, ...).
+        path: Shape (k, 2) or more columns, rows (x, y, ...); k > 0.
         count: How many points.
 
     Returns:
-        Shape (count, 2), from the first to the last point of the path; no rows
-        if the path has none.
+        Shape (count, 2), from the first to the last point of the path.
     """
-    if not len(path):
-        return np.zeros((0, 2))
     points = path[:, :2]
     steps = np.hypot(*np.diff(points, axis=0).T)
     along = np.concatenate([[0.0], np.cumsum(steps)])
