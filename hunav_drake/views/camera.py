@@ -19,7 +19,7 @@ View = Literal["perspective", "top", "follow", "plot"]
 VIEWS: tuple[View, ...] = get_args(View)
 
 # How far the camera is from the robot that it follows, in meters.
-_FOLLOW_DISTANCE = 11.0
+FOLLOW_DISTANCE = 11.0
 
 
 @dataclass(frozen=True)
@@ -101,7 +101,7 @@ def follow_camera(
     """
     R_WC = _optical(bounds)
     target = np.array([robot[0], robot[1], 0.4])
-    return Camera(_posed(R_WC, target - _FOLLOW_DISTANCE * R_WC[:, 2]), size)
+    return Camera(_posed(R_WC, target - FOLLOW_DISTANCE * R_WC[:, 2]), size)
 
 
 def _optical(bounds: Bounds) -> Array:

@@ -15,8 +15,10 @@ from hunav_drake.systems.scene.palette import REACTION, ROBOT_ACCENT, TOPS
 
 SUFFIXES = (".gif", ".mp4", ".png")
 
-# The colors of a GIF.
-_COLORS = 160
+# The colors of a GIF, 256 at most: so many of its first frame, and each color
+# of shirts and signs as bright as this.
+_COLORS = 176
+_SHADES = (1.0, 0.7, 0.42)
 
 # The quality of a film: less is better, and larger.
 _RATE_FACTOR = "21"
@@ -108,14 +110,15 @@ def _palette(picture: Image.Image) -> Image.Image:
 
     One palette for all keeps still what does not move.
     """
-    colors = [*TOPS, ROBOT_ACCENT, REACTION]
-    board = Image.new("RGB", (picture.width, picture.height + 8 * len(colors)))
-    board.paste(picture, (0, 0))
-    for i, color in enumerate(colors):
-        rgb = tuple(round(255 * c) for c in (color.r(), color.g(), color.b()))
-        top = picture.height + 8 * i
-        board.paste(rgb, (0, top, picture.width, top + 8))
-    return board.quantize(_COLORS, method=Image.Quantize.MEDIANCUT)
+    own = picture.quantize(_COLORS, method=Image.Quantize.MEDIANCUT)
+    values = (own.getpalette() or [])[: 3 * _COLORS]
+    for color in (*TOPS, ROBOT_ACCENT, REACTION):
+        for shade in _SHADES:
+            rgb = (color.r(), color.g(), color.b())
+            values += [round(255 * shade * c) for c in rgb]
+    palette = Image.new("P", (1, 1))
+    palette.putpalette(values)
+    return palette
 
 
 def _write_mp4(

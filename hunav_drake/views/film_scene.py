@@ -179,34 +179,32 @@ class FilmScene:
 def _MakeRenderer(bounds: Bounds, shadows: bool) -> Any:
     right, ahead = view_axes(bounds)
     axes = np.array([right, ahead, [0.0, 0.0, 1.0]])
-    lights = [
+    sun = LightParameter(
+        type="directional",
+        frame="world",
+        direction=-np.array(LIGHT_FROM) @ axes,
+        intensity=_SUN,
+    )
+    middle = np.array([*bounds.center, 0.5])
+    # Lamps, unlike suns, throw no shadows.
+    lamps = [
         LightParameter(
-            type="directional",
+            type="point",
             frame=frame,
-            direction=direction,
+            position=position,
+            attenuation_values=[1.0, 0.0, 0.0],
             intensity=intensity,
         )
-        for frame, direction, intensity in (
-            ("world", -np.array(LIGHT_FROM) @ axes, _SUN),
-            ("camera", np.array([0.0, 0.0, 1.0]), _LAMP),
+        for frame, position, intensity in (
+            ("camera", np.zeros(3), _LAMP),
+            ("world", middle - _FAR * right, _SIDES),
+            ("world", middle + _FAR * right, _SIDES),
         )
     ]
-    # Lamps, unlike suns, throw no shadows.
-    for side in (-1.0, 1.0):
-        place = [*bounds.center, 0.5] + side * _FAR * right
-        lights.append(
-            LightParameter(
-                type="point",
-                frame="world",
-                position=place,
-                attenuation_values=[1.0, 0.0, 0.0],
-                intensity=_SIDES,
-            )
-        )
     return MakeRenderEngineVtk(
         RenderEngineVtkParams(
             default_clear_color=_BACKGROUND,
-            lights=lights,
+            lights=[sun, *lamps],
             cast_shadows=shadows,
             shadow_map_size=2048,
         )

@@ -132,7 +132,7 @@ def AddScene(
     AddFloor(plant, scene_bounds(world, humans, robot, margin=FLOOR_MARGIN))
     AddWalls(plant, world.walls)
     AddGoalMarks(plant, humans, robot)
-    human_names = _instance_names(humans)
+    human_names = figure_names(humans)
     joints = [
         AddHumanBody(
             plant,
@@ -242,8 +242,8 @@ def _positions(joints: Sequence[Joint]) -> NDArray[np.int64]:
     )
 
 
-def _instance_names(humans: Sequence[HumanConfig]) -> tuple[str, ...]:
-    """Returns a valid and unique name for each person."""
+def figure_names(humans: Sequence[HumanConfig]) -> tuple[str, ...]:
+    """Returns a valid and unique name for the figure of each person."""
     taken = {"robot", "WorldModelInstance", "DefaultModelInstance"}
     names = []
     for i, human in enumerate(humans):
