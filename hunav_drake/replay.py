@@ -11,13 +11,16 @@ A run is recorded by the visualizer of the scene:
     SaveReplay(meshcat, "replay.html")
 """
 
+import base64
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+import gzip
 from importlib.resources import files
 import itertools
 import math
 import os
 from pathlib import Path
+import re
 
 import numpy as np
 from pydrake.geometry import Meshcat, MeshcatParams, MeshcatVisualizer
@@ -182,8 +185,9 @@ def SaveReplay(meshcat: Meshcat, filename: str | os.PathLike[str]) -> Path:
     """Writes what a Meshcat shows, with its recording, as one web page.
 
     The page needs neither a server nor a network. It has check boxes for the
-    overlays, views to choose, and pause, restart, speed and time. It is
-    complete or absent: an interrupted write leaves what was there before.
+    overlays, views to choose, and pause, restart, speed and time. It unpacks
+    itself in any browser of the last years. It is complete or absent: an
+    interrupted write leaves what was there before.
 
     Args:
         meshcat: What to save.
@@ -193,14 +197,32 @@ def SaveReplay(meshcat: Meshcat, filename: str | os.PathLike[str]) -> Path:
         The absolute path of the file.
     """
     path = Path(filename).resolve()
-    html = meshcat.StaticHtml()
-    panel = (files("hunav_drake.views") / "panel.html").read_text("utf-8")
-    # The last: an end of a body may be quoted in a script before.
-    before, after = html.rsplit("</body>", 1)
-    html = f"{before}{panel}</body>{after}"
+    page = with_panel(meshcat.StaticHtml())
+    # What moves is told in many words: packed, a page is a fifth as large.
+    packed = base64.b64encode(gzip.compress(page.encode(), 6, mtime=0))
+    loader = _part("packed.html")
+    before, after = loader.split("PACKED_PAGE")
+    html = before + packed.decode() + after
     with atomic_write(path) as file:
         file.write(html.encode())
     return path
+
+
+def with_panel(html: str) -> str:
+    """Returns a page of Meshcat with the controls of a replay."""
+    # The last: an end of a body may be quoted in a script before.
+    before, after = html.rsplit("</body>", 1)
+    return f"{before}{_part('panel.html')}</body>{after}"
+
+
+def unpacked(html: str) -> str:
+    """Returns the page that a replay, the text of its file, unpacks."""
+    (packed,) = re.findall(r'id="packed">([A-Za-z0-9+/=]+)<', html)
+    return gzip.decompress(base64.b64decode(packed)).decode()
+
+
+def _part(name: str) -> str:
+    return (files("hunav_drake.views") / name).read_text("utf-8")
 
 
 def view_bounds(

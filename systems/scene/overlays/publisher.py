@@ -250,7 +250,9 @@ class OverlayPublisher(LeafSystem):
                 turn = angle - humans[i, YAW]
                 if not math.isfinite(turn):
                     continue
-                meshcat.SetTransform(path, upright(0.0, 0.0, turn), time)
+                c, s = math.cos(turn / 2), math.sin(turn / 2)
+                quaternion = [0.0, 0.0, s, c]
+                meshcat.SetProperty(path, "quaternion", quaternion, time)
                 meshcat.SetProperty(path, "scale", [length, 1.0, 1.0], time)
 
     def _PublishPath(self, context: Context, time: float) -> None:

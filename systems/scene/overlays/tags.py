@@ -8,11 +8,11 @@ from pydrake.common import MemoryFile
 from pydrake.geometry import InMemoryMesh, Mesh
 
 # The height of a board, and how far its middle is above the floor, in meters.
-TAG_HEIGHT = 0.22
-TAG_Z = 1.95
+TAG_HEIGHT = 0.26
+TAG_Z = 1.97
 
 # The size of letters in the picture of a board, in pixels.
-_LETTERS = 34
+_LETTERS = 28
 
 # Letters, and the board behind them: of who goes about the day, and of who
 # reacts to the robot.
