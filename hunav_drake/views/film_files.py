@@ -112,9 +112,13 @@ def _palette(pictures: list[Image.Image]) -> Image.Image:
 
     One palette for all keeps still what does not move.
     """
-    # Each third pixel of each third line, without mixing them.
-    thin = [np.asarray(picture)[::3, ::3] for picture in pictures]
-    board = Image.fromarray(np.concatenate(thin))
+    thin = [
+        np.asarray(picture)[::3, ::3].reshape(-1, 3) for picture in pictures
+    ]
+    colors, counts = np.unique(np.concatenate(thin), axis=0, return_counts=True)
+    # The floor is most of a picture, and must not take most colors.
+    weighed = np.repeat(colors, np.ceil(counts**0.4).astype(int), axis=0)
+    board = Image.fromarray(weighed[None])
     own = board.quantize(_COLORS, method=Image.Quantize.MEDIANCUT)
     values = (own.getpalette() or [])[: 3 * _COLORS]
     for color in (*TOPS, ROBOT_ACCENT, REACTION):

@@ -112,8 +112,7 @@ def AddHumanBody(
         return hanging
 
     base = plant.AddRigidBody("base", instance)
-    height = _DISC_Z + _DISC_STEP * (level % _DISC_LEVELS)
-    flat = disc(radius, height)
+    flat = disc(radius, disc_height(level))
     AddVisual(plant, base, "disc", flat, BODY_DISC, perceived=False)
 
     trunk = plant.AddRigidBody("trunk", instance)
@@ -157,6 +156,11 @@ def AddHumanBody(
             AddPart(arm, "sleeve", human_parts.Sleeve(), clothes.top)
             AddPart(arm, "hand", human_parts.Hand(), clothes.skin)
     return joints
+
+
+def disc_height(level: int) -> float:
+    """Returns how high the disc of a person lies: see `AddHumanBody`, in m."""
+    return _DISC_Z + _DISC_STEP * (level % _DISC_LEVELS)
 
 
 def _tilted(pitch: float) -> RigidTransform:
