@@ -103,9 +103,10 @@ class LiveControls:
             return False
         begin, at = self._begin
         ahead = (seconds - begin) / speed - (time.monotonic() - at)
-        if ahead > 0:
-            time.sleep(min(ahead, _POLL))
-            return ahead <= _POLL
+        if ahead > _POLL:
+            time.sleep(_POLL)
+            return False
+        time.sleep(max(ahead, 0.0))
         if ahead < -_LATE:
             # Too slow for real time: no race to catch up afterwards.
             self._Pace(seconds)
