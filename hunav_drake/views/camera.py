@@ -106,7 +106,8 @@ def follow_camera(
 
 def _optical(bounds: Bounds) -> Array:
     """Returns right, down and ahead of the overview, as columns."""
-    return overview_rotation(bounds).matrix() @ np.diag([1.0, -1.0, -1.0])
+    R_WC: Array = overview_rotation(bounds).matrix()
+    return R_WC * [1.0, -1.0, -1.0]
 
 
 def _posed(R_WC: Array, p_WC: Array | list[float]) -> RigidTransform:

@@ -58,7 +58,7 @@ class FilmOverlays:
         """Returns a picture with the overlays on it."""
         picture = Image.fromarray(shot.image)
         floor = _FloorLayer(shot)
-        reacts = self._Reacts(shot.time)
+        reacts = self._trial.Reacts(shot.time)
         self._DrawDiscs(floor, shot, reacts)
         if "goals" in self._shown:
             self._DrawGoals(floor)
@@ -72,11 +72,6 @@ class FilmOverlays:
         if "clock" in self._shown:
             _DrawClock(picture, shot.time)
         return picture
-
-    def _Reacts(self, time: float) -> Array:
-        recording = self._trial.recording
-        k = np.searchsorted(recording.times, time + 1e-9, side="right") - 1
-        return np.asarray(recording.behavior_status[max(int(k), 0)] != 0)
 
     def _DrawDiscs(
         self, floor: "_FloorLayer", shot: Shot, reacts: Array

@@ -65,6 +65,7 @@ class LiveControls:
         self._clicks: dict[str, int] = {}
         self._view = 0
         self._speed = 1.0
+        self._told = math.nan
         meshcat.AddButton(PAUSE, "Space")
         meshcat.AddButton(RESTART, "KeyR")
         meshcat.AddButton(VIEW, "KeyV")
@@ -120,7 +121,6 @@ class LiveControls:
     def _Pace(self, seconds: float) -> None:
         """Keeps pace from a time of the trial on, which is now."""
         self._begin = (seconds, time.monotonic())
-        self._told = math.nan
 
     def _Obey(self, context: Context) -> None:
         """Does what the buttons say."""
@@ -156,7 +156,7 @@ class LiveControls:
 
     def _Clicked(self, button: str) -> bool:
         """Returns whether a button was clicked since this was last asked."""
-        clicks = self._meshcat.GetButtonClicks(button)
+        clicks: int = self._meshcat.GetButtonClicks(button)
         before = self._clicks.get(button, 0)
         self._clicks[button] = clicks
         return clicks > before

@@ -67,7 +67,7 @@ class PlanView:
             self._DrawGoals()
         if "walked" in self._shown:
             self._DrawWalked(time)
-        reacts = self._Reacts(time)
+        reacts = self._trial.Reacts(time)
         for i, row in enumerate(humans):
             if not math.isnan(row[X]):
                 self._DrawPerson(i, row, bool(reacts[i]))
@@ -86,11 +86,6 @@ class PlanView:
         return Image.fromarray(np.asarray(self._canvas.buffer_rgba())).convert(
             "RGB"
         )
-
-    def _Reacts(self, time: float) -> np.ndarray:
-        recording = self._trial.recording
-        k = np.searchsorted(recording.times, time + 1e-9, side="right") - 1
-        return np.asarray(recording.behavior_status[max(int(k), 0)] != 0)
 
     def _DrawGoals(self) -> None:
         for i, human in enumerate(self._trial.humans):

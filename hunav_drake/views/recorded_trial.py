@@ -9,14 +9,14 @@ from hunav_drake.recordings.readers import ReadRecording
 from hunav_drake.results.run_folders import RUNS, find_runs
 from hunav_drake.scenario import LoadScenario, ScenarioError
 from hunav_drake.scenario.population import draw_people
-from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.arrays import Array, Mask
 from hunav_drake.systems.common.layout import RADIUS, STATE_SIZE, YAW, X, Y
 from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.robot import DifferentialDriveConfig
 from hunav_drake.systems.robot.robot_config import RobotConfig
 from hunav_drake.systems.scene.scene_config import SceneConfig
-from hunav_drake.systems.world.shapes import Polygon, Polyline, World
+from hunav_drake.systems.world.shapes import Polygon, Polyline, Wall, World
 
 # What the files of a run are called.
 RECORDING, SCENARIO = "recording.npz", "scenario.yaml"
@@ -39,6 +39,14 @@ class RecordedTrial:
     humans: list[HumanConfig]
     robot: RobotConfig
     scene: SceneConfig
+
+    def Reacts(self, time: float) -> Mask:
+        """Returns who reacts to the robot at an instant (s), shape (n,)."""
+        times, status = self.recording.times, self.recording.behavior_status
+        k = int(np.searchsorted(times, time + 1e-9, side="right")) - 1
+        if status is None:
+            return np.zeros(self.recording.num_humans, dtype=np.bool_)
+        return np.asarray(status[max(k, 0)] != 0)
 
     @property
     def duration(self) -> float:
@@ -139,7 +147,7 @@ def _recording_file(folder: Path) -> Path:
 
 def _world_of(recording: Recording) -> World:
     obstacles = recording.obstacles
-    walls: list[Polygon | Polyline] = []
+    walls: list[Wall] = []
     for i in range(len(obstacles)):
         rows = obstacles.segments[obstacles.first[i] : obstacles.first[i + 1]]
         if not len(rows):
@@ -165,7 +173,7 @@ def _people_of(recording: Recording) -> list[HumanConfig]:
             HumanConfig(
                 name=recording.human_names[i],
                 id=recording.human_ids[i],
-                pose=[float(v) for v in row[: YAW + 1]],
+                pose=_pose(row),
                 goals=[(float(x), float(y))],
                 radius=radius,
                 behavior=recording.behaviors[i],
@@ -178,7 +186,11 @@ def _robot_of(recording: Recording) -> RobotConfig:
     first = recording.robot[0]
     goal = recording.goal
     return DifferentialDriveConfig(
-        start=tuple(float(v) for v in first[: YAW + 1]),
-        goal=None if goal is None else tuple(float(v) for v in goal),
+        start=_pose(first),
+        goal=goal,
         radius=float(np.clip(first[RADIUS], 0.05, 2.0)),
     )
+
+
+def _pose(state: Array) -> tuple[float, float, float]:
+    return float(state[X]), float(state[Y]), float(state[YAW])

@@ -1,9 +1,10 @@
 """What it costs to show a trial: CPU time, and the size of replays."""
 
-import dataclasses
 from pathlib import Path
 import tempfile
 import time
+
+from pydrake.geometry import Meshcat
 
 from hunav_drake import MakeTrialDiagram, MakeTrialSimulator
 from hunav_drake.replay import (
@@ -13,6 +14,7 @@ from hunav_drake.replay import (
     StartMeshcatLocal,
 )
 from hunav_drake.scenario import LoadScenario, Scenario, draw_people
+from hunav_drake.systems.scene import SceneKinematics
 from hunav_drake.views.film import FilmConfig, RenderFilm
 
 DURATION = 60.0
@@ -40,17 +42,13 @@ def room(number: int) -> Scenario:
 
 
 def cpu_of_run(
-    scenario: Scenario, *, shown: bool, overlays: bool = True
+    scenario: Scenario, meshcat: Meshcat | None, *, recorded: bool = False
 ) -> tuple[float, int]:
     """Returns the CPU seconds of a run, and the bytes of its replay, if any."""
-    meshcat = StartMeshcatLocal() if shown else None
-    if not overlays:
-        scene = dataclasses.replace(scenario.scene, overlays=[])
-        scenario = dataclasses.replace(scenario, scene=scene)
     diagram = MakeTrialDiagram(scenario, meshcat)
     simulator = MakeTrialSimulator(diagram)
     simulator.Initialize()
-    if meshcat is None:
+    if meshcat is None or not recorded:
         started = time.process_time()
         simulator.AdvanceTo(DURATION)
         return time.process_time() - started, 0
@@ -64,6 +62,16 @@ def cpu_of_run(
     with tempfile.TemporaryDirectory() as folder:
         page = SaveReplay(meshcat, Path(folder) / "replay.html")
         return spent, page.stat().st_size
+
+
+def cpu_without_scene(scenario: Scenario) -> float:
+    """Returns the CPU seconds of a run whose scene does nothing."""
+    advance = SceneKinematics._Advance
+    SceneKinematics._Advance = lambda self, context, state: None
+    try:
+        return cpu_of_run(scenario, None)[0]
+    finally:
+        SceneKinematics._Advance = advance
 
 
 def cpu_of_film(size: tuple[int, int], *, shadows: bool) -> float:
@@ -84,12 +92,16 @@ def main() -> None:
     print("a minute of a trial, CPU time:")
     for number in (10, 20):
         scenario = room(number)
-        plain, _ = cpu_of_run(scenario, shown=False)
-        told, size = cpu_of_run(scenario, shown=True)
+        meshcat = StartMeshcatLocal()
+        bare = cpu_without_scene(scenario)
+        plain, _ = cpu_of_run(scenario, None)
+        unseen, _ = cpu_of_run(scenario, meshcat)
+        told, size = cpu_of_run(scenario, meshcat, recorded=True)
         print(
-            f"  {number} people: {plain:.2f} s; recorded for a replay"
-            f" {told:.2f} s ({DURATION / told:.0f} times real time),"
-            f" {size / 1e6:.1f} MB"
+            f"  {number} people: without scene {bare:.2f} s, with it"
+            f" {plain:.2f} s, with a Meshcat that nobody looks at"
+            f" {unseen:.2f} s, recorded for a replay {told:.2f} s"
+            f" ({DURATION / told:.0f} times real time), {size / 1e6:.1f} MB"
         )
     print("a picture of a film, CPU time:")
     for size in ((640, 360), (1280, 720)):

@@ -271,7 +271,8 @@ class OverlayPublisher(LeafSystem):
     def _PublishScan(
         self, context: Context, time: float, robot: Array | None
     ) -> None:
-        if self._scan is None or not self._scan.HasValue(context):
+        angles = self._angles
+        if angles is None or not self._scan.HasValue(context):
             return
         ranges = self._scan.Eval(context)
         dots = min(MAX_SCAN_DOTS, len(ranges))
@@ -279,7 +280,7 @@ class OverlayPublisher(LeafSystem):
         for k, i in enumerate(rays):
             place = [0.0, 0.0, HIDDEN_Z]
             if robot is not None and math.isfinite(ranges[i]):
-                angle = robot[YAW] + self._angles[i]
+                angle = robot[YAW] + angles[i]
                 x = robot[X] + ranges[i] * math.cos(angle)
                 y = robot[Y] + ranges[i] * math.sin(angle)
                 place = [x, y, SCAN_Z]
@@ -295,16 +296,14 @@ def upright(x: float, y: float, yaw: float) -> RigidTransform:
 
 def _kinds_of_forces(row: Array) -> tuple[Array, Array, Array]:
     """Returns what draws to the goal, pushes from people, and from walls."""
-    people = sum(
-        row[i : i + 2]
-        for i in (
-            SOCIAL_FORCE,
-            GAZE_FORCE,
-            COHERENCE_FORCE,
-            GROUP_REPULSION_FORCE,
-            ROBOT_REPULSION_FORCE,
-        )
+    of_people = (
+        SOCIAL_FORCE,
+        GAZE_FORCE,
+        COHERENCE_FORCE,
+        GROUP_REPULSION_FORCE,
+        ROBOT_REPULSION_FORCE,
     )
+    people = np.sum([row[i : i + 2] for i in of_people], axis=0)
     goal = row[GOAL_FORCE : GOAL_FORCE + 2]
     return goal, people, row[OBSTACLE_FORCE : OBSTACLE_FORCE + 2]
 
