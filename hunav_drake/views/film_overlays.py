@@ -7,7 +7,7 @@ import numpy as np
 from PIL import Image, ImageDraw
 from pydrake.geometry import Rgba
 
-from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.arrays import Array, Mask
 from hunav_drake.systems.common.layout import RADIUS, VX, VY, X, Y
 from hunav_drake.systems.scene.meshes import circle
 from hunav_drake.systems.scene.overlays.tags import TAG_Z, tag_picture, tag_text
@@ -74,7 +74,7 @@ class FilmOverlays:
         return picture
 
     def _DrawDiscs(
-        self, floor: "_FloorLayer", shot: Shot, reacts: Array
+        self, floor: "_FloorLayer", shot: Shot, reacts: Mask
     ) -> None:
         sign = "reactions" in self._shown
         for row, react in zip(shot.humans, reacts, strict=True):
@@ -131,7 +131,7 @@ class FilmOverlays:
                 floor.Line(places[k], places[k + 1], _WALKED_WIDTH, faded)
 
     def _DrawNames(
-        self, picture: Image.Image, shot: Shot, reacts: Array
+        self, picture: Image.Image, shot: Shot, reacts: Mask
     ) -> None:
         humans = shot.humans
         if not len(humans):

@@ -271,10 +271,10 @@ class OverlayPublisher(LeafSystem):
     def _PublishScan(
         self, context: Context, time: float, robot: Array | None
     ) -> None:
-        angles = self._angles
-        if angles is None or not self._scan.HasValue(context):
+        angles, port = self._angles, self._scan
+        if angles is None or port is None or not port.HasValue(context):
             return
-        ranges = self._scan.Eval(context)
+        ranges = port.Eval(context)
         dots = min(MAX_SCAN_DOTS, len(ranges))
         rays = np.linspace(0, len(ranges) - 1, dots).round().astype(int)
         for k, i in enumerate(rays):
