@@ -15,7 +15,7 @@ from hunav_drake.systems.common.layout import X, Y
 from hunav_drake.systems.scene.bounds import view_axes
 from hunav_drake.systems.scene.overlays.board import Board
 from hunav_drake.systems.scene.scene import figure_names
-from hunav_drake.systems.scene.scene_config import OVERLAYS, Overlay
+from hunav_drake.systems.scene.scene_config import OVERLAYS
 from hunav_drake.views.camera import FOLLOW_DISTANCE
 
 # The controls in the page.
@@ -72,7 +72,14 @@ class LiveControls:
         meshcat.AddSlider(SPEED, 0.25, 8.0, 0.25, self._speed)
         duration = scenario.simulation.duration
         meshcat.AddSlider(CLOCK, 0.0, duration, 0.1, 0.0)
-        for overlay in _switched():
+        # The clock has a slider; and a scan takes a lidar.
+        scans = diagram.GetSubsystemByName("scene").HasInputPort("scan")
+        self._switched = [
+            overlay
+            for overlay in OVERLAYS
+            if overlay != "clock" and (overlay != "scan" or scans)
+        ]
+        for overlay in self._switched:
             meshcat.AddButton(_SHOW + overlay)
         self.Restart()
 
@@ -131,7 +138,7 @@ class LiveControls:
         if self._Clicked(VIEW):
             self._view = (self._view + 1) % len(_VIEWS)
             self._SetView(context)
-        for overlay in _switched():
+        for overlay in self._switched:
             if self._Clicked(_SHOW + overlay):
                 self._shown[overlay] = not self._shown[overlay]
                 self._board.Show(overlay, self._shown[overlay])
@@ -160,11 +167,6 @@ class LiveControls:
         before = self._clicks.get(button, 0)
         self._clicks[button] = clicks
         return clicks > before
-
-
-def _switched() -> list[Overlay]:
-    """Returns the overlays that have a button; the clock has a slider."""
-    return [overlay for overlay in OVERLAYS if overlay != "clock"]
 
 
 def WaitForBrowser(
