@@ -41,9 +41,11 @@ WALKED_DOTS = 12
 PLAN_DOTS = 24
 MAX_SCAN_DOTS = 90
 
-# Heights of overlays above the floor, in meters: each its own.
-WALKED_Z, PLAN_Z, SCAN_Z = 0.026, 0.030, 0.2
-_RING_Z, _REACTION_Z, FORCE_Z = 0.022, 0.024, 0.034
+# Heights of overlays above the floor, in meters. Each has its own, and so has
+# each person: surfaces at one height would flicker.
+_RING_Z, _REACTION_Z, _WALKED_Z = 0.020, 0.026, 0.032
+PLAN_Z, _FORCE_Z, SCAN_Z = 0.039, 0.041, 0.2
+_LIFT, _LEVELS = 0.0005, 12
 
 # Under the floor, where nobody sees it.
 HIDDEN_Z = -1.0
@@ -56,10 +58,12 @@ class Walker:
     Attributes:
         name: The name of the figure.
         row: The row in `human_states`; -1 for the robot.
+        height: How high its path lies, in meters.
     """
 
     name: str
     row: int
+    height: float
 
 
 class Board:
@@ -84,10 +88,15 @@ class Board:
         """
         self.meshcat = meshcat
         self.names = tuple(names)
-        self.walkers = [Walker(name, i) for i, name in enumerate(names)]
+        self.walkers = [
+            Walker(name, i, _WALKED_Z + _LIFT * (i % _LEVELS))
+            for i, name in enumerate(names)
+        ]
         self.has_robot = robot is not None
         if self.has_robot:
-            self.walkers.append(Walker("robot", -1))
+            self.walkers.append(
+                Walker("robot", -1, _WALKED_Z + _LIFT * _LEVELS)
+            )
         # The camera of the overview, to which tags turn: right, up, back.
         self.R_WT = overview_rotation(scene_bounds(world, humans, robot))
         # A frame that moves as the robot does, for views that follow it.
@@ -175,8 +184,7 @@ class Board:
         )
 
     def _DrawPerson(self, i: int, human: HumanConfig, name: str) -> None:
-        # Rings of people who are close must not share a height.
-        lift = 0.0005 * (i % 12)
+        lift = _LIFT * (i % _LEVELS)
         for k, (radius, color) in enumerate(
             zip(PROXEMIC_RADII, PROXEMIC_RINGS, strict=True)
         ):
@@ -186,7 +194,7 @@ class Board:
         band = ring(radius, radius + 0.09, _REACTION_Z + lift)
         self._AddMesh(f"{self.OfPerson('reactions', name)}/0", band, REACTION)
         for kind, color in enumerate(FORCE_ARROWS):
-            height = FORCE_Z + lift + 0.006 * kind
+            height = _FORCE_Z + lift + 0.006 * kind
             self._AddMesh(self.Force(name, kind), _arrow(height), color)
         for k, activity in enumerate(ACTIVITIES):
             text = tag_text(human.name, human.behavior_name, activity)

@@ -38,7 +38,6 @@ from hunav_drake.systems.scene.overlays.board import (
     PLAN_Z,
     SCAN_Z,
     WALKED_DOTS,
-    WALKED_Z,
     Board,
     force_scale,
 )
@@ -194,7 +193,7 @@ class OverlayPublisher(LeafSystem):
             path = board.Walked(walker, count % WALKED_DOTS)
             place = [0.0, 0.0, HIDDEN_Z]
             if row is not None and not math.isnan(row[X]):
-                place = [row[X], row[Y], WALKED_Z]
+                place = [row[X], row[Y], walker.height]
             # In a recording it lies there, and has shrunk away just before the
             # next one takes its place.
             keys = [(last, _SMALL), (time, _FULL)]
