@@ -146,3 +146,14 @@ def test_it_waits_for_a_browser():
     mut.WaitForBrowser(dut, say=said.append)
     assert dut.polls == 4
     assert "--no-wait" in said[0]
+
+
+def test_a_trial_tells_its_scene_what_overlays_show(trial):
+    scene = trial.diagram.GetSubsystemByName("scene")
+    context = scene.GetMyContextFromRoot(trial.context)
+    for name in ("behavior_status", "forces", "planner_path"):
+        assert scene.GetInputPort(name).HasValue(context)
+    forces = scene.GetInputPort("forces").Eval(context)
+    assert forces == pytest.approx(
+        trial.diagram.GetOutputPort("forces").Eval(trial.context)
+    )
