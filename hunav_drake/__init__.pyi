@@ -52,3 +52,4 @@ from .simulation import (
 )
 from .systems.people import HumanConfig as HumanConfig
 from .trial_diagram import MakeTrialDiagram as MakeTrialDiagram
+from .views.film import FilmConfig as FilmConfig, RenderFilm as RenderFilm

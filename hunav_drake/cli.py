@@ -22,6 +22,7 @@ from hunav_drake.commands.errors import (
     print_import_hint,
 )
 from hunav_drake.commands.metrics import add_metric_commands
+from hunav_drake.commands.render import add_render_command
 from hunav_drake.commands.report import add_report_command
 from hunav_drake.commands.run import add_run_command
 from hunav_drake.commands.scenarios import add_scenario_commands
@@ -89,6 +90,7 @@ def _make_parser() -> argparse.ArgumentParser:
     add_scenario_commands(commands)
     add_metric_commands(commands)
     add_report_command(commands)
+    add_render_command(commands)
     add_tree_commands(commands)
     add_bench_command(commands)
     add_differences_command(commands)

@@ -11,12 +11,16 @@ A run is recorded by the visualizer of the scene:
     SaveReplay(meshcat, "replay.html")
 """
 
+import base64
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+import gzip
+from importlib.resources import files
 import itertools
 import math
 import os
 from pathlib import Path
+import re
 
 import numpy as np
 from pydrake.geometry import Meshcat, MeshcatParams, MeshcatVisualizer
@@ -25,12 +29,16 @@ from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.files import atomic_write
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.robot.robot_config import RobotConfig
-from hunav_drake.systems.scene.bounds import Bounds, scene_bounds
+from hunav_drake.systems.scene.bounds import (
+    Bounds,
+    overview_rotation,
+    scene_bounds,
+    view_axes,
+)
 from hunav_drake.systems.world.shapes import World
 
-# The camera: a long lens from high enough that walls of 1 m hide little.
-_FIELD_OF_VIEW = math.radians(32.0)
-_ELEVATION = math.radians(48.0)
+# The camera: a long lens.
+FIELD_OF_VIEW = math.radians(32.0)
 
 # The width of the window by its height, as most are; what does not fit into a
 # narrower one is cut off at the sides.
@@ -41,8 +49,11 @@ _ASPECT = 1.5
 _MARGIN = 0.3
 _HEIGHT = 1.8
 
+# What is seen around the places of people and robot, in meters.
+_AROUND = 2.5
+
 # Where the light comes from as seen from the camera: left, behind it, above.
-_LIGHT_FROM = (-0.45, -0.55, 1.0)
+LIGHT_FROM = (-0.45, -0.55, 1.0)
 
 
 def StartMeshcatLocal(port: int | None = None) -> Meshcat:
@@ -62,7 +73,7 @@ def SetView(
     *,
     aspect: float = _ASPECT,
 ) -> None:
-    """Sets camera, light and background so that all of a world is well seen.
+    """Sets camera, light and background so that what happens is well seen.
 
     The view is kept in a replay file.
 
@@ -73,9 +84,9 @@ def SetView(
         robot: The robot, if there is one.
         aspect: The width of the window by its height.
     """
-    bounds = scene_bounds(world, humans, robot, margin=_MARGIN)
+    bounds = view_bounds(world, humans, robot)
     SetCamera(meshcat, bounds, aspect=aspect)
-    SetLight(meshcat, bounds)
+    SetLight(meshcat, scene_bounds(world, humans, robot, margin=_MARGIN))
     meshcat.SetProperty("/Background", "top_color", [0.97, 0.975, 0.98])
     meshcat.SetProperty("/Background", "bottom_color", [0.90, 0.91, 0.925])
     for clutter in ("/Grid", "/Axes"):
@@ -93,7 +104,7 @@ def SetCamera(
     distance = float(np.linalg.norm(p_WC - p_WT))
     meshcat.SetCamera(
         Meshcat.PerspectiveCamera(
-            fov=math.degrees(_FIELD_OF_VIEW),
+            fov=math.degrees(FIELD_OF_VIEW),
             aspect=aspect,
             # Near and far planes close to the scene, because the depth buffer
             # has to tell marks on the floor from the floor.
@@ -113,8 +124,8 @@ def SetLight(meshcat: Meshcat, bounds: Bounds) -> None:
     center = np.array([*bounds.center, 0.0])
     reach = math.hypot(*bounds.size) / 2 + 2.0
     distance = 5.0 * reach
-    right, ahead = _view_axes(bounds)
-    to_light = np.array(_LIGHT_FROM) @ [right, ahead, [0.0, 0.0, 1.0]]
+    right, ahead = view_axes(bounds)
+    to_light = np.array(LIGHT_FROM) @ [right, ahead, [0.0, 0.0, 1.0]]
     position = center + distance * to_light / np.linalg.norm(to_light)
 
     for lamp in ("PointLightNegativeX", "PointLightPositiveX"):
@@ -173,8 +184,10 @@ def RecordReplay(
 def SaveReplay(meshcat: Meshcat, filename: str | os.PathLike[str]) -> Path:
     """Writes what a Meshcat shows, with its recording, as one web page.
 
-    The page needs neither a server nor a network. It is complete or absent:
-    an interrupted write leaves what was there before.
+    The page needs neither a server nor a network. It has check boxes for the
+    overlays, views to choose, and pause, restart, speed and time. It unpacks
+    itself in any browser of the last years. It is complete or absent: an
+    interrupted write leaves what was there before.
 
     Args:
         meshcat: What to save.
@@ -184,10 +197,54 @@ def SaveReplay(meshcat: Meshcat, filename: str | os.PathLike[str]) -> Path:
         The absolute path of the file.
     """
     path = Path(filename).resolve()
-    html = meshcat.StaticHtml()
+    page = with_panel(meshcat.StaticHtml())
+    # What moves is told in many words: packed, a page is a fifth as large.
+    packed = base64.b64encode(gzip.compress(page.encode(), 6, mtime=0))
+    loader = _part("packed.html")
+    before, after = loader.split("PACKED_PAGE")
+    html = before + packed.decode() + after
     with atomic_write(path) as file:
         file.write(html.encode())
     return path
+
+
+def with_panel(html: str) -> str:
+    """Returns a page of Meshcat with the controls of a replay."""
+    # The last: an end of a body may be quoted in a script before.
+    before, after = html.rsplit("</body>", 1)
+    return f"{before}{_part('panel.html')}</body>{after}"
+
+
+def unpacked(html: str) -> str:
+    """Returns the page that a replay, the text of its file, unpacks."""
+    (packed,) = re.findall(r'id="packed">([A-Za-z0-9+/=]+)<', html)
+    return gzip.decompress(base64.b64decode(packed)).decode()
+
+
+def _part(name: str) -> str:
+    return (files("hunav_drake.views") / name).read_text("utf-8")
+
+
+def view_bounds(
+    world: World,
+    humans: Sequence[HumanConfig] = (),
+    robot: RobotConfig | None = None,
+) -> Bounds:
+    """Returns what of a world is to be seen: where people and robot will be.
+
+    That is where they start and go and some meters around, as far as there is
+    anything; without people and robot, everything.
+    """
+    whole = scene_bounds(world, humans, robot, margin=_MARGIN)
+    if not humans and robot is None:
+        return whole
+    part = scene_bounds(World(), humans, robot, margin=_AROUND)
+    return Bounds(
+        max(whole.x_min, part.x_min),
+        max(whole.y_min, part.y_min),
+        min(whole.x_max, part.x_max),
+        min(whole.y_max, part.y_max),
+    )
 
 
 def camera_pose(bounds: Bounds, aspect: float = _ASPECT) -> tuple[Array, Array]:
@@ -197,13 +254,11 @@ def camera_pose(bounds: Bounds, aspect: float = _ASPECT) -> tuple[Array, Array]:
     to the height of a person, inside the picture.
     """
     # Camera axes in W: to the right, up in the picture, and backwards.
-    right, ahead = _view_axes(bounds)
-    s, c = math.sin(_ELEVATION), math.cos(_ELEVATION)
-    up = s * ahead + c * np.array([0.0, 0.0, 1.0])
-    back = -c * ahead + s * np.array([0.0, 0.0, 1.0])
+    right, up, back = overview_rotation(bounds).matrix().T
+    _, ahead = view_axes(bounds)
     xs, ys = (bounds.x_min, bounds.x_max), (bounds.y_min, bounds.y_max)
     corners = np.array([*itertools.product(xs, ys, (0.0, _HEIGHT))])
-    tan_up = math.tan(_FIELD_OF_VIEW / 2)
+    tan_up = math.tan(FIELD_OF_VIEW / 2)
     tan_right = aspect * tan_up
     p_WT = np.array([*bounds.center, 0.0])
     # What is nearer looks larger: move the target along the floor until there
@@ -219,10 +274,3 @@ def camera_pose(bounds: Bounds, aspect: float = _ASPECT) -> tuple[Array, Array]:
         height = (p_TQ @ up) / (distance - p_TQ @ back)
         p_WT = p_WT + ahead * distance * (height.max() + height.min()) / 2
     return p_WT + distance * back, p_WT
-
-
-def _view_axes(bounds: Bounds) -> tuple[Array, Array]:
-    """Returns the directions to the right and ahead of the camera, in W."""
-    width, depth = bounds.size
-    right = np.array([1.0, 0.0, 0.0] if width >= depth else [0.0, 1.0, 0.0])
-    return right, np.array([-right[1], right[0], 0.0])

@@ -93,6 +93,7 @@ def RunTrial(
     meshcat: "Meshcat | None" = None,
     realtime_rate: float = 0.0,
     progress: Callable[[float], None] | None = None,
+    watch: Callable[[Context], bool] | None = None,
 ) -> TrialResult:
     """Runs a trial to its end.
 
@@ -111,6 +112,9 @@ def RunTrial(
         realtime_rate: How many times as fast as real time it runs at most; 0
             for as fast as it can.
         progress: Called after each step with the time, in seconds.
+        watch: Called after each step with the Context, again and again until
+            it returns true: so it can pause the trial. With it, browsers show
+            the trial while it runs.
 
     Returns:
         The metrics, the recording, and why the trial ended.
@@ -138,13 +142,17 @@ def RunTrial(
     SetTrialSeed(diagram, context, scenario.simulation.seed)
     with (
         interrupts_between_steps() as check_interrupt,
-        _recording(diagram, meshcat, live=realtime_rate > 0),
+        _recording(
+            diagram, meshcat, live=realtime_rate > 0 or watch is not None
+        ),
     ):
 
         def step(seconds: float) -> None:
             check_interrupt()
             if progress is not None:
                 progress(seconds)
+            while watch is not None and not watch(simulator.get_context()):
+                check_interrupt()
 
         simulator = MakeTrialSimulator(diagram, context, progress=step)
         simulator.set_target_realtime_rate(realtime_rate)

@@ -18,6 +18,7 @@ from hunav_drake.systems.evaluation.trial_monitor import TrialMonitor
 from hunav_drake.systems.people.names import name_people
 from hunav_drake.systems.planning import PlanningTask
 from hunav_drake.systems.scene import AddScene
+from hunav_drake.systems.sensing.sensor_config import LidarConfig
 from hunav_drake.systems.world.obstacles import Obstacles
 from hunav_drake.trial_sensors import AddSensors
 
@@ -101,6 +102,8 @@ def MakeTrialDiagram(
         robot_config,
         time_step=time_step,
         meshcat=meshcat,
+        config=scenario.scene,
+        scan_angles=_scan_angles(scenario),
     )
 
     robot_state = robot.GetOutputPort("robot_state")
@@ -142,11 +145,28 @@ def MakeTrialDiagram(
         builder.ExportOutput(port, name)
     if humans.traffic is not None:
         builder.ExportOutput(humans.traffic, "traffic")
+    # What is drawn besides, where anything is: see `SceneConfig`.
+    for name, port in (
+        ("behavior_status", humans.behavior_status),
+        ("forces", humans.forces),
+        ("planner_path", planner.GetOutputPort("path")),
+        ("scan", sensed.get("scan")),
+    ):
+        if port is not None and scene.system.HasInputPort(name):
+            builder.Connect(port, scene.system.GetInputPort(name))
     if scenario.evaluator.start == "by_trigger":
         builder.ExportInput(evaluator.GetInputPort("trigger"), "trigger")
     diagram = builder.Build()
     diagram.set_name("trial")
     return diagram
+
+
+def _scan_angles(scenario: Scenario) -> Array | None:
+    """Returns the angles of the scan's rays to the robot's heading."""
+    for sensor in scenario.sensors:
+        if isinstance(sensor, LidarConfig):
+            return sensor.pose[2] + sensor.angles()
+    return None
 
 
 def CheckTrialDiagram(scenario: Scenario, diagram: Diagram) -> None:

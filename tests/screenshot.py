@@ -7,12 +7,14 @@ import tempfile
 
 import pytest
 
+from hunav_drake.replay import unpacked
+
 CHROMIUM = next(
     filter(None, map(shutil.which, ("chromium", "chromium-browser"))), None
 )
 
-# Without the menu in the corner.
-_PLAIN = "<style>.dg { display: none !important; }</style></body>"
+# Without the menus in the corners.
+_PLAIN = "<style>.dg, #hunav { display: none !important; }</style></body>"
 
 _SEEK = """<script>
   // The recording arrives after the page; hold it at one time once it is here.
@@ -53,7 +55,10 @@ def render(
     png.unlink(missing_ok=True)
     with tempfile.TemporaryDirectory() as folder:
         page = Path(folder) / "page.html"
-        text = Path(html).read_text().replace("</body>", _PLAIN)
+        text = Path(html).read_text()
+        if 'id="packed"' in text:
+            text = unpacked(text)
+        text = text.replace("</body>", _PLAIN)
         if time is not None:
             text = text.replace("</body>", _SEEK % float(time))
         page.write_text(text)

@@ -6,9 +6,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hunav_drake.commands.errors import input_errors
+from hunav_drake.systems.common.suggest import did_you_mean
 
 if TYPE_CHECKING:
     from hunav_drake.scenario import Scenario
+    from hunav_drake.systems.scene.scene_config import Overlay
 
 
 def add_import_option(parser: argparse.ArgumentParser) -> None:
@@ -39,6 +41,22 @@ def add_scenario_options(parser: argparse.ArgumentParser) -> None:
         help="change a value of the scenario: robot.radius=0.3,"
         " humans[0].behavior=...",
     )
+
+
+def overlay_names(text: str) -> list["Overlay"]:
+    """Returns the overlays that an option names: a list, "all" or "none"."""
+    from hunav_drake.systems.scene.scene_config import OVERLAYS
+
+    if text in ("all", "none"):
+        return list(OVERLAYS) if text == "all" else []
+    names = [name.strip() for name in text.split(",")]
+    for name in names:
+        if name not in OVERLAYS:
+            raise argparse.ArgumentTypeError(
+                f"there is no overlay {name!r}{did_you_mean(name, OVERLAYS)};"
+                f" valid: {', '.join(OVERLAYS)}, or all, or none"
+            )
+    return [overlay for overlay in OVERLAYS if overlay in names]
 
 
 def add_format_option(parser: argparse.ArgumentParser) -> None:

@@ -22,10 +22,12 @@ from hunav_drake.commands.options import (
     add_import_option,
     add_scenario_options,
     load_scenario,
+    overlay_names,
 )
 
 if TYPE_CHECKING:
     from hunav_drake.results.trial_result import TrialResult
+    from hunav_drake.scenario import Scenario
 
 
 def add_run_command(commands: Any) -> None:
@@ -63,7 +65,21 @@ def add_run_command(commands: Any) -> None:
     run.add_argument(
         "--meshcat",
         action="store_true",
-        help="show the trial in a browser, in real time",
+        help="show the trial in a browser, in real time; waits for the browser"
+        " first, and for Enter in the end",
+    )
+    run.add_argument(
+        "--no-wait",
+        action="store_true",
+        help="with --meshcat: wait for nobody, as if the input were no"
+        " terminal",
+    )
+    run.add_argument(
+        "--overlays",
+        type=overlay_names,
+        metavar="NAMES",
+        help="what is shown besides, separated by commas, or all, or none"
+        " (default: what the scenario says)",
     )
     run.add_argument(
         "--quiet", action="store_true", help="show no progress bar and no table"
@@ -81,6 +97,8 @@ def _seed(text: str) -> int:
 
 def _run(options: argparse.Namespace) -> int:
     more = [f"planner.name={options.planner}"] if options.planner else []
+    if options.overlays is not None:
+        more.append(f"scene.overlays=[{', '.join(options.overlays)}]")
     scenario = load_scenario(options.scenario, options, more)
     if options.out is not None:
         check_out(options.out)
@@ -99,22 +117,18 @@ def _run(options: argparse.Namespace) -> int:
         meshcat = StartMeshcatLocal()
         people = draw_people(scenario)
         SetView(meshcat, scenario.world, people, scenario.robot)
-    if options.meshcat and meshcat is not None:
-        print(f"Watch the trial at {meshcat.web_url()}", flush=True)
-
     started = time.perf_counter()
     with contextlib.ExitStack() as stack, input_errors(ScenarioError):
         progress = None
         if not options.quiet:
             bar = _progress_bar(scenario.simulation.duration)
             progress = stack.enter_context(bar)
-        result = RunTrial(
-            scenario,
-            options.seed,
-            meshcat=meshcat,
-            realtime_rate=1.0 if options.meshcat else 0.0,
-            progress=progress,
-        )
+        if options.meshcat:
+            result = _show(scenario, options, meshcat, progress)
+        else:
+            result = RunTrial(
+                scenario, options.seed, meshcat=meshcat, progress=progress
+            )
     elapsed = time.perf_counter() - started
 
     text = FormatMetricsTable(result)
@@ -123,26 +137,75 @@ def _run(options: argparse.Namespace) -> int:
         rate = result.end_time / elapsed
         print(f"\nTook {elapsed:.2f} s, {rate:.0f} times real time")
     if options.out is not None:
-        _keep(result, options, meshcat if replay else None)
-    if options.meshcat and sys.stdin.isatty():
+        _keep(result, scenario, options, meshcat if replay else None)
+    if options.meshcat and _somebody_waits(options):
         input("Press Enter to close the view. ")
     completed = result.end_reason == "goal" or scenario.robot.goal is None
     return DONE if completed else FAILED
 
 
+def _somebody_waits(options: argparse.Namespace) -> bool:
+    return sys.stdin.isatty() and not options.no_wait
+
+
+def _show(
+    scenario: "Scenario",
+    options: argparse.Namespace,
+    meshcat: Any,
+    progress: Callable[[float], None] | None,
+) -> "TrialResult":
+    """Runs a trial in a browser, again as often as the one there wants."""
+    from hunav_drake.simulation import RunTrial
+    from hunav_drake.trial_diagram import MakeTrialDiagram
+    from hunav_drake.views.live import (
+        LiveControls,
+        RestartRequest,
+        WaitForBrowser,
+    )
+
+    diagram = MakeTrialDiagram(scenario, meshcat)
+    controls = LiveControls(meshcat, scenario, diagram)
+    print(f"Watch the trial at {meshcat.web_url()}", flush=True)
+    if _somebody_waits(options):
+        WaitForBrowser(meshcat)
+    while True:
+        controls.Restart()
+        try:
+            return RunTrial(
+                scenario,
+                options.seed,
+                diagram=diagram,
+                meshcat=meshcat,
+                progress=progress,
+                watch=controls.Watch,
+            )
+        except RestartRequest:
+            continue
+
+
 def _keep(
-    result: "TrialResult", options: argparse.Namespace, meshcat: Any
+    result: "TrialResult",
+    scenario: "Scenario",
+    options: argparse.Namespace,
+    meshcat: Any,
 ) -> None:
     """Writes the files of a run; Meshcat holds the recorded replay."""
     from hunav_drake.report.writing import WriteReport
     from hunav_drake.results.files import WriteResult
     from hunav_drake.results.settings import setting_text
+    from hunav_drake.scenario import SaveScenario
 
     label = options.label
     setting = setting_text(options.overrides) if label is None else label
     result = dataclasses.replace(result, setting=setting)
 
+    seeded = dataclasses.replace(
+        scenario.simulation, seed=int(result.provenance["seed"])
+    )
+    scenario = dataclasses.replace(scenario, simulation=seeded)
+
     def add_pages(folder: Path) -> None:
+        SaveScenario(scenario, folder / "scenario.yaml")
         replay = None
         if meshcat is not None:
             from hunav_drake.replay import SaveReplay

@@ -17,6 +17,7 @@ from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.people.population_config import PopulationConfig
 from hunav_drake.systems.planning.planner import PLANNERS, PlannerConfig
 from hunav_drake.systems.robot.robot_config import ROBOTS, RobotConfig
+from hunav_drake.systems.scene.scene_config import SceneConfig
 from hunav_drake.systems.sensing.sensor_config import SENSORS, SensorConfig
 from hunav_drake.systems.world.shapes import World
 
@@ -79,3 +80,6 @@ class Scenario:
     )
     evaluator: EvaluatorConfig = field(default_factory=EvaluatorConfig)
     simulation: SimulationConfig = field(default_factory=SimulationConfig)
+
+    # What is seen of the trial, where it is shown.
+    scene: SceneConfig = field(default_factory=SceneConfig)

@@ -1,17 +1,6 @@
 """The visible scene: world, people and robot as geometry."""
 
-from hunav_drake.systems.scene.bounds import Bounds, scene_bounds
-from hunav_drake.systems.scene.human_body import AddHumanBody
-from hunav_drake.systems.scene.robot_body import AddRobotBody
-from hunav_drake.systems.scene.scene import AddScene, ScenePorts
-from hunav_drake.systems.scene.scene_kinematics import SceneKinematics
+import lazy_loader
 
-__all__ = [
-    "AddHumanBody",
-    "AddRobotBody",
-    "AddScene",
-    "Bounds",
-    "SceneKinematics",
-    "ScenePorts",
-    "scene_bounds",
-]
+# What the stub beside this file lists is loaded when it is first asked for.
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -2,12 +2,19 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+import math
 
 import numpy as np
+from pydrake.math import RotationMatrix
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.robot.robot_config import RobotConfig
 from hunav_drake.systems.world.shapes import World
+
+# How steeply the camera of the overview looks down, in radians: so that walls
+# of 1 m hide little.
+ELEVATION = math.radians(48.0)
 
 
 @dataclass(frozen=True)
@@ -65,3 +72,22 @@ def scene_bounds(
     low = np.min([p - r for p, r in places], axis=0) - margin
     high = np.max([p + r for p, r in places], axis=0) + margin
     return Bounds(float(low[0]), float(low[1]), float(high[0]), float(high[1]))
+
+
+def view_axes(bounds: Bounds) -> tuple[Array, Array]:
+    """Returns the directions to the right and ahead of the overview, in W.
+
+    The longer side of the bounds lies along the width of the picture.
+    """
+    width, depth = bounds.size
+    right = np.array([1.0, 0.0, 0.0] if width >= depth else [0.0, 1.0, 0.0])
+    return right, np.array([-right[1], right[0], 0.0])
+
+
+def overview_rotation(bounds: Bounds) -> RotationMatrix:
+    """Returns R_WC of the overview: right, up and backwards, in W."""
+    right, ahead = view_axes(bounds)
+    s, c = math.sin(ELEVATION), math.cos(ELEVATION)
+    above = np.array([0.0, 0.0, 1.0])
+    axes = [right, s * ahead + c * above, s * above - c * ahead]
+    return RotationMatrix(np.column_stack(axes))

@@ -47,6 +47,10 @@ GAIT_SIZE = 2
 ) = range(10)
 FIGURE_SIZE = 10
 
+# Where the figure of a person is who is absent (whose row is NaN), in x and
+# y, in meters: out of every picture.
+ABSENT = 1e4
+
 
 def initial_gait(n: int) -> Array:
     """Returns phase and pace of `n` people who stand, shape (2n,).
@@ -68,6 +72,10 @@ def advance_gait(gait: Array, human_states: Array, time_step: float) -> Array:
         row = i * STATE_SIZE
         vx, vy = human_states[row + VX], human_states[row + VY]
         yaw = human_states[row + YAW]
+        if math.isnan(human_states[row + X]):
+            result[GAIT_SIZE * i] = gait[GAIT_SIZE * i]
+            result[GAIT_SIZE * i + 1] = 0.0
+            continue
         speed = math.hypot(vx, vy)
         if vx * math.cos(yaw) + vy * math.sin(yaw) < 0.0:
             speed = -speed
@@ -87,7 +95,7 @@ def pose_figures(gait: Array, human_states: Array) -> Array:
     """Returns the positions (n, 10) of the figures of all people.
 
     See the constants above. Angles are positive forwards, those of knees when
-    bent.
+    bent. Whose row is NaN stands at `ABSENT`.
     """
     n = gait.size // GAIT_SIZE
     result = np.empty((n, FIGURE_SIZE))
@@ -109,6 +117,8 @@ def pose_figures(gait: Array, human_states: Array) -> Array:
         q[BASE_X] = human_states[row + X]
         q[BASE_Y] = human_states[row + Y]
         q[BASE_YAW] = human_states[row + YAW]
+        if math.isnan(q[BASE_X]):
+            q[BASE_X], q[BASE_Y], q[BASE_YAW] = ABSENT, ABSENT, 0.0
         q[HIP_HEIGHT] = max(
             _reach(left_hip, left_knee), _reach(right_hip, right_knee)
         )

@@ -2,7 +2,7 @@
 
 import numpy as np
 from numpy.typing import ArrayLike
-from pydrake.geometry import Cylinder, InMemoryMesh, Mesh, Rgba
+from pydrake.geometry import InMemoryMesh, Mesh, Rgba
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import (
@@ -17,6 +17,7 @@ from pydrake.multibody.tree import (
 from hunav_drake.systems.scene import human_parts
 from hunav_drake.systems.scene.gait import THIGH
 from hunav_drake.systems.scene.legs import HIP_Y, figure_width
+from hunav_drake.systems.scene.meshes import disc
 from hunav_drake.systems.scene.palette import (
     BODY_DISC,
     EYES,
@@ -31,9 +32,13 @@ from hunav_drake.systems.scene.visuals import AddLabeledVisual, AddVisual
 _SHOULDER_Y = 0.19
 _SHOULDER_Z = 0.515
 
-# The disc lies so far above the floor that the two surfaces stay apart in the
-# depth buffer of a browser.
-_DISC_Z = 0.012
+# Discs lie so far above the floor, and each so far above the one before, that
+# no two surfaces share a height: the depth buffer could not tell them apart
+# where they overlap, and they would flicker. After so many the first comes
+# again. In meters.
+_DISC_Z = 0.0104
+_DISC_STEP = 0.0008
+_DISC_LEVELS = 12
 
 # The arm that holds a telephone is turned inwards by this, in radians, and the
 # head is bent down to it, about the neck, at this height above the hips.
@@ -50,6 +55,7 @@ def AddHumanBody(
     clothes: Clothes,
     telephone: bool = False,
     label: int | None = None,
+    level: int = 0,
 ) -> list[Joint]:
     """Adds the figure of a person to a plant, as its own model instance.
 
@@ -67,6 +73,8 @@ def AddHumanBody(
         telephone: Whether the person looks at a telephone in the right hand.
         label: What all of the figure has in label images; by default, each
             body its own: see `human_label`.
+        level: How many people were added before, which raises the disc by a
+            hair: discs that overlap must not share a height.
 
     Returns:
         The joints in the order of the positions in `gait`: of the base
@@ -104,9 +112,8 @@ def AddHumanBody(
         return hanging
 
     base = plant.AddRigidBody("base", instance)
-    X_BD = RigidTransform([0, 0, _DISC_Z - 0.001])
-    disc = Cylinder(radius, 0.002)
-    AddVisual(plant, base, "disc", disc, BODY_DISC, X_BD, perceived=False)
+    flat = disc(radius, disc_height(level))
+    AddVisual(plant, base, "disc", flat, BODY_DISC, perceived=False)
 
     trunk = plant.AddRigidBody("trunk", instance)
     AddPart(trunk, "hips", human_parts.Hips(), clothes.trousers)
@@ -149,6 +156,11 @@ def AddHumanBody(
             AddPart(arm, "sleeve", human_parts.Sleeve(), clothes.top)
             AddPart(arm, "hand", human_parts.Hand(), clothes.skin)
     return joints
+
+
+def disc_height(level: int) -> float:
+    """Returns how high the disc of a person lies: see `AddHumanBody`, in m."""
+    return _DISC_Z + _DISC_STEP * (level % _DISC_LEVELS)
 
 
 def _tilted(pitch: float) -> RigidTransform:

@@ -165,6 +165,36 @@ def lay(quads: ArrayLike, height: float) -> TriangleMesh:
     )
 
 
+def disc(radius: float, height: float, *, sides: int = 40) -> TriangleMesh:
+    """Returns a flat disc around the z axis that faces upwards, in meters."""
+    return plate(circle(radius, sides), height)
+
+
+def ring(
+    inner: float, outer: float, height: float, *, sides: int = 48
+) -> TriangleMesh:
+    """Returns a flat ring around the z axis that faces upwards, in meters."""
+    a, b = circle(inner, sides), circle(outer, sides)
+    quads = [a, b, np.roll(b, -1, axis=0), np.roll(a, -1, axis=0)]
+    return lay(np.stack(quads, axis=1), height)
+
+
+def circle(radius: float, sides: int) -> Array:
+    """Returns the corners (sides, 2) of a regular polygon, from angle 0."""
+    angle = np.arange(sides) * (2 * np.pi / sides)
+    return radius * np.column_stack([np.cos(angle), np.sin(angle)])
+
+
+def plate(outline: ArrayLike, height: float) -> TriangleMesh:
+    """Returns a simple counter-clockwise polygon (k, 2) that faces upwards."""
+    p = np.asarray(outline, dtype=float)
+    return TriangleMesh(
+        np.column_stack([p, np.full(len(p), height)]),
+        np.tile([0.0, 0.0, 1.0], (len(p), 1)),
+        triangulate(p),
+    )
+
+
 def triangulate(outline: ArrayLike) -> NDArray[np.int64]:
     """Returns triangles that cover a simple counter-clockwise polygon (k, 2).
 

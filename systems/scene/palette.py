@@ -16,8 +16,10 @@ class Clothes:
     hair: Rgba
 
 
-# Okabe and Ito's colors, which stay apart for color-blind eyes ("Color
-# universal design", 2008). Vermilion is the robot's.
+# First Okabe and Ito's colors, which stay apart for color-blind eyes ("Color
+# universal design", 2008); vermilion is the robot's. Then muted colors, each
+# the farthest in CIELAB from all before, from the robot, the skin and the
+# floor: any two of the 24 are more than 25 apart (CIE76).
 TOPS = (
     Rgba(0.000, 0.447, 0.698),
     Rgba(0.902, 0.624, 0.000),
@@ -25,6 +27,24 @@ TOPS = (
     Rgba(0.800, 0.475, 0.655),
     Rgba(0.941, 0.894, 0.259),
     Rgba(0.337, 0.706, 0.914),
+    Rgba(0.435, 0.060, 0.060),
+    Rgba(0.660, 0.960, 0.585),
+    Rgba(0.285, 0.135, 0.510),
+    Rgba(0.960, 0.435, 0.435),
+    Rgba(0.060, 0.360, 0.360),
+    Rgba(0.660, 0.585, 0.960),
+    Rgba(0.360, 0.510, 0.060),
+    Rgba(0.585, 0.060, 0.435),
+    Rgba(0.435, 0.960, 0.960),
+    Rgba(0.585, 0.435, 0.135),
+    Rgba(0.285, 0.210, 0.285),
+    Rgba(0.960, 0.810, 0.435),
+    Rgba(0.660, 0.060, 0.285),
+    Rgba(0.585, 0.660, 0.435),
+    Rgba(0.210, 0.960, 0.735),
+    Rgba(0.585, 0.360, 0.285),
+    Rgba(0.960, 0.810, 0.960),
+    Rgba(0.210, 0.210, 0.060),
 )
 ROBOT_ACCENT = Rgba(0.835, 0.369, 0.000)
 ROBOT_SHELL = Rgba(0.93, 0.94, 0.95)
@@ -77,6 +97,25 @@ MATERIALS = {
     "leaf": Rgba(0.42, 0.54, 0.38),
 }
 BODY_DISC = Rgba(0.1, 0.1, 0.12, 0.18)
+
+# Who reacts to the robot, the plan of the robot, and what its lidar meets.
+REACTION = Rgba(0.86, 0.08, 0.24)
+PLAN = Rgba(0.46, 0.16, 0.56)
+SCAN = Rgba(0.85, 0.10, 0.10)
+
+# The edges of the intimate, personal and social space.
+PROXEMIC_RINGS = (
+    Rgba(0.80, 0.15, 0.15, 0.55),
+    Rgba(0.90, 0.55, 0.10, 0.50),
+    Rgba(0.20, 0.45, 0.70, 0.45),
+)
+
+# What draws to the goal, pushes from people, and pushes from walls.
+FORCE_ARROWS = (
+    Rgba(0.10, 0.55, 0.20),
+    Rgba(0.15, 0.30, 0.80),
+    Rgba(0.55, 0.30, 0.10),
+)
 
 
 def clothes(index: int) -> Clothes:

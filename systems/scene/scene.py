@@ -11,9 +11,15 @@ from numpy.typing import NDArray
 from pydrake.geometry import SceneGraph
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import Joint
-from pydrake.systems.framework import DiagramBuilder, InputPort, OutputPort
+from pydrake.systems.framework import (
+    Diagram,
+    DiagramBuilder,
+    InputPort,
+    OutputPort,
+)
 from pydrake.systems.rendering import MultibodyPositionToGeometryPose
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.checks import check_time_step
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.robot.robot_config import RobotConfig
@@ -22,6 +28,7 @@ from hunav_drake.systems.scene.human_body import AddHumanBody
 from hunav_drake.systems.scene.labels import human_label
 from hunav_drake.systems.scene.palette import clothes
 from hunav_drake.systems.scene.robot_body import AddRobotBody
+from hunav_drake.systems.scene.scene_config import SceneConfig
 from hunav_drake.systems.scene.scene_kinematics import SceneKinematics
 from hunav_drake.systems.scene.surroundings import (
     AddFloor,
@@ -45,6 +52,7 @@ class ScenePorts:
     """The ports and parts of a scene, for the caller of `AddScene`.
 
     Attributes:
+        system: The scene, which has more inputs with Meshcat.
         human_states: Takes the states of the people, size 7n.
         robot_state: Takes the state of the robot, size 7; None without one.
         query_object: Gives the scene's QueryObject, for cameras and sensors.
@@ -55,6 +63,7 @@ class ScenePorts:
         visualizer: What publishes to Meshcat, and records; None if headless.
     """
 
+    system: Diagram
     human_states: InputPort
     robot_state: InputPort | None
     query_object: OutputPort
@@ -72,6 +81,8 @@ def AddScene(
     *,
     time_step: float = 0.05,
     meshcat: "Meshcat | None" = None,
+    config: SceneConfig | None = None,
+    scan_angles: Array | None = None,
 ) -> ScenePorts:
     """Adds the scene to a builder, as one diagram named "scene".
 
@@ -85,7 +96,9 @@ def AddScene(
         - query
 
     Inside are the systems "kinematics" (SceneKinematics), "geometry_poses",
-    "scene_graph", and with Meshcat "meshcat_visualizer". The geometry belongs
+    "scene_graph", and with Meshcat "meshcat_visualizer" and "overlays"
+    (OverlayPublisher), whose inputs the scene has then, too: connect those
+    that there are, and what they tell is drawn. The geometry belongs
     to the model instances "robot" and one per person: the person's name, with
     "_" for what is neither letter nor digit, and a number if that is taken.
     Without Meshcat nothing is published, and a step costs no more than the
@@ -98,6 +111,9 @@ def AddScene(
         robot: The robot; None for a world without one.
         time_step: The period of the states, in seconds.
         meshcat: Where to show the scene.
+        config: What is drawn besides.
+        scan_angles: The angles of a lidar's rays to the robot's heading, in
+            radians; with Meshcat, an input "scan" takes their distances.
 
     Raises:
         ValueError: If the builder has a system named "scene" already, or the
@@ -126,6 +142,7 @@ def AddScene(
             clothes=clothes(i),
             telephone=human.behavior_name == "distracted",
             label=human_label(i),
+            level=i,
         )
         for i, (name, human) in enumerate(zip(human_names, humans, strict=True))
     ]
@@ -153,26 +170,32 @@ def AddScene(
         poses.get_output_port(),
         scene_graph.get_source_pose_port(plant.get_source_id()),
     )
-    visualizer = None
-    if meshcat is not None:
-        from pydrake.geometry import MeshcatVisualizer, MeshcatVisualizerParams
-
-        visualizer = MeshcatVisualizer.AddToBuilder(
-            inner,
-            scene_graph,
-            meshcat,
-            MeshcatVisualizerParams(publish_period=frame_period(time_step)),
-        )
-        visualizer.set_name("meshcat_visualizer")
     inner.ExportInput(kinematics.get_human_states_input_port(), "human_states")
     if robot:
         inner.ExportInput(
             kinematics.get_robot_state_input_port(), "robot_state"
         )
+    visualizer = None
+    if meshcat is not None:
+        period = frame_period(time_step)
+        visualizer = _AddVisualizer(inner, scene_graph, meshcat, period)
+        from hunav_drake.systems.scene.overlays.board import Board
+        from hunav_drake.systems.scene.overlays.publisher import (
+            AddOverlayPublisher,
+        )
+
+        AddOverlayPublisher(
+            inner,
+            Board(meshcat, world, humans, human_names, robot),
+            (config or SceneConfig()).overlays,
+            period=period,
+            scan_angles=scan_angles,
+        )
     inner.ExportOutput(scene_graph.get_query_output_port(), "query")
 
     scene = builder.AddNamedSystem("scene", inner.Build())
     return ScenePorts(
+        system=scene,
         human_states=scene.GetInputPort("human_states"),
         robot_state=scene.GetInputPort("robot_state") if robot else None,
         query_object=scene.GetOutputPort("query"),
@@ -181,6 +204,24 @@ def AddScene(
         human_names=human_names,
         visualizer=visualizer,
     )
+
+
+def _AddVisualizer(
+    builder: DiagramBuilder,
+    scene_graph: SceneGraph,
+    meshcat: "Meshcat",
+    period: float,
+) -> "MeshcatVisualizer":
+    from pydrake.geometry import MeshcatVisualizer, MeshcatVisualizerParams
+
+    visualizer = MeshcatVisualizer.AddToBuilder(
+        builder,
+        scene_graph,
+        meshcat,
+        MeshcatVisualizerParams(publish_period=period),
+    )
+    visualizer.set_name("meshcat_visualizer")
+    return visualizer
 
 
 def frame_period(time_step: float) -> float:

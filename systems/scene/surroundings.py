@@ -21,6 +21,7 @@ from hunav_drake.systems.scene.meshes import (
     extrude,
     join,
     lay,
+    ring,
 )
 from hunav_drake.systems.scene.palette import (
     FLOOR,
@@ -55,6 +56,9 @@ Quad = list[tuple[float, float]]
 
 # Marks on the floor lie between these heights, in meters.
 _MARK_LOW, _MARK_HIGH = 0.001, 0.004
+
+# Goals of so many people in one place show as rings of their colors.
+_GOAL_LEVELS = 6
 
 
 def AddFloor(plant: MultibodyPlant, bounds: Bounds) -> None:
@@ -158,13 +162,13 @@ def AddGoalMarks(
     """
     mark = partial(AddVisual, plant, plant.world_body(), perceived=False)
     for i, human in enumerate(humans):
-        level = i % len(TOPS)
-        # Goals that people share show as rings of their colors.
+        level = i % _GOAL_LEVELS
+        color = TOPS[i % len(TOPS)]
         thickness = _MARK_HIGH - _MARK_LOW + 0.001 * level
         dot = Cylinder(0.10 - 0.012 * level, thickness)
         for k, (x, y) in enumerate(human.goals):
             X_WG = RigidTransform([x, y, _MARK_LOW + thickness / 2])
-            mark(f"human_{i}_goal_{k}", dot, TOPS[level], X_WG)
+            mark(f"human_{i}_goal_{k}", dot, color, X_WG)
     if robot is not None and robot.goal is not None:
         x, y, yaw = robot.goal
         X_WG = RigidTransform(RollPitchYaw(0, 0, yaw), [x, y, 0])
@@ -197,14 +201,8 @@ def _strips(line: Array) -> list[Array]:
 
 def _goal_ring(radius: float) -> TriangleMesh:
     """Returns a ring around the origin and an arrow head along +x."""
-    inner, outer = 0.86 * radius, radius
-    angles = np.linspace(0, 2 * np.pi, 49)
-    circle = np.column_stack([np.cos(angles), np.sin(angles)])
-    ring = [
-        [inner * a, outer * a, outer * b, inner * b]
-        for a, b in itertools.pairwise(circle)
-    ]
+    around = ring(0.86 * radius, radius, _MARK_HIGH)
     head = radius * np.array(
         [[0.62, 0], [-0.30, 0.42], [-0.10, 0], [-0.30, -0.42]]
     )
-    return join([lay(ring, _MARK_HIGH), extrude(head, _MARK_LOW, _MARK_HIGH)])
+    return join([around, extrude(head, _MARK_LOW, _MARK_HIGH)])

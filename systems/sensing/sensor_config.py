@@ -188,11 +188,10 @@ class LidarConfig(SensorConfig):
     def MakeSystem(self, task: SensingTask) -> Any:
         """Makes a `Lidar`, for which walls are what its plane cuts."""
         from hunav_drake.systems.sensing.lidar import Lidar
-        from hunav_drake.systems.sensing.surroundings import obstacles_at
 
         return Lidar(
             self,
-            obstacles=obstacles_at(task.world, self.height),
+            obstacles=task.world.obstacles_at(self.height),
             num_humans=task.num_humans,
             time_step=task.time_step,
             seed=task.seed,
@@ -214,12 +213,11 @@ class VisiblePeopleConfig(SensorConfig):
 
     def MakeSystem(self, task: SensingTask) -> Any:
         """Makes a `VisiblePeople`, for which what is low hides nobody."""
-        from hunav_drake.systems.sensing.surroundings import sight_obstacles
         from hunav_drake.systems.sensing.visible_people import VisiblePeople
 
         return VisiblePeople(
             self,
-            obstacles=sight_obstacles(task.world),
+            obstacles=task.world.sight_obstacles(),
             num_humans=task.num_humans,
         )
 

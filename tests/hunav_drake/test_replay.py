@@ -99,13 +99,50 @@ def test_a_local_meshcat_listens_to_this_computer_alone(meshcat):
 def test_a_replay_holds_people_robot_view_and_recording(meshcat, tmp_path):
     record_replay(meshcat, duration=2.0)
     path = mut.SaveReplay(meshcat, tmp_path / "replay.html")
-    html = path.read_text()
+    html = mut.unpacked(path.read_text())
     said = viewer_commands(html)
     for part in (b"ana/trunk", b"bo/trunk", b"cy/left_shin", b"robot/base"):
         assert part in said
     for part in (b"set_animation", b"set_target", b"PerspectiveCamera"):
         assert part in said
-    assert len(html) < 4e6
+    assert path.stat().st_size < 2e6
+
+
+def test_a_replay_has_overlays_and_controls_for_them(meshcat, tmp_path):
+    record_replay(meshcat, duration=2.0)
+    path = mut.SaveReplay(meshcat, tmp_path / "replay.html")
+    html = mut.unpacked(path.read_text())
+    said = viewer_commands(html)
+    for overlay in ("names", "rings", "forces", "reactions"):
+        assert f"ana/base/overlay_{overlay}".encode() in said
+    for overlay in ("walked", "plan", "clock"):
+        assert f"overlays/overlay_{overlay}".encode() in said
+    # The script of the page makes a check box of each that it finds.
+    for overlay in ("goals", "walked", "plan", "rings", "forces", "names"):
+        assert f'["{overlay}", ' in html
+    for control in ("pause", "restart", "time", "speed"):
+        assert f'id="hunav-{control}"' in html
+    assert html.rstrip().endswith("</html>")
+
+
+def test_a_replay_unpacks_itself_without_a_network(meshcat, tmp_path):
+    path = mut.SaveReplay(meshcat, tmp_path / "replay.html")
+    html = path.read_text()
+    assert "DecompressionStream" in html
+    assert not re.search(r"(src|href)=", html)
+    page = mut.unpacked(html)
+    assert page == mut.with_panel(meshcat.StaticHtml())
+
+
+def test_the_view_shows_where_people_and_robot_will_be():
+    far = World(walls=[Box(center=(0.0, 0.0), size=(100.0, 0.2))])
+    bounds = mut.view_bounds(far, HUMANS, ROBOT)
+    for human in HUMANS:
+        for x, y in (human.pose[:2], *human.goals):
+            assert bounds.x_min < x < bounds.x_max
+            assert bounds.y_min <= y <= bounds.y_max
+    assert bounds.size[0] < 20.0
+    assert mut.view_bounds(far).size[0] > 100.0
 
 
 def test_a_recording_has_ten_frames_per_second(meshcat):

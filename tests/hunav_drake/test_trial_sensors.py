@@ -20,7 +20,7 @@ from hunav_drake import (
     ScenarioError,
     SetTrialSeed,
 )
-from hunav_drake.scenario import LidarConfig, World
+from hunav_drake.scenario import LidarConfig
 from hunav_drake.systems.planning import (
     PLANNERS,
     LocalPlanner,
@@ -382,26 +382,3 @@ def test_a_planner_alone_needs_to_know_its_lidar():
     assert port.size() == 7
     with pytest.raises(ValueError, match="Asking needs a lidar: give its Pl"):
         planner()
-
-
-def test_a_world_that_knows_heights_is_asked_for_them():
-    """What a plane meets, and what hides people, is the world's to say."""
-    from hunav_drake.systems.sensing.surroundings import (
-        obstacles_at,
-        sight_obstacles,
-    )
-
-    class Tables:
-        def obstacles(self):
-            return "footprints"
-
-        def obstacles_at(self, height):
-            return f"cut at {height}"
-
-        def sight_obstacles(self):
-            return "what is high"
-
-    assert obstacles_at(Tables(), 0.2) == "cut at 0.2"
-    assert sight_obstacles(Tables()) == "what is high"
-    world = World(walls=[{"shape": "box", "center": (1, 1), "size": (1, 1)}])
-    assert obstacles_at(world, LidarConfig().height) == world.obstacles()

@@ -58,6 +58,64 @@ def test_run_writes_tables_recording_and_replay(hunav, tmp_path):
     assert ReadRuns(out)["seed"].tolist() == [0, 1]
 
 
+def test_a_run_can_be_filmed(hunav, tmp_path):
+    arguments = ["run", "passing", "--set", "simulation.duration=2.0"]
+    hunav(*arguments, "--out", tmp_path, "--no-replay", "--seed", 3)
+    (run,) = (tmp_path / "runs").iterdir()
+    scenario = LoadScenario(filename=str(run / "scenario.yaml"))
+    assert scenario.simulation.seed == 3
+    film = tmp_path / "film.png"
+    options = ("--at", 1.0, "--size", "200x120", "--view", "plot")
+    code, out, err = hunav("render", run, "-o", film, *options)
+    assert (code, err) == (0, "")
+    assert str(film) in out
+    assert film.read_bytes().startswith(b"\x89PNG")
+    code, _, err = hunav("render", run, "-o", film, *options)
+    assert code == 2
+    assert "overwrite it with --force" in err
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["nothing", "-o", "a.gif"], "no such file or folder; `hunav run"),
+        ([".", "-o", "a.gif"], "there is no recording"),
+        ([".", "-o", "a.avi"], "must end in one of .gif, .mp4, .png"),
+        ([".", "-o", "a.gif", "--at", "1"], "--at 1: is for a .png alone"),
+        ([".", "-o", "a.png", "--from", "1"], "give --at instead"),
+        ([".", "-o", "no/folder/a.gif"], "there is no folder no/folder"),
+    ],
+)
+def test_a_film_that_cannot_be_is_told(
+    hunav, tmp_path, monkeypatch, options, message
+):
+    monkeypatch.chdir(tmp_path)
+    code, out, err = hunav("render", *options)
+    assert code == 2
+    assert message in err
+    assert not out
+
+
+def test_overlays_are_chosen_by_name(hunav, tmp_path):
+    arguments = ["run", "passing", "--set", "simulation.duration=0.5"]
+    hunav(*arguments, "--out", tmp_path, "--overlays", "rings,goals")
+    (run,) = (tmp_path / "runs").iterdir()
+    scenario = LoadScenario(filename=str(run / "scenario.yaml"))
+    assert scenario.scene.overlays == ["goals", "rings"]
+    with pytest.raises(SystemExit):
+        hunav(*arguments, "--overlays", "halo")
+
+
+def test_run_waits_for_no_browser_where_nobody_is(hunav):
+    """The input of tests is no terminal."""
+    code, out, _ = hunav(
+        "run", "passing", "--set", "simulation.duration=0.2", "--meshcat"
+    )
+    assert code == 1
+    assert "Watch the trial at http://localhost:" in out
+    assert "Waiting" not in out
+
+
 def test_run_can_leave_the_replay_out(hunav, tmp_path):
     code, _, _ = hunav("run", "passing", "--out", tmp_path, "--no-replay")
     assert code == 0

@@ -1,10 +1,9 @@
-from pathlib import Path
-
 """Loading, overriding, naming and saving scenarios."""
 
 import dataclasses as dc
 import itertools
 import math
+from pathlib import Path
 import stat
 
 import numpy as np

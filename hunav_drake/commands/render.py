@@ -1,0 +1,178 @@
+"""The command `hunav render`."""
+
+import argparse
+from collections.abc import Callable, Iterator
+import contextlib
+from pathlib import Path
+import re
+from typing import TYPE_CHECKING, Any
+
+from hunav_drake.commands.errors import DONE, InputError, input_errors
+from hunav_drake.commands.options import add_import_option, overlay_names
+
+if TYPE_CHECKING:
+    from hunav_drake.systems.scene.scene_config import Overlay
+
+_VIEWS = ("perspective", "top", "follow", "plot")
+
+
+def add_render_command(commands: Any) -> None:
+    """Adds the command `hunav render`."""
+    render = commands.add_parser(
+        "render",
+        help="make a film or a picture of a recorded run",
+        description="Films a recorded run, without a browser: as .mp4, .gif,"
+        " or one instant of it as .png.",
+    )
+    render.set_defaults(function=_render)
+    render.add_argument(
+        "run",
+        type=Path,
+        help="the folder of a run (see `hunav run --out`), or a recording",
+    )
+    render.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        required=True,
+        help="the film to write: its name ends in .mp4, .gif or .png",
+    )
+    render.add_argument(
+        "--force", action="store_true", help="overwrite an existing file"
+    )
+    render.add_argument(
+        "--view",
+        choices=_VIEWS,
+        default="perspective",
+        help="where the camera is; plot: a drawing from above (default:"
+        " perspective)",
+    )
+    render.add_argument(
+        "--size",
+        type=_size,
+        default=(1280, 720),
+        metavar="WxH",
+        help="width and height in pixels (default: 1280x720)",
+    )
+    render.add_argument(
+        "--fps",
+        type=float,
+        default=25.0,
+        help="pictures per second (default: 25)",
+    )
+    render.add_argument(
+        "--speed",
+        type=float,
+        default=1.0,
+        help="how many times as fast as it happened (default: 1)",
+    )
+    render.add_argument(
+        "--from",
+        dest="start",
+        type=float,
+        metavar="T",
+        help="the time of the first picture, in seconds",
+    )
+    render.add_argument(
+        "--to",
+        dest="end",
+        type=float,
+        metavar="T",
+        help="the time of the last picture, in seconds",
+    )
+    render.add_argument(
+        "--at",
+        type=float,
+        metavar="T",
+        help="for .png: the time of the picture (default: the first instant)",
+    )
+    render.add_argument(
+        "--overlays",
+        type=_film_overlays,
+        metavar="NAMES",
+        help="what is drawn besides, separated by commas, or all, or none"
+        " (default: what the scenario says)",
+    )
+    render.add_argument(
+        "--no-shadows", action="store_true", help="no shadows: faster"
+    )
+    render.add_argument(
+        "--quiet", action="store_true", help="show no progress bar"
+    )
+    add_import_option(render)
+
+
+def _size(text: str) -> tuple[int, int]:
+    match = re.fullmatch(r"(\d{1,5})x(\d{1,5})", text)
+    if not match:
+        raise argparse.ArgumentTypeError(
+            f"must be width x height in pixels, as in 640x360, got {text!r}"
+        )
+    return int(match[1]), int(match[2])
+
+
+def _film_overlays(text: str) -> list["Overlay"]:
+    from hunav_drake.systems.scene.scene_config import NOT_RECORDED
+
+    names = overlay_names(text)
+    return [it for it in names if text != "all" or it not in NOT_RECORDED]
+
+
+def _render(options: argparse.Namespace) -> int:
+    output: Path = options.output
+    still = output.suffix.lower() == ".png"
+    if still and (options.start is not None or options.end is not None):
+        raise InputError(
+            f"--output {output}: a .png is of one instant: give --at instead"
+            " of --from and --to"
+        )
+    if not still and options.at is not None:
+        raise InputError(
+            f"--at {options.at:g}: is for a .png alone, got --output {output};"
+            " films have --from and --to"
+        )
+    if output.exists() and not options.force:
+        raise InputError(f"{output} already exists; overwrite it with --force")
+    if not output.resolve().parent.is_dir():
+        raise InputError(
+            f"--output {output}: there is no folder {output.parent}; make it"
+            " first"
+        )
+    if not options.run.exists():
+        raise InputError(
+            f"{options.run}: there is no such file or folder; `hunav run"
+            " SCENARIO --out DIR` writes one"
+        )
+    from hunav_drake.views.film import FilmConfig, RenderFilm
+
+    config = FilmConfig(
+        view=options.view,
+        size=options.size,
+        fps=options.fps,
+        speed=options.speed,
+        start=options.at if still else options.start,
+        end=options.end,
+        overlays=options.overlays,
+        shadows=not options.no_shadows,
+    )
+    with contextlib.ExitStack() as stack, input_errors(ValueError):
+        progress = None
+        if not options.quiet:
+            progress = stack.enter_context(_progress_bar())
+        path = RenderFilm(options.run, output, config, progress=progress)
+    print(f"Wrote {path}")
+    return DONE
+
+
+@contextlib.contextmanager
+def _progress_bar() -> Iterator[Callable[[int, int], None]]:
+    """Shows how many pictures are done, if the output is a terminal."""
+    from tqdm import tqdm
+
+    with tqdm(unit=" pictures", disable=None, leave=False) as bar:
+
+        def show(done: int, total: int) -> None:
+            bar.total = total
+            bar.update(done - bar.n)
+
+        yield show

@@ -1,0 +1,1 @@
+"""What one sees of trials: replays with controls, live views, and films."""

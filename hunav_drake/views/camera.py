@@ -1,0 +1,114 @@
+"""Where the camera of a film is, and where points are in its picture."""
+
+from dataclasses import dataclass
+import math
+from typing import Literal, get_args
+
+import numpy as np
+from pydrake.math import RigidTransform, RotationMatrix
+
+from hunav_drake.replay import FIELD_OF_VIEW, camera_pose
+from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.scene.bounds import (
+    Bounds,
+    overview_rotation,
+    view_axes,
+)
+
+View = Literal["perspective", "top", "follow", "plot"]
+VIEWS: tuple[View, ...] = get_args(View)
+
+# How far the camera is from the robot that it follows, in meters.
+FOLLOW_DISTANCE = 11.0
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A pinhole camera.
+
+    Attributes:
+        X_WC: Its pose, with x to the right, y down and z ahead.
+        size: Width and height of the picture, in pixels.
+    """
+
+    X_WC: RigidTransform
+    size: tuple[int, int]
+
+    @property
+    def focal_length(self) -> float:
+        """In pixels."""
+        return self.size[1] / 2 / math.tan(FIELD_OF_VIEW / 2)
+
+    def Project(self, points: Array) -> tuple[Array, Array]:
+        """Returns where points are in the picture.
+
+        Args:
+            points: Shape (k, 3), in W, in meters.
+
+        Returns:
+            Shape (k, 2), to the right and down, in pixels; and (k,), how far
+            ahead they are, in meters. What is behind is NaN.
+        """
+        p_CQ = (self.X_WC.inverse() @ np.asarray(points, dtype=float).T).T
+        depth = p_CQ[:, 2]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            scale = np.where(depth > 0.01, self.focal_length / depth, np.nan)
+        middle = np.array(self.size) / 2
+        return middle + p_CQ[:, :2] * scale[:, None], depth
+
+    def FloorDepth(self) -> Array:
+        """Returns how far ahead the floor is in each pixel, (height, width).
+
+        Infinite where it is not seen.
+        """
+        w, h = self.size
+        f = self.focal_length
+        u = (np.arange(w) + 0.5 - w / 2) / f
+        v = (np.arange(h) + 0.5 - h / 2) / f
+        R = self.X_WC.rotation().matrix()
+        down = -(R[2, 0] * u[None, :] + R[2, 1] * v[:, None] + R[2, 2])
+        height = self.X_WC.translation()[2]
+        with np.errstate(divide="ignore"):
+            return np.where(down > 1e-6, height / down, np.inf)
+
+
+def overview_camera(bounds: Bounds, size: tuple[int, int]) -> Camera:
+    """Returns the camera that sees a rectangle of floor at an angle."""
+    p_WC, _ = camera_pose(bounds, size[0] / size[1])
+    return Camera(_posed(_optical(bounds), p_WC), size)
+
+
+def top_camera(bounds: Bounds, size: tuple[int, int]) -> Camera:
+    """Returns the camera that sees a rectangle of floor from above."""
+    right, ahead = view_axes(bounds)
+    axes = [right, -ahead, np.array([0.0, 0.0, -1.0])]
+    longer, shorter = max(bounds.size), min(bounds.size)
+    half = max(longer / 2 * size[1] / size[0], shorter / 2)
+    # Heads, nearer to the camera, are to be in the picture as well.
+    height = 1.05 * half / math.tan(FIELD_OF_VIEW / 2) + 1.0
+    return Camera(_posed(np.column_stack(axes), [*bounds.center, height]), size)
+
+
+def follow_camera(
+    bounds: Bounds, robot: Array, size: tuple[int, int]
+) -> Camera:
+    """Returns the camera that looks at the robot as the overview does.
+
+    Args:
+        bounds: What the overview sees.
+        robot: The state of the robot.
+        size: Of the picture, in pixels.
+    """
+    R_WC = _optical(bounds)
+    target = np.array([robot[0], robot[1], 0.4])
+    return Camera(_posed(R_WC, target - FOLLOW_DISTANCE * R_WC[:, 2]), size)
+
+
+def _optical(bounds: Bounds) -> Array:
+    """Returns right, down and ahead of the overview, as columns."""
+    R_WC: Array = overview_rotation(bounds).matrix()
+    return R_WC * [1.0, -1.0, -1.0]
+
+
+def _posed(R_WC: Array, p_WC: Array | list[float]) -> RigidTransform:
+    return RigidTransform(RotationMatrix(R_WC), np.asarray(p_WC))

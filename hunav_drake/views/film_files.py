@@ -1,0 +1,156 @@
+"""Writes pictures as a film: .mp4, .gif, or one .png."""
+
+from collections.abc import Iterable, Iterator
+from fractions import Fraction
+import importlib.util
+import itertools
+import math
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+from PIL import Image
+
+from hunav_drake.systems.common.files import atomic_write
+from hunav_drake.systems.scene.palette import REACTION, ROBOT_ACCENT, TOPS
+
+SUFFIXES = (".gif", ".mp4", ".png")
+
+# The colors of a GIF, 256 at most: so many of frames among its first ones, and
+# each color of shirts and signs as bright as this.
+_COLORS = 200
+_SHADES = (1.0, 0.6)
+_FIRST_FRAMES, _SAMPLES = 64, 8
+
+# The quality of a film: less is better, and larger.
+_RATE_FACTOR = "21"
+
+
+def check_film_file(path: Path, size: tuple[int, int]) -> None:
+    """Checks, before anything is drawn, that a film can be written.
+
+    Raises:
+        ValueError: If the suffix is not known, if what writes it is not
+            installed, or if the size does not fit.
+    """
+    suffix = path.suffix.lower()
+    if suffix not in SUFFIXES:
+        raise ValueError(
+            f"{path}: the name of a film must end in one of"
+            f" {', '.join(SUFFIXES)}, got {path.suffix or 'none'!r}"
+        )
+    if suffix != ".mp4":
+        return
+    if importlib.util.find_spec("av") is None:
+        raise ValueError(
+            f"{path}: PyAV, which writes .mp4, is not installed; install it"
+            " by `pip install 'hunav_drake[film]'` (or `pip install av`), or"
+            " write a .gif"
+        )
+    if size[0] % 2 or size[1] % 2:
+        raise ValueError(
+            f"{path}: width and height of an .mp4 must be even, got"
+            f" {size[0]}x{size[1]}"
+        )
+
+
+def write_film(path: Path, pictures: Iterable[Image.Image], fps: float) -> None:
+    """Writes pictures of one size to a film; the last of them to a .png.
+
+    The file appears as a whole or not at all.
+
+    Args:
+        path: See `check_film_file`.
+        pictures: In their order; they are used up one by one.
+        fps: How many are shown per second.
+
+    Raises:
+        OSError: If the file cannot be written.
+    """
+    write = {".gif": _write_gif, ".mp4": _write_mp4, ".png": _write_png}
+    with atomic_write(path) as file:
+        write[path.suffix.lower()](file, pictures, fps)
+
+
+def gif_period(fps: float) -> int:
+    """Returns the time of a frame of a GIF in ms, which counts in 10 ms."""
+    return max(10 * round(100 / fps), 20)
+
+
+def _write_png(
+    file: BinaryIO, pictures: Iterable[Image.Image], fps: float
+) -> None:
+    for picture in pictures:
+        last = picture
+    last.save(file, "PNG")
+
+
+def _write_gif(
+    file: BinaryIO, pictures: Iterable[Image.Image], fps: float
+) -> None:
+    rest: Iterator[Image.Image] = iter(pictures)
+    first = list(itertools.islice(rest, _FIRST_FRAMES))
+    palette = _palette(first[:: math.ceil(len(first) / _SAMPLES)])
+    frames = (
+        picture.quantize(palette=palette, dither=Image.Dither.NONE)
+        for picture in itertools.chain(first, rest)
+    )
+    next(frames).save(
+        file,
+        "GIF",
+        save_all=True,
+        append_images=frames,
+        duration=gif_period(fps),
+        loop=0,
+        disposal=1,
+        optimize=False,
+    )
+
+
+def _palette(pictures: list[Image.Image]) -> Image.Image:
+    """Returns the colors of all frames: those of some, and of all people.
+
+    One palette for all keeps still what does not move.
+    """
+    thin = [
+        np.asarray(picture)[::3, ::3].reshape(-1, 3) for picture in pictures
+    ]
+    colors, counts = np.unique(np.concatenate(thin), axis=0, return_counts=True)
+    # The floor is most of a picture, and must not take most colors.
+    weighed = np.repeat(colors, np.ceil(counts**0.4).astype(int), axis=0)
+    board = Image.fromarray(weighed[None])
+    own = board.quantize(_COLORS, method=Image.Quantize.MEDIANCUT)
+    values = (own.getpalette() or [])[: 3 * _COLORS]
+    for color in (*TOPS, ROBOT_ACCENT, REACTION):
+        for shade in _SHADES:
+            rgb = (color.r(), color.g(), color.b())
+            values += [round(255 * shade * c) for c in rgb]
+    palette = Image.new("P", (1, 1))
+    palette.putpalette(values)
+    return palette
+
+
+def _write_mp4(
+    file: BinaryIO, pictures: Iterable[Image.Image], fps: float
+) -> None:
+    import av
+
+    with av.open(file, "w", format="mp4") as container:
+        stream = None
+        for picture in pictures:
+            if stream is None:
+                rate = Fraction(fps).limit_denominator(1000)
+                stream = container.add_stream("libx264", rate=rate)
+                stream.width, stream.height = picture.size
+                stream.pix_fmt = "yuv420p"
+                stream.options = {"crf": _RATE_FACTOR, "preset": "medium"}
+            frame = av.VideoFrame.from_image(picture)
+            container.mux(stream.encode(frame))
+        if stream is not None:
+            container.mux(stream.encode())
+
+
+def frame_times(start: float, end: float, step: float) -> list[float]:
+    """Returns the times of frames, from the first to at most the last, in s."""
+    count = math.floor((end - start) / step + 1e-6) + 1
+    return [start + k * step for k in range(count)]

@@ -1,0 +1,250 @@
+"""Draws overlays onto the pictures of a film."""
+
+from collections.abc import Sequence
+import math
+
+import numpy as np
+from PIL import Image, ImageDraw
+from pydrake.geometry import Rgba
+
+from hunav_drake.systems.common.arrays import Array, Mask
+from hunav_drake.systems.common.layout import RADIUS, VX, VY, X, Y
+from hunav_drake.systems.scene.meshes import circle
+from hunav_drake.systems.scene.overlays.tags import TAG_Z, tag_picture, tag_text
+from hunav_drake.systems.scene.palette import (
+    BODY_DISC,
+    PROXEMIC_RINGS,
+    REACTION,
+    ROBOT_ACCENT,
+    TOPS,
+)
+from hunav_drake.systems.scene.scene_config import (
+    PROXEMIC_RADII,
+    STANDING_SPEED,
+    WALKED_TIME,
+    Overlay,
+)
+from hunav_drake.views.film_scene import Shot
+from hunav_drake.views.recorded_trial import RecordedTrial
+
+# Marks on the floor are drawn so many times as large, for smooth edges.
+_FINER = 2
+
+# The steps of a walked path, in seconds, and its width, in meters.
+_WALKED_STEP = 0.2
+_WALKED_WIDTH = 0.07
+
+# Letters of tags and clock, by the height of the picture.
+_TAG_LETTERS, _CLOCK_LETTERS = 0.026, 0.04
+_SMALLEST_LETTERS = 11
+
+
+class FilmOverlays:
+    """Draws overlays of one trial."""
+
+    def __init__(
+        self, trial: RecordedTrial, overlays: Sequence[Overlay]
+    ) -> None:
+        """Constructs a FilmOverlays.
+
+        Args:
+            trial: The trial that the pictures are of.
+            overlays: What is drawn; what is not recorded is left out.
+        """
+        self._trial = trial
+        self._shown = frozenset(overlays)
+
+    def Draw(self, shot: Shot) -> Image.Image:
+        """Returns a picture with the overlays on it."""
+        picture = Image.fromarray(shot.image)
+        floor = _FloorLayer(shot)
+        reacts = self._trial.Reacts(shot.time)
+        self._DrawDiscs(floor, shot, reacts)
+        if "goals" in self._shown:
+            self._DrawGoals(floor)
+        if "walked" in self._shown:
+            self._DrawWalked(floor, shot)
+        if "rings" in self._shown:
+            self._DrawRings(floor, shot)
+        picture = floor.Onto(picture)
+        if "names" in self._shown:
+            self._DrawNames(picture, shot, reacts)
+        if "clock" in self._shown:
+            _DrawClock(picture, shot.time)
+        return picture
+
+    def _DrawDiscs(
+        self, floor: "_FloorLayer", shot: Shot, reacts: Mask
+    ) -> None:
+        sign = "reactions" in self._shown
+        for row, react in zip(shot.humans, reacts, strict=True):
+            if math.isnan(row[X]):
+                continue
+            at, radius = row[[X, Y]], row[RADIUS]
+            floor.Fill(at + circle(radius, 40), BODY_DISC)
+            if sign and react:
+                floor.Band(at, radius, radius + 0.09, REACTION)
+
+    def _DrawRings(self, floor: "_FloorLayer", shot: Shot) -> None:
+        for row in shot.humans:
+            if math.isnan(row[X]):
+                continue
+            for radius, color in zip(
+                PROXEMIC_RADII, PROXEMIC_RINGS, strict=True
+            ):
+                floor.Band(row[[X, Y]], radius - 0.03, radius, color)
+
+    def _DrawGoals(self, floor: "_FloorLayer") -> None:
+        for i, human in enumerate(self._trial.humans):
+            for goal in human.goals:
+                place = np.array(goal[:2])
+                floor.Fill(place + circle(0.1, 24), TOPS[i % len(TOPS)])
+        robot = self._trial.robot
+        if robot.goal is None:
+            return
+        x, y, yaw = robot.goal
+        place, r = np.array([x, y]), robot.radius
+        floor.Band(place, 0.84 * r, r, ROBOT_ACCENT)
+        c, s = math.cos(yaw), math.sin(yaw)
+        head = r * np.array(
+            [[0.62, 0], [-0.30, 0.42], [-0.10, 0], [-0.30, -0.42]]
+        )
+        floor.Fill(place + head @ np.array([[c, s], [-s, c]]), ROBOT_ACCENT)
+
+    def _DrawWalked(self, floor: "_FloorLayer", shot: Shot) -> None:
+        ages = np.arange(0.0, WALKED_TIME, _WALKED_STEP)
+        first = self._trial.recording.times[0]
+        ages = ages[shot.time - ages >= first]
+        if len(ages) < 2:
+            return
+        states = [self._trial.States(shot.time - age) for age in ages]
+        rows = np.stack(
+            [np.vstack([humans, robot]) for humans, robot in states]
+        )
+        n = len(self._trial.humans)
+        for i in range(n + 1):
+            color = ROBOT_ACCENT if i == n else TOPS[i % len(TOPS)]
+            places = rows[:, i, [X, Y]]
+            for k in range(len(ages) - 1):
+                rest = 1.0 - ages[k] / WALKED_TIME
+                faded = Rgba(color.r(), color.g(), color.b(), 0.75 * rest)
+                floor.Line(places[k], places[k + 1], _WALKED_WIDTH, faded)
+
+    def _DrawNames(
+        self, picture: Image.Image, shot: Shot, reacts: Mask
+    ) -> None:
+        humans = shot.humans
+        if not len(humans):
+            return
+        tops = np.column_stack([humans[:, [X, Y]], np.full(len(humans), TAG_Z)])
+        pixels, depth = shot.camera.Project(tops)
+        letters = max(round(_TAG_LETTERS * picture.height), _SMALLEST_LETTERS)
+        speed = np.hypot(humans[:, VX], humans[:, VY])
+        taken: list[tuple[int, int, int, int]] = []
+        # Who is near has the first choice.
+        for i in np.argsort(depth):
+            if not np.isfinite(pixels[i]).all():
+                continue
+            human = self._trial.humans[i]
+            activity = "stands" if speed[i] < STANDING_SPEED else ""
+            text = tag_text(
+                human.name,
+                human.behavior_name,
+                "reacts" if reacts[i] else activity,
+            )
+            sign = bool(reacts[i]) and "reactions" in self._shown
+            tag = tag_picture(text, sign, letters)
+            x, y = pixels[i]
+            left, top = round(x - tag.width / 2), round(y - tag.height)
+            # Above those in the way.
+            for box in sorted(taken, key=lambda box: -box[1]):
+                if (
+                    left < box[2]
+                    and box[0] < left + tag.width
+                    and top < box[3]
+                    and box[1] < top + tag.height
+                ):
+                    top = box[1] - tag.height - 1
+            taken.append((left, top, left + tag.width, top + tag.height))
+            picture.paste(tag, (left, top), tag)
+
+
+class _FloorLayer:
+    """What is drawn on the floor, behind whatever stands on it."""
+
+    def __init__(self, shot: Shot) -> None:
+        self._shot = shot
+        width, height = shot.camera.size
+        self._size = (_FINER * width, _FINER * height)
+        self._layer = Image.new("RGBA", self._size, (0, 0, 0, 0))
+
+    def _Pixels(self, outline: Array) -> list[tuple[float, float]]:
+        points = np.column_stack([outline, np.zeros(len(outline))])
+        pixels, _ = self._shot.camera.Project(points)
+        if not np.isfinite(pixels).all():
+            return []
+        # Pillow counts with 32 bits; beyond the picture all is one.
+        limit = 20.0 * max(self._size)
+        pixels = np.clip(_FINER * pixels, -limit, limit)
+        return [(float(x), float(y)) for x, y in pixels]
+
+    def _Add(self, outlines: Sequence[Array], color: Rgba) -> None:
+        """Fills an outline, but not the holes in it, the other outlines."""
+        shapes = [self._Pixels(outline) for outline in outlines]
+        if not all(shapes):
+            return
+        points = np.vstack([np.array(shape) for shape in shapes])
+        low = np.floor(np.maximum(points.min(axis=0) - 1, 0)).astype(int)
+        high = np.ceil(np.minimum(points.max(axis=0) + 2, self._size)).astype(
+            int
+        )
+        if np.any(high <= low):
+            return
+        mask = Image.new("L", (int(high[0] - low[0]), int(high[1] - low[1])))
+        draw = ImageDraw.Draw(mask)
+        for k, shape in enumerate(shapes):
+            moved = [(x - low[0], y - low[1]) for x, y in shape]
+            alpha = round(255 * color.a()) if k == 0 else 0
+            draw.polygon(moved, fill=alpha)
+        rgb = tuple(round(255 * c) for c in (color.r(), color.g(), color.b()))
+        patch = Image.new("RGBA", mask.size, (*rgb, 0))
+        patch.putalpha(mask)
+        self._layer.alpha_composite(patch, (int(low[0]), int(low[1])))
+
+    def Fill(self, outline: Array, color: Rgba) -> None:
+        """Fills a polygon (k, 2) in W."""
+        self._Add([outline], color)
+
+    def Band(
+        self, middle: Array, inner: float, outer: float, color: Rgba
+    ) -> None:
+        """Draws a ring around a point in W; lengths are in meters."""
+        outlines = [middle + circle(r, 64) for r in (outer, inner)]
+        self._Add(outlines, color)
+
+    def Line(self, p: Array, q: Array, width: float, color: Rgba) -> None:
+        """Draws a line between points in W, of a width in meters."""
+        along = q - p
+        length = float(np.hypot(*along))
+        if not math.isfinite(length) or length < 1e-6:
+            return
+        across = np.array([-along[1], along[0]]) * (0.5 * width / length)
+        self.Fill(
+            np.array([p - across, q - across, q + across, p + across]), color
+        )
+
+    def Onto(self, picture: Image.Image) -> Image.Image:
+        """Returns the picture with the layer on its floor."""
+        layer = self._layer.reduce(_FINER)
+        alpha = np.asarray(layer.getchannel("A")) * self._shot.floor
+        layer.putalpha(Image.fromarray(alpha.astype(np.uint8)))
+        result = picture.convert("RGBA")
+        result.alpha_composite(layer)
+        return result.convert("RGB")
+
+
+def _DrawClock(picture: Image.Image, time: float) -> None:
+    letters = max(round(_CLOCK_LETTERS * picture.height), _SMALLEST_LETTERS)
+    tag = tag_picture(f"{time:.1f} s", False, letters)
+    margin = round(0.5 * letters)
+    picture.paste(tag, (margin, margin), tag)

@@ -1,0 +1,183 @@
+"""A trial shown live: waiting for a browser, and controls in its page."""
+
+from collections.abc import Callable
+import math
+import time
+
+import numpy as np
+from pydrake.geometry import Meshcat
+from pydrake.systems.framework import Context, Diagram
+
+from hunav_drake.replay import camera_pose, view_bounds
+from hunav_drake.scenario import draw_people
+from hunav_drake.scenario.schema import Scenario
+from hunav_drake.systems.common.layout import X, Y
+from hunav_drake.systems.scene.bounds import view_axes
+from hunav_drake.systems.scene.overlays.board import Board
+from hunav_drake.systems.scene.scene import figure_names
+from hunav_drake.systems.scene.scene_config import OVERLAYS
+from hunav_drake.views.camera import FOLLOW_DISTANCE
+
+# The controls in the page.
+PAUSE, RESTART, VIEW = "Pause / go on", "Restart", "Next view"
+SPEED, CLOCK = "speed", "time [s]"
+_SHOW = "Show / hide: "
+
+_VIEWS = ("overview", "top", "follow")
+
+# How often it looks whether something was clicked, in seconds.
+_POLL = 0.05
+
+# How late the trial may be before it gives up to catch up, and how often its
+# time is told, in seconds.
+_LATE, _CLOCK_STEP = 0.5, 0.5
+
+
+class RestartRequest(Exception):
+    """The one who watches wants the trial to begin again."""
+
+
+class LiveControls:
+    """Buttons and sliders in the page of a trial that runs.
+
+    `Watch` is to be called after each step of the trial, until it returns
+    true: see `RunTrial`. It keeps pace with real time, as fast as the slider
+    says, holds the trial while it is paused, and does what the buttons say.
+    """
+
+    def __init__(
+        self, meshcat: Meshcat, scenario: Scenario, diagram: Diagram
+    ) -> None:
+        """Constructs LiveControls, and adds the controls to the page.
+
+        Args:
+            meshcat: Where the trial is shown.
+            scenario: What happens.
+            diagram: From `MakeTrialDiagram`.
+        """
+        self._meshcat = meshcat
+        self._scenario = scenario
+        self._robot_state = diagram.GetOutputPort("robot_state")
+        self._humans = draw_people(scenario)
+        names = figure_names(self._humans)
+        world, robot = scenario.world, scenario.robot
+        self._board = Board(meshcat, world, self._humans, names, robot)
+        self._clicks: dict[str, int] = {}
+        self._view = 0
+        self._speed = 1.0
+        self._told = math.nan
+        meshcat.AddButton(PAUSE, "Space")
+        meshcat.AddButton(RESTART, "KeyR")
+        meshcat.AddButton(VIEW, "KeyV")
+        meshcat.AddSlider(SPEED, 0.25, 8.0, 0.25, self._speed)
+        duration = scenario.simulation.duration
+        meshcat.AddSlider(CLOCK, 0.0, duration, 0.1, 0.0)
+        # The clock has a slider; and a scan takes a lidar.
+        scans = diagram.GetSubsystemByName("scene").HasInputPort("scan")
+        self._switched = [
+            overlay
+            for overlay in OVERLAYS
+            if overlay != "clock" and (overlay != "scan" or scans)
+        ]
+        for overlay in self._switched:
+            meshcat.AddButton(_SHOW + overlay)
+        self.Restart()
+
+    def Restart(self) -> None:
+        """Prepares for a trial that begins (again)."""
+        # What it draws anew is hidden as the scenario says.
+        shown = self._scenario.scene.overlays
+        self._shown = {overlay: overlay in shown for overlay in OVERLAYS}
+        self._paused = False
+        self._Pace(0.0)
+
+    def Watch(self, context: Context) -> bool:
+        """Returns whether the trial may go on; it waits a little if not.
+
+        Args:
+            context: The Context of the trial.
+
+        Raises:
+            RestartRequest: If the trial is to begin again.
+        """
+        seconds = context.get_time()
+        self._Obey(context)
+        speed = self._meshcat.GetSliderValue(SPEED)
+        if self._paused or speed != self._speed:
+            self._speed = speed
+            self._Pace(seconds)
+        if self._paused:
+            time.sleep(_POLL)
+            return False
+        begin, at = self._begin
+        ahead = (seconds - begin) / speed - (time.monotonic() - at)
+        if ahead > _POLL:
+            time.sleep(_POLL)
+            return False
+        time.sleep(max(ahead, 0.0))
+        if ahead < -_LATE:
+            # Too slow for real time: no race to catch up afterwards.
+            self._Pace(seconds)
+        if round(seconds / _CLOCK_STEP) * _CLOCK_STEP != self._told:
+            self._told = round(seconds / _CLOCK_STEP) * _CLOCK_STEP
+            self._meshcat.SetSliderValue(CLOCK, self._told)
+        if _VIEWS[self._view] == "follow":
+            self._SetView(context)
+        return True
+
+    def _Pace(self, seconds: float) -> None:
+        """Keeps pace from a time of the trial on, which is now."""
+        self._begin = (seconds, time.monotonic())
+
+    def _Obey(self, context: Context) -> None:
+        """Does what the buttons say."""
+        if self._Clicked(RESTART):
+            raise RestartRequest
+        if self._Clicked(PAUSE):
+            self._paused = not self._paused
+        if self._Clicked(VIEW):
+            self._view = (self._view + 1) % len(_VIEWS)
+            self._SetView(context)
+        for overlay in self._switched:
+            if self._Clicked(_SHOW + overlay):
+                self._shown[overlay] = not self._shown[overlay]
+                self._board.Show(overlay, self._shown[overlay])
+
+    def _SetView(self, context: Context) -> None:
+        scenario = self._scenario
+        bounds = view_bounds(scenario.world, self._humans, scenario.robot)
+        view = _VIEWS[self._view]
+        p_WC, p_WT = camera_pose(bounds)
+        if view == "top":
+            _, ahead = view_axes(bounds)
+            p_WT = np.array([*bounds.center, 0.0])
+            distance = float(np.linalg.norm(p_WC - p_WT))
+            # A hair to the side: straight down has no direction of up.
+            p_WC = p_WT + distance * np.array([0.0, 0.0, 1.0]) - 0.02 * ahead
+        elif view == "follow":
+            robot = self._robot_state.Eval(context)
+            away = (p_WC - p_WT) / np.linalg.norm(p_WC - p_WT)
+            p_WT = np.array([robot[X], robot[Y], 0.4])
+            p_WC = p_WT + FOLLOW_DISTANCE * away
+        self._meshcat.SetCameraPose(p_WC, p_WT)
+
+    def _Clicked(self, button: str) -> bool:
+        """Returns whether a button was clicked since this was last asked."""
+        clicks: int = self._meshcat.GetButtonClicks(button)
+        before = self._clicks.get(button, 0)
+        self._clicks[button] = clicks
+        return clicks > before
+
+
+def WaitForBrowser(
+    meshcat: Meshcat, *, say: Callable[[str], None] = print
+) -> None:
+    """Waits until a browser shows a Meshcat."""
+    if meshcat.GetNumActiveConnections():
+        return
+    say(
+        "Waiting for a browser to open this page (Ctrl-C ends, --no-wait"
+        " starts at once) ..."
+    )
+    while not meshcat.GetNumActiveConnections():
+        time.sleep(_POLL)

@@ -1,0 +1,178 @@
+"""Pictures of a recorded trial as a drawing from above."""
+
+from collections.abc import Sequence
+import math
+
+import numpy as np
+from PIL import Image
+
+from hunav_drake.plots.style import draw_walls
+from hunav_drake.replay import view_bounds
+from hunav_drake.systems.common.layout import RADIUS, YAW, X, Y
+from hunav_drake.systems.scene.palette import REACTION, ROBOT_ACCENT, TOPS
+from hunav_drake.systems.scene.scene_config import (
+    PROXEMIC_RADII,
+    WALKED_TIME,
+    Overlay,
+)
+from hunav_drake.views.recorded_trial import RecordedTrial
+
+_DPI = 100
+_WALKED_STEP = 0.2
+
+
+class PlanView:
+    """Draws instants of one trial from above, by Matplotlib."""
+
+    def __init__(
+        self,
+        trial: RecordedTrial,
+        overlays: Sequence[Overlay],
+        size: tuple[int, int],
+    ) -> None:
+        """Constructs a PlanView.
+
+        Args:
+            trial: The trial.
+            overlays: What is drawn; what is not recorded is left out.
+            size: Width and height of a picture, in pixels.
+        """
+        # Not pyplot, which keeps all figures, and asks for a screen.
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.figure import Figure
+
+        self._trial = trial
+        self._shown = frozenset(overlays)
+        figure = Figure((size[0] / _DPI, size[1] / _DPI), dpi=_DPI)
+        self._canvas = FigureCanvasAgg(figure)
+        self._ax = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+        # As large as it fits, at one scale along x and y.
+        bounds = view_bounds(trial.world, trial.humans, trial.robot)
+        scale = max(b / s for b, s in zip(bounds.size, size, strict=True))
+        self._limits = [
+            (middle - scale * pixels / 2, middle + scale * pixels / 2)
+            for middle, pixels in zip(bounds.center, size, strict=True)
+        ]
+
+    def Draw(self, time: float) -> Image.Image:
+        """Returns the picture of an instant, in seconds."""
+        ax, trial = self._ax, self._trial
+        ax.clear()
+        ax.set_axis_off()
+        (x_min, x_max), (y_min, y_max) = self._limits
+        ax.set(xlim=(x_min, x_max), ylim=(y_min, y_max))
+        draw_walls(ax, trial.world.obstacles())
+        humans, robot = trial.States(time)
+        if "goals" in self._shown:
+            self._DrawGoals()
+        if "walked" in self._shown:
+            self._DrawWalked(time)
+        reacts = self._trial.Reacts(time)
+        for i, row in enumerate(humans):
+            if not math.isnan(row[X]):
+                self._DrawPerson(i, row, bool(reacts[i]))
+        self._DrawBody(robot, ROBOT_ACCENT.rgba, zorder=6)
+        if "clock" in self._shown:
+            ax.text(
+                0.015,
+                0.98,
+                f"{time:.1f} s",
+                transform=ax.transAxes,
+                va="top",
+                fontsize=13,
+                zorder=9,
+            )
+        self._canvas.draw()
+        return Image.fromarray(np.asarray(self._canvas.buffer_rgba())).convert(
+            "RGB"
+        )
+
+    def _DrawGoals(self) -> None:
+        for i, human in enumerate(self._trial.humans):
+            for x, y, *_ in human.goals:
+                color = TOPS[i % len(TOPS)].rgba
+                self._ax.plot(x, y, "x", color=color, ms=7, mew=2, zorder=3)
+        goal = self._trial.robot.goal
+        if goal is not None:
+            self._ax.plot(
+                *goal[:2], "*", color=ROBOT_ACCENT.rgba, ms=14, zorder=3
+            )
+
+    def _DrawWalked(self, time: float) -> None:
+        from matplotlib.collections import LineCollection
+
+        ages = np.arange(0.0, WALKED_TIME, _WALKED_STEP)
+        ages = ages[time - ages >= self._trial.recording.times[0]]
+        if len(ages) < 2:
+            return
+        states = [self._trial.States(time - age) for age in ages]
+        rows = np.stack([np.vstack([h, r]) for h, r in states])
+        for i in range(rows.shape[1]):
+            last = i == rows.shape[1] - 1
+            color = ROBOT_ACCENT if last else TOPS[i % len(TOPS)]
+            places = rows[:, i, [X, Y]]
+            segments = np.stack([places[:-1], places[1:]], axis=1)
+            fade = 1.0 - ages[:-1] / WALKED_TIME
+            colors = [(color.r(), color.g(), color.b(), a) for a in fade]
+            self._ax.add_collection(
+                LineCollection(segments, colors=colors, lw=2, zorder=4)
+            )
+
+    def _DrawPerson(self, i: int, row: np.ndarray, reacts: bool) -> None:
+        from matplotlib.patches import Circle
+
+        sign = reacts and "reactions" in self._shown
+        if sign:
+            self._ax.add_patch(
+                Circle(
+                    row[[X, Y]],
+                    row[RADIUS] + 0.08,
+                    fill=False,
+                    ec=REACTION.rgba,
+                    lw=2.5,
+                    zorder=5,
+                )
+            )
+        self._DrawBody(row, TOPS[i % len(TOPS)].rgba, zorder=5)
+        if "rings" in self._shown:
+            for radius in PROXEMIC_RADII:
+                self._ax.add_patch(
+                    Circle(
+                        row[[X, Y]],
+                        radius,
+                        fill=False,
+                        ec="0.6",
+                        lw=0.8,
+                        ls=":",
+                        zorder=2,
+                    )
+                )
+        if "names" in self._shown:
+            human = self._trial.humans[i]
+            self._ax.annotate(
+                f"{human.name} \N{MIDDLE DOT} {human.behavior_name}",
+                row[[X, Y]] + [0.0, row[RADIUS] + 0.1],
+                ha="center",
+                va="bottom",
+                fontsize=8,
+                parse_math=False,
+                annotation_clip=True,
+                zorder=8,
+            )
+
+    def _DrawBody(
+        self, row: np.ndarray, color: Sequence[float], *, zorder: int
+    ) -> None:
+        """Draws a disc, and where it is heading."""
+        from matplotlib.patches import Circle
+
+        place, radius = row[[X, Y]], row[RADIUS]
+        self._ax.add_patch(
+            Circle(place, radius, fc=color, ec="0.15", lw=0.8, zorder=zorder)
+        )
+        nose = place + radius * np.array(
+            [math.cos(row[YAW]), math.sin(row[YAW])]
+        )
+        self._ax.plot(
+            *np.column_stack([place, nose]), color="0.1", lw=2, zorder=zorder
+        )

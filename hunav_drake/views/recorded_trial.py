@@ -1,0 +1,196 @@
+"""Trials that were recorded, with what is needed to show them again."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from hunav_drake.recordings.readers import ReadRecording
+from hunav_drake.results.run_folders import RUNS, find_runs
+from hunav_drake.scenario import LoadScenario, ScenarioError
+from hunav_drake.scenario.population import draw_people
+from hunav_drake.systems.common.arrays import Array, Mask
+from hunav_drake.systems.common.layout import RADIUS, STATE_SIZE, YAW, X, Y
+from hunav_drake.systems.evaluation.recording import Recording
+from hunav_drake.systems.people.human_config import HumanConfig
+from hunav_drake.systems.robot import DifferentialDriveConfig
+from hunav_drake.systems.robot.robot_config import RobotConfig
+from hunav_drake.systems.scene.scene_config import SceneConfig
+from hunav_drake.systems.world.shapes import Polygon, Polyline, Wall, World
+
+# What the files of a run are called.
+RECORDING, SCENARIO = "recording.npz", "scenario.yaml"
+
+
+@dataclass(frozen=True, kw_only=True)
+class RecordedTrial:
+    """A recording, and who and what is in it.
+
+    Attributes:
+        recording: What happened.
+        world: The walls.
+        humans: The people, in the order of the recording.
+        robot: The robot.
+        scene: What is seen besides.
+    """
+
+    recording: Recording
+    world: World
+    humans: list[HumanConfig]
+    robot: RobotConfig
+    scene: SceneConfig
+
+    def Reacts(self, time: float) -> Mask:
+        """Returns who reacts to the robot at an instant (s), shape (n,)."""
+        times, status = self.recording.times, self.recording.behavior_status
+        k = int(np.searchsorted(times, time + 1e-9, side="right")) - 1
+        if status is None:
+            return np.zeros(self.recording.num_humans, dtype=np.bool_)
+        return np.asarray(status[max(k, 0)] != 0)
+
+    @property
+    def duration(self) -> float:
+        """The time from the first to the last sample, in seconds."""
+        return float(self.recording.times[-1] - self.recording.times[0])
+
+    def States(self, time: float) -> tuple[Array, Array]:
+        """Returns the states at an instant, between samples as well.
+
+        Args:
+            time: In seconds, on the clock of the recording.
+
+        Returns:
+            Those of the people (n, 7), NaN for who is absent then, and that of
+            the robot (7,).
+        """
+        times = self.recording.times
+        right = int(np.clip(np.searchsorted(times, time), 1, len(times) - 1))
+        if len(times) == 1:
+            right = 0
+        left = max(right - 1, 0)
+        span = times[right] - times[left]
+        share = 0.0 if span == 0 else (time - times[left]) / span
+        share = float(np.clip(share, 0.0, 1.0))
+        both = []
+        for rows in (self.recording.humans, self.recording.robot):
+            a, b = rows[left], rows[right]
+            state = a + share * (b - a)
+            turn = (b[..., YAW] - a[..., YAW] + np.pi) % (2 * np.pi) - np.pi
+            state[..., YAW] = a[..., YAW] + share * turn
+            both.append(state)
+        return both[0], both[1]
+
+
+def LoadRecordedTrial(path: str | Path) -> RecordedTrial:
+    """Loads what a run has recorded.
+
+    Args:
+        path: The folder of a run; or a folder of results that holds one run;
+            or a recording from elsewhere, of which `ReadRecording` knows the
+            kind: figures then are of the robot and the people that it tells
+            of, and walls as high as by default.
+
+    Raises:
+        OSError: If there is no recording.
+        ValueError: If it cannot be read, or if there are several.
+    """
+    path = Path(path)
+    file = _recording_file(path) if path.is_dir() else path
+    recording = ReadRecording(file)
+    if not len(recording):
+        raise ValueError(f"{file}: the recording is empty")
+    scenario_file = file.with_name(SCENARIO)
+    if file.name == RECORDING and scenario_file.exists():
+        try:
+            scenario = LoadScenario(filename=str(scenario_file))
+        except ScenarioError as error:
+            raise ValueError(
+                f"{error}\n(it tells how the run looked; without it the run is"
+                " drawn from its recording alone)"
+            ) from error
+        humans = draw_people(scenario)
+        if len(humans) != recording.num_humans:
+            humans = _people_of(recording)
+        return RecordedTrial(
+            recording=recording,
+            world=scenario.world,
+            humans=humans,
+            robot=scenario.robot,
+            scene=scenario.scene,
+        )
+    return RecordedTrial(
+        recording=recording,
+        world=_world_of(recording),
+        humans=_people_of(recording),
+        robot=_robot_of(recording),
+        scene=SceneConfig(),
+    )
+
+
+def _recording_file(folder: Path) -> Path:
+    if (folder / RECORDING).exists():
+        return folder / RECORDING
+    runs = list(find_runs(folder).values())
+    if len(runs) == 1 and (runs[0] / RECORDING).exists():
+        return runs[0] / RECORDING
+    if runs:
+        shown = ", ".join(str(run) for run in runs[:5])
+        more = f" and {len(runs) - 5} more" if len(runs) > 5 else ""
+        raise ValueError(
+            f"{folder}: holds {len(runs)} runs; name one of them: {shown}{more}"
+        )
+    raise ValueError(
+        f"{folder}: there is no recording: neither {RECORDING} nor a folder"
+        f" {RUNS}; `hunav run SCENARIO --out {folder}` makes one"
+    )
+
+
+def _world_of(recording: Recording) -> World:
+    obstacles = recording.obstacles
+    walls: list[Wall] = []
+    for i in range(len(obstacles)):
+        rows = obstacles.segments[obstacles.first[i] : obstacles.first[i + 1]]
+        if not len(rows):
+            continue
+        points = [(float(x), float(y)) for x, y in rows[:, :2]]
+        if obstacles.solid[i] and len(points) > 2:
+            walls.append(Polygon(points=points))
+        else:
+            end = (float(rows[-1, 2]), float(rows[-1, 3]))
+            walls.append(Polyline(points=[*points, end]))
+    return World(walls=walls)
+
+
+def _people_of(recording: Recording) -> list[HumanConfig]:
+    people = []
+    for i in range(recording.num_humans):
+        rows = recording.humans[:, i]
+        known = rows[~np.isnan(rows[:, X])]
+        row = known[0] if len(known) else np.zeros(STATE_SIZE)
+        radius = float(np.clip(row[RADIUS], 0.1, 1.0))
+        x, y = known[-1, [X, Y]] if len(known) else (0.0, 0.0)
+        people.append(
+            HumanConfig(
+                name=recording.human_names[i],
+                id=recording.human_ids[i],
+                pose=_pose(row),
+                goals=[(float(x), float(y))],
+                radius=radius,
+                behavior=recording.behaviors[i],
+            )
+        )
+    return people
+
+
+def _robot_of(recording: Recording) -> RobotConfig:
+    first = recording.robot[0]
+    goal = recording.goal
+    return DifferentialDriveConfig(
+        start=_pose(first),
+        goal=goal,
+        radius=float(np.clip(first[RADIUS], 0.05, 2.0)),
+    )
+
+
+def _pose(state: Array) -> tuple[float, float, float]:
+    return float(state[X]), float(state[Y]), float(state[YAW])

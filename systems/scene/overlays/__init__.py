@@ -1,0 +1,1 @@
+"""What Meshcat shows besides figures, floor and walls."""

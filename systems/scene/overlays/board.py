@@ -1,0 +1,233 @@
+"""The objects in Meshcat that show overlays, and where they are."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+import math
+
+import numpy as np
+from pydrake.geometry import Cylinder, Meshcat, Rgba
+from pydrake.math import RigidTransform
+
+from hunav_drake.systems.people.human_config import HumanConfig
+from hunav_drake.systems.robot.robot_config import RobotConfig
+from hunav_drake.systems.scene.bounds import overview_rotation, scene_bounds
+from hunav_drake.systems.scene.meshes import TriangleMesh, plate, ring
+from hunav_drake.systems.scene.overlays.tags import TAG_Z, TagBoard, tag_text
+from hunav_drake.systems.scene.palette import (
+    FORCE_ARROWS,
+    PLAN,
+    PROXEMIC_RINGS,
+    REACTION,
+    ROBOT_ACCENT,
+    SCAN,
+    TOPS,
+)
+from hunav_drake.systems.scene.scene_config import (
+    OVERLAYS,
+    PROXEMIC_RADII,
+    Overlay,
+)
+from hunav_drake.systems.world.shapes import World
+
+# Where the visualizer of the scene puts figures, and overlays of no person.
+FIGURES = "/drake/visualizer"
+PLACE = "/drake/overlays"
+
+# What people do, as their tags say it.
+ACTIVITIES = ("", "stands", "reacts")
+
+# How many dots show a walked path, a planned path, and a scan.
+WALKED_DOTS = 12
+PLAN_DOTS = 24
+MAX_SCAN_DOTS = 90
+
+# Heights of overlays above the floor, in meters. Each has its own, and so has
+# each person: surfaces at one height would flicker.
+_RING_Z, _REACTION_Z, _WALKED_Z = 0.020, 0.026, 0.032
+PLAN_Z, _FORCE_Z, SCAN_Z = 0.039, 0.041, 0.2
+_LIFT, _LEVELS = 0.0005, 12
+
+# Under the floor, where nobody sees it.
+HIDDEN_Z = -1.0
+
+
+@dataclass(frozen=True)
+class Walker:
+    """One whose path is shown: a person, or the robot.
+
+    Attributes:
+        name: The name of the figure.
+        row: The row in `human_states`; -1 for the robot.
+        height: How high its path lies, in meters.
+    """
+
+    name: str
+    row: int
+    height: float
+
+
+class Board:
+    """The objects that show overlays; it knows their paths."""
+
+    def __init__(
+        self,
+        meshcat: Meshcat,
+        world: World,
+        humans: Sequence[HumanConfig],
+        names: Sequence[str],
+        robot: RobotConfig | None,
+    ) -> None:
+        """Constructs a Board; `Draw` draws on it.
+
+        Args:
+            meshcat: Where.
+            world: The walls.
+            humans: The people.
+            names: The names of their figures.
+            robot: The robot, if there is one.
+        """
+        self.meshcat = meshcat
+        self.names = tuple(names)
+        self.walkers = [
+            Walker(name, i, _WALKED_Z + _LIFT * (i % _LEVELS))
+            for i, name in enumerate(names)
+        ]
+        self.has_robot = robot is not None
+        if self.has_robot:
+            self.walkers.append(
+                Walker("robot", -1, _WALKED_Z + _LIFT * _LEVELS)
+            )
+        # The camera of the overview, to which tags turn: right, up, back.
+        self.R_WT = overview_rotation(scene_bounds(world, humans, robot))
+        # A frame that moves as the robot does, for views that follow it.
+        self.robot = f"{PLACE}/overlay_robot"
+        self._humans = tuple(humans)
+        self._robot = robot
+
+    def OfPerson(self, overlay: Overlay, name: str) -> str:
+        """Returns the path of an overlay that moves with a figure."""
+        return f"{FIGURES}/{name}/base/overlay_{overlay}"
+
+    def OfAll(self, overlay: Overlay) -> str:
+        """Returns the path of an overlay that does not move with a figure."""
+        return f"{PLACE}/overlay_{overlay}"
+
+    def Walked(self, walker: Walker, dot: int) -> str:
+        """Returns the path of a dot on a walked path."""
+        return f"{self.OfAll('walked')}/{walker.name}/{dot}"
+
+    def Plan(self, dot: int) -> str:
+        """Returns the path of a dot on the planned path."""
+        return f"{self.OfAll('plan')}/{dot}"
+
+    def Scan(self, dot: int) -> str:
+        """Returns the path of a dot where the lidar meets something."""
+        return f"{self.OfAll('scan')}/{dot}"
+
+    def Force(self, name: str, kind: int) -> str:
+        """Returns the path of an arrow: see `FORCE_ARROWS`."""
+        return f"{self.OfPerson('forces', name)}/{kind}"
+
+    def Tag(self, name: str, activity: int) -> str:
+        """Returns the path of a name tag: see `ACTIVITIES`."""
+        return f"{self.OfPerson('names', name)}/{activity}"
+
+    def Paths(self, overlay: Overlay) -> list[str]:
+        """Returns the paths to hide so that an overlay is hidden."""
+        if overlay in ("walked", "plan", "scan", "clock"):
+            return [self.OfAll(overlay)]
+        if overlay == "goals":
+            goals = [
+                f"{FIGURES}/human_{i}_goal_{k}"
+                for i, human in enumerate(self._humans)
+                for k in range(len(human.goals))
+            ]
+            aims = self._robot is not None and self._robot.goal is not None
+            return goals + ([f"{FIGURES}/robot_goal"] if aims else [])
+        return [self.OfPerson(overlay, name) for name in self.names]
+
+    def Show(self, overlay: Overlay, visible: bool) -> None:
+        """Shows or hides an overlay."""
+        for path in self.Paths(overlay):
+            self.meshcat.SetProperty(path, "visible", visible)
+
+    def Draw(self, shown: Sequence[Overlay], num_scan_dots: int = 0) -> None:
+        """Draws all overlays anew, and hides those that are not `shown`."""
+        self.meshcat.Delete(PLACE)
+        for i, (human, name) in enumerate(
+            zip(self._humans, self.names, strict=True)
+        ):
+            self._DrawPerson(i, human, name)
+        for walker in self.walkers:
+            radius = 0.07 if walker.row < 0 else 0.06
+            color = (
+                ROBOT_ACCENT if walker.row < 0 else TOPS[walker.row % len(TOPS)]
+            )
+            for k in range(WALKED_DOTS):
+                self._AddDot(self.Walked(walker, k), radius, color)
+        for k in range(PLAN_DOTS if self._robot is not None else 0):
+            self._AddDot(self.Plan(k), 0.045, PLAN)
+        for k in range(num_scan_dots):
+            self._AddDot(self.Scan(k), 0.025, SCAN)
+        # Nothing to see: it tells the page of a replay that there is a clock.
+        self.meshcat.SetTransform(self.OfAll("clock"), RigidTransform())
+        for overlay in OVERLAYS:
+            self.Show(overlay, overlay in shown)
+
+    def _AddDot(self, path: str, radius: float, color: Rgba) -> None:
+        self.meshcat.SetObject(path, Cylinder(radius, 0.003), color)
+        self.meshcat.SetProperty(path, "position", [0.0, 0.0, HIDDEN_Z])
+
+    def _AddMesh(self, path: str, mesh: TriangleMesh, color: Rgba) -> None:
+        self.meshcat.SetTriangleMesh(
+            path, mesh.vertices.T, mesh.faces.T.astype(np.int32), color
+        )
+
+    def _DrawPerson(self, i: int, human: HumanConfig, name: str) -> None:
+        lift = _LIFT * (i % _LEVELS)
+        for k, (radius, color) in enumerate(
+            zip(PROXEMIC_RADII, PROXEMIC_RINGS, strict=True)
+        ):
+            band = ring(radius - 0.02, radius, _RING_Z + lift, sides=72)
+            self._AddMesh(f"{self.OfPerson('rings', name)}/{k}", band, color)
+        radius = human.radius
+        band = ring(radius, radius + 0.09, _REACTION_Z + lift)
+        self._AddMesh(f"{self.OfPerson('reactions', name)}/0", band, REACTION)
+        for kind, color in enumerate(FORCE_ARROWS):
+            height = _FORCE_Z + lift + 0.006 * kind
+            self._AddMesh(self.Force(name, kind), _arrow(height), color)
+        for k, activity in enumerate(ACTIVITIES):
+            text = tag_text(human.name, human.behavior_name, activity)
+            path = self.Tag(name, k)
+            self.meshcat.SetObject(path, TagBoard(text, activity == "reacts"))
+        # Turned to the camera by whoever shows it.
+        self.meshcat.SetProperty(
+            self.OfPerson("names", name), "position", [0.0, 0.0, TAG_Z]
+        )
+
+
+def force_scale(force: np.ndarray) -> tuple[float, float]:
+    """Returns the length (m) and direction (rad) of the arrow of a force.
+
+    An arrow is half a meter long per m/s^2, and 2 m at most.
+
+    Args:
+        force: The pair (x, y), in m/s^2.
+    """
+    x, y = force
+    length = min(0.5 * math.hypot(x, y), 2.0)
+    return max(length, 1e-3), math.atan2(y, x)
+
+
+def _arrow(height: float) -> TriangleMesh:
+    """Returns an arrow along +x of length 1."""
+    outline = [
+        [0.0, -0.022],
+        [0.78, -0.022],
+        [0.78, -0.07],
+        [1.0, 0.0],
+        [0.78, 0.07],
+        [0.78, 0.022],
+        [0.0, 0.022],
+    ]
+    return plate(outline, height)

@@ -1,0 +1,326 @@
+"""Draws overlays into Meshcat while a trial runs, and into its recording."""
+
+from collections.abc import Sequence
+import math
+
+import numpy as np
+from pydrake.common.value import Value
+from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.systems.framework import (
+    Context,
+    DiagramBuilder,
+    EventStatus,
+    LeafSystem,
+)
+
+from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.layout import (
+    COHERENCE_FORCE,
+    FORCES_SIZE,
+    GAZE_FORCE,
+    GOAL_FORCE,
+    GROUP_REPULSION_FORCE,
+    OBSTACLE_FORCE,
+    ROBOT_REPULSION_FORCE,
+    SOCIAL_FORCE,
+    STATE_SIZE,
+    VX,
+    VY,
+    YAW,
+    X,
+    Y,
+)
+from hunav_drake.systems.scene.overlays.board import (
+    ACTIVITIES,
+    HIDDEN_Z,
+    MAX_SCAN_DOTS,
+    PLAN_DOTS,
+    PLAN_Z,
+    SCAN_Z,
+    WALKED_DOTS,
+    Board,
+    force_scale,
+)
+from hunav_drake.systems.scene.overlays.tags import TAG_Z
+from hunav_drake.systems.scene.scene_config import (
+    STANDING_SPEED,
+    WALKED_TIME,
+    Overlay,
+)
+
+# So many frames are between two pictures of what people do and of forces, and
+# between two of plans and scans: a replay grows with each.
+_FEW = 2
+_MANY = 4
+
+_SMALL = [1e-3, 1e-3, 1.0]
+_FULL = [1.0, 1.0, 1.0]
+
+
+def AddOverlayPublisher(
+    builder: DiagramBuilder,
+    board: Board,
+    shown: Sequence[Overlay],
+    *,
+    period: float,
+    scan_angles: Array | None = None,
+) -> None:
+    """Adds an `OverlayPublisher`, and exports its inputs, to a builder.
+
+    The builder is that of the scene, whose inputs "human_states" and
+    "robot_state" it shares.
+    """
+    system = builder.AddNamedSystem(
+        "overlays",
+        OverlayPublisher(board, shown, period=period, scan_angles=scan_angles),
+    )
+    for i in range(system.num_input_ports()):
+        port = system.get_input_port(i)
+        name = port.get_name()
+        if name in ("human_states", "robot_state"):
+            builder.ConnectInput(name, port)
+        else:
+            builder.ExportInput(port, name)
+
+
+class OverlayPublisher(LeafSystem):
+    """Draws overlays into Meshcat.
+
+    .. pydrake_system::
+
+        name: OverlayPublisher
+        input_ports:
+        - human_states
+        - robot_state
+        - behavior_status
+        - forces
+        - planner_path
+        - scan
+
+    Port `human_states` takes the states of `n` people (size 7n), `robot_state`
+    that of the robot (7; without a robot there is none, nor a
+    `planner_path`), `behavior_status` n numbers, 0 for who does not react,
+    `forces` 16n numbers (see `layout.FORCES`), `planner_path`, abstract, an
+    array (k, 2) or (k, 3) of points in W, and `scan` the distances of the rays
+    of a lidar (only if there are rays). All but the states may be unconnected.
+
+    It has no state: what it has drawn, Meshcat knows. It publishes every
+    `period`, and where Meshcat records, into the recording, too.
+    """
+
+    def __init__(
+        self,
+        board: Board,
+        shown: Sequence[Overlay],
+        *,
+        period: float,
+        scan_angles: Array | None = None,
+    ) -> None:
+        """Constructs an OverlayPublisher.
+
+        Args:
+            board: Where it draws.
+            shown: The overlays that are not hidden to begin with.
+            period: The time between two frames, in seconds.
+            scan_angles: The angles of the lidar's rays to the heading of the
+                robot, in radians; the rays begin at its center.
+        """
+        super().__init__()
+        self._board = board
+        self._shown = tuple(shown)
+        self._period = period
+        self._angles = scan_angles
+        n = len(board.names)
+        declare = self.DeclareVectorInputPort
+        self._humans = declare("human_states", STATE_SIZE * n)
+        self._robot = self._path = self._scan = None
+        self._status = declare("behavior_status", n)
+        self._forces = declare("forces", FORCES_SIZE * n)
+        if board.has_robot:
+            self._robot = declare("robot_state", STATE_SIZE)
+            self._path = self.DeclareAbstractInputPort(
+                "planner_path", Value(np.zeros((0, 3)))
+            )
+            if scan_angles is not None:
+                self._scan = declare("scan", len(scan_angles))
+        self.DeclareInitializationPublishEvent(self._Draw)
+        self.DeclarePeriodicPublishEvent(period, 0.0, self._Publish)
+        self.DeclareForcedPublishEvent(self._Publish)
+
+    def _Draw(self, context: Context) -> EventStatus:
+        rays = 0 if self._angles is None else len(self._angles)
+        self._board.Draw(self._shown, min(MAX_SCAN_DOTS, rays))
+        return EventStatus.Succeeded()
+
+    def _Publish(self, context: Context) -> EventStatus:
+        time = context.get_time()
+        frame = round(time / self._period)
+        humans: Array = np.zeros((0, STATE_SIZE))
+        if self._board.names:
+            humans = self._humans.Eval(context).reshape(-1, STATE_SIZE)
+        robot = None if self._robot is None else self._robot.Eval(context)
+        board = self._board
+        live = board.meshcat.GetNumActiveConnections() > 0
+        every = max(round(WALKED_TIME / WALKED_DOTS / self._period), 1)
+        if frame % every == 0:
+            self._LayDots(time, frame // every, humans, robot, live=live)
+        if robot is not None:
+            X_WB = upright(robot[X], robot[Y], robot[YAW])
+            board.meshcat.SetTransform(board.robot, X_WB, time)
+        if live:
+            self._TurnTags(humans)
+        if frame % _FEW == 0:
+            self._PublishPeople(context, time, humans)
+        if frame % _MANY == 0:
+            self._PublishPath(context, time)
+            self._PublishScan(context, time, robot)
+        return EventStatus.Succeeded()
+
+    def _LayDots(
+        self,
+        time: float,
+        count: int,
+        humans: Array,
+        robot: Array | None,
+        *,
+        live: bool,
+    ) -> None:
+        """Lays the next dot of each walked path; the older ones shrink."""
+        board, meshcat = self._board, self._board.meshcat
+        last = time + WALKED_TIME - self._period
+        for walker in board.walkers:
+            row = robot if walker.row < 0 else humans[walker.row]
+            path = board.Walked(walker, count % WALKED_DOTS)
+            place = [0.0, 0.0, HIDDEN_Z]
+            if row is not None and not math.isnan(row[X]):
+                place = [row[X], row[Y], walker.height]
+            # In a recording it lies there, and has shrunk away just before the
+            # next one takes its place.
+            keys = [(last, _SMALL), (time, _FULL)]
+            if count and count < WALKED_DOTS:
+                keys.insert(0, (time - self._period, _SMALL))
+            for when, scale in keys:
+                meshcat.SetProperty(path, "position", place, when)
+                meshcat.SetProperty(path, "scale", scale, when)
+            if not live:
+                continue
+            for age in range(1, WALKED_DOTS):
+                older = board.Walked(walker, (count - age) % WALKED_DOTS)
+                rest = 1.0 - age / WALKED_DOTS
+                meshcat.SetProperty(older, "scale", [rest, rest, 1.0])
+
+    def _TurnTags(self, humans: Array) -> None:
+        """Turns the name tags to where the camera is to begin with."""
+        board = self._board
+        for name, row in zip(board.names, humans, strict=True):
+            if not math.isnan(row[X]):
+                R_BW = RotationMatrix.MakeZRotation(-row[YAW])
+                X_BT = RigidTransform(R_BW @ board.R_WT, [0.0, 0.0, TAG_Z])
+                path = board.OfPerson("names", name)
+                board.meshcat.SetTransform(path, X_BT)
+
+    def _PublishPeople(
+        self, context: Context, time: float, humans: Array
+    ) -> None:
+        """Shows what people do, and the forces on them."""
+        board, meshcat = self._board, self._board.meshcat
+        n = len(board.names)
+        if not n:
+            return
+        reacts = np.zeros(n, dtype=np.bool_)
+        if self._status.HasValue(context):
+            reacts = self._status.Eval(context) != 0
+        stands = np.hypot(humans[:, VX], humans[:, VY]) < STANDING_SPEED
+        for i, name in enumerate(board.names):
+            activity = 2 if reacts[i] else int(stands[i])
+            for k in range(len(ACTIVITIES)):
+                tag = board.Tag(name, k)
+                meshcat.SetProperty(tag, "visible", k == activity, time)
+            sign = f"{board.OfPerson('reactions', name)}/0"
+            meshcat.SetProperty(sign, "visible", bool(reacts[i]), time)
+        if not self._forces.HasValue(context):
+            return
+        rows = self._forces.Eval(context).reshape(n, FORCES_SIZE)
+        for i, name in enumerate(board.names):
+            for kind, force in enumerate(_kinds_of_forces(rows[i])):
+                path = board.Force(name, kind)
+                length, angle = force_scale(force)
+                # The arrow turns with the figure.
+                turn = angle - humans[i, YAW]
+                if not math.isfinite(turn):
+                    continue
+                c, s = math.cos(turn / 2), math.sin(turn / 2)
+                quaternion = [0.0, 0.0, s, c]
+                meshcat.SetProperty(path, "quaternion", quaternion, time)
+                meshcat.SetProperty(path, "scale", [length, 1.0, 1.0], time)
+
+    def _PublishPath(self, context: Context, time: float) -> None:
+        if self._path is None or not self._path.HasValue(context):
+            return
+        path = np.asarray(self._path.Eval(context), dtype=float)
+        places = np.full((PLAN_DOTS, 3), HIDDEN_Z)
+        if len(path):
+            places[:, :2] = spread(path, PLAN_DOTS)
+            places[:, 2] = PLAN_Z
+        for k, place in enumerate(places):
+            self._board.meshcat.SetProperty(
+                self._board.Plan(k), "position", place, time
+            )
+
+    def _PublishScan(
+        self, context: Context, time: float, robot: Array | None
+    ) -> None:
+        angles, port = self._angles, self._scan
+        if angles is None or port is None or not port.HasValue(context):
+            return
+        ranges = port.Eval(context)
+        dots = min(MAX_SCAN_DOTS, len(ranges))
+        rays = np.linspace(0, len(ranges) - 1, dots).round().astype(int)
+        for k, i in enumerate(rays):
+            place = [0.0, 0.0, HIDDEN_Z]
+            if robot is not None and math.isfinite(ranges[i]):
+                angle = robot[YAW] + angles[i]
+                x = robot[X] + ranges[i] * math.cos(angle)
+                y = robot[Y] + ranges[i] * math.sin(angle)
+                place = [x, y, SCAN_Z]
+            self._board.meshcat.SetProperty(
+                self._board.Scan(k), "position", place, time
+            )
+
+
+def upright(x: float, y: float, yaw: float) -> RigidTransform:
+    """Returns a pose on the floor, in m and rad."""
+    return RigidTransform(RotationMatrix.MakeZRotation(yaw), [x, y, 0.0])
+
+
+def _kinds_of_forces(row: Array) -> tuple[Array, Array, Array]:
+    """Returns what draws to the goal, pushes from people, and from walls."""
+    of_people = (
+        SOCIAL_FORCE,
+        GAZE_FORCE,
+        COHERENCE_FORCE,
+        GROUP_REPULSION_FORCE,
+        ROBOT_REPULSION_FORCE,
+    )
+    people = np.sum([row[i : i + 2] for i in of_people], axis=0)
+    goal = row[GOAL_FORCE : GOAL_FORCE + 2]
+    return goal, people, row[OBSTACLE_FORCE : OBSTACLE_FORCE + 2]
+
+
+def spread(path: Array, count: int) -> Array:
+    """Returns points at equal distances along a path.
+
+    Args:
+        path: Shape (k, 2) or more columns, rows (x, y, ...); k > 0.
+        count: How many points.
+
+    Returns:
+        Shape (count, 2), from the first to the last point of the path.
+    """
+    points = path[:, :2]
+    steps = np.hypot(*np.diff(points, axis=0).T)
+    along = np.concatenate([[0.0], np.cumsum(steps)])
+    at = np.linspace(0.0, along[-1], count)
+    return np.column_stack(
+        [np.interp(at, along, points[:, 0]), np.interp(at, along, points[:, 1])]
+    )

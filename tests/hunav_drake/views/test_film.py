@@ -1,0 +1,247 @@
+import dataclasses
+
+import numpy as np
+from PIL import Image
+import pytest
+
+from hunav_drake.results.files import WriteResult
+from hunav_drake.scenario import LoadScenario, SaveScenario
+from hunav_drake.simulation import RunTrial
+from hunav_drake.systems.evaluation.recording import Recording
+from hunav_drake.systems.scene.scene_config import OVERLAYS
+from hunav_drake.views import film as mut
+from hunav_drake.views.film_files import frame_times, gif_period
+from hunav_drake.views.film_overlays import FilmOverlays
+from hunav_drake.views.film_scene import FilmScene
+from hunav_drake.views.recorded_trial import LoadRecordedTrial
+
+SIZE = (320, 200)
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    """The folder of a run of three seconds."""
+    scenario = LoadScenario(
+        filename="combined", overrides=["simulation.duration=3.0"]
+    )
+    return WriteResult(
+        RunTrial(scenario),
+        tmp_path_factory.mktemp("results"),
+        add=lambda folder: SaveScenario(scenario, folder / "scenario.yaml"),
+    )
+
+
+def config(**options):
+    return mut.FilmConfig(size=SIZE, **options)
+
+
+def near(image, pixel, color, reach=14, tolerance=0.25):
+    """How many pixels about a place have a color, RGB in [0, 1]."""
+    x, y = (round(float(v)) for v in pixel)
+    part = image[max(y - reach, 0) : y + reach, max(x - reach, 0) : x + reach]
+    off = np.abs(part / 255.0 - np.array(color)).max(axis=-1)
+    return int((off < tolerance).sum())
+
+
+@pytest.mark.parametrize("view", ["perspective", "top", "follow"])
+def test_robot_and_people_are_seen_where_they_are(run, view):
+    trial = LoadRecordedTrial(run)
+    scene = FilmScene(trial, view, SIZE, start=1.0, step=0.5, shadows=False)
+    for time in (1.0, 1.5):
+        shot = scene.Take()
+        assert shot.time == pytest.approx(time)
+        humans, robot = trial.States(time)
+        (pixel,), _ = shot.camera.Project(np.array([[*robot[:2], 0.25]]))
+        assert near(shot.image, pixel, (0.95, 0.95, 0.95)) > 15
+        # Blue, orange and green are the shirts of the first three.
+        chests = np.column_stack([humans[:, :2], np.full(3, 1.3)])
+        pixels, _ = shot.camera.Project(chests)
+        for place, color in zip(
+            pixels,
+            [(0, 0.4, 0.65), (0.8, 0.55, 0), (0, 0.55, 0.4)],
+            strict=True,
+        ):
+            inside = np.all(place > 0) and np.all(place < SIZE)
+            assert inside or view == "follow"
+            if inside:
+                assert near(shot.image, place, color) > 5
+        # The floor is seen, but not where the robot stands.
+        x, y = (int(v) for v in pixel)
+        assert shot.floor.mean() > 0.2
+        assert not shot.floor[y, x]
+
+
+def test_overlays_on_the_floor_are_behind_people(run):
+    trial = LoadRecordedTrial(run)
+    scene = FilmScene(
+        trial, "perspective", SIZE, start=2.0, step=0.1, shadows=False
+    )
+    shot = scene.Take()
+    bare = np.asarray(FilmOverlays(trial, []).Draw(shot))
+    marked = np.asarray(FilmOverlays(trial, ["goals", "rings"]).Draw(shot))
+    changed = np.any(bare != marked, axis=-1)
+    assert changed.sum() > 100
+    assert not np.any(changed & ~shot.floor)
+    named = np.asarray(FilmOverlays(trial, ["names"]).Draw(shot))
+    assert np.any(np.any(named != bare, axis=-1) & ~shot.floor)
+
+
+def test_who_is_absent_is_not_drawn(run):
+    trial = LoadRecordedTrial(run)
+    humans = trial.recording.humans.copy()
+    humans[:, 1] = np.nan
+    recording = dataclasses.replace(trial.recording, humans=humans)
+    trial = dataclasses.replace(trial, recording=recording)
+    scene = FilmScene(trial, "top", SIZE, start=1.0, step=0.1, shadows=False)
+    overlays = [it for it in OVERLAYS if it not in mut.NOT_RECORDED]
+    shot = scene.Take()
+    FilmOverlays(trial, overlays).Draw(shot)
+    orange = np.abs(shot.image / 255.0 - (0.8, 0.55, 0)).max(axis=-1) < 0.2
+    assert orange.sum() < 5
+
+
+def test_a_gif_has_the_frames_and_the_size_that_are_told(run, tmp_path):
+    told = []
+    path = mut.RenderFilm(
+        run,
+        tmp_path / "film.gif",
+        config(view="plot", fps=10.0, start=0.5, end=1.5),
+        progress=lambda done, total: told.append((done, total)),
+    )
+    with Image.open(path) as film:
+        assert film.size == SIZE
+        assert film.n_frames == 11
+        assert film.info["duration"] == 100
+    assert told == [(k + 1, 11) for k in range(11)]
+
+
+def test_a_film_at_twice_the_speed_has_half_the_frames(run, tmp_path):
+    slow, fast = (
+        mut.RenderFilm(
+            run,
+            tmp_path / f"{speed}.gif",
+            config(view="plot", fps=10.0, speed=speed, end=2.0),
+        )
+        for speed in (1.0, 2.0)
+    )
+    frames = []
+    for path in (slow, fast):
+        with Image.open(path) as film:
+            frames.append(film.n_frames)
+    assert frames == [21, 11]
+
+
+def test_a_film_is_made_by_pyav(run, tmp_path):
+    av = pytest.importorskip("av", reason="the extra [film] is not installed")
+    path = mut.RenderFilm(
+        run, tmp_path / "film.mp4", config(view="plot", fps=10.0, end=1.0)
+    )
+    with av.open(path) as film:
+        frames = [f.to_image() for f in film.decode(video=0)]
+    assert len(frames) == 11
+    assert {frame.size for frame in frames} == {SIZE}
+
+
+def test_a_picture_is_of_the_instant_that_is_told(run, tmp_path):
+    pictures = []
+    for time in (0.0, 2.5):
+        path = mut.RenderFilm(
+            run, tmp_path / f"{time}.png", config(start=time, shadows=False)
+        )
+        pictures.append(np.asarray(Image.open(path)))
+    assert pictures[0].shape == (SIZE[1], SIZE[0], 3)
+    assert np.any(pictures[0] != pictures[1])
+
+
+def test_a_recording_from_elsewhere_is_filmed_too(run, tmp_path):
+    """Without its scenario, by what the recording tells."""
+    recording = Recording.load(run / "recording.npz")
+    recording.save(tmp_path / "other.npz")
+    trial = LoadRecordedTrial(tmp_path / "other.npz")
+    known = LoadRecordedTrial(run)
+    assert [h.name for h in trial.humans] == [h.name for h in known.humans]
+    assert trial.robot.goal == pytest.approx(known.robot.goal)
+    np.testing.assert_allclose(
+        trial.world.obstacles().segments, known.world.obstacles().segments
+    )
+    mut.RenderFilm(
+        tmp_path / "other.npz", tmp_path / "a.png", config(view="plot")
+    )
+
+
+def test_states_between_samples_turn_the_short_way():
+    times = np.array([0.0, 1.0])
+    rows = np.zeros((2, 7))
+    rows[:, 0] = [0.0, 2.0]
+    rows[:, 2] = [np.pi - 0.1, -np.pi + 0.1]
+    rows[:, 6] = 0.3
+    humans = np.stack([rows, np.full((2, 7), np.nan)], axis=1)
+    recording = Recording(times=times, robot=rows, humans=humans)
+    trial = mut.RecordedTrial(
+        recording=recording, world=None, humans=[], robot=None, scene=None
+    )
+    people, robot = trial.States(0.25)
+    assert robot[0] == pytest.approx(0.5)
+    assert robot[2] == pytest.approx(np.pi - 0.05)
+    np.testing.assert_allclose(people[0], robot)
+    assert np.isnan(people[1]).all()
+    assert trial.States(7.0)[1][0] == 2.0
+
+
+def test_times_of_frames():
+    np.testing.assert_allclose(
+        frame_times(1.0, 2.0, 0.25), [1, 1.25, 1.5, 1.75, 2]
+    )
+    assert frame_times(3.0, 3.0, 0.1) == [3.0]
+    # A GIF counts in hundredths of a second.
+    assert gif_period(25.0) == 40
+    assert gif_period(12.0) == 80
+    assert gif_period(120.0) == 20
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "message"),
+    [
+        ("film.avi", {}, r"must end in one of .gif, .mp4, .png, got '.avi'"),
+        ("film", {}, "must end in one of"),
+        ("film.gif", {"fps": 0.0}, r"fps: must be in \[0.1, 120\]"),
+        ("film.gif", {"speed": float("nan")}, "speed: must be in"),
+        (
+            "film.gif",
+            {"start": 90.0},
+            r"in the recording, \[0, 3\] s, got 90 s",
+        ),
+        ("film.gif", {"start": 2.0, "end": 1.0}, "not be before the first"),
+        ("film.gif", {"overlays": ["forces"]}, "'forces' is not in recordings"),
+    ],
+)
+def test_errors_name_value_and_remedy(run, tmp_path, name, options, message):
+    with pytest.raises(ValueError, match=message):
+        mut.RenderFilm(run, tmp_path / name, config(**options))
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_size_that_cannot_be_drawn_is_an_error(run, tmp_path):
+    with pytest.raises(ValueError, match="width: must be in"):
+        mut.RenderFilm(run, tmp_path / "a.gif", mut.FilmConfig(size=(8, 200)))
+
+
+def test_without_pyav_the_remedy_is_told(run, tmp_path, monkeypatch):
+    monkeypatch.setattr(
+        "hunav_drake.views.film_files.importlib.util.find_spec",
+        lambda name: None,
+    )
+    with pytest.raises(
+        ValueError, match=r"hunav_drake\[film\].*or write a .gif"
+    ):
+        mut.RenderFilm(run, tmp_path / "a.mp4", config())
+
+
+def test_a_folder_without_a_recording_is_an_error(tmp_path):
+    with pytest.raises(ValueError, match=r"there is no recording.*hunav run"):
+        LoadRecordedTrial(tmp_path)
+
+
+def test_a_folder_of_results_is_that_of_its_only_run(run, tmp_path):
+    results = run.parents[1]
+    assert LoadRecordedTrial(results).duration == pytest.approx(3.0)

@@ -1,0 +1,271 @@
+import itertools
+
+import numpy as np
+from pydantic import ValidationError
+from pydrake.common.value import Value
+from pydrake.geometry import Meshcat, MeshcatParams
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder
+import pytest
+
+from hunav_drake.systems.people.human_config import HumanConfig
+from hunav_drake.systems.robot import DifferentialDriveConfig
+from hunav_drake.systems.scene import AddScene, SceneConfig, gait
+from hunav_drake.systems.scene.human_body import disc_height
+from hunav_drake.systems.scene.overlays import board as mut
+from hunav_drake.systems.scene.overlays.publisher import spread
+from hunav_drake.systems.scene.overlays.tags import tag_picture, tag_text
+from hunav_drake.systems.scene.palette import TOPS
+from hunav_drake.systems.scene.scene_config import OVERLAYS
+from hunav_drake.systems.world.shapes import World
+
+HUMANS = [
+    HumanConfig(name=name, pose=(x, 0.0, 0.0), goals=[(x, 5.0)])
+    for name, x in (("ana", 0.0), ("bo", 3.0))
+]
+ROBOT = DifferentialDriveConfig(start=(-3.0, 0.0, 0.0), goal=(5.0, 0.0, 0.0))
+STATES = np.array(
+    [[0.0, 0.0, 0.5, 1.0, 0.0, 0.0, 0.3], [3.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.3]]
+)
+ROBOT_STATE = np.array([-3.0, 0.0, 0.0, 0.5, 0.0, 0.0, 0.35])
+
+
+class RecordingMeshcat:
+    """What is told to a Meshcat, by path and property."""
+
+    def __init__(self, meshcat, monkeypatch):
+        self.told = {}
+        tell = meshcat.SetProperty
+
+        def SetProperty(path, property, value, time=None):
+            self.told.setdefault((path, property), []).append((time, value))
+            tell(path, property, value, time)
+
+        monkeypatch.setattr(
+            Meshcat, "SetProperty", lambda _, *a: SetProperty(*a)
+        )
+
+    def last(self, path, property="visible"):
+        return self.told[path, property][-1][1]
+
+
+@pytest.fixture(scope="module")
+def meshcat():
+    return Meshcat(MeshcatParams(host="localhost"))
+
+
+def run(meshcat, *, seconds=0.3, states=STATES, config=None, **inputs):
+    builder = DiagramBuilder()
+    ports = AddScene(
+        builder,
+        World(),
+        HUMANS,
+        ROBOT,
+        meshcat=meshcat,
+        config=config,
+        scan_angles=inputs.pop("scan_angles", None),
+    )
+    for i in range(ports.system.num_input_ports()):
+        port = ports.system.get_input_port(i)
+        builder.ExportInput(port, port.get_name())
+    diagram = builder.Build()
+    simulator = Simulator(diagram)
+    context = simulator.get_mutable_context()
+    inputs = {
+        "human_states": np.ravel(states),
+        "robot_state": ROBOT_STATE,
+    } | inputs
+    for name, value in inputs.items():
+        diagram.GetInputPort(name).FixValue(context, value)
+    simulator.AdvanceTo(seconds)
+    return ports
+
+
+def test_the_scenario_says_what_is_shown_to_begin_with(meshcat, monkeypatch):
+    dut = RecordingMeshcat(meshcat, monkeypatch)
+    run(meshcat, config=SceneConfig(overlays=["rings", "goals"]))
+    ana = f"{mut.FIGURES}/ana/base/overlay_"
+    assert dut.last(ana + "rings") is True
+    assert dut.last(ana + "names") is False
+    assert dut.last(f"{mut.PLACE}/overlay_walked") is False
+    assert dut.last(f"{mut.FIGURES}/robot_goal") is True
+    for path in ("ana/base/overlay_rings/2", "bo/base/overlay_names/0"):
+        assert meshcat.HasPath(f"{mut.FIGURES}/{path}")
+
+
+def test_who_reacts_has_a_sign_and_another_tag(meshcat, monkeypatch):
+    dut = RecordingMeshcat(meshcat, monkeypatch)
+    run(meshcat, behavior_status=[1.0, 0.0])
+    visible = [
+        [
+            dut.last(f"{mut.FIGURES}/{name}/base/overlay_names/{k}")
+            for k in range(len(mut.ACTIVITIES))
+        ]
+        for name in ("ana", "bo")
+    ]
+    # Ana reacts; Bo, whose speed is 0, stands.
+    assert visible == [[False, False, True], [False, True, False]]
+    signs = [
+        dut.last(f"{mut.FIGURES}/{name}/base/overlay_reactions/0")
+        for name in ("ana", "bo")
+    ]
+    assert signs == [True, False]
+
+
+def test_arrows_point_along_forces(meshcat, monkeypatch):
+    dut = RecordingMeshcat(meshcat, monkeypatch)
+    forces = np.zeros((2, 16))
+    # To the goal: along +y, 1 m/s^2, of a person who looks along 0.5 rad.
+    forces[0, :2] = [0.0, 1.0]
+    run(meshcat, forces=forces.ravel())
+    arrow = f"{mut.FIGURES}/ana/base/overlay_forces/0"
+    x, y, z, w = dut.last(arrow, "quaternion")
+    assert (x, y) == (0.0, 0.0)
+    assert 2 * np.arctan2(z, w) + 0.5 == pytest.approx(np.pi / 2)
+    assert dut.last(arrow, "scale")[0] == pytest.approx(0.5)
+
+
+def test_the_plan_is_drawn_along_its_path(meshcat, monkeypatch):
+    dut = RecordingMeshcat(meshcat, monkeypatch)
+    path = np.array([[0.0, 0.0, 0.0], [3.0, 0.0, 0.0], [3.0, 1.0, 1.57]])
+    run(meshcat, planner_path=Value(path))
+    places = np.array(
+        [
+            dut.last(f"{mut.PLACE}/overlay_plan/{k}", "position")
+            for k in range(mut.PLAN_DOTS)
+        ]
+    )
+    np.testing.assert_allclose(places[0, :2], [0.0, 0.0])
+    np.testing.assert_allclose(places[-1, :2], [3.0, 1.0])
+    assert np.all((places[:, 1] == 0) | (np.abs(places[:, 0] - 3) < 1e-12))
+    run(meshcat, planner_path=Value(np.zeros((0, 3))))
+    assert dut.last(f"{mut.PLACE}/overlay_plan/0", "position")[2] < 0
+
+
+def test_a_scan_is_drawn_where_its_rays_end(meshcat, monkeypatch):
+    dut = RecordingMeshcat(meshcat, monkeypatch)
+    run(
+        meshcat,
+        scan_angles=np.array([0.0, np.pi / 2, np.pi]),
+        scan=[2.0, 1.0, np.inf],
+    )
+    places = np.array(
+        [
+            dut.last(f"{mut.PLACE}/overlay_scan/{k}", "position")
+            for k in range(3)
+        ]
+    )
+    np.testing.assert_allclose(
+        places[:2, :2], [[-1.0, 0.0], [-3.0, 1.0]], atol=1e-12
+    )
+    # What meets nothing is not seen.
+    assert places[2, 2] < 0
+
+
+def test_dots_of_walked_paths_lie_where_people_were(meshcat, monkeypatch):
+    dut = RecordingMeshcat(meshcat, monkeypatch)
+    run(meshcat, seconds=1.3)
+    # One every half second.
+    for k in range(3):
+        for walker, place in (("ana", STATES[0]), ("robot", ROBOT_STATE)):
+            path = f"{mut.PLACE}/overlay_walked/{walker}/{k}"
+            told = dut.told[path, "position"]
+            np.testing.assert_allclose(told[-1][1][:2], place[:2])
+            scales = dict(dut.told[path, "scale"])
+            at = min(t for t, v in scales.items() if v[0] == 1.0)
+            assert at == pytest.approx(0.5 * k, abs=0.05)
+            # It has shrunk away when its time is over.
+            assert scales[max(scales)][0] < 0.01
+            assert max(scales) == pytest.approx(at + 6.0, abs=0.2)
+    assert (f"{mut.PLACE}/overlay_walked/ana/3", "scale") not in dut.told
+
+
+def test_who_is_absent_is_far_away_and_comes_back_standing():
+    states = STATES.copy()
+    states[1] = np.nan
+    before = gait.initial_gait(2)
+    before[3] = 1.2
+    after = gait.advance_gait(before, states.ravel(), 0.05)
+    assert np.isfinite(after).all()
+    assert after[3] == 0.0
+    figures = gait.pose_figures(after, states.ravel())
+    assert np.isfinite(figures).all()
+    assert figures[0, gait.BASE_X] == 0.0
+    assert figures[1, gait.BASE_X] == gait.ABSENT
+
+
+def test_absent_people_disturb_nothing(meshcat):
+    states = STATES.copy()
+    states[0] = np.nan
+    forces = np.full((2, 16), np.nan)
+    run(meshcat, states=states, forces=forces.ravel(), seconds=1.0)
+
+
+def test_no_two_discs_that_may_overlap_share_a_height():
+    heights = [disc_height(level) for level in range(12)]
+    gaps = np.diff(sorted(heights))
+    assert gaps.min() > 5e-4
+    # Above all marks on the floor.
+    assert min(heights) > 0.0095
+
+
+def test_a_scene_without_meshcat_has_no_inputs_for_overlays():
+    ports = AddScene(DiagramBuilder(), World(), HUMANS, ROBOT)
+    assert ports.system.num_input_ports() == 2
+
+
+def test_overlays_are_known_by_name():
+    assert SceneConfig(overlays=list(OVERLAYS)).overlays == [*OVERLAYS]
+    with pytest.raises(ValidationError, match="overlays"):
+        SceneConfig(overlays=["halo"])
+
+
+def test_spread_gives_points_at_equal_distances():
+    path = np.array([[0.0, 0.0], [3.0, 0.0], [3.0, 0.0], [3.0, 1.0]])
+    points = spread(path, 5)
+    np.testing.assert_allclose(
+        points, [[0, 0], [1, 0], [2, 0], [3, 0], [3, 1]], atol=1e-12
+    )
+    np.testing.assert_array_equal(spread(path[:1], 3), np.zeros((3, 2)))
+
+
+def test_the_length_of_arrows_grows_to_a_limit():
+    assert mut.force_scale(np.array([1.0, 0.0])) == (0.5, 0.0)
+    length, angle = mut.force_scale(np.array([0.0, -100.0]))
+    assert length == 2.0
+    assert angle == pytest.approx(-np.pi / 2)
+    assert mut.force_scale(np.zeros(2))[0] > 0
+
+
+def test_tags_tell_name_behavior_and_activity():
+    text = tag_text("ana", "curious", "reacts")
+    assert [part in text for part in ("ana", "curious", "reacts")] == [True] * 3
+    assert len(tag_text("x" * 90, "regular")) <= 40
+    calm, reacting = (tag_picture(text, reacts) for reacts in (False, True))
+    assert calm.size == reacting.size
+    middle = (calm.width // 2, 2)
+    assert calm.getpixel(middle) != reacting.getpixel(middle)
+
+
+def lab(rgb):
+    """CIELAB of an sRGB color, D65."""
+    c = np.array(rgb)
+    linear = np.where(c > 0.04045, ((c + 0.055) / 1.055) ** 2.4, c / 12.92)
+    xyz = linear @ np.array(
+        [
+            [0.4124, 0.2126, 0.0193],
+            [0.3576, 0.7152, 0.1192],
+            [0.1805, 0.0722, 0.9505],
+        ]
+    )
+    x, y, z = np.cbrt(xyz / [0.9505, 1.0, 1.089])
+    return np.array([116 * y - 16, 500 * (x - y), 200 * (y - z)])
+
+
+def test_twenty_four_shirts_can_be_told_apart():
+    colors = [lab((c.r(), c.g(), c.b())) for c in TOPS]
+    assert len(colors) == 24
+    distances = [
+        np.linalg.norm(a - b) for a, b in itertools.combinations(colors, 2)
+    ]
+    assert min(distances) > 25
