@@ -2,6 +2,7 @@
 
 import math
 
+import jsonschema
 import numpy as np
 from pydrake.geometry import Role
 import pytest
@@ -15,6 +16,7 @@ from hunav_drake import (
     SaveScenario,
     ScenarioError,
 )
+from hunav_drake.scenario.json_schema import scenario_json_schema
 from hunav_drake.systems.world.obstacles import Obstacles
 from hunav_drake.systems.world.shapes import Model, World
 from hunav_drake.systems.world.solids import WorldFileError
@@ -258,3 +260,11 @@ def test_footprints_are_valid_polygons(tmp_path):
     path = write_sdf(tmp_path, (BOX, "0.1 0.2 0.5 0.3 0.2 0.1"))
     dut = world(path).obstacles()
     assert shapely.Polygon(dut.segments[:, :2]).exterior.is_ccw
+
+
+def test_the_json_schema_has_maps_and_models():
+    validator = jsonschema.Draft202012Validator(scenario_json_schema())
+    world = {"map": "a.yaml", "models": [{"file": "a.sdf", "pose": [1, 2, 3]}]}
+    assert validator.is_valid({"world": world})
+    for wrong in ({"map": 1}, {"models": [{"pose": [1, 2, 3]}]}):
+        assert not validator.is_valid({"world": wrong})
