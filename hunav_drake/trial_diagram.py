@@ -164,7 +164,7 @@ def MakeTrialDiagram(
 def _scan_angles(scenario: Scenario) -> Array | None:
     """Returns the angles of the scan's rays to the robot's heading."""
     for sensor in scenario.sensors:
-        if isinstance(sensor, LidarConfig):
+        if isinstance(sensor, LidarConfig) and sensor.mount == "robot":
             return sensor.pose[2] + sensor.angles()
     return None
 

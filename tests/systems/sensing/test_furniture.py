@@ -4,11 +4,6 @@ import numpy as np
 import pytest
 
 from hunav_drake import LoadScenario, MakeTrialDiagram
-from hunav_drake.scenario import World
-
-pytestmark = pytest.mark.skipif(
-    not hasattr(World, "obstacles_at"), reason="worlds without heights"
-)
 
 BEHIND_A_TABLE = """
 world: {furniture: [{kind: table, center: [2, 0]}]}
