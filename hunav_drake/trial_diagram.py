@@ -13,6 +13,7 @@ from hunav_drake.scenario.error import Fault, ScenarioError
 from hunav_drake.scenario.population import with_drawn_people
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.scenario.writer import plain
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.evaluation import Evaluator
 from hunav_drake.systems.evaluation.trial_monitor import TrialMonitor
 from hunav_drake.systems.people.names import name_people
