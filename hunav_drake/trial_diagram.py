@@ -13,10 +13,13 @@ from hunav_drake.scenario.population import with_drawn_people
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.scenario.writer import plain
 from hunav_drake.systems.common.registry import name_of
+from hunav_drake.systems.crowd.crowd_config import CrowdConfig
 from hunav_drake.systems.evaluation import Evaluator
 from hunav_drake.systems.evaluation.trial_monitor import TrialMonitor
 from hunav_drake.systems.people.names import name_people
+from hunav_drake.systems.people.starts import draw_starts
 from hunav_drake.systems.planning import PlanningTask
+from hunav_drake.systems.robot import DiscContacts, RobotTask
 from hunav_drake.systems.scene import AddScene
 from hunav_drake.systems.world.obstacles import Obstacles
 
@@ -39,11 +42,12 @@ def MakeTrialDiagram(
         A diagram of the systems "humans" (`AddHumans`), "robot" and "planner"
         (see `RobotConfig` and `PlannerConfig`), "goal" (if there is one),
         "evaluator" (`Evaluator`), "monitor" (`TrialMonitor`) and "scene"
-        (`AddScene`). It has no inputs, but for "trigger" if that begins the
-        recording (`EvaluatorConfig.start`); its outputs are "robot_state",
-        "human_states", "behavior_status", "forces", "velocity_command",
-        "planner_status", "planner_path", "metrics", "recording",
-        "trial_status" and "query".
+        (`AddScene`); of "plant" and "scene_graph" for a robot that is a body
+        of a plant, else of "contacts" (`DiscContacts`). It has no inputs, but
+        for "trigger" if that begins the recording (`EvaluatorConfig.start`);
+        its outputs are "robot_state", "human_states", "behavior_status",
+        "forces", "contacts", "velocity_command", "planner_status",
+        "planner_path", "metrics", "recording", "trial_status" and "query".
 
     Raises:
         ScenarioError: If the scenario cannot be simulated.
@@ -60,12 +64,27 @@ def MakeTrialDiagram(
         builder,
         scenario.humans,
         obstacles=obstacles,
-        config=scenario.crowd,
+        config=_crowd(scenario),
         time_step=time_step,
         start_jitter=scenario.simulation.start_jitter,
         seed=scenario.simulation.seed,
     )
-    robot = robot_config.AddToBuilder(builder, time_step=time_step)
+    task = RobotTask(
+        time_step=time_step,
+        obstacles=obstacles,
+        humans=scenario.humans,
+        human_starts=draw_starts(
+            scenario.humans,
+            scenario.simulation.seed,
+            scenario.simulation.start_jitter,
+        ),
+    )
+    robot = robot_config.AddToBuilder(builder, task)
+    contacts = robot
+    if not robot.HasOutputPort("contacts"):
+        contacts = builder.AddNamedSystem(
+            "contacts", DiscContacts(scenario.humans, time_step=time_step)
+        )
     planner = _AddPlanner(builder, scenario, obstacles)
     shared = {
         "goal_tolerance": robot_config.goal_tolerance,
@@ -78,6 +97,7 @@ def MakeTrialDiagram(
             scenario.humans,
             config=scenario.evaluator,
             obstacles=obstacles,
+            feels_forces=contacts is robot,
             **shared,
         ),
     )
@@ -111,11 +131,15 @@ def MakeTrialDiagram(
         "robot_state": robot_state,
         "human_states": humans.human_states,
         "behavior_status": humans.behavior_status,
+        "contacts": contacts.GetOutputPort("contacts"),
     }
     if robot_config.goal is not None:
         goal = ConstantVectorSource(robot_config.goal)
         given["goal"] = builder.AddNamedSystem("goal", goal).get_output_port()
-    for system in (planner, evaluator, monitor):
+    systems = [robot, planner, evaluator, monitor]
+    if contacts is not robot:
+        systems.append(contacts)
+    for system in systems:
         for name, port in given.items():
             if system.HasInputPort(name):
                 builder.Connect(port, system.GetInputPort(name))
@@ -124,6 +148,7 @@ def MakeTrialDiagram(
         ("human_states", humans.human_states),
         ("behavior_status", humans.behavior_status),
         ("forces", humans.forces),
+        ("contacts", given["contacts"]),
         ("velocity_command", planner.GetOutputPort("velocity_command")),
         ("planner_status", planner.GetOutputPort("status")),
         ("planner_path", planner.GetOutputPort("path")),
@@ -138,6 +163,14 @@ def MakeTrialDiagram(
     diagram = builder.Build()
     diagram.set_name("trial")
     return diagram
+
+
+def _crowd(scenario: Scenario) -> CrowdConfig:
+    """Returns how people move, with what hangs on the robot."""
+    crowd = scenario.crowd
+    if crowd.robots_stop is not None:
+        return crowd
+    return dataclasses.replace(crowd, robots_stop=scenario.robot.physical)
 
 
 def CheckTrialDiagram(scenario: Scenario, diagram: Diagram) -> None:

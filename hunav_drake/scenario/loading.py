@@ -84,7 +84,9 @@ def LoadScenario(
     prefix = _prefix(document, scenario_name)
     plain = document.plain(prefix)
     if filename is not None and os.path.isfile(filename):
-        _find_trees(plain, Path(filename).resolve().parent)
+        folder = Path(filename).resolve().parent
+        _find_trees(plain, folder)
+        _find_model(plain, folder)
     faults = document_faults(document, prefix)
     locs, override_faults = _override(plain, overrides)
     scenario, findings = build_scenario(
@@ -137,6 +139,20 @@ def _find_trees(data: Any, folder: Path) -> None:
                 else tree: weight
                 for tree, weight in behaviors.items()
             }
+
+
+def _find_model(data: Any, folder: Path) -> None:
+    """Makes the paths of the robot's model absolute, alike."""
+    robot = child(data, "robot")
+    file = child(robot, "file")
+    if isinstance(file, str) and file and not file.startswith("package://"):
+        robot["file"] = str(folder / file)
+    packages = child(robot, "packages")
+    if isinstance(packages, dict):
+        robot["packages"] = {
+            name: str(folder / path) if isinstance(path, str) else path
+            for name, path in packages.items()
+        }
 
 
 def _name(
