@@ -105,8 +105,8 @@ FORCES_SIZE = 2 * len(FORCES)
 class Contact(IntEnum):
     """The elements of a row of `contacts`: the robot and one person.
 
-    A contact begins when they touch, and is over once they have not for
-    `CONTACT_PAUSE`. All but the first three stay as they are until the next
+    A contact begins when they touch, and is over once they have not, and were
+    `CONTACT_GAP` apart, for `CONTACT_PAUSE`. All but the first three stay as they are until the next
     one.
     """
 
@@ -131,5 +131,6 @@ class Contact(IntEnum):
 
 CONTACT_SIZE = len(Contact)
 
-# In seconds.
+# In seconds, and in meters from the robot's disc to the person's body.
 CONTACT_PAUSE = 0.25
+CONTACT_GAP = 0.02

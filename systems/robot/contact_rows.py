@@ -4,8 +4,10 @@ import numpy as np
 
 from hunav_drake.systems.common.arrays import Array, Mask
 from hunav_drake.systems.common.layout import (
+    CONTACT_GAP,
     CONTACT_PAUSE,
     CONTACT_SIZE,
+    RADIUS,
     VX,
     VY,
     Contact,
@@ -58,20 +60,37 @@ def remember_speeds(memory: Array, robot: Array, humans: Array) -> None:
     )
 
 
+def gaps(robot: Array, humans: Array, bodies: Array) -> Array:
+    """Returns the gaps between the disc of a robot and bodies of people.
+
+    Args:
+        robot: Shape (7,), a row of ``robot_state``.
+        humans: Shape (n, 6) or more columns, rows of ``human_states``.
+        bodies: Shape (n,), the radii of the bodies, in meters.
+
+    Returns:
+        Shape (n,), in meters, negative where they overlap.
+    """
+    distance: Array = np.hypot(humans[:, X] - robot[X], humans[:, Y] - robot[Y])
+    return distance - (robot[RADIUS] + bodies)
+
+
 def count_contacts(
     memory: Array,
     touching: Mask,
     forces: Array | None,
     robot: Array,
     humans: Array,
+    bodies: Array,
     duration: float,
 ) -> Array:
     """Returns the memory of contacts at the end of a step.
 
     Where a contact begins, it is charged to who closed in faster, or to both
-    if they are equally fast and do close in (the rule of SEAN). What counts is
-    the larger of the speeds now and those that `remember_speeds` wrote: bodies
-    are stopped, or pushed, in the very step in which they touch.
+    if they are equally fast (the rule of SEAN), but to nobody who did not
+    close in. What counts is the larger of the speeds now and those that
+    `remember_speeds` wrote: bodies are stopped, or pushed, in the very step in
+    which they touch.
 
     Args:
         memory: Shape (n, MEMORY_SIZE), at the start of the step.
@@ -80,6 +99,7 @@ def count_contacts(
             newtons; None where nothing computes them.
         robot: Shape (7,), a row of ``robot_state`` at the start of the step.
         humans: Shape (n, 6) or more columns, rows of ``human_states`` then.
+        bodies: Shape (n,), the radii of their bodies, in meters.
         duration: The length of the step, in seconds.
 
     Returns:
@@ -89,22 +109,23 @@ def count_contacts(
     if not (touching.any() or lasted.any()):
         return memory
     after = memory.copy()
-    after[:, SINCE] = np.where(touching, 0.0, memory[:, SINCE] + duration)
-    lasts = touching | (lasted & (after[:, SINCE] < CONTACT_PAUSE))
+    stay = touching | (lasted & (gaps(robot, humans, bodies) < CONTACT_GAP))
+    after[:, SINCE] = np.where(stay, 0.0, memory[:, SINCE] + duration)
+    lasts = stay | (lasted & (after[:, SINCE] < CONTACT_PAUSE))
     after[:, Contact.LASTS] = lasts
     begins = touching & ~lasted
     if begins.any():
         now = closing_speeds(robot, humans)
         a = np.maximum(memory[:, ROBOT_SPEED], now[0])
         b = np.maximum(memory[:, PERSON_SPEED], now[1])
-        both = (np.abs(a - b) <= SPEED_RESOLUTION) & (a > 0)
-        after[:, Contact.BY_ROBOT] += begins & (
-            (a > b + SPEED_RESOLUTION) | both
+        least = SPEED_RESOLUTION
+        after[:, Contact.BY_ROBOT] += begins & (a > least) & (a >= b - least)
+        after[:, Contact.BY_PERSON] += begins & (b > least) & (b >= a - least)
+        # (Both speeds of one instant, as one may step back from the other.)
+        closing = np.maximum(
+            now[0] + now[1], memory[:, ROBOT_SPEED] + memory[:, PERSON_SPEED]
         )
-        after[:, Contact.BY_PERSON] += begins & (
-            (b > a + SPEED_RESOLUTION) | both
-        )
-        after[begins, Contact.RELATIVE_SPEED] = np.maximum(a + b, 0)[begins]
+        after[begins, Contact.RELATIVE_SPEED] = np.maximum(closing, 0)[begins]
         after[begins, Contact.PEAK_FORCE] = 0.0
     if forces is not None:
         size = np.hypot(forces[:, 0], forces[:, 1])

@@ -13,17 +13,12 @@ from pydrake.systems.framework import (
 )
 
 from hunav_drake.systems.common.checks import check_time_step
-from hunav_drake.systems.common.layout import (
-    CONTACT_SIZE,
-    RADIUS,
-    STATE_SIZE,
-    X,
-    Y,
-)
+from hunav_drake.systems.common.layout import CONTACT_SIZE, STATE_SIZE
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.robot.contact_rows import (
     MEMORY_SIZE,
     count_contacts,
+    gaps,
     remember_speeds,
 )
 
@@ -110,12 +105,17 @@ class DiscContacts(LeafSystem):
         humans = self._human_states.Eval(context).reshape(-1, STATE_SIZE)
         memory = context.get_discrete_state(self._memory).CopyToVector()
         memory = memory.reshape(-1, MEMORY_SIZE)
-        distance = np.hypot(humans[:, X] - robot[X], humans[:, Y] - robot[Y])
+        gap = gaps(robot, humans, self._bodies)
         # (Who is missing, a row of NaN, touches nobody.)
-        touching = distance < robot[RADIUS] + self._bodies + TOUCHING_GAP
         after = count_contacts(
-            memory, touching, None, robot, humans, self._time_step
+            memory,
+            gap < TOUCHING_GAP,
+            None,
+            robot,
+            humans,
+            self._bodies,
+            self._time_step,
         )
-        present = np.isfinite(distance)
+        present = np.isfinite(gap)
         remember_speeds(after, robot, np.where(present[:, None], humans, robot))
         discrete_state.set_value(self._memory, after.ravel())

@@ -17,6 +17,7 @@ from pydrake.systems.framework import (
 
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import CONTACT_SIZE, STATE_SIZE, Contact
+from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.robot.contact_rows import (
     MEMORY_SIZE,
     count_contacts,
@@ -53,6 +54,7 @@ class PlantContacts(LeafSystem):
     def __init__(
         self,
         bodies: Sequence[BodyIndex],
+        humans: Sequence[HumanConfig],
         *,
         time_step: float,
         plant_step: float,
@@ -61,12 +63,14 @@ class PlantContacts(LeafSystem):
 
         Args:
             bodies: The bodies of people in the plant.
+            humans: The people.
             time_step: The time between two steps of people, in seconds.
             plant_step: The time between two steps of the plant.
         """
         super().__init__()
         n = len(bodies)
         self._person = {int(body): i for i, body in enumerate(bodies)}
+        self._radii = np.array([human.contact_radius for human in humans])
         self._plant_step = plant_step
         self._steps = round(time_step / plant_step)
         self._contact_results = self.DeclareAbstractInputPort(
@@ -144,7 +148,13 @@ class PlantContacts(LeafSystem):
                 forces = np.zeros((len(people), 2))
             touching = (forces != 0).any(axis=1)
             memory = count_contacts(
-                memory, touching, forces, robot, people, self._plant_step
+                memory,
+                touching,
+                forces,
+                robot,
+                people,
+                self._radii,
+                self._plant_step,
             )
         if step == 0:
             remember_speeds(memory, robot, people)

@@ -126,7 +126,9 @@ def AddPlantRobot(
     )
     contacts = inner.AddNamedSystem(
         "contacts",
-        PlantContacts(people, time_step=task.time_step, plant_step=step),
+        PlantContacts(
+            people, task.humans, time_step=task.time_step, plant_step=step
+        ),
     )
     robot_state = state.get_robot_state_output_port()
     if heading := driver.get_robot_state_input_port():
