@@ -106,8 +106,8 @@ class Contact(IntEnum):
     """The elements of a row of `contacts`: the robot and one person.
 
     A contact begins when they touch, and is over once they have not, and were
-    `CONTACT_GAP` apart, for `CONTACT_PAUSE`. All but the first three stay as they are until the next
-    one.
+    `CONTACT_GAP` apart, for `CONTACT_PAUSE`. All but the first three stay as
+    they are until the next one.
     """
 
     # 1 while a contact lasts, else 0.

@@ -51,7 +51,7 @@ def max_contact_force(recording: Recording) -> tuple[float, Array]:
     return float(peaks.max(initial=0.0)), now.max(axis=1, initial=0.0)
 
 
-@_metric(unit="N s", source=HUNAV_DRAKE)
+@_metric(unit="N*s", source=HUNAV_DRAKE)
 def contact_impulse(recording: Recording) -> tuple[float, Array]:
     """The impulse of all contacts with people: the sum of int |F_i| dt.
 
