@@ -71,8 +71,9 @@ def gaps(robot: Array, humans: Array, bodies: Array) -> Array:
     Returns:
         Shape (n,), in meters, negative where they overlap.
     """
-    distance: Array = np.hypot(humans[:, X] - robot[X], humans[:, Y] - robot[Y])
-    return distance - (robot[RADIUS] + bodies)
+    distance = np.hypot(humans[:, X] - robot[X], humans[:, Y] - robot[Y])
+    result: Array = distance - (robot[RADIUS] + bodies)
+    return result
 
 
 def count_contacts(

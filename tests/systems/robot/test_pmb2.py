@@ -198,3 +198,43 @@ def test_energy_does_not_grow_at_rest():
     assert last <= max(first, 1e-9)
     assert last < 1e-6
     assert drift < 1e-3
+
+
+@pytest.mark.parametrize("seed", [0, 4])
+def test_nobody_is_run_over_by_a_reckless_robot(seed):
+    rng = np.random.default_rng(seed)
+    room = Obstacles.from_shapes(
+        [[[-4, -3], [4, -3], [4, 3], [-4, 3], [-4, -3]]], solid=[False]
+    )
+    people = []
+    while len(people) < 12:
+        place = rng.uniform([-3.5, -2.5], [3.5, 2.5]).tolist()
+        others = [(0, 0), *(person.pose[:2] for person in people)]
+        if min(math.dist(place, other) for other in others) < 0.8:
+            continue
+        goals = rng.uniform([-3.4, -2.4], [3.4, 2.4], (3, 2))
+        people.append(
+            HumanConfig(
+                pose=(*place, 0.0),
+                goals=list(map(tuple, goals.tolist())),
+                cyclic=True,
+                desired_speed=float(rng.uniform(0, 1.5)),
+            )
+        )
+    commands = rng.uniform([-0.2, -1.5], [1.0, 1.5], (30, 2))
+    commands[::2] = 1.0, 0.0
+    run = drive(
+        make_diagram("pmb2", people, obstacles=room),
+        lambda time, row: commands[min(int(2 * time), 29)],
+        duration=12.0,
+    )
+    way = run.people[..., :2] - run.robot[:, None, :2]
+    depth = RADIUS + BODY - np.linalg.norm(way, axis=-1)
+    print(f"robot and people overlap by at most {1e3 * depth.max():.1f} mm")
+    assert np.isfinite(run.contacts).all()
+    # There are contacts, and they are told.
+    assert run.contacts[-1, :, Contact.BY_ROBOT :].sum() >= 1
+    assert run.contacts[..., Contact.PEAK_FORCE].max() < 5000
+    assert depth.max() < 0.02
+    outside = np.abs(run.robot[:, :2]) + RADIUS - [4, 3]
+    assert outside.max() < 0.01
