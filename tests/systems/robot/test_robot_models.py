@@ -11,7 +11,13 @@ from hunav_drake import HumanConfig, LoadScenario, ScenarioError
 from hunav_drake.systems.common.layout import Contact
 from hunav_drake.systems.robot import ROBOTS
 from hunav_drake.systems.world.obstacles import Obstacles
-from tests.systems.robot.crate import CRATE, STAGES, WITHOUT_MASS, write_model
+from tests.systems.robot.crate import (
+    CRATE,
+    FOOTPRINT,
+    STAGES,
+    WITHOUT_MASS,
+    write_model,
+)
 from tests.systems.robot.driven_robots import drive, make_diagram
 
 PMB2 = "package://hunav_drake/systems/robot/models/pmb2.sdf"
@@ -88,6 +94,28 @@ def test_a_planar_base_pushes_with_its_largest_force(crate):
     # What hits is the front of the box, 0.3 m ahead, not the disc.
     assert run.robot[-1, 0] == pytest.approx(2 - 0.3 - 0.25, abs=0.05)
     assert -run.contacts[-1, 0, Contact.FORCE_X] == pytest.approx(150, rel=0.02)
+
+
+@pytest.mark.parametrize("base", ["base_footprint", "base_link"])
+def test_a_base_may_be_fixed_to_what_lies_on_the_floor(tmp_path, base):
+    robot = {
+        "model": "urdf",
+        "file": write_model(tmp_path, FOOTPRINT),
+        "base": base,
+        "start": (1.0, 2.0, 1.0),
+        "drive": {
+            "left_wheel": "left_joint",
+            "right_wheel": "right_joint",
+            "wheel_separation": 0.3,
+            "wheel_radius": 0.08,
+        },
+    }
+    run = drive(make_diagram(robot), (0.4, 0.0), duration=4.0)
+    np.testing.assert_allclose(run.robot[0, :3], [1, 2, 1], atol=1e-9)
+    x, y, yaw, *_ = run.robot[-1]
+    assert yaw == pytest.approx(1, abs=0.02)
+    assert math.atan2(y - 2, x - 1) == pytest.approx(1, abs=0.02)
+    assert math.hypot(x - 1, y - 2) == pytest.approx(0.4 * 3.8, abs=0.05)
 
 
 def test_walls_stop_a_box_at_its_front(crate):
