@@ -48,11 +48,13 @@ class DrivenModel:
         instance: The model instance.
         base: The body that people see as the robot.
         motors: The joints of the drive, in the order of their speeds.
+        signs: See `ModelFacts`.
     """
 
     instance: ModelInstanceIndex
     base: RigidBody
     motors: tuple[Joint, ...]
+    signs: tuple[int, ...] = ()
 
 
 def AddDrivenModel(
@@ -105,7 +107,7 @@ def AddDrivenModel(
         actuator.set_controller_gains(
             PdControllerGains(p=_NO_SPRING, d=damping)
         )
-    return DrivenModel(instance, base, tuple(motors))
+    return DrivenModel(instance, base, tuple(motors), facts.signs)
 
 
 def _place(
@@ -204,6 +206,7 @@ def make_motor_speeds(
     count = len(names)
     if isinstance(drive, DifferentialWheels):
         left, right = driven
+        left_sign, right_sign = model.signs
         radius, half = drive.wheel_radius, drive.wheel_separation / 2
         fastest = drive.max_wheel_speed * radius
 
@@ -212,8 +215,8 @@ def make_motor_speeds(
             rim = abs(v) + half * abs(omega)
             scale = min(1.0, fastest / rim) / radius if rim else 0.0
             speeds = [0.0] * count
-            speeds[left] = scale * (v - half * omega)
-            speeds[right] = scale * (v + half * omega)
+            speeds[left] = left_sign * scale * (v - half * omega)
+            speeds[right] = right_sign * scale * (v + half * omega)
             return speeds
 
         return wheels, places

@@ -30,7 +30,8 @@ register_drive = DRIVES.register
 class DifferentialWheels(DriveConfig):
     """Two driven wheels; what else carries the robot rolls or slides."""
 
-    # The joints that turn the wheels; forwards is positive.
+    # The joints that turn the wheels, about the y axis of the base, or about
+    # the opposite one.
     left_wheel: Name
     right_wheel: Name
 

@@ -141,11 +141,14 @@ class ModelFacts:
             the world carries it.
         X_RB: The pose of the base in the root.
         height: How high the base is above the floor, in meters.
+        signs: For each wheel, 1 if it rolls forwards where its joint turns
+            forwards, else -1; no numbers for other drives.
     """
 
     root: str
     X_RB: RigidTransform
     height: float
+    signs: tuple[int, ...] = ()
 
 
 def inspect_model(source: ModelSource, drive: DriveConfig) -> ModelFacts:
@@ -169,8 +172,8 @@ def inspect_model(source: ModelSource, drive: DriveConfig) -> ModelFacts:
             "has no mass, so no motor can drive it; give its links inertias",
         )
     world = plant.world_body()
+    signs: tuple[int, ...] = ()
     if isinstance(drive, DifferentialWheels):
-        height = _check_wheels(plant, context, base, joints, drive)
         if root is world:
             raise ModelFault(
                 ("base",),
@@ -184,6 +187,7 @@ def inspect_model(source: ModelSource, drive: DriveConfig) -> ModelFacts:
                 f"{shown(source.base)} moves against {shown(root.name())},"
                 f" which it hangs on; choose {shown(root.name())}",
             )
+        height, signs = _check_wheels(plant, context, base, joints, drive)
     elif isinstance(drive, PlanarBase) and (drive.x or drive.y or drive.yaw):
         _check_stages(plant, context, base, joints, drive)
         height = 0.0
@@ -206,6 +210,7 @@ def inspect_model(source: ModelSource, drive: DriveConfig) -> ModelFacts:
             context, root.body_frame(), base.body_frame()
         ),
         height=height,
+        signs=signs,
     )
 
 
@@ -254,21 +259,34 @@ def _check_wheels(
     base: RigidBody,
     joints: Mapping[str, Joint],
     drive: DifferentialWheels,
-) -> float:
-    """Returns the height of the base above the floor, in meters."""
+) -> tuple[float, tuple[int, ...]]:
+    """Returns the height of the base above the floor, and how wheels turn."""
     if drive.left_wheel == drive.right_wheel:
         raise ModelFault(
             ("drive", "right_wheel"),
             f"must be another joint than left_wheel, got"
             f" {shown(drive.right_wheel)}",
         )
-    places = []
+    places, signs = [], []
     for key in ("left_wheel", "right_wheel"):
         joint = _joint(joints, key, getattr(drive, key), RevoluteJoint)
         p_BW = plant.CalcRelativeTransform(
             context, base.body_frame(), joint.frame_on_child()
         ).translation()
         places.append(p_BW)
+        X_BF = plant.CalcRelativeTransform(
+            context, base.body_frame(), joint.frame_on_parent()
+        )
+        axis = X_BF.rotation().multiply(joint.revolute_axis())
+        if abs(axis[1]) < 0.999:
+            raise ModelFault(
+                ("drive", key),
+                f"must turn about the y axis of {shown(base.name())}, but the"
+                f" axis of {shown(joint.name())} is"
+                f" {np.round(axis, 3).tolist()} there; choose a base whose x"
+                " points forwards, or another joint",
+            )
+        signs.append(1 if axis[1] > 0 else -1)
     if not places[0][1] > places[1][1]:
         raise ModelFault(
             ("drive", "left_wheel"),
@@ -278,7 +296,7 @@ def _check_wheels(
             " points forwards",
         )
     lowest: float = np.mean([p_BW[2] for p_BW in places]).item()
-    return drive.wheel_radius - lowest
+    return drive.wheel_radius - lowest, tuple(signs)
 
 
 def _check_stages(

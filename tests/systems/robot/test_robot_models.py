@@ -31,6 +31,14 @@ WHEELS = {
 }
 
 
+TURTLE = {
+    "left_wheel": "left_joint",
+    "right_wheel": "right_joint",
+    "wheel_separation": 0.3,
+    "wheel_radius": 0.08,
+}
+
+
 @pytest.fixture
 def crate(tmp_path):
     return {
@@ -103,12 +111,7 @@ def test_a_base_may_be_fixed_to_what_lies_on_the_floor(tmp_path, base):
         "file": write_model(tmp_path, FOOTPRINT),
         "base": base,
         "start": (1.0, 2.0, 1.0),
-        "drive": {
-            "left_wheel": "left_joint",
-            "right_wheel": "right_joint",
-            "wheel_separation": 0.3,
-            "wheel_radius": 0.08,
-        },
+        "drive": TURTLE,
     }
     run = drive(make_diagram(robot), (0.4, 0.0), duration=4.0)
     np.testing.assert_allclose(run.robot[0, :3], [1, 2, 1], atol=1e-9)
@@ -116,6 +119,35 @@ def test_a_base_may_be_fixed_to_what_lies_on_the_floor(tmp_path, base):
     assert yaw == pytest.approx(1, abs=0.02)
     assert math.atan2(y - 2, x - 1) == pytest.approx(1, abs=0.02)
     assert math.hypot(x - 1, y - 2) == pytest.approx(0.4 * 3.8, abs=0.05)
+
+
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_wheels_may_turn_the_other_way(tmp_path, side):
+    """As where a wheel is the other one, turned around."""
+    head, tail = FOOTPRINT.split(f'<joint name="{side}_joint"')
+    turned = tail.replace('axis xyz="0 1 0"', 'axis xyz="0 -1 0"', 1)
+    text = f'{head}<joint name="{side}_joint"{turned}'
+    robot = {
+        "model": "urdf",
+        "file": write_model(tmp_path, text),
+        "base": "base_link",
+        "drive": TURTLE,
+    }
+    run = drive(make_diagram(robot), (0.3, 0.2), duration=2.0)
+    assert run.robot[-1, 5] == pytest.approx(0.2, rel=0.05)
+    assert run.robot[-1, 0] == pytest.approx(0.3 * 1.85, abs=0.05)
+
+
+def test_wheels_turn_about_the_y_axis(stages, tmp_path):
+    upright = FOOTPRINT.replace('axis xyz="0 1 0"', 'axis xyz="0 0 1"')
+    stages |= {
+        "file": write_model(tmp_path, upright),
+        "base": "base_link",
+        "drive": TURTLE,
+    }
+    ((place, message),) = ROBOTS.make(stages).find_faults()
+    assert place == ("drive", "left_wheel")
+    assert "must turn about the y axis of 'base_link'" in message
 
 
 def test_walls_stop_a_box_at_its_front(crate):
@@ -201,6 +233,11 @@ FAULTS = {
         "robot.drive.right_wheel",
         "must be another joint than left_wheel",
     ),
+    "a joint that does not turn": (
+        {"file": PMB2, "drive": {**WHEELS, "left_wheel": "base"}},
+        "robot.drive.left_wheel",
+        "there is no joint 'base' in the model",
+    ),
     "wheels the wrong way around": (
         {
             "drive": {
@@ -279,5 +316,5 @@ def test_wheels_cannot_drive_what_the_world_carries(stages):
         "wheel_radius": 0.1,
     }
     ((place, message),) = ROBOTS.make(stages).find_faults()
-    assert place == ("drive", "right_wheel")
-    assert "must be a revolute or continuous joint" in message
+    assert place == ("base",)
+    assert "is carried by the world, so wheels cannot move it" in message
