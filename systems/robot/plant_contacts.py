@@ -1,6 +1,7 @@
 """What a robot in a plant and people do to each other."""
 
 from collections.abc import Sequence
+import math
 
 import numpy as np
 from pydrake.common.value import AbstractValue
@@ -16,7 +17,13 @@ from pydrake.systems.framework import (
 )
 
 from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.common.layout import CONTACT_SIZE, STATE_SIZE, Contact
+from hunav_drake.systems.common.layout import (
+    CONTACT_SIZE,
+    STATE_SIZE,
+    Contact,
+    X,
+    Y,
+)
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.robot.contact_rows import (
     MEMORY_SIZE,
@@ -24,6 +31,10 @@ from hunav_drake.systems.robot.contact_rows import (
     remember_speeds,
 )
 from hunav_drake.systems.robot.plant_people import people_states
+
+# How fast a robot and a person close in on each other at most, in m/s, and how
+# much farther off than that contacts are looked for, in meters.
+_FASTEST, _MARGIN = 20.0, 0.1
 
 
 class PlantContacts(LeafSystem):
@@ -45,10 +56,11 @@ class PlantContacts(LeafSystem):
     `PEOPLE`. Port ``contacts`` gives n rows of `layout.Contact`: with forces
     of the plant's last step, counts and sums of all steps.
 
-    The discrete state holds for each person a row of `contact_rows`. It is
-    updated with each step of the plant. (What a plant tells of its last step
-    alone would be lost with a saved Context, and a short push between two
-    looks at it.)
+    The discrete state holds for each person a row of `contact_rows`; and, in a
+    group of its own, 1 while anybody is near enough to touch. It is updated
+    with each step of the plant. (What a plant tells of its last step alone
+    would be lost with a saved Context, and a short push between two looks at
+    it.)
     """
 
     def __init__(
@@ -58,6 +70,7 @@ class PlantContacts(LeafSystem):
         *,
         time_step: float,
         plant_step: float,
+        reach: float = math.inf,
     ) -> None:
         """Constructs PlantContacts that have seen no contact.
 
@@ -66,6 +79,9 @@ class PlantContacts(LeafSystem):
             humans: The people.
             time_step: The time between two steps of people, in seconds.
             plant_step: The time between two steps of the plant.
+            reach: How far the robot reaches from where it is, in meters. While
+                nobody can come so near before the next step of people, the
+                plant's contacts are not looked through.
         """
         super().__init__()
         n = len(bodies)
@@ -80,6 +96,8 @@ class PlantContacts(LeafSystem):
             "robot_state", STATE_SIZE
         )
         self._people_state = self.DeclareVectorInputPort("people_state", 4 * n)
+        self._distances = self._radii + reach + _MARGIN + _FASTEST * time_step
+        self._is_near = self.DeclareDiscreteState([1.0])
         self._memory = self.DeclareDiscreteState(MEMORY_SIZE * n)
         self._contacts = self.DeclareVectorOutputPort(
             "contacts",
@@ -135,7 +153,8 @@ class PlantContacts(LeafSystem):
         # A copy: what it is made of is written to.
         memory = context.get_discrete_state(self._memory).CopyToVector()
         memory = memory.reshape(-1, MEMORY_SIZE)
-        forces = self._Forces(context)
+        (is_near,) = context.get_discrete_state(self._is_near).value()
+        forces = self._Forces(context) if is_near else None
         # The speeds of late are those at the last step of people.
         step = round(context.get_time() / self._plant_step) % self._steps
         lasts = memory[:, Contact.LASTS].any()
@@ -158,4 +177,7 @@ class PlantContacts(LeafSystem):
             )
         if step == 0:
             remember_speeds(memory, robot, people)
+            away = np.hypot(people[:, X] - robot[X], people[:, Y] - robot[Y])
+            near = bool((away < self._distances).any())
+            discrete_state.set_value(self._is_near, [float(near)])
         discrete_state.set_value(self._memory, memory.ravel())

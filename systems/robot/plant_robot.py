@@ -1,7 +1,9 @@
 """A robot in a MultibodyPlant, with people whom it really hits."""
 
+import math
 from typing import TYPE_CHECKING
 
+import numpy as np
 from pydrake.geometry import CollisionFilterDeclaration, GeometrySet, SceneGraph
 from pydrake.multibody.plant import (
     ContactModel,
@@ -127,7 +129,11 @@ def AddPlantRobot(
     contacts = inner.AddNamedSystem(
         "contacts",
         PlantContacts(
-            people, task.humans, time_step=task.time_step, plant_step=step
+            people,
+            task.humans,
+            time_step=task.time_step,
+            plant_step=step,
+            reach=_reach(plant, scene_graph, model),
         ),
     )
     robot_state = state.get_robot_state_output_port()
@@ -210,6 +216,34 @@ def _Connect(
         ]
     for output, taker in pairs:
         builder.Connect(output, taker)
+
+
+def _reach(
+    plant: MultibodyPlant, scene_graph: SceneGraph, model: DrivenModel
+) -> float:
+    """Returns how far a robot reaches from its base, in meters.
+
+    It is infinite if it has joints that are not of its drive.
+    """
+    joints = map(plant.get_joint, plant.GetJointIndices(model.instance))
+    moving = {j.index() for j in joints if j.num_velocities() in range(1, 6)}
+    if moving - {joint.index() for joint in model.motors}:
+        return math.inf
+    inspector = scene_graph.model_inspector()
+    context = plant.CreateDefaultContext()
+    base = model.base.body_frame()
+    reach = 0.0
+    for index in plant.GetBodyIndices(model.instance):
+        body = plant.get_body(index)
+        X_BL = plant.CalcRelativeTransform(context, base, body.body_frame())
+        for shape in plant.GetCollisionGeometriesForBody(body):
+            box = inspector.GetObbInGeometryFrame(shape)
+            if box is None:
+                return math.inf
+            X_BC = X_BL @ inspector.GetPoseInFrame(shape) @ box.pose()
+            size = float(np.linalg.norm(box.half_width()))
+            reach = max(reach, size + math.hypot(*X_BC.translation()[:2]))
+    return reach
 
 
 def _FilterCollisions(
