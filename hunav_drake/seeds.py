@@ -2,6 +2,7 @@
 
 from pydrake.systems.framework import Context, Diagram
 
+from hunav_drake.systems.common.layout import STATE_SIZE
 from hunav_drake.systems.common.random_streams import check_seed
 
 
@@ -45,6 +46,17 @@ def SetTrialSeed(diagram: Diagram, context: Context, seed: int) -> None:
     for system in diagram.GetSystems():
         if hasattr(system, "SetSeed"):
             system.SetSeed(system.GetMyMutableContextFromRoot(context), seed)
+    if diagram.HasSubsystemNamed("plant"):
+        # The bodies of people start where the people do.
+        from hunav_drake.systems.robot.plant_people import PlacePeople
+
+        plant = diagram.GetSubsystemByName("plant")
+        states = diagram.GetOutputPort("human_states").Eval(context)
+        PlacePeople(
+            plant,
+            plant.GetMyMutableContextFromRoot(context),
+            states.reshape(-1, STATE_SIZE),
+        )
 
 
 def GetTrialSeed(diagram: Diagram, context: Context) -> int:

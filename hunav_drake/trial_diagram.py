@@ -14,10 +14,13 @@ from hunav_drake.scenario.population import with_drawn_people
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.scenario.writer import plain
 from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.crowd.crowd_config import CrowdConfig
 from hunav_drake.systems.evaluation import Evaluator
 from hunav_drake.systems.evaluation.trial_monitor import TrialMonitor
 from hunav_drake.systems.people.names import name_people
+from hunav_drake.systems.people.starts import draw_starts
 from hunav_drake.systems.planning import PlanningTask
+from hunav_drake.systems.robot import DiscContacts, RobotTask
 from hunav_drake.systems.scene import AddScene
 from hunav_drake.systems.sensing.sensor_config import LidarConfig
 from hunav_drake.systems.world.obstacles import Obstacles
@@ -42,13 +45,14 @@ def MakeTrialDiagram(
         A diagram of the systems "humans" (`AddHumans`), "robot" and "planner"
         (see `RobotConfig` and `PlannerConfig`), "goal" (if there is one),
         "evaluator" (`Evaluator`), "monitor" (`TrialMonitor`), "scene"
-        (`AddScene`) and the sensors (see `AddSensors`). It has no inputs, but
-        for "trigger" if that begins the recording (`EvaluatorConfig.start`);
-        its outputs are "robot_state", "human_states", "behavior_status",
-        "forces", "velocity_command", "planner_status", "planner_path",
-        "metrics", "recording", "trial_status", "query", what the sensors
-        measure, as "scan", and "traffic" (see `OpenCrowd`) if people come and
-        go.
+        (`AddScene`) and the sensors (see `AddSensors`); of "plant" and
+        "scene_graph" for a robot that is a body of a plant, else of "contacts"
+        (`DiscContacts`). It has no inputs, but for "trigger" if that begins the
+        recording (`EvaluatorConfig.start`); its outputs are "robot_state",
+        "human_states", "behavior_status", "forces", "contacts",
+        "velocity_command", "planner_status", "planner_path", "metrics",
+        "recording", "trial_status", "query", what the sensors measure, as
+        "scan", and "traffic" (see `OpenCrowd`) if people come and go.
 
     Raises:
         ScenarioError: If the scenario cannot be simulated.
@@ -65,13 +69,28 @@ def MakeTrialDiagram(
         builder,
         scenario.humans,
         obstacles=scenario.world,
-        config=scenario.crowd,
+        config=_crowd(scenario),
         time_step=time_step,
         start_jitter=scenario.simulation.start_jitter,
         seed=scenario.simulation.seed,
         traffic=traffic,
     )
-    robot = robot_config.AddToBuilder(builder, time_step=time_step)
+    task = RobotTask(
+        time_step=time_step,
+        obstacles=obstacles,
+        humans=scenario.humans,
+        human_starts=draw_starts(
+            scenario.humans,
+            scenario.simulation.seed,
+            scenario.simulation.start_jitter,
+        ),
+    )
+    robot = robot_config.AddToBuilder(builder, task)
+    contacts = robot
+    if not robot.HasOutputPort("contacts"):
+        contacts = builder.AddNamedSystem(
+            "contacts", DiscContacts(scenario.humans, time_step=time_step)
+        )
     planner = _AddPlanner(builder, scenario, obstacles)
     shared = {
         "goal_tolerance": robot_config.goal_tolerance,
@@ -84,6 +103,7 @@ def MakeTrialDiagram(
             scenario.humans,
             config=scenario.evaluator,
             obstacles=obstacles,
+            feels_forces=contacts is robot,
             **shared,
         ),
     )
@@ -119,13 +139,17 @@ def MakeTrialDiagram(
         "robot_state": robot_state,
         "human_states": humans.human_states,
         "behavior_status": humans.behavior_status,
+        "contacts": contacts.GetOutputPort("contacts"),
     }
     if robot_config.goal is not None:
         goal = ConstantVectorSource(robot_config.goal)
         given["goal"] = builder.AddNamedSystem("goal", goal).get_output_port()
     sensed = AddSensors(builder, scenario, scene, given)
     given |= sensed
-    for system in (planner, evaluator, monitor):
+    systems = [robot, planner, evaluator, monitor]
+    if contacts is not robot:
+        systems.append(contacts)
+    for system in systems:
         for name, port in given.items():
             if system.HasInputPort(name):
                 builder.Connect(port, system.GetInputPort(name))
@@ -134,6 +158,7 @@ def MakeTrialDiagram(
         ("human_states", humans.human_states),
         ("behavior_status", humans.behavior_status),
         ("forces", humans.forces),
+        ("contacts", given["contacts"]),
         ("velocity_command", planner.GetOutputPort("velocity_command")),
         ("planner_status", planner.GetOutputPort("status")),
         ("planner_path", planner.GetOutputPort("path")),
@@ -168,6 +193,14 @@ def _scan_angles(scenario: Scenario) -> Array | None:
         if isinstance(sensor, LidarConfig) and sensor.mount == "robot":
             return sensor.pose[2] + sensor.angles()
     return None
+
+
+def _crowd(scenario: Scenario) -> CrowdConfig:
+    """Returns how people move, with what hangs on the robot."""
+    crowd = scenario.crowd
+    if crowd.robots_stop is not None:
+        return crowd
+    return dataclasses.replace(crowd, robots_stop=scenario.robot.physical)
 
 
 def CheckTrialDiagram(scenario: Scenario, diagram: Diagram) -> None:

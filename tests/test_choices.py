@@ -39,7 +39,13 @@ from hunav_drake.systems.planning import (
     PursuitPlanner,
     register_planner,
 )
-from hunav_drake.systems.robot import ROBOTS, RobotConfig, register_robot
+from hunav_drake.systems.robot import (
+    DRIVES,
+    ROBOTS,
+    RobotConfig,
+    RobotTask,
+    register_robot,
+)
 from hunav_drake.systems.sensing import SENSORS
 from hunav_drake.systems.world.furniture import FURNITURE
 from hunav_drake.systems.world.shapes import WALLS
@@ -51,6 +57,17 @@ NEEDED = {
     "polygon": {"points": SQUARE},
     "polyline": {"points": SQUARE},
     **{kind: {"center": [8.5, 8.5]} for kind in FURNITURE},
+    "urdf": {
+        "file": "package://hunav_drake/systems/robot/models/pmb2.sdf",
+        "base": "base",
+        "drive": {"type": "omnidirectional", "height": 0.01},
+    },
+    "differential": {
+        "left_wheel": "left_wheel_joint",
+        "right_wheel": "right_wheel_joint",
+        "wheel_separation": 0.4,
+        "wheel_radius": 0.1,
+    },
 }
 
 
@@ -67,6 +84,7 @@ KINDS = {
     "sensor": Kind(SENSORS, ("sensors", 0)),
     "wall": Kind(WALLS, ("world", "walls", 0)),
     "furniture": Kind(FURNITURE, ("world", "furniture", 0)),
+    "drive": Kind(DRIVES, ("robot", "drive")),
 }
 CHOICES = [
     pytest.param(kind, name, id=f"{kind} {name}")
@@ -81,6 +99,8 @@ def in_scenario(kind, name, /, **parameters) -> dict[str, Any]:
     data: Any = {registry.tag: name, **NEEDED.get(name, {}), **parameters}
     for step in reversed(path):
         data = [data] if isinstance(step, int) else {step: data}
+    if kind == "drive":
+        data["robot"] = {"model": "urdf", **NEEDED["urdf"], **data["robot"]}
     return data
 
 
@@ -126,7 +146,7 @@ def test_bad_parameters_are_told_with_their_place(kind, name):
     place = ".".join(map(str, path)).replace(".0", "[0]")
     keys = [field.name for field in dataclasses.fields(registry[name])]
     # Nothing takes such a value.
-    bad = {key: {"no": "value"} for key in keys} | {"nonsense": 1}
+    bad = {key: {"no": ["value"]} for key in keys} | {"nonsense": 1}
     with pytest.raises(ScenarioError) as info:
         load(in_scenario(kind, name, **bad))
     told = {fault.path for fault in info.value.faults}
@@ -146,8 +166,11 @@ def test_a_wall_has_finite_vertices(name):
 
 
 # What moves: in a trial with a wall and people on the way.
+# (Robots stand for their drives.)
 MOVING = [
-    param for param in CHOICES if param.values[0] not in ("wall", "furniture")
+    param
+    for param in CHOICES
+    if param.values[0] not in ("wall", "furniture", "drive")
 ]
 
 
@@ -165,7 +188,8 @@ def make_trial(kind, name):
     if kind == "motion model":
         part = {"crowd": CrowdConfig(model=name)}
     elif kind == "robot":
-        part = {"robot": {"model": name, "goal": (10, 0, 0)}}
+        parameters = {"goal": (10, 0, 0), **NEEDED.get(name, {})}
+        part = {"robot": {"model": name, **parameters}}
     elif kind == "sensor":
         part = {"sensors": [{"type": name}]}
     else:
@@ -173,7 +197,13 @@ def make_trial(kind, name):
     return dataclasses.replace(scenario, **part)
 
 
-OUTPUTS = ("robot_state", "human_states", "velocity_command", "planner_status")
+OUTPUTS = (
+    "robot_state",
+    "human_states",
+    "contacts",
+    "velocity_command",
+    "planner_status",
+)
 
 
 def seen(diagram, context):
@@ -230,6 +260,39 @@ def test_a_context_goes_through_a_file(kind, name, tmp_path):
         seen(diagram, simulator.get_context()),
         seen(diagram, loaded.get_context()),
     )
+
+
+@pytest.mark.parametrize("name", sorted(ROBOTS))
+def test_a_robot_stands_alone_too(name):
+    """Its system, by itself, has all ports, and drives when it is told."""
+    config = ROBOTS.make({"model": name, **NEEDED.get(name, {})})
+    humans = [HumanConfig(pose=(3, 3, 0))]
+    task = RobotTask(humans=humans)
+    builder = DiagramBuilder()
+    robot = builder.AddSystem(config.MakeSystem(task))
+    command = builder.AddSystem(ConstantVectorSource([0.4, 0.2]))
+    builder.Connect(
+        command.get_output_port(), robot.GetInputPort("velocity_command")
+    )
+    if robot.HasInputPort("human_states"):
+        people = builder.AddSystem(
+            ConstantVectorSource([3.0, 3, 0, 0, 0, 0, 0.35])
+        )
+        builder.Connect(
+            people.get_output_port(), robot.GetInputPort("human_states")
+        )
+    simulator = Simulator(builder.Build())
+    simulator.AdvanceTo(2.0)
+    port = robot.GetOutputPort("robot_state")
+    x, y, yaw, vx, vy, omega, radius = port.Eval(
+        robot.GetMyContextFromRoot(simulator.get_context())
+    )
+    assert np.hypot(vx, vy) == pytest.approx(0.4, rel=0.05)
+    assert omega == pytest.approx(0.2, rel=0.05)
+    assert np.arctan2(vy, vx) == pytest.approx(yaw, abs=0.02)
+    assert x > 0.4
+    assert y > 0.02
+    assert radius == config.radius
 
 
 # Choices that are systems of users' own.
@@ -307,7 +370,7 @@ def test_what_makes_no_system_is_told():
     @register_robot("nothing")
     @dataclass
     class Nothing(RobotConfig):
-        def MakeSystem(self, *, time_step):
+        def MakeSystem(self, task):
             return None
 
     with pytest.raises(TypeError, match="Nothing must make a System, got None"):

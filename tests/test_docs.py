@@ -6,9 +6,12 @@ import textwrap
 
 import pytest
 
-from hunav_drake import LoadScenario, MakeTrialDiagram
+from hunav_drake import LoadScenario, MakeTrialDiagram, RunTrial
 from hunav_drake.scenario import draw_people
+from hunav_drake.systems.common.layout import Contact
 from hunav_drake.systems.crowd import MOTION_MODELS
+from hunav_drake.systems.evaluation import select_metrics
+from hunav_drake.systems.robot import ROBOTS
 from hunav_drake.validation.cases import CASES
 from tests import architecture
 
@@ -30,6 +33,23 @@ def readme_code():
 def test_the_code_of_the_readme_runs(code, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     exec(compile(code, "README.md", "exec"), {"__name__": "readme"})
+
+
+def test_the_robot_of_the_page_drives(monkeypatch):
+    """And the page tells of all robots, contacts and their metrics."""
+    monkeypatch.setattr(ROBOTS, "_choices", dict(ROBOTS))
+    text = (DOCS / "robots.md").read_text()
+    section = text.split("\n## A robot of your own\n")[1]
+    code = "".join(re.findall(r"(?:^    .*\n|^\n)+", section, re.M))
+    exec(
+        compile(textwrap.dedent(code), "robots.md", "exec"),
+        {"__name__": "robots"},
+    )
+    scenario = LoadScenario(data="robot: {model: gantry, goal: [2, 0, 0]}")
+    assert RunTrial(scenario).end_reason == "goal"
+    metrics = [m.name for m in select_metrics(["contacts"])]
+    for name in [*set(ROBOTS) - {"gantry"}, *metrics, *Contact.__members__]:
+        assert f"`{name}`" in text, name
 
 
 def test_the_population_of_the_readme_can_be_drawn():

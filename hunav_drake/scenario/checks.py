@@ -313,6 +313,12 @@ def _check_metrics(scenario: Scenario) -> Iterator[Finding]:
                 return
 
 
+def check_robot(scenario: Scenario) -> Iterator[Finding]:
+    """Looks whether the robot can be driven: its files, bodies and joints."""
+    for place, message in scenario.robot.find_faults():
+        yield Finding(("robot", *place), message)
+
+
 # What does not hang on the rest of the world, or on what is installed.
 OWN_CHECKS: tuple[Check, ...] = (
     check_people,
@@ -330,4 +336,5 @@ ALL_CHECKS: tuple[Check, ...] = (
     check_places,
     check_population,
     check_names,
+    check_robot,
 )

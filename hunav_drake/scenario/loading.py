@@ -88,6 +88,7 @@ def LoadScenario(
         folder = Path(filename).resolve().parent
         _find_trees(plain, folder)
         _find_world_files(plain, folder)
+        _find_model(plain, folder)
     faults = document_faults(document, prefix)
     locs, override_faults = _override(plain, overrides)
     scenario, findings = build_scenario(
@@ -155,6 +156,20 @@ def _find_world_files(data: Any, folder: Path) -> None:
         path = child(holder, key)
         if isinstance(path, str) and path and "://" not in path:
             holder[key] = str(folder / path)
+
+
+def _find_model(data: Any, folder: Path) -> None:
+    """Makes the paths of the robot's model absolute, alike."""
+    robot = child(data, "robot")
+    file = child(robot, "file")
+    if isinstance(file, str) and file and not file.startswith("package://"):
+        robot["file"] = str(folder / file)
+    packages = child(robot, "packages")
+    if isinstance(packages, dict):
+        robot["packages"] = {
+            name: str(folder / path) if isinstance(path, str) else path
+            for name, path in packages.items()
+        }
 
 
 def _name(

@@ -114,3 +114,37 @@ FORCES_SIZE = 2 * len(FORCES)
     ROBOT_REPULSION_FORCE,
     TOTAL_FORCE,
 ) = range(0, FORCES_SIZE, 2)
+
+
+class Contact(IntEnum):
+    """The elements of a row of `contacts`: the robot and one person.
+
+    A contact begins when they touch, and is over once they have not, and were
+    `CONTACT_GAP` apart, for `CONTACT_PAUSE`. All but the first three stay as
+    they are until the next one.
+    """
+
+    # 1 while a contact lasts, else 0.
+    LASTS = 0
+    # The horizontal force on the robot now, in W, in newtons: the mean over
+    # the last step of what computes it; 0 where forces are not computed.
+    FORCE_X = 1
+    FORCE_Y = 2
+    # The largest magnitude of it in this contact, or in the last one.
+    PEAK_FORCE = 3
+    # The magnitude, integrated from the start of the trial, in N s.
+    IMPULSE = 4
+    # How fast the two closed in on each other where this contact, or the last
+    # one, began, in m/s.
+    RELATIVE_SPEED = 5
+    # How many contacts have begun in which the robot ran into the person, and
+    # in which the person ran into the robot.
+    BY_ROBOT = 6
+    BY_PERSON = 7
+
+
+CONTACT_SIZE = len(Contact)
+
+# In seconds, and in meters from the robot's disc to the person's body.
+CONTACT_PAUSE = 0.25
+CONTACT_GAP = 0.02

@@ -53,6 +53,11 @@ class CrowdConfig:
     # another's, or a robot's, if there is room. People give way to robots.
     keep_apart: StrictBool = True
 
+    # Whether bodies stop robots, so that only who is pushed gives way to one;
+    # else nobody is where a robot is going by the end of the step. By default
+    # as the robot of the trial is, and else not. See docs/robots.md.
+    robots_stop: StrictBool | None = None
+
     # Whether people without a goal, or at it, stand: they stop, only strong
     # forces and bodies move them, and they come back.
     standing: StrictBool = True

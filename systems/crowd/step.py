@@ -108,7 +108,12 @@ class CrowdStep:
             config,
             margin=getattr(model, "safety_margin", 0.0),
         )
-        self._whole = self._compiled_step(model) if _is_fast(model) else None
+        # (Robots that stop at people are met otherwise than they are felt.)
+        self._whole = (
+            self._compiled_step(model)
+            if _is_fast(model) and not config.robots_stop
+            else None
+        )
 
     def _compiled_step(self, model: SocialForceModel) -> tuple[Array, ...]:
         """Returns what `whole_step` takes that does not change."""

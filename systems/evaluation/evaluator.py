@@ -17,7 +17,14 @@ from pydrake.systems.framework import (
 
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.checks import count_steps
-from hunav_drake.systems.common.layout import STATE_SIZE, YAW, X, Y, is_outside
+from hunav_drake.systems.common.layout import (
+    CONTACT_SIZE,
+    STATE_SIZE,
+    YAW,
+    X,
+    Y,
+    is_outside,
+)
 from hunav_drake.systems.common.ports import weakly
 from hunav_drake.systems.common.poses import is_at_goal
 from hunav_drake.systems.evaluation.evaluator_config import EvaluatorConfig
@@ -50,6 +57,7 @@ class Evaluator(LeafSystem):
         - robot_state
         - human_states (optional if there is nobody)
         - behavior_status (optional)
+        - contacts (optional)
         - goal (optional)
         - trigger (optional)
         output_ports:
@@ -61,9 +69,9 @@ class Evaluator(LeafSystem):
     the ``n`` people, one after the other; a row of NaN is a person who is
     missing, and so is one of `layout.OUTSIDE`, of which a row of NaN is
     recorded. Port ``behavior_status`` takes ``n`` numbers that are 0 where a
-    person's behavior does not react to the robot. Port ``goal`` takes the
-    pose (x, y, yaw) that the robot is to reach; unconnected, or not finite,
-    there is none.
+    person's behavior does not react to the robot, and ``contacts`` ``n`` rows
+    of `layout.Contact`. Port ``goal`` takes the pose (x, y, yaw) that the
+    robot is to reach; unconnected, or not finite, there is none.
 
     As `EvaluatorConfig` says, the recording begins at once; or, with ``start``
     "at_goal_command", when ``goal`` first is finite; or, "by_trigger", when
@@ -97,6 +105,7 @@ class Evaluator(LeafSystem):
         goal_tolerance: float = 0.25,
         goal_yaw_tolerance: float = 0.25,
         obstacles: Obstacles | None = None,
+        feels_forces: bool = False,
     ) -> None:
         """Constructs an Evaluator.
 
@@ -108,6 +117,7 @@ class Evaluator(LeafSystem):
             goal_tolerance: How near to the goal is at the goal, in meters.
             goal_yaw_tolerance: The same for the heading, in radians.
             obstacles: The walls, for the metrics of forces.
+            feels_forces: Whether the forces of ``contacts`` are computed.
 
         Raises:
             ValueError: If the period is not a multiple of ``time_step``, a
@@ -123,6 +133,7 @@ class Evaluator(LeafSystem):
             "goal_yaw_tolerance": goal_yaw_tolerance,
             "obstacles": obstacles or Obstacles.from_points([]),
         }
+        self._feels_forces = feels_forces
         self._n = len(humans)
         self._DeclareInputs()
         self._samples = self.DeclareAbstractState(
@@ -142,6 +153,7 @@ class Evaluator(LeafSystem):
         self._robot_state = declare("robot_state", STATE_SIZE)
         self._human_states = declare("human_states", STATE_SIZE * self._n)
         self._behavior_status = declare("behavior_status", self._n)
+        self._contacts = declare("contacts", CONTACT_SIZE * self._n)
         self._goal = declare("goal", 3)
         self._trigger = declare("trigger", 1)
 
@@ -180,6 +192,10 @@ class Evaluator(LeafSystem):
     def get_behavior_status_input_port(self) -> InputPort:
         """Returns the port that takes what each behavior is doing."""
         return self._behavior_status
+
+    def get_contacts_input_port(self) -> InputPort:
+        """Returns the port that takes the contacts of robot and people."""
+        return self._contacts
 
     def get_goal_input_port(self) -> InputPort:
         """Returns the port that takes the pose to reach."""
@@ -233,7 +249,12 @@ class Evaluator(LeafSystem):
         if arrays["has_status"][-1]:
             status = np.zeros((count, self._n))
             status[arrays["has_status"]] = arrays["status"]
+        contacts = arrays.get("contacts")
+        if contacts is not None:
+            contacts = contacts.reshape(count, self._n, CONTACT_SIZE)
         return Recording(
+            contacts=contacts,
+            contact_forces_known=contacts is not None and self._feels_forces,
             times=arrays["times"],
             robot=arrays["robot"],
             humans=arrays["humans"].reshape(count, self._n, STATE_SIZE),
@@ -244,13 +265,14 @@ class Evaluator(LeafSystem):
 
     def _Sample(self, context: Context, last: Sample) -> Sample:
         # Eval() gives arrays of its own: nobody else will write to them.
-        status = self._behavior_status
+        status, contacts = self._behavior_status, self._contacts
         return Sample(
             last,
             context.get_time(),
             self._robot_state.Eval(context),
             self._EvalHumans(context) if self._n else np.zeros(0),
             status.Eval(context) if status.HasValue(context) else None,
+            contacts.Eval(context) if contacts.HasValue(context) else None,
         )
 
     def _EvalHumans(self, context: Context) -> Array:

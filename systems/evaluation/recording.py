@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.common.layout import STATE_SIZE, X, Y
+from hunav_drake.systems.common.layout import CONTACT_SIZE, STATE_SIZE, X, Y
 from hunav_drake.systems.common.suggest import did_you_mean
 from hunav_drake.systems.evaluation import recording_file
 from hunav_drake.systems.evaluation.encounter_features import EncounterFeatures
@@ -67,6 +67,11 @@ class Recording:
         reference_path: Shape (m, 3), rows (time, x, y) in seconds and meters,
             with times that increase: a path to compare the robot's with, on
             a clock of its own.
+        contacts: Shape (N + 1, n, 8), rows of `layout.Contact`: how the robot
+            and each person touch, by what moves the robot. None where nothing
+            tells, as in recordings from elsewhere.
+        contact_forces_known: Whether their forces are computed, as for a robot
+            that is a body of a plant; else they are 0.
 
     Raises:
         ValueError: If an array has a wrong shape, a number is not finite or
@@ -90,6 +95,8 @@ class Recording:
     walls_known: bool = True
     nearest_walls: Array | None = None
     reference_path: Array | None = None
+    contacts: Array | None = None
+    contact_forces_known: bool = False
 
     def __post_init__(self) -> None:
         times = checked_array("times", self.times, (None,))
@@ -120,7 +127,14 @@ class Recording:
         reference = self.reference_path
         if reference is not None:
             reference = checked_path(reference)
+        contacts = self.contacts
+        if contacts is not None:
+            contacts = checked_array(
+                "contacts", contacts, (samples, n, CONTACT_SIZE)
+            )
+            check_numbers("contacts", contacts)
         self._set(
+            contacts=contacts,
             times=times,
             robot=robot,
             humans=humans,
@@ -213,6 +227,8 @@ class Recording:
             values[name] = values[name][:, chosen]
         for name in ("human_names", "human_ids", "behaviors", "group_ids"):
             values[name] = tuple(values[name][i] for i in chosen)
+        if self.contacts is not None:
+            values["contacts"] = self.contacts[:, chosen]
         if self.nearest_walls is not None:
             rows = [0, *(1 + i for i in chosen)]
             values["nearest_walls"] = self.nearest_walls[:, rows]

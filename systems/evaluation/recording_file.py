@@ -39,6 +39,8 @@ _OPTIONAL = {
     "nearest_walls": (_NUMBER, 4),
     "reference_path": (_NUMBER, 2),
     "walls_known": (_YES_NO, 0),
+    "contacts": (_NUMBER, 3),
+    "contact_forces_known": (_YES_NO, 0),
 }
 
 

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 
 from hunav_drake.systems.common.arrays import Array, Mask
-from hunav_drake.systems.common.layout import STATE_SIZE, X, Y
+from hunav_drake.systems.common.layout import CONTACT_SIZE, STATE_SIZE, X, Y
 from hunav_drake.systems.evaluation.features import CONTACT_GAP, surface_gaps
 from hunav_drake.systems.evaluation.recording import Recording
 
@@ -48,6 +48,9 @@ class Sample:
     robot: Array
     humans: Array
     status: Array | None
+    # The rows of contacts, shape (8n,), if there are any. They seldom change,
+    # so samples share them while they do not.
+    contacts: Array | None = None
     # How many samples there are up to this one, and the time of the first.
     count: int = field(init=False, default=0)
     first_time: float = field(init=False, default=-math.inf)
@@ -58,6 +61,12 @@ class Sample:
         if before is not None:
             self.count = before.count + 1
             self.first_time = before.first_time if before.count else self.time
+            if (
+                self.contacts is not None
+                and before.contacts is not None
+                and np.array_equal(self.contacts, before.contacts)
+            ):
+                self.contacts = before.contacts
 
     @classmethod
     def start(cls, n: int) -> Self:
@@ -81,7 +90,11 @@ class Sample:
         humans = np.array([node.humans for node in nodes])
         has_status = [node.status is not None for node in nodes]
         status = [node.status for node in nodes if node.status is not None]
-        return {
+        given: dict[str, Array] = {}
+        if nodes and all(node.contacts is not None for node in nodes):
+            contacts = np.array([node.contacts for node in nodes])
+            given["contacts"] = contacts.reshape(len(nodes), n * CONTACT_SIZE)
+        return given | {
             "times": np.array([node.time for node in nodes]),
             "robot": robot.reshape(-1, STATE_SIZE),
             "humans": humans.reshape(len(nodes), n * STATE_SIZE),
@@ -100,6 +113,7 @@ class Sample:
         self._check(arrays)
         node = self.start(self._num_humans)
         status = iter(arrays["status"])
+        contacts = iter(arrays.get("contacts", ()))
         for time, robot, humans, has_status in zip(
             arrays["times"].tolist(),
             arrays["robot"],
@@ -113,6 +127,7 @@ class Sample:
                 robot.copy(),
                 humans.copy(),
                 next(status).copy() if has_status else None,
+                next(contacts).copy() if "contacts" in arrays else None,
             )
         return node
 
@@ -130,7 +145,10 @@ class Sample:
             ("humans", np.float64, (count, n * STATE_SIZE)),
             ("has_status", np.bool_, (count,)),
             ("status", np.float64, (np.sum(arrays["has_status"]), n)),
+            ("contacts", np.float64, (count, n * CONTACT_SIZE)),
         ):
+            if name == "contacts" and name not in arrays:
+                continue
             got = arrays[name]
             if got.dtype != dtype or got.shape != shape:
                 raise ValueError(
@@ -144,6 +162,9 @@ class Sample:
                 times=arrays["times"],
                 robot=arrays["robot"],
                 humans=arrays["humans"].reshape(count, n, STATE_SIZE),
+                contacts=arrays["contacts"].reshape(count, n, CONTACT_SIZE)
+                if "contacts" in arrays
+                else None,
             )
 
     def nodes(self) -> list[Self]:

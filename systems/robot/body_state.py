@@ -2,7 +2,6 @@
 
 import math
 
-import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.math import RigidTransform
 from pydrake.multibody.math import SpatialVelocity
@@ -86,13 +85,11 @@ class BodyState(LeafSystem):
     def _CalcRobotState(self, context: Context, output: BasicVector) -> None:
         X_WB = self._body_poses.Eval(context)[self._index]
         V_WB = self._body_spatial_velocities.Eval(context)[self._index]
-        x, y = X_WB.translation()[:2]
-        x_axis = X_WB.rotation().matrix()[:2, 0]
+        (cos, _, _, x), (sin, _, _, y), *_ = X_WB.GetAsMatrix34().tolist()
         # Rounding leaves some 1e-17 of an axis that is vertical.
-        upright = np.hypot(*x_axis) < 1e-9
-        yaw = 0.0 if upright else math.atan2(x_axis[1], x_axis[0])
-        vx, vy = V_WB.translational()[:2]
-        omega = V_WB.rotational()[2]
+        upright = math.hypot(cos, sin) < 1e-9
+        yaw = 0.0 if upright else math.atan2(sin, cos)
+        _, _, omega, vx, vy, _ = V_WB.get_coeffs().tolist()
         output.SetFromVector([x, y, yaw, vx, vy, omega, self._radius])
 
 

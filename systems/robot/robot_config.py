@@ -1,13 +1,17 @@
 """The robots of trials: each has a body, limits, a start and a goal."""
 
 from abc import ABC, abstractmethod
+from collections.abc import Iterator, Sequence
+import dataclasses
 from dataclasses import field
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
+import numpy as np
 from pydantic import StrictFloat
 from pydantic.dataclasses import dataclass
 
-from hunav_drake.systems.common.layout import STATE_SIZE
+from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.layout import CONTACT_SIZE, STATE_SIZE
 from hunav_drake.systems.common.registry import Registry
 from hunav_drake.systems.common.schema import (
     CONFIG,
@@ -17,6 +21,8 @@ from hunav_drake.systems.common.schema import (
     Speed,
     within,
 )
+from hunav_drake.systems.people.human_config import HumanConfig
+from hunav_drake.systems.world.obstacles import Obstacles
 
 Acceleration = Annotated[StrictFloat, within(0, 100, "m/s^2", low_open=True)]
 TurnRate = Annotated[StrictFloat, within(0, 100, "rad/s", low_open=True)]
@@ -43,9 +49,40 @@ class RobotLimits:
     max_turn_acceleration: TurnAcceleration = 2.09
 
 
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class RobotTask:
+    """What stays constant around a robot.
+
+    Attributes:
+        time_step: The time between two updates of the trial, in seconds.
+        obstacles: The walls; none by default.
+        humans: The people whom it meets; nobody by default.
+        human_starts: Shape (n, 2) or more columns: where they start, in W, in
+            meters. By default as their configurations say.
+    """
+
+    time_step: float = 0.05
+    obstacles: Obstacles = field(
+        default_factory=lambda: Obstacles.from_shapes([], solid=[])
+    )
+    humans: Sequence[HumanConfig] = ()
+    human_starts: Array | None = None
+
+    @property
+    def starts(self) -> Array:
+        """Where people start, shape (n, 2), in meters."""
+        if self.human_starts is not None:
+            return np.asarray(self.human_starts)[:, :2]
+        poses = [human.pose[:2] for human in self.humans]
+        return np.array(poses, dtype=float).reshape(-1, 2)
+
+
 @dataclass(kw_only=True, config=CONFIG)
 class RobotConfig(ABC):
     """What all robots have; which one it is, a derived class tells."""
+
+    # Whether people and walls stop it, as bodies of a plant do.
+    physical: ClassVar[bool] = False
 
     # The radius of its disc, in meters. (The metrics of the paper use 0.35.)
     radius: BodyRadius = 0.35
@@ -64,24 +101,27 @@ class RobotConfig(ABC):
     goal_yaw_tolerance: YawTolerance = 0.25
 
     @abstractmethod
-    def MakeSystem(self, *, time_step: float) -> Any:
+    def MakeSystem(self, task: RobotTask) -> Any:
         """Makes the robot: a LeafSystem or a Diagram with these ports.
 
         Input ``velocity_command`` takes (v, omega), in m/s and rad/s; output
         ``robot_state`` gives the row (x, y, yaw, vx, vy, omega, radius) in W.
+        If there is an input ``human_states``, it is given such rows of all
+        people; and an output ``contacts``, of n rows of `layout.Contact`,
+        stands in for the contacts that a trial counts by itself.
 
         Args:
-            time_step: The time between two updates of a trial, in seconds.
+            task: What it is to know of the world and the people.
         """
 
     def AddToBuilder(
-        self, builder: Any, *, time_step: float, name: str = "robot"
+        self, builder: Any, task: RobotTask, *, name: str = "robot"
     ) -> Any:
         """Adds the robot to a builder, and returns it.
 
         Args:
             builder: A DiagramBuilder.
-            time_step: The time between two updates, in seconds.
+            task: What it is to know of the world and the people.
             name: What the system is called.
 
         Raises:
@@ -90,19 +130,49 @@ class RobotConfig(ABC):
         # Reading a scenario does without Drake.
         from hunav_drake.systems.common.ports import CheckPorts
 
-        system = self.MakeSystem(time_step=time_step)
-        CheckPorts(
-            system,
-            f"the robot {type(self).__name__}",
-            inputs={"velocity_command": 2},
-            outputs={"robot_state": STATE_SIZE},
-        )
+        system = self.MakeSystem(task)
+        what = f"the robot {type(self).__name__}"
+        inputs = {"velocity_command": 2}
+        outputs = {"robot_state": STATE_SIZE}
+        CheckPorts(system, what, inputs=inputs, outputs=outputs)
+        n = len(task.humans)
+        if system.HasInputPort("human_states"):
+            inputs["human_states"] = STATE_SIZE * n
+        if system.HasOutputPort("contacts"):
+            outputs["contacts"] = CONTACT_SIZE * n
+        CheckPorts(system, what, inputs=inputs, outputs=outputs)
         return builder.AddNamedSystem(name, system)
+
+    def AddFigure(self, plant: Any, name: str) -> Any:
+        """Adds the robot's own figure to a plant that is only looked at.
+
+        Args:
+            plant: A MultibodyPlant that is registered with a SceneGraph, and
+                not finalized yet.
+            name: What its model instance is to be called.
+
+        Returns:
+            The joints whose positions, in this order, are x, y and yaw; or
+            None, as by default, for the figure of no particular robot.
+        """
+        return None
+
+    def find_faults(self) -> Iterator[tuple[tuple[str, ...], str]]:
+        """Looks for what is wrong beyond the ranges of single settings.
+
+        Yields:
+            The way to a setting, and what is wrong with it.
+        """
+        return iter(())
 
 
 # The robots by name.
 ROBOTS = Registry(
-    "robot", RobotConfig, tag="model", default="differential_drive"
+    "robot",
+    RobotConfig,
+    tag="model",
+    default="differential_drive",
+    home="hunav_drake.systems.robot.physical_robots",
 )
 
 register_robot = ROBOTS.register
@@ -113,11 +183,11 @@ register_robot = ROBOTS.register
 class DifferentialDriveConfig(RobotConfig):
     """A kinematic robot that follows (v, omega) within its limits."""
 
-    def MakeSystem(self, *, time_step: float) -> Any:
+    def MakeSystem(self, task: RobotTask) -> Any:
         """Makes a `DifferentialDrive`."""
         # Reading a scenario does without Drake.
         from hunav_drake.systems.robot.differential_drive import (
             DifferentialDrive,
         )
 
-        return DifferentialDrive(self, time_step=time_step)
+        return DifferentialDrive(self, time_step=task.time_step)

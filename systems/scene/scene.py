@@ -146,16 +146,14 @@ def AddScene(
         )
         for i, (name, human) in enumerate(zip(human_names, humans, strict=True))
     ]
-    robot_joint = (
-        AddRobotBody(plant, "robot", radius=robot.radius) if robot else None
-    )
+    robot_joints = _AddRobot(plant, robot) if robot else []
     plant.Finalize()
 
     kinematics = inner.AddNamedSystem(
         "kinematics",
         SceneKinematics(
             np.array([joint_positions(j) for j in joints]).reshape(-1, 10),
-            joint_positions([robot_joint]) if robot_joint else None,
+            joint_positions(robot_joints) if robot_joints else None,
             num_positions=plant.num_positions(),
             time_step=time_step,
         ),
@@ -222,6 +220,14 @@ def _AddVisualizer(
     )
     visualizer.set_name("meshcat_visualizer")
     return visualizer
+
+
+def _AddRobot(plant: MultibodyPlant, robot: RobotConfig) -> Sequence[Joint]:
+    """Adds the figure of a robot; returns the joints of x, y and yaw."""
+    own: Sequence[Joint] | None = robot.AddFigure(plant, "robot")
+    if own is not None:
+        return own
+    return [AddRobotBody(plant, "robot", radius=robot.radius)]
 
 
 def frame_period(time_step: float) -> float:

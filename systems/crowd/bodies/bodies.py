@@ -9,7 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 from pydrake.autodiffutils import ExtractGradient, InitializeAutoDiff
 
-from hunav_drake.systems.common.layout import MOTION_SIZE, STATE_SIZE, YAW
+from hunav_drake.systems.common.layout import (
+    MOTION_SIZE,
+    RADIUS,
+    STATE_SIZE,
+    VX,
+    VY,
+    YAW,
+)
 from hunav_drake.systems.crowd.bodies.contacts import deepest
 from hunav_drake.systems.crowd.bodies.finish import finish_step
 from hunav_drake.systems.crowd.crowd_config import CrowdConfig
@@ -24,6 +31,10 @@ Array = NDArray[Any]
 # How often pushes between bodies are improved at most: in a step, and for its
 # derivatives, which need more digits.
 ITERATIONS, _MANY = 200, 20000
+
+# How deep a robot that bodies stop is in one before the person gives way, in
+# meters. On the springs that move people in a plant this is 250 N.
+_YIELDING_DEPTH = 0.0025
 
 # The half width of central differences, in meters, radians and SI units.
 _DIFFERENCE = 1e-6
@@ -88,6 +99,7 @@ class Bodies:
             ],
             dtype=float,
         )
+        self._robots_stop = bool(config.robots_stop)
         is_limited = math.isfinite(min(acceleration, turn_rate))
         self._is_on = len(humans) > 0 and (
             config.standing
@@ -199,7 +211,7 @@ class Bodies:
             forces,
             snapshot.command,
             stances,
-            snapshot.robots,
+            self._as_met(snapshot.robots),
             self.sizes,
             self._table,
             self.options,
@@ -207,6 +219,16 @@ class Bodies:
             iterations,
         )
         return result
+
+    def _as_met(self, robots: Array) -> Array:
+        """Returns the robots (m, 7) that people make way for in a step."""
+        if not self._robots_stop:
+            return robots
+        # Nobody gives way before a push.
+        met = robots.copy()
+        met[:, VX : VY + 1] = 0.0
+        met[:, RADIUS] = np.maximum(met[:, RADIUS] - _YIELDING_DEPTH, 0.0)
+        return met
 
     def _slopes(
         self, snapshot: Snapshot, forces: Array, after: Array, stances: Array

@@ -12,6 +12,7 @@ from hunav_drake.systems.evaluation.metrics import (  # noqa: F401
     clearance,
     collisions,
     comparison,
+    contacts,
     danger,
     efficiency,
     forces,

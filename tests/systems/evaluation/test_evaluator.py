@@ -111,6 +111,7 @@ def test_ports_and_their_sizes():
         "robot_state": 7,
         "human_states": 14,
         "behavior_status": 2,
+        "contacts": 16,
         "goal": 3,
         "trigger": 1,
     }

@@ -51,6 +51,13 @@ RECORDINGS = {
     "no walls": random_recording(obstacles=Obstacles.from_points([])),
     "no reference": random_recording(reference_path=None),
     "reference of one row": random_recording(reference_path=[[0, 1, 1]]),
+    "contacts without forces": random_recording(contacts=np.ones((4, 2, 8))),
+    "contacts with forces": random_recording(
+        contacts=np.arange(64.0).reshape(4, 2, 8), contact_forces_known=True
+    ),
+    "contacts with nobody": random_recording(
+        n=0, contacts=np.ones((4, 0, 8)), contact_forces_known=True
+    ),
     "everyone on one spot": random_recording(
         robot=np.zeros((4, 7)), humans=np.zeros((4, 2, 7))
     ),

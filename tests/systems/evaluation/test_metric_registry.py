@@ -28,6 +28,7 @@ FAMILIES = {
     "goal",
     "proxemics",
     "collisions",
+    "contacts",
     "speeds",
     "forces",
     "efficiency",

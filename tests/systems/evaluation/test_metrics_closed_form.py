@@ -1,10 +1,12 @@
 """Metrics whose value can be worked out by hand."""
 
+import dataclasses
 import math
 
 import numpy as np
 import pytest
 
+from hunav_drake.systems.common.layout import Contact
 from hunav_drake.systems.crowd.social_force.numpy_forces import (
     obstacle_force,
     pair_force,
@@ -461,6 +463,11 @@ def test_without_people_sums_are_0_and_the_rest_has_no_value():
         "obstacle_force_on_agents",
         "obstacle_force_on_agents_rate",
         "min_time_to_collision",
+        # Nothing tells of contacts.
+        "max_contact_force",
+        "contact_impulse",
+        "contacts_by_robot",
+        "contacts_by_person",
         # There are no walls either, and no reference.
         "min_clearance",
         "avg_clearance",
@@ -468,6 +475,39 @@ def test_without_people_sums_are_0_and_the_rest_has_no_value():
         "final_displacement_error",
         "asymmetric_dtw",
     }
+
+
+def test_contacts_are_those_of_the_recording():
+    """Whatever came before it, and between the samples."""
+    contacts = np.zeros((4, 2, 8))
+    # A contact is over when the recording begins, another one is not.
+    contacts[..., 0, Contact.PEAK_FORCE] = [900, 900, 300, 300]
+    contacts[..., 0, Contact.IMPULSE] = [50, 50, 62, 62]
+    contacts[..., 0, Contact.BY_ROBOT] = [1, 1, 2, 2]
+    contacts[..., 1, Contact.LASTS] = [1, 0, 0, 1]
+    contacts[..., 1, Contact.PEAK_FORCE] = [400, 400, 400, 100]
+    contacts[..., 1, Contact.IMPULSE] = [5, 7, 7, 8]
+    contacts[..., 1, Contact.BY_PERSON] = [3, 3, 3, 5]
+    contacts[2, 0, 1:3] = [-30, 40]
+    contacts[2, 1, 1:3] = [6, 8]
+    recording = dataclasses.replace(
+        make(np.arange(4.0), rows(4), [rows(4, x=2.0), rows(4, x=3.0)]),
+        contacts=contacts,
+        contact_forces_known=True,
+    )
+    v = compute_metrics(recording, ["contacts"])
+    assert v["max_contact_force"] == 400
+    assert v["contact_impulse"] == 12 + 3
+    assert v["contacts_by_robot"] == 1
+    assert v["contacts_by_person"] == 2
+    steps = compute_steps(recording, ["contacts"])
+    assert steps["max_contact_force"].tolist() == [0, 0, 50, 0]
+    assert steps["contact_impulse"].tolist() == [0, 2, 14, 15]
+    assert steps["contacts_by_robot"].tolist() == [0, 0, 1, 1]
+    kinematic = dataclasses.replace(recording, contact_forces_known=False)
+    v = compute_metrics(kinematic, ["contacts"])
+    assert np.isnan(v[["max_contact_force", "contact_impulse"]]).all()
+    assert v["contacts_by_person"] == 2
 
 
 def test_one_sample_has_neither_acceleration_nor_jerk():

@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from hunav_drake.systems.common.layout import Contact
 from hunav_drake.systems.evaluation.compute import (
     compute_metrics,
     compute_steps,
@@ -41,10 +42,16 @@ def recording():
     )
     humans = states[:, 1:].copy()
     humans[30:50, 2] = np.nan
+    contacts = rng.normal(size=(samples, n, 8))
+    for sums in (Contact.IMPULSE, Contact.BY_ROBOT, Contact.BY_PERSON):
+        steps = rng.integers(0, 3, (samples, n))
+        contacts[..., sums] = np.cumsum(steps, axis=0)
     return Recording(
         times=t,
         robot=states[:, 0],
         humans=humans,
+        contacts=contacts,
+        contact_forces_known=True,
         group_ids=(-1, 1, 1, 2, 2, 2),
         behaviors=("a", "b", "a", "b", "c", "a"),
         goal=(0.5, 0.5, 1.0),
@@ -73,12 +80,16 @@ def moved_recording(recording, *, angle=0.0, shift=(0.0, 0.0), mirror=False):
         return result
 
     x, y, yaw = recording.goal
+    contacts = recording.contacts.copy()
+    force = np.s_[..., Contact.FORCE_X : Contact.FORCE_Y + 1]
+    contacts[force] = contacts[force] * [1, flip] @ rotation.T
     reference = recording.reference_path.copy()
     reference[:, 1:] = move_points(reference[:, 1:])
     return dataclasses.replace(
         recording,
         robot=move_states(recording.robot),
         humans=move_states(recording.humans),
+        contacts=contacts,
         goal=(*move_points(np.array([x, y])), flip * yaw + angle),
         obstacles=Obstacles.from_shapes(
             [move_points(wall) for wall in WALLS], solid=[True, False]
@@ -133,6 +144,7 @@ def test_another_order_of_people(recording):
     other = dataclasses.replace(
         recording,
         humans=recording.humans[:, order],
+        contacts=recording.contacts[:, order],
         group_ids=tuple(recording.group_ids[i] for i in order),
         behaviors=tuple(recording.behaviors[i] for i in order),
     )
@@ -153,6 +165,9 @@ def test_someone_far_away_changes_no_collision_and_no_force(recording):
     other = dataclasses.replace(
         recording,
         humans=np.concatenate([recording.humans, stranger], axis=1),
+        contacts=np.concatenate(
+            [recording.contacts, np.zeros((len(recording), 1, 8))], axis=1
+        ),
         behavior_status=None,
         human_names=(),
         human_ids=(),
@@ -250,6 +265,9 @@ def test_behaviors_share_the_people_out(recording):
         "social_force_on_agents",
         "robot_on_person_collisions",
         "person_on_robot_collisions",
+        "contact_impulse",
+        "contacts_by_robot",
+        "contacts_by_person",
     ):
         assert sum(p[name] for p in parts) == pytest.approx(whole[name]), name
     assert min(p["min_dist_to_people"] for p in parts) == pytest.approx(

@@ -9,12 +9,17 @@ from pydrake.systems.framework import DiagramBuilder
 import pytest
 
 from hunav_drake.systems.people.human_config import HumanConfig
-from hunav_drake.systems.robot import DifferentialDriveConfig
+from hunav_drake.systems.robot import (
+    DifferentialDriveConfig,
+    PMB2Config,
+    UrdfRobot,
+)
 from hunav_drake.systems.scene import AddScene, SceneKinematics, scene_bounds
 from hunav_drake.systems.scene.gait import FIGURE_SIZE, SHIN, THIGH
 from hunav_drake.systems.scene.scene import frame_period
 from hunav_drake.systems.world.furniture import Shelf
 from hunav_drake.systems.world.shapes import Box, Polygon, Polyline, World
+from tests.systems.robot.crate import FOOTPRINT, STAGES, write_model
 
 STATES = np.array(
     [
@@ -502,3 +507,43 @@ def test_a_headless_scene_publishes_nothing_and_opens_no_port():
         check=False,
     )
     assert result.stdout == "quiet\n", result.stdout + result.stderr
+
+
+@pytest.mark.parametrize("kind", ["pmb2", "base_link", "stages"])
+def test_a_physical_robot_is_drawn_as_its_model(kind, tmp_path):
+    if kind == "pmb2":
+        robot, base, height = PMB2Config(), "base", 0.0
+    elif kind == "base_link":
+        robot = UrdfRobot(
+            file=write_model(tmp_path, FOOTPRINT),
+            base=kind,
+            drive={
+                "left_wheel": "left_joint",
+                "right_wheel": "right_joint",
+                "wheel_separation": 0.3,
+                "wheel_radius": 0.08,
+            },
+        )
+        base, height = kind, 0.12
+    else:
+        robot = UrdfRobot(
+            file=write_model(tmp_path, STAGES),
+            base="chassis",
+            drive={
+                "type": "omnidirectional",
+                "x": "along_x",
+                "y": "along_y",
+                "yaw": "turn",
+            },
+        )
+        base, height = "chassis", 0.2
+    trial = Trial(robot=robot)
+    plant = trial.ports.plant
+    body = plant.GetBodyByName(base, plant.GetModelInstanceByName("robot"))
+    frame = plant.GetBodyFrameIdOrThrow(body.index())
+    X_WB = trial.query().GetPoseInWorld(frame)
+    np.testing.assert_allclose(
+        X_WB.translation(), [*ROBOT_STATE[:2], height], atol=1e-9
+    )
+    x_axis = X_WB.rotation().matrix()[:, 0]
+    np.testing.assert_allclose(x_axis, [np.cos(0.7), np.sin(0.7), 0], atol=1e-9)

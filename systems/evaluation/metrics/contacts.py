@@ -1,0 +1,97 @@
+"""What robot and people do to each other where they touch.
+
+These are contacts of bodies, as what moves the robot tells them at every step
+(see `layout.Contact`); those of the family "collisions" are counted from the
+samples, with the discs that people and robots keep free.
+"""
+
+from functools import partial
+
+import numpy as np
+
+from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.layout import Contact
+from hunav_drake.systems.evaluation.metric import register_metric
+from hunav_drake.systems.evaluation.metrics.goal import SEAN
+from hunav_drake.systems.evaluation.recording import Recording
+
+HUNAV_DRAKE = "hunav_drake"
+
+_metric = partial(register_metric, family="contacts", direction="lower")
+
+
+def _forces(recording: Recording) -> Array | None:
+    """Returns the rows of contacts if their forces are known."""
+    return recording.contacts if recording.contact_forces_known else None
+
+
+def _nothing(recording: Recording) -> tuple[float, Array]:
+    return np.nan, np.full(len(recording), np.nan)
+
+
+@_metric(unit="N", source=HUNAV_DRAKE)
+def max_contact_force(recording: Recording) -> tuple[float, Array]:
+    """The largest horizontal force between the robot and a person.
+
+    The maximum over all steps of the simulation, not only the samples, of the
+    mean force in a step; 0 without contact, NaN where forces are not computed,
+    as for kinematic robots. Series: the largest force on a person in the step
+    before each sample.
+    """
+    contacts = _forces(recording)
+    if contacts is None:
+        return _nothing(recording)
+    impulse = contacts[..., Contact.IMPULSE]
+    # Not those of a contact that was over when the recording began.
+    counts = (impulse > impulse[0]) | (contacts[0, :, Contact.LASTS] > 0)
+    peaks = contacts[..., Contact.PEAK_FORCE][counts]
+    now = np.hypot(
+        contacts[..., Contact.FORCE_X], contacts[..., Contact.FORCE_Y]
+    )
+    return float(peaks.max(initial=0.0)), now.max(axis=1, initial=0.0)
+
+
+@_metric(unit="N*s", source=HUNAV_DRAKE)
+def contact_impulse(recording: Recording) -> tuple[float, Array]:
+    """The impulse of all contacts with people: the sum of int |F_i| dt.
+
+    The integral is over all steps of the simulation; 0 without contact, NaN
+    where forces are not computed. Series: that up to each sample.
+    """
+    contacts = _forces(recording)
+    if contacts is None:
+        return _nothing(recording)
+    impulse = contacts[..., Contact.IMPULSE]
+    series = (impulse - impulse[0]).sum(axis=1)
+    return float(series[-1]), series
+
+
+def _begun(recording: Recording, column: Contact) -> tuple[float, Array]:
+    if recording.contacts is None:
+        return _nothing(recording)
+    count = recording.contacts[..., column]
+    series = (count - count[0]).sum(axis=1)
+    return float(series[-1]), series
+
+
+for _who, _other, _column in (
+    ("robot", "person", Contact.BY_ROBOT),
+    ("person", "robot", Contact.BY_PERSON),
+):
+    register_metric(
+        name=f"contacts_by_{_who}",
+        unit="-",
+        family="contacts",
+        direction="lower",
+        source=SEAN,
+        definition=f"""
+            How often the {_who} ran into the {_other}: contacts of bodies.
+
+            A contact begins where the bodies touch, and is over once they have
+            not for 0.25 s. With n the unit vector from robot to person, the
+            robot closes in at a = v_r . n and the person at b = -v_i . n, just
+            before; the faster one is charged, and both if they are equal
+            within 1e-6 m/s and positive. NaN where nothing tells of contacts.
+            Series: how many have begun by each sample.
+            """,
+    )(partial(_begun, column=_column))

@@ -1,0 +1,121 @@
+"""Counts the contacts of robots that nothing stops."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from pydrake.systems.framework import (
+    BasicVector,
+    Context,
+    DiscreteValues,
+    InputPort,
+    LeafSystem,
+    OutputPort,
+)
+
+from hunav_drake.systems.common.checks import check_time_step
+from hunav_drake.systems.common.layout import CONTACT_SIZE, STATE_SIZE
+from hunav_drake.systems.people.human_config import HumanConfig
+from hunav_drake.systems.robot.contact_rows import (
+    MEMORY_SIZE,
+    count_contacts,
+    gaps,
+    remember_speeds,
+)
+
+# Discs that are nearer to each other than this touch, in meters: kept apart,
+# they are so to less than that.
+TOUCHING_GAP = 1e-3
+
+
+class DiscContacts(LeafSystem):
+    """Counts where the discs of a robot and of people touch.
+
+    .. pydrake_system::
+
+        name: DiscContacts
+        input_ports:
+        - robot_state
+        - human_states
+        output_ports:
+        - contacts
+
+    The ports take the rows (x, y, yaw, vx, vy, omega, radius) of the robot and
+    of n people in W, in SI units. The disc of the robot has the radius of its
+    row, those of people are their bodies (`HumanConfig.contact_radius`). Port
+    ``contacts`` gives n rows of `layout.Contact`, in which all forces are 0:
+    a robot that nothing stops feels none.
+
+    The discrete state holds for each person a row of `contact_rows`. It is
+    updated every ``time_step``, with the states at that instant.
+    """
+
+    def __init__(
+        self, humans: Sequence[HumanConfig], *, time_step: float = 0.05
+    ) -> None:
+        """Constructs a DiscContacts that has seen no contact.
+
+        Args:
+            humans: The people, in the order of ``human_states``.
+            time_step: The time between two updates, in seconds.
+
+        Raises:
+            ValueError: If ``time_step`` is not positive.
+        """
+        super().__init__()
+        self._time_step = check_time_step(time_step)
+        n = len(humans)
+        self._bodies = np.array([human.contact_radius for human in humans])
+        self._robot_state = self.DeclareVectorInputPort(
+            "robot_state", STATE_SIZE
+        )
+        self._human_states = self.DeclareVectorInputPort(
+            "human_states", STATE_SIZE * n
+        )
+        self._memory = self.DeclareDiscreteState(MEMORY_SIZE * n)
+        self._contacts = self.DeclareVectorOutputPort(
+            "contacts",
+            CONTACT_SIZE * n,
+            self._CalcContacts,
+            prerequisites_of_calc={self.discrete_state_ticket(self._memory)},
+        )
+        if n:
+            self.DeclarePeriodicDiscreteUpdateEvent(
+                period_sec=time_step, offset_sec=0.0, update=self._Update
+            )
+
+    def get_robot_state_input_port(self) -> InputPort:
+        """Returns the port with the state of the robot."""
+        return self._robot_state
+
+    def get_human_states_input_port(self) -> InputPort:
+        """Returns the port with the states of the people."""
+        return self._human_states
+
+    def get_contacts_output_port(self) -> OutputPort:
+        """Returns the port with the contacts."""
+        return self._contacts
+
+    def _CalcContacts(self, context: Context, output: BasicVector) -> None:
+        memory = context.get_discrete_state(self._memory).value()
+        rows = memory.reshape(-1, MEMORY_SIZE)[:, :CONTACT_SIZE]
+        output.SetFromVector(rows.ravel())
+
+    def _Update(self, context: Context, discrete_state: DiscreteValues) -> None:
+        robot = self._robot_state.Eval(context)
+        humans = self._human_states.Eval(context).reshape(-1, STATE_SIZE)
+        memory = context.get_discrete_state(self._memory).CopyToVector()
+        memory = memory.reshape(-1, MEMORY_SIZE)
+        gap = gaps(robot, humans, self._bodies)
+        # (Who is missing, a row of NaN, touches nobody.)
+        after = count_contacts(
+            memory,
+            gap < TOUCHING_GAP,
+            None,
+            robot,
+            humans,
+            self._bodies,
+            self._time_step,
+        )
+        present = np.isfinite(gap)
+        remember_speeds(after, robot, np.where(present[:, None], humans, robot))
+        discrete_state.set_value(self._memory, after.ravel())

@@ -1,0 +1,231 @@
+"""Models of robots with motors, in a MultibodyPlant that is simulated."""
+
+from dataclasses import dataclass
+import math
+
+from pydrake.math import RigidTransform, RollPitchYaw
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import (
+    FixedOffsetFrame,
+    Joint,
+    JointActuator,
+    ModelInstanceIndex,
+    PdControllerGains,
+    PrismaticJoint,
+    RevoluteJoint,
+    RigidBody,
+    SpatialInertia,
+)
+
+from hunav_drake.systems.robot.drives import (
+    DifferentialWheels,
+    DriveConfig,
+    PlanarBase,
+)
+from hunav_drake.systems.robot.plant_model import (
+    AddModel,
+    ModelFacts,
+    ModelSource,
+    inspect_model,
+)
+from hunav_drake.systems.robot.robot_driver import MotorSpeeds
+
+# A motor of the drive holds a speed: it is a damper so strong, in N m s/rad,
+# or in N s/m if it pushes, with next to no spring, which Drake asks for.
+_WHEEL_DAMPING, _PUSH_DAMPING, _TURN_DAMPING = 10.0, 1e4, 1e3
+_NO_SPRING = 1e-9
+
+# Any other motor holds the place where its joint starts, in N m/rad and
+# N m s/rad, or in N/m and N s/m.
+_HOLD = PdControllerGains(p=1e4, d=1e3)
+
+
+@dataclass(frozen=True)
+class DrivenModel:
+    """A model with motors, in a plant that is not finalized yet.
+
+    Attributes:
+        instance: The model instance.
+        base: The body that people see as the robot.
+        motors: The joints of the drive, in the order of their speeds.
+        signs: See `ModelFacts`.
+    """
+
+    instance: ModelInstanceIndex
+    base: RigidBody
+    motors: tuple[Joint, ...]
+    signs: tuple[int, ...] = ()
+
+
+def AddDrivenModel(
+    plant: MultibodyPlant,
+    source: ModelSource,
+    drive: DriveConfig,
+    start: tuple[float, float, float],
+) -> DrivenModel:
+    """Adds a model to a plant, with motors.
+
+    Args:
+        plant: Not finalized yet.
+        source: The model.
+        drive: How it is driven.
+        start: The first pose (x, y, yaw) of its base, in meters and radians.
+
+    Raises:
+        ModelFault: If it cannot be driven so.
+    """
+    facts = inspect_model(source, drive)
+    instance, base = AddModel(plant, source)
+    motors: list[Joint]
+    if isinstance(drive, DifferentialWheels):
+        names = (drive.left_wheel, drive.right_wheel)
+        motors = [plant.GetJointByName(name, instance) for name in names]
+        limits = [drive.max_torque] * 2
+        dampings = [_WHEEL_DAMPING] * 2
+        _place(plant, instance, facts, start)
+    else:
+        assert isinstance(drive, PlanarBase), "inspect_model checks this"
+        if drive.x:
+            motors = [
+                plant.GetJointByName(name, instance)
+                for name in (drive.x, drive.y, drive.yaw)
+            ]
+        else:
+            motors = _AddStages(plant, base, instance, drive.height)
+        for joint, value in zip(motors, start, strict=True):
+            joint.set_default_positions([value])
+        limits = [drive.max_force, drive.max_force, drive.max_torque]
+        dampings = [_PUSH_DAMPING, _PUSH_DAMPING, _TURN_DAMPING]
+    known = _actuators(plant, instance)
+    for actuator in known.values():
+        actuator.set_controller_gains(_HOLD)
+    for joint, limit, damping in zip(motors, limits, dampings, strict=True):
+        actuator = known.get(joint.name())
+        if actuator is None:
+            actuator = plant.AddJointActuator(joint.name(), joint, limit)
+        actuator.set_effort_limit(min(limit, actuator.effort_limit()))
+        actuator.set_controller_gains(
+            PdControllerGains(p=_NO_SPRING, d=damping)
+        )
+    return DrivenModel(instance, base, tuple(motors), facts.signs)
+
+
+def _place(
+    plant: MultibodyPlant,
+    instance: ModelInstanceIndex,
+    facts: ModelFacts,
+    start: tuple[float, float, float],
+) -> None:
+    """Puts a free body where the base starts at a pose."""
+    x, y, yaw = start
+    X_WB = RigidTransform(RollPitchYaw(0, 0, yaw), [x, y, facts.height])
+    root = plant.GetBodyByName(facts.root, instance)
+    plant.SetDefaultFloatingBaseBodyPose(root, X_WB @ facts.X_RB.inverse())
+
+
+def _AddStages(
+    plant: MultibodyPlant,
+    base: RigidBody,
+    instance: ModelInstanceIndex,
+    height: float,
+) -> list[Joint]:
+    """Adds joints along x and y, and about z, between the world and a base."""
+    stages = [
+        plant.AddRigidBody(f"{base.name()}_{axis}", instance, inertia)
+        for axis, inertia in (
+            ("x", SpatialInertia.Zero()),
+            ("y", SpatialInertia.Zero()),
+        )
+    ]
+    x_stage, y_stage = stages
+    joints = [
+        PrismaticJoint(
+            f"{base.name()}_x",
+            plant.world_frame(),
+            x_stage.body_frame(),
+            [1, 0, 0],
+        ),
+        PrismaticJoint(
+            f"{base.name()}_y",
+            x_stage.body_frame(),
+            y_stage.body_frame(),
+            [0, 1, 0],
+        ),
+    ]
+    added = [plant.AddJoint(joint) for joint in joints]
+    raised = plant.AddFrame(
+        FixedOffsetFrame(
+            f"{base.name()}_stand",
+            y_stage.body_frame(),
+            RigidTransform([0.0, 0.0, height]),
+        )
+    )
+    turning = RevoluteJoint(
+        f"{base.name()}_yaw", raised, base.body_frame(), [0, 0, 1]
+    )
+    return [*added, plant.AddJoint(turning)]
+
+
+def _actuators(
+    plant: MultibodyPlant, instance: ModelInstanceIndex
+) -> dict[str, JointActuator]:
+    """Returns the actuators of a model by the names of their joints."""
+    every = [
+        plant.get_joint_actuator(i) for i in plant.GetJointActuatorIndices()
+    ]
+    return {
+        actuator.joint().name(): actuator
+        for actuator in every
+        if actuator.joint().model_instance() == instance
+    }
+
+
+def make_motor_speeds(
+    plant: MultibodyPlant, model: DrivenModel, drive: DriveConfig
+) -> tuple[MotorSpeeds, list[float]]:
+    """Returns what all motors of a model are to do.
+
+    Args:
+        plant: The plant of the model, finalized.
+        model: The model.
+        drive: How it is driven.
+
+    Returns:
+        The function of `RobotDriver` that gives the speeds of all motors, in
+        the order of the plant's port, and the places that they hold.
+    """
+    actuators = [
+        plant.get_joint_actuator(index)
+        for index in plant.GetJointActuatorIndices(model.instance)
+    ]
+    names = [actuator.joint().name() for actuator in actuators]
+    places = [a.joint().default_positions()[0] for a in actuators]
+    driven = [names.index(joint.name()) for joint in model.motors]
+    for k in driven:
+        places[k] = 0.0
+    count = len(names)
+    if isinstance(drive, DifferentialWheels):
+        left, right = driven
+        left_sign, right_sign = model.signs
+        radius, half = drive.wheel_radius, drive.wheel_separation / 2
+        fastest = drive.max_wheel_speed * radius
+
+        def wheels(v: float, omega: float, yaw: float) -> list[float]:
+            """Slows both wheels alike, so that the curve stays the same."""
+            rim = abs(v) + half * abs(omega)
+            scale = min(1.0, fastest / rim) / radius if rim else 0.0
+            speeds = [0.0] * count
+            speeds[left] = left_sign * scale * (v - half * omega)
+            speeds[right] = right_sign * scale * (v + half * omega)
+            return speeds
+
+        return wheels, places
+
+    def planar(v: float, omega: float, yaw: float) -> list[float]:
+        speeds = [0.0] * count
+        speeds[driven[0]] = v * math.cos(yaw)
+        speeds[driven[1]] = v * math.sin(yaw)
+        speeds[driven[2]] = omega
+        return speeds
+
+    return planar, places

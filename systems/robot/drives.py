@@ -1,0 +1,71 @@
+"""How a model of a robot is driven: choices of a scenario's robot."""
+
+from typing import Annotated
+
+from pydantic import StrictFloat, StrictStr
+from pydantic.dataclasses import dataclass
+
+from hunav_drake.systems.common.registry import Registry
+from hunav_drake.systems.common.schema import CONFIG, within
+
+Name = StrictStr
+Size = Annotated[StrictFloat, within(0, 100, "m", low_open=True)]
+Torque = Annotated[StrictFloat, within(0, 1e5, "N m", low_open=True)]
+Force = Annotated[StrictFloat, within(0, 1e6, "N", low_open=True)]
+WheelSpeed = Annotated[StrictFloat, within(0, 1e4, "rad/s", low_open=True)]
+
+
+@dataclass(kw_only=True, config=CONFIG)
+class DriveConfig:
+    """What all drives derive from; which one it is, a derived class tells."""
+
+
+DRIVES = Registry("drive", DriveConfig, tag="type", default="differential")
+
+register_drive = DRIVES.register
+
+
+@register_drive("differential")
+@dataclass(kw_only=True, config=CONFIG)
+class DifferentialWheels(DriveConfig):
+    """Two driven wheels; what else carries the robot rolls or slides."""
+
+    # The joints that turn the wheels, about the y axis of the base, or about
+    # the opposite one.
+    left_wheel: Name
+    right_wheel: Name
+
+    # The distance between the wheels, and their radius, in meters.
+    wheel_separation: Size
+    wheel_radius: Size
+
+    # The largest torque on a wheel, in N m; a smaller one in the model counts.
+    max_torque: Torque = 20.0
+
+    # How fast a wheel turns at most, in rad/s.
+    max_wheel_speed: WheelSpeed = 100.0
+
+
+@register_drive("omnidirectional")
+@dataclass(kw_only=True, config=CONFIG)
+class PlanarBase(DriveConfig):
+    """Motors that move the base along x and y of the world, and turn it.
+
+    They are joints of the model, or, without names, added between the world
+    and the base, which may then be any body that nothing else carries.
+    """
+
+    # The joints along x and y of the world and about the vertical: all three,
+    # or none.
+    x: Name = ""
+    y: Name = ""
+    yaw: Name = ""
+
+    # How high above the floor the base is, in meters; for joints that are
+    # added.
+    height: Annotated[StrictFloat, within(-10, 10, "m")] = 0.0
+
+    # The largest force along x and along y, in N, and torque, in N m; a
+    # smaller one in the model counts.
+    max_force: Force = 300.0
+    max_torque: Torque = 100.0

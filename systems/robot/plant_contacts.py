@@ -1,0 +1,183 @@
+"""What a robot in a plant and people do to each other."""
+
+from collections.abc import Sequence
+import math
+
+import numpy as np
+from pydrake.common.value import AbstractValue
+from pydrake.multibody.plant import ContactResults
+from pydrake.multibody.tree import BodyIndex
+from pydrake.systems.framework import (
+    BasicVector,
+    Context,
+    DiscreteValues,
+    InputPort,
+    LeafSystem,
+    OutputPort,
+)
+
+from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.layout import (
+    CONTACT_SIZE,
+    STATE_SIZE,
+    Contact,
+    X,
+    Y,
+)
+from hunav_drake.systems.people.human_config import HumanConfig
+from hunav_drake.systems.robot.contact_rows import (
+    MEMORY_SIZE,
+    count_contacts,
+    remember_speeds,
+)
+from hunav_drake.systems.robot.plant_people import people_states
+
+# How fast a robot and a person close in on each other at most, in m/s, and how
+# much farther off than that contacts are looked for, in meters.
+_FASTEST, _MARGIN = 20.0, 0.1
+
+
+class PlantContacts(LeafSystem):
+    """Keeps account of the contacts between a robot and people in a plant.
+
+    .. pydrake_system::
+
+        name: PlantContacts
+        input_ports:
+        - contact_results
+        - robot_state
+        - people_state
+        output_ports:
+        - contacts
+
+    Port ``contact_results`` takes what a discrete plant that does not sample
+    its outputs computes of the step that begins now; ``robot_state`` the row
+    of the robot, and ``people_state`` the state of the model instance
+    `PEOPLE`. Port ``contacts`` gives n rows of `layout.Contact`: with forces
+    of the plant's last step, counts and sums of all steps.
+
+    The discrete state holds for each person a row of `contact_rows`; and, in a
+    group of its own, 1 while anybody is near enough to touch. It is updated
+    with each step of the plant. (What a plant tells of its last step alone
+    would be lost with a saved Context, and a short push between two looks at
+    it.)
+    """
+
+    def __init__(
+        self,
+        bodies: Sequence[BodyIndex],
+        humans: Sequence[HumanConfig],
+        *,
+        time_step: float,
+        plant_step: float,
+        reach: float = math.inf,
+    ) -> None:
+        """Constructs PlantContacts that have seen no contact.
+
+        Args:
+            bodies: The bodies of people in the plant.
+            humans: The people.
+            time_step: The time between two steps of people, in seconds.
+            plant_step: The time between two steps of the plant.
+            reach: How far the robot reaches from where it is, in meters. While
+                nobody can come so near before the next step of people, the
+                plant's contacts are not looked through.
+        """
+        super().__init__()
+        n = len(bodies)
+        self._person = {int(body): i for i, body in enumerate(bodies)}
+        self._radii = np.array([human.contact_radius for human in humans])
+        self._plant_step = plant_step
+        self._steps = round(time_step / plant_step)
+        self._contact_results = self.DeclareAbstractInputPort(
+            "contact_results", AbstractValue.Make(ContactResults())
+        )
+        self._robot_state = self.DeclareVectorInputPort(
+            "robot_state", STATE_SIZE
+        )
+        self._people_state = self.DeclareVectorInputPort("people_state", 4 * n)
+        self._distances = self._radii + reach + _MARGIN + _FASTEST * time_step
+        self._is_near = self.DeclareDiscreteState([1.0])
+        self._memory = self.DeclareDiscreteState(MEMORY_SIZE * n)
+        self._contacts = self.DeclareVectorOutputPort(
+            "contacts",
+            CONTACT_SIZE * n,
+            self._CalcContacts,
+            prerequisites_of_calc={self.discrete_state_ticket(self._memory)},
+        )
+        if n:
+            self.DeclarePeriodicDiscreteUpdateEvent(
+                period_sec=plant_step, offset_sec=0.0, update=self._Update
+            )
+
+    def get_contact_results_input_port(self) -> InputPort:
+        """Returns the port with the contacts that the plant computes."""
+        return self._contact_results
+
+    def get_robot_state_input_port(self) -> InputPort:
+        """Returns the port with the state of the robot."""
+        return self._robot_state
+
+    def get_people_state_input_port(self) -> InputPort:
+        """Returns the port with the state of the bodies of people."""
+        return self._people_state
+
+    def get_contacts_output_port(self) -> OutputPort:
+        """Returns the port with the contacts."""
+        return self._contacts
+
+    def _CalcContacts(self, context: Context, output: BasicVector) -> None:
+        memory = context.get_discrete_state(self._memory).value()
+        rows = memory.reshape(-1, MEMORY_SIZE)[:, :CONTACT_SIZE]
+        output.SetFromVector(rows.ravel())
+
+    def _Forces(self, context: Context) -> Array | None:
+        """Returns the horizontal forces of people on the robot, (n, 2)."""
+        forces = None
+        results = self._contact_results.Eval(context)
+        for k in range(results.num_point_pair_contacts()):
+            info = results.point_pair_contact_info(k)
+            person = self._person.get(int(info.bodyA_index()))
+            # The force is that on body B.
+            sign = 1.0
+            if person is None:
+                person = self._person.get(int(info.bodyB_index()))
+                sign = -1.0
+            if person is not None:
+                if forces is None:
+                    forces = np.zeros((len(self._person), 2))
+                forces[person] += sign * info.contact_force()[:2]
+        return forces
+
+    def _Update(self, context: Context, discrete_state: DiscreteValues) -> None:
+        # A copy: what it is made of is written to.
+        memory = context.get_discrete_state(self._memory).CopyToVector()
+        memory = memory.reshape(-1, MEMORY_SIZE)
+        (is_near,) = context.get_discrete_state(self._is_near).value()
+        forces = self._Forces(context) if is_near else None
+        # The speeds of late are those at the last step of people.
+        step = round(context.get_time() / self._plant_step) % self._steps
+        lasts = memory[:, Contact.LASTS].any()
+        if forces is None and not lasts and step:
+            return
+        robot = self._robot_state.Eval(context)
+        people = people_states(self._people_state.Eval(context))
+        if forces is not None or lasts:
+            if forces is None:
+                forces = np.zeros((len(people), 2))
+            touching = (forces != 0).any(axis=1)
+            memory = count_contacts(
+                memory,
+                touching,
+                forces,
+                robot,
+                people,
+                self._radii,
+                self._plant_step,
+            )
+        if step == 0:
+            remember_speeds(memory, robot, people)
+            away = np.hypot(people[:, X] - robot[X], people[:, Y] - robot[Y])
+            near = bool((away < self._distances).any())
+            discrete_state.set_value(self._is_near, [float(near)])
+        discrete_state.set_value(self._memory, memory.ravel())

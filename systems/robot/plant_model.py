@@ -1,0 +1,391 @@
+"""Models of robots, from files, in a MultibodyPlant."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.math import RigidTransform
+from pydrake.multibody.parsing import PackageMap, Parser
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import (
+    FixedOffsetFrame,
+    Joint,
+    ModelInstanceIndex,
+    PlanarJoint,
+    PrismaticJoint,
+    RevoluteJoint,
+    RigidBody,
+)
+from pydrake.systems.framework import Context
+
+from hunav_drake.systems.common.suggest import shown, suggestion
+from hunav_drake.systems.robot.drives import (
+    DifferentialWheels,
+    DriveConfig,
+    PlanarBase,
+)
+
+
+class ModelFault(ValueError):
+    """What is wrong with the model of a robot.
+
+    Attributes:
+        place: Which setting of the robot it is about.
+    """
+
+    def __init__(self, place: tuple[str, ...], message: str) -> None:
+        super().__init__(message)
+        self.place = place
+
+
+@dataclass(frozen=True, kw_only=True)
+class ModelSource:
+    """Where a model is, and which of its bodies is the base.
+
+    Attributes:
+        file: A URDF, SDF or other file that Drake reads, as a path or
+            "package://...".
+        base: The body whose place and heading are those of the robot.
+        packages: Folders of packages by name, besides those that
+            ROS_PACKAGE_PATH and the package.xml above the file name.
+    """
+
+    file: str
+    base: str
+    packages: Mapping[str, str] = field(default_factory=dict)
+
+
+def AddModel(
+    plant: MultibodyPlant, source: ModelSource
+) -> tuple[ModelInstanceIndex, RigidBody]:
+    """Adds a model to a plant, and returns its instance and its base.
+
+    Raises:
+        ModelFault: If there is no such file, model or body.
+    """
+    parser = Parser(plant)
+    parser.SetAutoRenaming(True)
+    packages = parser.package_map()
+    _AddPackages(packages, source)
+    path = source.file
+    if path.startswith("package://"):
+        name = path.removeprefix("package://").split("/")[0]
+        if not packages.Contains(name):
+            known = [it for it in packages.GetPackageNames() if it != "drake"]
+            raise ModelFault(
+                ("file",),
+                f"there is no package {shown(name)};"
+                f" {suggestion(name, known)}; name its folder under packages,"
+                " or in ROS_PACKAGE_PATH",
+            )
+    elif not Path(path).is_file():
+        raise ModelFault(
+            ("file",), f"there is no file {shown(path)}; check the path"
+        )
+    try:
+        if path.startswith("package://"):
+            instances = parser.AddModelsFromUrl(path)
+        else:
+            instances = parser.AddModels(path)
+    except RuntimeError as error:
+        words = " ".join(str(error).split())
+        raise ModelFault(
+            ("file",),
+            f"cannot be read: {words}; it must be a URDF, SDF, MJCF or"
+            " directives file that Drake reads",
+        ) from error
+    names = []
+    for instance in instances:
+        for index in plant.GetBodyIndices(instance):
+            body = plant.get_body(index)
+            if body.name() == source.base:
+                return instance, body
+            names.append(body.name())
+    raise ModelFault(
+        ("base",),
+        f"there is no body {shown(source.base)} in the model;"
+        f" {suggestion(source.base, names)}",
+    )
+
+
+def _AddPackages(packages: PackageMap, source: ModelSource) -> None:
+    packages.PopulateFromRosPackagePath()
+    package = Path(__file__).resolve().parents[2]
+    for name, folder in {
+        "hunav_drake": str(package),
+        **source.packages,
+    }.items():
+        if not Path(folder).is_dir():
+            raise ModelFault(
+                ("packages", name),
+                f"there is no folder {shown(folder)}; check the path",
+            )
+        if packages.Contains(name):
+            packages.Remove(name)
+        packages.Add(name, str(Path(folder).resolve()))
+    if not source.file.startswith("package://"):
+        for folder_above in Path(source.file).resolve().parents:
+            if (folder_above / "package.xml").is_file():
+                packages.AddPackageXml(str(folder_above / "package.xml"))
+                break
+
+
+@dataclass(frozen=True)
+class ModelFacts:
+    """What is known of a model before it drives.
+
+    Attributes:
+        root: The body that nothing carries, and everything hangs on; empty if
+            the world carries it.
+        X_RB: The pose of the base in the root.
+        height: How high the base is above the floor, in meters.
+        signs: For each wheel, 1 if it rolls forwards where its joint turns
+            forwards, else -1; no numbers for other drives.
+    """
+
+    root: str
+    X_RB: RigidTransform
+    height: float
+    signs: tuple[int, ...] = ()
+
+
+def inspect_model(source: ModelSource, drive: DriveConfig) -> ModelFacts:
+    """Checks that a model can be driven, and returns what follows from it.
+
+    Raises:
+        ModelFault: If it cannot.
+    """
+    plant = MultibodyPlant(time_step=0.0)
+    instance, base = AddModel(plant, source)
+    joints = {
+        plant.get_joint(index).name(): plant.get_joint(index)
+        for index in plant.GetJointIndices(instance)
+    }
+    root = _root_of(base, list(joints.values()))
+    _finalize(plant)
+    context = plant.CreateDefaultContext()
+    if not plant.CalcTotalMass(context, [instance]) > 0:
+        raise ModelFault(
+            ("file",),
+            "has no mass, so no motor can drive it; give its links inertias",
+        )
+    world = plant.world_body()
+    signs: tuple[int, ...] = ()
+    if isinstance(drive, DifferentialWheels):
+        if root is world:
+            raise ModelFault(
+                ("base",),
+                f"{shown(source.base)} is carried by the world, so wheels"
+                " cannot move it; take out the joint to the world, or choose"
+                " drive: {type: omnidirectional}",
+            )
+        if base not in plant.GetBodiesWeldedTo(root):
+            raise ModelFault(
+                ("base",),
+                f"{shown(source.base)} moves against {shown(root.name())},"
+                f" which it hangs on; choose {shown(root.name())}",
+            )
+        height, signs = _check_wheels(plant, context, base, joints, drive)
+    elif isinstance(drive, PlanarBase) and (drive.x or drive.y or drive.yaw):
+        _check_stages(plant, context, base, joints, drive)
+        height = 0.0
+    elif isinstance(drive, PlanarBase):
+        height = drive.height
+        if root is not base:
+            raise ModelFault(
+                ("base",),
+                f"{shown(source.base)} is carried by {shown(root.name())}, so"
+                " no motors can be added below it; choose the body that"
+                " nothing carries, or name the joints x, y and yaw",
+            )
+    else:
+        raise ModelFault(
+            ("drive",), f"must be one of the package, got {drive!r:.60}"
+        )
+    return ModelFacts(
+        root="" if root is world else root.name(),
+        X_RB=plant.CalcRelativeTransform(
+            context, root.body_frame(), base.body_frame()
+        ),
+        height=height,
+        signs=signs,
+    )
+
+
+def _finalize(plant: MultibodyPlant) -> None:
+    try:
+        plant.Finalize()
+    except RuntimeError as error:
+        words = " ".join(str(error).split())
+        raise ModelFault(("file",), f"cannot be simulated: {words}") from error
+
+
+def _root_of(body: RigidBody, joints: list[Joint]) -> RigidBody:
+    """Returns what a body hangs on, over all joints."""
+    carrier = {joint.child_body().index(): joint for joint in joints}
+    while body.index() in carrier:
+        body = carrier[body.index()].parent_body()
+    return body
+
+
+def _joint(
+    joints: Mapping[str, Joint], key: str, name: str, kind: type[Joint]
+) -> Joint:
+    """Returns the joint of a name, after a check of its kind."""
+    if name not in joints:
+        fitting = [it for it in joints if isinstance(joints[it], kind)]
+        raise ModelFault(
+            ("drive", key),
+            f"there is no joint {shown(name)} in the model;"
+            f" {suggestion(name, fitting)}",
+        )
+    if not isinstance(joints[name], kind):
+        wanted = (
+            "revolute or continuous" if kind is RevoluteJoint else ("prismatic")
+        )
+        raise ModelFault(
+            ("drive", key),
+            f"must be a {wanted} joint, but {shown(name)} is"
+            f" {joints[name].type_name()}; no motor can drive it so",
+        )
+    return joints[name]
+
+
+def _check_wheels(
+    plant: MultibodyPlant,
+    context: Context,
+    base: RigidBody,
+    joints: Mapping[str, Joint],
+    drive: DifferentialWheels,
+) -> tuple[float, tuple[int, ...]]:
+    """Returns the height of the base above the floor, and how wheels turn."""
+    if drive.left_wheel == drive.right_wheel:
+        raise ModelFault(
+            ("drive", "right_wheel"),
+            f"must be another joint than left_wheel, got"
+            f" {shown(drive.right_wheel)}",
+        )
+    places, signs = [], []
+    for key in ("left_wheel", "right_wheel"):
+        joint = _joint(joints, key, getattr(drive, key), RevoluteJoint)
+        p_BW = plant.CalcRelativeTransform(
+            context, base.body_frame(), joint.frame_on_child()
+        ).translation()
+        places.append(p_BW)
+        X_BF = plant.CalcRelativeTransform(
+            context, base.body_frame(), joint.frame_on_parent()
+        )
+        axis = X_BF.rotation().multiply(joint.revolute_axis())
+        if abs(axis[1]) < 0.999:
+            raise ModelFault(
+                ("drive", key),
+                f"must turn about the y axis of {shown(base.name())}, but the"
+                f" axis of {shown(joint.name())} is"
+                f" {np.round(axis, 3).tolist()} there; choose a base whose x"
+                " points forwards, or another joint",
+            )
+        signs.append(1 if axis[1] > 0 else -1)
+    if not places[0][1] > places[1][1]:
+        raise ModelFault(
+            ("drive", "left_wheel"),
+            f"must be left of the right one, seen along x of"
+            f" {shown(base.name())}, but is at y = {places[0][1]:g} m and that"
+            f" at {places[1][1]:g} m; swap them, or choose a base whose x"
+            " points forwards",
+        )
+    lowest: float = np.mean([p_BW[2] for p_BW in places]).item()
+    return drive.wheel_radius - lowest, tuple(signs)
+
+
+def _check_stages(
+    plant: MultibodyPlant,
+    context: Context,
+    base: RigidBody,
+    joints: Mapping[str, Joint],
+    drive: PlanarBase,
+) -> None:
+    for column, (key, kind) in enumerate(
+        (("x", PrismaticJoint), ("y", PrismaticJoint), ("yaw", RevoluteJoint))
+    ):
+        name = getattr(drive, key)
+        if not name:
+            raise ModelFault(
+                ("drive", key),
+                "is missing; name all of x, y and yaw, or none of them",
+            )
+        joint = _joint(joints, key, name, kind)
+        here = _pose(plant, context, base)
+        position = plant.GetPositions(context)
+        moved = position.copy()
+        moved[joint.position_start()] += 0.1
+        plant.SetPositions(context, moved)
+        change = _pose(plant, context, base) - here
+        plant.SetPositions(context, position)
+        if abs(change - 0.1 * np.eye(3)[column]).max() > 1e-6:
+            raise ModelFault(
+                ("drive", key),
+                f"must move {shown(base.name())} along {key} of the world, but"
+                f" 0.1 of {shown(name)} changes (x, y, yaw) by"
+                f" {np.round(change, 6).tolist()}",
+            )
+    if abs(_pose(plant, context, base)).max() > 1e-6:
+        raise ModelFault(
+            ("base",),
+            f"{shown(base.name())} must be at the origin while all joints are"
+            f" at 0, got (x, y, yaw) ="
+            f" {np.round(_pose(plant, context, base), 6).tolist()}",
+        )
+
+
+def _pose(
+    plant: MultibodyPlant, context: Context, body: RigidBody
+) -> NDArray[np.float64]:
+    """Returns (x, y, yaw) of a body."""
+    X_WB = plant.EvalBodyPoseInWorld(context, body)
+    x, y = X_WB.translation()[:2]
+    matrix = X_WB.rotation().matrix()
+    return np.array([x, y, np.arctan2(matrix[1, 0], matrix[0, 0])])
+
+
+def AddFigure(
+    plant: MultibodyPlant, source: ModelSource, drive: DriveConfig, name: str
+) -> list[Joint]:
+    """Adds a model to a plant that is only looked at, as a model instance.
+
+    Args:
+        plant: Registered with a SceneGraph, and not finalized yet.
+        source: The model.
+        drive: How it is driven.
+        name: What its instance is called.
+
+    Returns:
+        The joints whose positions, in this order, are x, y and yaw of its base.
+
+    Raises:
+        ModelFault: If it cannot be driven so.
+    """
+    facts = inspect_model(source, drive)
+    instance, _ = AddModel(plant, source)
+    plant.RenameModelInstance(instance, name)
+    if not facts.root:
+        return [
+            plant.GetJointByName(getattr(drive, key), instance)
+            for key in ("x", "y", "yaw")
+        ]
+    floor = plant.AddFrame(
+        FixedOffsetFrame(
+            f"{name}_floor",
+            plant.world_frame(),
+            RigidTransform([0.0, 0.0, facts.height]),
+            instance,
+        )
+    )
+    root = plant.GetBodyByName(facts.root, instance)
+    at_base = plant.AddFrame(
+        FixedOffsetFrame(
+            f"{name}_pose", root.body_frame(), facts.X_RB, instance
+        )
+    )
+    return [plant.AddJoint(PlanarJoint("pose", floor, at_base))]

@@ -1,0 +1,273 @@
+"""A robot in a MultibodyPlant, with people whom it really hits."""
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+from pydrake.geometry import CollisionFilterDeclaration, GeometrySet, SceneGraph
+from pydrake.multibody.plant import (
+    ContactModel,
+    DiscreteContactApproximation,
+    MultibodyPlant,
+)
+from pydrake.multibody.tree import ModelInstanceIndex
+from pydrake.systems.framework import Diagram, DiagramBuilder
+
+from hunav_drake.systems.robot.body_state import BodyState
+from hunav_drake.systems.robot.driven_model import (
+    AddDrivenModel,
+    DrivenModel,
+    make_motor_speeds,
+)
+from hunav_drake.systems.robot.drives import PlanarBase
+from hunav_drake.systems.robot.plant_contacts import PlantContacts
+from hunav_drake.systems.robot.plant_people import (
+    PEOPLE,
+    AddPeople,
+    PeopleDriver,
+)
+from hunav_drake.systems.robot.plant_walls import AddFloorAndWalls
+from hunav_drake.systems.robot.robot_config import RobotTask
+from hunav_drake.systems.robot.robot_driver import RobotDriver
+
+if TYPE_CHECKING:
+    from hunav_drake.systems.robot.physical_robots import PhysicalRobot
+
+
+def plant_step(time_step: float, longest: float) -> float:
+    """Returns the time between two steps of a plant, in seconds.
+
+    It is the time step of the trial, or a half, a quarter ... of it: only
+    then, the steps of both meet to the last bit.
+
+    Args:
+        time_step: In seconds.
+        longest: What it is at most, in seconds.
+    """
+    step = time_step
+    while step > longest * (1 + 1e-9):
+        step /= 2
+    return step
+
+
+def AddPlantRobot(
+    builder: DiagramBuilder, config: "PhysicalRobot", task: RobotTask, name: str
+) -> Diagram:
+    """Adds a robot, people and walls as bodies of a plant.
+
+    .. pydrake_system::
+
+        name: robot
+        input_ports:
+        - velocity_command
+        - human_states
+        - body_poses
+        - body_spatial_velocities
+        - contact_results
+        - people_state
+        output_ports:
+        - robot_state
+        - contacts
+        - desired_state
+        - desired_people_state
+
+    The builder gets the systems "plant" and "scene_graph", and the robot, a
+    diagram of "driver" (`RobotDriver`), "state" (`BodyState`), "people"
+    (`PeopleDriver`) and "contacts" (`PlantContacts`), all connected but for
+    ``velocity_command`` and ``human_states``. Without people there is no
+    port for them.
+
+    Args:
+        builder: A DiagramBuilder.
+        config: The robot.
+        task: The world and the people whom it meets.
+        name: What the system of the robot is called.
+
+    Returns:
+        The system of the robot.
+
+    Raises:
+        ModelFault: If the model cannot be driven.
+        ValueError: If there is a system "plant" or "scene_graph" already.
+    """
+    for taken in ("plant", "scene_graph", name):
+        if builder.HasSubsystemNamed(taken):
+            raise ValueError(
+                f"the diagram has a system named {taken!r} already, and the"
+                f" robot {type(config).__name__} needs one of its own"
+            )
+    step = plant_step(task.time_step, config.max_plant_step)
+    scene_graph = builder.AddNamedSystem("scene_graph", SceneGraph())
+    plant = builder.AddNamedSystem("plant", MultibodyPlant(step))
+    plant.RegisterAsSourceForSceneGraph(scene_graph)
+    plant.set_discrete_contact_approximation(
+        DiscreteContactApproximation.kLagged
+    )
+    plant.set_contact_model(ContactModel.kPoint)
+    # What it computes of a step is a function of the Context alone.
+    plant.SetUseSampledOutputPorts(False)
+    drive = config.GetDrive()
+    model = AddDrivenModel(plant, config.GetModel(), drive, config.start)
+    AddFloorAndWalls(plant, task.obstacles)
+    people = AddPeople(plant, task.humans, task.starts) if task.humans else ()
+    _FilterCollisions(plant, scene_graph, model.instance)
+    plant.Finalize()
+
+    inner = DiagramBuilder()
+    driver = inner.AddNamedSystem(
+        "driver",
+        RobotDriver(
+            config.limits,
+            *make_motor_speeds(plant, model, drive),
+            period=step,
+            needs_heading=isinstance(drive, PlanarBase),
+        ),
+    )
+    state = inner.AddNamedSystem(
+        "state", BodyState(model.base.index(), config.radius)
+    )
+    contacts = inner.AddNamedSystem(
+        "contacts",
+        PlantContacts(
+            people,
+            task.humans,
+            time_step=task.time_step,
+            plant_step=step,
+            reach=_reach(plant, scene_graph, model),
+        ),
+    )
+    robot_state = state.get_robot_state_output_port()
+    if heading := driver.get_robot_state_input_port():
+        inner.Connect(robot_state, heading)
+    inner.Connect(robot_state, contacts.get_robot_state_input_port())
+    inputs = [
+        driver.get_velocity_command_input_port(),
+        state.get_body_poses_input_port(),
+        state.get_body_spatial_velocities_input_port(),
+    ]
+    outputs = [robot_state, contacts.get_contacts_output_port()]
+    inner.ExportOutput(driver.get_desired_state_output_port(), "desired_state")
+    if people:
+        people_driver = inner.AddNamedSystem(
+            "people",
+            PeopleDriver(
+                len(people), time_step=task.time_step, plant_step=step
+            ),
+        )
+        inputs += [
+            people_driver.get_human_states_input_port(),
+            contacts.get_contact_results_input_port(),
+            contacts.get_people_state_input_port(),
+        ]
+        inner.ExportOutput(
+            people_driver.get_desired_state_output_port(),
+            "desired_people_state",
+        )
+    for port in inputs:
+        inner.ExportInput(port, port.get_name())
+    for port in outputs:
+        inner.ExportOutput(port, port.get_name())
+    robot = builder.AddNamedSystem(name, inner.Build())
+    _Connect(builder, plant, scene_graph, robot, model)
+    return robot
+
+
+def _Connect(
+    builder: DiagramBuilder,
+    plant: MultibodyPlant,
+    scene_graph: SceneGraph,
+    robot: Diagram,
+    model: DrivenModel,
+) -> None:
+    pairs = [
+        (
+            plant.get_geometry_pose_output_port(),
+            scene_graph.get_source_pose_port(plant.get_source_id()),
+        ),
+        (
+            scene_graph.get_query_output_port(),
+            plant.get_geometry_query_input_port(),
+        ),
+        (
+            robot.GetOutputPort("desired_state"),
+            plant.get_desired_state_input_port(model.instance),
+        ),
+        (plant.get_body_poses_output_port(), robot.GetInputPort("body_poses")),
+        (
+            plant.get_body_spatial_velocities_output_port(),
+            robot.GetInputPort("body_spatial_velocities"),
+        ),
+    ]
+    if plant.HasModelInstanceNamed(PEOPLE):
+        people = plant.GetModelInstanceByName(PEOPLE)
+        pairs += [
+            (
+                robot.GetOutputPort("desired_people_state"),
+                plant.get_desired_state_input_port(people),
+            ),
+            (
+                plant.get_contact_results_output_port(),
+                robot.GetInputPort("contact_results"),
+            ),
+            (
+                plant.get_state_output_port(people),
+                robot.GetInputPort("people_state"),
+            ),
+        ]
+    for output, taker in pairs:
+        builder.Connect(output, taker)
+
+
+def _reach(
+    plant: MultibodyPlant, scene_graph: SceneGraph, model: DrivenModel
+) -> float:
+    """Returns how far a robot reaches from its base, in meters.
+
+    It is infinite if it has joints that are not of its drive.
+    """
+    joints = map(plant.get_joint, plant.GetJointIndices(model.instance))
+    moving = {j.index() for j in joints if j.num_velocities() in range(1, 6)}
+    if moving - {joint.index() for joint in model.motors}:
+        return math.inf
+    inspector = scene_graph.model_inspector()
+    context = plant.CreateDefaultContext()
+    base = model.base.body_frame()
+    reach = 0.0
+    for index in plant.GetBodyIndices(model.instance):
+        body = plant.get_body(index)
+        X_BL = plant.CalcRelativeTransform(context, base, body.body_frame())
+        for shape in plant.GetCollisionGeometriesForBody(body):
+            box = inspector.GetObbInGeometryFrame(shape)
+            if box is None:
+                return math.inf
+            X_BC = X_BL @ inspector.GetPoseInFrame(shape) @ box.pose()
+            size = float(np.linalg.norm(box.half_width()))
+            reach = max(reach, size + math.hypot(*X_BC.translation()[:2]))
+    return reach
+
+
+def _FilterCollisions(
+    plant: MultibodyPlant, scene_graph: SceneGraph, robot: ModelInstanceIndex
+) -> None:
+    """Leaves the contacts of the robot with all else; no others."""
+
+    def shapes(instance: ModelInstanceIndex) -> GeometrySet:
+        bodies = map(plant.get_body, plant.GetBodyIndices(instance))
+        return GeometrySet(
+            [
+                shape
+                for body in bodies
+                for shape in plant.GetCollisionGeometriesForBody(body)
+            ]
+        )
+
+    without = CollisionFilterDeclaration()
+    without.ExcludeWithin(shapes(robot))
+    if plant.HasModelInstanceNamed(PEOPLE):
+        people = shapes(plant.GetModelInstanceByName(PEOPLE))
+        world = GeometrySet(
+            plant.GetCollisionGeometriesForBody(plant.world_body())
+        )
+        without.ExcludeWithin(people)
+        without.ExcludeBetween(people, world)
+    scene_graph.collision_filter_manager().Apply(without)

@@ -1,0 +1,97 @@
+"""The floor and the walls of a world as geometry that robots touch."""
+
+import functools
+import logging
+import math
+
+import numpy as np
+from pydrake.geometry import (
+    Box,
+    GeometryInstance,
+    HalfSpace,
+    ProximityProperties,
+    SceneGraph,
+)
+from pydrake.math import RigidTransform, RollPitchYaw
+from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
+
+from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.world.obstacles import Obstacles
+
+# Rubber on a floor, and a shell along a wall.
+_FLOOR_FRICTION = CoulombFriction(0.9, 0.9)
+_WALL_FRICTION = CoulombFriction(0.3, 0.3)
+
+# How high walls stop robots, how thick their shell is, to the inside, and how
+# thick lines are, in meters.
+_HEIGHT, _SHELL, _LINE = 2.0, 0.02, 0.002
+
+
+def AddFloorAndWalls(plant: MultibodyPlant, obstacles: Obstacles) -> None:
+    """Adds the floor at z = 0, and an upright box for each side of a wall.
+
+    What is solid has its surface where its outline is; a line is 2 mm thick.
+
+    Args:
+        plant: Registered with a SceneGraph, and not finalized yet.
+        obstacles: The walls.
+    """
+    world = plant.world_body()
+    _keep_quiet()
+    plant.RegisterCollisionGeometry(
+        world, RigidTransform(), HalfSpace(), "floor", _FLOOR_FRICTION
+    )
+    first = obstacles.first.tolist()
+    count = 0
+    for solid, begin, end in zip(
+        obstacles.solid, first[:-1], first[1:], strict=True
+    ):
+        segments = obstacles.segments[begin:end]
+        inwards = 0.0
+        if solid:
+            inwards = _SHELL / 2 * (1 if _area(segments) >= 0 else -1)
+        for x0, y0, x1, y1 in segments.tolist():
+            dx, dy = x1 - x0, y1 - y0
+            length = math.hypot(dx, dy)
+            nx, ny = (-dy / length, dx / length) if length else (0.0, 0.0)
+            X_WG = RigidTransform(
+                RollPitchYaw(0, 0, math.atan2(dy, dx)),
+                [
+                    (x0 + x1) / 2 + inwards * nx,
+                    (y0 + y1) / 2 + inwards * ny,
+                    _HEIGHT / 2,
+                ],
+            )
+            thickness = _SHELL if solid else _LINE
+            plant.RegisterCollisionGeometry(
+                world,
+                X_WG,
+                Box(max(length, _LINE), thickness, _HEIGHT),
+                f"wall_{count}",
+                _WALL_FRICTION,
+            )
+            count += 1
+
+
+@functools.cache
+def _keep_quiet() -> None:
+    """Has Drake warn once, unheard, that half spaces touch no soft bodies."""
+    logger = logging.getLogger("drake")
+    level = logger.level
+    logger.setLevel(logging.ERROR)
+    try:
+        scene_graph = SceneGraph()
+        floor = GeometryInstance(RigidTransform(), HalfSpace(), "floor")
+        floor.set_proximity_properties(ProximityProperties())
+        scene_graph.RegisterAnchoredGeometry(
+            scene_graph.RegisterSource("floor"), floor
+        )
+        scene_graph.CreateDefaultContext()
+    finally:
+        logger.setLevel(level)
+
+
+def _area(segments: Array) -> float:
+    """Returns the area inside segments, positive if counter-clockwise."""
+    x0, y0, x1, y1 = segments.T
+    return float(np.sum(x0 * y1 - x1 * y0)) / 2

@@ -1,0 +1,136 @@
+"""The velocity controller of a robot in a plant."""
+
+from collections.abc import Callable
+import math
+
+from pydrake.systems.framework import (
+    Context,
+    DiscreteValues,
+    InputPort,
+    LeafSystem,
+    OutputPort,
+)
+
+from hunav_drake.systems.common.layout import STATE_SIZE, YAW
+from hunav_drake.systems.robot.robot_config import RobotLimits
+
+# From a speed v in m/s, a turn rate in rad/s and a heading in rad to the
+# speeds that motors hold, in the order of the motors.
+MotorSpeeds = Callable[[float, float, float], list[float]]
+
+
+class RobotDriver(LeafSystem):
+    """Turns a velocity command into what the motors of a plant hold.
+
+    .. pydrake_system::
+
+        name: RobotDriver
+        input_ports:
+        - velocity_command
+        - robot_state (for drives that depend on the heading)
+        output_ports:
+        - desired_state
+
+    Port ``velocity_command`` takes (v, omega), in m/s and rad/s, and
+    ``robot_state`` the row (x, y, yaw, vx, vy, omega, radius) of the robot in
+    W, of which the heading counts. Every ``period``, speed and turn rate move
+    towards the command, no faster than the limits allow; the command itself is
+    cut to the limits. Port ``desired_state`` gives what the plant's motors are
+    to hold from then on: all places, then all speeds, in rad and rad/s, or m
+    and m/s.
+
+    The discrete state holds what the port gives; and (v, omega), in a group of
+    its own.
+    """
+
+    def __init__(
+        self,
+        limits: RobotLimits,
+        motor_speeds: MotorSpeeds,
+        held_places: list[float],
+        *,
+        period: float,
+        needs_heading: bool = False,
+    ) -> None:
+        """Constructs a RobotDriver that starts at rest.
+
+        Args:
+            limits: How fast the robot moves.
+            motor_speeds: What the motors are to do.
+            held_places: The places that all motors hold; those of the drive,
+                which hold speeds, have no spring, so theirs do not count.
+            period: The time between two updates, in seconds.
+            needs_heading: Whether ``motor_speeds`` depend on the heading;
+                without, there is no port ``robot_state``.
+        """
+        super().__init__()
+        self._limits = limits
+        self._motor_speeds = motor_speeds
+        self._held_places = list(held_places)
+        self._period = period
+        self._velocity_command = self.DeclareVectorInputPort(
+            "velocity_command", 2
+        )
+        self._robot_state = (
+            self.DeclareVectorInputPort("robot_state", STATE_SIZE)
+            if needs_heading
+            else None
+        )
+        speeds = motor_speeds(0.0, 0.0, 0.0)
+        self._motors = self.DeclareDiscreteState([*held_places, *speeds])
+        self._speeds = self.DeclareDiscreteState(2)
+        self._desired_state = self.DeclareStateOutputPort(
+            "desired_state", self._motors
+        )
+        self.DeclarePeriodicDiscreteUpdateEvent(
+            period_sec=period, offset_sec=0.0, update=self._Update
+        )
+
+    def get_velocity_command_input_port(self) -> InputPort:
+        """Returns the port with the wanted speed and turn rate."""
+        return self._velocity_command
+
+    def get_robot_state_input_port(self) -> InputPort | None:
+        """Returns the port with the state of the robot, if there is one."""
+        return self._robot_state
+
+    def get_desired_state_output_port(self) -> OutputPort:
+        """Returns the port with what the motors are to hold."""
+        return self._desired_state
+
+    def _Update(self, context: Context, discrete_state: DiscreteValues) -> None:
+        wanted_v, wanted_omega = self._velocity_command.Eval(context).tolist()
+        if not math.isfinite(wanted_v + wanted_omega):
+            raise RuntimeError(
+                f"{self.GetSystemPathname()}, t = {context.get_time():.3f} s:"
+                f" velocity_command must be finite, got ({wanted_v},"
+                f" {wanted_omega}). Look at the planner that gives it."
+            )
+        before = context.get_discrete_state(self._speeds).value().tolist()
+        v, omega = before
+        limits, period = self._limits, self._period
+        v = _approach(
+            v,
+            min(max(wanted_v, -limits.max_reverse_speed), limits.max_speed),
+            limits.max_acceleration * period,
+        )
+        omega = _approach(
+            omega,
+            min(max(wanted_omega, -limits.max_turn_rate), limits.max_turn_rate),
+            limits.max_turn_acceleration * period,
+        )
+        if self._robot_state is None and [v, omega] == before:
+            return
+        yaw = 0.0
+        if self._robot_state is not None:
+            # That in the middle of the step that the motors are told for.
+            yaw = float(self._robot_state.Eval(context)[YAW])
+            yaw += 1.5 * omega * period
+        speeds = self._motor_speeds(v, omega, yaw)
+        discrete_state.set_value(self._motors, [*self._held_places, *speeds])
+        discrete_state.set_value(self._speeds, [v, omega])
+
+
+def _approach(value: float, target: float, most: float) -> float:
+    """Returns the value moved towards the target by at most `most`."""
+    return value + min(max(target - value, -most), most)
