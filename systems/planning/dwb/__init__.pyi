@@ -1,8 +1,4 @@
-from .choose import (
-    Candidates as Candidates,
-    candidates as candidates,
-    velocity_samples as velocity_samples,
-)
+from .choose import Candidates as Candidates, candidates as candidates
 from .dwb import (
     CriticParameters as CriticParameters,
     CriticScales as CriticScales,
@@ -10,3 +6,4 @@ from .dwb import (
 )
 from .dwb_memory import DwbMemory as DwbMemory
 from .scl import SclPlanner as SclPlanner
+from .weighing import velocity_samples as velocity_samples

@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.common.layout import OMEGA, VX, VY, YAW
+from hunav_drake.systems.common.layout import OMEGA, YAW
 from hunav_drake.systems.common.poses import wrap_angle
 from hunav_drake.systems.planning.costmap.grid import Costmap
 from hunav_drake.systems.planning.dwb import scoring
 from hunav_drake.systems.planning.dwb.dwb_memory import DwbMemory, Trend
-from hunav_drake.systems.planning.dwb.map_grid import last_cell, path_distances
+from hunav_drake.systems.planning.dwb.weighing import weigh_samples
 from hunav_drake.systems.planning.navigation.memory import Control, LocalPlan
 from hunav_drake.systems.planning.navigation.profiles import either
 from hunav_drake.systems.planning.planner import PlanningTask, View
@@ -22,23 +22,33 @@ if TYPE_CHECKING:
 # Slower measured speeds, in m/s, and turn rates, in rad/s, count as none.
 _STILL = 0.001
 
+# Why there is no command, by what stands for the best sample.
+_FAULTS = {
+    -1: "each way ahead leads into something",
+    -2: "the plan is nowhere on the local map",
+}
+
 
 class Dynamics(NamedTuple):
     """What the samples of DWB are drawn within, and the kernel's parameters.
 
     Attributes:
-        low: The least speed, in m/s.
-        high: The largest.
-        turn: The largest turn rate, in rad/s.
-        reach: The time in which samples can be reached, in seconds.
+        bounds: The bounds that `weigh_samples` takes.
         p: The parameters of `score_samples`.
     """
 
-    low: float
-    high: float
-    turn: float
-    reach: float
+    bounds: Array
     p: Array
+
+
+class Weighed(NamedTuple):
+    """What `weigh_samples` gives, and what the critics remember."""
+
+    best: int
+    vs: Array
+    ws: Array
+    scores: Array
+    memory: DwbMemory
 
 
 class Candidates(NamedTuple):
@@ -56,36 +66,6 @@ class Candidates(NamedTuple):
     scores: Array
     best: int
     paths: list[Array]
-
-
-def velocity_samples(
-    now: float,
-    limits: tuple[float, float],
-    change: tuple[float, float],
-    *,
-    count: int,
-    time: float,
-) -> Array:
-    """Returns velocities of one axis that can be reached, ascending.
-
-    They are spread evenly; 0 is among them if they have both signs.
-
-    Args:
-        now: The present one.
-        limits: The least and the largest.
-        change: How fast it may rise and fall, per second; the latter negative.
-        count: How many there are, at least 2.
-        time: In seconds.
-    """
-    now = min(max(now, limits[0]), limits[1])
-    low = max(limits[0], now + change[1] * time)
-    high = min(limits[1], now + change[0] * time)
-    if high - low < 1e-5:
-        return np.array([low])
-    samples: Array = np.linspace(low, high, max(2, count))
-    if low < 0 < high and not (samples == 0).any():
-        samples = np.insert(samples, int(np.searchsorted(samples, 0.0)), 0.0)
-    return samples
 
 
 def dynamics(planner: "DwbPlanner", task: PlanningTask) -> Dynamics:
@@ -123,13 +103,18 @@ def dynamics(planner: "DwbPlanner", task: PlanningTask) -> Dynamics:
     for place, name in enumerate(scoring.CRITICS, start=1):
         p[place] = getattr(planner.scales, name)
     p.setflags(write=False)
-    return Dynamics(
-        low=max(min(planner.min_vel_x, high), -task.limits.max_reverse_speed),
-        high=high,
-        turn=min(turn, task.limits.max_turn_rate),
-        reach=planner.period if at_once else planner.sim_time,
-        p=p,
+    bounds = np.array(
+        [
+            max(min(planner.min_vel_x, high), -task.limits.max_reverse_speed),
+            high,
+            min(turn, task.limits.max_turn_rate),
+            planner.period if at_once else planner.sim_time,
+            planner.vx_samples,
+            planner.vtheta_samples,
+        ]
     )
+    bounds.setflags(write=False)
+    return Dynamics(bounds, p)
 
 
 def choose(
@@ -142,14 +127,11 @@ def choose(
 ) -> Control:
     """Returns the command of one cycle: see `DwbPlanner.control`."""
     weighed = _weigh(planner, task, view, local, costmap, memory)
-    if isinstance(weighed, str):
-        return Control(0.0, 0.0, memory, weighed)
-    velocities, _, best, memory = weighed
+    best, memory = weighed.best, weighed.memory
     if best < 0:
-        return Control(
-            0.0, 0.0, memory, "each way ahead leads into something"
-        )
-    v, omega = velocities[best].tolist()
+        return Control(0.0, 0.0, memory, _FAULTS[best])
+    turns = len(weighed.ws)
+    v, omega = float(weighed.vs[best // turns]), float(weighed.ws[best % turns])
     critics = planner.critics
     x, y, yaw = view.robot[: YAW + 1].tolist()
     trend = memory.x.after(v), memory.theta
@@ -203,9 +185,10 @@ def candidates(
     weighed = _weigh(
         planner, task, view, local, costmap, memory or DwbMemory()
     )
-    if isinstance(weighed, str):
-        raise ValueError(f"there is nothing to weigh: {weighed}")
-    velocities, scores, best, _ = weighed
+    best, vs, ws, scores, _ = weighed
+    if best == -2:
+        raise ValueError(f"there is nothing to weigh: {_FAULTS[best]}")
+    velocities = np.column_stack([np.repeat(vs, len(ws)), np.tile(ws, len(vs))])
     state, p = robot_state(view), _dynamics(planner, task).p
     paths = [scoring.roll_out(state, v, w, p) for v, w in velocities]
     return Candidates(velocities, scores, best, paths)
@@ -235,68 +218,34 @@ def _weigh(
     local: LocalPlan,
     costmap: Costmap,
     memory: DwbMemory,
-) -> tuple[Array, Array, int, DwbMemory] | str:
-    """Returns velocities, scores, the best and a memory, or what is wrong."""
+) -> Weighed:
+    """Returns what is weighed in one cycle."""
     if local.is_new:
         memory = DwbMemory()
     bounds = _dynamics(planner, task)
-    p = bounds.p
     state = robot_state(view)
-    x, y, yaw, v, omega = state.tolist()
-    goal_x, goal_y, goal_yaw = local.goal
-    to_goal = math.hypot(goal_x - x, goal_y - y)
-    speed = math.hypot(view.robot[VX], view.robot[VY])
+    x, y, _, v, _ = state.tolist()
+    to_goal = math.hypot(local.goal[0] - x, local.goal[1] - y)
     in_window = memory.in_window or to_goal <= task.goal_tolerance
     rotating = memory.rotating or (
-        in_window and speed <= planner.critics.trans_stopped_velocity
+        in_window and abs(v) <= planner.critics.trans_stopped_velocity
     )
     memory = memory._replace(in_window=in_window, rotating=rotating)
 
-    grid = costmap.costs, *costmap.origin, costmap.resolution
-    distances, end = path_distances(*grid, local.poses)
-    if end[0] < 0:
-        return "the plan is nowhere on the local map"
-    ahead = p[scoring.FORWARD_POINT]
-    last = local.poses[-1]
-    bearing = math.atan2(goal_y - y, goal_x - x)
-    aligned = last_cell(
-        *(*grid, local.poses),
-        *(
-            last[0] + ahead * math.cos(bearing),
-            last[1] + ahead * math.sin(bearing),
-        ),
-    )
-    vs = velocity_samples(
-        v,
-        (bounds.low, bounds.high),
-        (p[scoring.ACC_X], p[scoring.DECEL_X]),
-        count=planner.vx_samples,
-        time=bounds.reach,
-    )
-    ws = velocity_samples(
-        omega,
-        (-bounds.turn, bounds.turn),
-        (p[scoring.ACC_THETA], p[scoring.DECEL_THETA]),
-        count=planner.vtheta_samples,
-        time=bounds.reach,
-    )
-    scores = np.empty((len(vs) * len(ws), 1 + len(scoring.CRITICS)))
-    best = scoring.score_samples(
-        *(state, vs, ws, *grid, distances),
-        np.array([*end, *aligned, goal_yaw], dtype=float),
+    best, vs, ws, scores = weigh_samples(
+        *(state, np.array(local.goal), local.poses),
+        *(costmap.costs, *costmap.origin, costmap.resolution),
+        bounds.bounds,
         np.array(
             [
                 float(in_window) + float(rotating),
-                memory.x.only,
-                memory.theta.only,
-                to_goal > ahead,
-            ],
-            dtype=float,
+                float(memory.x.only),
+                float(memory.theta.only),
+            ]
         ),
-        *(planner.setup(task).footprint, p, scores),
+        *(planner.setup(task).footprint, bounds.p),
     )
-    velocities = np.column_stack([np.repeat(vs, len(ws)), np.tile(ws, len(vs))])
-    return velocities, scores, best, memory
+    return Weighed(best, vs, ws, scores, memory)
 
 
 def _first_velocity(

@@ -18,12 +18,11 @@ from hunav_drake.systems.common.kernels import (
 )
 from hunav_drake.systems.planning.costmap.raster import READ_CELLS
 
-DISTANCES = numba.types.Array(numba.int64, 2, "C", readonly=True)
-_FAR = 1 << 30
+_FAR = 1 << 20
 
 
 @jit
-def _mark_plan(costs, ox, oy, resolution, plan, end_x, end_y, distances):
+def mark_plan(costs, ox, oy, resolution, plan, end_x, end_y, distances):
     """Marks the cells of a plan with 0, and returns the last one.
 
     They are those from the first that is on the map and known up to where the
@@ -73,7 +72,7 @@ def _mark_plan(costs, ox, oy, resolution, plan, end_x, end_y, distances):
 
 @jit_as(
     numba.types.Tuple(
-        (numba.int64[:, ::1], numba.types.UniTuple(numba.int64, 2))
+        (numba.int32[:, ::1], numba.types.UniTuple(numba.int64, 2))
     ),
     *(READ_CELLS, REAL, REAL, REAL, MATRIX),
 )
@@ -93,40 +92,30 @@ def path_distances(costs, ox, oy, resolution, plan):
         part of the plan is on the map.
     """
     rows, columns = costs.shape
-    result = np.full((rows, columns), _FAR, dtype=np.int64)
-    last = _mark_plan(
+    result = np.full((rows, columns), _FAR, dtype=np.int32)
+    last = mark_plan(
         *(costs, ox, oy, resolution, plan),
         *(plan[-1, 0], plan[-1, 1], result),
     )
+    # Along the rows that the plan is in, then along all columns.
     for i in range(rows):
+        near = np.int32(_FAR)
         for j in range(columns):
-            best = result[i, j]
-            if i > 0:
-                best = min(best, result[i - 1, j] + 1)
-            if j > 0:
-                best = min(best, result[i, j - 1] + 1)
-            result[i, j] = best
-    for i in range(rows - 1, -1, -1):
+            near = min(near + 1, result[i, j])
+            result[i, j] = near
+        if near >= _FAR:
+            result[i, :] = _FAR
+            continue
         for j in range(columns - 1, -1, -1):
-            best = result[i, j]
-            if i < rows - 1:
-                best = min(best, result[i + 1, j] + 1)
-            if j < columns - 1:
-                best = min(best, result[i, j + 1] + 1)
-            result[i, j] = best
+            near = min(near + 1, result[i, j])
+            result[i, j] = near
+    for i in range(1, rows):
+        for j in range(columns):
+            result[i, j] = min(result[i, j], result[i - 1, j] + 1)
+    for i in range(rows - 2, -1, -1):
+        for j in range(columns):
+            result[i, j] = min(result[i, j], result[i + 1, j] + 1)
     return result, last
-
-
-@jit_as(
-    numba.types.UniTuple(numba.int64, 2),
-    *(READ_CELLS, REAL, REAL, REAL, MATRIX, REAL, REAL),
-)
-def last_cell(costs, ox, oy, resolution, plan, end_x, end_y):
-    """Returns the last cell of a plan whose last pose is moved to a point."""
-    return _mark_plan(
-        *(costs, ox, oy, resolution, plan, end_x, end_y),
-        np.empty((0, 0), dtype=np.int64),
-    )
 
 
 @jit_as(

@@ -10,7 +10,6 @@ import numba
 import numpy as np
 
 from hunav_drake.systems.common.kernels import (
-    INTEGER,
     MATRIX,
     REAL,
     VECTOR,
@@ -19,7 +18,6 @@ from hunav_drake.systems.common.kernels import (
 )
 from hunav_drake.systems.planning.costmap.footprint import outline_cost
 from hunav_drake.systems.planning.costmap.raster import READ_CELLS
-from hunav_drake.systems.planning.dwb.map_grid import DISTANCES
 
 # The critics in their order: the columns of scores after the total.
 CRITICS = (
@@ -167,11 +165,7 @@ def _forward_score(v, w, p):
     return abs(w) * p[THETA_SCALE]
 
 
-@jit_as(
-    INTEGER,
-    *(VECTOR, VECTOR, VECTOR, READ_CELLS, REAL, REAL, REAL, DISTANCES),
-    *(VECTOR, VECTOR, MATRIX, VECTOR, numba.float64[:, ::1]),
-)
+@jit
 def score_samples(
     state,
     vs,

@@ -17,10 +17,18 @@ _FACTOR = 0.8
 _HIGHEST = 253.0
 # How far beyond the goal the wave goes on, for the slopes about it.
 _BEYOND = 4 * _HIGHEST
+# The least that a cell is above the lowest of its neighbors, in its weight.
+_LEAST = np.float32(0.7040)
+_LINEAR = np.float32(0.5307)
+_SQUARE = np.float32(-0.2301)
+_UNSET = np.float32(math.inf)
+# Cells with higher potentials wait for the next list.
+_FIRST_THRESHOLD = 254.0
+_THRESHOLD_STEP = 100.0
 # The length of a step of the way, in cells.
 _STEP = 0.5
 
-POTENTIALS = numba.types.Array(numba.float64, 2, "C", readonly=True)
+POTENTIALS = numba.types.Array(numba.float32, 2, "C", readonly=True)
 
 
 @jit
@@ -34,47 +42,6 @@ def cell_weight(cost, allow_unknown):
 
 
 @jit
-def _push(keys, cells, size, key, cell):
-    """Adds to a heap of pairs, and returns its new size."""
-    i = size
-    while i > 0:
-        parent = (i - 1) >> 1
-        if keys[parent] <= key:
-            break
-        keys[i] = keys[parent]
-        cells[i] = cells[parent]
-        i = parent
-    keys[i] = key
-    cells[i] = cell
-    return size + 1
-
-
-@jit
-def _pop(keys, cells, size):
-    """Takes the first off a heap, which stays at [size - 1]."""
-    first_key = keys[0]
-    first_cell = cells[0]
-    size -= 1
-    key = keys[size]
-    cell = cells[size]
-    i = 0
-    while True:
-        child = 2 * i + 1
-        if child >= size:
-            break
-        if child + 1 < size and keys[child + 1] < keys[child]:
-            child += 1
-        if keys[child] >= key:
-            break
-        keys[i] = keys[child]
-        cells[i] = cells[child]
-        i = child
-    keys[i] = key
-    cells[i] = cell
-    return first_key, first_cell, size
-
-
-@jit
 def _value(potential, n, columns, weight):
     """Returns the potential that the neighbors of a cell give it."""
     a = min(potential[n - columns], potential[n + columns])
@@ -84,84 +51,101 @@ def _value(potential, n, columns, weight):
     if not apart < weight:
         return low + weight
     q = apart / weight
-    return low + weight * (-0.2301 * q * q + 0.5307 * q + 0.7040)
+    return low + weight * ((_SQUARE * q + _LINEAR) * q + _LEAST)
+
+
+@jit
+def _bordered(costs):
+    """Returns the costs in one row of cells, with the border blocked."""
+    flat = np.full(costs.shape, 254, dtype=np.uint8)
+    flat[1:-1, 1:-1] = costs[1:-1, 1:-1]
+    return flat.reshape(costs.size)
+
+
+@jit
+def _weights(allow_unknown):
+    """Returns what it takes to cross a cell, by its cost."""
+    weights = np.empty(256, dtype=np.float32)
+    for cost in range(256):
+        weights[cost] = cell_weight(cost, allow_unknown)
+    return weights
 
 
 @jit_as(
-    numba.float64[:, ::1], READ_CELLS, INTEGER, INTEGER, INTEGER, INTEGER,
-    numba.boolean,
+    numba.float32[:, ::1],
+    *(READ_CELLS, INTEGER, INTEGER, INTEGER, INTEGER, numba.boolean),
 )
-def navfn_potential(
-    costs, row, column, goal_row, goal_column, allow_unknown
-):
+def navfn_potential(costs, row, column, goal_row, goal_column, allow_unknown):
     """Returns the cost of the way from a cell to each: shape (rows, columns).
 
     The wave ends soon after it has come to the goal cell; cells that it has
     not come to, and cells that may not be crossed, are infinite. The border of
     the map may not be crossed, the first cell may.
 
-    The update of a cell is NavFn's approximation of the wave's equation, and
-    cells are taken in the order of their potential.
+    The update of a cell is NavFn's approximation of the wave's equation. Cells
+    are updated in lists by their potential, again whenever a neighbor's sinks,
+    until none does: the order does not matter for the result.
     """
     rows, columns = costs.shape
     count = rows * columns
-    weights = np.full(count, math.inf)
-    for i in range(1, rows - 1):
-        for j in range(1, columns - 1):
-            weights[i * columns + j] = cell_weight(costs[i, j], allow_unknown)
-    potential = np.full(count, math.inf)
-    done = np.zeros(count, dtype=numba.boolean)
+    cells = _bordered(costs)
+    weights = _weights(allow_unknown)
+    potential = np.full(count, _UNSET)
     start = row * columns + column
     goal = goal_row * columns + goal_column
     potential[start] = 0.0
-    room = 4096
-    keys = np.empty(room)
-    cells = np.empty(room, dtype=np.int64)
-    size = _push(keys, cells, 0, 0.0, start)
+    # A cell is in one list only, so none is longer than all cells.
+    queued = np.zeros(count, dtype=np.bool_)
+    now = np.empty(count, dtype=np.int32)
+    following = np.empty(count, dtype=np.int32)
+    later = np.empty(count, dtype=np.int32)
+    num_now = 0
+    num_later = 0
+    steps = (-1, 1, -columns, columns)
+    if 0 < row < rows - 1 and 0 < column < columns - 1:
+        for step in steps:
+            if weights[cells[start + step]] < math.inf:
+                now[num_now] = start + step
+                num_now += 1
+    threshold = _FIRST_THRESHOLD
     end = math.inf
-    while size > 0:
-        key, cell, size = _pop(keys, cells, size)
-        if done[cell]:
-            continue
-        if key > end:
-            break
-        done[cell] = True
-        if cell == goal:
-            end = key + _BEYOND
-        i = cell // columns
-        j = cell - i * columns
-        for k in range(4):
-            if k == 0:
-                other = cell - 1
-                if j == 0:
-                    continue
-            elif k == 1:
-                other = cell + 1
-                if j == columns - 1:
-                    continue
-            elif k == 2:
-                other = cell - columns
-                if i == 0:
-                    continue
-            else:
-                other = cell + columns
-                if i == rows - 1:
-                    continue
-            # (The border is blocked, so all others have four neighbors.)
-            if done[other] or weights[other] == math.inf:
+    while True:
+        num_following = 0
+        for k in range(num_now):
+            queued[now[k]] = False
+        for k in range(num_now):
+            cell = now[k]
+            value = _value(potential, cell, columns, weights[cells[cell]])
+            if not value < potential[cell]:
                 continue
-            value = _value(potential, other, columns, weights[other])
-            if value < potential[other]:
-                potential[other] = value
-                if size + 1 >= room:
-                    room *= 2
-                    more = np.empty(room)
-                    more[:size] = keys[:size]
-                    keys = more
-                    others = np.empty(room, dtype=np.int64)
-                    others[:size] = cells[:size]
-                    cells = others
-                size = _push(keys, cells, size, value, other)
+            potential[cell] = value
+            for step in steps:
+                other = cell + step
+                weight = weights[cells[other]]
+                if (
+                    queued[other]
+                    or weight == math.inf
+                    # The least that a neighbor can be above this one.
+                    or potential[other] <= value + _LEAST * weight
+                ):
+                    continue
+                queued[other] = True
+                if value < threshold:
+                    following[num_following] = other
+                    num_following += 1
+                else:
+                    later[num_later] = other
+                    num_later += 1
+        now, following = following, now
+        num_now = num_following
+        if num_now == 0:
+            if num_later == 0 or threshold > end:
+                break
+            now, later = later, now
+            num_now = num_later
+            num_later = 0
+            threshold += _THRESHOLD_STEP
+            end = potential[goal] + _BEYOND
     return potential.reshape((rows, columns))
 
 
