@@ -117,12 +117,10 @@ class LocalCostmap:
     """
 
     # The side of the square and that of a cell, in meters.
-    size: Annotated[
-        StrictFloat, within(0, 100, "m", low_open=True)
-    ] | None = None
-    resolution: Annotated[
-        StrictFloat, within(0.001, 10, "m")
-    ] | None = None
+    size: Annotated[StrictFloat, within(0, 100, "m", low_open=True)] | None = (
+        None
+    )
+    resolution: Annotated[StrictFloat, within(0.001, 10, "m")] | None = None
 
     # The time between two updates, in seconds.
     update_period: Period | None = None

@@ -98,9 +98,7 @@ def outline_cost(costs, ox, oy, resolution, x, y, yaw, polygon):
     return highest
 
 
-@jit_as(
-    numba.int64, READ_CELLS, REAL, REAL, REAL, REAL, REAL, REAL, MATRIX
-)
+@jit_as(numba.int64, READ_CELLS, REAL, REAL, REAL, REAL, REAL, REAL, MATRIX)
 def footprint_cost(costs, ox, oy, resolution, x, y, yaw, polygon):
     """Returns the highest cost on the outline of a robot: `outline_cost`."""
     return outline_cost(costs, ox, oy, resolution, x, y, yaw, polygon)

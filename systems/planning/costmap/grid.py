@@ -91,10 +91,8 @@ class Region(NamedTuple):
         return Costmap(costs, self.origin, self.resolution)
 
 
-def region_around(
-    x: float, y: float, side: float, resolution: float
-) -> Region:
-    """Returns a square region with a point near its middle.
+def region_around(x: float, y: float, side: float, resolution: float) -> Region:
+    """Returns a square region with a point in the middle, to half a cell.
 
     Args:
         x: The point, in W, in meters.
@@ -105,8 +103,8 @@ def region_around(
     cells = max(1, round(side / resolution))
     half = 0.5 * cells * resolution
     return Region(
-        math.floor((y - half) / resolution + 1e-9),
-        math.floor((x - half) / resolution + 1e-9),
+        math.floor((y - half) / resolution + 0.5),
+        math.floor((x - half) / resolution + 0.5),
         cells,
         cells,
         resolution,

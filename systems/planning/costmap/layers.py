@@ -13,11 +13,8 @@ from hunav_drake.systems.planning.costmap.grid import (
     Region,
 )
 from hunav_drake.systems.planning.costmap.inflation import inflate
-from hunav_drake.systems.planning.costmap.obstacle_layer import (
-    Marks,
-    free_disc,
-    moved,
-)
+from hunav_drake.systems.planning.costmap.marks import Marks
+from hunav_drake.systems.planning.costmap.obstacle_layer import free_disc, moved
 from hunav_drake.systems.planning.costmap.raster import stamp_discs
 from hunav_drake.systems.planning.costmap.social_layer import add_social_costs
 from hunav_drake.systems.planning.costmap.static_layer import StaticMap

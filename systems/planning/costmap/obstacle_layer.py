@@ -1,35 +1,18 @@
 """The obstacle layer: what a lidar, or the ground truth, tells of the room."""
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
 from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.common.layout import X, Y
+from hunav_drake.systems.common.layout import YAW, X, Y
 from hunav_drake.systems.planning.costmap.costmap_config import (
     LidarLayout,
     ObstacleLayer,
 )
 from hunav_drake.systems.planning.costmap.grid import FREE, Costs, Region
+from hunav_drake.systems.planning.costmap.marks import Marks
 from hunav_drake.systems.planning.costmap.scan_kernel import clear_and_mark
-
-_NO_MARKS: Costs = np.zeros((0, 0), dtype=np.uint8)
-_NO_MARKS.setflags(write=False)
-
-
-class Marks(NamedTuple):
-    """The cells that a lidar has hit and not seen free since.
-
-    Attributes:
-        row: The first row of their `Region`.
-        column: The first column.
-        costs: Shape (rows, columns): 254 where marked, else 0; read-only.
-    """
-
-    row: int = 0
-    column: int = 0
-    costs: Costs = _NO_MARKS
 
 
 def scan_ends(pose: Array, scan: Array, layout: LidarLayout) -> Array:
@@ -42,10 +25,8 @@ def scan_ends(pose: Array, scan: Array, layout: LidarLayout) -> Array:
         scan: n distances, in meters; infinite if nothing is hit.
         layout: Of the lidar.
     """
-    x, y, yaw = map(float, pose[:3])
-    angles = yaw + layout.first_angle
-    steps = layout.field_of_view / (layout.rays - 1)
-    directions = angles + steps * np.arange(layout.rays)
+    step = layout.field_of_view / (layout.rays - 1)
+    directions = pose[YAW] + layout.first_angle + step * np.arange(layout.rays)
     reach = np.minimum(np.nan_to_num(scan, posinf=math.inf), layout.max_range)
     sx, sy = sensor_at(pose, layout)
     return np.column_stack(

@@ -158,9 +158,7 @@ def _disc_runs(costs, disc, robot, ox, oy, resolution):
     return runs[:count]
 
 
-@jit_as(
-    numba.void, CELLS, REAL, REAL, REAL, MATRIX, VECTOR, VECTOR
-)
+@jit_as(numba.void, CELLS, REAL, REAL, REAL, MATRIX, VECTOR, VECTOR)
 def stamp_discs(costs, ox, oy, resolution, discs, robot, graded):
     """Writes discs and their inflation, where they cost more than is there.
 

@@ -60,9 +60,7 @@ def clear_and_mark(costs, ox, oy, resolution, x, y, ends, clearing, marking):
             part = clearing / reach
         to_row = math.floor((y + part * (ends[i, 1] - y) - oy) / resolution)
         to_column = math.floor((x + part * (ends[i, 0] - x) - ox) / resolution)
-        _clear_line(
-            costs, row, column, to_row, to_column, rows + columns
-        )
+        _clear_line(costs, row, column, to_row, to_column, rows + columns)
     for i in range(len(ends)):
         if ends[i, 2] >= marking:
             continue

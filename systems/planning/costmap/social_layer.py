@@ -48,6 +48,4 @@ def add_social_costs(
     """
     if len(humans):
         people = np.ascontiguousarray(humans[:, [X, Y, VX, VY]])
-        add_people(
-            costs, *region.origin, region.resolution, people, parameters
-        )
+        add_people(costs, *region.origin, region.resolution, people, parameters)

@@ -182,9 +182,7 @@ def candidates(
     Raises:
         ValueError: If the plan is nowhere on the map.
     """
-    weighed = _weigh(
-        planner, task, view, local, costmap, memory or DwbMemory()
-    )
+    weighed = _weigh(planner, task, view, local, costmap, memory or DwbMemory())
     best, vs, ws, scores, _ = weighed
     if best == -2:
         raise ValueError(f"there is nothing to weigh: {_FAULTS[best]}")

@@ -46,15 +46,15 @@ def mark_plan(costs, ox, oy, resolution, plan, end_x, end_y, distances):
         if k > 0:
             length = math.hypot(x1 - x0, y1 - y0)
             if length > 2 * resolution:
-                steps = int(math.ceil(length / resolution))
+                steps = math.ceil(length / resolution)
         else:
             x0 = x1
             y0 = y1
         for step in range(1, steps + 1):
             x = x0 + (x1 - x0) * (step / steps)
             y = y0 + (y1 - y0) * (step / steps)
-            row = int(math.floor((y - oy) / resolution))
-            column = int(math.floor((x - ox) / resolution))
+            row = math.floor((y - oy) / resolution)
+            column = math.floor((x - ox) / resolution)
             known = 0 <= row < rows and 0 <= column < columns
             if known:
                 known = costs[row, column] != 255
@@ -94,8 +94,7 @@ def path_distances(costs, ox, oy, resolution, plan):
     rows, columns = costs.shape
     result = np.full((rows, columns), _FAR, dtype=np.int32)
     last = mark_plan(
-        *(costs, ox, oy, resolution, plan),
-        *(plan[-1, 0], plan[-1, 1], result),
+        *(costs, ox, oy, resolution, plan), *(plan[-1, 0], plan[-1, 1], result)
     )
     # Along the rows that the plan is in, then along all columns.
     for i in range(rows):

@@ -9,15 +9,8 @@ import math
 import numba
 import numpy as np
 
-from hunav_drake.systems.common.kernels import (
-    MATRIX,
-    REAL,
-    VECTOR,
-    jit,
-    jit_as,
-)
+from hunav_drake.systems.common.kernels import REAL, VECTOR, jit, jit_as
 from hunav_drake.systems.planning.costmap.footprint import outline_cost
-from hunav_drake.systems.planning.costmap.raster import READ_CELLS
 
 # The critics in their order: the columns of scores after the total.
 CRITICS = (
@@ -86,10 +79,10 @@ def toward(now, rise, fall, dt, target):
 def steps_of(v, w, p):
     """Returns in how many steps a velocity is rolled out."""
     if p[TIME_GRANULARITY] > 0:
-        return max(1, int(math.ceil(p[SIM_TIME] / p[TIME_GRANULARITY])))
+        return max(1, math.ceil(p[SIM_TIME] / p[TIME_GRANULARITY]))
     far = abs(v) * p[SIM_TIME] / p[LINEAR_GRANULARITY]
     turned = abs(w) * p[SIM_TIME] / p[ANGULAR_GRANULARITY]
-    return max(1, int(math.ceil(max(far, turned))))
+    return max(1, math.ceil(max(far, turned)))
 
 
 @jit
@@ -265,8 +258,8 @@ def score_samples(
             row = 0
             column = 0
             for k in range(count + 1):
-                row = int(math.floor((y - oy) * inverse))
-                column = int(math.floor((x - ox) * inverse))
+                row = math.floor((y - oy) * inverse)
+                column = math.floor((x - ox) * inverse)
                 inside = 0 <= row < rows and 0 <= column < columns
                 if p[BASE_OBSTACLE] != 0:
                     if not inside or costs[row, column] >= 253:
@@ -328,17 +321,19 @@ def score_samples(
             if p[GOAL_ALIGN] != 0 or (p[PATH_ALIGN] != 0 and latches[3] != 0):
                 fx = x + p[FORWARD_POINT] * c
                 fy = y + p[FORWARD_POINT] * s
-                i = int(math.floor((fy - oy) * inverse))
-                j = int(math.floor((fx - ox) * inverse))
-                if not (0 <= i < rows and 0 <= j < columns):
-                    out[0] = math.inf
-                    out[GOAL_ALIGN] = math.inf
-                    continue
+                i = math.floor((fy - oy) * inverse)
+                j = math.floor((fx - ox) * inverse)
                 away = abs(i - targets[2]) + abs(j - targets[3])
                 out[GOAL_ALIGN] = p[GOAL_ALIGN] * grid_scale * away
                 if latches[3] != 0:
-                    near = distances[i, j]
-                    out[PATH_ALIGN] = p[PATH_ALIGN] * grid_scale * near
+                    # Manhattan distances go on beyond the map.
+                    edge_i = min(max(i, 0), rows - 1)
+                    edge_j = min(max(j, 0), columns - 1)
+                    near = distances[edge_i, edge_j]
+                    beyond = abs(i - edge_i) + abs(j - edge_j)
+                    out[PATH_ALIGN] = (
+                        p[PATH_ALIGN] * grid_scale * (near + beyond)
+                    )
             if p[PATH_DIST] != 0:
                 near = distances[row, column]
                 out[PATH_DIST] = p[PATH_DIST] * grid_scale * near

@@ -80,17 +80,7 @@ def velocity_samples(now, low, high, rise, fall, count, time):
     *(VECTOR, VECTOR, MATRIX, VECTOR),
 )
 def weigh_samples(
-    state,
-    goal,
-    plan,
-    costs,
-    ox,
-    oy,
-    resolution,
-    bounds,
-    latches,
-    polygon,
-    p,
+    state, goal, plan, costs, ox, oy, resolution, bounds, latches, polygon, p
 ):
     """Samples velocities, and scores them: see `score_samples`.
 

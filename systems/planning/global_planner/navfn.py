@@ -77,14 +77,17 @@ def plan_path(
         ("goal", last, (goal_x, goal_y)),
     ):
         if not (0 <= cell[0] < rows and 0 <= cell[1] < columns):
-            return GlobalPath(NO_WAY, fault=f"the {name} {_at(*place)} is off the map")
+            return GlobalPath(
+                NO_WAY, fault=f"the {name} {_at(*place)} is off the map"
+            )
     potential = navfn_potential(costmap.costs, *first, *last, allow_unknown)
     end = last
     if not potential[last] < math.inf:
-        end = _nearest_reached(costmap, potential, goal_x, goal_y, tolerance)
-        if end is None:
+        near = _nearest_reached(costmap, potential, goal_x, goal_y, tolerance)
+        if near is None:
             fault = _why(costmap, (x, y), (goal_x, goal_y), tolerance)
             return GlobalPath(NO_WAY, fault=fault)
+        end = near
     cells = navfn_descent(potential, *end, *first)
     if not len(cells):
         return GlobalPath(NO_WAY, fault="the way on the map leads nowhere")
@@ -124,7 +127,9 @@ def _nearest_reached(
     low = costmap.cell_at(x - tolerance, y - tolerance)
     high = costmap.cell_at(x + tolerance, y + tolerance)
     r0, c0 = max(low[0], 0), max(low[1], 0)
-    part = potential[r0 : min(high[0] + 1, rows), c0 : min(high[1] + 1, columns)]
+    part = potential[
+        r0 : min(high[0] + 1, rows), c0 : min(high[1] + 1, columns)
+    ]
     i, j = np.nonzero(np.isfinite(part))
     if not len(i):
         return None

@@ -205,9 +205,7 @@ def _lowest_neighbor(potential, i, j):
     return bi, bj
 
 
-@jit_as(
-    numba.float64[:, ::1], POTENTIALS, INTEGER, INTEGER, INTEGER, INTEGER
-)
+@jit_as(numba.float64[:, ::1], POTENTIALS, INTEGER, INTEGER, INTEGER, INTEGER)
 def navfn_descent(potential, goal_row, goal_column, row, column):
     """Returns the way down from a goal cell, shape (k, 2), in cells (x, y).
 
@@ -225,8 +223,8 @@ def navfn_descent(potential, goal_row, goal_column, row, column):
     y = 0.0
     count = 0
     for _ in range(most):
-        near_i = min(max(i + int(math.floor(y + 0.5)), 0), rows - 1)
-        near_j = min(max(j + int(math.floor(x + 0.5)), 0), columns - 1)
+        near_i = min(max(i + math.floor(y + 0.5), 0), rows - 1)
+        near_j = min(max(j + math.floor(x + 0.5), 0), columns - 1)
         if potential[near_i, near_j] < _NEUTRAL:
             path[count, 0] = column
             path[count, 1] = row

@@ -27,7 +27,9 @@ def smooth_path(points: Array, costmap: Costmap) -> Array:
     sigma = _LENGTH / spacing
     # Mirrored through its ends, so that these stay where they are.
     near = int(4 * sigma) + 1
-    padded = np.pad(points, ((near, near), (0, 0)), "reflect", reflect_type="odd")
+    padded = np.pad(
+        points, ((near, near), (0, 0)), "reflect", reflect_type="odd"
+    )
     smooth = ndimage.gaussian_filter1d(padded, sigma, axis=0, mode="nearest")
     smooth = smooth[near:-near]
     smooth[0], smooth[-1] = points[0], points[-1]
@@ -42,4 +44,5 @@ def _costs(costmap: Costmap, points: Array) -> Array:
     rows, columns = costmap.costs.shape
     j = np.clip(cells[:, 0], 0, columns - 1).astype(np.int64)
     i = np.clip(cells[:, 1], 0, rows - 1).astype(np.int64)
-    return costmap.costs[i, j].astype(float)
+    costs: Array = costmap.costs[i, j].astype(float)
+    return costs

@@ -1,6 +1,5 @@
 """The maps of a planner: what is fixed is made once, the rest from sight."""
 
-from collections import OrderedDict
 import math
 
 import numpy as np
@@ -20,12 +19,9 @@ from hunav_drake.systems.planning.costmap.grid import (
     region_of,
 )
 from hunav_drake.systems.planning.costmap.inflation import inflation_costs
-from hunav_drake.systems.planning.costmap.layers import (
-    Surroundings,
-    make_costs,
-)
+from hunav_drake.systems.planning.costmap.layers import Surroundings, make_costs
+from hunav_drake.systems.planning.costmap.marks import Marks
 from hunav_drake.systems.planning.costmap.obstacle_layer import (
-    Marks,
     person_discs,
     scan_ends,
     see,
@@ -41,9 +37,6 @@ from hunav_drake.systems.world.obstacles import Obstacles
 
 # A robot outside of the walls moves the global map by so much, in meters.
 _STRIDE = 5.0
-
-# How many local maps are kept: they are asked for again in the next cycle.
-_KEPT = 4
 
 
 class Maps:
@@ -111,7 +104,6 @@ class Maps:
             region_of(low, high, self._resolution),
             self._graded[self._resolution],
         )
-        self._kept: OrderedDict[tuple[object, ...], Costmap] = OrderedDict()
 
     def global_region(self, robot: Array, goal: Array) -> Region:
         """Returns what the global map covers: walls, robot, goal, and margin.
@@ -155,31 +147,28 @@ class Maps:
         nobody = np.zeros((0, 7))
         return self.global_map(robot, nobody, goal, None)
 
-    def local_map(self, sight: Sight) -> Costmap:
-        """Returns the local map of what was seen."""
-        robot = sight.robot
-        key: tuple[object, ...] = (robot.tobytes(), sight.humans.tobytes())
-        if sight.marks is not None:
-            key = (*key, sight.marks.costs.tobytes())
-        known = self._kept.get(key)
-        if known is None:
-            region = self._local_region(robot)
-            graded = self._graded[self._resolution]
-            around = self._around(
-                robot, sight.humans, self._walls, graded, sight.marks
-            )
-            costs = make_costs(self._local, region, around)
-            costs.setflags(write=False)
-            known = self._kept[key] = region.as_map(costs)
-            if len(self._kept) > _KEPT:
-                self._kept.popitem(last=False)
-        return known
+    def local_map(self, robot: Array, sight: Sight) -> Costmap:
+        """Returns the local map around the robot, with what was seen.
+
+        Args:
+            robot: (x, y) in W, in meters; more is ignored.
+            sight: What was seen at the last update, from where the robot was.
+        """
+        x, y = robot[:2].tolist()
+        region = region_around(x, y, self._size, self._resolution)
+        around = self._around(
+            *(sight.robot, sight.humans, self._walls),
+            *(self._graded[self._resolution], sight.marks),
+        )
+        return region.as_map(make_costs(self._local, region, around))
 
     def local_marks(
         self, marks: Marks | None, robot: Array, scan: Array
     ) -> Marks:
         """Returns what is marked on the local map after one more scan."""
-        return self._see(marks, self._local_region(robot), robot, scan)
+        x, y = robot[:2].tolist()
+        region = region_around(x, y, self._size, self._resolution)
+        return self._see(marks, region, robot, scan)
 
     def global_marks(
         self, marks: Marks | None, robot: Array, scan: Array, goal: Array
@@ -199,10 +188,6 @@ class Maps:
             sensor_at(robot, layout),
             self._layer,
         )
-
-    def _local_region(self, robot: Array) -> Region:
-        x, y = robot[:2].tolist()
-        return region_around(x, y, self._size, self._resolution)
 
     def _around(
         self,

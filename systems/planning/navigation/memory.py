@@ -6,7 +6,7 @@ import numpy as np
 
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import STATE_SIZE
-from hunav_drake.systems.planning.costmap.obstacle_layer import Marks
+from hunav_drake.systems.planning.costmap.marks import Marks
 from hunav_drake.systems.planning.planner import NO_PATH
 
 _NOBODY: Array = np.zeros((0, STATE_SIZE))

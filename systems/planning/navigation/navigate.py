@@ -139,7 +139,10 @@ def replan(
     without = _find(planner, still, view)
     if found.fault:
         if not without.fault:
-            return memory, f"people, or what else moves, block it: {found.fault}"
+            return (
+                memory,
+                f"people, or what else moves, block it: {found.fault}",
+            )
         start_is_free = still.cost_at(*view.robot[:2]) < INSCRIBED
         return (
             memory._replace(failed=start_is_free, reason=found.fault),
@@ -229,10 +232,8 @@ def follow(
     if begin == end:
         fault = "it is too far from its plan"
         return _failing(planner, task, view, memory, fault)
-    local = LocalPlan(
-        path[begin:end], tuple(path[-1].tolist()), memory.is_new
-    )
-    costmap = planner.setup(task).maps.local_map(memory.sight)
+    local = LocalPlan(path[begin:end], tuple(path[-1].tolist()), memory.is_new)
+    costmap = planner.setup(task).maps.local_map(view.robot, memory.sight)
     command = planner.control(task, view, local, costmap, memory.control)
     if command.fault:
         return _failing(planner, task, view, memory, command.fault)
@@ -275,7 +276,5 @@ def _failing(
     return begin_recovery(planner, task, view, memory, fault)
 
 
-def _stop(
-    memory: NavigationMemory, status: PlannerStatus, reason: str
-) -> Plan:
+def _stop(memory: NavigationMemory, status: PlannerStatus, reason: str) -> Plan:
     return Plan(0.0, 0.0, status, memory, memory.path[memory.first :], reason)

@@ -146,9 +146,9 @@ class NavigationPlanner(Planner):
 
     # How far obstacles are inflated, in meters, and how fast the cost falls.
     inflation_radius: PositiveLength = 0.55
-    cost_scaling_factor: Annotated[
-        StrictFloat, within(0, 1000, "1/m")
-    ] | None = None
+    cost_scaling_factor: (
+        Annotated[StrictFloat, within(0, 1000, "1/m")] | None
+    ) = None
 
     local_costmap: LocalCostmap = field(default_factory=LocalCostmap)
     global_costmap: GlobalCostmap = field(default_factory=GlobalCostmap)
@@ -251,11 +251,10 @@ class NavigationPlanner(Planner):
             name: What it is called.
             make: Makes it.
         """
-        made = self.__dict__.get("_made")
-        if made is None or made[0] is not task:
-            made = task, {}
-            self.__dict__["_made"] = made
-        things = made[1]
+        of, things = self.__dict__.get("_made", (None, {}))
+        if of is not task:
+            things = {}
+            self.__dict__["_made"] = task, things
         if name not in things:
             things[name] = make()
         result: Made = things[name]

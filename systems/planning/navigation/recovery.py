@@ -90,7 +90,7 @@ def recover(
             command = None
         else:
             command = _command(
-                kind, planner, task, memory._replace(recovery=recovery), (x, y)
+                *(kind, planner, task, view), memory._replace(recovery=recovery)
             )
         if command is not None:
             memory = memory._replace(recovery=recovery)
@@ -106,19 +106,20 @@ def _command(
     kind: str,
     planner: "NavigationPlanner",
     task: PlanningTask,
+    view: View,
     memory: NavigationMemory,
-    at: tuple[float, float],
 ) -> tuple[float, float] | None:
     """Returns (v, omega) of one recovery; None when it is done."""
     recovery, config = memory.recovery, planner.recoveries
     assert recovery is not None
+    at = view.robot[0], view.robot[1]
     elapsed = (memory.cycle - recovery.since) * planner.period
     if kind == "wait":
         return (0.0, 0.0) if elapsed < config.wait_time - 1e-9 else None
     if memory.sight.cycle < 0:
         # The map was cleared; it comes back in the next cycle.
         return 0.0, 0.0
-    costmap = planner.setup(task).maps.local_map(memory.sight)
+    costmap = planner.setup(task).maps.local_map(view.robot, memory.sight)
     footprint = planner.setup(task).footprint
 
     def touches(x: float, y: float, yaw: float) -> bool:
