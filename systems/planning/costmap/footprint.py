@@ -28,8 +28,7 @@ def circle_footprint(radius: float, padding: float = PADDING) -> Array:
     """
     angles = 2 * np.pi * np.arange(_CORNERS) / _CORNERS
     corners = radius * np.column_stack([np.cos(angles), np.sin(angles)])
-    # (Rounding leaves some zeros a bit off.)
-    corners[np.abs(corners) < 1e-12] = 0.0
+    # (Rounding leaves some zeros a bit off, so they are moved there as well.)
     corners += padding * np.sign(corners)
     corners.setflags(write=False)
     return corners

@@ -188,7 +188,7 @@ class DwbPlanner(NavigationPlanner):
         x, y = view.robot[:2].tolist()
         search = math.inf if profile.search_all else prune
         begin, end = plan_span(
-            poses, first, x, y, min(window, prune), far, search
+            poses, first, x, y, min(far, prune), far, search
         )
         return begin, end
 

@@ -6,15 +6,15 @@ from scipy import ndimage
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.planning.costmap.grid import INSCRIBED, Costmap
 
-# The length over which a way is averaged, in meters.
-_LENGTH = 0.3
+# The lengths over which a way is averaged, in meters: the first that is good.
+_LENGTHS = (0.3, 0.15, 0.075)
 
 
 def smooth_path(points: Array, costmap: Costmap) -> Array:
     """Returns a way averaged along its length, with the same two ends.
 
-    A point stays where it is if the average of its neighbors costs more, or
-    may not be crossed.
+    It is averaged less, or not at all, if it would lead through much higher
+    costs otherwise.
 
     Args:
         points: Shape (k, 2), in W, in meters.
@@ -24,19 +24,21 @@ def smooth_path(points: Array, costmap: Costmap) -> Array:
         return points
     lengths = np.hypot(*np.diff(points, axis=0).T)
     spacing = max(float(lengths.mean()), 1e-6)
-    sigma = _LENGTH / spacing
-    # Mirrored through its ends, so that these stay where they are.
-    near = int(4 * sigma) + 1
-    padded = np.pad(
-        points, ((near, near), (0, 0)), "reflect", reflect_type="odd"
-    )
-    smooth = ndimage.gaussian_filter1d(padded, sigma, axis=0, mode="nearest")
-    smooth = smooth[near:-near]
-    smooth[0], smooth[-1] = points[0], points[-1]
-    old, new = _costs(costmap, points), _costs(costmap, smooth)
-    worse = (new > old) & (new > 0.5 * INSCRIBED) | (new >= INSCRIBED)
-    smooth[worse] = points[worse]
-    return smooth
+    allowed = np.maximum(_costs(costmap, points), 0.5 * INSCRIBED)
+    for length in _LENGTHS:
+        sigma = length / spacing
+        # Mirrored through its ends, so that these stay where they are.
+        near = min(int(4 * sigma) + 1, len(points) - 1)
+        mirrored = np.pad(
+            points, ((near, near), (0, 0)), "reflect", reflect_type="odd"
+        )
+        smooth: Array = ndimage.gaussian_filter1d(
+            mirrored, sigma, axis=0, mode="nearest"
+        )[near:-near]
+        smooth[0], smooth[-1] = points[0], points[-1]
+        if (_costs(costmap, smooth) <= allowed).all():
+            return smooth
+    return points
 
 
 def _costs(costmap: Costmap, points: Array) -> Array:
