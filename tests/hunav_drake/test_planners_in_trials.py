@@ -40,6 +40,25 @@ def test_scl_keeps_farther_from_people_than_dwb():
     assert nearest[1] > nearest[0] + 0.1
 
 
+def test_a_trial_tells_why_its_planner_gave_up():
+    scenario = LoadScenario(
+        data="""
+            world:
+              walls:
+                - shape: polyline
+                  points: [[2, -1], [4, -1], [4, 1], [2, 1], [2, -1]]
+            robot: {goal: [3, 0, 0]}
+            planner: dwb
+            simulation: {duration: 30, stuck_time: 2}
+            """
+    )
+    result = RunTrial(scenario)
+    assert result.end_reason == "stuck"
+    assert result.end_message.startswith(
+        "the robot no longer gets anywhere; the planner: there is no way"
+    )
+
+
 @pytest.mark.parametrize("planner", PLANNERS)
 def test_a_fork_amid_people_has_the_same_future(planner):
     """Also in the middle of a plan, a map or a turn: bit for bit."""

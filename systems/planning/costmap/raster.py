@@ -179,20 +179,30 @@ def stamp_discs(costs, ox, oy, resolution, discs, robot, graded):
         runs = _disc_runs(costs, discs[d], robot, ox, oy, resolution)
         if len(runs) == 0:
             continue
-        left = runs[:, 1].min() - reach
-        right = runs[:, 2].max() + reach
+        left = max(runs[:, 1].min() - reach, 0)
+        right = min(runs[:, 2].max() + reach + 1, columns)
+        if left >= right:
+            continue
+        squares = np.empty(right - left, dtype=np.int32)
         for row in range(
             max(runs[0, 0] - reach, 0), min(runs[-1, 0] + reach + 1, rows)
         ):
-            for column in range(max(left, 0), min(right + 1, columns)):
-                least = len(graded)
-                for r in range(len(runs)):
-                    dy = row - runs[r, 0]
-                    dx = max(runs[r, 1] - column, column - runs[r, 2], 0)
-                    least = min(least, dx * dx + dy * dy)
-                if least >= len(graded):
+            # The squared distances of a row from the disc, in cells.
+            squares[:] = len(graded)
+            for r in range(len(runs)):
+                dy2 = np.int32((row - runs[r, 0]) ** 2)
+                if dy2 >= len(graded):
                     continue
-                cost = graded[least]
-                old = costs[row, column]
+                first = np.int32(runs[r, 1] - left)
+                last = np.int32(runs[r, 2] - left)
+                for k in range(len(squares)):
+                    at = np.int32(k)
+                    dx = max(first - at, at - last, np.int32(0))
+                    squares[k] = min(squares[k], dx * dx + dy2)
+            for k in range(len(squares)):
+                if squares[k] >= len(graded):
+                    continue
+                cost = graded[squares[k]]
+                old = costs[row, left + k]
                 if cost > old or (old == 255 and cost >= 253):
-                    costs[row, column] = np.uint8(cost)
+                    costs[row, left + k] = np.uint8(cost)

@@ -38,24 +38,38 @@ def add_people(costs, ox, oy, resolution, people, p):
         speed = math.hypot(vx, vy)
         still = speed < STANDING_SPEED
         front = p[FRONT] * (1 + speed * p[SPEED_FACTOR])
-        wide = max(p[REAR], p[SIDE], p[REAR_SIDE], front)
-        if p[USE_RIGHT] != 0:
-            wide = max(wide, p[RIGHT], p[RIGHT_SIDE])
-        reach = _reach(p[STILL] if still else wide, p)
         c = 1.0
         s = 0.0
         cr = 0.0
         sr = -1.0
-        if not still:
+        # What the costs come to along x and y, to either side.
+        if still:
+            reach = _reach(p[STILL], p)
+            x0 = y0 = -reach
+            x1 = y1 = reach
+        else:
             c = vx / speed
             s = vy / speed
             turn = math.atan2(vy, vx) - _RIGHT
             cr = math.cos(turn)
             sr = math.sin(turn)
-        low = max(0, math.floor((y - reach - oy) / resolution))
-        high = min(rows - 1, math.floor((y + reach - oy) / resolution))
-        left = max(0, math.floor((x - reach - ox) / resolution))
-        right = min(columns - 1, math.floor((x + reach - ox) / resolution))
+            wide = max(p[REAR], p[REAR_SIDE])
+            if p[USE_RIGHT] != 0:
+                wide = max(wide, p[RIGHT], p[RIGHT_SIDE])
+            reach = _reach(wide, p)
+            # Half an ellipse ahead, and a disc.
+            far = _reach(front, p)
+            side = _reach(p[SIDE], p)
+            ex = math.hypot(far * c, side * s)
+            ey = math.hypot(far * s, side * c)
+            x0 = -max(reach, ex if c < 0 else side * abs(s))
+            x1 = max(reach, ex if c > 0 else side * abs(s))
+            y0 = -max(reach, ey if s < 0 else side * abs(c))
+            y1 = max(reach, ey if s > 0 else side * abs(c))
+        low = max(0, math.floor((y + y0 - oy) / resolution))
+        high = min(rows - 1, math.floor((y + y1 - oy) / resolution))
+        left = max(0, math.floor((x + x0 - ox) / resolution))
+        right = min(columns - 1, math.floor((x + x1 - ox) / resolution))
         for row in range(low, high + 1):
             dy = oy + (row + 0.5) * resolution - y
             for column in range(left, right + 1):

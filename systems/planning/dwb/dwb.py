@@ -187,9 +187,7 @@ class DwbPlanner(NavigationPlanner):
         far = min(window, forward) if self.shorten_transformed_plan else window
         x, y = view.robot[:2].tolist()
         search = math.inf if profile.search_all else prune
-        begin, end = plan_span(
-            poses, first, x, y, min(far, prune), far, search
-        )
+        begin, end = plan_span(poses, first, x, y, min(far, prune), far, search)
         return begin, end
 
     def control(
