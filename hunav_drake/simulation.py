@@ -208,9 +208,19 @@ def GetTrialResult(
             behavior_sha256=behavior_sha256(scenario),
         ),
         end_reason=reason,
-        end_message=_MESSAGES[reason],
+        end_message=_end_message(reason, diagram, context),
         end_time=float(recording.times[-1]),
     )
+
+
+def _end_message(reason: EndReason, diagram: Diagram, context: Context) -> str:
+    """Returns in words why a trial ended, with those of its planner."""
+    message = _MESSAGES[reason]
+    planner = diagram.GetSubsystemByName("planner")
+    if reason not in ("stuck", "timeout") or not hasattr(planner, "GetReason"):
+        return message
+    words = planner.GetReason(planner.GetMyContextFromRoot(context))
+    return f"{message}; the planner: {words}" if words else message
 
 
 def behavior_sha256(scenario: Scenario) -> str:

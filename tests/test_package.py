@@ -17,6 +17,10 @@ PACKAGES = [
     "hunav_drake.systems.crowd",
     "hunav_drake.systems.evaluation",
     "hunav_drake.systems.planning",
+    "hunav_drake.systems.planning.costmap",
+    "hunav_drake.systems.planning.dwb",
+    "hunav_drake.systems.planning.global_planner",
+    "hunav_drake.systems.planning.navigation",
     "hunav_drake.systems.robot",
     "hunav_drake.systems.scene",
 ]

@@ -1,4 +1,9 @@
+from .dwb.dwb import DwbPlanner as DwbPlanner
+from .dwb.scl import SclPlanner as SclPlanner
 from .local_planner import LocalPlanner as LocalPlanner
+from .navigation.navigation_planner import (
+    NavigationPlanner as NavigationPlanner,
+)
 from .planner import (
     PLANNERS as PLANNERS,
     Plan as Plan,

@@ -32,9 +32,10 @@ class Decision:
             ValueError: If the planner remembers something that arrays cannot
                 hold: see `value_arrays`.
         """
-        v, omega, status, memory, path = self.plan
+        v, omega, status, memory, path, reason = self.plan
         return to_arrays(
-            (v, omega, int(status), memory, path), "what the planner remembers"
+            (v, omega, int(status), memory, path, reason),
+            "what the planner remembers",
         )
 
     def from_arrays(self, arrays: dict[str, NDArray[Any]]) -> "Decision":
@@ -43,8 +44,8 @@ class Decision:
         Raises:
             ValueError: If they are no decision.
         """
-        v, omega, status, memory, path = from_arrays(arrays)
-        plan = Plan(v, omega, PlannerStatus(status), memory, path)
+        v, omega, status, memory, path, reason = from_arrays(arrays)
+        plan = Plan(v, omega, PlannerStatus(status), memory, path, reason)
         if fault := plan_fault(plan):
             raise ValueError(fault)
         return Decision(plan)
@@ -85,6 +86,8 @@ def plan_fault(plan: Any, *, keeps: bool = True) -> str:
             "must give a path that is an array of finite numbers of shape"
             f" (k, 2) or (k, 3), got {path!r:.80}"
         )
+    if not isinstance(plan.reason, str):
+        return f"must give a reason that is a text, got {plan.reason!r:.80}"
     mutable = isinstance(memory, list | dict | set | bytearray)
     if mutable or (isinstance(memory, np.ndarray) and memory.flags.writeable):
         return (

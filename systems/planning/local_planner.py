@@ -149,6 +149,16 @@ class LocalPlanner(LeafSystem):
         """Returns the port with what the planner means to follow."""
         return self._path
 
+    def GetReason(self, context: Context) -> str:
+        """Returns why the planner does not just drive, in words.
+
+        Nothing while it drives, and for a planner without an `initial_memory`.
+
+        Args:
+            context: This system's own context.
+        """
+        return self._Decided(context).reason
+
     def DescribeMemory(self) -> list[str]:
         """Returns what the state depends on: the planner and its parameters."""
         planner = self._planner

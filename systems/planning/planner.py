@@ -34,6 +34,10 @@ class PlannerStatus(IntEnum):
     BLOCKED = 3
     # At the goal.
     ARRIVED = 4
+    # Doing something else for a while, to get on again.
+    RECOVERING = 5
+    # It has given up, and stays where it is.
+    FAILED = 6
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -149,6 +153,8 @@ class Plan(NamedTuple):
         memory: What it wants to know in the next cycle; immutable.
         path: What it means to follow, shape (k, 2) or (k, 3), rows (x, y) or
             (x, y, yaw) in W.
+        reason: Why it does not just drive, in words. It is kept with the
+            memory, and so needs an `initial_memory`.
     """
 
     v: float
@@ -156,6 +162,7 @@ class Plan(NamedTuple):
     status: PlannerStatus
     memory: Any = None
     path: Array = NO_PATH
+    reason: str = ""
 
 
 class Planner(PlannerConfig):
@@ -198,7 +205,7 @@ PLANNERS = Registry(
     PlannerConfig,
     tag="name",
     default="pursuit",
-    home="hunav_drake.systems.planning.pursuit",
+    home="hunav_drake.systems.planning.planners",
 )
 
 register_planner = PLANNERS.register

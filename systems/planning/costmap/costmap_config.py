@@ -1,0 +1,144 @@
+"""The parameters of costmaps and their layers."""
+
+from dataclasses import field
+import math
+from typing import Annotated, Literal
+
+from pydantic import Field, StrictBool, StrictFloat
+from pydantic.dataclasses import dataclass
+
+from hunav_drake.systems.common.schema import (
+    CONFIG,
+    Angle,
+    BodyRadius,
+    Integer,
+    Length,
+    PositiveLength,
+    within,
+)
+
+# What a costmap is made of, in the order that its list tells.
+Layer = Literal["static", "obstacle", "inflation", "social"]
+Layers = Annotated[list[Layer], Field(max_length=8)]
+
+Variance = Annotated[StrictFloat, within(0, 100, "m^2", low_open=True)]
+Period = Annotated[StrictFloat, within(0, 60, "s", low_open=True)]
+
+
+@dataclass(kw_only=True, config=CONFIG)
+class LidarLayout:
+    """Where a planner's lidar sits, and where its rays go.
+
+    The defaults are those of PMB2's SICK TiM571. The planner asks for as many
+    distances; ray k goes in direction ``first_angle + k * field_of_view /
+    (rays - 1)`` of the robot.
+    """
+
+    rays: Annotated[Integer, Field(ge=2, le=100_000)] = 666
+
+    # The direction of the first ray and the angle from there to the last, in
+    # radians, counter-clockwise.
+    first_angle: Angle = -math.radians(110)
+    field_of_view: Annotated[
+        StrictFloat, within(0, 2 * math.pi, "rad", low_open=True)
+    ] = math.radians(220)
+
+    # How far it is ahead of the middle of the robot, in meters.
+    offset: Annotated[StrictFloat, within(-5, 5, "m")] = 0.202
+
+    # Distances from this on are of rays that hit nothing, in meters.
+    max_range: PositiveLength = 25.0
+
+
+@dataclass(kw_only=True, config=CONFIG)
+class ObstacleLayer:
+    """What the planner knows of walls and people around the robot."""
+
+    # "ground_truth": the walls as they are, and the people who are near.
+    # "lidar": what a lidar has hit, which needs a robot with one.
+    source: Literal["ground_truth", "lidar"] = "ground_truth"
+
+    # Whether a lidar would see people. (One at the height of the feet does;
+    # the actors of Gazebo are invisible to some.) For the ground truth.
+    people_in_scan: StrictBool = True
+
+    # The disc that stands for the feet of a person, in meters.
+    person_radius: BodyRadius = 0.2
+
+    # What is farther from the robot is not marked, in meters.
+    marking_range: PositiveLength = 2.5
+
+    # How far a ray frees the cells that it passes, in meters.
+    clearing_range: PositiveLength = 3.0
+
+    # Whether nothing that the layer marks can be inside the robot.
+    footprint_clearing: StrictBool = True
+
+    # The lidar, for its source.
+    lidar: LidarLayout = field(default_factory=LidarLayout)
+
+
+@dataclass(kw_only=True, config=CONFIG)
+class SocialLayer:
+    """The costs around people: of nav2_social_costmap_plugin.
+
+    Gaussians about each person, of an amplitude and with variances along and
+    across the direction of walking; see `social_layer`. The defaults are those
+    of the example in its README.
+    """
+
+    # The cost at the person, and the one below which there is none.
+    amplitude: Annotated[StrictFloat, within(0, 255)] = 255.0
+    cutoff: Annotated[StrictFloat, within(0, 255, low_open=True)] = 10.0
+
+    # The variances, in m^2: of who stands; ahead of who walks, along and
+    # across; behind; and to the right, outwards and along.
+    covariance_when_still: Variance = 0.25
+    covariance_front_height: Variance = 0.4
+    covariance_front_width: Variance = 0.25
+    covariance_rear_height: Variance = 0.25
+    covariance_rear_width: Variance = 0.25
+    covariance_right_height: Variance = 0.3
+    covariance_right_width: Variance = 0.2
+
+    # Whether there is more room to the right, for others to pass on the left.
+    use_passing: StrictBool = True
+
+    # Whether the variance ahead grows with the speed, by so much per m/s.
+    use_vel_factor: StrictBool = True
+    speed_factor_multiplier: Annotated[StrictFloat, within(0, 100, "s/m")] = 5.0
+
+
+@dataclass(kw_only=True, config=CONFIG)
+class LocalCostmap:
+    """The map around the robot, which moves with it by whole cells.
+
+    What is None is as the planner's profile tells.
+    """
+
+    # The side of the square and that of a cell, in meters.
+    size: Annotated[StrictFloat, within(0, 100, "m", low_open=True)] | None = (
+        None
+    )
+    resolution: Annotated[StrictFloat, within(0.001, 10, "m")] | None = None
+
+    # The time between two updates, in seconds.
+    update_period: Period | None = None
+
+    layers: Layers = field(default_factory=lambda: ["obstacle", "inflation"])
+
+
+@dataclass(kw_only=True, config=CONFIG)
+class GlobalCostmap:
+    """The map of the whole world, on which ways are found."""
+
+    # The side of a cell, in meters.
+    resolution: Annotated[StrictFloat, within(0.005, 10, "m")] = 0.05
+
+    # How far it reaches beyond walls, robot and goal, in meters, where no
+    # walls close the world.
+    margin: Length = 3.0
+
+    layers: Layers = field(
+        default_factory=lambda: ["static", "obstacle", "inflation"]
+    )

@@ -1,0 +1,136 @@
+"""Costmaps: costs on a grid, as Nav2's costmap_2d has them."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Costs = NDArray[np.uint8]
+
+# What a cell holds: how bad it is to have the middle of the robot there.
+FREE = 0
+# The robot touches something whichever way it is turned.
+INSCRIBED = 253
+# Something stands in the cell.
+LETHAL = 254
+UNKNOWN = 255
+
+# The most cells of a map: its distances take 200 MB while it is made.
+MOST_CELLS = 25_000_000
+
+
+class Costmap(NamedTuple):
+    """Costs on a grid with axes along those of W.
+
+    Attributes:
+        costs: Shape (rows, columns), of type uint8: 0 free, 1 to 252 graded,
+            253 inscribed, 254 lethal, 255 unknown. Rows go up along y.
+        origin: The lower left corner (x, y) of cell [0, 0], in W, in meters.
+        resolution: The side of a cell, in meters.
+    """
+
+    costs: Costs
+    origin: tuple[float, float]
+    resolution: float
+
+    def cell_at(self, x: float, y: float) -> tuple[int, int]:
+        """Returns the cell (row, column) that a point in W is in.
+
+        It need not be on the map.
+        """
+        return (
+            math.floor((y - self.origin[1]) / self.resolution),
+            math.floor((x - self.origin[0]) / self.resolution),
+        )
+
+    def center_of(self, row: int, column: int) -> tuple[float, float]:
+        """Returns the middle (x, y) of a cell, in W, in meters."""
+        return (
+            self.origin[0] + (column + 0.5) * self.resolution,
+            self.origin[1] + (row + 0.5) * self.resolution,
+        )
+
+    def cost_at(self, x: float, y: float) -> int:
+        """Returns the cost at a point in W; 255 off the map."""
+        row, column = self.cell_at(x, y)
+        rows, columns = self.costs.shape
+        if 0 <= row < rows and 0 <= column < columns:
+            return int(self.costs[row, column])
+        return UNKNOWN
+
+
+class Region(NamedTuple):
+    """A part of the lattice that all maps of one resolution share.
+
+    Cell (i, j) of the lattice spans from ``resolution * (j, i)``, in W, to one
+    resolution more. So maps of one resolution are parts of each other, and
+    those that move with a robot move by whole cells.
+
+    Attributes:
+        row: The first row.
+        column: The first column.
+        rows: How many rows there are.
+        columns: How many columns there are.
+        resolution: The side of a cell, in meters.
+    """
+
+    row: int
+    column: int
+    rows: int
+    columns: int
+    resolution: float
+
+    @property
+    def origin(self) -> tuple[float, float]:
+        """The lower left corner (x, y), in W, in meters."""
+        return (self.column * self.resolution, self.row * self.resolution)
+
+    def as_map(self, costs: Costs) -> Costmap:
+        """Returns costs on this region as a map."""
+        return Costmap(costs, self.origin, self.resolution)
+
+
+def region_around(x: float, y: float, side: float, resolution: float) -> Region:
+    """Returns a square region with a point in the middle, to half a cell.
+
+    Args:
+        x: The point, in W, in meters.
+        y: The same along the other axis.
+        side: The side of the square, in meters.
+        resolution: The side of a cell, in meters.
+    """
+    cells = max(1, round(side / resolution))
+    half = 0.5 * cells * resolution
+    return Region(
+        math.floor((y - half) / resolution + 0.5),
+        math.floor((x - half) / resolution + 0.5),
+        cells,
+        cells,
+        resolution,
+    )
+
+
+def region_of(
+    low: tuple[float, float], high: tuple[float, float], resolution: float
+) -> Region:
+    """Returns the least region that covers a rectangle.
+
+    Args:
+        low: The lower left corner (x, y), in W, in meters.
+        high: The upper right corner.
+        resolution: The side of a cell, in meters.
+
+    Raises:
+        ValueError: If it has more than 25 million cells.
+    """
+    column, row = (math.floor(c / resolution + 1e-9) for c in low)
+    columns = math.ceil(high[0] / resolution - 1e-9) - column
+    rows = math.ceil(high[1] / resolution - 1e-9) - row
+    columns, rows = max(columns, 1), max(rows, 1)
+    if columns * rows > MOST_CELLS:
+        raise ValueError(
+            f"resolution: {resolution} m gives a map of {rows} x {columns}"
+            f" cells; take a coarser one, for at most {MOST_CELLS} cells"
+        )
+    return Region(row, column, rows, columns, resolution)

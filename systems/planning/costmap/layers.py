@@ -1,0 +1,107 @@
+"""Costmaps made of layers, in any order."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.planning.costmap.grid import (
+    FREE,
+    LETHAL,
+    Costs,
+    Region,
+)
+from hunav_drake.systems.planning.costmap.inflation import inflate
+from hunav_drake.systems.planning.costmap.marks import Marks
+from hunav_drake.systems.planning.costmap.obstacle_layer import free_disc, moved
+from hunav_drake.systems.planning.costmap.raster import stamp_discs
+from hunav_drake.systems.planning.costmap.social_layer import add_social_costs
+from hunav_drake.systems.planning.costmap.static_layer import StaticMap
+
+_ONLY_LETHAL = np.array([float(LETHAL)])
+
+
+class Surroundings(NamedTuple):
+    """What layers are made from, at one instant.
+
+    Attributes:
+        walls: The walls of the world, by `static_map`.
+        discs: Shape (n, 3): the people who are marked, (x, y, radius).
+        humans: Rows of `human_states`: all who have social costs.
+        robot: The disc (x, y, radius) that nothing is marked in; a radius
+            below 0 is for none.
+        graded: The inflation: see `inflation_costs`.
+        social: See `social_parameters`.
+        marks: What a lidar has marked; None for the ground truth.
+    """
+
+    walls: StaticMap
+    discs: Array
+    humans: Array
+    robot: Array
+    graded: Array
+    social: Array
+    marks: Marks | None = None
+
+
+def make_costs(
+    layers: Sequence[str], region: Region, around: Surroundings
+) -> Costs:
+    """Returns the costs of a region, made layer by layer.
+
+    Each layer works on what those before it have left: "static" marks walls,
+    "obstacle" walls and people, or what a lidar has seen, "inflation" makes
+    what is near marked cells cost more, "social" adds the costs around people.
+    Costs never sink. Walls just outside of the region count for "inflation".
+
+    Args:
+        layers: Their names, the first first.
+        region: What of the lattice the map covers.
+        around: What they are made from.
+    """
+    first = layers.index("inflation") if "inflation" in layers else -1
+    before = layers[:first] if first > 0 else ()
+    if around.marks is None and before and "social" not in before:
+        # The same as layer by layer, for inflation of walls is known, and
+        # that of all is the highest of that of each.
+        costs = around.walls.part(region, inflated=True)
+        if "obstacle" in before:
+            _stamp(costs, region, around, around.graded)
+        rest = layers[first + 1 :]
+    else:
+        costs = np.full((region.rows, region.columns), FREE, dtype=np.uint8)
+        rest = layers
+    for layer in rest:
+        if layer == "inflation":
+            costs = inflate(costs, around.graded)
+        elif layer == "social":
+            add_social_costs(costs, region, around.humans, around.social)
+        else:
+            _mark(costs, region, around, people=layer == "obstacle")
+    return costs
+
+
+def _mark(
+    costs: Costs, region: Region, around: Surroundings, *, people: bool
+) -> None:
+    """Marks walls, and people or what a lidar tells."""
+    if people and around.marks is not None:
+        marks = moved(around.marks, region)
+        if around.robot[2] >= 0:
+            free_disc(marks, region, around.robot)
+        np.maximum(costs, marks, out=costs)
+        return
+    np.maximum(costs, around.walls.part(region, inflated=False), out=costs)
+    if people:
+        _stamp(costs, region, around, _ONLY_LETHAL)
+
+
+def _stamp(
+    costs: Costs, region: Region, around: Surroundings, graded: Array
+) -> None:
+    if len(around.discs):
+        stamp_discs(
+            *(costs, *region.origin, region.resolution),
+            *(around.discs, around.robot, graded),
+        )

@@ -1,0 +1,122 @@
+"""The obstacle layer: what a lidar, or the ground truth, tells of the room."""
+
+import math
+
+import numpy as np
+
+from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.layout import YAW, X, Y
+from hunav_drake.systems.planning.costmap.costmap_config import (
+    LidarLayout,
+    ObstacleLayer,
+)
+from hunav_drake.systems.planning.costmap.grid import FREE, Costs, Region
+from hunav_drake.systems.planning.costmap.marks import Marks
+from hunav_drake.systems.planning.costmap.scan_kernel import clear_and_mark
+
+
+def scan_ends(pose: Array, scan: Array, layout: LidarLayout) -> Array:
+    """Returns where the rays of a lidar end: shape (n, 3), (x, y, range).
+
+    A ray that hits nothing ends at the largest range.
+
+    Args:
+        pose: (x, y, yaw) of the robot, in W.
+        scan: n distances, in meters; infinite if nothing is hit.
+        layout: Of the lidar.
+    """
+    step = layout.field_of_view / (layout.rays - 1)
+    directions = pose[YAW] + layout.first_angle + step * np.arange(layout.rays)
+    reach = np.minimum(np.nan_to_num(scan, posinf=math.inf), layout.max_range)
+    sx, sy = sensor_at(pose, layout)
+    return np.column_stack(
+        [
+            sx + reach * np.cos(directions),
+            sy + reach * np.sin(directions),
+            reach,
+        ]
+    )
+
+
+def sensor_at(pose: Array, layout: LidarLayout) -> tuple[float, float]:
+    """Returns where the lidar of a robot is, in W, in meters."""
+    x, y, yaw = map(float, pose[:3])
+    return (
+        x + layout.offset * math.cos(yaw),
+        y + layout.offset * math.sin(yaw),
+    )
+
+
+def moved(marks: Marks, region: Region) -> Costs:
+    """Returns a copy of marks on another region: free where they were not."""
+    result = np.full((region.rows, region.columns), FREE, dtype=np.uint8)
+    rows, columns = marks.costs.shape
+    up, left = region.row - marks.row, region.column - marks.column
+    r0, r1 = max(up, 0), min(up + region.rows, rows)
+    c0, c1 = max(left, 0), min(left + region.columns, columns)
+    if r0 < r1 and c0 < c1:
+        part = marks.costs[r0:r1, c0:c1]
+        result[r0 - up : r1 - up, c0 - left : c1 - left] = part
+    return result
+
+
+def see(
+    marks: Marks,
+    region: Region,
+    ends: Array,
+    sensor: tuple[float, float],
+    config: ObstacleLayer,
+) -> Marks:
+    """Returns the marks of a region after one more scan.
+
+    Args:
+        marks: Those of before, of any region of the same resolution.
+        region: Where the map is now.
+        ends: Where the rays end: see `scan_ends`.
+        sensor: Where they begin, in W.
+        config: The ranges of clearing and marking.
+    """
+    costs = moved(marks, region)
+    clear_and_mark(
+        *(costs, *region.origin, region.resolution, *sensor, ends),
+        *(config.clearing_range, config.marking_range),
+    )
+    costs.setflags(write=False)
+    return Marks(region.row, region.column, costs)
+
+
+def free_disc(costs: Costs, region: Region, disc: Array) -> None:
+    """Frees the cells with their middle in a disc (x, y, radius), in place."""
+    r = region.resolution
+    x, y = disc[0] - region.origin[0], disc[1] - region.origin[1]
+    rows = slice(
+        max(math.floor((y - disc[2]) / r), 0),
+        max(math.floor((y + disc[2]) / r) + 1, 0),
+    )
+    columns = slice(
+        max(math.floor((x - disc[2]) / r), 0),
+        max(math.floor((x + disc[2]) / r) + 1, 0),
+    )
+    part = costs[rows, columns]
+    i = (rows.start + np.arange(part.shape[0]) + 0.5) * r - y
+    j = (columns.start + np.arange(part.shape[1]) + 0.5) * r - x
+    part[i[:, None] ** 2 + j**2 <= disc[2] ** 2] = FREE
+
+
+def person_discs(humans: Array, robot: Array, config: ObstacleLayer) -> Array:
+    """Returns the discs (x, y, radius) of people who are marked, (n, 3).
+
+    Args:
+        humans: Rows of `human_states`.
+        robot: The row of the robot.
+        config: Who is seen, and as what.
+    """
+    if not config.people_in_scan or not len(humans):
+        return np.zeros((0, 3))
+    dx, dy = humans[:, X] - robot[X], humans[:, Y] - robot[Y]
+    reach = config.marking_range + config.person_radius
+    near = dx * dx + dy * dy < reach * reach
+    discs = np.empty((int(near.sum()), 3))
+    discs[:, :2] = humans[near, :2]
+    discs[:, 2] = config.person_radius
+    return discs

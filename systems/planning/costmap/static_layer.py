@@ -1,0 +1,128 @@
+"""The static layer: the walls of the world as cells, made once."""
+
+import functools
+
+import numpy as np
+
+from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.planning.costmap.grid import (
+    FREE,
+    LETHAL,
+    Costmap,
+    Costs,
+    Region,
+    region_of,
+)
+from hunav_drake.systems.planning.costmap.inflation import inflate
+from hunav_drake.systems.planning.costmap.raster import mark_walls
+from hunav_drake.systems.world.obstacles import Obstacles
+
+
+def walls_on(obstacles: Obstacles, region: Region) -> Costs:
+    """Returns a map of walls: lethal where they are, else free.
+
+    Lethal are the cells that an outline passes, and those with their middle
+    inside a solid.
+    """
+    costs = np.full((region.rows, region.columns), FREE, dtype=np.uint8)
+    mark_walls(costs, *region.origin, region.resolution, obstacles.table)
+    return costs
+
+
+def costmap_from_obstacles(
+    obstacles: Obstacles,
+    bounds: tuple[float, float, float, float],
+    resolution: float = 0.05,
+) -> Costmap:
+    """Returns a costmap of walls, without inflation.
+
+    Args:
+        obstacles: The walls: `World.obstacles()`.
+        bounds: The least x and y and the largest that it covers, in W, m.
+        resolution: The side of a cell, in meters.
+
+    Raises:
+        ValueError: If it would have more than 25 million cells.
+    """
+    region = region_of(bounds[:2], bounds[2:], resolution)
+    return region.as_map(walls_on(obstacles, region))
+
+
+def costmap_from_occupancy(
+    occupancy: Array,
+    *,
+    origin: tuple[float, float] = (0.0, 0.0),
+    resolution: float = 0.05,
+    occupied: float = 0.65,
+    unknown_is_free: bool = False,
+) -> Costmap:
+    """Returns a costmap of how likely the cells of a map are occupied.
+
+    Args:
+        occupancy: Shape (rows, columns), in [0, 1], rows up along y; NaN
+            where nothing is known.
+        origin: The lower left corner, in W, in meters.
+        resolution: The side of a cell, in meters.
+        occupied: From where on a cell counts as occupied.
+        unknown_is_free: Whether unknown cells are taken for free.
+    """
+    costs = np.where(occupancy >= occupied, LETHAL, FREE).astype(np.uint8)
+    if not unknown_is_free:
+        costs[np.isnan(occupancy)] = 255
+    return Costmap(costs, origin, resolution)
+
+
+class StaticMap:
+    """The walls of a world as a map, and inflated; neither changes.
+
+    Attributes:
+        region: Where it is.
+        walls: Lethal where walls are, else free; read-only.
+        inflated: The same, inflated; read-only.
+    """
+
+    def __init__(self, obstacles: Obstacles, region: Region, graded: Array):
+        """Makes both: see `static_map`, which keeps them."""
+        self.region = region
+        self.walls = walls_on(obstacles, region)
+        self.inflated = inflate(self.walls, graded)
+        for costs in (self.walls, self.inflated):
+            costs.setflags(write=False)
+
+    def part(self, region: Region, *, inflated: bool) -> Costs:
+        """Returns a copy of what lies in a region; free beyond the map."""
+        own, costs = self.region, self.inflated if inflated else self.walls
+        if region == own:
+            return costs.copy()
+        up, left = region.row - own.row, region.column - own.column
+        r0, r1 = max(up, 0), min(up + region.rows, own.rows)
+        c0, c1 = max(left, 0), min(left + region.columns, own.columns)
+        inner = r1 - r0 == region.rows and c1 - c0 == region.columns
+        if inner:
+            return np.ascontiguousarray(costs[r0:r1, c0:c1])
+        result = np.full((region.rows, region.columns), FREE, dtype=np.uint8)
+        if r0 < r1 and c0 < c1:
+            result[r0 - up : r1 - up, c0 - left : c1 - left] = costs[
+                r0:r1, c0:c1
+            ]
+        return result
+
+
+@functools.lru_cache(maxsize=16)
+def _static_map(
+    obstacles: Obstacles, region: Region, graded: bytes
+) -> StaticMap:
+    return StaticMap(obstacles, region, np.frombuffer(graded))
+
+
+def static_map(
+    obstacles: Obstacles, region: Region, graded: Array
+) -> StaticMap:
+    """Returns the walls of a world on a region; the last ones are kept.
+
+    Args:
+        obstacles: The walls.
+        region: What of the lattice the map covers.
+        graded: The costs by squared distances: see `inflation_costs`.
+    """
+    return _static_map(obstacles, region, graded.tobytes())

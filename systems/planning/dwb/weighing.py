@@ -1,0 +1,146 @@
+"""One cycle of DWB: what is sampled, and what is best, by numba."""
+
+import math
+
+import numba
+import numpy as np
+
+from hunav_drake.systems.common.kernels import (
+    INTEGER,
+    MATRIX,
+    REAL,
+    VECTOR,
+    jit,
+    jit_as,
+)
+from hunav_drake.systems.planning.costmap.raster import READ_CELLS
+from hunav_drake.systems.planning.dwb.map_grid import mark_plan, path_distances
+from hunav_drake.systems.planning.dwb.scoring import (
+    ACC_THETA,
+    ACC_X,
+    CRITICS,
+    DECEL_THETA,
+    DECEL_X,
+    FORWARD_POINT,
+    score_samples,
+)
+
+_COLUMNS = 1 + len(CRITICS)
+
+
+@jit
+def _samples(now, low, high, rise, fall, count, time):
+    """Returns what `velocity_samples` does."""
+    now = min(max(now, low), high)
+    low = max(low, now + fall * time)
+    high = min(high, now + rise * time)
+    if high - low < 1e-5:
+        return np.full(1, low)
+    step = (high - low) / (count - 1)
+    samples = np.empty(count + 1)
+    size = 0
+    for k in range(count):
+        value = low + k * step
+        if k == count - 1:
+            value = high
+        if size > 0 and samples[size - 1] < 0 < value:
+            samples[size] = 0.0
+            size += 1
+        samples[size] = value
+        size += 1
+    return samples[:size]
+
+
+@jit_as(numba.float64[::1], REAL, REAL, REAL, REAL, REAL, INTEGER, REAL)
+def velocity_samples(now, low, high, rise, fall, count, time):
+    """Returns velocities of one axis that can be reached, ascending.
+
+    They are spread evenly; 0 is among them if they have both signs.
+
+    Args:
+        now: The present one.
+        low: The least.
+        high: The largest.
+        rise: How much it may rise per second.
+        fall: How much it may fall, a negative number.
+        count: How many there are, at least 2.
+        time: In which they are to be reached, in seconds.
+    """
+    return _samples(now, low, high, rise, fall, count, time)
+
+
+@jit_as(
+    numba.types.Tuple(
+        (
+            *(numba.int64, numba.float64[::1], numba.float64[::1]),
+            numba.float64[:, ::1],
+        )
+    ),
+    *(VECTOR, VECTOR, MATRIX, READ_CELLS, REAL, REAL, REAL),
+    *(VECTOR, VECTOR, MATRIX, VECTOR),
+)
+def weigh_samples(
+    state, goal, plan, costs, ox, oy, resolution, bounds, latches, polygon, p
+):
+    """Samples velocities, and scores them: see `score_samples`.
+
+    Args:
+        state: (x, y, yaw, v, w) of the robot.
+        goal: (x, y, yaw) of the end of the whole plan.
+        plan: The local plan, shape (k, 3), k > 0.
+        costs: Those of the map.
+        ox: The origin of the map.
+        oy: The same along the other axis.
+        resolution: The side of a cell.
+        bounds: The least and the largest v, the largest w, the time in which
+            samples can be reached, and how many there are of v and of w.
+        latches: What RotateToGoal does (0 nothing, 1 slow down, 2 turn), and
+            the signs that Oscillation allows for v and for w (0 for all).
+        polygon: The outline of the robot, shape (k, 2).
+        p: The parameters.
+
+    Returns:
+        The row of the best (-1 if all are forbidden, -2 if the plan is not on
+        the map), the samples of v and those of w, and the scores.
+    """
+    distances, last = path_distances(costs, ox, oy, resolution, plan)
+    vs = _samples(
+        *(state[3], bounds[0], bounds[1], p[ACC_X], p[DECEL_X]),
+        *(int(bounds[4]), bounds[3]),
+    )
+    ws = _samples(
+        *(state[4], -bounds[2], bounds[2], p[ACC_THETA], p[DECEL_THETA]),
+        *(int(bounds[5]), bounds[3]),
+    )
+    scores = np.empty((len(vs) * len(ws), _COLUMNS))
+    if last[0] < 0:
+        scores[:] = math.inf
+        return -2, vs, ws, scores
+    dx = goal[0] - state[0]
+    dy = goal[1] - state[1]
+    far = math.hypot(dx, dy)
+    ahead = p[FORWARD_POINT]
+    end_x = plan[-1, 0]
+    end_y = plan[-1, 1]
+    if far > 0:
+        end_x += ahead * dx / far
+        end_y += ahead * dy / far
+    aligned = mark_plan(
+        *(costs, ox, oy, resolution, plan, end_x, end_y),
+        np.empty((0, 0), dtype=np.int32),
+    )
+    targets = np.empty(5)
+    targets[0] = last[0]
+    targets[1] = last[1]
+    targets[2] = aligned[0]
+    targets[3] = aligned[1]
+    targets[4] = goal[2]
+    switches = np.empty(4)
+    switches[:3] = latches[:3]
+    # PathAlign has no say at the goal.
+    switches[3] = 1.0 if far > ahead else 0.0
+    best = score_samples(
+        *(state, vs, ws, costs, ox, oy, resolution, distances, targets),
+        *(switches, polygon, p, scores),
+    )
+    return best, vs, ws, scores

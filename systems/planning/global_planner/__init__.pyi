@@ -1,0 +1,2 @@
+from .navfn import GlobalPath as GlobalPath, plan_path as plan_path
+from .smoothing import smooth_path as smooth_path

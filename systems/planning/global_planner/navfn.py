@@ -1,0 +1,167 @@
+"""NavFn: ways on a costmap, down the potential of a wave from the start."""
+
+import math
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.planning.costmap.grid import (
+    INSCRIBED,
+    LETHAL,
+    UNKNOWN,
+    Costmap,
+)
+from hunav_drake.systems.planning.global_planner.navfn_kernel import (
+    navfn_descent,
+    navfn_potential,
+)
+from hunav_drake.systems.planning.global_planner.smoothing import smooth_path
+
+Smoothing = Literal["none", "gaussian"]
+
+NO_WAY: Array = np.zeros((0, 3))
+NO_WAY.setflags(write=False)
+
+
+class GlobalPath(NamedTuple):
+    """A way on a map, or why there is none.
+
+    Attributes:
+        poses: Shape (k, 3), rows (x, y, yaw) in W, from the start on; k is 0
+            if there is none. Each is turned to the next, the last as the goal.
+        misses: How far its end is from the goal, in meters: 0, or up to about
+            the tolerance if the goal itself cannot be reached.
+        fault: Why there is no way; nothing if there is one.
+    """
+
+    poses: Array
+    misses: float = 0.0
+    fault: str = ""
+
+
+def plan_path(
+    costmap: Costmap,
+    start: ArrayLike,
+    goal: ArrayLike,
+    *,
+    tolerance: float = 0.5,
+    allow_unknown: bool = True,
+    smoothing: Smoothing = "none",
+) -> GlobalPath:
+    """Returns a way from a start to a goal on a costmap, as NavFn finds it.
+
+    A wave runs from the start; to cross a cell of cost c takes
+    ``min(253, floor(50 + 0.8 c))``, and cells from 253 on are not crossed, nor
+    is the border of the map; the cell of the start is. The way goes down the
+    slope of the wave's potential from the goal. If the goal cannot be reached,
+    the way leads to the cell that is nearest to it, of those that are at most
+    the tolerance away along x and along y. (Konolige 2000; nav2_navfn_planner.
+    There, ways begin and end in the corners of cells; here, in their middles.)
+
+    Args:
+        costmap: What it costs to be where.
+        start: (x, y) in W, in meters; more is ignored.
+        goal: (x, y) or (x, y, yaw) in W, in meters and radians.
+        tolerance: In meters.
+        allow_unknown: Whether unknown cells may be crossed.
+        smoothing: "gaussian" rounds off the way where costs allow it.
+    """
+    x, y = np.asarray(start, dtype=float)[:2].tolist()
+    goal_x, goal_y = np.asarray(goal, dtype=float)[:2].tolist()
+    rows, columns = costmap.costs.shape
+    first, last = costmap.cell_at(x, y), costmap.cell_at(goal_x, goal_y)
+    for name, cell, place in (
+        ("start", first, (x, y)),
+        ("goal", last, (goal_x, goal_y)),
+    ):
+        if not (0 <= cell[0] < rows and 0 <= cell[1] < columns):
+            return GlobalPath(
+                NO_WAY, fault=f"the {name} {_at(*place)} is off the map"
+            )
+    potential = navfn_potential(costmap.costs, *first, *last, allow_unknown)
+    end = last
+    if not potential[last] < math.inf:
+        near = _nearest_reached(costmap, potential, goal_x, goal_y, tolerance)
+        if near is None:
+            fault = _why(costmap, (x, y), (goal_x, goal_y), tolerance)
+            return GlobalPath(NO_WAY, fault=fault)
+        end = near
+    cells = navfn_descent(potential, *end, *first)
+    if not len(cells):
+        return GlobalPath(NO_WAY, fault="the way on the map leads nowhere")
+    points = cells[::-1] + 0.5
+    points *= costmap.resolution
+    points += costmap.origin
+    misses = 0.0
+    if end == last:
+        # The last point becomes the goal itself.
+        points[-1] = goal_x, goal_y
+    else:
+        misses = math.hypot(points[-1, 0] - goal_x, points[-1, 1] - goal_y)
+    if smoothing == "gaussian":
+        points = smooth_path(points, costmap)
+    yaw = np.asarray(goal, dtype=float)[2:3]
+    return GlobalPath(_with_yaws(points, yaw), misses)
+
+
+def _with_yaws(points: Array, last: Array) -> Array:
+    """Returns points with the direction to the next: shape (k, 3)."""
+    poses = np.zeros((len(points), 3))
+    poses[:, :2] = points
+    if len(points) > 1:
+        step = np.diff(points, axis=0)
+        poses[:-1, 2] = np.arctan2(step[:, 1], step[:, 0])
+        poses[-1, 2] = poses[-2, 2]
+    if len(last):
+        poses[-1, 2] = last[0]
+    return poses
+
+
+def _nearest_reached(
+    costmap: Costmap, potential: Array, x: float, y: float, tolerance: float
+) -> tuple[int, int] | None:
+    """Returns the cell nearest to a point that the wave has come to."""
+    rows, columns = potential.shape
+    low = costmap.cell_at(x - tolerance, y - tolerance)
+    high = costmap.cell_at(x + tolerance, y + tolerance)
+    r0, c0 = max(low[0], 0), max(low[1], 0)
+    part = potential[
+        r0 : min(high[0] + 1, rows), c0 : min(high[1] + 1, columns)
+    ]
+    i, j = np.nonzero(np.isfinite(part))
+    if not len(i):
+        return None
+    left, bottom = costmap.center_of(r0, c0)
+    r = costmap.resolution
+    squared = (left + j * r - x) ** 2 + (bottom + i * r - y) ** 2
+    best = int(np.argmin(squared))
+    return r0 + int(i[best]), c0 + int(j[best])
+
+
+def _why(
+    costmap: Costmap,
+    start: tuple[float, float],
+    goal: tuple[float, float],
+    tolerance: float,
+) -> str:
+    """Returns why there is no way, in words."""
+    at_start, at_goal = costmap.cost_at(*start), costmap.cost_at(*goal)
+    words = {
+        LETHAL: "is in an obstacle",
+        INSCRIBED: "is nearer to an obstacle than the robot's radius",
+        UNKNOWN: "is where nothing is known",
+    }
+    if at_goal >= INSCRIBED:
+        return (
+            f"the goal {_at(*goal)} {words[at_goal]}, and no place within"
+            f" {tolerance:g} m of it can be reached"
+        )
+    if INSCRIBED <= at_start < UNKNOWN:
+        return f"the start {_at(*start)} {words[at_start]}"
+    return f"there is no way from {_at(*start)} to the goal {_at(*goal)}"
+
+
+def _at(x: float, y: float) -> str:
+    return f"({x:.2f}, {y:.2f})"

@@ -1,0 +1,278 @@
+"""The potential of NavFn and the way down it, compiled by numba.
+
+Cells are numbered ``row * columns + column``; a potential is infinite where
+it is not known.
+"""
+
+import math
+
+import numba
+import numpy as np
+
+from hunav_drake.systems.common.kernels import INTEGER, jit, jit_as
+from hunav_drake.systems.planning.costmap.raster import READ_CELLS
+
+_NEUTRAL = 50.0
+_FACTOR = 0.8
+_HIGHEST = 253.0
+# How far beyond the goal the wave goes on, for the slopes about it.
+_BEYOND = 4 * _HIGHEST
+# The approximation: a polynomial of the difference of two neighbors.
+_LEAST = np.float32(0.7040)
+_LINEAR = np.float32(0.5307)
+_SQUARE = np.float32(-0.2301)
+_UNSET = np.float32(math.inf)
+# Cells with higher potentials wait for the next list.
+_FIRST_THRESHOLD = 254.0
+_THRESHOLD_STEP = 100.0
+# The length of a step of the way, in cells.
+_STEP = 0.5
+
+POTENTIALS = numba.types.Array(numba.float32, 2, "C", readonly=True)
+
+
+@jit
+def cell_weight(cost, allow_unknown):
+    """Returns what it costs to cross a cell; infinite if nothing may."""
+    if cost < 253:
+        return min(_HIGHEST, math.floor(_NEUTRAL + _FACTOR * cost))
+    if cost == 255 and allow_unknown:
+        return _HIGHEST
+    return math.inf
+
+
+@jit
+def _value(potential, n, columns, weight):
+    """Returns the potential that the neighbors of a cell give it."""
+    a = min(potential[n - columns], potential[n + columns])
+    b = min(potential[n - 1], potential[n + 1])
+    low = min(a, b)
+    apart = abs(a - b)
+    if not apart < weight:
+        return low + weight
+    q = apart / weight
+    return low + weight * ((_SQUARE * q + _LINEAR) * q + _LEAST)
+
+
+@jit
+def _bordered(costs):
+    """Returns the costs in one row of cells, with the border blocked."""
+    flat = np.full(costs.shape, 254, dtype=np.uint8)
+    flat[1:-1, 1:-1] = costs[1:-1, 1:-1]
+    return flat.reshape(costs.size)
+
+
+@jit
+def _weights(allow_unknown):
+    """Returns what it takes to cross a cell, by its cost."""
+    weights = np.empty(256, dtype=np.float32)
+    for cost in range(256):
+        weights[cost] = cell_weight(cost, allow_unknown)
+    return weights
+
+
+@jit_as(
+    numba.float32[:, ::1],
+    *(READ_CELLS, INTEGER, INTEGER, INTEGER, INTEGER, numba.boolean),
+)
+def navfn_potential(costs, row, column, goal_row, goal_column, allow_unknown):
+    """Returns the cost of the way from a cell to each: shape (rows, columns).
+
+    The wave ends soon after it has come to the goal cell; cells that it has
+    not come to, and cells that may not be crossed, are infinite. The border of
+    the map may not be crossed, the first cell may.
+
+    The update of a cell is NavFn's approximation of the wave's equation. Cells
+    are updated in lists by their potential, again whenever a neighbor's sinks,
+    until none does. (The order matters for less than 0.5 % of one cell, for
+    the polynomial of the approximation rises above 1 just before its end.)
+    """
+    rows, columns = costs.shape
+    count = rows * columns
+    cells = _bordered(costs)
+    weights = _weights(allow_unknown)
+    potential = np.full(count, _UNSET)
+    start = row * columns + column
+    goal = goal_row * columns + goal_column
+    potential[start] = 0.0
+    # A cell is in one list only, so none is longer than all cells.
+    queued = np.zeros(count, dtype=np.bool_)
+    now = np.empty(count, dtype=np.int32)
+    following = np.empty(count, dtype=np.int32)
+    later = np.empty(count, dtype=np.int32)
+    num_now = 0
+    num_later = 0
+    steps = (-1, 1, -columns, columns)
+    if 0 < row < rows - 1 and 0 < column < columns - 1:
+        for step in steps:
+            if weights[cells[start + step]] < math.inf:
+                now[num_now] = start + step
+                num_now += 1
+    threshold = _FIRST_THRESHOLD
+    end = math.inf
+    while True:
+        num_following = 0
+        for k in range(num_now):
+            queued[now[k]] = False
+        for k in range(num_now):
+            cell = now[k]
+            value = _value(potential, cell, columns, weights[cells[cell]])
+            if not value < potential[cell]:
+                continue
+            potential[cell] = value
+            for step in steps:
+                other = cell + step
+                # A potential is never below one that it is made from.
+                if (
+                    queued[other]
+                    or potential[other] <= value
+                    or weights[cells[other]] == math.inf
+                ):
+                    continue
+                queued[other] = True
+                if value < threshold:
+                    following[num_following] = other
+                    num_following += 1
+                else:
+                    later[num_later] = other
+                    num_later += 1
+        now, following = following, now
+        num_now = num_following
+        if num_now == 0:
+            if num_later == 0 or threshold > end:
+                break
+            now, later = later, now
+            num_now = num_later
+            num_later = 0
+            threshold += _THRESHOLD_STEP
+            end = potential[goal] + _BEYOND
+    return potential.reshape((rows, columns))
+
+
+@jit
+def _downhill(potential, i, j):
+    """Returns the direction (x, y) in which a potential falls at a cell.
+
+    It has length 1, or 0 where nothing is known.
+    """
+    rows, columns = potential.shape
+    if i < 1 or j < 1 or i > rows - 2 or j > columns - 2:
+        return 0.0, 0.0
+    here = potential[i, j]
+    left = potential[i, j - 1]
+    right = potential[i, j + 1]
+    below = potential[i - 1, j]
+    above = potential[i + 1, j]
+    dx = 0.0
+    dy = 0.0
+    if here == math.inf:
+        # Out of what is blocked, away from its other side.
+        if left < math.inf:
+            dx = -253.0
+        elif right < math.inf:
+            dx = 253.0
+        if below < math.inf:
+            dy = -253.0
+        elif above < math.inf:
+            dy = 253.0
+    else:
+        if left < math.inf:
+            dx += left - here
+        if right < math.inf:
+            dx += here - right
+        if below < math.inf:
+            dy += below - here
+        if above < math.inf:
+            dy += here - above
+        # (Both differences point downhill to the right.)
+    length = math.hypot(dx, dy)
+    if length > 0:
+        return dx / length, dy / length
+    return 0.0, 0.0
+
+
+@jit
+def _lowest_neighbor(potential, i, j):
+    best = potential[i, j]
+    bi = i
+    bj = j
+    for di in range(-1, 2):
+        for dj in range(-1, 2):
+            if potential[i + di, j + dj] < best:
+                best = potential[i + di, j + dj]
+                bi = i + di
+                bj = j + dj
+    return bi, bj
+
+
+@jit_as(numba.float64[:, ::1], POTENTIALS, INTEGER, INTEGER, INTEGER, INTEGER)
+def navfn_descent(potential, goal_row, goal_column, row, column):
+    """Returns the way down from a goal cell, shape (k, 2), in cells (x, y).
+
+    It goes by steps of half a cell along the interpolated slope, and next to
+    cells without potential from cell to cell, until it is less than one free
+    cell away from where the wave began, (row, column). None (k = 0) if it
+    does not get there in 4 max(rows, columns) steps.
+    """
+    rows, columns = potential.shape
+    most = 4 * max(rows, columns)
+    path = np.empty((most + 1, 2))
+    i = goal_row
+    j = goal_column
+    x = 0.0
+    y = 0.0
+    count = 0
+    for _ in range(most):
+        near_i = min(max(i + math.floor(y + 0.5), 0), rows - 1)
+        near_j = min(max(j + math.floor(x + 0.5), 0), columns - 1)
+        if potential[near_i, near_j] < _NEUTRAL:
+            path[count, 0] = column
+            path[count, 1] = row
+            return path[: count + 1]
+        if i < 1 or j < 1 or i > rows - 2 or j > columns - 2:
+            break
+        path[count, 0] = j + x
+        path[count, 1] = i + y
+        count += 1
+        stuck = count > 2 and (
+            path[count - 1, 0] == path[count - 3, 0]
+            and path[count - 1, 1] == path[count - 3, 1]
+        )
+        unknown = stuck
+        for di in range(-1, 2):
+            for dj in range(-1, 2):
+                if potential[i + di, j + dj] == math.inf:
+                    unknown = True
+        if unknown:
+            i, j = _lowest_neighbor(potential, i, j)
+            x = 0.0
+            y = 0.0
+            continue
+        ax, ay = _downhill(potential, i, j)
+        bx, by = _downhill(potential, i, j + 1)
+        cx, cy = _downhill(potential, i + 1, j)
+        dx, dy = _downhill(potential, i + 1, j + 1)
+        gx = (1 - y) * ((1 - x) * ax + x * bx) + y * ((1 - x) * cx + x * dx)
+        gy = (1 - y) * ((1 - x) * ay + x * by) + y * ((1 - x) * cy + x * dy)
+        length = math.hypot(gx, gy)
+        if length == 0.0:
+            # On a ridge; to one side of it.
+            i, j = _lowest_neighbor(potential, i, j)
+            x = 0.0
+            y = 0.0
+            continue
+        x += _STEP * gx / length
+        y += _STEP * gy / length
+        if x > 1:
+            j += 1
+            x -= 1
+        if x < 0:
+            j -= 1
+            x += 1
+        if y > 1:
+            i += 1
+            y -= 1
+        if y < 0:
+            i -= 1
+            y += 1
+    return path[:0]

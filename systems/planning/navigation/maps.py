@@ -1,0 +1,209 @@
+"""The maps of a planner: what is fixed is made once, the rest from sight."""
+
+import math
+
+import numpy as np
+
+from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.planning.costmap.costmap_config import (
+    GlobalCostmap,
+    LocalCostmap,
+    ObstacleLayer,
+    SocialLayer,
+)
+from hunav_drake.systems.planning.costmap.footprint import inscribed_radius
+from hunav_drake.systems.planning.costmap.grid import (
+    Costmap,
+    Region,
+    region_around,
+    region_of,
+)
+from hunav_drake.systems.planning.costmap.inflation import inflation_costs
+from hunav_drake.systems.planning.costmap.layers import Surroundings, make_costs
+from hunav_drake.systems.planning.costmap.marks import Marks
+from hunav_drake.systems.planning.costmap.obstacle_layer import (
+    person_discs,
+    scan_ends,
+    see,
+    sensor_at,
+)
+from hunav_drake.systems.planning.costmap.social_layer import social_parameters
+from hunav_drake.systems.planning.costmap.static_layer import (
+    StaticMap,
+    static_map,
+)
+from hunav_drake.systems.planning.navigation.memory import Sight
+from hunav_drake.systems.world.obstacles import Obstacles
+
+# A robot outside of the walls moves the global map by so much, in meters.
+_STRIDE = 5.0
+
+
+class Maps:
+    """Makes the costmaps of a planner; holds nothing that changes them.
+
+    Attributes:
+        radius: The inscribed radius of the robot's outline, in meters.
+    """
+
+    def __init__(
+        self,
+        obstacles: Obstacles,
+        *,
+        robot_radius: float,
+        inflation: tuple[float, float],
+        layer: ObstacleLayer,
+        social: SocialLayer,
+        local: LocalCostmap,
+        whole: GlobalCostmap,
+    ) -> None:
+        """Makes what stays.
+
+        Args:
+            obstacles: The walls.
+            robot_radius: In meters.
+            inflation: The radius, in meters, and the scaling, in 1/m.
+            layer: Of obstacles.
+            social: Of people.
+            local: The local map, with all that it has.
+            whole: The global map.
+
+        Raises:
+            ValueError: If a map would have more than 25 million cells.
+        """
+        self.radius = inscribed_radius(robot_radius)
+        self._obstacles = obstacles
+        self._layer = layer
+        self._local = tuple(local.layers)
+        self._global = tuple(whole.layers)
+        assert local.size is not None
+        assert local.resolution is not None
+        self._size, self._resolution = local.size, local.resolution
+        self._margin = whole.margin
+        self._whole_resolution = whole.resolution
+        self._social = social_parameters(social)
+        self._graded = {
+            resolution: inflation_costs(
+                resolution,
+                inscribed_radius=self.radius,
+                inflation_radius=inflation[0],
+                cost_scaling_factor=inflation[1],
+            )
+            for resolution in (self._resolution, self._whole_resolution)
+        }
+        points = obstacles.segments.reshape(-1, 2)
+        self._low = points.min(axis=0) if len(points) else np.full(2, math.inf)
+        self._high = points.max(axis=0) if len(points) else -self._low
+        near = inflation[0] + self._resolution
+        low, high = (0.0, 0.0), (0.0, 0.0)
+        if len(points):
+            low = tuple((self._low - near).tolist())
+            high = tuple((self._high + near).tolist())
+        self._walls = static_map(
+            obstacles,
+            region_of(low, high, self._resolution),
+            self._graded[self._resolution],
+        )
+
+    def global_region(self, robot: Array, goal: Array) -> Region:
+        """Returns what the global map covers: walls, robot, goal, and margin.
+
+        Args:
+            robot: (x, y) in W, in meters; more is ignored.
+            goal: The same.
+        """
+        low = np.minimum(self._low, goal[:2])
+        high = np.maximum(self._high, goal[:2])
+        low = np.minimum(low, _STRIDE * np.floor(robot[:2] / _STRIDE))
+        high = np.maximum(high, _STRIDE * np.ceil(robot[:2] / _STRIDE))
+        if (robot[:2] >= self._low).all() and (robot[:2] <= self._high).all():
+            low = np.minimum(self._low, goal[:2])
+            high = np.maximum(self._high, goal[:2])
+        return region_of(
+            tuple((low - self._margin).tolist()),
+            tuple((high + self._margin).tolist()),
+            self._whole_resolution,
+        )
+
+    def global_map(
+        self, robot: Array, humans: Array, goal: Array, marks: Marks | None
+    ) -> Costmap:
+        """Returns the global map.
+
+        Args:
+            robot: The row of the robot.
+            humans: Those of the people.
+            goal: (x, y) in W, in meters.
+            marks: What a lidar has marked; None for the ground truth.
+        """
+        region = self.global_region(robot, goal)
+        graded = self._graded[self._whole_resolution]
+        walls = static_map(self._obstacles, region, graded)
+        around = self._around(robot, humans, walls, graded, marks)
+        return region.as_map(make_costs(self._global, region, around))
+
+    def static_global_map(self, robot: Array, goal: Array) -> Costmap:
+        """Returns the global map as it is without people."""
+        nobody = np.zeros((0, 7))
+        return self.global_map(robot, nobody, goal, None)
+
+    def local_map(self, robot: Array, sight: Sight) -> Costmap:
+        """Returns the local map around the robot, with what was seen.
+
+        Args:
+            robot: (x, y) in W, in meters; more is ignored.
+            sight: What was seen at the last update, from where the robot was.
+        """
+        x, y = robot[:2].tolist()
+        region = region_around(x, y, self._size, self._resolution)
+        around = self._around(
+            *(sight.robot, sight.humans, self._walls),
+            *(self._graded[self._resolution], sight.marks),
+        )
+        return region.as_map(make_costs(self._local, region, around))
+
+    def local_marks(
+        self, marks: Marks | None, robot: Array, scan: Array
+    ) -> Marks:
+        """Returns what is marked on the local map after one more scan."""
+        x, y = robot[:2].tolist()
+        region = region_around(x, y, self._size, self._resolution)
+        return self._see(marks, region, robot, scan)
+
+    def global_marks(
+        self, marks: Marks | None, robot: Array, scan: Array, goal: Array
+    ) -> Marks:
+        """Returns what is marked on the global map after one more scan."""
+        region = self.global_region(robot, goal)
+        return self._see(marks, region, robot, scan)
+
+    def _see(
+        self, marks: Marks | None, region: Region, robot: Array, scan: Array
+    ) -> Marks:
+        layout = self._layer.lidar
+        return see(
+            marks or Marks(),
+            region,
+            scan_ends(robot, scan, layout),
+            sensor_at(robot, layout),
+            self._layer,
+        )
+
+    def _around(
+        self,
+        robot: Array,
+        humans: Array,
+        walls: StaticMap,
+        graded: Array,
+        marks: Marks | None,
+    ) -> Surroundings:
+        free = self.radius if self._layer.footprint_clearing else -1.0
+        return Surroundings(
+            walls=walls,
+            discs=person_discs(humans, robot, self._layer),
+            humans=humans,
+            robot=np.array([robot[0], robot[1], free]),
+            graded=graded,
+            social=self._social,
+            marks=marks,
+        )

@@ -1,0 +1,280 @@
+"""One cycle of navigation: plan, check, control, recover."""
+
+import math
+from typing import TYPE_CHECKING
+
+from hunav_drake.systems.common.layout import YAW, X, Y
+from hunav_drake.systems.common.poses import is_at_goal
+from hunav_drake.systems.planning.costmap.grid import INSCRIBED, Costmap
+from hunav_drake.systems.planning.global_planner.navfn import (
+    GlobalPath,
+    plan_path,
+)
+from hunav_drake.systems.planning.navigation.memory import (
+    LocalPlan,
+    NavigationMemory,
+    Sight,
+)
+from hunav_drake.systems.planning.navigation.profiles import cycles
+from hunav_drake.systems.planning.navigation.recovery import (
+    begin_recovery,
+    recover,
+)
+from hunav_drake.systems.planning.planner import (
+    Plan,
+    PlannerStatus,
+    PlanningTask,
+    View,
+)
+
+if TYPE_CHECKING:
+    from hunav_drake.systems.planning.navigation.navigation_planner import (
+        NavigationPlanner,
+    )
+
+
+def navigate(
+    planner: "NavigationPlanner",
+    task: PlanningTask,
+    view: View,
+    memory: NavigationMemory,
+) -> Plan:
+    """Returns what a planner with maps decides in one cycle.
+
+    Args:
+        planner: The parameters, and the local controller.
+        task: What does not change.
+        view: What the planner sees now.
+        memory: What the last cycle remembered.
+    """
+    x, y, yaw = view.robot[: YAW + 1].tolist()
+    goal = tuple(view.goal.tolist())
+    if memory.goal != goal:
+        memory = NavigationMemory(
+            goal=goal, near=(x, y, 0), control=planner.initial_control
+        )
+    memory = memory._replace(cycle=memory.cycle + 1)
+    if is_at_goal(
+        (x, y, yaw),
+        (goal[0], goal[1], goal[2]),
+        tolerance=task.goal_tolerance,
+        yaw_tolerance=task.goal_yaw_tolerance,
+    ):
+        # Whoever is pushed away begins anew.
+        memory = memory._replace(planned=-1, recovery=None, reason="")
+        return _stop(memory, PlannerStatus.ARRIVED, "")
+    if memory.failed:
+        return _stop(memory, PlannerStatus.FAILED, memory.reason)
+    memory = look(planner, task, view, memory)
+    if memory.recovery is not None:
+        result, memory = recover(planner, task, view, memory)
+        if result is not None:
+            return result
+        memory = memory._replace(
+            recovery=None,
+            planned=-1,
+            failing=-1,
+            retried=False,
+            near=(x, y, memory.cycle),
+            control=planner.initial_control,
+        )
+    if memory.planned < 0 or memory.cycle - memory.planned >= cycles(
+        planner.replanning_period, planner.period
+    ):
+        memory, fault = replan(planner, task, view, memory)
+        if memory.failed:
+            return _stop(memory, PlannerStatus.FAILED, fault)
+        if fault:
+            return begin_recovery(planner, task, view, memory, fault)
+    if (waits := _waits(task, memory, x, y)) is not None:
+        return waits
+    return follow(planner, task, view, memory)
+
+
+def look(
+    planner: "NavigationPlanner",
+    task: PlanningTask,
+    view: View,
+    memory: NavigationMemory,
+) -> NavigationMemory:
+    """Returns a memory that has seen what the local map is made from."""
+    setup = planner.setup(task)
+    last = memory.sight.cycle
+    if last >= 0 and memory.cycle - last < cycles(
+        setup.update_period, planner.period
+    ):
+        return memory
+    # What a View holds may be part of a Context, which changes.
+    robot, humans = view.robot.copy(), view.humans.copy()
+    robot.setflags(write=False)
+    humans.setflags(write=False)
+    marks = None
+    if view.scan is not None:
+        marks = setup.maps.local_marks(memory.sight.marks, robot, view.scan)
+    return memory._replace(sight=Sight(memory.cycle, robot, humans, marks))
+
+
+def replan(
+    planner: "NavigationPlanner",
+    task: PlanningTask,
+    view: View,
+    memory: NavigationMemory,
+) -> tuple[NavigationMemory, str]:
+    """Returns a memory with a new global plan, or why there is none.
+
+    It has given up if there would be none without people, either, unless that
+    is for where the robot stands.
+    """
+    maps = planner.setup(task).maps
+    marks = memory.marks
+    if view.scan is not None:
+        marks = maps.global_marks(marks, view.robot, view.scan, view.goal)
+    whole = maps.global_map(view.robot, view.humans, view.goal, marks)
+    found = _find(planner, whole, view)
+    memory = memory._replace(planned=memory.cycle, marks=marks)
+    if not found.fault and found.misses == 0:
+        return _planned(memory, found), ""
+    # Would it be so without people?
+    still = maps.static_global_map(view.robot, view.goal)
+    without = _find(planner, still, view)
+    if found.fault:
+        if not without.fault:
+            return (
+                memory,
+                f"people, or what else moves, block it: {found.fault}",
+            )
+        start_is_free = still.cost_at(*view.robot[:2]) < INSCRIBED
+        return (
+            memory._replace(failed=start_is_free, reason=found.fault),
+            found.fault,
+        )
+    covered = without.misses == 0
+    what = "people stand on" if covered else "an obstacle is on, or near,"
+    reason = (
+        f"{what} the goal: the nearest place that can be reached is"
+        f" {found.misses:.2f} m from it"
+    )
+    return _planned(memory, found, covered, reason), ""
+
+
+def _planned(
+    memory: NavigationMemory,
+    found: GlobalPath,
+    covered: bool = False,
+    reason: str = "",
+) -> NavigationMemory:
+    """Returns a memory with a new global plan."""
+    found.poses.setflags(write=False)
+    return memory._replace(
+        path=found.poses,
+        first=0,
+        misses=found.misses,
+        covered=covered,
+        is_new=True,
+        reason=reason,
+    )
+
+
+def _find(
+    planner: "NavigationPlanner", costmap: Costmap, view: View
+) -> GlobalPath:
+    return plan_path(
+        costmap,
+        view.robot[:2],
+        view.goal,
+        tolerance=planner.plan_tolerance,
+        smoothing="gaussian" if planner.smooth_plan else "none",
+    )
+
+
+def _waits(
+    task: PlanningTask, memory: NavigationMemory, x: float, y: float
+) -> Plan | None:
+    """Returns a stop at the end of a plan that does not reach the goal."""
+    if memory.misses == 0.0:
+        return None
+    end = memory.path[-1]
+    if math.hypot(end[X] - x, end[Y] - y) > task.goal_tolerance:
+        return None
+    if not memory.covered:
+        memory = memory._replace(failed=True)
+        return _stop(memory, PlannerStatus.FAILED, memory.reason)
+    # It waits as long as it takes; that is no failure to get on.
+    memory = memory._replace(near=(x, y, memory.cycle))
+    return _stop(memory, PlannerStatus.BLOCKED, memory.reason)
+
+
+def follow(
+    planner: "NavigationPlanner",
+    task: PlanningTask,
+    view: View,
+    memory: NavigationMemory,
+) -> Plan:
+    """Returns the command of the local controller, if all is well."""
+    x, y = view.robot[X], view.robot[Y]
+    checker = planner.progress_checker
+    near_x, near_y, since = memory.near
+    if math.hypot(x - near_x, y - near_y) > checker.required_movement_radius:
+        memory = memory._replace(near=(float(x), float(y), memory.cycle))
+    elif memory.cycle - since > cycles(
+        checker.movement_time_allowance, planner.period
+    ):
+        return begin_recovery(
+            planner,
+            task,
+            view,
+            memory,
+            f"it has come no {checker.required_movement_radius:g} m in"
+            f" {checker.movement_time_allowance:g} s",
+        )
+    path = memory.path
+    begin, end = planner.local_span(task, view, path, memory.first)
+    if begin == end:
+        fault = "it is too far from its plan"
+        return _failing(planner, task, view, memory, fault)
+    local = LocalPlan(path[begin:end], tuple(path[-1].tolist()), memory.is_new)
+    costmap = planner.setup(task).maps.local_map(view.robot, memory.sight)
+    command = planner.control(task, view, local, costmap, memory.control)
+    if command.fault:
+        return _failing(planner, task, view, memory, command.fault)
+    memory = memory._replace(
+        first=begin,
+        is_new=False,
+        failing=-1,
+        retried=False,
+        control=command.memory,
+    )
+    return Plan(
+        command.v,
+        command.omega,
+        PlannerStatus.DRIVING,
+        memory,
+        path[begin:],
+        memory.reason,
+    )
+
+
+def _failing(
+    planner: "NavigationPlanner",
+    task: PlanningTask,
+    view: View,
+    memory: NavigationMemory,
+    fault: str,
+) -> Plan:
+    """Returns a stop for now, and a recovery after too long without command.
+
+    Before that, the local map is cleared, and it tries once more.
+    """
+    if memory.failing < 0:
+        memory = memory._replace(failing=memory.cycle)
+    elapsed = (memory.cycle - memory.failing + 1) * planner.period
+    if elapsed <= planner.setup(task).failure_tolerance + 1e-9:
+        return _stop(memory, PlannerStatus.BLOCKED, fault)
+    if not memory.retried:
+        memory = memory._replace(retried=True, failing=-1, sight=Sight())
+        return _stop(memory, PlannerStatus.BLOCKED, fault)
+    return begin_recovery(planner, task, view, memory, fault)
+
+
+def _stop(memory: NavigationMemory, status: PlannerStatus, reason: str) -> Plan:
+    return Plan(0.0, 0.0, status, memory, memory.path[memory.first :], reason)

@@ -1,0 +1,78 @@
+"""Planners with maps in the shipped trials, with real people."""
+
+import numpy as np
+from pydrake.systems.analysis import Simulator
+import pytest
+
+from hunav_drake import LoadScenario, MakeTrialDiagram, RunTrial
+
+PLANNERS = ["dwb", "scl"]
+
+
+def load(name, planner):
+    return LoadScenario(
+        filename=f"scenarios/{name}.yaml", overrides=[f"planner.name={planner}"]
+    )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("planner", PLANNERS)
+@pytest.mark.parametrize("name", ["passing", "crossing", "combined", "cafe"])
+def test_reaches_the_goal_for_nearly_all_seeds(name, planner):
+    scenario = load(name, planner)
+    diagram = MakeTrialDiagram(scenario)
+    results = [RunTrial(scenario, seed, diagram=diagram) for seed in range(10)]
+    reasons = [result.end_reason for result in results]
+    assert reasons.count("goal") >= 9, reasons
+    for result in results:
+        assert result.metrics["static_obstacle_collisions"] == 0
+        if planner == "scl" and name in ("passing", "crossing"):
+            # People may run into the robot, but it does not into them.
+            assert result.metrics["robot_on_person_collisions"] == 0
+
+
+def test_scl_keeps_farther_from_people_than_dwb():
+    nearest = []
+    for planner in PLANNERS:
+        run = RunTrial(load("passing", planner), 3).recording
+        away = run.humans[:, :, :2] - run.robot[:, None, :2]
+        nearest.append(np.hypot(*away.transpose(2, 0, 1)).min())
+    assert nearest[1] > nearest[0] + 0.1
+
+
+def test_a_trial_tells_why_its_planner_gave_up():
+    scenario = LoadScenario(
+        data="""
+            world:
+              walls:
+                - shape: polyline
+                  points: [[2, -1], [4, -1], [4, 1], [2, 1], [2, -1]]
+            robot: {goal: [3, 0, 0]}
+            planner: dwb
+            simulation: {duration: 30, stuck_time: 2}
+            """
+    )
+    result = RunTrial(scenario)
+    assert result.end_reason == "stuck"
+    assert result.end_message.startswith(
+        "the robot no longer gets anywhere; the planner: there is no way"
+    )
+
+
+@pytest.mark.parametrize("planner", PLANNERS)
+def test_a_fork_amid_people_has_the_same_future(planner):
+    """Also in the middle of a plan, a map or a turn: bit for bit."""
+    diagram = MakeTrialDiagram(load("crossing", planner))
+    straight = Simulator(diagram)
+    straight.AdvanceTo(6.0)
+    for time in (0.97, 3.05, 4.43):
+        forked = Simulator(diagram)
+        forked.AdvanceTo(time)
+        clone = Simulator(diagram, forked.get_context().Clone())
+        for it in (clone, forked):
+            it.AdvanceTo(6.0)
+            for port in ("robot_state", "velocity_command", "planner_path"):
+                np.testing.assert_array_equal(
+                    diagram.GetOutputPort(port).Eval(it.get_context()),
+                    diagram.GetOutputPort(port).Eval(straight.get_context()),
+                )

@@ -1,0 +1,92 @@
+import math
+
+import numpy as np
+import pytest
+
+from hunav_drake.systems.planning.costmap import inflate, inflation_costs
+from hunav_drake.systems.planning.costmap.footprint import (
+    circle_footprint,
+    footprint_cost,
+    inscribed_radius,
+)
+
+
+def costs_at(distances, *, scaling, inscribed=0.275):
+    """Returns the costs at distances of whole centimeters."""
+    graded = inflation_costs(
+        0.01,
+        inscribed_radius=inscribed,
+        inflation_radius=0.55,
+        cost_scaling_factor=scaling,
+    )
+    return [int(graded[round(100 * d) ** 2]) for d in distances]
+
+
+@pytest.mark.parametrize(
+    ("scaling", "expected"),
+    [(3.0, [233, 173, 128, 110]), (10.0, [196, 72, 26, 16])],
+)
+def test_cost_falls_with_the_distance(scaling, expected):
+    """The values of costmap_2d's formula, to the integer."""
+    assert costs_at([0.30, 0.40, 0.50, 0.55], scaling=scaling) == expected
+
+
+def test_the_middle_is_lethal_and_what_is_near_inscribed():
+    assert costs_at([0.0, 0.01, 0.27, 0.28], scaling=10.0) == [
+        254,
+        253,
+        253,
+        math.floor(252 * math.exp(-0.05)),
+    ]
+
+
+def test_nothing_is_inflated_beyond_the_radius():
+    graded = inflation_costs(
+        0.05,
+        inscribed_radius=0.28,
+        inflation_radius=0.55,
+        cost_scaling_factor=3.0,
+    )
+    costs = np.zeros((41, 41), np.uint8)
+    costs[20, 20] = 254
+    result = inflate(costs, graded)
+    i, j = np.indices(costs.shape) - 20
+    d = 0.05 * np.hypot(i, j)
+    np.testing.assert_array_equal(result > 0, d <= 0.55 + 1e-9)
+    inside = (d > 0.28) & (d <= 0.55 + 1e-9)
+    formula = np.floor(252 * np.exp(-3.0 * (d - 0.28)))
+    np.testing.assert_array_equal(result[inside], formula[inside])
+
+
+def test_unknown_cells_become_inscribed_or_stay():
+    graded = inflation_costs(
+        0.1, inscribed_radius=0.2, inflation_radius=0.5, cost_scaling_factor=1.0
+    )
+    costs = np.full((1, 6), 255, np.uint8)
+    costs[0, 0] = 254
+    assert inflate(costs, graded)[0].tolist() == [254, 253, 253, 255, 255, 255]
+
+
+def test_costs_never_sink():
+    graded = inflation_costs(
+        0.1, inscribed_radius=0.1, inflation_radius=0.5, cost_scaling_factor=9.0
+    )
+    costs = np.full((1, 4), 200, np.uint8)
+    costs[0, 0] = 254
+    assert inflate(costs, graded)[0].tolist() == [254, 253, 200, 200]
+
+
+def test_footprint_of_pmb2_has_the_radii_of_costmap_2d():
+    corners = circle_footprint(0.275)
+    assert corners.shape == (16, 2)
+    assert inscribed_radius(0.275) == pytest.approx(0.2795, abs=5e-5)
+    assert np.hypot(*corners.T).max() == pytest.approx(0.2891, abs=5e-5)
+
+
+@pytest.mark.parametrize(("x", "expected"), [(1.0, 0), (1.6, 254), (0.1, -1)])
+def test_footprint_touches_what_is_on_its_outline(x, expected):
+    costs = np.zeros((40, 40), np.uint8)
+    costs[:, 37] = 254  # From x = 1.85 on, the outline reaches to 1.885.
+    footprint = circle_footprint(0.275)
+    result = footprint_cost(costs, 0.0, 0.0, 0.05, x, 1.0, 0.3, footprint)
+    assert result == expected
