@@ -9,15 +9,8 @@ import math
 import numba
 import numpy as np
 
-from hunav_drake.systems.common.kernels import (
-    MATRIX,
-    REAL,
-    VECTOR,
-    jit,
-    jit_as,
-)
+from hunav_drake.systems.common.kernels import REAL, VECTOR, jit, jit_as
 from hunav_drake.systems.planning.costmap.footprint import outline_cost
-from hunav_drake.systems.planning.costmap.raster import READ_CELLS
 
 # The critics in their order: the columns of scores after the total.
 CRITICS = (

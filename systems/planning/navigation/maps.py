@@ -20,10 +20,7 @@ from hunav_drake.systems.planning.costmap.grid import (
     region_of,
 )
 from hunav_drake.systems.planning.costmap.inflation import inflation_costs
-from hunav_drake.systems.planning.costmap.layers import (
-    Surroundings,
-    make_costs,
-)
+from hunav_drake.systems.planning.costmap.layers import Surroundings, make_costs
 from hunav_drake.systems.planning.costmap.obstacle_layer import (
     Marks,
     person_discs,
