@@ -21,6 +21,7 @@ PACKAGES = [
     "hunav_drake.systems.planning.dwb",
     "hunav_drake.systems.planning.global_planner",
     "hunav_drake.systems.planning.navigation",
+    "hunav_drake.systems.planning.social",
     "hunav_drake.systems.robot",
     "hunav_drake.systems.scene",
 ]

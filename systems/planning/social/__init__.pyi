@@ -1,0 +1,2 @@
+from .sfm import SfmPlanner as SfmPlanner
+from .sfw import SfwPlanner as SfwPlanner

@@ -1,0 +1,83 @@
+"""What planners do that follow a point ahead on the plan."""
+
+import math
+
+import numpy as np
+
+from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.layout import YAW, X, Y
+from hunav_drake.systems.common.poses import wrap_angle
+from hunav_drake.systems.planning.costmap.footprint import footprint_cost
+from hunav_drake.systems.planning.costmap.grid import LETHAL, Costmap
+from hunav_drake.systems.planning.navigation.memory import Control, LocalPlan
+from hunav_drake.systems.planning.planner import PlanningTask, View
+
+# Within this part of the tolerance it stands: it is not to end on the edge.
+_INSIDE = 0.8
+
+# How fast it turns on the spot, in rad/s, and how much of the error in a
+# second.
+_TURN = 1.0
+_GAIN = 2.0
+
+# How far ahead the way is to be free, in seconds, and in how many steps.
+_AHEAD = 0.6
+_STEPS = 3
+
+
+def carrot_at(
+    view: View, local: LocalPlan, distance: float
+) -> tuple[float, float]:
+    """Returns the point (x, y) on the plan that is so far ahead.
+
+    It is the first beyond the distance after the last within it, or else the
+    last of all.
+    """
+    away = np.hypot(*(local.poses[:, :2] - view.robot[:2]).T)
+    within = np.flatnonzero(away <= distance)
+    first = int(within[-1]) if len(within) else int(np.argmin(away))
+    beyond = np.flatnonzero(away[first:] > distance)
+    place = first + int(beyond[0]) if len(beyond) else len(away) - 1
+    x, y = local.poses[place, :2].tolist()
+    return x, y
+
+
+def at_end(task: PlanningTask, view: View, local: LocalPlan) -> Control | None:
+    """Returns the turn to the heading of the goal, once it is there."""
+    x, y, yaw = view.robot[: YAW + 1].tolist()
+    left = math.hypot(local.goal[X] - x, local.goal[Y] - y)
+    if left > _INSIDE * task.goal_tolerance:
+        return None
+    error = wrap_angle(local.goal[YAW] - yaw)
+    if abs(error) < 0.5 * task.goal_yaw_tolerance:
+        return Control(0.0, 0.0)
+    return Control(0.0, min(max(_GAIN * error, -_TURN), _TURN))
+
+
+def is_free(
+    footprint: Array, costmap: Costmap, view: View, v: float, omega: float
+) -> bool:
+    """Tells whether the robot touches nothing soon at a velocity.
+
+    Args:
+        footprint: The outline of the robot, shape (k, 2).
+        costmap: The local map.
+        view: What the planner sees.
+        v: The speed, in m/s.
+        omega: The turn rate, in rad/s.
+    """
+    x, y, yaw = view.robot[: YAW + 1].tolist()
+    if v <= 0:
+        return True
+    dt = _AHEAD / _STEPS
+    for _ in range(_STEPS):
+        x += v * math.cos(yaw) * dt
+        y += v * math.sin(yaw) * dt
+        yaw += omega * dt
+        cost = footprint_cost(
+            *(costmap.costs, *costmap.origin, costmap.resolution),
+            *(x, y, yaw, footprint),
+        )
+        if cost < 0 or cost >= LETHAL:
+            return False
+    return True

@@ -1,0 +1,244 @@
+"""How SFW predicts people and robot, compiled by numba.
+
+Symbols: a candidate is a pair (v, omega) that the robot is driven towards for
+some steps, while everybody moves by the social force model of lightsfm, the
+robot being one of them. `p` are the parameters, in the order of the constants
+below; `k` is a row of the crowd's parameters (`people.parameters`).
+"""
+
+import math
+
+import numba
+import numpy as np
+
+from hunav_drake.systems.common.kernels import MATRIX, REAL, VECTOR, jit, jit_as
+from hunav_drake.systems.common.layout import VX, VY, X, Y
+from hunav_drake.systems.crowd.social_force.compiled_forces import (
+    pair_force,
+    wrap,
+)
+from hunav_drake.systems.people.parameters import K_GOAL, K_OBSTACLE, SIGMA, TAU
+from hunav_drake.systems.planning.costmap.footprint import outline_cost
+from hunav_drake.systems.planning.costmap.raster import READ_CELLS
+
+# The places of the parameters in `p`.
+(
+    STEPS,
+    DT,
+    MAX_TRANS_ACC,
+    MAX_ROT_ACC,
+    MAX_TRANS_VEL,
+    PEOPLE_VELOCITY,
+    ROBOT_RADIUS,
+    PERSON_RADIUS,
+    NAIVE_GOAL_TIME,
+    SOCIAL_WEIGHT,
+    COSTMAP_WEIGHT,
+    VELOCITY_WEIGHT,
+    ANGLE_WEIGHT,
+    DISTANCE_WEIGHT,
+    BODY_FRAME,
+) = range(15)
+NUM_PARAMETERS = 15
+
+# From this cost on a footprint touches something.
+_LETHAL = 254
+
+# Obstacles whose force is below 10 exp(-14), some 1e-5 m/s^2, count as none.
+_DEEPEST = -14.0
+
+# How near to its carrot the robot's own force model is at its goal, in m.
+_CARROT_RADIUS = 0.2
+
+
+@jit
+def _toward(value, target, most):
+    """Returns a value moved towards another by at most so much."""
+    return value + min(max(target - value, -most), most)
+
+
+@jit
+def _obstacle_force(x, y, radius, points, k):
+    """Returns the mean of the forces of obstacle points on an agent."""
+    fx = 0.0
+    fy = 0.0
+    count = len(points)
+    if count == 0:
+        return fx, fy
+    reach = radius - _DEEPEST * k[SIGMA]
+    for i in range(count):
+        dx = x - points[i, 0]
+        dy = y - points[i, 1]
+        d2 = dx * dx + dy * dy
+        if d2 >= reach * reach or d2 == 0:
+            continue
+        d = math.sqrt(d2)
+        strength = k[K_OBSTACLE] * math.exp((radius - d) / k[SIGMA]) / d
+        fx += strength * dx
+        fy += strength * dy
+    return fx / count, fy / count
+
+
+@jit
+def _desired_force(x, y, vx, vy, gx, gy, goal_radius, speed, k):
+    """Returns the force towards a goal; at it, the one that stops."""
+    dx = gx - x
+    dy = gy - y
+    d = math.sqrt(dx * dx + dy * dy)
+    if d <= goal_radius:
+        return -vx / k[TAU], -vy / k[TAU]
+    return (
+        k[K_GOAL] * (dx / d * speed - vx) / k[TAU],
+        k[K_GOAL] * (dy / d * speed - vy) / k[TAU],
+    )
+
+
+@jit
+def _social_force(i, x, y, vx, vy, k):
+    """Returns the social force of all others on agent i, the robot being 0."""
+    fx = 0.0
+    fy = 0.0
+    for j in range(len(x)):
+        if j != i:
+            gx, gy = pair_force(
+                x[j] - x[i], y[j] - y[i], vx[i] - vx[j], vy[i] - vy[j], k
+            )
+            fx += gx
+            fy += gy
+    return fx, fy
+
+
+@jit
+def predict(robot, v, omega, humans, goals, points, grid, polygon, p, k):
+    """Returns the cost of a candidate; infinite if it is not valid.
+
+    Args:
+        robot: (x, y, yaw, v, omega) of the robot.
+        v: The speed that it is driven towards, in m/s.
+        omega: The turn rate, in rad/s.
+        humans: Rows of `human_states`.
+        goals: Shape (1 + n, 2): the carrot, and where each person goes.
+        points: Shape (m, 2): where obstacles are.
+        grid: The costmap: costs, x and y of its origin, resolution.
+        polygon: The outline of the robot, shape (k, 2).
+        p: The parameters.
+        k: Those of the forces.
+    """
+    costs, ox, oy, resolution = grid
+    n = len(humans)
+    x = np.empty(n + 1)
+    y = np.empty(n + 1)
+    vx = np.empty(n + 1)
+    vy = np.empty(n + 1)
+    rx, ry, yaw, speed, turn = robot
+    x[0] = rx
+    y[0] = ry
+    for i in range(n):
+        x[i + 1] = humans[i, X]
+        y[i + 1] = humans[i, Y]
+        vx[i + 1] = humans[i, VX]
+        vy[i + 1] = humans[i, VY]
+    if p[BODY_FRAME] > 0:
+        vx[0] = speed
+        vy[0] = 0.0
+    else:
+        vx[0] = speed * math.cos(yaw)
+        vy[0] = speed * math.sin(yaw)
+    dt = p[DT]
+    work = 0.0
+    footprints = 0.0
+    ax = np.empty(n + 1)
+    ay = np.empty(n + 1)
+    for _ in range(int(p[STEPS])):
+        cost = outline_cost(costs, ox, oy, resolution, rx, ry, yaw, polygon)
+        if cost < 0 or cost >= _LETHAL:
+            return math.inf
+        footprints += cost / 255.0
+        # The forces are those before anybody moves.
+        social_x, social_y = _social_force(0, x, y, vx, vy, k)
+        wall_x, wall_y = _obstacle_force(x[0], y[0], p[ROBOT_RADIUS], points, k)
+        on_robot = math.sqrt(social_x * social_x + social_y * social_y)
+        on_robot += math.sqrt(wall_x * wall_x + wall_y * wall_y)
+        for i in range(1, n + 1):
+            fx, fy = _social_force(i, x, y, vx, vy, k)
+            gx, gy = _desired_force(
+                *(x[i], y[i], vx[i], vy[i], goals[i, 0], goals[i, 1]),
+                *(p[PERSON_RADIUS], p[PEOPLE_VELOCITY], k),
+            )
+            wx, wy = _obstacle_force(x[i], y[i], p[PERSON_RADIUS], points, k)
+            ax[i] = fx + gx + wx
+            ay[i] = fy + gy + wy
+        for i in range(1, n + 1):
+            vx[i] += ax[i] * dt
+            vy[i] += ay[i] * dt
+            pace = math.sqrt(vx[i] * vx[i] + vy[i] * vy[i])
+            if pace > p[PEOPLE_VELOCITY]:
+                vx[i] *= p[PEOPLE_VELOCITY] / pace
+                vy[i] *= p[PEOPLE_VELOCITY] / pace
+            x[i] += vx[i] * dt
+            y[i] += vy[i] * dt
+        # The robot moves with its heading of before.
+        speed = _toward(speed, v, p[MAX_TRANS_ACC] * dt)
+        turn = _toward(turn, omega, p[MAX_ROT_ACC] * dt)
+        rx += speed * math.cos(yaw) * dt
+        ry += speed * math.sin(yaw) * dt
+        yaw += turn * dt
+        x[0] = rx
+        y[0] = ry
+        if p[BODY_FRAME] > 0:
+            vx[0] = speed
+        else:
+            vx[0] = speed * math.cos(yaw)
+            vy[0] = speed * math.sin(yaw)
+        on_people = 0.0
+        for i in range(1, n + 1):
+            dx = rx - x[i]
+            dy = ry - y[i]
+            if dx * dx + dy * dy <= p[ROBOT_RADIUS] * p[ROBOT_RADIUS]:
+                return math.inf
+            fx, fy = pair_force(dx, dy, vx[i] - vx[0], vy[i] - vy[0], k)
+            on_people += math.sqrt(fx * fx + fy * fy)
+        work += on_robot + on_people
+    dx = goals[0, 0] - rx
+    dy = goals[0, 1] - ry
+    bearing = 0.0
+    if dx != 0 or dy != 0:
+        bearing = abs(wrap(math.atan2(dy, dx) - yaw))
+    return (
+        p[VELOCITY_WEIGHT] * abs(p[MAX_TRANS_VEL] - speed) / p[MAX_TRANS_VEL]
+        + p[DISTANCE_WEIGHT] * (dx * dx + dy * dy)
+        + p[ANGLE_WEIGHT] * bearing / math.pi
+        + p[COSTMAP_WEIGHT] * footprints / p[STEPS]
+        + p[SOCIAL_WEIGHT] * work
+    )
+
+
+@jit_as(
+    numba.float64[::1],
+    *(VECTOR, MATRIX, MATRIX, MATRIX, MATRIX),
+    *(READ_CELLS, REAL, REAL, REAL, MATRIX, VECTOR, VECTOR),
+)
+def candidate_costs(
+    robot,
+    candidates,
+    humans,
+    goals,
+    points,
+    costs,
+    ox,
+    oy,
+    resolution,
+    polygon,
+    p,
+    k,
+):
+    """Returns the costs of candidates, rows (v, omega): see `predict`."""
+    result = np.empty(len(candidates))
+    state = (robot[0], robot[1], robot[2], robot[3], robot[4])
+    grid = (costs, ox, oy, resolution)
+    for c in range(len(candidates)):
+        result[c] = predict(
+            *(state, candidates[c, 0], candidates[c, 1], humans, goals),
+            *(points, grid, polygon, p, k),
+        )
+    return result

@@ -1,0 +1,111 @@
+"""A robot that the social force drives, as it does people."""
+
+import math
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import StrictFloat
+from pydantic.dataclasses import dataclass
+
+from hunav_drake.systems.common.layout import VX, VY, YAW, X, Y
+from hunav_drake.systems.common.poses import wrap_angle
+from hunav_drake.systems.common.schema import (
+    CONFIG,
+    PositiveLength,
+    PositiveSpeed,
+    within,
+)
+from hunav_drake.systems.people.parameters import (
+    PARAMETERS,
+    SocialForceParameters,
+)
+from hunav_drake.systems.planning.costmap.grid import Costmap
+from hunav_drake.systems.planning.navigation.memory import Control, LocalPlan
+from hunav_drake.systems.planning.navigation.navigation_planner import (
+    NavigationPlanner,
+)
+from hunav_drake.systems.planning.planner import (
+    PlanningTask,
+    View,
+    register_planner,
+)
+
+Seconds = Annotated[StrictFloat, within(0, 60, "s", low_open=True)]
+
+
+@register_planner("sfm")
+@dataclass(kw_only=True, config=CONFIG)
+class SfmPlanner(NavigationPlanner):
+    """Follows the force of a goal, of people and of walls, as people do.
+
+    The force is that of Helbing and Molnar 1995 with the interaction of
+    Moussaid et al. 2009, towards a point ahead on the global plan. It changes
+    the velocity of the robot, which steers into it.
+    """
+
+    # How fast it wants to go, in m/s.
+    desired_speed: PositiveSpeed = 0.6
+
+    # How far ahead on the plan the point is that it is drawn to, in meters.
+    carrot_distance: PositiveLength = 1.0
+
+    # How far ahead the force is followed, and in what time it turns, in s.
+    horizon: Seconds = 0.5
+    turn_time: Seconds = 0.4
+
+    # Nearer to its goal than this it slows down, in meters.
+    slow_distance: PositiveLength = 0.8
+
+    def control(
+        self,
+        task: PlanningTask,
+        view: View,
+        local: LocalPlan,
+        costmap: Costmap,
+        memory: Any,
+    ) -> Control:
+        """Decides the command: see `NavigationPlanner.control`."""
+        # Reading a scenario does without numba.
+        from hunav_drake.systems.planning.social.differential import steer
+        from hunav_drake.systems.planning.social.following import (
+            at_end,
+            carrot_at,
+            is_free,
+        )
+        from hunav_drake.systems.planning.social.forces import robot_force
+
+        if (stop := at_end(task, view, local)) is not None:
+            return stop
+        setup = self.setup(task)
+        x, y = carrot_at(view, local, self.carrot_distance)
+        left = math.hypot(
+            local.goal[0] - view.robot[X], local.goal[1] - view.robot[Y]
+        )
+        speed = self.desired_speed * min(1.0, left / self.slow_distance)
+        speed = max(min(speed, task.limits.max_speed), 0.1)
+        force = robot_force(
+            *(np.ascontiguousarray(view.robot), np.array([x, y, speed])),
+            *(np.ascontiguousarray(view.humans), task.obstacles.table),
+            *(setup.robot_radius, _PARAMETERS),
+        )
+        vx = view.robot[VX] + force[0] * self.horizon
+        vy = view.robot[VY] + force[1] * self.horizon
+        fast = math.hypot(vx, vy)
+        if fast > speed:
+            vx, vy = vx * speed / fast, vy * speed / fast
+        yaw = float(view.robot[YAW])
+        v, omega = steer(vx, vy, yaw, self.turn_time, task.limits.max_turn_rate)
+        if not is_free(setup.footprint, costmap, view, v, omega):
+            bearing = math.atan2(y - view.robot[Y], x - view.robot[X])
+            error = wrap_angle(bearing - yaw)
+            if abs(error) < 0.1:
+                return Control(0.0, 0.0, fault="something is in the way")
+            return Control(0.0, math.copysign(0.5, error))
+        return Control(v, omega)
+
+
+# Those of people.
+_PARAMETERS = np.array(
+    [getattr(SocialForceParameters(), name) for name in PARAMETERS]
+)
+_PARAMETERS.setflags(write=False)

@@ -1,0 +1,127 @@
+"""SFW: the dynamic window with people predicted by the social force."""
+
+from dataclasses import field
+import math
+from typing import Annotated, Any
+
+from pydantic import Field, StrictBool, StrictFloat
+from pydantic.dataclasses import dataclass
+
+from hunav_drake.systems.common.schema import (
+    CONFIG,
+    BodyRadius,
+    Integer,
+    PositiveLength,
+    PositiveSpeed,
+    Speed,
+    within,
+)
+from hunav_drake.systems.planning.costmap.costmap_config import LocalCostmap
+from hunav_drake.systems.planning.costmap.grid import Costmap
+from hunav_drake.systems.planning.navigation.memory import Control, LocalPlan
+from hunav_drake.systems.planning.navigation.navigation_planner import (
+    NavigationPlanner,
+)
+from hunav_drake.systems.planning.planner import (
+    PlanningTask,
+    View,
+    register_planner,
+)
+
+Weight = Annotated[StrictFloat, within(0, 1e6)]
+TurnRate = Annotated[StrictFloat, within(0, 100, "rad/s", low_open=True)]
+Seconds = Annotated[StrictFloat, within(0, 60, "s", low_open=True)]
+
+
+@register_planner("sfw")
+@dataclass(kw_only=True, config=CONFIG)
+class SfwPlanner(NavigationPlanner):
+    """Weighs velocities by the social work that they lead to.
+
+    In each cycle it predicts 44 pairs of a speed and a turn rate: the robot
+    moves towards the pair, and people move by the social force model, in which
+    the robot is one of them. It takes the pair with the lowest sum of speed
+    left, distance and bearing to a point ahead on the plan, cost of the map,
+    and social work (social_force_window_planner). The parameters are named as
+    there; the defaults are those of its example.
+    """
+
+    # What is on the local map; it must be at least 4 m wide, or the robot is
+    # always near the end of its plan.
+    local_costmap: LocalCostmap = field(
+        default_factory=lambda: LocalCostmap(size=4.0)
+    )
+
+    # The largest and the least speed, in m/s, and turn rate, in rad/s.
+    max_trans_vel: PositiveSpeed = 0.8
+    min_trans_vel: Speed = 0.08
+    max_rot_vel: TurnRate = 1.57
+    min_rot_vel: Annotated[StrictFloat, within(0, 100, "rad/s")] = 0.52
+
+    # How fast they change in the prediction, in m/s^2 and rad/s^2.
+    max_trans_acc: Annotated[
+        StrictFloat, within(0, 100, "m/s^2", low_open=True)
+    ] = 0.15
+    max_rot_acc: Annotated[
+        StrictFloat, within(0, 1000, "rad/s^2", low_open=True)
+    ] = 0.52
+
+    # The turn rate at the end, to the heading of the goal, in rad/s.
+    min_in_place_rot_vel: TurnRate = 0.7
+
+    # How near to the end of the plan it turns on the spot, in meters, and how
+    # near the heading must be, in radians.
+    xy_goal_tolerance: PositiveLength = 0.2
+    yaw_goal_tolerance: Annotated[
+        StrictFloat, within(0, math.pi, "rad", low_open=True)
+    ] = 0.2
+
+    # How far ahead on the plan the point is that it steers to, in meters.
+    wp_tolerance: PositiveLength = 1.0
+
+    # Nearer to the end of the plan than this it slows down, and people do not
+    # count any more, in meters.
+    slow_distance: PositiveLength = 1.5
+
+    # How far ahead it predicts, and in what steps, in seconds.
+    sim_time: Seconds = 1.5
+    sim_granularity: Seconds = 0.25
+
+    # The radii of robot and people in the prediction, in meters.
+    sfm_robot_radius: BodyRadius = 0.4
+    person_radius: BodyRadius = 0.35
+
+    # How much counts what.
+    social_weight: Weight = 2.0
+    costmap_weight: Weight = 2.0
+    velocity_weight: Weight = 0.8
+    angle_weight: Weight = 0.6
+    distance_weight: Weight = 1.0
+
+    # Obstacles up to this distance are felt, in meters, as points in so many
+    # directions.
+    max_obstacle_dist: PositiveLength = 3.0
+    obstacle_points: Annotated[Integer, Field(ge=3, le=10_000)] = 120
+
+    # People go on for so long as they walk, in seconds, at most at this speed,
+    # in m/s.
+    naive_goal_time: Seconds = 1.0
+    people_velocity: PositiveSpeed = 1.7
+
+    # Whether the velocity of the robot in the forces is that along its own axes
+    # instead of those of the world: an oversight of the original.
+    legacy_body_frame_velocity: StrictBool = False
+
+    def control(
+        self,
+        task: PlanningTask,
+        view: View,
+        local: LocalPlan,
+        costmap: Costmap,
+        memory: Any,
+    ) -> Control:
+        """Decides the command: see `NavigationPlanner.control`."""
+        # Reading a scenario does without numba.
+        from hunav_drake.systems.planning.social.sfw_cycle import choose
+
+        return choose(self, task, view, local, costmap)
