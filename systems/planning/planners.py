@@ -3,11 +3,13 @@
 from hunav_drake.systems.planning.dwb.dwb import DwbPlanner
 from hunav_drake.systems.planning.dwb.scl import SclPlanner
 from hunav_drake.systems.planning.pursuit import PursuitPlanner
+from hunav_drake.systems.planning.social.orca import OrcaPlanner
 from hunav_drake.systems.planning.social.sfm import SfmPlanner
 from hunav_drake.systems.planning.social.sfw import SfwPlanner
 
 __all__ = [
     "DwbPlanner",
+    "OrcaPlanner",
     "PursuitPlanner",
     "SclPlanner",
     "SfmPlanner",

@@ -1,0 +1,124 @@
+"""A robot that avoids people reciprocally, as in a crowd of ORCA."""
+
+import math
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import StrictFloat
+from pydantic.dataclasses import dataclass
+
+from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.layout import OMEGA, VX, VY, YAW, X, Y
+from hunav_drake.systems.common.schema import (
+    CONFIG,
+    Length,
+    PositiveLength,
+    PositiveSpeed,
+    within,
+)
+from hunav_drake.systems.planning.costmap.grid import Costmap
+from hunav_drake.systems.planning.navigation.memory import Control, LocalPlan
+from hunav_drake.systems.planning.navigation.navigation_planner import (
+    NavigationPlanner,
+)
+from hunav_drake.systems.planning.planner import (
+    PlanningTask,
+    View,
+    register_planner,
+)
+
+Seconds = Annotated[StrictFloat, within(0, 60, "s", low_open=True)]
+
+
+@register_planner("orca")
+@dataclass(kw_only=True, config=CONFIG)
+class OrcaPlanner(NavigationPlanner):
+    """Takes the velocity nearest to the wanted one that touches nobody soon.
+
+    The wanted velocity leads to a point ahead on the global plan. A robot with
+    two wheels cannot move sideways; so it is a point ahead of its axle that
+    follows the velocity, with a disc around it that is as much larger.
+    """
+
+    # How fast it wants to go, in m/s.
+    desired_speed: PositiveSpeed = 0.6
+
+    # How far ahead on the plan the point is that it goes to, in meters.
+    carrot_distance: PositiveLength = 1.0
+
+    # People farther than this are not avoided, in meters.
+    neighbor_distance: PositiveLength = 10.0
+
+    # The time ahead in which it must touch nobody, and no wall, in seconds.
+    time_horizon: Seconds = 3.0
+    wall_horizon: Seconds = 1.0
+
+    # How much of the change of velocity the robot makes: 0.5 where people make
+    # the other half, 1 where they may not.
+    share: Annotated[StrictFloat, within(0, 1, low_open=True)] = 1.0
+
+    # How far ahead of the axle the point is that follows, in meters.
+    offset: Annotated[StrictFloat, within(0, 1, "m", low_open=True)] = 0.15
+
+    # What is added to the distance from people, in meters.
+    margin: Length = 0.05
+
+    def control(
+        self,
+        task: PlanningTask,
+        view: View,
+        local: LocalPlan,
+        costmap: Costmap,
+        memory: Any,
+    ) -> Control:
+        """Decides the command: see `NavigationPlanner.control`."""
+        # Reading a scenario does without numba.
+        from hunav_drake.systems.planning.social.following import (
+            at_end,
+            carrot_at,
+        )
+        from hunav_drake.systems.planning.social.reciprocal import (
+            avoiding_velocity,
+        )
+
+        if (stop := at_end(task, view, local)) is not None:
+            return stop
+        p = self.once(task, "orca", lambda: self._parameters(task))
+        robot = view.robot
+        c, s = math.cos(robot[YAW]), math.sin(robot[YAW])
+        x, y = robot[X] + self.offset * c, robot[Y] + self.offset * s
+        swing = self.offset * robot[OMEGA]
+        own = np.array([x, y, robot[VX] - swing * s, robot[VY] + swing * c])
+        gx, gy = carrot_at(view, local, self.carrot_distance)
+        away = math.hypot(gx - x, gy - y)
+        left = math.hypot(local.goal[0] - robot[X], local.goal[1] - robot[Y])
+        speed = min(p[0], max(left, 0.15))
+        scale = speed / away if away > 1e-9 else 0.0
+        velocity = avoiding_velocity(
+            *(own, (gx - x) * scale, (gy - y) * scale),
+            *(np.ascontiguousarray(view.humans), task.obstacles.table, p),
+        )
+        v = c * velocity[0] + s * velocity[1]
+        omega = (c * velocity[1] - s * velocity[0]) / self.offset
+        most = task.limits.max_turn_rate
+        low = -task.limits.max_reverse_speed
+        return Control(
+            float(min(max(v, low), p[0])), float(min(max(omega, -most), most))
+        )
+
+    def _parameters(self, task: PlanningTask) -> Array:
+        """Returns the parameters of `avoiding_velocity`, in its order."""
+        p = np.array(
+            [
+                min(self.desired_speed, task.limits.max_speed),
+                task.robot_radius + self.offset + self.margin,
+                self.setup(task).robot_radius + self.offset,
+                self.neighbor_distance,
+                self.time_horizon,
+                self.wall_horizon,
+                self.share,
+                self.period,
+            ]
+        )
+        p.setflags(write=False)
+        return p
