@@ -44,4 +44,5 @@ from .simulation import (
     RunTrial as RunTrial,
 )
 from .systems.people import HumanConfig as HumanConfig
+from .systems.planning.planner_error import PlannerError as PlannerError
 from .trial_diagram import MakeTrialDiagram as MakeTrialDiagram

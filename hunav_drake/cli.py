@@ -9,6 +9,7 @@ from collections.abc import Sequence
 import io
 import os
 import sys
+import traceback
 import warnings
 
 from hunav_drake.commands.differences import add_differences_command
@@ -16,6 +17,7 @@ from hunav_drake.commands.doctor import add_doctor_command
 from hunav_drake.commands.errors import (
     BAD_INPUT,
     DONE,
+    FAILED,
     INTERRUPTED,
     InputError,
     print_import_hint,
@@ -65,6 +67,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"hunav: {error}", file=sys.stderr)
         return BAD_INPUT
     except Exception as error:
+        if getattr(options, "debug", False):
+            traceback.print_exc()
+            return FAILED
+        # (Not imported before: it needs what a run has imported.)
+        if type(error).__name__ == "PlannerError":
+            print(f"hunav: {error}", file=sys.stderr)
+            return FAILED
         fault = fault_of_user_code(error) if imports else ""
         if not fault:
             raise

@@ -42,7 +42,8 @@ def add_run_command(commands: Any) -> None:
     run.add_argument(
         "--planner",
         metavar="NAME",
-        help="the planner of the robot, instead of the scenario's",
+        help="the planner of the robot, instead of the scenario's: its name, or"
+        " a class of your own as module:Class",
     )
     run.add_argument(
         "--out",
@@ -67,6 +68,11 @@ def add_run_command(commands: Any) -> None:
     )
     run.add_argument(
         "--quiet", action="store_true", help="show no progress bar and no table"
+    )
+    run.add_argument(
+        "--debug",
+        action="store_true",
+        help="show where in the code a broken planner fails",
     )
     add_import_option(run)
 
@@ -114,12 +120,17 @@ def _run(options: argparse.Namespace) -> int:
             meshcat=meshcat,
             realtime_rate=1.0 if options.meshcat else 0.0,
             progress=progress,
+            on_planner_error="raise" if options.debug else "end",
         )
     elapsed = time.perf_counter() - started
 
-    text = FormatMetricsTable(result)
-    print(text.splitlines()[1] if options.quiet else text)
-    if not options.quiet:
+    failed = result.end_reason == "planner_failed"
+    if failed:
+        print(f"hunav: {result.end_message}", file=sys.stderr)
+    else:
+        text = FormatMetricsTable(result)
+        print(text.splitlines()[1] if options.quiet else text)
+    if not (options.quiet or failed):
         rate = result.end_time / elapsed
         print(f"\nTook {elapsed:.2f} s, {rate:.0f} times real time")
     if options.out is not None:
@@ -127,7 +138,7 @@ def _run(options: argparse.Namespace) -> int:
     if options.meshcat and sys.stdin.isatty():
         input("Press Enter to close the view. ")
     completed = result.end_reason == "goal" or scenario.robot.goal is None
-    return DONE if completed else FAILED
+    return DONE if completed and not failed else FAILED
 
 
 def _keep(

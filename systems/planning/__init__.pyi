@@ -1,3 +1,5 @@
+from .cycles import time_cycles as time_cycles
+from .function_planner import register_plan as register_plan
 from .local_planner import LocalPlanner as LocalPlanner
 from .planner import (
     PLANNERS as PLANNERS,
@@ -9,4 +11,5 @@ from .planner import (
     View as View,
     register_planner as register_planner,
 )
+from .planner_error import PlannerError as PlannerError
 from .pursuit import PursuitPlanner as PursuitPlanner

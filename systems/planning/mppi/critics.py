@@ -13,6 +13,7 @@ import numpy as np
 from hunav_drake.systems.common.kernels import jit
 from hunav_drake.systems.common.layout import VX, VY, X, Y
 from hunav_drake.systems.crowd.social_force.compiled_forces import pair_force
+from hunav_drake.systems.people.parameters import GAMMA, LAMBDA
 from hunav_drake.systems.planning.costmap.footprint import outline_cost
 from hunav_drake.systems.planning.mppi.parameters import (
     ALIGN_EVERY,
@@ -28,7 +29,6 @@ from hunav_drake.systems.planning.mppi.parameters import (
     SOCIAL_EVERY,
     USE_FOOTPRINT,
 )
-from hunav_drake.systems.people.parameters import GAMMA, LAMBDA
 
 _INSCRIBED = 253
 _LETHAL = 254
@@ -58,8 +58,8 @@ def constraint_score(velocities, p):
 @jit
 def cell_cost(costs, ox, oy, inverse, x, y):
     """Returns the cost at a point; 255 off the map."""
-    row = int(math.floor((y - oy) * inverse))
-    column = int(math.floor((x - ox) * inverse))
+    row = math.floor((y - oy) * inverse)
+    column = math.floor((x - ox) * inverse)
     if 0 <= row < costs.shape[0] and 0 <= column < costs.shape[1]:
         return int(costs[row, column])
     return 255
@@ -264,7 +264,9 @@ def free_points(path, costs, ox, oy, resolution):
     """Returns for each point of the plan whether nothing is there."""
     result = np.empty(len(path), dtype=np.bool_)
     for k in range(len(path)):
-        cost = cell_cost(costs, ox, oy, 1.0 / resolution, path[k, 0], path[k, 1])
+        cost = cell_cost(
+            costs, ox, oy, 1.0 / resolution, path[k, 0], path[k, 1]
+        )
         # (Beyond the map nothing is known to be.)
         result[k] = cost < _INSCRIBED or cost == 255
     return result

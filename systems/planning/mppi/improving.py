@@ -5,13 +5,7 @@ import math
 import numba
 import numpy as np
 
-from hunav_drake.systems.common.kernels import (
-    MATRIX,
-    REAL,
-    VECTOR,
-    jit,
-    jit_as,
-)
+from hunav_drake.systems.common.kernels import MATRIX, REAL, VECTOR, jit, jit_as
 from hunav_drake.systems.planning.costmap.raster import READ_CELLS
 from hunav_drake.systems.planning.mppi import critics
 from hunav_drake.systems.planning.mppi.parameters import (
@@ -105,9 +99,7 @@ def _score(
     if on[PREFER_FORWARD]:
         out[PREFER_FORWARD] = critics.prefer_forward_score(velocities, p)
     if on[SOCIAL] and not collides:
-        out[SOCIAL] = critics.social_score(
-            poses, velocities, humans, forces, p
-        )
+        out[SOCIAL] = critics.social_score(poses, velocities, humans, forces, p)
     for critic in range(1, CONTROL):
         out[critic] *= p[critic]
     if collides:
@@ -237,5 +229,3 @@ def improve(
     limit(new, state, p)
     new = smooth(new, past)
     return alive, new, scores, poses
-
-

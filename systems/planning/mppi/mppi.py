@@ -93,9 +93,9 @@ class CriticSettings:
     # reached they look; and the turn, in radians, from which PathAngle counts.
     path_follow_offset: Points = 5
     path_angle_offset: Points = 4
-    max_angle_to_furthest: Annotated[
-        StrictFloat, within(0, math.pi, "rad")
-    ] = 1.0
+    max_angle_to_furthest: Annotated[StrictFloat, within(0, math.pi, "rad")] = (
+        1.0
+    )
 
     # Every how many steps Cost, PathAlign and Social look.
     cost_step: Steps = 2

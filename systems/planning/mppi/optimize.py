@@ -224,8 +224,10 @@ def _command(memory: MppiMemory, made: Setting) -> Control:
     """Returns the command that new controls begin with, and what is kept."""
     controls = memory.controls
     place = 1 if made.shifts else 0
-    v = min(max(controls[place, 0], made.p[parameters.MIN_V]),
-            made.p[parameters.MAX_V])
+    v = min(
+        max(controls[place, 0], made.p[parameters.MIN_V]),
+        made.p[parameters.MAX_V],
+    )
     most = made.p[parameters.MAX_TURN]
     omega = min(max(controls[place, 1], -most), most)
     past = np.vstack([memory.past[1:], controls[:1]])
