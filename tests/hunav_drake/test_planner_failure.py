@@ -99,9 +99,7 @@ class OwnSystem(LeafSystem):
         self.DeclareVectorInputPort("goal", 3)
         state = self.DeclareDiscreteState(2)
         self.DeclareStateOutputPort("velocity_command", state)
-        self.DeclareVectorOutputPort(
-            "status", 1, lambda context, output: None
-        )
+        self.DeclareVectorOutputPort("status", 1, lambda context, output: None)
         from pydrake.common.value import Value
 
         self.DeclareAbstractOutputPort(

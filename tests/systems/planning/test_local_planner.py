@@ -238,5 +238,5 @@ def test_a_planner_cannot_write_to_what_it_sees():
             view.robot[:] = 0.0
 
     simulator = make_planner_simulator(LocalPlanner(Writing(), make_task()))
-    with pytest.raises(PlannerError, match="ValueError: .*read-only"):
+    with pytest.raises(PlannerError, match=r"ValueError: .*read-only"):
         simulator.AdvanceTo(0.1)

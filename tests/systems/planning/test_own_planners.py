@@ -1,5 +1,6 @@
 """Planners of one's own: what is checked, limited and measured."""
 
+import contextlib
 import pickle
 import signal
 import sys
@@ -60,7 +61,10 @@ def test_a_function_is_a_planner():
 @pytest.mark.parametrize(
     ("function", "words"),
     [
-        (lambda task, view: STOP, r"\(task, view, memory\), got \(task, view\)"),
+        (
+            lambda task, view: STOP,
+            r"\(task, view, memory\), got \(task, view\)",
+        ),
         (lambda: STOP, r"must take \(task, view, memory\), got \(\)"),
         (17, r"must be a function .*got 17"),
     ],
@@ -72,7 +76,9 @@ def test_a_function_takes_what_planners_take(function, words):
 
 
 def test_a_method_takes_what_planners_take():
-    with pytest.raises(TypeError, match=r"Wrong.plan\(\) must take \(self, task"):
+    with pytest.raises(
+        TypeError, match=r"Wrong.plan\(\) must take \(self, task"
+    ):
 
         class Wrong(Planner):
             def plan(self, view):
@@ -140,10 +146,8 @@ class Sleepy(Planner):
     def plan(self, task, view, memory):
         done = time.monotonic() + 0.03
         while time.monotonic() < done:
-            try:
+            with contextlib.suppress(Exception):
                 time.sleep(0.001)
-            except Exception:
-                pass
         return STOP
 
 
