@@ -205,7 +205,7 @@ def test_the_command_runs_a_class_by_its_place(hunav, in_folder):
 def test_the_command_tells_a_broken_planner_in_a_line(hunav, in_folder):
     folder = in_folder("mine_broken", -7)
     arguments = ("run", "passing", "--planner", "mine_broken:Mine", "--quiet")
-    code, out, err = hunav(*arguments, "--out", "results", "--no-replay")
+    code, _, err = hunav(*arguments, "--out", "results", "--no-replay")
     assert code == 1
     assert len(err.splitlines()) == 1
     assert err.startswith("hunav: planner 'mine_broken:Mine' failed at t = ")
