@@ -70,11 +70,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if getattr(options, "debug", False):
             traceback.print_exc()
             return FAILED
-        # (Not imported before: it needs what a run has imported.)
+        # (By its name: to import it here would load what other commands do
+        # without.)
         if type(error).__name__ == "PlannerError":
             print(f"hunav: {error}", file=sys.stderr)
             return FAILED
-        fault = fault_of_user_code(error) if imports else ""
+        # A planner of one's own may be named as module:Class, too.
+        own = imports or ":" in (getattr(options, "planner", None) or "")
+        fault = fault_of_user_code(error) if own else ""
         if not fault:
             raise
         print(f"hunav: {fault}", file=sys.stderr)

@@ -217,3 +217,19 @@ def test_the_command_tells_a_broken_planner_in_a_line(hunav, in_folder):
     assert code == 1
     assert "Traceback" in err
     assert 'raise ValueError("lost")' in err
+
+
+def test_a_system_that_cannot_be_made_is_told_in_a_line(hunav, in_folder):
+    folder = in_folder("mine_unmade", 99)
+    path = folder / "mine_unmade.py"
+    path.write_text(
+        path.read_text()
+        + """
+    def MakeSystem(self, task):
+        raise OverflowError("too many people")
+"""
+    )
+    arguments = ("run", "passing", "--planner", "mine_unmade:Mine", "--quiet")
+    code, _, err = hunav(*arguments)
+    assert code == 2
+    assert err == f"hunav: {path}:15: OverflowError: too many people\n"
