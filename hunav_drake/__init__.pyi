@@ -51,5 +51,6 @@ from .simulation import (
     RunTrial as RunTrial,
 )
 from .systems.people import HumanConfig as HumanConfig
+from .systems.planning.planner_error import PlannerError as PlannerError
 from .trial_diagram import MakeTrialDiagram as MakeTrialDiagram
 from .views.film import FilmConfig as FilmConfig, RenderFilm as RenderFilm

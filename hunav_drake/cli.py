@@ -9,6 +9,7 @@ from collections.abc import Sequence
 import io
 import os
 import sys
+import traceback
 import warnings
 
 from hunav_drake.commands.bench import add_bench_command
@@ -17,6 +18,7 @@ from hunav_drake.commands.doctor import add_doctor_command
 from hunav_drake.commands.errors import (
     BAD_INPUT,
     DONE,
+    FAILED,
     INTERRUPTED,
     InputError,
     print_import_hint,
@@ -67,7 +69,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"hunav: {error}", file=sys.stderr)
         return BAD_INPUT
     except Exception as error:
-        fault = fault_of_user_code(error) if imports else ""
+        if getattr(options, "debug", False):
+            traceback.print_exc()
+            return FAILED
+        # (By its name: to import it here would load what other commands do
+        # without.)
+        if type(error).__name__ == "PlannerError":
+            print(f"hunav: {error}", file=sys.stderr)
+            return FAILED
+        # A planner of one's own may be named as module:Class, too.
+        own = imports or ":" in (getattr(options, "planner", None) or "")
+        fault = fault_of_user_code(error) if own else ""
         if not fault:
             raise
         print(f"hunav: {fault}", file=sys.stderr)

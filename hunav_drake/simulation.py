@@ -5,13 +5,18 @@ from contextlib import AbstractContextManager, nullcontext
 import dataclasses
 import hashlib
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from pydantic import ValidationError
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, Diagram, EventStatus
 
 from hunav_drake.interrupts import interrupts_between_steps
+from hunav_drake.planner_failure import (
+    CheckCommand,
+    IsOwnSystem,
+    PlannerErrorOf,
+)
 from hunav_drake.results.provenance import MakeProvenance
 from hunav_drake.results.trial_result import (
     EndReason,
@@ -43,6 +48,7 @@ def MakeTrialSimulator(
 
     It ends at a whole time step, wherever runs stop and others go on.
     Once it has ended a trial, each further `AdvanceTo` goes on by one step.
+    A broken planner raises a PlannerError from there.
 
     Args:
         diagram: From `MakeTrialDiagram`.
@@ -57,10 +63,14 @@ def MakeTrialSimulator(
         simulator = Simulator(diagram, context)
     status = diagram.GetOutputPort("trial_status")
     trial = diagram.GetSubsystemByName("monitor")
+    planner = trial.made_for["planner"]["name"]
+    is_own = IsOwnSystem(diagram)
 
     def monitor(root_context: Context) -> EventStatus:
         if progress is not None:
             progress(root_context.get_time())
+        if is_own:
+            CheckCommand(diagram, root_context, planner)
         if not trial.IsStep(trial.GetMyContextFromRoot(root_context)):
             return EventStatus.DidNothing()
         value = TrialStatus(int(status.Eval(root_context)[0]))
@@ -94,6 +104,7 @@ def RunTrial(
     realtime_rate: float = 0.0,
     progress: Callable[[float], None] | None = None,
     watch: Callable[[Context], bool] | None = None,
+    on_planner_error: Literal["end", "raise"] = "end",
 ) -> TrialResult:
     """Runs a trial to its end.
 
@@ -115,11 +126,17 @@ def RunTrial(
         watch: Called after each step with the Context, again and again until
             it returns true: so it can pause the trial. With it, browsers show
             the trial while it runs.
+        on_planner_error: What is done about a planner that is broken, which
+            raises an exception, gives no finite command, or takes longer than
+            its `cycle_limit`. "end" ends the trial, with the end reason
+            "planner_failed" and what came up to then; "raise" raises.
 
     Returns:
         The metrics, the recording, and why the trial ended.
 
     Raises:
+        PlannerError: If the planner is broken, and it is to raise, or nothing
+            was recorded yet.
         ScenarioError: If the scenario cannot be simulated.
         ValueError: If the diagram was made from another scenario.
     """
@@ -156,11 +173,30 @@ def RunTrial(
 
         simulator = MakeTrialSimulator(diagram, context, progress=step)
         simulator.set_target_realtime_rate(realtime_rate)
-        simulator.AdvanceTo(scenario.simulation.duration)
+        failure = None
+        try:
+            simulator.AdvanceTo(scenario.simulation.duration)
+        except Exception as error:
+            failure = PlannerErrorOf(
+                *(error, diagram, simulator.get_context()),
+                name_of(scenario.planner),
+            )
+            if failure is None:
+                raise
+            evaluator = diagram.GetSubsystemByName("evaluator")
+            here = evaluator.GetMyContextFromRoot(simulator.get_context())
+            nothing = len(evaluator.GetRecording(here).times) == 0
+            if on_planner_error == "raise" or nothing:
+                raise failure from failure.__cause__
         if meshcat is not None:
             # Frames come at their own times; the last instant is one too.
             diagram.ForcedPublish(simulator.get_context())
-    return GetTrialResult(scenario, diagram, simulator.get_context())
+    if failure is None:
+        return GetTrialResult(scenario, diagram, simulator.get_context())
+    return _result(
+        *(scenario, diagram, simulator.get_context()),
+        *("planner_failed", str(failure)),
+    )
 
 
 def _reseed(scenario: Scenario, seed: int) -> Scenario:
@@ -188,12 +224,24 @@ def GetTrialResult(
         ValueError: If the diagram was made from another scenario.
     """
     CheckTrialDiagram(scenario, diagram)
-    scenario = _reseed(scenario, GetTrialSeed(diagram, context))
     (status,) = diagram.GetOutputPort("trial_status").Eval(context)
     reason = _REASONS[TrialStatus(int(status))]
     duration = scenario.simulation.duration
     if reason == "running" and context.get_time() >= duration * (1 - 1e-9):
         reason = "timeout"
+    message = _end_message(reason, diagram, context)
+    return _result(scenario, diagram, context, reason, message)
+
+
+def _result(
+    scenario: Scenario,
+    diagram: Diagram,
+    context: Context,
+    reason: EndReason,
+    message: str,
+) -> TrialResult:
+    """Returns what a trial has given that ended for some reason."""
+    scenario = _reseed(scenario, GetTrialSeed(diagram, context))
     evaluator = diagram.GetSubsystemByName("evaluator")
     recording = evaluator.GetRecording(evaluator.GetMyContextFromRoot(context))
     config = scenario.evaluator
@@ -208,7 +256,7 @@ def GetTrialResult(
             behavior_sha256=behavior_sha256(scenario),
         ),
         end_reason=reason,
-        end_message=_end_message(reason, diagram, context),
+        end_message=message,
         end_time=float(recording.times[-1]),
     )
 

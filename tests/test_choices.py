@@ -140,6 +140,13 @@ def test_the_json_schema_has_it(validator, kind, name):
     assert not validator.is_valid(in_scenario(kind, name, nonsense=1))
 
 
+def test_the_json_schema_leaves_room_for_classes_by_their_place(validator):
+    name = "my_module:MyPlanner"
+    assert validator.is_valid({"planner": name})
+    assert validator.is_valid(in_scenario("planner", name, speed=0.5))
+    assert not validator.is_valid({"planner": "my_module:"})
+
+
 @pytest.mark.parametrize(("kind", "name"), CHOICES)
 def test_bad_parameters_are_told_with_their_place(kind, name):
     registry, path = KINDS[kind]

@@ -11,6 +11,7 @@ from hunav_drake.scenario import draw_people
 from hunav_drake.systems.common.layout import Contact
 from hunav_drake.systems.crowd import MOTION_MODELS
 from hunav_drake.systems.evaluation import select_metrics
+from hunav_drake.systems.planning import PLANNERS
 from hunav_drake.systems.robot import ROBOTS
 from hunav_drake.validation.cases import CASES
 from tests import architecture
@@ -129,3 +130,20 @@ def test_every_room_is_described():
     }
     for room in rooms:
         assert room in text or f"`{room.split('/')[1]}/`" in text, room
+
+
+def test_the_code_about_planners_runs(capsys, monkeypatch):
+    """All of the page in one go, as someone who reads it types it."""
+    monkeypatch.setattr(PLANNERS, "_choices", dict(PLANNERS))
+    text = (DOCS / "own_planner.md").read_text()
+    blocks = re.findall(r"^```python\n(.*?)^```", text, re.M | re.S)
+    shared: dict[str, object] = {"__name__": "own_planner"}
+    printed = []
+    for block in blocks:
+        exec(compile(block, "own_planner.md", "exec"), shared)
+        printed.append(capsys.readouterr().out)
+    assert len(blocks) == 5
+    assert printed[0].startswith("goal ")
+    (shown,) = re.findall(r"^    (planner 'lost' .*)\(", text, re.M)
+    assert printed[3].startswith(shown)
+    assert re.fullmatch(r"\d+\.\d{3} ms per cycle\n", printed[4])

@@ -20,6 +20,7 @@ PACKAGES = [
     "hunav_drake.systems.planning.costmap",
     "hunav_drake.systems.planning.dwb",
     "hunav_drake.systems.planning.global_planner",
+    "hunav_drake.systems.planning.mppi",
     "hunav_drake.systems.planning.navigation",
     "hunav_drake.systems.planning.social",
     "hunav_drake.systems.robot",

@@ -7,7 +7,7 @@ from pathlib import Path
 import pandas as pd
 
 from hunav_drake.benchmark.running.cell import Cell
-from hunav_drake.benchmark.running.run_row import ERROR, RunRow
+from hunav_drake.benchmark.running.run_row import FAILED, RunRow
 from hunav_drake.benchmark.suite import Suite
 from hunav_drake.results.metric_facts import FACTS, facts_of
 from hunav_drake.results.statistics import summarize
@@ -47,7 +47,7 @@ class SuiteResult:
     @property
     def failures(self) -> list[RunRow]:
         """The runs that gave no result."""
-        return [row for row in self.rows if row.end_reason == ERROR]
+        return [row for row in self.rows if row.end_reason in FAILED]
 
     def runs(self, *, by_behavior: bool = False) -> pd.DataFrame:
         """Returns a row per run.

@@ -250,11 +250,13 @@ class _Progress:
         self._bar.close()
 
     def show(self, row: "RunRow", done: int, total: int) -> None:
+        from hunav_drake.benchmark.running.run_row import FAILED
+
         value = row.metrics.get(self._metric, math.nan)
         if math.isfinite(value):
             self._sum += value
             self._count += 1
-        self._failures += row.end_reason == "error"
+        self._failures += row.end_reason in FAILED
         if self._bar.disable:
             return
         self._bar.total = total

@@ -3,6 +3,7 @@
 import argparse
 from collections.abc import Sequence
 from pathlib import Path
+import sys
 from typing import TYPE_CHECKING, Any
 
 from hunav_drake.commands.errors import input_errors
@@ -91,6 +92,9 @@ def load_scenario(
     """
     from hunav_drake.scenario import LoadScenario, ScenarioError
 
+    # A planner of one's own, as module:Class, may be in the current folder.
+    if str(Path.cwd()) not in sys.path:
+        sys.path.append(str(Path.cwd()))
     with input_errors(ScenarioError):
         return LoadScenario(
             filename=scenario,

@@ -8,7 +8,7 @@ import logging
 from pathlib import Path
 import sys
 import time
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from hunav_drake.commands.errors import (
     DONE,
@@ -44,7 +44,8 @@ def add_run_command(commands: Any) -> None:
     run.add_argument(
         "--planner",
         metavar="NAME",
-        help="the planner of the robot, instead of the scenario's",
+        help="the planner of the robot, instead of the scenario's: its name, or"
+        " a class of your own as module:Class",
     )
     run.add_argument(
         "--out",
@@ -83,6 +84,11 @@ def add_run_command(commands: Any) -> None:
     )
     run.add_argument(
         "--quiet", action="store_true", help="show no progress bar and no table"
+    )
+    run.add_argument(
+        "--debug",
+        action="store_true",
+        help="show where in the code a broken planner fails",
     )
     add_import_option(run)
 
@@ -123,17 +129,26 @@ def _run(options: argparse.Namespace) -> int:
         if not options.quiet:
             bar = _progress_bar(scenario.simulation.duration)
             progress = stack.enter_context(bar)
+        on_error: Literal["end", "raise"] = "raise" if options.debug else "end"
         if options.meshcat:
-            result = _show(scenario, options, meshcat, progress)
+            result = _show(scenario, options, meshcat, progress, on_error)
         else:
             result = RunTrial(
-                scenario, options.seed, meshcat=meshcat, progress=progress
+                scenario,
+                options.seed,
+                meshcat=meshcat,
+                progress=progress,
+                on_planner_error=on_error,
             )
     elapsed = time.perf_counter() - started
 
-    text = FormatMetricsTable(result)
-    print(text.splitlines()[1] if options.quiet else text)
-    if not options.quiet:
+    failed = result.end_reason == "planner_failed"
+    if failed:
+        print(f"hunav: {result.end_message}", file=sys.stderr)
+    else:
+        text = FormatMetricsTable(result)
+        print(text.splitlines()[1] if options.quiet else text)
+    if not (options.quiet or failed):
         rate = result.end_time / elapsed
         print(f"\nTook {elapsed:.2f} s, {rate:.0f} times real time")
     if options.out is not None:
@@ -141,7 +156,7 @@ def _run(options: argparse.Namespace) -> int:
     if options.meshcat and _somebody_waits(options):
         input("Press Enter to close the view. ")
     completed = result.end_reason == "goal" or scenario.robot.goal is None
-    return DONE if completed else FAILED
+    return DONE if completed and not failed else FAILED
 
 
 def _somebody_waits(options: argparse.Namespace) -> bool:
@@ -153,6 +168,7 @@ def _show(
     options: argparse.Namespace,
     meshcat: Any,
     progress: Callable[[float], None] | None,
+    on_error: Literal["end", "raise"],
 ) -> "TrialResult":
     """Runs a trial in a browser, again as often as the one there wants."""
     from hunav_drake.simulation import RunTrial
@@ -178,6 +194,7 @@ def _show(
                 meshcat=meshcat,
                 progress=progress,
                 watch=controls.Watch,
+                on_planner_error=on_error,
             )
         except RestartRequest:
             continue

@@ -17,8 +17,11 @@ from hunav_drake.systems.evaluation.compute import (
 from hunav_drake.systems.evaluation.metrics import select_metrics
 from hunav_drake.systems.evaluation.recording import Recording
 
-# "end" is that of a recording from elsewhere, which does not tell.
-EndReason = Literal["goal", "timeout", "stuck", "end", "running"]
+# "end" is that of a recording from elsewhere, which does not tell;
+# "planner_failed" that of a trial whose planner is broken.
+EndReason = Literal[
+    "goal", "timeout", "stuck", "planner_failed", "end", "running"
+]
 
 # The widest line of a table in the terminal.
 _WIDTH = 80

@@ -7,6 +7,7 @@ mapping of one key that names the class, the tag, and of parameters beside it::
     planner: {name: pursuit, cruise_speed: 0.8}
 
 The name alone stands for the choice with its defaults: ``planner: pursuit``.
+A class that is not registered is named by its module: ``my_module:MyPlanner``.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -134,7 +135,10 @@ class Registry(Mapping[str, type[Any]]):
         if isinstance(data, Mapping):
             data = data.get(self.tag, self.default)
         if isinstance(data, str):
-            return self._loaded().get(data)
+            try:
+                return self._named(data)
+            except _NoChoiceError:
+                return None
         return type(data) if tag_of(data) else None
 
     def __get_pydantic_core_schema__(
@@ -146,7 +150,11 @@ class Registry(Mapping[str, type[Any]]):
         self, schema: core_schema.CoreSchema, handler: Any
     ) -> dict[str, Any]:
         names, forms = [], []
+        # Those that are named by their place are any.
+        place = {"type": "string", "pattern": r"^[^:]+:[^:]+$"}
         for name in sorted(self):
+            if ":" in name:
+                continue
             choice: Any = self[name]
             form = handler(_adapter(choice).core_schema)
             whole = handler.resolve_ref_schema(form)
@@ -161,7 +169,12 @@ class Registry(Mapping[str, type[Any]]):
                 whole["required"] = [self.tag, *whole.get("required", [])]
             forms.append(form)
         bare = [{"enum": names}] if names else []
-        return {"oneOf": [*bare, *forms]}
+        placed = {
+            "type": "object",
+            "properties": {self.tag: place},
+            "required": [self.tag],
+        }
+        return {"oneOf": [*bare, *forms, place, placed]}
 
     def _loaded(self) -> dict[str, type[Any]]:
         if self._home:
@@ -222,12 +235,17 @@ class Registry(Mapping[str, type[Any]]):
         """Returns the class that a mapping names."""
         name = value.get(self.tag, self.default or None)
         choices = self._loaded()
-        if isinstance(name, str) and name in choices:
-            return choices[name]
+        words = ""
+        try:
+            choice = self._named(name) if isinstance(name, str) else None
+        except _NoChoiceError as error:
+            choice, words = None, str(error)
+        if choice is not None:
+            return choice
         if self.tag not in value:
             words = f"is missing; {suggestion('', list(choices))}"
         elif isinstance(name, str):
-            words = (
+            words = words or (
                 f"there is no {self.kind} {shown(name)};"
                 f" {suggestion(name, list(choices))}"
             )
@@ -238,6 +256,35 @@ class Registry(Mapping[str, type[Any]]):
             {self.tag: name},
         )
         raise AssertionError("not reached")
+
+    def _named(self, name: str) -> type[Any] | None:
+        """Returns the class of a name, or of a place ``module:Class``.
+
+        Raises:
+            _NoChoiceError: If there is no such place, or no choice there.
+        """
+        known = self._loaded().get(name)
+        module, colon, place = name.partition(":")
+        if known is not None or not (colon and module and place):
+            return known
+        try:
+            found: Any = importlib.import_module(module)
+            for part in place.split("."):
+                found = getattr(found, part)
+        except Exception as error:
+            raise _NoChoiceError(
+                f"cannot get {shown(name)}, as module:Class:"
+                f" {type(error).__name__}: {error}"
+            ) from error
+        try:
+            self._check(found)
+        except TypeError as error:
+            raise _NoChoiceError(f"{shown(name)}: {error}") from error
+        choice: type[Any] = found
+        if tag_of(choice) is None:
+            found.__choice__ = self.tag, name
+            self._choices[name] = choice
+        return choice
 
     def _raise_at(
         self, error: str | PydanticCustomError, places: Mapping[str, Any]
@@ -251,6 +298,10 @@ class Registry(Mapping[str, type[Any]]):
                     for key, value in places.items()
                 ],
             )
+
+
+class _NoChoiceError(Exception):
+    """Nothing can be chosen by a name; the text says why."""
 
 
 @functools.cache

@@ -1,5 +1,7 @@
+from .cycles import time_cycles as time_cycles
 from .dwb.dwb import DwbPlanner as DwbPlanner
 from .dwb.scl import SclPlanner as SclPlanner
+from .function_planner import register_plan as register_plan
 from .local_planner import LocalPlanner as LocalPlanner
 from .navigation.navigation_planner import (
     NavigationPlanner as NavigationPlanner,
@@ -14,4 +16,5 @@ from .planner import (
     View as View,
     register_planner as register_planner,
 )
+from .planner_error import PlannerError as PlannerError
 from .pursuit import PursuitPlanner as PursuitPlanner

@@ -15,6 +15,9 @@ from hunav_drake.systems.planning.planner import (
     PlannerStatus,
 )
 
+_NUMBERS = (float, int, np.floating, np.integer)
+_STATUSES = frozenset(PlannerStatus)
+
 
 @dataclass(frozen=True, slots=True)
 class Decision:
@@ -65,8 +68,13 @@ def plan_fault(plan: Any, *, keeps: bool = True) -> str:
     """
     if not isinstance(plan, Plan):
         return f"must give a Plan, got {plan!r:.80}"
-    if not (math.isfinite(plan.v) and math.isfinite(plan.omega)):
+    if not all(
+        isinstance(value, _NUMBERS) and math.isfinite(value)
+        for value in (plan.v, plan.omega)
+    ):
         return f"must give finite v and omega, got {plan}"
+    if plan.status not in _STATUSES:
+        return f"must give a PlannerStatus, got {plan.status!r:.80}"
     path, memory = plan.path, plan.memory
     if not keeps:
         if memory is None and path is NO_PATH:
@@ -88,6 +96,11 @@ def plan_fault(plan: Any, *, keeps: bool = True) -> str:
         )
     if not isinstance(plan.reason, str):
         return f"must give a reason that is a text, got {plan.reason!r:.80}"
+    return memory_fault(memory)
+
+
+def memory_fault(memory: Any) -> str:
+    """Returns what keeps a value from being remembered, or nothing."""
     mutable = isinstance(memory, list | dict | set | bytearray)
     if mutable or (isinstance(memory, np.ndarray) and memory.flags.writeable):
         return (

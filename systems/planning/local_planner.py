@@ -1,6 +1,7 @@
 """The LeafSystem that drives the robot by a pure planner."""
 
 import dataclasses
+import inspect
 
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import (
@@ -17,7 +18,17 @@ from hunav_drake.systems.common.checks import check_count, count_steps
 from hunav_drake.systems.common.layout import STATE_SIZE
 from hunav_drake.systems.common.ports import weakly
 from hunav_drake.systems.common.registry import tag_of
-from hunav_drake.systems.planning.decision import Decision, idle, plan_fault
+from hunav_drake.systems.planning.cycles import (
+    CycleTimeout,
+    call_cycle,
+    time_cycles,
+)
+from hunav_drake.systems.planning.decision import (
+    Decision,
+    idle,
+    memory_fault,
+    plan_fault,
+)
 from hunav_drake.systems.planning.planner import (
     NO_PATH,
     Plan,
@@ -25,6 +36,9 @@ from hunav_drake.systems.planning.planner import (
     PlanningTask,
     View,
 )
+from hunav_drake.systems.planning.planner_error import PlannerError, told
+
+__all__ = ["LocalPlanner", "time_cycles"]
 
 
 class LocalPlanner(LeafSystem):
@@ -70,6 +84,8 @@ class LocalPlanner(LeafSystem):
                 all of a trial moves at the same instants.
 
         Raises:
+            TypeError: If the planner's ``initial_memory`` can change, or its
+                ``scan_size`` is no whole number.
             ValueError: If ``task.time_step`` is not positive or the period not
                 a multiple of it, ``task.num_humans`` is negative, or the
                 planner needs a lidar and ``task.lidar`` is None.
@@ -77,6 +93,8 @@ class LocalPlanner(LeafSystem):
         super().__init__()
         self._ticks_per_cycle = count_steps(planner.period, task.time_step)
         self._planner = planner
+        self._name = _name_of(planner)
+        _check_planner(planner, self._name)
         self._task = task
 
         self._robot_state = self.DeclareVectorInputPort(
@@ -162,13 +180,12 @@ class LocalPlanner(LeafSystem):
     def DescribeMemory(self) -> list[str]:
         """Returns what the state depends on: the planner and its parameters."""
         planner = self._planner
-        tag = tag_of(planner)
-        name = tag[1] if tag else type(planner).__qualname__
         parameters = ", ".join(
             f"{field.name}={getattr(planner, field.name)!r}"
             for field in dataclasses.fields(planner)
+            if field.name != "cycle_limit"
         )
-        return [f"of planner {name}({parameters})"]
+        return [f"of planner {self._name}({parameters})"]
 
     def _CalcVelocityCommand(
         self, context: Context, output: BasicVector
@@ -199,19 +216,32 @@ class LocalPlanner(LeafSystem):
         """Returns what the planner decides now.
 
         Raises:
-            RuntimeError: If that cannot be.
+            PlannerError: If that cannot be.
         """
         if not self._goal.HasValue(context):
             return self._idle.plan
-        plan = self._planner.plan(
-            self._task, self._Look(context), self._Decided(context).memory
+        planner, limit = self._planner, self._planner.cycle_limit
+        arguments = (
+            *(self._task, self._Look(context)),
+            self._Decided(context).memory,
         )
+        try:
+            plan = call_cycle(planner.plan, arguments, limit)
+        except CycleTimeout:
+            reason = f"a cycle took longer than cycle_limit = {limit:g} s"
+            raise self._Error(context, reason) from None
+        except Exception as error:
+            function = inspect.unwrap(type(planner).plan)
+            code = getattr(function, "__code__", None)
+            raise self._Error(context, told(error, code)) from error
         if fault := plan_fault(plan, keeps=self._decision is not None):
-            raise RuntimeError(
-                f"{self.GetSystemPathname()}, t = {context.get_time():.3f} s:"
-                f" {type(self._planner).__name__}.plan() {fault}"
-            )
+            reason = f"{type(planner).__name__}.plan() {fault}"
+            raise self._Error(context, reason)
+        assert isinstance(plan, Plan)
         return plan
+
+    def _Error(self, context: Context, reason: str) -> PlannerError:
+        return PlannerError(self._name, context.get_time(), reason)
 
     def _Decide(self, context: Context, state: State) -> None:
         if self._IsDue(context):
@@ -251,3 +281,22 @@ def _scan_size(planner: Planner, task: PlanningTask) -> int:
             " LidarConfig"
         )
     return task.lidar.num_rays
+
+
+def _name_of(planner: Planner) -> str:
+    tag = tag_of(planner)
+    return tag[1] if tag else type(planner).__name__
+
+
+def _check_planner(planner: Planner, name: str) -> None:
+    """Raises TypeError if what a planner's class declares cannot be."""
+    if fault := memory_fault(planner.initial_memory):
+        raise TypeError(f"planner {name!r}: initial_memory: it {fault}")
+    size = planner.scan_size
+    if size is None:
+        return
+    if not isinstance(size, int) or isinstance(size, bool) or size < 0:
+        raise TypeError(
+            f"planner {name!r}: scan_size must be a whole number of distances,"
+            f" got {size!r:.80}"
+        )

@@ -3,6 +3,7 @@
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from enum import IntEnum
+import inspect
 from typing import Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -165,6 +166,7 @@ class Plan(NamedTuple):
     reason: str = ""
 
 
+@checked_dataclass(kw_only=True, config=CONFIG)
 class Planner(PlannerConfig):
     """A planner that decides by a pure function, as a `LocalPlanner` does.
 
@@ -182,6 +184,19 @@ class Planner(PlannerConfig):
     # for as many as the lidar of its task has.
     scan_size: ClassVar[int | None] = 0
 
+    # How long a cycle may take, in seconds of the wall clock; None for as long
+    # as it takes. A trial whose planner takes longer ends there, so that it
+    # depends on the machine; nothing else does.
+    cycle_limit: (
+        Annotated[StrictFloat, within(0, 3600, "s", low_open=True)] | None
+    ) = None
+
+    def __init_subclass__(cls, **options: Any) -> None:
+        super().__init_subclass__(**options)
+        if "plan" in vars(cls):
+            label = f"{cls.__qualname__}.plan()"
+            check_arguments(vars(cls)["plan"], label, "self")
+
     @abstractmethod
     def plan(self, task: PlanningTask, view: View, memory: Any) -> Plan:
         """Decides the command of one cycle.
@@ -197,6 +212,40 @@ class Planner(PlannerConfig):
         from hunav_drake.systems.planning.local_planner import LocalPlanner
 
         return LocalPlanner(self, task)
+
+
+def check_arguments(function: Any, label: str, *first: str) -> None:
+    """Checks that a function takes what a planner is called with.
+
+    Args:
+        function: The function.
+        label: What it is called in the message.
+        first: Arguments before the usual ones.
+
+    Raises:
+        TypeError: If it does not take (task, view, memory), or is none.
+    """
+    names = (*first, "task", "view", "memory")
+    usual = ", ".join(names)
+    if isinstance(function, staticmethod | classmethod):
+        raise TypeError(
+            f"{label} must be a plain method ({usual}), got a"
+            f" {type(function).__name__}"
+        )
+    if not callable(function):
+        raise TypeError(
+            f"{label} must be a function ({usual}), got {function!r:.80}"
+        )
+    try:
+        signature = inspect.signature(function)
+    except ValueError:
+        return
+    try:
+        signature.bind(*names)
+    except TypeError as error:
+        raise TypeError(
+            f"{label} must take ({usual}), got {signature}"
+        ) from error
 
 
 # The planners by name.

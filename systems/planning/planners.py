@@ -2,6 +2,7 @@
 
 from hunav_drake.systems.planning.dwb.dwb import DwbPlanner
 from hunav_drake.systems.planning.dwb.scl import SclPlanner
+from hunav_drake.systems.planning.mppi.mppi import MppiPlanner
 from hunav_drake.systems.planning.pursuit import PursuitPlanner
 from hunav_drake.systems.planning.social.orca import OrcaPlanner
 from hunav_drake.systems.planning.social.sfm import SfmPlanner
@@ -9,6 +10,7 @@ from hunav_drake.systems.planning.social.sfw import SfwPlanner
 
 __all__ = [
     "DwbPlanner",
+    "MppiPlanner",
     "OrcaPlanner",
     "PursuitPlanner",
     "SclPlanner",

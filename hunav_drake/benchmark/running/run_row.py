@@ -1,8 +1,11 @@
 """One run of a suite: a row of its log, and of its tables."""
 
+from collections.abc import Sequence
 import json
 import math
 from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
 
 from hunav_drake.benchmark.running.extras import extra_values
 
@@ -12,6 +15,9 @@ if TYPE_CHECKING:
 
 # The reason of a run that raised an error.
 ERROR = "error"
+
+# The reasons of runs that say nothing of a planner, but that it is broken.
+FAILED = (ERROR, "planner_failed")
 
 
 class RunRow(NamedTuple):
@@ -60,8 +66,7 @@ def make_row(
     sha256: str,
     seed: int,
     repetition: int,
-    wall: float,
-    cpu: float,
+    cost: dict[str, float],
     with_recording: bool,
 ) -> RunRow:
     """Returns the row of a trial that has ended."""
@@ -78,10 +83,18 @@ def make_row(
             str(behavior): {str(k): float(v) for k, v in values.items()}
             for behavior, values in result.by_behavior.iterrows()
         },
-        cost={"wall": wall, "cpu": cpu},
+        cost=cost,
         extras=extra_values(result.recording),
         recording=result.recording if with_recording else None,
     )
+
+
+def cycle_cost(cycles: Sequence[float]) -> dict[str, float]:
+    """Returns the median and the 95th percentile of cycles, in seconds."""
+    if not cycles:
+        return {}
+    median, p95 = np.quantile(cycles, (0.5, 0.95)).tolist()
+    return {"cycle_median": median, "cycle_p95": p95}
 
 
 def failed_row(

@@ -5,7 +5,12 @@ from dataclasses import dataclass, replace
 import time
 from typing import Any, Self
 
-from hunav_drake.benchmark.running.run_row import RunRow, failed_row, make_row
+from hunav_drake.benchmark.running.run_row import (
+    RunRow,
+    cycle_cost,
+    failed_row,
+    make_row,
+)
 from hunav_drake.commands.user_code import fault_of_user_code
 
 
@@ -55,11 +60,13 @@ def warm_up(texts: Iterable[str]) -> None:
 
 def _run(task: Task, seed: int, repetition: int) -> RunRow:
     from hunav_drake.simulation import RunTrial
+    from hunav_drake.systems.planning import time_cycles
 
     wall, cpu = time.perf_counter(), time.process_time()
     try:
         scenario, diagram = _prepared(task)
-        result = RunTrial(scenario, seed, diagram=diagram)
+        with time_cycles() as cycles:
+            result = RunTrial(scenario, seed, diagram=diagram)
     except (KeyboardInterrupt, MemoryError):
         raise
     except Exception as error:
@@ -71,8 +78,11 @@ def _run(task: Task, seed: int, repetition: int) -> RunRow:
         sha256=task.sha256,
         seed=seed,
         repetition=repetition,
-        wall=time.perf_counter() - wall,
-        cpu=time.process_time() - cpu,
+        cost={
+            "wall": time.perf_counter() - wall,
+            "cpu": time.process_time() - cpu,
+            **cycle_cost(cycles),
+        },
         with_recording=task.keep == seed and repetition == 0,
     )
 

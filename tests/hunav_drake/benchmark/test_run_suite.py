@@ -156,7 +156,10 @@ def test_a_bad_run_is_a_row_with_its_reason(suite):
     result = RunSuite(mixed, workers=1)
     assert [row.seed for row in result.failures] == [0, 1]
     assert all("lost its way" in row.end_message for row in result.failures)
-    assert list(result.runs().end_reason) == ["error"] * 2 + ["timeout"] * 2
+    assert (
+        list(result.runs().end_reason)
+        == ["planner_failed"] * 2 + ["timeout"] * 2
+    )
 
 
 def test_stops_when_a_mean_is_known_whoever_is_first(suite):

@@ -120,9 +120,13 @@ def test_an_error_in_ones_own_code_is_told_in_a_line(hunav, tmp_path):
     )
     arguments = ("run", "passing", "--quiet", "--planner", "mine_1")
     code, _, err = hunav(*arguments, "--import", "mine_1.py")
-    assert code == 2
-    assert err.startswith(f"hunav: {tmp_path}/mine_1.py:10: IndexError: index")
-    assert len(err.splitlines()) == 1
+    assert code == 1
+    told = "hunav: planner 'mine_1' failed at t = 0.000 s: IndexError: index 99"
+    # (And the metric of that file fails, too.)
+    warning, line = err.splitlines()
+    assert "warning: no value: metric 'mine_1'" in warning
+    assert line.startswith(told)
+    assert f"({tmp_path}/mine_1.py:10)" in line
 
 
 def test_a_metric_of_ones_own_that_fails_is_a_warning(hunav, tmp_path):

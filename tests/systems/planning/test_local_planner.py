@@ -10,6 +10,7 @@ from hunav_drake.systems.planning import (
     LocalPlanner,
     Plan,
     Planner,
+    PlannerError,
     PlannerStatus,
     PlanningTask,
     PursuitPlanner,
@@ -187,13 +188,18 @@ DRIVING = PlannerStatus.DRIVING
         (Plan(0.5, 0.0, DRIVING, path=np.zeros(3)), "a path .*of shape"),
         (Plan(0.5, 0.0, DRIVING, path=[[0, 0]]), "a path that is an array"),
         (Plan(0.5, 0.0, DRIVING, path=np.full((1, 2), np.nan)), "finite"),
+        (Plan("fast", 0.0, DRIVING), "finite v .*got Plan.v='fast'"),
+        (Plan(None, 0.0, DRIVING), "finite v .*got Plan.v=None"),
+        (Plan(0.5, 0.0, 77), "must give a PlannerStatus, got 77"),
+        (Plan(0.5, 0.0, None), "must give a PlannerStatus, got None"),
+        (None, "must give a Plan, got None"),
         ((0.5, 0.0), r"must give a Plan, got \(0.5, 0"),
     ],
 )
 def test_a_plan_that_cannot_be_is_told(plan, words):
     dut = LocalPlanner(plan_that_gives(plan), make_task())
     simulator = make_planner_simulator(dut)
-    with pytest.raises(RuntimeError, match=rf"t = 0.000 s: Wild.*{words}"):
+    with pytest.raises(PlannerError, match=rf"t = 0.000 s: Wild.*{words}"):
         simulator.AdvanceTo(0.1)
 
 
@@ -202,7 +208,7 @@ def test_nothing_is_lost_of_who_declares_no_memory(more):
     plan = Plan(0.5, 0.0, DRIVING, **more)
     dut = LocalPlanner(plan_that_gives(plan, None), make_task())
     simulator = make_planner_simulator(dut)
-    with pytest.raises(RuntimeError, match=r"Wild.* without an initial_memory"):
+    with pytest.raises(PlannerError, match=r"Wild.* without an initial_memory"):
         simulator.AdvanceTo(0.1)
 
 
@@ -232,5 +238,5 @@ def test_a_planner_cannot_write_to_what_it_sees():
             view.robot[:] = 0.0
 
     simulator = make_planner_simulator(LocalPlanner(Writing(), make_task()))
-    with pytest.raises(ValueError, match="read-only"):
+    with pytest.raises(PlannerError, match=r"ValueError: .*read-only"):
         simulator.AdvanceTo(0.1)

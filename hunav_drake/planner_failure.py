@@ -1,0 +1,74 @@
+"""Tells whether it is the planner that keeps a trial from going on."""
+
+import traceback
+
+import numpy as np
+from pydrake.systems.framework import Context, Diagram, System
+
+from hunav_drake.systems.planning.local_planner import LocalPlanner
+from hunav_drake.systems.planning.planner_error import PlannerError, told
+
+
+def PlannerErrorOf(
+    error: Exception, diagram: Diagram, context: Context, name: str
+) -> PlannerError | None:
+    """Returns what an exception tells about the planner of a trial.
+
+    Args:
+        error: What the simulation raised.
+        diagram: From `MakeTrialDiagram`.
+        context: Its Context, at the time of the exception.
+        name: That of the planner.
+
+    Returns:
+        The error of the planner; None if the exception was raised elsewhere.
+    """
+    if isinstance(error, PlannerError):
+        return error
+    systems = _parts(diagram.GetSubsystemByName("planner"))
+    for frame, _ in traceback.walk_tb(error.__traceback__):
+        this = frame.f_locals.get("self")
+        if any(this is system for system in systems):
+            reason = told(error, frame.f_code)
+            result = PlannerError(name, context.get_time(), reason)
+            result.__cause__ = error
+            return result
+    return None
+
+
+def CheckCommand(diagram: Diagram, context: Context, name: str) -> None:
+    """Checks the command of a planner that is a system of its own.
+
+    A `LocalPlanner` checks that itself.
+
+    Args:
+        diagram: From `MakeTrialDiagram`.
+        context: Its Context.
+        name: That of the planner.
+
+    Raises:
+        PlannerError: If the command is not finite.
+    """
+    command = diagram.GetOutputPort("velocity_command").Eval(context)
+    if not np.isfinite(command).all():
+        v, omega = command.tolist()
+        raise PlannerError(
+            name,
+            context.get_time(),
+            f"its port velocity_command must give finite numbers, gives"
+            f" ({v:g}, {omega:g})",
+        )
+
+
+def IsOwnSystem(diagram: Diagram) -> bool:
+    """Tells whether the planner of a trial is a system of its own."""
+    planner = diagram.GetSubsystemByName("planner")
+    return not isinstance(planner, LocalPlanner)
+
+
+def _parts(system: System) -> list[System]:
+    """Returns a system and all that it is made of."""
+    if not isinstance(system, Diagram):
+        return [system]
+    parts = [_parts(part) for part in system.GetSystems()]
+    return [system, *(part for some in parts for part in some)]

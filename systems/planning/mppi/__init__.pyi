@@ -1,0 +1,2 @@
+from .mppi import MppiPlanner as MppiPlanner
+from .mppi_memory import MppiMemory as MppiMemory

@@ -1,0 +1,272 @@
+"""The critics of MPPI, each of one rollout, compiled by numba.
+
+They are those of nav2_mppi_controller in words of its manual, written anew,
+with power 1, and one about people. `poses` has shape (n, 3), rows (x, y, yaw)
+at the ends of the steps; `path` shape (k, 2), evenly spaced points of the local
+plan; `p` are the parameters.
+"""
+
+import math
+
+import numpy as np
+
+from hunav_drake.systems.common.kernels import jit
+from hunav_drake.systems.common.layout import VX, VY, X, Y
+from hunav_drake.systems.crowd.social_force.compiled_forces import pair_force
+from hunav_drake.systems.people.parameters import GAMMA, LAMBDA
+from hunav_drake.systems.planning.costmap.footprint import outline_cost
+from hunav_drake.systems.planning.mppi.parameters import (
+    ALIGN_EVERY,
+    ANGLE_AHEAD,
+    COST_EVERY,
+    COST_NEAR_GOAL,
+    CRITICAL_COST,
+    DT,
+    FOLLOW_AHEAD,
+    MAX_TURN,
+    MAX_V,
+    MIN_V,
+    SOCIAL_EVERY,
+    USE_FOOTPRINT,
+)
+
+_INSCRIBED = 253
+_LETHAL = 254
+
+# Weaker forces than this part of the largest do not count: exp(-5) is 0.7 %.
+_FAINT = 5.0
+
+
+@jit
+def angle_between(a, b):
+    """Returns the size of the turn from one heading to another."""
+    return abs((a - b + math.pi) % (2 * math.pi) - math.pi)
+
+
+@jit
+def constraint_score(velocities, p):
+    """Returns how far, and how long, the velocity is out of its bounds."""
+    total = 0.0
+    for k in range(len(velocities)):
+        v = velocities[k, 0]
+        omega = abs(velocities[k, 1])
+        total += max(v - p[MAX_V], 0.0) + max(p[MIN_V] - v, 0.0)
+        total += max(omega - p[MAX_TURN], 0.0)
+    return total * p[DT]
+
+
+@jit
+def cell_cost(costs, ox, oy, inverse, x, y):
+    """Returns the cost at a point; 255 off the map."""
+    row = math.floor((y - oy) * inverse)
+    column = math.floor((x - ox) * inverse)
+    if 0 <= row < costs.shape[0] and 0 <= column < costs.shape[1]:
+        return int(costs[row, column])
+    return 255
+
+
+@jit
+def cost_score(poses, costs, ox, oy, resolution, polygon, to_goal, p):
+    """Returns the mean cost of the cells on the way; infinite in a collision.
+
+    Near the goal only what is critical counts.
+    """
+    inverse = 1.0 / resolution
+    every = int(p[COST_EVERY])
+    graded = to_goal > p[COST_NEAR_GOAL]
+    total = 0.0
+    count = 0
+    for k in range(0, len(poses), every):
+        count += 1
+        cost = cell_cost(costs, ox, oy, inverse, poses[k, 0], poses[k, 1])
+        if cost >= _LETHAL:
+            return math.inf
+        if p[USE_FOOTPRINT] != 0:
+            if cost > 0:
+                edge = outline_cost(
+                    *(costs, ox, oy, resolution),
+                    *(poses[k, 0], poses[k, 1], poses[k, 2], polygon),
+                )
+                if edge < 0 or edge >= _LETHAL:
+                    return math.inf
+            if cost >= _INSCRIBED:
+                total += p[CRITICAL_COST]
+                continue
+        elif cost >= _INSCRIBED:
+            return math.inf
+        if graded:
+            total += cost
+    return total / count
+
+
+@jit
+def goal_score(poses, goal):
+    """Returns the mean distance from the goal (x, y, yaw), in meters."""
+    total = 0.0
+    for k in range(len(poses)):
+        dx = poses[k, 0] - goal[0]
+        dy = poses[k, 1] - goal[1]
+        total += math.sqrt(dx * dx + dy * dy)
+    return total / len(poses)
+
+
+@jit
+def goal_angle_score(poses, goal):
+    """Returns the mean turn that the heading lacks to that of the goal."""
+    total = 0.0
+    for k in range(len(poses)):
+        total += angle_between(poses[k, 2], goal[2])
+    return total / len(poses)
+
+
+@jit
+def path_align_score(start_x, start_y, poses, path, spacing, free, p):
+    """Returns the mean distance from the plan, at the same length of way.
+
+    Args:
+        start_x: Where the robot is.
+        start_y: The same along the other axis.
+        poses: The rollout.
+        path: The local plan.
+        spacing: The distance of its points, in meters.
+        free: For each of them, whether nothing is there.
+        p: The parameters.
+    """
+    every = int(p[ALIGN_EVERY])
+    x = start_x
+    y = start_y
+    way = 0.0
+    total = 0.0
+    count = 0
+    for k in range(every - 1, len(poses), every):
+        dx = poses[k, 0] - x
+        dy = poses[k, 1] - y
+        way += math.sqrt(dx * dx + dy * dy)
+        x = poses[k, 0]
+        y = poses[k, 1]
+        i = min(int(way / spacing + 0.5), len(path) - 1)
+        if free[i]:
+            count += 1
+            total += math.sqrt((path[i, 0] - x) ** 2 + (path[i, 1] - y) ** 2)
+    return total / count if count > 0 else 0.0
+
+
+@jit
+def path_follow_score(poses, path, free, reached, p):
+    """Returns how far the end is from a point a bit beyond what all reach."""
+    last = len(path) - 1
+    i = min(reached + int(p[FOLLOW_AHEAD]), last)
+    while i < last and not free[i]:
+        i += 1
+    dx = poses[-1, 0] - path[i, 0]
+    dy = poses[-1, 1] - path[i, 1]
+    return math.sqrt(dx * dx + dy * dy)
+
+
+@jit
+def angle_point(path, reached, p):
+    """Returns the point (x, y) ahead that PathAngle turns to."""
+    i = min(reached + int(p[ANGLE_AHEAD]), len(path) - 1)
+    return path[i, 0], path[i, 1]
+
+
+@jit
+def path_angle_score(poses, x, y):
+    """Returns the mean turn that the heading lacks towards a point (x, y)."""
+    total = 0.0
+    for k in range(len(poses)):
+        to = math.atan2(y - poses[k, 1], x - poses[k, 0])
+        total += angle_between(poses[k, 2], to)
+    return total / len(poses)
+
+
+@jit
+def prefer_forward_score(velocities, p):
+    """Returns how far the robot drives back, in meters."""
+    total = 0.0
+    for k in range(len(velocities)):
+        total += max(-velocities[k, 0], 0.0)
+    return total * p[DT]
+
+
+@jit
+def social_score(poses, velocities, humans, forces, p):
+    """Returns the mean social work on the way, in m/s^2.
+
+    It is the size of the social force of all people on the robot plus the
+    sizes of those of the robot on each of them; people go on as they walk.
+    (As in Perez-Higueras et al. 2014 and in the social force window planner.)
+    A force of one is the opposite of that of the other.
+
+    Args:
+        poses: The rollout.
+        velocities: Shape (n, 2), rows (v, omega).
+        humans: Shape (m, 7): the rows of the people now.
+        forces: The parameters of the social force.
+        p: The parameters.
+    """
+    every = int(p[SOCIAL_EVERY])
+    total = 0.0
+    count = 0
+    for k in range(every - 1, len(poses), every):
+        count += 1
+        time = (k + 1) * p[DT]
+        vx = velocities[k, 0] * math.cos(poses[k, 2])
+        vy = velocities[k, 0] * math.sin(poses[k, 2])
+        on_x = 0.0
+        on_y = 0.0
+        for i in range(len(humans)):
+            dx = humans[i, X] + humans[i, VX] * time - poses[k, 0]
+            dy = humans[i, Y] + humans[i, VY] * time - poses[k, 1]
+            r = math.sqrt(dx * dx + dy * dy)
+            dvx = vx - humans[i, VX]
+            dvy = vy - humans[i, VY]
+            if r > 0:
+                # The length that `pair_force` decays with, but faster.
+                ix = forces[LAMBDA] * dvx + dx / r
+                iy = forces[LAMBDA] * dvy + dy / r
+                b = forces[GAMMA] * math.sqrt(ix * ix + iy * iy)
+                if r > _FAINT * b:
+                    continue
+            fx, fy = pair_force(dx, dy, dvx, dvy, forces)
+            on_x += fx
+            on_y += fy
+            total += math.sqrt(fx * fx + fy * fy)
+        total += math.sqrt(on_x * on_x + on_y * on_y)
+    return total / count if count > 0 else 0.0
+
+
+@jit
+def furthest_reached(ends, path):
+    """Returns the furthest of the points that are nearest to an end.
+
+    Args:
+        ends: Shape (m, 2): where the rollouts end.
+        path: The local plan.
+    """
+    result = 0
+    for i in range(len(ends)):
+        nearest = 0
+        least = math.inf
+        for k in range(len(path)):
+            dx = path[k, 0] - ends[i, 0]
+            dy = path[k, 1] - ends[i, 1]
+            d2 = dx * dx + dy * dy
+            if d2 < least:
+                least = d2
+                nearest = k
+        result = max(result, nearest)
+    return result
+
+
+@jit
+def free_points(path, costs, ox, oy, resolution):
+    """Returns for each point of the plan whether nothing is there."""
+    result = np.empty(len(path), dtype=np.bool_)
+    for k in range(len(path)):
+        cost = cell_cost(
+            costs, ox, oy, 1.0 / resolution, path[k, 0], path[k, 1]
+        )
+        # (Beyond the map nothing is known to be.)
+        result[k] = cost < _INSCRIBED or cost == 255
+    return result

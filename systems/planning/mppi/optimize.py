@@ -1,0 +1,243 @@
+"""One cycle of MPPI: draw, improve, remember."""
+
+from dataclasses import astuple
+import functools
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.layout import OMEGA
+from hunav_drake.systems.planning.costmap.grid import Costmap
+from hunav_drake.systems.planning.mppi import parameters
+from hunav_drake.systems.planning.mppi.improving import improve
+from hunav_drake.systems.planning.mppi.mppi_memory import MppiMemory
+from hunav_drake.systems.planning.navigation.memory import Control, LocalPlan
+from hunav_drake.systems.planning.planner import PlanningTask, View
+
+if TYPE_CHECKING:
+    from hunav_drake.systems.planning.mppi.mppi import MppiPlanner
+
+FAULT = "each way ahead leads into something"
+
+# Of a cycle, one after the other: draws of the improvements, and of the second
+# try.
+_TRIES = 2
+
+
+class Setting(NamedTuple):
+    """What follows from the parameters of MPPI and the task.
+
+    Attributes:
+        p: The parameters of `improve`.
+        forces: Those of the social force.
+        shifts: Whether a step of a rollout takes as long as a cycle, so that
+            the controls move on by one.
+    """
+
+    p: Array
+    forces: Array
+    shifts: bool
+
+
+class Rollouts(NamedTuple):
+    """All that MPPI has weighed in one improvement.
+
+    Attributes:
+        alive: How many of them do not collide.
+        controls: Shape (time_steps, 2): the average, rows (v, omega).
+        scores: Shape (batch_size, 11): the total, the scaled scores of the
+            critics, `CRITICS` in their order, and how far they leave the last
+            controls.
+        poses: Shape (batch_size, time_steps, 3), rows (x, y, yaw).
+    """
+
+    alive: int
+    controls: Array
+    scores: Array
+    poses: Array
+
+
+def setting(planner: "MppiPlanner", task: PlanningTask) -> Setting:
+    """Returns what follows from the parameters of MPPI and the task."""
+    limits, critics = task.limits, planner.critics
+    dt = max(planner.model_dt, planner.period)
+    shifts = math.isclose(dt, planner.period)
+    p = np.zeros(parameters.NUM_PARAMETERS)
+    for place, value in {
+        parameters.DT: dt,
+        parameters.MIN_V: -min(
+            planner.max_reverse_vel_x, limits.max_reverse_speed
+        ),
+        parameters.MAX_V: min(planner.max_vel_x, limits.max_speed),
+        parameters.MAX_TURN: min(planner.max_vel_theta, limits.max_turn_rate),
+        parameters.ACC_V: min(planner.max_acc_x, limits.max_acceleration),
+        parameters.ACC_TURN: min(
+            planner.max_acc_theta, limits.max_turn_acceleration
+        ),
+        parameters.STD_V: planner.vx_std,
+        parameters.STD_TURN: planner.wz_std,
+        parameters.TEMPERATURE: planner.temperature,
+        parameters.GAMMA: planner.gamma,
+        parameters.COLLISION_COST: critics.collision_cost,
+        parameters.CRITICAL_COST: critics.critical_cost,
+        parameters.USE_FOOTPRINT: float(critics.consider_footprint),
+        parameters.COST_NEAR_GOAL: critics.near_goal_distance,
+        parameters.GOAL_NEAR: critics.goal_threshold,
+        parameters.GOAL_ANGLE_NEAR: critics.goal_angle_threshold,
+        parameters.PATH_NEAR: critics.path_threshold,
+        parameters.FOLLOW_NEAR: critics.path_follow_threshold,
+        parameters.ALIGN_AHEAD: critics.path_align_offset,
+        parameters.ALIGN_BLOCKED: critics.max_path_occupancy_ratio,
+        parameters.FOLLOW_AHEAD: critics.path_follow_offset,
+        parameters.ANGLE_AHEAD: critics.path_angle_offset,
+        parameters.ANGLE_LEAST: critics.max_angle_to_furthest,
+        parameters.COST_EVERY: critics.cost_step,
+        parameters.ALIGN_EVERY: critics.path_align_step,
+        parameters.SOCIAL_EVERY: critics.social_step,
+        parameters.HOLDS_FIRST: float(shifts),
+    }.items():
+        p[place] = value
+    for place, name in enumerate(parameters.CRITICS, start=1):
+        p[place] = getattr(planner.weights, name)
+    p.setflags(write=False)
+    forces = np.array(astuple(planner.social_force))
+    forces.setflags(write=False)
+    return Setting(p, forces, shifts)
+
+
+@functools.lru_cache(maxsize=2)
+def draw_noise(seed: int, number: int, batch: int, steps: int) -> Array:
+    """Returns standard normal noise that follows from a seed and a number.
+
+    Args:
+        seed: In [0, 2^63).
+        number: Which draw it is.
+        batch: How many rollouts there are.
+        steps: How many steps each has.
+
+    Returns:
+        Shape (batch, steps, 2), read-only.
+    """
+    bits = np.random.Philox(key=[seed, number])
+    noise = np.random.Generator(bits).standard_normal((batch, steps, 2))
+    noise.setflags(write=False)
+    return noise
+
+
+def even_path(poses: Array, spacing: float) -> Array:
+    """Returns points at equal distances along a plan, shape (k, 2), k > 0.
+
+    Args:
+        poses: Shape (j, 3), j > 0, rows (x, y, yaw).
+        spacing: The distance, in meters. The last point is the plan's end, if
+            that is not another half of it away.
+    """
+    steps = np.diff(poses[:, :2], axis=0)
+    way = np.concatenate([[0.0], np.cumsum(np.hypot(*steps.T))])
+    count = int(way[-1] / spacing + 0.5)
+    along = np.minimum(spacing * np.arange(count + 1), way[-1])
+    return np.column_stack(
+        [np.interp(along, way, poses[:, c]) for c in range(2)]
+    )
+
+
+def robot_state(view: View) -> Array:
+    """Returns (x, y, yaw, v, omega) of the robot; v is along its heading."""
+    x, y, yaw, vx, vy, omega = view.robot[: OMEGA + 1].tolist()
+    v = vx * math.cos(yaw) + vy * math.sin(yaw)
+    return np.array([x, y, yaw, v, omega])
+
+
+def roll_out_all(
+    planner: "MppiPlanner",
+    task: PlanningTask,
+    view: View,
+    local: LocalPlan,
+    costmap: Costmap,
+    memory: MppiMemory,
+    number: int = 0,
+) -> Rollouts:
+    """Returns what MPPI weighs in one improvement, for those who look at it.
+
+    Args:
+        planner: The parameters.
+        task: What does not change.
+        view: What the planner sees.
+        local: What is to be followed.
+        costmap: The local map.
+        memory: What it remembers.
+        number: Which draw of noise it takes.
+    """
+    made = _setting(planner, task)
+    controls = memory.controls
+    if len(controls) != planner.time_steps:
+        controls = np.zeros((planner.time_steps, 2))
+    noise = draw_noise(
+        planner.noise_seed, number, planner.batch_size, planner.time_steps
+    )
+    result = improve(
+        *(robot_state(view), controls, memory.past, noise),
+        np.array(local.goal),
+        even_path(local.poses, planner.path_spacing),
+        planner.path_spacing,
+        *(costmap.costs, *costmap.origin, costmap.resolution),
+        *(planner.setup(task).footprint, view.humans, made.forces, made.p),
+    )
+    return Rollouts(*result)
+
+
+def optimize(
+    planner: "MppiPlanner",
+    task: PlanningTask,
+    view: View,
+    local: LocalPlan,
+    costmap: Costmap,
+    memory: MppiMemory,
+) -> Control:
+    """Returns the command of one cycle: see `MppiPlanner.control`."""
+    made = _setting(planner, task)
+    number = 0
+    for attempt in range(_TRIES):
+        tried = memory
+        if attempt > 0:
+            # It may be the old controls that lead into something.
+            tried = MppiMemory(cycle=memory.cycle)
+        alive = 0
+        for _ in range(planner.iteration_count):
+            if planner.regenerate_noises:
+                per_cycle = _TRIES * planner.iteration_count
+                number = memory.cycle * per_cycle + number % per_cycle
+            result = roll_out_all(
+                planner, task, view, local, costmap, tried, number
+            )
+            number += 1
+            alive = result.alive
+            tried = tried._replace(controls=result.controls)
+        if alive > 0:
+            return _command(tried, made)
+    return Control(0.0, 0.0, memory, FAULT)
+
+
+def _command(memory: MppiMemory, made: Setting) -> Control:
+    """Returns the command that new controls begin with, and what is kept."""
+    controls = memory.controls
+    place = 1 if made.shifts else 0
+    v = min(
+        max(controls[place, 0], made.p[parameters.MIN_V]),
+        made.p[parameters.MAX_V],
+    )
+    most = made.p[parameters.MAX_TURN]
+    omega = min(max(controls[place, 1], -most), most)
+    past = np.vstack([memory.past[1:], controls[:1]])
+    if made.shifts:
+        controls = np.vstack([controls[1:], controls[-1:]])
+    for array in (past, controls):
+        array.setflags(write=False)
+    memory = MppiMemory(controls, past, memory.cycle + 1)
+    return Control(float(v), float(omega), memory)
+
+
+def _setting(planner: "MppiPlanner", task: PlanningTask) -> Setting:
+    return planner.once(task, "mppi", lambda: setting(planner, task))

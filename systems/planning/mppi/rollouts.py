@@ -1,0 +1,105 @@
+"""Rollouts of a robot with two wheels under sampled controls, by numba."""
+
+import math
+
+import numpy as np
+
+from hunav_drake.systems.common.kernels import jit
+from hunav_drake.systems.planning.mppi.parameters import (
+    ACC_TURN,
+    ACC_V,
+    DT,
+    MAX_TURN,
+    MAX_V,
+    MIN_V,
+)
+
+# The weights of the quadratic that fits nine points best, at its middle
+# (Savitzky and Golay 1964, table I).
+SMOOTHING = (
+    -21 / 231,
+    14 / 231,
+    39 / 231,
+    54 / 231,
+    59 / 231,
+    54 / 231,
+    39 / 231,
+    14 / 231,
+    -21 / 231,
+)
+
+
+@jit
+def toward(now, wanted, most):
+    """Returns a velocity moved towards another, by so much at most."""
+    return min(max(wanted, now - most), now + most)
+
+
+@jit
+def roll_out(state, controls, p, poses, velocities):
+    """Predicts one robot.
+
+    In the first step it moves as it does now, in step k as control k - 1 wants,
+    within what it can accelerate; each step goes in the direction that the
+    robot has at its beginning.
+
+    Args:
+        state: (x, y, yaw, v, omega) of the robot.
+        controls: Shape (n, 2), rows (v, omega).
+        p: The parameters.
+        poses: Written: shape (n, 3), rows (x, y, yaw) at the ends of the steps.
+        velocities: Written: shape (n, 2), rows (v, omega) during the steps.
+    """
+    dt = p[DT]
+    x = state[0]
+    y = state[1]
+    yaw = state[2]
+    v = state[3]
+    omega = state[4]
+    for k in range(len(controls)):
+        if k > 0:
+            v = toward(v, controls[k - 1, 0], p[ACC_V] * dt)
+            omega = toward(omega, controls[k - 1, 1], p[ACC_TURN] * dt)
+        x += v * math.cos(yaw) * dt
+        y += v * math.sin(yaw) * dt
+        yaw += omega * dt
+        poses[k, 0] = x
+        poses[k, 1] = y
+        poses[k, 2] = yaw
+        velocities[k, 0] = v
+        velocities[k, 1] = omega
+
+
+@jit
+def limit(controls, state, p):
+    """Keeps controls, in place, within what the robot can do."""
+    dt = p[DT]
+    v = state[3]
+    omega = state[4]
+    for k in range(len(controls)):
+        wanted = min(max(controls[k, 0], p[MIN_V]), p[MAX_V])
+        v = toward(v, wanted, p[ACC_V] * dt)
+        wanted = min(max(controls[k, 1], -p[MAX_TURN]), p[MAX_TURN])
+        omega = toward(omega, wanted, p[ACC_TURN] * dt)
+        controls[k, 0] = v
+        controls[k, 1] = omega
+
+
+@jit
+def smooth(controls, past):
+    """Returns controls smoothed by a quadratic through nine at a time.
+
+    Args:
+        controls: Shape (n, 2).
+        past: Shape (4, 2): those before. The last one stands for those after.
+    """
+    n = len(controls)
+    before = len(past)
+    result = np.zeros_like(controls)
+    for k in range(n):
+        for j in range(9):
+            i = min(k + j - 4, n - 1)
+            for c in range(2):
+                value = past[before + i, c] if i < 0 else controls[i, c]
+                result[k, c] += SMOOTHING[j] * value
+    return result
