@@ -186,7 +186,7 @@ def _points(planner: "SfwPlanner", task: PlanningTask, view: View) -> Array:
     x, y = view.robot[[X, Y]].tolist()
     reach = planner.max_obstacle_dist
     if view.scan is None:
-        points = wall_points(
+        points: Array = wall_points(
             x, y, reach, planner.obstacle_points, task.obstacles.table
         )
     else:
