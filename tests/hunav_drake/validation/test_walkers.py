@@ -42,14 +42,17 @@ def test_a_walk_ends_when_all_have_left_or_patience_is_over():
 
 @pytest.mark.parametrize("model", MODELS)
 def test_an_endless_corridor_has_no_seam(model):
-    """Whether people meet in the middle or at the end, they do the same."""
+    """Whether people meet in the middle or at the end, they do the same.
+
+    It is longer than twice the distance from which models see others.
+    """
     starts = np.array([[4.0, 0.9], [4.7, 1.2], [5.5, 0.8], [6.2, 1.1]])
     speeds = [1.6, 1.0, 1.4, 0.7]
     moved = []
-    for shift in (0.0, 5.0):
+    for shift in (0.0, 17.0):
         p = starts + np.array([shift, 0])
-        p[:, 0] %= 10
-        corridor = EndlessCorridor(Setting(model), p, 10.0, 2.0, speeds)
+        p[:, 0] %= 22
+        corridor = EndlessCorridor(Setting(model), p, 22.0, 2.0, speeds)
         moved.append([corridor.step() for _ in range(40)])
     assert np.ptp(np.sum(moved[0], axis=0)[:, 0]) > 0.05
     assert abs(np.array(moved[0]) - moved[1]).max() < 1e-3

@@ -83,7 +83,8 @@ def test_overlays_on_the_floor_are_behind_people(run):
     assert changed.sum() > 100
     assert not np.any(changed & ~shot.floor)
     named = np.asarray(FilmOverlays(trial, ["names"]).Draw(shot))
-    assert np.any(np.any(named != bare, axis=-1) & ~shot.floor)
+    # Tags hide what is behind them: each is a plate of one color.
+    assert np.any(named != bare, axis=-1).sum() > 1000
 
 
 def test_who_is_absent_is_not_drawn(run):
