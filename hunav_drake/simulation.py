@@ -188,6 +188,9 @@ def RunTrial(
             nothing = len(evaluator.GetRecording(here).times) == 0
             if on_planner_error == "raise" or nothing:
                 raise failure from failure.__cause__
+        finally:
+            # It refers to the simulator, which would keep itself alive.
+            simulator.clear_monitor()
         if meshcat is not None:
             # Frames come at their own times; the last instant is one too.
             diagram.ForcedPublish(simulator.get_context())
