@@ -10,8 +10,10 @@ PLANNERS = ["dwb", "scl"]
 
 
 def load(name, planner):
+    # (HuNavSim's people run into robots that stand.)
     return LoadScenario(
-        filename=f"scenarios/{name}.yaml", overrides=[f"planner.name={planner}"]
+        filename=f"scenarios/{name}.yaml",
+        overrides=[f"planner.name={planner}", "crowd.profile=default"],
     )
 
 

@@ -202,7 +202,7 @@ def test_a_scenario_with_the_profile_is_saved_and_read_again():
 
 def test_the_profile_can_be_set_on_the_command_line():
     scenario = LoadScenario(
-        filename="passing", overrides=["crowd.profile=hunavsim"]
+        filename="cafe", overrides=["crowd.profile=hunavsim"]
     )
     assert scenario.crowd == CrowdConfig(profile="hunavsim")
 
