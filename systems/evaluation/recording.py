@@ -254,6 +254,10 @@ class Recording:
             if rows is not None:
                 stale = np.repeat(rows[-1:], count, axis=0)
                 values[name] = np.concatenate([rows, stale])
+        if self.contacts is not None:
+            # Nothing is met between samples that only repeat the last.
+            none = np.zeros((count, *self.contacts.shape[1:]))
+            values["contacts"] = np.concatenate([self.contacts, none])
         return type(self)(**values)
 
     def save(self, path: str | Path) -> None:

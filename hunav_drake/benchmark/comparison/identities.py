@@ -18,7 +18,18 @@ Identity = Callable[[Means], tuple[bool, str]]
 
 
 def _all_runs(means: Means, metric: str) -> Array:
-    return np.concatenate(list(means.runs(metric).values()))
+    runs = list(means.runs(metric).values())
+    if not runs:
+        raise KeyError(metric)
+    return np.concatenate(runs)
+
+
+def _paper_runs(means: Means, metric: str) -> Array:
+    """Returns the values in Passing and Crossing."""
+    runs = [v for key, v in means.runs(metric).items() if key[1] != K]
+    if not runs:
+        raise KeyError(metric)
+    return np.concatenate(runs)
 
 
 def _work_is_a_sum(means: Means) -> tuple[bool, str]:
@@ -52,10 +63,10 @@ def _zones(means: Means) -> tuple[bool, str]:
         for key in means.runs(names[0])
         if key[1] in (P, C)
     }
-    largest = max(float(np.max(v)) for v in sums.values())
     crossing = [v for key, v in sums.items() if key[1] == C]
     if not crossing:
         raise KeyError(C)
+    largest = max(float(np.max(v)) for v in sums.values())
     least = min(float(np.min(v)) for v in crossing)
     return largest <= 100 + 1e-9 and least >= 99, (
         f"largest sum {largest:.1f} %, least in crossing {least:.1f} %"
@@ -64,8 +75,8 @@ def _zones(means: Means) -> tuple[bool, str]:
 
 def _final_distance(means: Means) -> tuple[bool, str]:
     final, least = (
-        np.concatenate([v for key, v in means.runs(m).items() if key[1] != K])
-        for m in ("final_dist_to_target", "min_dist_to_target")
+        _paper_runs(means, metric)
+        for metric in ("final_dist_to_target", "min_dist_to_target")
     )
     gap = float((final - least).max())
     return (
@@ -115,9 +126,7 @@ def _all_complete(means: Means) -> tuple[bool, str]:
         for (_, scenario), values in means.runs(name).items()
         if scenario != K
     )
-    completed = np.concatenate(
-        [v for k, v in means.runs("completed").items() if k[1] != K]
-    )
+    completed = _paper_runs(means, "completed")
     return bool(completed.all()) and hits == 0, (
         f"{int(completed.sum())} of {len(completed)} complete, {hits:.0f}"
         " collisions"
