@@ -7,6 +7,7 @@ import textwrap
 import pytest
 
 from hunav_drake import LoadScenario, MakeTrialDiagram, RunTrial
+from hunav_drake.benchmark import LoadSuite
 from hunav_drake.scenario import draw_people
 from hunav_drake.systems.common.layout import Contact
 from hunav_drake.systems.crowd import MOTION_MODELS
@@ -84,6 +85,20 @@ def test_the_sensors_of_the_docs_are_there():
     assert lidar.get_scan_output_port().Eval(own).min() < 3
     for picture in re.findall(r"!\[.*\]\((.*)\)", text):
         assert (DOCS / picture).stat().st_size < 150_000
+
+
+def test_the_suite_of_the_docs_is_one():
+    text = (DOCS / "benchmark.md").read_text()
+    (block,) = re.findall(r"^    # mine.yaml\n(?:    .*\n)+", text, re.M)
+    suite = LoadSuite(data=textwrap.dedent(block))
+    assert suite.name == "mine"
+    assert len(suite.planners) == len(suite.settings) == 2
+    assert [it.metric for it in suite.relations] == ["min_dist_to_people"]
+
+
+def test_every_shipped_planner_is_in_the_docs():
+    rows = re.findall(r"^\| `(\w+)`", (DOCS / "planners.md").read_text(), re.M)
+    assert set(rows) >= {"pursuit", "dwb", "scl", "sfw", "mppi", "sfm", "orca"}
 
 
 def test_the_drawing_of_the_diagram_is_up_to_date():
