@@ -5,15 +5,10 @@ from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 import contextlib
 import os
 from pathlib import Path
-import time
 
 from hunav_drake.benchmark.running.cell import make_cells
 from hunav_drake.benchmark.running.plan import CellPlan
-from hunav_drake.benchmark.running.pool import (
-    InlineExecutor,
-    WorkerPool,
-    is_broken,
-)
+from hunav_drake.benchmark.running.pool import InlineExecutor, WorkerPool
 from hunav_drake.benchmark.running.recordings import keep_recording
 from hunav_drake.benchmark.running.run_log import RunLog
 from hunav_drake.benchmark.running.run_row import RunRow, failed_row
@@ -109,7 +104,6 @@ class _Driver:
         self._progress = progress
         self._attempts: dict[tuple[str, int, int], int] = {}
         self._again: list[Task] = []
-        # Rows are kept here only if nowhere else.
         self.rows: list[RunRow] = []
 
     def run(self, window: int) -> None:
@@ -152,11 +146,7 @@ class _Driver:
     def _take(self, future: "Future[list[RunRow]]", task: Task) -> None:
         try:
             rows = future.result()
-        except KeyboardInterrupt:
-            raise
         except Exception as error:
-            if is_broken(error):
-                time.sleep(0.1)
             rows = self._retry(task, error)
         if self._out is not None:
             # First the recording: a row in the log is a run that is done.
@@ -164,9 +154,7 @@ class _Driver:
                 keep_recording(row, self._out)
         new = self._log.append(rows) if self._log is not None else rows
         for row in new:
-            if self._out is not None:
-                row = row._replace(recording=None)
-            self.rows.append(row)
+            self.rows.append(row._replace(recording=None))
             self._plans[row.cell].take(row)
             done = sum(plan.done for plan in self._plans.values())
             total = sum(plan.total for plan in self._plans.values())

@@ -1,5 +1,6 @@
 """Writes what a suite has given: CSV, LaTeX, JSON and an HTML report."""
 
+from collections.abc import Sequence
 import json
 import math
 from pathlib import Path
@@ -7,7 +8,7 @@ from typing import Any
 
 import pandas as pd
 
-from hunav_drake.benchmark.comparison.relations import judge
+from hunav_drake.benchmark.comparison.relations import Judgement, judge
 from hunav_drake.benchmark.comparison.tables import (
     behavior_tables,
     scenario_tables,
@@ -18,8 +19,17 @@ from hunav_drake.report.suite_page import suite_page
 from hunav_drake.systems.common.files import atomic_write
 
 
-def WriteSuite(result: SuiteResult, folder: str | Path) -> Path:
+def WriteSuite(
+    result: SuiteResult,
+    folder: str | Path,
+    judgements: Sequence[Judgement] | None = None,
+) -> Path:
     """Writes the files of a suite: each in one piece.
+
+    Args:
+        result: What the suite has given.
+        folder: Where the files go.
+        judgements: What became of its relations; by default they are tested.
 
     They are `runs.csv`, `runs_by_behavior.csv`, `summary.csv`, `costs.csv`,
     `relations.csv`, `tables.tex`, `suite.json` and `report.html`.
@@ -33,7 +43,8 @@ def WriteSuite(result: SuiteResult, folder: str | Path) -> Path:
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     summary = result.summary().reset_index() if result.rows else pd.DataFrame()
-    relations = pd.DataFrame([vars(it) for it in judge(result)])
+    judgements = judge(result) if judgements is None else judgements
+    relations = pd.DataFrame([vars(it) for it in judgements])
     for name, table in (
         ("runs", result.runs()),
         ("runs_by_behavior", result.runs(by_behavior=True)),
@@ -44,13 +55,13 @@ def WriteSuite(result: SuiteResult, folder: str | Path) -> Path:
         _write(folder / f"{name}.csv", table.to_csv(index=False))
     tables = (*scenario_tables(result), *behavior_tables(result))
     _write(folder / "tables.tex", "\n".join(map(to_latex, tables)))
-    _write(folder / "suite.json", suite_json(result) + "\n")
+    _write(folder / "suite.json", suite_json(result, judgements) + "\n")
     report = folder / "report.html"
-    _write(report, suite_page(result))
+    _write(report, suite_page(result, judgements))
     return report
 
 
-def suite_json(result: SuiteResult) -> str:
+def suite_json(result: SuiteResult, judgements: Sequence[Judgement]) -> str:
     """Returns suite, cells, statistics and relations as JSON."""
     summary = result.summary().reset_index() if result.rows else pd.DataFrame()
     data = {
@@ -60,7 +71,7 @@ def suite_json(result: SuiteResult) -> str:
             {"name": cell.name, "sha256": cell.sha256} for cell in result.cells
         ],
         "summary": summary.to_dict("records"),
-        "relations": [vars(it) for it in judge(result)],
+        "relations": [vars(it) for it in judgements],
         "failures": [
             {"cell": row.cell, "seed": row.seed, "reason": row.end_message}
             for row in result.failures

@@ -10,9 +10,10 @@ import sys
 from typing import TYPE_CHECKING, Any
 
 from hunav_drake.commands.errors import DONE, FAILED, InputError, input_errors
-from hunav_drake.commands.options import add_import_option
+from hunav_drake.commands.options import add_import_option, whole_number
 
 if TYPE_CHECKING:
+    from hunav_drake.benchmark.comparison.relations import Judgement
     from hunav_drake.benchmark.running.run_row import RunRow
     from hunav_drake.benchmark.suite import Suite
     from hunav_drake.benchmark.suite_result import SuiteResult
@@ -44,11 +45,13 @@ def add_bench_command(commands: Any) -> None:
     )
     bench.add_argument(
         "--workers",
-        type=_positive,
+        type=whole_number(1),
         help="how many processes run trials; by default one per processor",
     )
     bench.add_argument(
-        "--seeds", type=_positive, help="how many seeds, instead of the suite's"
+        "--seeds",
+        type=whole_number(1),
+        help="how many seeds, instead of the suite's",
     )
     bench.add_argument(
         "--planner",
@@ -101,14 +104,6 @@ def add_bench_command(commands: Any) -> None:
     add_import_option(bench)
 
 
-def _positive(text: str) -> int:
-    if not text.isdecimal() or not 0 < int(text) < 10**7:
-        raise argparse.ArgumentTypeError(
-            f"must be a whole number of at least 1, got {text!r}"
-        )
-    return int(text)
-
-
 def _until(text: str) -> tuple[str, float]:
     metric, _, width = text.rpartition("=")
     try:
@@ -125,6 +120,7 @@ def _until(text: str) -> tuple[str, float]:
 
 def _bench(options: argparse.Namespace) -> int:
     from hunav_drake.benchmark import ListSuites, RunSuite
+    from hunav_drake.benchmark.comparison.relations import judge
     from hunav_drake.benchmark.writing import WriteSuite
     from hunav_drake.scenario import ScenarioError
 
@@ -147,9 +143,10 @@ def _bench(options: argparse.Namespace) -> int:
                 fresh=options.fresh,
                 progress=stack.enter_context(_Progress(options)).show,
             )
-        _print(result, options)
+        judgements = judge(result)
+        _print(result, judgements, options)
         with input_errors(place=out):
-            report = WriteSuite(result, out)
+            report = WriteSuite(result, out, judgements)
     print(f"Tables, CSV and LaTeX: {out}", file=sys.stderr)
     print(f"Report, for a browser: {report}", file=sys.stderr)
     return FAILED if result.failures else DONE
@@ -201,11 +198,12 @@ def _executor(options: argparse.Namespace) -> Iterator[Any]:
         yield client.get_executor(pure=False)
 
 
-def _print(result: "SuiteResult", options: argparse.Namespace) -> None:
-    from hunav_drake.benchmark.comparison.relations import (
-        judge,
-        share_that_holds,
-    )
+def _print(
+    result: "SuiteResult",
+    judgements: "list[Judgement]",
+    options: argparse.Namespace,
+) -> None:
+    from hunav_drake.benchmark.comparison.relations import share_that_holds
     from hunav_drake.benchmark.comparison.tables import (
         behavior_tables,
         scenario_tables,
@@ -214,11 +212,10 @@ def _print(result: "SuiteResult", options: argparse.Namespace) -> None:
     from hunav_drake.benchmark.writing import suite_json
 
     if options.json:
-        print(suite_json(result))
+        print(suite_json(result, judgements))
         return
     for table in (*scenario_tables(result), *behavior_tables(result)):
         print(to_text(table), end="\n\n")
-    judgements = judge(result)
     for it in judgements:
         print(f"{it.verdict:10}  {it.number:2}  {it.scenarios}: {it.text}")
         if it.verdict != "holds":

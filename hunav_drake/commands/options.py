@@ -1,7 +1,7 @@
 """Options that several commands of `hunav` share."""
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 import sys
 from typing import TYPE_CHECKING, Any
@@ -81,6 +81,19 @@ def add_output_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--force", action="store_true", help="overwrite an existing file"
     )
+
+
+def whole_number(least: int) -> Callable[[str], int]:
+    """Returns what reads a whole number of at least `least`, below 2^63."""
+
+    def parse(text: str) -> int:
+        if not text.isdecimal() or not least <= int(text) < 2**63:
+            raise argparse.ArgumentTypeError(
+                f"must be a whole number of at least {least}, got {text!r}"
+            )
+        return int(text)
+
+    return parse
 
 
 def load_scenario(

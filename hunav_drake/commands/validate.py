@@ -7,7 +7,7 @@ import sys
 from typing import TYPE_CHECKING, Any
 
 from hunav_drake.commands.errors import DONE, input_errors
-from hunav_drake.commands.options import add_import_option
+from hunav_drake.commands.options import add_import_option, whole_number
 from hunav_drake.commands.user_code import import_user_code
 
 if TYPE_CHECKING:
@@ -40,11 +40,11 @@ def add_validate_command(commands: Any) -> None:
         help="fewer people and less time, for a first look",
     )
     validate.add_argument(
-        "--seed", type=_whole(0), default=0, help="0 by default"
+        "--seed", type=whole_number(0), default=0, help="0 by default"
     )
     validate.add_argument(
         "--workers",
-        type=_whole(1),
+        type=whole_number(1),
         default=1,
         help="how many processes to use; they do not change the results",
     )
@@ -64,17 +64,6 @@ def add_validate_command(commands: Any) -> None:
         "--json", action="store_true", help="print JSON, not a table"
     )
     add_import_option(validate)
-
-
-def _whole(least: int) -> Any:
-    def parse(text: str) -> int:
-        if not text.isdecimal() or not least <= int(text) < 2**63:
-            raise argparse.ArgumentTypeError(
-                f"must be a whole number of at least {least}, got {text!r}"
-            )
-        return int(text)
-
-    return parse
 
 
 def _validate(options: argparse.Namespace) -> int:

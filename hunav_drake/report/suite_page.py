@@ -9,7 +9,6 @@ import pandas as pd
 
 from hunav_drake.benchmark.comparison.relations import (
     Judgement,
-    judge,
     share_that_holds,
 )
 from hunav_drake.benchmark.comparison.tables import (
@@ -34,10 +33,9 @@ _SERIES = 2.4
 _MOST_LINES = 6
 
 
-def suite_page(result: SuiteResult) -> str:
+def suite_page(result: SuiteResult, judgements: Sequence[Judgement]) -> str:
     """Returns the report of a suite as one HTML page."""
     suite = result.suite
-    judgements = judge(result)
     scenarios = list(dict.fromkeys(cell.scenario for cell in result.cells))
     provenance = MakeProvenance(suite.name, seed=0)
     for key in ("seed", "planner", "scenario_sha256"):

@@ -101,6 +101,7 @@ def main() -> None:
         count = len(world.segments)
         for people in ("legs", "discs"):
             for noise in (0.0, 0.02):
+                # (mypy takes the names of the loop for any text.)
                 config = LidarConfig(
                     people=people,  # type: ignore[arg-type]
                     noise=noise,

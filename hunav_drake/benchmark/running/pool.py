@@ -17,11 +17,6 @@ from typing import Any
 from hunav_drake.commands.user_code import import_user_code
 
 
-def is_broken(error: BaseException) -> bool:
-    """Tells whether an error is of a worker that died."""
-    return isinstance(error, BrokenExecutor)
-
-
 class InlineExecutor(Executor):
     """Runs each task when it is given out, in this process."""
 

@@ -17,6 +17,7 @@ from hunav_drake.systems.common.schema import (
     Speed,
     within,
 )
+from hunav_drake.systems.planning.costmap.costmap_config import Period
 from hunav_drake.systems.planning.costmap.grid import Costmap
 from hunav_drake.systems.planning.dwb.dwb_memory import DwbMemory
 from hunav_drake.systems.planning.navigation.memory import Control, LocalPlan
@@ -33,15 +34,16 @@ from hunav_drake.systems.planning.planner import (
     View,
     register_planner,
 )
+from hunav_drake.systems.robot.robot_config import (
+    Acceleration,
+    TurnAcceleration,
+    TurnRate,
+)
 
 Scale = Annotated[StrictFloat, within(0, 1e6)]
-TurnRate = Annotated[StrictFloat, within(0, 100, "rad/s", low_open=True)]
-Rise = Annotated[StrictFloat, within(0, 100, "m/s^2", low_open=True)]
 Fall = Annotated[StrictFloat, within(-100, -1e-6, "m/s^2")]
-TurnRise = Annotated[StrictFloat, within(0, 1000, "rad/s^2", low_open=True)]
 TurnFall = Annotated[StrictFloat, within(-1000, -1e-6, "rad/s^2")]
 Samples = Annotated[Integer, Field(ge=2, le=1000)]
-Seconds = Annotated[StrictFloat, within(0, 60, "s", low_open=True)]
 
 
 @dataclass(kw_only=True, config=CONFIG)
@@ -126,9 +128,9 @@ class DwbPlanner(NavigationPlanner):
     min_speed_theta: Annotated[StrictFloat, within(0, 100, "rad/s")] = 0.0
 
     # How fast the speed, in m/s^2, and the turn rate, in rad/s^2, change.
-    acc_lim_x: Rise | None = None
+    acc_lim_x: Acceleration | None = None
     decel_lim_x: Fall | None = None
-    acc_lim_theta: TurnRise | None = None
+    acc_lim_theta: TurnAcceleration | None = None
     decel_lim_theta: TurnFall | None = None
 
     # How many speeds and turn rates are tried.
@@ -136,14 +138,14 @@ class DwbPlanner(NavigationPlanner):
     vtheta_samples: Samples = 20
 
     # How far ahead the robot is predicted, in seconds.
-    sim_time: Seconds = 1.7
+    sim_time: Period = 1.7
 
     # How fine, in meters and in radians; with a time, in seconds, only that.
     linear_granularity: PositiveLength = 0.05
     angular_granularity: Annotated[
         StrictFloat, within(0, math.pi, "rad", low_open=True)
     ] = 0.025
-    time_granularity: Seconds | None = None
+    time_granularity: Period | None = None
 
     # "standard": what is reached within `sim_time`, the prediction
     # accelerates. "limited_accel": what is reached within one cycle, and is

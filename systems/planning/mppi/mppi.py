@@ -30,12 +30,14 @@ from hunav_drake.systems.planning.planner import (
     View,
     register_planner,
 )
+from hunav_drake.systems.robot.robot_config import (
+    Acceleration,
+    TurnAcceleration,
+    TurnRate,
+)
 
 Weight = Annotated[StrictFloat, within(0, 1e9)]
 Deviation = Annotated[StrictFloat, within(1e-6, 100)]
-TurnRate = Annotated[StrictFloat, within(0, 100, "rad/s", low_open=True)]
-Rise = Annotated[StrictFloat, within(0, 100, "m/s^2", low_open=True)]
-TurnRise = Annotated[StrictFloat, within(0, 1000, "rad/s^2", low_open=True)]
 Steps = Annotated[Integer, Field(ge=1, le=1000)]
 Points = Annotated[Integer, Field(ge=0, le=10_000)]
 
@@ -135,8 +137,8 @@ class MppiPlanner(NavigationPlanner):
     max_vel_theta: TurnRate = 1.9
 
     # How fast they change at most, in m/s^2 and rad/s^2; as above.
-    max_acc_x: Rise = 3.0
-    max_acc_theta: TurnRise = 3.5
+    max_acc_x: Acceleration = 3.0
+    max_acc_theta: TurnAcceleration = 3.5
 
     # The standard deviations of the noise, in m/s and rad/s; its seed; and
     # whether each cycle has its own.

@@ -235,6 +235,7 @@ class NavigationPlanner(Planner):
         planner.setup(task)
         return super(NavigationPlanner, planner).MakeSystem(task)
 
+    # (The class variable of Planner hangs on a parameter here.)
     @property
     def scan_size(self) -> int:  # type: ignore[override]
         """How many distances of a lidar it asks for."""

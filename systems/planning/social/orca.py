@@ -16,6 +16,7 @@ from hunav_drake.systems.common.schema import (
     PositiveSpeed,
     within,
 )
+from hunav_drake.systems.planning.costmap.costmap_config import Period
 from hunav_drake.systems.planning.costmap.grid import Costmap
 from hunav_drake.systems.planning.navigation.memory import Control, LocalPlan
 from hunav_drake.systems.planning.navigation.navigation_planner import (
@@ -26,8 +27,6 @@ from hunav_drake.systems.planning.planner import (
     View,
     register_planner,
 )
-
-Seconds = Annotated[StrictFloat, within(0, 60, "s", low_open=True)]
 
 
 @register_planner("orca")
@@ -50,8 +49,8 @@ class OrcaPlanner(NavigationPlanner):
     neighbor_distance: PositiveLength = 10.0
 
     # The time ahead in which it must touch nobody, and no wall, in seconds.
-    time_horizon: Seconds = 3.0
-    wall_horizon: Seconds = 1.0
+    time_horizon: Period = 3.0
+    wall_horizon: Period = 1.0
 
     # How much of the change of velocity the robot makes: 0.5 where people make
     # the other half, 1 where they may not.

@@ -15,6 +15,7 @@ from hunav_drake.systems.common.kernels import MATRIX, REAL, VECTOR, jit, jit_as
 from hunav_drake.systems.common.layout import VX, VY, X, Y
 from hunav_drake.systems.crowd.social_force.compiled_forces import (
     pair_force,
+    point_force,
     wrap,
 )
 from hunav_drake.systems.people.parameters import K_GOAL, K_OBSTACLE, SIGMA, TAU
@@ -69,13 +70,13 @@ def _obstacle_force(x, y, radius, points, k):
     for i in range(count):
         dx = x - points[i, 0]
         dy = y - points[i, 1]
-        d2 = dx * dx + dy * dy
-        if d2 >= reach * reach or d2 == 0:
+        if dx * dx + dy * dy >= reach * reach:
             continue
-        d = math.sqrt(d2)
-        strength = k[K_OBSTACLE] * math.exp((radius - d) / k[SIGMA]) / d
-        fx += strength * dx
-        fy += strength * dy
+        gx, gy = point_force(
+            x, y, points[i, 0], points[i, 1], radius, k[K_OBSTACLE], k
+        )
+        fx += gx
+        fy += gy
     return fx / count, fy / count
 
 

@@ -1,10 +1,9 @@
 """A robot that the social force drives, as it does people."""
 
 import math
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
-from pydantic import StrictFloat
 from pydantic.dataclasses import dataclass
 
 from hunav_drake.systems.common.layout import VX, VY, YAW, X, Y
@@ -13,12 +12,12 @@ from hunav_drake.systems.common.schema import (
     CONFIG,
     PositiveLength,
     PositiveSpeed,
-    within,
 )
 from hunav_drake.systems.people.parameters import (
     PARAMETERS,
     SocialForceParameters,
 )
+from hunav_drake.systems.planning.costmap.costmap_config import Period
 from hunav_drake.systems.planning.costmap.grid import Costmap
 from hunav_drake.systems.planning.navigation.memory import Control, LocalPlan
 from hunav_drake.systems.planning.navigation.navigation_planner import (
@@ -29,8 +28,6 @@ from hunav_drake.systems.planning.planner import (
     View,
     register_planner,
 )
-
-Seconds = Annotated[StrictFloat, within(0, 60, "s", low_open=True)]
 
 
 @register_planner("sfm")
@@ -50,8 +47,8 @@ class SfmPlanner(NavigationPlanner):
     carrot_distance: PositiveLength = 1.0
 
     # How far ahead the force is followed, and in what time it turns, in s.
-    horizon: Seconds = 0.5
-    turn_time: Seconds = 0.4
+    horizon: Period = 0.5
+    turn_time: Period = 0.4
 
     # Nearer to its goal than this it slows down, in meters.
     slow_distance: PositiveLength = 0.8

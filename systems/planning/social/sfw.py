@@ -16,7 +16,10 @@ from hunav_drake.systems.common.schema import (
     Speed,
     within,
 )
-from hunav_drake.systems.planning.costmap.costmap_config import LocalCostmap
+from hunav_drake.systems.planning.costmap.costmap_config import (
+    LocalCostmap,
+    Period,
+)
 from hunav_drake.systems.planning.costmap.grid import Costmap
 from hunav_drake.systems.planning.navigation.memory import Control, LocalPlan
 from hunav_drake.systems.planning.navigation.navigation_planner import (
@@ -27,10 +30,13 @@ from hunav_drake.systems.planning.planner import (
     View,
     register_planner,
 )
+from hunav_drake.systems.robot.robot_config import (
+    Acceleration,
+    TurnAcceleration,
+    TurnRate,
+)
 
 Weight = Annotated[StrictFloat, within(0, 1e6)]
-TurnRate = Annotated[StrictFloat, within(0, 100, "rad/s", low_open=True)]
-Seconds = Annotated[StrictFloat, within(0, 60, "s", low_open=True)]
 
 
 @register_planner("sfw")
@@ -59,12 +65,8 @@ class SfwPlanner(NavigationPlanner):
     min_rot_vel: Annotated[StrictFloat, within(0, 100, "rad/s")] = 0.52
 
     # How fast they change in the prediction, in m/s^2 and rad/s^2.
-    max_trans_acc: Annotated[
-        StrictFloat, within(0, 100, "m/s^2", low_open=True)
-    ] = 0.15
-    max_rot_acc: Annotated[
-        StrictFloat, within(0, 1000, "rad/s^2", low_open=True)
-    ] = 0.52
+    max_trans_acc: Acceleration = 0.15
+    max_rot_acc: TurnAcceleration = 0.52
 
     # The turn rate at the end, to the heading of the goal, in rad/s.
     min_in_place_rot_vel: TurnRate = 0.7
@@ -84,8 +86,8 @@ class SfwPlanner(NavigationPlanner):
     slow_distance: PositiveLength = 1.5
 
     # How far ahead it predicts, and in what steps, in seconds.
-    sim_time: Seconds = 1.5
-    sim_granularity: Seconds = 0.25
+    sim_time: Period = 1.5
+    sim_granularity: Period = 0.25
 
     # The radii of robot and people in the prediction, in meters.
     sfm_robot_radius: BodyRadius = 0.4
@@ -105,7 +107,7 @@ class SfwPlanner(NavigationPlanner):
 
     # People go on for so long as they walk, in seconds, at most at this speed,
     # in m/s.
-    naive_goal_time: Seconds = 1.0
+    naive_goal_time: Period = 1.0
     people_velocity: PositiveSpeed = 1.7
 
     # Whether the velocity of the robot in the forces is that along its own axes
