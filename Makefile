@@ -3,11 +3,14 @@
 VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
+DEV := $(VENV)/.ready-dev
 
 # The first of these that is at least 3.12. `make PYTHON=/path/to/python` sets
 # another.
 CANDIDATES := python3 python3.12 python3.13 python3.14 python
 CHECK := import sys; sys.exit(sys.version_info < (3, 12))
+
+INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
 .DEFAULT_GOAL := help
 .PHONY: help demo test test-all lint types bench clean
@@ -41,28 +44,33 @@ $(READY): pyproject.toml .python-version
 	    rm -rf $(VENV) && $$python -m venv $(VENV) || { \
 	    echo "Could not create $(VENV): on Debian and Ubuntu, install python3-venv."; exit 1; }; \
 	fi
-	@echo "Installing hunav_drake and what it needs (about 1.5 GB, a minute or two)"
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
+	@echo "Installing hunav_drake and what it needs (about 1.2 GB, a minute or two)"
+	@$(INSTALL) --editable .
+	@touch $@
+
+$(DEV): $(READY)
+	@echo "Installing what the tests, the notebooks and the docs need, too"
+	@$(INSTALL) --editable '.[dev]'
 	@touch $@
 
 demo: $(READY)
 	@rm -rf out/demo
 	@$(BIN)/hunav run passing --out out/demo
 
-test: $(READY)
+test: $(DEV)
 	@$(BIN)/python -m pytest -m "not slow" -n 2
 
-test-all: $(READY) lint types
+test-all: $(DEV) lint types
 	@$(BIN)/python -m pytest -n 2 -m slow
 
-lint: $(READY)
+lint: $(DEV)
 	@$(BIN)/ruff check .
 	@$(BIN)/ruff format --check .
 
-types: $(READY)
+types: $(DEV)
 	@$(BIN)/mypy
 
-bench: $(READY)
+bench: $(DEV)
 	@$(BIN)/python -m tests.benchmarks
 
 clean:
