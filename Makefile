@@ -13,13 +13,15 @@ CHECK := import sys; sys.exit(sys.version_info < (3, 12))
 INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-all lint types bench clean
+.PHONY: help demo test test-all lint types docs notebook bench clean
 
 help:
 	@echo "make demo      run the Passing scenario, print the metrics, write a replay"
 	@echo "make test      run the fast tests"
 	@echo "make test-all  lint, types, and the slow tests: notebooks, the built wheel"
 	@echo "make lint      check and format-check the code"
+	@echo "make docs      build the docs site into out/docs"
+	@echo "make notebook  open the notebooks in JupyterLab"
 	@echo "make bench     measure speed"
 	@echo "make clean     remove the environment and everything built"
 
@@ -69,6 +71,14 @@ lint: $(DEV)
 
 types: $(DEV)
 	@$(BIN)/mypy
+
+docs: $(DEV)
+	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
+	@echo "The docs, for a browser: out/docs/index.html"
+
+notebook: $(READY)
+	@$(INSTALL) --editable '.[notebook]'
+	@$(BIN)/jupyter lab notebooks
 
 bench: $(DEV)
 	@$(BIN)/python -m tests.benchmarks
