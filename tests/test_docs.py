@@ -4,8 +4,6 @@ from pathlib import Path
 import re
 import textwrap
 
-import pytest
-
 from hunav_drake import LoadScenario, MakeTrialDiagram, RunTrial
 from hunav_drake.benchmark import LoadSuite
 from hunav_drake.scenario import draw_people
@@ -19,22 +17,6 @@ from tests import architecture
 
 ROOT = Path(__file__).resolve().parents[1]
 DOCS = ROOT / "docs"
-
-
-def readme_code():
-    """Yields the sections of the README with the Python code in each."""
-    for section in (ROOT / "README.md").read_text().split("\n## ")[1:]:
-        title, _, text = section.partition("\n")
-        blocks = re.findall(r"(?:^    .*\n|^\n)+", text, re.M)
-        code = [b for b in blocks if "import " in b and "    hunav " not in b]
-        if code:
-            yield pytest.param(textwrap.dedent("".join(code)), id=title)
-
-
-@pytest.mark.parametrize("code", list(readme_code()))
-def test_the_code_of_the_readme_runs(code, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    exec(compile(code, "README.md", "exec"), {"__name__": "readme"})
 
 
 def test_the_robot_of_the_page_drives(monkeypatch):
@@ -54,18 +36,16 @@ def test_the_robot_of_the_page_drives(monkeypatch):
         assert f"`{name}`" in text, name
 
 
-def test_the_population_of_the_readme_can_be_drawn():
-    text = (ROOT / "README.md").read_text()
-    (block,) = re.findall(r"^    population:\n(?:     .*\n)+", text, re.M)
+def test_the_population_of_the_docs_can_be_drawn():
+    text = (DOCS / "population.md").read_text()
+    (block,) = re.findall(r"^population:\n(?: .*\n)+", text, re.M)
     scenario = LoadScenario(data=textwrap.dedent(block))
     assert len(draw_people(scenario)) == 20
 
 
-def test_the_sources_of_the_readme_can_be_drawn():
-    text = (ROOT / "README.md").read_text()
-    (block,) = re.findall(
-        r"^      sources:\n(?:       .*\n|      s.*\n)+", text, re.M
-    )
+def test_the_sources_of_the_docs_can_be_drawn():
+    text = (DOCS / "population.md").read_text()
+    (block,) = re.findall(r"^  sources:\n(?:   .*\n|  s.*\n)+", text, re.M)
     data = "population:\n" + textwrap.indent(textwrap.dedent(block), "  ")
     assert len(draw_people(LoadScenario(data=data))) == 12
 

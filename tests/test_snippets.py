@@ -1,0 +1,155 @@
+"""What README and docs show runs as it is printed."""
+
+from pathlib import Path
+import re
+import shlex
+import shutil
+
+import matplotlib as mpl
+import pytest
+
+from hunav_drake import LoadScenario, cli
+from hunav_drake.benchmark import LoadSuite
+from hunav_drake.systems.behavior.nodes import registry as nodes
+from hunav_drake.systems.crowd import MOTION_MODELS
+from hunav_drake.systems.evaluation import METRICS
+from hunav_drake.systems.planning import PLANNERS
+from hunav_drake.systems.robot import ROBOTS
+
+# A file of people as HuNavSim has it.
+AGENTS = """
+hunav_loader:
+  ros__parameters:
+    map: cafe
+    agents: [ana]
+    ana:
+      id: 1
+      skin: 0
+      group_id: -1
+      max_vel: 1.5
+      radius: 0.4
+      behavior: {type: 1, configuration: 0}
+      init_pose: {x: -3.0, y: 7.0, z: 1.25, h: 0.0}
+      goal_radius: 0.3
+      cyclic_goals: true
+      goals: [g0, g1]
+      g0: {x: -3.2, y: 3.3, h: 1.25}
+      g1: {x: -3.8, y: -6.2, h: 1.25}
+"""
+ROOT = Path(__file__).resolve().parents[1]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+
+
+def snippets(page, language):
+    """Returns the blocks of a page in a language, in their order."""
+    return re.findall(
+        rf"^```{language}\n(.*?)^```", page.read_text(), re.M | re.S
+    )
+
+
+def pages_with(language):
+    return [
+        pytest.param(page, id=page.stem)
+        for page in PAGES
+        if snippets(page, language)
+    ]
+
+
+@pytest.fixture(autouse=True)
+def registers_as_before(monkeypatch, tmp_path):
+    """What snippets register, and write, is not there for other tests."""
+    monkeypatch.chdir(tmp_path)
+    mpl.use("Agg")
+    for registry in (PLANNERS, MOTION_MODELS, ROBOTS):
+        monkeypatch.setattr(registry, "_choices", dict(registry))
+    plain = (METRICS, nodes._TYPES)
+    before = [dict(register) for register in plain]
+    yield
+    for register, was in zip(plain, before, strict=True):
+        register.clear()
+        register.update(was)
+
+
+@pytest.mark.parametrize("page", pages_with("python"))
+def test_the_python_of_a_page_runs(page):
+    """All blocks in one go, as someone who reads the page types them."""
+    made = {"__name__": "snippets"}
+    for block in snippets(page, "python"):
+        exec(compile(block, page.name, "exec"), made)
+    for name, function in made.items():
+        if name.startswith("test_"):
+            # Those that are parametrized are, by a seed.
+            marks = getattr(function, "pytestmark", [])
+            function(*(0 for _ in marks))
+
+
+@pytest.mark.parametrize("page", pages_with("yaml"))
+def test_the_yaml_of_a_page_is_a_scenario_or_a_suite(page):
+    for block in snippets(page, "yaml"):
+        if re.search(r"^scenarios:", block, re.M):
+            text = re.sub(r"[\w/]+\.yaml", "cafe", block)
+            assert LoadSuite(data=text).planners
+        elif "file:" not in block and not block.startswith("map:"):
+            LoadScenario(data=block)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A folder with the files that the pages speak of."""
+    folder = tmp_path_factory.mktemp("user")
+    shutil.copy(ROOT / "scenarios" / "cafe.yaml", folder / "my.yaml")
+    (folder / "agents.yaml").write_text(AGENTS)
+    for page, name in (
+        ("own_metric", "my_metrics.py"),
+        ("own_motion_model", "my_model.py"),
+        ("own_planner", "my_planners.py"),
+    ):
+        code = snippets(ROOT / "docs" / f"{page}.md", "python")[0]
+        # The class, without the trial that the page runs of it.
+        (folder / name).write_text(
+            re.split(r"^scenario|^result", code, flags=re.M)[0]
+        )
+    tree = re.search(
+        r'"""\n(.*?)"""', (ROOT / "docs/own_behavior.md").read_text(), re.S
+    )
+    (folder / "mine.xml").write_text(tree[1])
+    assert cli.main(["run", "passing", "--out", f"{folder}/results"]) == 0
+    (run,) = (folder / "results" / "runs").iterdir()
+    shutil.copy(run / "recording.npz", folder / "recording.npz")
+    return folder
+
+
+def command_lines():
+    """Yields each command that a page shows once."""
+    seen = set()
+    for page in PAGES:
+        text = page.read_text()
+        for line in re.findall(r"^(?:    )?(hunav [^\n]*)", text, re.M):
+            words = shlex.split(line, comments=True)[1:]
+            if words and tuple(words) not in seen:
+                seen.add(tuple(words))
+                yield pytest.param(words, id=f"{page.stem}: {' '.join(words)}")
+
+
+@pytest.mark.parametrize("words", list(command_lines()))
+def test_a_command_of_a_page_is_understood(words):
+    options = cli._make_parser().parse_args(words)
+    assert callable(options.function)
+
+
+# These take long, or a browser, or a network; they have tests of their own.
+LONG = {"bench", "validate", "edit", "doctor", "render", "schema"}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("words", list(command_lines()))
+def test_a_command_of_a_page_runs(words, folder, monkeypatch, tmp_path):
+    if words[0] in LONG or "--meshcat" in words or "--address" in words:
+        pytest.skip("takes long, a browser or a cluster: tested elsewhere")
+    work = tmp_path / "work"
+    shutil.copytree(folder, work)
+    monkeypatch.chdir(work)
+    if words[0] == "import":
+        # It makes the file that the other commands read.
+        (work / "my.yaml").unlink()
+    assert cli.main(words) in {0, 1}
