@@ -6,6 +6,7 @@ from .benchmark import (
     SuiteResult as SuiteResult,
 )
 from .context_file import LoadContext as LoadContext, SaveContext as SaveContext
+from .context_transfer import TransferContext as TransferContext
 from .humans import (
     AddHumans as AddHumans,
     HumanOptions as HumanOptions,
