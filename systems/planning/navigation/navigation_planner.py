@@ -237,10 +237,9 @@ class NavigationPlanner(Planner):
 
     # (The class variable of Planner hangs on a parameter here.)
     @property
-    def scan_size(self) -> int:  # type: ignore[override]
-        """How many distances of a lidar it asks for."""
-        layer = self.obstacle_layer
-        return layer.lidar.rays if layer.source == "lidar" else 0
+    def scan_size(self) -> int | None:  # type: ignore[override]
+        """How many distances of a lidar it asks for: all, or none."""
+        return None if self.obstacle_layer.source == "lidar" else 0
 
     def once[Made](
         self, task: PlanningTask, name: str, make: Callable[[], Made]
@@ -292,6 +291,7 @@ class NavigationPlanner(Planner):
             robot_radius=radius,
             inflation=(self.inflation_radius, scaling),
             layer=self.obstacle_layer,
+            lidar=task.lidar,
             social=self.social_layer,
             local=local,
             whole=self.global_costmap,

@@ -27,6 +27,7 @@ from hunav_drake.systems.planning.planner import (
     View,
     register_planner,
 )
+from hunav_drake.systems.planning.scanned_bodies import bodies
 
 
 @register_planner("orca")
@@ -95,7 +96,7 @@ class OrcaPlanner(NavigationPlanner):
         scale = speed / away if away > 1e-9 else 0.0
         velocity = avoiding_velocity(
             *(own, (gx - x) * scale, (gy - y) * scale),
-            *(np.ascontiguousarray(view.humans), task.obstacles.table, p),
+            *(bodies(task, view), task.obstacles.table, p),
         )
         v = c * velocity[0] + s * velocity[1]
         omega = (c * velocity[1] - s * velocity[0]) / self.offset

@@ -28,6 +28,7 @@ from hunav_drake.systems.planning.planner import (
     View,
     register_planner,
 )
+from hunav_drake.systems.planning.scanned_bodies import bodies
 
 
 @register_planner("sfm")
@@ -82,7 +83,7 @@ class SfmPlanner(NavigationPlanner):
         speed = max(min(speed, task.limits.max_speed), 0.1)
         force = robot_force(
             *(np.ascontiguousarray(view.robot), np.array([x, y, speed])),
-            *(np.ascontiguousarray(view.humans), task.obstacles.table),
+            *(bodies(task, view), task.obstacles.table),
             *(setup.robot_radius, _PARAMETERS),
         )
         vx = view.robot[VX] + force[0] * self.horizon
