@@ -113,8 +113,8 @@ class SfwPlanner(NavigationPlanner):
     naive_goal_time: Period = 1.0
     people_velocity: PositiveSpeed = 1.7
 
-    # After so long on one spot, in seconds, the forces of obstacles do not count
-    # until it has left the spot: else they hold it between walls for good.
+    # After so long on one spot, in seconds, the forces of obstacles do not
+    # count until it has left it: else they may hold it between walls forever.
     patience: Period = 3.0
 
     # Whether the velocity of the robot in the forces is that along its own axes
