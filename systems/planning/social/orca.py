@@ -73,6 +73,7 @@ class OrcaPlanner(NavigationPlanner):
     ) -> Control:
         """Decides the command: see `NavigationPlanner.control`."""
         # Reading a scenario does without numba.
+        from hunav_drake.systems.planning.social.differential import brakable
         from hunav_drake.systems.planning.social.following import (
             at_end,
             carrot_at,
@@ -99,8 +100,13 @@ class OrcaPlanner(NavigationPlanner):
             *(bodies(task, view), task.obstacles.table, p),
         )
         v = c * velocity[0] + s * velocity[1]
-        omega = (c * velocity[1] - s * velocity[0]) / self.offset
+        aside = c * velocity[1] - s * velocity[0]
         most = task.limits.max_turn_rate
+        omega = brakable(
+            aside / self.offset,
+            math.atan2(aside, v),
+            task.limits.max_turn_acceleration,
+        )
         low = -task.limits.max_reverse_speed
         return Control(
             float(min(max(v, low), p[0])), float(min(max(omega, -most), most))

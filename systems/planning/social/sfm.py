@@ -47,8 +47,10 @@ class SfmPlanner(NavigationPlanner):
     # How far ahead on the plan the point is that it is drawn to, in meters.
     carrot_distance: PositiveLength = 1.0
 
-    # How far ahead the force is followed, and in what time it turns, in s.
-    horizon: Period = 0.5
+    # How far ahead the force is followed, and in what time it turns, in s. In
+    # 0.25 s the force of the goal brings about the wanted velocity; followed
+    # for longer, it would overshoot.
+    horizon: Period = 0.25
     turn_time: Period = 0.4
 
     # Nearer to its goal than this it slows down, in meters.
@@ -92,7 +94,7 @@ class SfmPlanner(NavigationPlanner):
         if fast > speed:
             vx, vy = vx * speed / fast, vy * speed / fast
         yaw = float(view.robot[YAW])
-        v, omega = steer(vx, vy, yaw, self.turn_time, task.limits.max_turn_rate)
+        v, omega = steer(vx, vy, yaw, self.turn_time, task.limits)
         if not is_free(setup.footprint, costmap, view, v, omega):
             bearing = math.atan2(y - view.robot[Y], x - view.robot[X])
             error = wrap_angle(bearing - yaw)
