@@ -5,7 +5,6 @@ import math
 from hunav_drake.systems.common.poses import wrap_angle
 from hunav_drake.systems.robot.robot_config import RobotLimits
 
-
 # Which part of its turn acceleration is planned with.
 _BRAKES = 0.5
 
