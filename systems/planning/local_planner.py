@@ -233,7 +233,8 @@ class LocalPlanner(LeafSystem):
             reason = f"a cycle took longer than cycle_limit = {limit:g} s"
             raise self._Error(context, reason) from None
         except Exception as error:
-            function = inspect.unwrap(type(planner).plan)
+            method = getattr(type(planner), planner.decides_by)
+            function = inspect.unwrap(method)
             code = getattr(function, "__code__", None)
             raise self._Error(context, told(error, code)) from error
         if fault := plan_fault(plan, keeps=self._decision is not None):

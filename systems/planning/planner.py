@@ -195,6 +195,9 @@ class Planner(PlannerConfig):
     # of its task has, 0 for no port ``scan`` unless it sees by the lidar.
     scan_size: ClassVar[int | None] = 0
 
+    # The method that its author writes; what it raises is told with its place.
+    decides_by: ClassVar[str] = "plan"
+
     # How long a cycle may take, in seconds of the wall clock; None for as long
     # as it takes. A trial whose planner takes longer ends there, so that it
     # depends on the machine; nothing else does.

@@ -132,6 +132,7 @@ class NavigationPlanner(Planner):
     """
 
     initial_memory: ClassVar[Any] = NavigationMemory()
+    decides_by: ClassVar[str] = "control"
 
     # What the local controller remembers at first; immutable.
     initial_control: ClassVar[Any] = None
