@@ -11,10 +11,9 @@ import numpy as np
 
 from hunav_drake import LoadScenario, MakeTrialDiagram, RunTrial
 from hunav_drake.systems.planning import (
-    DwbPlanner,
+    PLANNERS,
     NavigationPlanner,
     PlanningTask,
-    SclPlanner,
     View,
 )
 from hunav_drake.systems.planning.costmap import Costmap
@@ -86,7 +85,8 @@ def cycle_times(planner: NavigationPlanner, count: int) -> dict[str, float]:
 def main() -> None:
     """Prints the tables."""
     print("A cycle at 20 Hz, in ms, foxy's local map of 160 x 160 cells")
-    for name, planner in (("dwb", DwbPlanner()), ("scl", SclPlanner())):
+    for name in ("dwb", "scl", "sfw", "sfm", "orca", "mppi"):
+        planner = PLANNERS[name]()
         for count in (0, 4, 10):
             t = cycle_times(planner, count)
             print(
@@ -104,7 +104,7 @@ def main() -> None:
 
     print("\nWhole trials, simulated seconds per second of CPU")
     for trial in ("passing", "crossing", "cafe"):
-        for name in ("pursuit", "dwb", "scl"):
+        for name in ("pursuit", "dwb", "scl", "sfw", "sfm", "orca", "mppi"):
             scenario = LoadScenario(
                 filename=f"scenarios/{trial}.yaml",
                 overrides=[f"planner.name={name}"],

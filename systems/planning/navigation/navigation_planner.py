@@ -134,6 +134,10 @@ class NavigationPlanner(Planner):
     initial_memory: ClassVar[Any] = NavigationMemory()
     decides_by: ClassVar[str] = "control"
 
+    # Whether the local controller looks at the local map; else it gets one
+    # without cells, and a cycle is faster.
+    uses_local_map: ClassVar[bool] = True
+
     # What the local controller remembers at first; immutable.
     initial_control: ClassVar[Any] = None
 
@@ -189,7 +193,8 @@ class NavigationPlanner(Planner):
             task: What does not change.
             view: What the planner sees now.
             local: What is to be followed.
-            costmap: The local map, of this cycle or a few before.
+            costmap: The local map: the room of now, and people of this cycle
+                or a few before.
             memory: What it remembered in the last cycle, and
                 `initial_control` in the first and after a recovery.
         """

@@ -1,7 +1,7 @@
 """A robot that avoids people reciprocally, as in a crowd of ORCA."""
 
 import math
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from pydantic import StrictFloat
@@ -39,6 +39,8 @@ class OrcaPlanner(NavigationPlanner):
     two wheels cannot move sideways; so it is a point ahead of its axle that
     follows the velocity, with a disc around it that is as much larger.
     """
+
+    uses_local_map: ClassVar[bool] = False
 
     # How fast it wants to go, in m/s.
     desired_speed: PositiveSpeed = 0.6

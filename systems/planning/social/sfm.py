@@ -1,5 +1,6 @@
 """A robot that the social force drives, as it does people."""
 
+from dataclasses import field
 import math
 from typing import Any
 
@@ -17,7 +18,10 @@ from hunav_drake.systems.people.parameters import (
     PARAMETERS,
     SocialForceParameters,
 )
-from hunav_drake.systems.planning.costmap.costmap_config import Period
+from hunav_drake.systems.planning.costmap.costmap_config import (
+    LocalCostmap,
+    Period,
+)
 from hunav_drake.systems.planning.costmap.grid import Costmap
 from hunav_drake.systems.planning.navigation.memory import Control, LocalPlan
 from hunav_drake.systems.planning.navigation.navigation_planner import (
@@ -40,6 +44,11 @@ class SfmPlanner(NavigationPlanner):
     Moussaid et al. 2009, towards a point ahead on the global plan. It changes
     the velocity of the robot, which steers into it.
     """
+
+    # What it stops before.
+    local_costmap: LocalCostmap = field(
+        default_factory=lambda: LocalCostmap(resolution=0.05)
+    )
 
     # How fast it wants to go, in m/s.
     desired_speed: PositiveSpeed = 0.6
