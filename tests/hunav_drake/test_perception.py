@@ -54,7 +54,12 @@ def crossing(name, sees, *overrides):
 
 
 def test_all_planners_of_the_package_are_tested():
-    assert set(NAMES) == set(PLANNERS)
+    of_package = {
+        name
+        for name, planner in PLANNERS.items()
+        if planner.__module__.startswith("hunav_drake.")
+    }
+    assert set(NAMES) == of_package
 
 
 # Behind a wall.
