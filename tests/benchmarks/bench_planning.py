@@ -63,7 +63,9 @@ def cycle_times(planner: NavigationPlanner, count: int) -> dict[str, float]:
         num_humans=count,
     )
     goal = np.array([19.5, 0.0, 0.0])
-    memory, times, replans = planner.initial_memory, [], []
+    memory = planner.initial_memory
+    times: list[float] = []
+    replans: list[float] = []
     for k in range(CYCLES):
         robot = np.array([0.03 * k, 0.0, 0.0, 0.6, 0.0, 0.0, 0.35])
         view = View(robot, people(k, count), goal)
