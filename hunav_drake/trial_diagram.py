@@ -3,13 +3,11 @@
 import dataclasses
 from typing import TYPE_CHECKING, Any
 
-from pydrake.systems.framework import Diagram, DiagramBuilder, System
+from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
 from hunav_drake.humans import AddHumans
 from hunav_drake.scenario import CheckScenario
-from hunav_drake.scenario.checks import first_lidar, scan_fault
-from hunav_drake.scenario.error import Fault, ScenarioError
 from hunav_drake.scenario.population import with_drawn_people
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.scenario.writer import plain
@@ -19,11 +17,14 @@ from hunav_drake.systems.evaluation import Evaluator
 from hunav_drake.systems.evaluation.trial_monitor import TrialMonitor
 from hunav_drake.systems.people.names import name_people
 from hunav_drake.systems.people.starts import draw_starts
-from hunav_drake.systems.planning import PlanningTask
 from hunav_drake.systems.robot import DiscContacts, RobotTask
 from hunav_drake.systems.scene import AddScene
 from hunav_drake.systems.sensing.sensor_config import LidarConfig
-from hunav_drake.systems.world.obstacles import Obstacles
+from hunav_drake.trial_planner import (
+    AddPerception,
+    AddPlanner,
+    with_planner_lidar,
+)
 from hunav_drake.trial_sensors import AddSensors
 
 if TYPE_CHECKING:
@@ -45,7 +46,8 @@ def MakeTrialDiagram(
         A diagram of the systems "humans" (`AddHumans`), "robot" and "planner"
         (see `RobotConfig` and `PlannerConfig`), "goal" (if there is one),
         "evaluator" (`Evaluator`), "monitor" (`TrialMonitor`), "scene"
-        (`AddScene`) and the sensors (see `AddSensors`); of "plant" and
+        (`AddScene`), the sensors (see `AddSensors`) and, unless the planner
+        sees everything, "perception" (see `AddPerception`); of "plant" and
         "scene_graph" for a robot that is a body of a plant, else of "contacts"
         (`DiscContacts`). It has no inputs, but for "trigger" if that begins the
         recording (`EvaluatorConfig.start`); its outputs are "robot_state",
@@ -59,7 +61,7 @@ def MakeTrialDiagram(
     """
     scenario = CheckScenario(scenario)
     made_for = _fixed_parts(scenario)
-    scenario, traffic = with_drawn_people(scenario)
+    scenario, traffic = with_drawn_people(with_planner_lidar(scenario))
     robot_config = scenario.robot
     time_step = scenario.simulation.time_step
     obstacles = scenario.world.obstacles()
@@ -91,7 +93,7 @@ def MakeTrialDiagram(
         contacts = builder.AddNamedSystem(
             "contacts", DiscContacts(scenario.humans, time_step=time_step)
         )
-    planner = _AddPlanner(builder, scenario, obstacles)
+    planner = AddPlanner(builder, scenario, obstacles)
     shared = {
         "goal_tolerance": robot_config.goal_tolerance,
         "goal_yaw_tolerance": robot_config.goal_yaw_tolerance,
@@ -146,11 +148,13 @@ def MakeTrialDiagram(
         given["goal"] = builder.AddNamedSystem("goal", goal).get_output_port()
     sensed = AddSensors(builder, scenario, scene, given)
     given |= sensed
-    systems = [robot, planner, evaluator, monitor]
+    systems = [robot, evaluator, monitor]
     if contacts is not robot:
         systems.append(contacts)
-    for system in systems:
-        for name, port in given.items():
+    wanted = [(system, given) for system in systems]
+    wanted.append((planner, AddPerception(builder, scenario, given)))
+    for system, ports in wanted:
+        for name, port in ports.items():
             if system.HasInputPort(name):
                 builder.Connect(port, system.GetInputPort(name))
     for name, port in (
@@ -227,26 +231,3 @@ def _fixed_parts(scenario: Scenario) -> dict[str, Any]:
         for key in ("name", "description", "seed", "duration"):
             free.pop(key, None)
     return parts
-
-
-def _AddPlanner(
-    builder: DiagramBuilder, scenario: Scenario, obstacles: Obstacles
-) -> System:
-    robot = scenario.robot
-    task = PlanningTask(
-        limits=robot.limits,
-        robot_radius=robot.radius,
-        goal_tolerance=robot.goal_tolerance,
-        goal_yaw_tolerance=robot.goal_yaw_tolerance,
-        obstacles=obstacles,
-        num_humans=len(scenario.humans),
-        time_step=scenario.simulation.time_step,
-        lidar=first_lidar(scenario),
-    )
-    planner = scenario.planner.AddToBuilder(builder, task)
-    if planner.HasInputPort("scan"):
-        size = planner.GetInputPort("scan").size()
-        if message := scan_fault(scenario, size):
-            fault = Fault("scenario", 0, "planner", message)
-            raise ScenarioError("scenario", [fault])
-    return planner

@@ -30,6 +30,7 @@ from hunav_drake.scenario.writer import plain
 from hunav_drake.systems.common.registry import Registry, name_of
 from hunav_drake.systems.crowd import MOTION_MODELS
 from hunav_drake.systems.planning import (
+    PERCEPTIONS,
     PLANNERS,
     LocalPlanner,
     Plan,
@@ -85,6 +86,7 @@ KINDS = {
     "wall": Kind(WALLS, ("world", "walls", 0)),
     "furniture": Kind(FURNITURE, ("world", "furniture", 0)),
     "drive": Kind(DRIVES, ("robot", "drive")),
+    "perception": Kind(PERCEPTIONS, ("planner", "sees")),
 }
 CHOICES = [
     pytest.param(kind, name, id=f"{kind} {name}")
@@ -199,6 +201,8 @@ def make_trial(kind, name):
         part = {"robot": {"model": name, **parameters}}
     elif kind == "sensor":
         part = {"sensors": [{"type": name}]}
+    elif kind == "perception":
+        part = {"planner": {"name": "sfm", "sees": name}}
     else:
         part = {kind: name}
     return dataclasses.replace(scenario, **part)

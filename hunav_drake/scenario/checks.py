@@ -31,6 +31,7 @@ from hunav_drake.systems.people.behavior_choice import (
 )
 from hunav_drake.systems.people.parameters import SocialForceParameters
 from hunav_drake.systems.people.profile import ProfileName
+from hunav_drake.systems.planning.planner import asked_scan_size
 from hunav_drake.systems.sensing.sensor_config import LidarConfig
 
 # What a registry does not know is looked up at most so often: each time, it
@@ -223,9 +224,11 @@ def scan_fault(scenario: Scenario, scan_size: int | None) -> str:
 
 def check_scan(scenario: Scenario) -> Iterator[Finding]:
     """Looks for a planner without the lidar that it needs."""
-    if message := scan_fault(
-        scenario, getattr(scenario.planner, "scan_size", 0)
-    ):
+    planner = scenario.planner
+    if planner.sees.by_lidar and first_lidar(scenario) is None:
+        # The trial makes one.
+        return
+    if message := scan_fault(scenario, asked_scan_size(planner)):
         yield Finding(("planner",), message, uses=(("sensors",),))
 
 

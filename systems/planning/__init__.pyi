@@ -6,6 +6,11 @@ from .local_planner import LocalPlanner as LocalPlanner
 from .navigation.navigation_planner import (
     NavigationPlanner as NavigationPlanner,
 )
+from .perception import (
+    PERCEPTIONS as PERCEPTIONS,
+    PerceptionConfig as PerceptionConfig,
+    register_perception as register_perception,
+)
 from .planner import (
     PLANNERS as PLANNERS,
     Plan as Plan,

@@ -72,7 +72,10 @@ def plan_fault(plan: Any, *, keeps: bool = True) -> str:
         isinstance(value, _NUMBERS) and math.isfinite(value)
         for value in (plan.v, plan.omega)
     ):
-        return f"must give finite v and omega, got {plan}"
+        return (
+            f"must give finite v and omega, got v = {plan.v!r:.80} and omega ="
+            f" {plan.omega!r:.80}"
+        )
     if plan.status not in _STATUSES:
         return f"must give a PlannerStatus, got {plan.status!r:.80}"
     path, memory = plan.path, plan.memory

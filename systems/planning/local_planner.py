@@ -35,6 +35,7 @@ from hunav_drake.systems.planning.planner import (
     Planner,
     PlanningTask,
     View,
+    asked_scan_size,
 )
 from hunav_drake.systems.planning.planner_error import PlannerError, told
 
@@ -65,10 +66,11 @@ class LocalPlanner(LeafSystem):
     the robot, ``human_states`` n such rows of the people, in W, in SI units.
     Port ``goal`` takes (x, y, yaw), in meters and radians; while it is not
     connected, the robot stays where it is. Only a planner with a ``scan_size``
-    has port ``scan``: so many distances, in meters. Port ``velocity_command``
-    gives (v, omega) in m/s and rad/s, ``status`` a `PlannerStatus`, and
-    ``path`` what the planner means to follow since it last decided: a
-    read-only array of shape (k, 2) or (k, 3), rows (x, y) or (x, y, yaw).
+    or one that sees by the lidar has port ``scan``: distances, in meters. Port
+    ``velocity_command`` gives (v, omega) in m/s and rad/s, ``status`` a
+    `PlannerStatus`, and ``path`` what the planner means to follow since it
+    last decided: a read-only array of shape (k, 2) or (k, 3), rows (x, y) or
+    (x, y, yaw).
 
     The discrete state holds (v, omega, status). For a planner that remembers,
     the abstract state holds the whole plan that was decided last.
@@ -231,7 +233,8 @@ class LocalPlanner(LeafSystem):
             reason = f"a cycle took longer than cycle_limit = {limit:g} s"
             raise self._Error(context, reason) from None
         except Exception as error:
-            function = inspect.unwrap(type(planner).plan)
+            method = getattr(type(planner), planner.decides_by)
+            function = inspect.unwrap(method)
             code = getattr(function, "__code__", None)
             raise self._Error(context, told(error, code)) from error
         if fault := plan_fault(plan, keeps=self._decision is not None):
@@ -272,9 +275,10 @@ class LocalPlanner(LeafSystem):
 
 
 def _scan_size(planner: Planner, task: PlanningTask) -> int:
-    """Returns how many distances of a lidar a planner asks for."""
-    if planner.scan_size is not None:
-        return planner.scan_size
+    """Returns how many distances of a lidar a planner gets."""
+    size = asked_scan_size(planner)
+    if size is not None:
+        return size
     if task.lidar is None:
         raise ValueError(
             f"{type(planner).__name__} needs a lidar: give its PlanningTask a"

@@ -1,7 +1,7 @@
 """The interface of planners, and the register of planners."""
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import IntEnum
 import inspect
 from typing import Annotated, Any, ClassVar, NamedTuple
@@ -14,6 +14,10 @@ from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import STATE_SIZE
 from hunav_drake.systems.common.registry import Registry
 from hunav_drake.systems.common.schema import CONFIG, within
+from hunav_drake.systems.planning.perception import (
+    PERCEPTIONS,
+    PerceptionConfig,
+)
 from hunav_drake.systems.robot.robot_config import RobotLimits
 from hunav_drake.systems.sensing.sensor_config import LidarConfig
 from hunav_drake.systems.world.obstacles import Obstacles
@@ -51,7 +55,7 @@ class PlanningTask:
         goal_tolerance: The distance at which the goal counts as reached, m.
         goal_yaw_tolerance: The same for its heading, in radians.
         obstacles: The walls.
-        num_humans: How many people the planner sees.
+        num_humans: How many rows of people the planner gets.
         time_step: The time between two updates of the trial, in seconds.
         lidar: What measures the scan that the planner gets; None without one.
     """
@@ -76,6 +80,12 @@ class PlannerConfig(ABC):
 
     # The time between two commands, in seconds: a multiple of the step.
     period: Annotated[StrictFloat, within(0, 10, "s", low_open=True)] = 0.05
+
+    # Whom the planner sees: everything, visible, or lidar for nobody but what
+    # a lidar meets.
+    sees: Annotated[PerceptionConfig, PERCEPTIONS] = field(
+        default_factory=PERCEPTIONS.make
+    )
 
     @abstractmethod
     def MakeSystem(self, task: PlanningTask) -> Any:
@@ -132,7 +142,8 @@ class View(NamedTuple):
     Attributes:
         robot: The row (x, y, yaw, vx, vy, omega, radius) of the robot.
         humans: Shape (n, 7): such rows of the people. Those who are outside,
-            if people come and go, are far away: see `layout.OUTSIDE`.
+            if people come and go, or not seen are far away: see
+            `layout.OUTSIDE`. None for who sees by the lidar alone.
         goal: (x, y, yaw), in meters and radians.
         scan: The distances that ``task.lidar`` measures, in meters; None if
             the planner does not ask for them. `scan_points` makes points.
@@ -180,9 +191,12 @@ class Planner(PlannerConfig):
     # and a trial is faster by some 50 us per step.
     initial_memory: ClassVar[Any] = None
 
-    # How many distances of a lidar it asks for; 0 for no port ``scan``, None
-    # for as many as the lidar of its task has.
+    # How many distances of a lidar it asks for; None for as many as the lidar
+    # of its task has, 0 for no port ``scan`` unless it sees by the lidar.
     scan_size: ClassVar[int | None] = 0
+
+    # The method that its author writes; what it raises is told with its place.
+    decides_by: ClassVar[str] = "plan"
 
     # How long a cycle may take, in seconds of the wall clock; None for as long
     # as it takes. A trial whose planner takes longer ends there, so that it
@@ -212,6 +226,15 @@ class Planner(PlannerConfig):
         from hunav_drake.systems.planning.local_planner import LocalPlanner
 
         return LocalPlanner(self, task)
+
+
+def asked_scan_size(planner: PlannerConfig) -> int | None:
+    """Returns how many distances of a lidar a planner asks for.
+
+    None is for as many as the lidar has, 0 for none.
+    """
+    size: int | None = getattr(planner, "scan_size", 0)
+    return None if size == 0 and planner.sees.by_lidar else size
 
 
 def check_arguments(function: Any, label: str, *first: str) -> None:

@@ -3,7 +3,6 @@
 import math
 from typing import Annotated, Any
 
-import numpy as np
 from pydantic import StrictFloat
 from pydantic.dataclasses import dataclass
 
@@ -25,6 +24,7 @@ from hunav_drake.systems.planning.planner import (
     View,
     register_planner,
 )
+from hunav_drake.systems.planning.scanned_bodies import BODY_RADIUS, bodies
 
 
 @register_planner("pursuit")
@@ -113,7 +113,7 @@ class PursuitPlanner(Planner):
         people: float = people_ahead(
             *(x, y, math.cos(yaw), math.sin(yaw)),
             *(task.robot_radius, self.side_margin),
-            np.ascontiguousarray(view.humans, dtype=float),
+            bodies(task, view, self.lookahead + BODY_RADIUS),
         )
         return min(free, people)
 

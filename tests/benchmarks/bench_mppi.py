@@ -43,7 +43,7 @@ def cycle_times(planner: MppiPlanner, humans: np.ndarray) -> np.ndarray:
     robot = np.array([0.0, 0.0, 0.0, 0.5, 0.0, 0.0, 0.35])
     xs = 0.025 * np.arange(77)
     plan = np.column_stack([xs, np.zeros_like(xs), np.zeros_like(xs)])
-    costmap = planner.setup(task).maps.local_map(Sight(0, robot, humans))
+    costmap = planner.setup(task).maps.local_map(robot, Sight(0, robot, humans))
     view = View(robot, humans, np.array(GOAL))
     memory, times = MppiMemory(), []
     for _ in range(CYCLES):

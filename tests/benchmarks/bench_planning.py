@@ -11,10 +11,9 @@ import numpy as np
 
 from hunav_drake import LoadScenario, MakeTrialDiagram, RunTrial
 from hunav_drake.systems.planning import (
-    DwbPlanner,
+    PLANNERS,
     NavigationPlanner,
     PlanningTask,
-    SclPlanner,
     View,
 )
 from hunav_drake.systems.planning.costmap import Costmap
@@ -64,7 +63,9 @@ def cycle_times(planner: NavigationPlanner, count: int) -> dict[str, float]:
         num_humans=count,
     )
     goal = np.array([19.5, 0.0, 0.0])
-    memory, times, replans = planner.initial_memory, [], []
+    memory = planner.initial_memory
+    times: list[float] = []
+    replans: list[float] = []
     for k in range(CYCLES):
         robot = np.array([0.03 * k, 0.0, 0.0, 0.6, 0.0, 0.0, 0.35])
         view = View(robot, people(k, count), goal)
@@ -86,7 +87,8 @@ def cycle_times(planner: NavigationPlanner, count: int) -> dict[str, float]:
 def main() -> None:
     """Prints the tables."""
     print("A cycle at 20 Hz, in ms, foxy's local map of 160 x 160 cells")
-    for name, planner in (("dwb", DwbPlanner()), ("scl", SclPlanner())):
+    for name in ("dwb", "scl", "sfw", "sfm", "orca", "mppi"):
+        planner = PLANNERS[name]()
         for count in (0, 4, 10):
             t = cycle_times(planner, count)
             print(
@@ -104,7 +106,7 @@ def main() -> None:
 
     print("\nWhole trials, simulated seconds per second of CPU")
     for trial in ("passing", "crossing", "cafe"):
-        for name in ("pursuit", "dwb", "scl"):
+        for name in ("pursuit", "dwb", "scl", "sfw", "sfm", "orca", "mppi"):
             scenario = LoadScenario(
                 filename=f"scenarios/{trial}.yaml",
                 overrides=[f"planner.name={name}"],

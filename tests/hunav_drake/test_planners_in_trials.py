@@ -1,12 +1,16 @@
 """Planners with maps in the shipped trials, with real people."""
 
+import dataclasses
+
 import numpy as np
 from pydrake.systems.analysis import Simulator
 import pytest
 
 from hunav_drake import LoadScenario, MakeTrialDiagram, RunTrial
+from hunav_drake.systems.world.obstacles import nearest_wall
 
 PLANNERS = ["dwb", "scl"]
+ALL = [*PLANNERS, "sfw", "sfm", "orca", "mppi"]
 
 
 def load(name, planner):
@@ -31,6 +35,45 @@ def test_reaches_the_goal_for_nearly_all_seeds(name, planner):
         if planner == "scl" and name in ("passing", "crossing"):
             # People may run into the robot, but it does not into them.
             assert result.metrics["robot_on_person_collisions"] == 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "planner", ["dwb", "scl", "sfw", "sfm", "orca", "mppi"]
+)
+@pytest.mark.parametrize("name", ["warehouse", "house"])
+def test_reaches_the_goal_in_buildings(name, planner):
+    """One seed of what `hunav bench planners` measures."""
+    scenario = LoadScenario(
+        filename=name, overrides=[f"planner.name={planner}"]
+    )
+    result = RunTrial(scenario)
+    assert result.end_reason == "goal", result.end_message
+    # Planned is with PMB2's radius: see docs/planners.md.
+    walls = scenario.world.obstacles()
+    way = result.recording.robot[:, :2]
+    gaps = np.hypot(*(way - nearest_wall(walls, way)).T)
+    assert gaps.min() > 0.27
+
+
+def test_sfw_does_not_stay_between_walls():
+    """Their forces are weakest there, and would hold it forever."""
+    scenario = LoadScenario(
+        data="""
+            world:
+              walls:
+                - {shape: box, center: [0, 2.0], size: [0.2, 3.0]}
+                - {shape: box, center: [0, -2.0], size: [0.2, 3.0]}
+            robot: {start: [0, 0, 0], goal: [4, 0, 0]}
+            simulation: {duration: 30}
+            """,
+        overrides=["planner=sfw"],
+    )
+    result = RunTrial(scenario)
+    assert result.end_reason == "goal"
+    patient = dataclasses.replace(scenario.planner, patience=60.0)
+    held = RunTrial(dataclasses.replace(scenario, planner=patient))
+    assert held.end_reason == "stuck"
 
 
 def test_scl_keeps_farther_from_people_than_dwb():

@@ -1,6 +1,5 @@
 from .costmap_config import (
     GlobalCostmap as GlobalCostmap,
-    LidarLayout as LidarLayout,
     LocalCostmap as LocalCostmap,
     ObstacleLayer as ObstacleLayer,
     SocialLayer as SocialLayer,

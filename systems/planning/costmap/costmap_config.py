@@ -1,7 +1,6 @@
 """The parameters of costmaps and their layers."""
 
 from dataclasses import field
-import math
 from typing import Annotated, Literal
 
 from pydantic import Field, StrictBool, StrictFloat
@@ -9,9 +8,7 @@ from pydantic.dataclasses import dataclass
 
 from hunav_drake.systems.common.schema import (
     CONFIG,
-    Angle,
     BodyRadius,
-    Integer,
     Length,
     PositiveLength,
     within,
@@ -26,36 +23,11 @@ Period = Annotated[StrictFloat, within(0, 60, "s", low_open=True)]
 
 
 @dataclass(kw_only=True, config=CONFIG)
-class LidarLayout:
-    """Where a planner's lidar sits, and where its rays go.
-
-    The defaults are those of PMB2's SICK TiM571. The planner asks for as many
-    distances; ray k goes in direction ``first_angle + k * field_of_view /
-    (rays - 1)`` of the robot.
-    """
-
-    rays: Annotated[Integer, Field(ge=2, le=100_000)] = 666
-
-    # The direction of the first ray and the angle from there to the last, in
-    # radians, counter-clockwise.
-    first_angle: Angle = -math.radians(110)
-    field_of_view: Annotated[
-        StrictFloat, within(0, 2 * math.pi, "rad", low_open=True)
-    ] = math.radians(220)
-
-    # How far it is ahead of the middle of the robot, in meters.
-    offset: Annotated[StrictFloat, within(-5, 5, "m")] = 0.202
-
-    # Distances from this on are of rays that hit nothing, in meters.
-    max_range: PositiveLength = 25.0
-
-
-@dataclass(kw_only=True, config=CONFIG)
 class ObstacleLayer:
     """What the planner knows of walls and people around the robot."""
 
     # "ground_truth": the walls as they are, and the people who are near.
-    # "lidar": what a lidar has hit, which needs a robot with one.
+    # "lidar": what the first lidar of the trial has hit.
     source: Literal["ground_truth", "lidar"] = "ground_truth"
 
     # Whether a lidar would see people. (One at the height of the feet does;
@@ -73,9 +45,6 @@ class ObstacleLayer:
 
     # Whether nothing that the layer marks can be inside the robot.
     footprint_clearing: StrictBool = True
-
-    # The lidar, for its source.
-    lidar: LidarLayout = field(default_factory=LidarLayout)
 
 
 @dataclass(kw_only=True, config=CONFIG)

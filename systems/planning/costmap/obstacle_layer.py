@@ -5,45 +5,30 @@ import math
 import numpy as np
 
 from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.common.layout import YAW, X, Y
-from hunav_drake.systems.planning.costmap.costmap_config import (
-    LidarLayout,
-    ObstacleLayer,
-)
+from hunav_drake.systems.common.layout import X, Y
+from hunav_drake.systems.planning.costmap.costmap_config import ObstacleLayer
 from hunav_drake.systems.planning.costmap.grid import FREE, Costs, Region
 from hunav_drake.systems.planning.costmap.marks import Marks
 from hunav_drake.systems.planning.costmap.scan_kernel import clear_and_mark
+from hunav_drake.systems.sensing.scans import sensor_pose
+from hunav_drake.systems.sensing.sensor_config import LidarConfig
 
 
-def scan_ends(pose: Array, scan: Array, layout: LidarLayout) -> Array:
+def scan_ends(lidar: LidarConfig, scan: Array, robot: Array) -> Array:
     """Returns where the rays of a lidar end: shape (n, 3), (x, y, range).
 
     A ray that hits nothing ends at the largest range.
 
     Args:
-        pose: (x, y, yaw) of the robot, in W.
+        lidar: What has measured.
         scan: n distances, in meters; infinite if nothing is hit.
-        layout: Of the lidar.
+        robot: (x, y, yaw) of the robot, in W; more is ignored.
     """
-    step = layout.field_of_view / (layout.rays - 1)
-    directions = pose[YAW] + layout.first_angle + step * np.arange(layout.rays)
-    reach = np.minimum(np.nan_to_num(scan, posinf=math.inf), layout.max_range)
-    sx, sy = sensor_at(pose, layout)
+    x, y, yaw = sensor_pose(lidar, robot)
+    directions = yaw + lidar.angles()
+    reach = np.minimum(np.nan_to_num(scan, posinf=math.inf), lidar.range_max)
     return np.column_stack(
-        [
-            sx + reach * np.cos(directions),
-            sy + reach * np.sin(directions),
-            reach,
-        ]
-    )
-
-
-def sensor_at(pose: Array, layout: LidarLayout) -> tuple[float, float]:
-    """Returns where the lidar of a robot is, in W, in meters."""
-    x, y, yaw = map(float, pose[:3])
-    return (
-        x + layout.offset * math.cos(yaw),
-        y + layout.offset * math.sin(yaw),
+        [x + reach * np.cos(directions), y + reach * np.sin(directions), reach]
     )
 
 
@@ -65,7 +50,7 @@ def see(
     region: Region,
     ends: Array,
     sensor: tuple[float, float],
-    config: ObstacleLayer,
+    ranges: tuple[float, float],
 ) -> Marks:
     """Returns the marks of a region after one more scan.
 
@@ -74,12 +59,12 @@ def see(
         region: Where the map is now.
         ends: Where the rays end: see `scan_ends`.
         sensor: Where they begin, in W.
-        config: The ranges of clearing and marking.
+        ranges: Up to where rays clear, and below which ends are marked, in
+            meters.
     """
     costs = moved(marks, region)
     clear_and_mark(
-        *(costs, *region.origin, region.resolution, *sensor, ends),
-        *(config.clearing_range, config.marking_range),
+        *(costs, *region.origin, region.resolution, *sensor, ends), *ranges
     )
     costs.setflags(write=False)
     return Marks(region.row, region.column, costs)

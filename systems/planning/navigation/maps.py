@@ -25,7 +25,6 @@ from hunav_drake.systems.planning.costmap.obstacle_layer import (
     person_discs,
     scan_ends,
     see,
-    sensor_at,
 )
 from hunav_drake.systems.planning.costmap.social_layer import social_parameters
 from hunav_drake.systems.planning.costmap.static_layer import (
@@ -33,6 +32,8 @@ from hunav_drake.systems.planning.costmap.static_layer import (
     static_map,
 )
 from hunav_drake.systems.planning.navigation.memory import Sight
+from hunav_drake.systems.sensing.scans import sensor_pose
+from hunav_drake.systems.sensing.sensor_config import LidarConfig
 from hunav_drake.systems.world.obstacles import Obstacles
 
 # A robot outside of the walls moves the global map by so much, in meters.
@@ -53,6 +54,7 @@ class Maps:
         robot_radius: float,
         inflation: tuple[float, float],
         layer: ObstacleLayer,
+        lidar: LidarConfig | None,
         social: SocialLayer,
         local: LocalCostmap,
         whole: GlobalCostmap,
@@ -64,6 +66,7 @@ class Maps:
             robot_radius: In meters.
             inflation: The radius, in meters, and the scaling, in 1/m.
             layer: Of obstacles.
+            lidar: What measures the scans, if there are any.
             social: Of people.
             local: The local map, with all that it has.
             whole: The global map.
@@ -74,6 +77,7 @@ class Maps:
         self.radius = inscribed_radius(robot_radius)
         self._obstacles = obstacles
         self._layer = layer
+        self._lidar = lidar
         self._local = tuple(local.layers)
         self._global = tuple(whole.layers)
         assert local.size is not None
@@ -180,13 +184,16 @@ class Maps:
     def _see(
         self, marks: Marks | None, region: Region, robot: Array, scan: Array
     ) -> Marks:
-        layout = self._layer.lidar
+        lidar, layer = self._lidar, self._layer
+        assert lidar is not None
+        # What is at the largest range is no hit.
+        marking = min(layer.marking_range, lidar.range_max)
         return see(
             marks or Marks(),
             region,
-            scan_ends(robot, scan, layout),
-            sensor_at(robot, layout),
-            self._layer,
+            scan_ends(lidar, scan, robot),
+            sensor_pose(lidar, robot)[:2],
+            (layer.clearing_range, marking),
         )
 
     def _around(

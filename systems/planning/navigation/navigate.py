@@ -3,6 +3,8 @@
 import math
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from hunav_drake.systems.common.layout import YAW, X, Y
 from hunav_drake.systems.common.poses import is_at_goal
 from hunav_drake.systems.planning.costmap.grid import INSCRIBED, Costmap
@@ -11,6 +13,7 @@ from hunav_drake.systems.planning.global_planner.navfn import (
     plan_path,
 )
 from hunav_drake.systems.planning.navigation.memory import (
+    Control,
     LocalPlan,
     NavigationMemory,
     Sight,
@@ -31,6 +34,8 @@ if TYPE_CHECKING:
     from hunav_drake.systems.planning.navigation.navigation_planner import (
         NavigationPlanner,
     )
+
+_NO_MAP = Costmap(np.zeros((0, 0), dtype=np.uint8), (0.0, 0.0), 1.0)
 
 
 def navigate(
@@ -148,20 +153,23 @@ def replan(
             memory._replace(failed=start_is_free, reason=found.fault),
             found.fault,
         )
-    covered = without.misses == 0
-    what = "people stand on" if covered else "an obstacle is on, or near,"
-    reason = (
+    memory = _planned(memory, found, covered=without.misses == 0)
+    return memory._replace(reason=_goal_words(memory)), ""
+
+
+def _goal_words(memory: NavigationMemory) -> str:
+    """Returns why a plan does not end at the goal."""
+    what = "people stand on"
+    if not memory.covered:
+        what = "an obstacle is on, or near,"
+    return (
         f"{what} the goal: the nearest place that can be reached is"
-        f" {found.misses:.2f} m from it"
+        f" {memory.misses:.2f} m from it"
     )
-    return _planned(memory, found, covered, reason), ""
 
 
 def _planned(
-    memory: NavigationMemory,
-    found: GlobalPath,
-    covered: bool = False,
-    reason: str = "",
+    memory: NavigationMemory, found: GlobalPath, *, covered: bool = False
 ) -> NavigationMemory:
     """Returns a memory with a new global plan."""
     found.poses.setflags(write=False)
@@ -171,7 +179,7 @@ def _planned(
         misses=found.misses,
         covered=covered,
         is_new=True,
-        reason=reason,
+        reason="",
     )
 
 
@@ -225,7 +233,8 @@ def follow(
             view,
             memory,
             f"it has come no {checker.required_movement_radius:g} m in"
-            f" {checker.movement_time_allowance:g} s",
+            f" {checker.movement_time_allowance:g} s"
+            + (f"; {_goal_words(memory)}" if memory.misses else ""),
         )
     path = memory.path
     begin, end = planner.local_span(task, view, path, memory.first)
@@ -233,8 +242,15 @@ def follow(
         fault = "it is too far from its plan"
         return _failing(planner, task, view, memory, fault)
     local = LocalPlan(path[begin:end], tuple(path[-1].tolist()), memory.is_new)
-    costmap = planner.setup(task).maps.local_map(view.robot, memory.sight)
+    costmap = _NO_MAP
+    if planner.uses_local_map:
+        costmap = planner.setup(task).maps.local_map(view.robot, memory.sight)
     command = planner.control(task, view, local, costmap, memory.control)
+    if not isinstance(command, Control):
+        raise TypeError(
+            f"{type(planner).__name__}.control() must give a Control, got"
+            f" {command!r:.80}"
+        )
     if command.fault:
         return _failing(planner, task, view, memory, command.fault)
     memory = memory._replace(

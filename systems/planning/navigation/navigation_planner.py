@@ -132,6 +132,11 @@ class NavigationPlanner(Planner):
     """
 
     initial_memory: ClassVar[Any] = NavigationMemory()
+    decides_by: ClassVar[str] = "control"
+
+    # Whether the local controller looks at the local map; else it gets one
+    # without cells, and a cycle is faster.
+    uses_local_map: ClassVar[bool] = True
 
     # What the local controller remembers at first; immutable.
     initial_control: ClassVar[Any] = None
@@ -188,7 +193,8 @@ class NavigationPlanner(Planner):
             task: What does not change.
             view: What the planner sees now.
             local: What is to be followed.
-            costmap: The local map, of this cycle or a few before.
+            costmap: The local map: the room of now, and people of this cycle
+                or a few before.
             memory: What it remembered in the last cycle, and
                 `initial_control` in the first and after a recovery.
         """
@@ -237,10 +243,9 @@ class NavigationPlanner(Planner):
 
     # (The class variable of Planner hangs on a parameter here.)
     @property
-    def scan_size(self) -> int:  # type: ignore[override]
-        """How many distances of a lidar it asks for."""
-        layer = self.obstacle_layer
-        return layer.lidar.rays if layer.source == "lidar" else 0
+    def scan_size(self) -> int | None:  # type: ignore[override]
+        """How many distances of a lidar it asks for: all, or none."""
+        return None if self.obstacle_layer.source == "lidar" else 0
 
     def once[Made](
         self, task: PlanningTask, name: str, make: Callable[[], Made]
@@ -292,6 +297,7 @@ class NavigationPlanner(Planner):
             robot_radius=radius,
             inflation=(self.inflation_radius, scaling),
             layer=self.obstacle_layer,
+            lidar=task.lidar,
             social=self.social_layer,
             local=local,
             whole=self.global_costmap,

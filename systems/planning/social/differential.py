@@ -3,10 +3,28 @@
 import math
 
 from hunav_drake.systems.common.poses import wrap_angle
+from hunav_drake.systems.robot.robot_config import RobotLimits
+
+# Which part of its turn acceleration is planned with.
+_BRAKES = 0.5
+
+
+def brakable(omega: float, error: float, acceleration: float) -> float:
+    """Returns a turn rate that can end within the angle that is left.
+
+    Faster, it would turn too far, then back, and so on.
+
+    Args:
+        omega: The wanted turn rate, in rad/s.
+        error: The angle that is left, in radians.
+        acceleration: How fast the turn rate changes at most, in rad/s^2.
+    """
+    most = math.sqrt(2.0 * _BRAKES * acceleration * abs(error))
+    return min(max(omega, -most), most)
 
 
 def steer(
-    vx: float, vy: float, yaw: float, turn_time: float, most: float
+    vx: float, vy: float, yaw: float, turn_time: float, limits: RobotLimits
 ) -> tuple[float, float]:
     """Returns the command (v, omega) that follows a velocity in W.
 
@@ -18,11 +36,13 @@ def steer(
         vy: The same along the other axis.
         yaw: The heading of the robot, in radians.
         turn_time: In seconds.
-        most: The largest turn rate, in rad/s.
+        limits: How fast the robot turns.
     """
     speed = math.hypot(vx, vy)
     if speed < 1e-6:
         return 0.0, 0.0
     error = wrap_angle(math.atan2(vy, vx) - yaw)
+    most = limits.max_turn_rate
     omega = min(max(error / turn_time, -most), most)
+    omega = brakable(omega, error, limits.max_turn_acceleration)
     return speed * max(math.cos(error), 0.0), omega

@@ -21,6 +21,10 @@ from hunav_drake.systems.world.walls import opened
 # Walls up to this distance are felt, in meters.
 _REACH = 3.0
 
+# All of them: of the nearest one alone, the force would jump in the middle of
+# a corridor.
+_ALL = 0
+
 
 @jit_as(float64[::1], VECTOR, VECTOR, MATRIX, WALLS, REAL, VECTOR)
 def robot_force(robot, goal, humans, table, radius, k):
@@ -52,7 +56,7 @@ def robot_force(robot, goal, humans, table, radius, k):
         force[1] += fy
     fx, fy = wall_force(
         *(robot[X], robot[Y], radius, k[K_OBSTACLE], k),
-        *(opened(table), _REACH, 1),
+        *(opened(table), _REACH, _ALL),
     )
     force[0] += fx
     force[1] += fy

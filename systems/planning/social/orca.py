@@ -1,7 +1,7 @@
 """A robot that avoids people reciprocally, as in a crowd of ORCA."""
 
 import math
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from pydantic import StrictFloat
@@ -27,6 +27,7 @@ from hunav_drake.systems.planning.planner import (
     View,
     register_planner,
 )
+from hunav_drake.systems.planning.scanned_bodies import bodies
 
 
 @register_planner("orca")
@@ -38,6 +39,8 @@ class OrcaPlanner(NavigationPlanner):
     two wheels cannot move sideways; so it is a point ahead of its axle that
     follows the velocity, with a disc around it that is as much larger.
     """
+
+    uses_local_map: ClassVar[bool] = False
 
     # How fast it wants to go, in m/s.
     desired_speed: PositiveSpeed = 0.6
@@ -72,6 +75,7 @@ class OrcaPlanner(NavigationPlanner):
     ) -> Control:
         """Decides the command: see `NavigationPlanner.control`."""
         # Reading a scenario does without numba.
+        from hunav_drake.systems.planning.social.differential import brakable
         from hunav_drake.systems.planning.social.following import (
             at_end,
             carrot_at,
@@ -95,11 +99,16 @@ class OrcaPlanner(NavigationPlanner):
         scale = speed / away if away > 1e-9 else 0.0
         velocity = avoiding_velocity(
             *(own, (gx - x) * scale, (gy - y) * scale),
-            *(np.ascontiguousarray(view.humans), task.obstacles.table, p),
+            *(bodies(task, view), task.obstacles.table, p),
         )
         v = c * velocity[0] + s * velocity[1]
-        omega = (c * velocity[1] - s * velocity[0]) / self.offset
+        aside = c * velocity[1] - s * velocity[0]
         most = task.limits.max_turn_rate
+        omega = brakable(
+            aside / self.offset,
+            math.atan2(aside, v),
+            task.limits.max_turn_acceleration,
+        )
         low = -task.limits.max_reverse_speed
         return Control(
             float(min(max(v, low), p[0])), float(min(max(omega, -most), most))

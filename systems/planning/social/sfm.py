@@ -1,5 +1,6 @@
 """A robot that the social force drives, as it does people."""
 
+from dataclasses import field
 import math
 from typing import Any
 
@@ -17,7 +18,10 @@ from hunav_drake.systems.people.parameters import (
     PARAMETERS,
     SocialForceParameters,
 )
-from hunav_drake.systems.planning.costmap.costmap_config import Period
+from hunav_drake.systems.planning.costmap.costmap_config import (
+    LocalCostmap,
+    Period,
+)
 from hunav_drake.systems.planning.costmap.grid import Costmap
 from hunav_drake.systems.planning.navigation.memory import Control, LocalPlan
 from hunav_drake.systems.planning.navigation.navigation_planner import (
@@ -28,6 +32,7 @@ from hunav_drake.systems.planning.planner import (
     View,
     register_planner,
 )
+from hunav_drake.systems.planning.scanned_bodies import bodies
 
 
 @register_planner("sfm")
@@ -40,14 +45,21 @@ class SfmPlanner(NavigationPlanner):
     the velocity of the robot, which steers into it.
     """
 
+    # What it stops before.
+    local_costmap: LocalCostmap = field(
+        default_factory=lambda: LocalCostmap(resolution=0.05)
+    )
+
     # How fast it wants to go, in m/s.
     desired_speed: PositiveSpeed = 0.6
 
     # How far ahead on the plan the point is that it is drawn to, in meters.
     carrot_distance: PositiveLength = 1.0
 
-    # How far ahead the force is followed, and in what time it turns, in s.
-    horizon: Period = 0.5
+    # How far ahead the force is followed, and in what time it turns, in s. In
+    # 0.25 s the force of the goal brings about the wanted velocity; followed
+    # for longer, it would overshoot.
+    horizon: Period = 0.25
     turn_time: Period = 0.4
 
     # Nearer to its goal than this it slows down, in meters.
@@ -82,7 +94,7 @@ class SfmPlanner(NavigationPlanner):
         speed = max(min(speed, task.limits.max_speed), 0.1)
         force = robot_force(
             *(np.ascontiguousarray(view.robot), np.array([x, y, speed])),
-            *(np.ascontiguousarray(view.humans), task.obstacles.table),
+            *(bodies(task, view), task.obstacles.table),
             *(setup.robot_radius, _PARAMETERS),
         )
         vx = view.robot[VX] + force[0] * self.horizon
@@ -91,7 +103,7 @@ class SfmPlanner(NavigationPlanner):
         if fast > speed:
             vx, vy = vx * speed / fast, vy * speed / fast
         yaw = float(view.robot[YAW])
-        v, omega = steer(vx, vy, yaw, self.turn_time, task.limits.max_turn_rate)
+        v, omega = steer(vx, vy, yaw, self.turn_time, task.limits)
         if not is_free(setup.footprint, costmap, view, v, omega):
             bearing = math.atan2(y - view.robot[Y], x - view.robot[X])
             error = wrap_angle(bearing - yaw)

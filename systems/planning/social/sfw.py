@@ -2,7 +2,7 @@
 
 from dataclasses import field
 import math
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 from pydantic import Field, StrictBool, StrictFloat
 from pydantic.dataclasses import dataclass
@@ -30,6 +30,7 @@ from hunav_drake.systems.planning.planner import (
     View,
     register_planner,
 )
+from hunav_drake.systems.planning.social.sfw_memory import SfwMemory
 from hunav_drake.systems.robot.robot_config import (
     Acceleration,
     TurnAcceleration,
@@ -51,6 +52,8 @@ class SfwPlanner(NavigationPlanner):
     and social work (social_force_window_planner). The parameters are named as
     there; the defaults are those of its example.
     """
+
+    initial_control: ClassVar[Any] = SfwMemory()
 
     # What is on the local map; it must be at least 4 m wide, or the robot is
     # always near the end of its plan.
@@ -110,6 +113,10 @@ class SfwPlanner(NavigationPlanner):
     naive_goal_time: Period = 1.0
     people_velocity: PositiveSpeed = 1.7
 
+    # After so long on one spot, in seconds, the forces of obstacles do not
+    # count until it has left it: else they may hold it between walls forever.
+    patience: Period = 3.0
+
     # Whether the velocity of the robot in the forces is that along its own axes
     # instead of those of the world: an oversight of the original.
     legacy_body_frame_velocity: StrictBool = False
@@ -126,4 +133,4 @@ class SfwPlanner(NavigationPlanner):
         # Reading a scenario does without numba.
         from hunav_drake.systems.planning.social.sfw_cycle import choose
 
-        return choose(self, task, view, local, costmap)
+        return choose(self, task, view, local, costmap, memory)

@@ -19,6 +19,7 @@ from hunav_drake.systems.planning.planner import PlanningTask, View
 from hunav_drake.systems.planning.social import prediction
 from hunav_drake.systems.planning.social.following import carrot_at
 from hunav_drake.systems.planning.social.obstacle_points import wall_points
+from hunav_drake.systems.planning.social.sfw_memory import SfwMemory
 
 if TYPE_CHECKING:
     from hunav_drake.systems.planning.social.sfw import SfwPlanner
@@ -29,6 +30,11 @@ _FORCES = SocialForceParameters(social_factor=2.1, epsilon=0.0)
 
 # Parts of the largest speed and turn rate that are tried.
 _PARTS = (0.0, 0.25, 0.5, 0.75, 1.0)
+
+# How far it must come to have left a spot, in meters.
+_SPOT = 0.5
+
+_NO_POINTS: Array = np.zeros((0, 2))
 
 
 class Setup(NamedTuple):
@@ -103,6 +109,7 @@ def choose(
     view: View,
     local: LocalPlan,
     costmap: Costmap,
+    memory: SfwMemory,
 ) -> Control:
     """Returns the command of one cycle: see `SfwPlanner`."""
     x, y, yaw = view.robot[: YAW + 1].tolist()
@@ -111,9 +118,12 @@ def choose(
     if left < planner.xy_goal_tolerance:
         error = wrap_angle(float(end[YAW]) - yaw)
         if abs(error) < planner.yaw_goal_tolerance:
-            return Control(0.0, 0.0)
+            return Control(0.0, 0.0, SfwMemory())
         turn = planner.min_in_place_rot_vel
-        return Control(0.0, math.copysign(turn, error))
+        return Control(0.0, math.copysign(turn, error), SfwMemory())
+    if not memory.cycles or math.hypot(memory.x - x, memory.y - y) > _SPOT:
+        memory = SfwMemory(x, y)
+    memory = memory._replace(cycles=memory.cycles + 1)
     carrot = carrot_at(view, local, planner.wp_tolerance)
     if left < planner.slow_distance:
         pair = _towards(planner, view, carrot, left)
@@ -121,13 +131,15 @@ def choose(
             planner, task, view, carrot, costmap, np.array([pair])
         ).costs
         if math.isfinite(costs[0]):
-            return Control(*pair)
-    weighed = weigh(planner, task, view, carrot, costmap)
+            return Control(*pair, memory)
+    held = memory.cycles * planner.period > planner.patience
+    weighed = weigh(planner, task, view, carrot, costmap, walls=not held)
     best = int(np.argmin(weighed.costs))
     if not math.isfinite(weighed.costs[best]):
-        return Control(0.0, 0.0, fault="each way ahead leads into something")
+        fault = "each way ahead leads into something"
+        return Control(0.0, 0.0, memory, fault)
     v, omega = weighed.velocities[best].tolist()
-    return Control(v, omega)
+    return Control(v, omega, memory)
 
 
 def _towards(
@@ -150,6 +162,8 @@ def weigh(
     carrot: tuple[float, float],
     costmap: Costmap,
     velocities: Array | None = None,
+    *,
+    walls: bool = True,
 ) -> Weighed:
     """Returns candidates and their costs, also for those who look at them.
 
@@ -161,6 +175,7 @@ def weigh(
         costmap: The local map.
         velocities: What to weigh, shape (m, 2), rows (v, omega); by default
             the 44 candidates.
+        walls: Whether the forces of obstacles count.
     """
     setup = planner.once(task, "sfw", lambda: set_up(planner, task))
     velocities = setup.candidates if velocities is None else velocities
@@ -174,7 +189,7 @@ def weigh(
     )
     costs = prediction.candidate_costs(
         *(robot, velocities, humans, goals),
-        _points(planner, task, view),
+        _points(planner, task, view) if walls else _NO_POINTS,
         *(costmap.costs, *costmap.origin, costmap.resolution),
         *(planner.setup(task).footprint, setup.p, setup.k),
     )
@@ -190,9 +205,9 @@ def _points(planner: "SfwPlanner", task: PlanningTask, view: View) -> Array:
             x, y, reach, planner.obstacle_points, task.obstacles.table
         )
     else:
-        layout = planner.obstacle_layer.lidar
-        ends = scan_ends(view.robot[:3], view.scan, layout)
-        ends = ends[ends[:, 2] < min(reach, layout.max_range)]
+        assert task.lidar is not None
+        ends = scan_ends(task.lidar, view.scan, view.robot)
+        ends = ends[ends[:, 2] < min(reach, task.lidar.range_max)]
         # (Rays are finer than what the forces need.)
         every = max(1, len(ends) // planner.obstacle_points)
         points = np.ascontiguousarray(ends[::every, :2])

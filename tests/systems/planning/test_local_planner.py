@@ -177,8 +177,8 @@ DRIVING = PlannerStatus.DRIVING
 @pytest.mark.parametrize(
     ("plan", "words"),
     [
-        (Plan(float("nan"), 0.0, DRIVING), "finite v .*got Plan.v=nan"),
-        (Plan(float("inf"), 0.0, DRIVING), "finite v .*got Plan.v=inf"),
+        (Plan(float("nan"), 0.0, DRIVING), "finite v .*got v = nan"),
+        (Plan(float("inf"), 0.0, DRIVING), "finite v .*got v = inf"),
         (Plan(0.5, 0.0, DRIVING, memory=[1]), r"immutable value.*got \[1\]"),
         (Plan(0.5, 0.0, DRIVING, memory={}), r"immutable value.*got {}"),
         (
@@ -188,8 +188,8 @@ DRIVING = PlannerStatus.DRIVING
         (Plan(0.5, 0.0, DRIVING, path=np.zeros(3)), "a path .*of shape"),
         (Plan(0.5, 0.0, DRIVING, path=[[0, 0]]), "a path that is an array"),
         (Plan(0.5, 0.0, DRIVING, path=np.full((1, 2), np.nan)), "finite"),
-        (Plan("fast", 0.0, DRIVING), "finite v .*got Plan.v='fast'"),
-        (Plan(None, 0.0, DRIVING), "finite v .*got Plan.v=None"),
+        (Plan("fast", 0.0, DRIVING), "finite v .*got v = 'fast'"),
+        (Plan(None, 0.0, DRIVING), "finite v .*got v = None"),
         (Plan(0.5, 0.0, 77), "must give a PlannerStatus, got 77"),
         (Plan(0.5, 0.0, None), "must give a PlannerStatus, got None"),
         (None, "must give a Plan, got None"),

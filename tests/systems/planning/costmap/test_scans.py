@@ -2,47 +2,44 @@ import math
 
 import numpy as np
 
-from hunav_drake.systems.planning.costmap import (
-    LidarLayout,
-    ObstacleLayer,
-    region_around,
-)
+from hunav_drake.systems.planning.costmap import region_around
 from hunav_drake.systems.planning.costmap.marks import Marks
 from hunav_drake.systems.planning.costmap.obstacle_layer import (
     free_disc,
     moved,
     scan_ends,
     see,
-    sensor_at,
 )
+from hunav_drake.systems.sensing import LidarConfig
 
-FOUR = LidarLayout(
-    rays=4,
-    first_angle=0.0,
+# Ahead, left, back, right.
+FOUR = LidarConfig(
+    num_rays=4,
     field_of_view=1.5 * math.pi,
-    offset=0.0,
-    max_range=10.0,
+    pose=(0.0, 0.0, 0.75 * math.pi),
+    range_max=10.0,
 )
-CONFIG = ObstacleLayer(lidar=FOUR)
+# Up to where rays clear, and below which they mark.
+RANGES = (3.0, 2.5)
 
 
 def see_once(marks, ranges, *, x=0.0, y=0.0):
     pose = np.array([x, y, 0.0])
     region = region_around(x, y, 6.0, 0.1)
-    ends = scan_ends(pose, np.array(ranges), FOUR)
-    return see(marks, region, ends, sensor_at(pose, FOUR), CONFIG), region
+    ends = scan_ends(FOUR, np.array(ranges), pose)
+    return see(marks, region, ends, (x, y), RANGES), region
 
 
 def cost(marks, region, x, y):
     return region.as_map(marks.costs).cost_at(x, y)
 
 
-def test_rays_go_where_the_layout_tells():
+def test_rays_go_where_the_lidar_tells():
     pose = np.array([1.0, 2.0, math.pi / 2])
-    layout = LidarLayout(
-        rays=3, first_angle=-math.pi / 2, field_of_view=math.pi, offset=0.2
+    lidar = LidarConfig(
+        num_rays=3, field_of_view=math.pi, pose=(0.2, 0, 0), range_max=25.0
     )
-    ends = scan_ends(pose, np.array([1.0, 2.0, math.inf]), layout)
+    ends = scan_ends(lidar, np.array([1.0, 2.0, math.inf]), pose)
     np.testing.assert_allclose(
         ends, [[2.0, 2.2, 1], [1.0, 4.2, 2], [-24.0, 2.2, 25]], atol=1e-12
     )

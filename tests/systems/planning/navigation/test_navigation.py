@@ -1,5 +1,6 @@
 """What happens on the way, and when there is none: defined, and in words."""
 
+import dataclasses
 import math
 import re
 
@@ -18,6 +19,7 @@ from hunav_drake.systems.planning import (
 )
 from hunav_drake.systems.planning.navigation import Control
 from hunav_drake.systems.robot import RobotLimits
+from hunav_drake.systems.sensing import LidarConfig
 from hunav_drake.systems.world.obstacles import Obstacles
 
 NOBODY = np.zeros((0, 7))
@@ -333,20 +335,11 @@ def test_bad_parameters_are_told(given, words):
 
 def test_reads_a_lidar_by_option():
     """Marks, and a way around what only the lidar knows of."""
-    planner = DwbPlanner(
-        obstacle_layer={
-            "source": "lidar",
-            "lidar": {
-                "rays": 181,
-                "first_angle": -math.pi / 2,
-                "field_of_view": math.pi,
-                "offset": 0.0,
-            },
-        }
-    )
-    assert planner.scan_size == 181
+    planner = DwbPlanner(obstacle_layer={"source": "lidar"})
+    lidar = LidarConfig(num_rays=181, field_of_view=math.pi)
+    task = dataclasses.replace(make_task(), lidar=lidar)
+    assert planner.scan_size is None
     assert DwbPlanner().scan_size == 0
-    task = make_task()
     post = np.array([2.0, 0.1])
     x = y = yaw = v = omega = 0.0
     memory, nearest = planner.initial_memory, math.inf

@@ -17,6 +17,7 @@ from hunav_drake.systems.planning.social.differential import steer
 from hunav_drake.systems.planning.social.following import carrot_at
 from hunav_drake.systems.planning.social.forces import robot_force
 from hunav_drake.systems.planning.social.reciprocal import avoiding_velocity
+from hunav_drake.systems.robot import RobotLimits
 from hunav_drake.systems.world.obstacles import Obstacles
 
 NO_WALLS = Obstacles.from_points([]).table
@@ -24,15 +25,49 @@ K = np.array([getattr(SocialForceParameters(), name) for name in PARAMETERS])
 P = np.array([0.6, 0.4, 0.4, 10.0, 3.0, 1.0, 1.0, 0.05])
 
 
+QUICK = RobotLimits(max_turn_rate=2.0, max_turn_acceleration=50.0)
+
+
 def test_steers_into_the_velocity():
-    assert steer(0.5, 0.0, 0.0, 0.4, 2.0) == (0.5, 0.0)
-    v, omega = steer(0.0, 0.5, 0.0, 0.4, 2.0)
+    assert steer(0.5, 0.0, 0.0, 0.4, QUICK) == (0.5, 0.0)
+    v, omega = steer(0.0, 0.5, 0.0, 0.4, QUICK)
     assert v == pytest.approx(0.0, abs=1e-12)
     assert omega == 2.0
-    v, omega = steer(-0.5, 0.0, 0.0, 0.4, 9.0)
+    fast = RobotLimits(max_turn_rate=9.0, max_turn_acceleration=50.0)
+    v, omega = steer(-0.5, 0.0, 0.0, 0.4, fast)
     assert v == 0.0
     assert abs(omega) == pytest.approx(math.pi / 0.4)
-    assert steer(0.0, 0.0, 1.0, 0.4, 2.0) == (0.0, 0.0)
+    assert steer(0.0, 0.0, 1.0, 0.4, QUICK) == (0.0, 0.0)
+
+
+def test_a_turn_ends_where_it_is_to_though_turning_takes_time():
+    """Without the bound, it would swing to and fro."""
+    limits = RobotLimits()
+    yaw = omega = 0.0
+    yaws = []
+    for _ in range(100):
+        _, wanted = steer(0.0, 0.5, yaw, 0.1, limits)
+        most = 0.05 * limits.max_turn_acceleration
+        omega += min(max(wanted - omega, -most), most)
+        yaw += 0.05 * omega
+        yaws.append(yaw)
+    assert max(yaws) < 0.5 * math.pi + 0.05
+    np.testing.assert_allclose(yaws[-20:], 0.5 * math.pi, atol=0.02)
+
+
+def test_the_force_of_walls_is_none_in_the_middle_and_smooth_about_it():
+    sides = [[(-9, y), (9, y)] for y in (-0.8, 0.8)]
+    table = Obstacles.from_shapes(sides, solid=[False, False]).table
+
+    def across(y):
+        robot = np.array([0.0, y, 0.0, 0.0, 0.0, 0.0, 0.35])
+        goal = np.array([9.0, y, 0.6])
+        nobody = np.zeros((0, 7))
+        return robot_force(robot, goal, nobody, table, 0.275, K)[1]
+
+    assert across(0.0) == pytest.approx(0.0, abs=1e-12)
+    assert across(0.01) == pytest.approx(-across(-0.01))
+    assert -0.1 < across(0.01) < 0
 
 
 def test_the_carrot_is_ahead_on_the_plan():

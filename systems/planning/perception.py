@@ -1,0 +1,92 @@
+"""What a planner sees of the people: one choice for all planners."""
+
+from abc import ABC, abstractmethod
+import math
+from typing import Any, ClassVar
+
+from pydantic import StrictBool
+from pydantic.dataclasses import dataclass
+
+from hunav_drake.systems.common.registry import Registry
+from hunav_drake.systems.common.schema import CONFIG
+from hunav_drake.systems.sensing.sensor_config import (
+    Range,
+    SensingTask,
+    Turn,
+    VisiblePeopleConfig,
+)
+
+
+@dataclass(kw_only=True, config=CONFIG)
+class PerceptionConfig(ABC):
+    """What all perceptions have; which one it is, a derived class tells."""
+
+    # Whether the planner gets no rows of people, but the scan of a lidar.
+    by_lidar: ClassVar[bool] = False
+
+    @abstractmethod
+    def MakeSystem(self, task: SensingTask) -> Any | None:
+        """Makes what stands between people and planner; None for nothing.
+
+        A LeafSystem or a Diagram with the inputs ``robot_state`` and
+        ``human_states``, or one of them, and the output ``visible_people``:
+        as many rows as ``human_states`` has, those of people who are not seen
+        as `layout.OUTSIDE` tells.
+
+        Args:
+            task: What it is to know of the world.
+        """
+
+
+# The perceptions by type.
+PERCEPTIONS = Registry(
+    "perception", PerceptionConfig, tag="type", default="everything"
+)
+
+register_perception = PERCEPTIONS.register
+
+
+@register_perception("everything")
+@dataclass(kw_only=True, config=CONFIG)
+class Everything(PerceptionConfig):
+    """All people, wherever they are: HuNavSim's planners get them so."""
+
+    def MakeSystem(self, task: SensingTask) -> None:
+        """Makes nothing."""
+
+
+@register_perception("visible")
+@dataclass(kw_only=True, config=CONFIG)
+class Visible(PerceptionConfig):
+    """The people whom the robot can see now. See `VisiblePeople`."""
+
+    # How far it sees, in meters, and how wide, in radians.
+    range_max: Range = 10.0
+    field_of_view: Turn = 2 * math.pi
+
+    # Whether people hide those behind them; walls always do.
+    hidden_by_people: StrictBool = False
+
+    def MakeSystem(self, task: SensingTask) -> Any:
+        """Makes a `VisiblePeople`, for which what is low hides nobody."""
+        config = VisiblePeopleConfig(
+            range_max=self.range_max,
+            field_of_view=self.field_of_view,
+            hidden_by_people=self.hidden_by_people,
+        )
+        return config.MakeSystem(task)
+
+
+@register_perception("lidar")
+@dataclass(kw_only=True, config=CONFIG)
+class LidarAlone(PerceptionConfig):
+    """Nobody as such: people are obstacles that the lidar meets.
+
+    The planner gets the scan of the first lidar of the trial; if there is
+    none, the trial makes one with its defaults. Walls are known from the map.
+    """
+
+    by_lidar: ClassVar[bool] = True
+
+    def MakeSystem(self, task: SensingTask) -> None:
+        """Makes nothing."""
