@@ -54,7 +54,12 @@ def WriteSuite(
     ):
         _write(folder / f"{name}.csv", table.to_csv(index=False))
     tables = (*scenario_tables(result), *behavior_tables(result))
-    _write(folder / "tables.tex", "\n".join(map(to_latex, tables)))
+    about = (
+        f"% Suite {result.suite.name}, version {result.suite.version},"
+        f" {len(result.rows)} runs; the hashes of its cells are in suite.json."
+        "\n% In the preamble: \\usepackage{booktabs}\n\n"
+    )
+    _write(folder / "tables.tex", about + "\n".join(map(to_latex, tables)))
     _write(folder / "suite.json", suite_json(result, judgements) + "\n")
     report = folder / "report.html"
     _write(report, suite_page(result, judgements))

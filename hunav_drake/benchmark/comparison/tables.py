@@ -15,7 +15,7 @@ from hunav_drake.benchmark.comparison.relations import Judgement
 from hunav_drake.benchmark.suite_result import SuiteResult
 from hunav_drake.results.metric_facts import unit_of
 from hunav_drake.results.quantity_text import number_text, unit_text
-from hunav_drake.results.statistics import summarize
+from hunav_drake.results.statistics import RATES, summarize
 
 # What the tables of a suite show: those of the paper, which most people know.
 PAPER_METRICS = tuple(name for name, _, _ in METRICS)
@@ -41,8 +41,9 @@ class Table:
 def scenario_tables(result: SuiteResult) -> list[Table]:
     """Returns a table for each scenario and setting: metrics by planner.
 
-    A cell is the mean and half the width of its 95 % interval; beside it, for
-    the paper's own suite, is the value that the paper printed.
+    A cell is the mean and half the width of its 95 % interval, or, of rates,
+    the interval; beside it, for the paper's own suite, is the value that the
+    paper printed.
     """
     runs = result.runs()
     if runs.empty:
@@ -107,7 +108,7 @@ def _table(
         row = [name]
         for planner in planners:
             described = statistics.loc[planner, name]
-            row.append(_cell(described, unit, scale))
+            row.append(_cell(described, unit, scale, is_rate=name in RATES))
             if planner in published:
                 value = published[planner].get(name, math.nan)
                 row.append(number_text(value, unit))
@@ -115,10 +116,17 @@ def _table(
     return Table(title, (*header, "unit"), tuple(rows))
 
 
-def _cell(described: pd.Series, unit: str, scale: float) -> str:
-    mean = scale * float(described["mean"])
-    half = scale * (float(described["high"]) - float(described["low"])) / 2
+def _cell(
+    described: pd.Series, unit: str, scale: float, *, is_rate: bool
+) -> str:
+    mean, low, high = (
+        scale * float(described[key]) for key in ("mean", "low", "high")
+    )
+    half = (high - low) / 2
     text = number_text(mean, unit)
+    if is_rate and math.isfinite(half):
+        # It does not reach as far to both sides.
+        return f"{text} [{number_text(low, unit)}, {number_text(high, unit)}]"
     if math.isfinite(half) and half > 0:
         text += f" ± {number_text(half, unit, scale=abs(mean))}"
     return text
