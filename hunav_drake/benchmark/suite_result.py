@@ -96,9 +96,14 @@ class SuiteResult:
         )
 
     def summary(self) -> pd.DataFrame:
-        """Returns the statistics of each metric in each cell: `summarize`."""
+        """Returns the statistics of each metric in each cell: `summarize`.
+
+        It is empty if no run has given a result.
+        """
         runs = self.runs()
         names = [name for name in runs.columns if name in METRICS]
+        if runs.empty or not names:
+            return pd.DataFrame()
         return summarize(runs, KEYS, metrics=names)
 
     def mean(self, cell: str, metric: str) -> float:

@@ -1,4 +1,4 @@
-"""Tables of a suite, planners side by side: text, CSV and LaTeX."""
+"""Tables of a suite, planners side by side, and as text."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -164,51 +164,3 @@ def to_text(table: Table) -> str:
         )
         lines.append("  ".join([first, *others]).rstrip())
     return "\n".join(lines)
-
-
-def to_latex(table: Table) -> str:
-    """Returns a table for LaTeX, with the package booktabs."""
-    columns = "l" + "r" * (len(table.header) - 2) + "l"
-    head = " & ".join(map(_escaped, table.header))
-    rows = [" & ".join(map(_escaped, row)) + r" \\" for row in table.rows]
-    return "\n".join(
-        [
-            r"\begin{table}",
-            r"\centering",
-            rf"\caption{{{_escaped(table.title)}}}",
-            rf"\begin{{tabular}}{{{columns}}}",
-            r"\toprule",
-            head + r" \\",
-            r"\midrule",
-            *rows,
-            r"\bottomrule",
-            r"\end{tabular}",
-            r"\end{table}",
-            "",
-        ]
-    )
-
-
-_LATEX = str.maketrans(
-    {
-        "\\": r"\textbackslash{}",
-        "&": r"\&",
-        "%": r"\%",
-        "$": r"\$",
-        "#": r"\#",
-        "_": r"\_",
-        "{": r"\{",
-        "}": r"\}",
-        "~": r"\textasciitilde{}",
-        "^": r"\textasciicircum{}",
-        "<": r"$<$",
-        ">": r"$>$",
-        "±": r"$\pm$",
-        "²": r"$^2$",
-        "³": r"$^3$",
-    }
-)
-
-
-def _escaped(text: str) -> str:
-    return text.translate(_LATEX)
