@@ -70,6 +70,14 @@ def add_bench_command(commands: Any) -> None:
         help="change a value of all scenarios: robot.model=pmb2",
     )
     bench.add_argument(
+        "--beside",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="run everything a second time with this change, and print its"
+        " tables beside: robot.model=pmb2",
+    )
+    bench.add_argument(
         "--until",
         metavar="METRIC=WIDTH",
         type=_until,
@@ -183,6 +191,11 @@ def _suite(options: argparse.Namespace) -> "Suite":
         changes["planners"] = list(options.planner)
     if options.overrides:
         changes["overrides"] = [*suite.overrides, *options.overrides]
+    if options.beside:
+        changes["settings"] = {
+            **(dict(suite.settings) or {"": []}),
+            ", ".join(options.beside): list(options.beside),
+        }
     if options.until:
         metric, width = options.until
         changes["until"] = Until(metric=metric, half_width=width)
@@ -253,6 +266,8 @@ def _write_markdown(result: "SuiteResult", options: argparse.Namespace) -> None:
         words += ["--planner", *options.planner]
     for change in options.overrides:
         words += ["--set", change]
+    for change in options.beside:
+        words += ["--beside", change]
     words += ["--markdown", str(options.markdown)]
     page = to_markdown(result, shlex.join(words))
     with input_errors(place=options.markdown):

@@ -65,13 +65,18 @@ def relation_table(judgements: Sequence[Judgement]) -> Table | None:
     if not judgements:
         return None
     places = {"all": "all scenarios", "both": "passing and crossing, each"}
+
+    def place(name: str) -> str:
+        first, bracket, rest = name.partition(" (")
+        return places.get(first, first) + bracket + rest
+
     rows: dict[str, list[list[Cell]]] = {}
     for it in judgements:
         share = "" if math.isnan(it.share) else f"{100 * it.share:.0f} %"
         text = it.text
         for sign, shown in _SIGNS.items():
             text = text.replace(sign, shown)
-        rows.setdefault(places.get(it.scenarios, it.scenarios), []).append(
+        rows.setdefault(place(it.scenarios), []).append(
             [
                 str(it.number),
                 Marked(it.verdict, _KINDS[it.verdict]),

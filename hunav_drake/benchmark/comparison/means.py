@@ -21,17 +21,25 @@ class Means:
     Planners and scenarios that have no runs raise a KeyError.
     """
 
-    def __init__(self, result: SuiteResult, seed: int = 0) -> None:
-        """Sorts the runs by planner, scenario and behavior.
+    def __init__(
+        self, result: SuiteResult, setting: str | None = None, seed: int = 0
+    ) -> None:
+        """Sorts the runs of a setting by planner, scenario and behavior.
 
         Samples are drawn by the bootstrap (Efron 1979).
+
+        Args:
+            result: What a suite has given.
+            setting: The setting; by default runs of all are taken together.
+            seed: The seed of the draws.
         """
         self.planners = list(dict.fromkeys(c.planner for c in result.cells))
-        runs = result.runs(extras=True)
+        runs = _of_setting(result.runs(extras=True), setting)
         failed = runs.index[runs.end_reason == ERROR]
         self._runs = _parts(runs.drop(failed), ["planner", "scenario"])
         self._behaviors = _parts(
-            result.runs(by_behavior=True), ["planner", "scenario", "behavior"]
+            _of_setting(result.runs(by_behavior=True), setting),
+            ["planner", "scenario", "behavior"],
         )
         self._seed = seed
 
@@ -79,6 +87,12 @@ class Means:
             draws = random.integers(n, size=(count, n))
             means.append(values[draws].mean(axis=1))
         return np.concatenate(means)
+
+
+def _of_setting(runs: pd.DataFrame, setting: str | None) -> pd.DataFrame:
+    if setting is None or runs.empty:
+        return runs
+    return runs[runs.setting == setting]
 
 
 def _parts(runs: pd.DataFrame, by: list[str]) -> dict[Any, pd.DataFrame]:

@@ -68,8 +68,10 @@ def behavior_tables(result: SuiteResult) -> list[Table]:
         return []
     is_paper = result.suite.name == "paper"
     tables = []
-    for scenario in runs.scenario.unique():
-        part = runs[runs.scenario == scenario]
+    for scenario, setting in dict.fromkeys(
+        zip(runs.scenario, runs.setting, strict=True)
+    ):
+        part = runs[(runs.scenario == scenario) & (runs.setting == setting)]
         behaviors = part.behavior.unique()
         if len(behaviors) < 2:
             continue
@@ -81,7 +83,8 @@ def behavior_tables(result: SuiteResult) -> list[Table]:
                 if is_paper and scenario == "combined"
                 else {}
             )
-            title = f"{scenario}, {behavior} people"
+            place = " ".join(word for word in (scenario, setting) if word)
+            title = f"{place}, {behavior} people"
             table = _table(title, rows, _BEHAVIOR_METRICS, published)
             tables += [table] if table else []
     return tables
@@ -126,7 +129,7 @@ def _cell(
     text = number_text(mean, unit)
     if is_rate and math.isfinite(half):
         # It does not reach as far to both sides.
-        return f"{text} [{number_text(low, unit)}, {number_text(high, unit)}]"
+        return f"{text} [{low:.0f}, {high:.0f}]"
     if math.isfinite(half) and half > 0:
         text += f" ± {number_text(half, unit, scale=abs(mean))}"
     return text
