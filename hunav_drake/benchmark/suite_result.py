@@ -125,7 +125,8 @@ class SuiteResult:
         seeds = by_value[np.minimum(found, len(chosen) - 1)]
         known = (cells >= 0) & (chosen[seeds] == table.seeds)
         order = np.lexsort((table.repetitions, seeds, cells))
-        return order[known[order]]
+        found: Array = order[known[order]]
+        return found
 
     def _about(self) -> pd.DataFrame:
         cells = {cell.name: cell for cell in self.cells}

@@ -85,7 +85,7 @@ class CellPlan:
 
     def next_task(self) -> Task | None:
         """Returns the next runs to give out, if there are any."""
-        runs = []
+        runs: list[tuple[int, int]] = []
         while len(runs) < _BATCH:
             index = self._is_given.find(0, self._next, self._goal)
             if index < 0:

@@ -3,7 +3,7 @@
 from array import array
 from collections.abc import Iterable, Sequence
 from sys import intern
-from typing import NamedTuple, overload
+from typing import Any, NamedTuple, overload
 
 import numpy as np
 
@@ -138,7 +138,7 @@ class RunTable(Sequence[RunRow]):
         groups = (key for k in self._kinds() for key, _ in self._shape_list[k])
         return list(dict.fromkeys(key[1] for key in groups if len(key) == 2))
 
-    def places(self, group: Group) -> tuple[Array, Array]:
+    def places(self, group: Group) -> tuple[Any, Any]:
         """Returns which runs have numbers of a group.
 
         Returns:
