@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Sequence
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -115,7 +116,7 @@ class SuiteResult:
         finite = values[of_cell & np.isfinite(values)]
         return math.fsum(finite) / len(finite) if len(finite) else math.nan
 
-    def _order(self, table: RunTable) -> Array:
+    def _order(self, table: RunTable) -> Any:
         """Returns the indices of the runs of the suite, in its order."""
         places = {cell.name: i for i, cell in enumerate(self.cells)}
         cells = np.array([places.get(it, -1) for it in table.texts("cell")])
@@ -125,8 +126,7 @@ class SuiteResult:
         seeds = by_value[np.minimum(found, len(chosen) - 1)]
         known = (cells >= 0) & (chosen[seeds] == table.seeds)
         order = np.lexsort((table.repetitions, seeds, cells))
-        found: Array = order[known[order]]
-        return found
+        return order[known[order]]
 
     def _about(self) -> pd.DataFrame:
         cells = {cell.name: cell for cell in self.cells}
