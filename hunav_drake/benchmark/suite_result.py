@@ -20,7 +20,6 @@ from hunav_drake.benchmark.running.run_table import (
 from hunav_drake.benchmark.suite import Suite
 from hunav_drake.results.metric_facts import FACTS, facts_of
 from hunav_drake.results.statistics import summarize
-from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.evaluation.metrics import METRICS
 
 KEYS = ("scenario", "planner", "setting")
