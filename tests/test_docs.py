@@ -76,6 +76,21 @@ def test_the_suite_of_the_docs_is_one():
     assert [it.metric for it in suite.relations] == ["min_dist_to_people"]
 
 
+def test_the_standard_suite_is_in_the_docs():
+    """The page and the picture are made by the commands that they tell."""
+    suite = LoadSuite(filename="standard")
+    text = (DOCS / "benchmark.md").read_text()
+    for target in re.findall(r"\]\((standard\w*\.\w+)\)", text):
+        assert (DOCS / target).stat().st_size < 80_000
+    page = (DOCS / "standard_results.md").read_text()
+    assert f"version {suite.version}" in page
+    (command,) = re.findall(r"^    (hunav bench standard.*)$", page, re.M)
+    assert f"    {command}" in text
+    assert re.findall(r"^## (\w+)$", page, re.M) == suite.scenarios
+    rows = re.findall(r"^\| (\w+) .*`\w{12}` \|$", page, re.M)
+    assert rows == suite.planners * len(suite.scenarios)
+
+
 def test_every_shipped_planner_is_in_the_docs():
     rows = re.findall(r"^\| `(\w+)`", (DOCS / "planners.md").read_text(), re.M)
     assert set(rows) >= {"pursuit", "dwb", "scl", "sfw", "mppi", "sfm", "orca"}

@@ -1,10 +1,11 @@
 """Runs a suite: in worker processes, to be stopped and resumed at any time."""
 
-from collections.abc import Callable, Sequence
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import CancelledError, Executor, Future
 import contextlib
 import os
 from pathlib import Path
+from queue import Empty, SimpleQueue
 
 from hunav_drake.benchmark.running.cell import make_cells
 from hunav_drake.benchmark.running.plan import CellPlan
@@ -12,7 +13,13 @@ from hunav_drake.benchmark.running.pool import InlineExecutor, WorkerPool
 from hunav_drake.benchmark.running.recordings import keep_recording
 from hunav_drake.benchmark.running.run_log import RunLog
 from hunav_drake.benchmark.running.run_row import RunRow, failed_row
-from hunav_drake.benchmark.running.worker import Task, do_task, warm_up
+from hunav_drake.benchmark.running.run_table import RunTable
+from hunav_drake.benchmark.running.worker import (
+    Task,
+    UnfitWorkerError,
+    do_task,
+    warm_up,
+)
 from hunav_drake.benchmark.suite import Suite
 from hunav_drake.benchmark.suite_result import SuiteResult
 
@@ -45,13 +52,14 @@ def RunSuite(
         out: A folder for the results. What it holds already is not run again.
             By default they are in memory alone.
         workers: How many processes run trials; by default one for each
-            processor. With 1, this one does.
+            processor. With 1, this one does. With `executor`, how many trials
+            it can run at once: so many tasks are under way, twice.
         executor: Who runs trials instead: any of `concurrent.futures`, such as
             that of a Dask client, `client.get_executor()`. It is not shut
             down.
         folder: Where relative paths of scenarios begin, as in a suite file.
         imports: Modules and files that each worker imports first, as with
-            `--import`.
+            `--import`. A file must be at the same place for all of them.
         fresh: Runs everything. What `out` holds is kept as `runs_old.jsonl`.
         progress: Called with each run that ends.
 
@@ -60,30 +68,55 @@ def RunSuite(
         ValueError: If `out` holds runs of these cells by other scenarios or
             another version of this package.
         OSError: If `out` cannot be written, or is in use.
+        UnfitWorkerError: If a worker has other versions than this process.
+        ConnectionError: If the executor has given its tasks up.
     """
     cells = make_cells(suite, Path(folder) if folder is not None else None)
     workers = workers or os.cpu_count() or 1
+    # The pools of this package import them as they start.
+    remote = () if executor is None else _absolute(imports)
     with contextlib.ExitStack() as stack:
         log = None
-        done: list[RunRow] = []
+        done = RunTable()
+        plans = [CellPlan(cell, suite, remote) for cell in cells]
         if out is not None:
             out = Path(out)
             log = stack.enter_context(RunLog(out, fresh=fresh))
-            done = log.check(cells)
-        plans = [CellPlan(cell, suite, done) for cell in cells]
+            done = _take_done(log, plans)
         if all(plan.is_done for plan in plans):
             return SuiteResult(suite, cells, done, out)
-        if executor is None:
-            made = (
-                InlineExecutor(imports)
-                if workers == 1
-                else WorkerPool(workers, imports)
-            )
-            executor = stack.enter_context(made)
-        driver = _Driver(executor, plans, log, out, progress)
-        driver.rows = done
-        driver.run(window=2 * workers + 2)
-        return SuiteResult(suite, cells, driver.rows, out)
+        window = 2 * workers + 2
+        if executor is None and workers == 1:
+            # What this process runs is written before it runs the next.
+            window = 1
+            executor = stack.enter_context(InlineExecutor(imports))
+        elif executor is None:
+            executor = stack.enter_context(WorkerPool(workers, imports))
+        # Where there is a log, the runs are in it, and none in memory.
+        rows = done if log is None else None
+        done = RunTable()
+        _Driver(executor, plans, log, rows, progress).run(window)
+        if log is not None:
+            rows = RunTable(log.read(cells))
+        return SuiteResult(suite, cells, rows or done, out)
+
+
+def _absolute(imports: Sequence[str]) -> tuple[str, ...]:
+    """Returns modules, and files as other processes can find them."""
+    return tuple(
+        str(Path(name).resolve()) if name.endswith(".py") else name
+        for name in imports
+    )
+
+
+def _take_done(log: RunLog, plans: Sequence[CellPlan]) -> RunTable:
+    """Notes the runs of a log in the plans, and returns them."""
+    by_name = {plan.cell.name: plan for plan in plans}
+    done = RunTable()
+    for row in log.read([plan.cell for plan in plans]):
+        by_name[row.cell].take(row)
+        done.append(row)
+    return done
 
 
 class _Driver:
@@ -94,31 +127,37 @@ class _Driver:
         executor: Executor,
         plans: Sequence[CellPlan],
         log: RunLog | None,
-        out: Path | None,
+        rows: RunTable | None,
         progress: Progress,
     ) -> None:
         self._executor = executor
         self._plans = {plan.cell.name: plan for plan in plans}
         self._log = log
-        self._out = out
+        self._rows = rows
         self._progress = progress
         self._attempts: dict[tuple[str, int, int], int] = {}
         self._again: list[Task] = []
-        self.rows: list[RunRow] = []
+        self._done = sum(plan.done for plan in plans)
+        # Plans that may have tasks to give out.
+        self._open = list(plans)
 
     def run(self, window: int) -> None:
         """Runs until all plans are done, `window` tasks at a time at most."""
         self._warm_up()
         running: dict[Future[list[RunRow]], Task] = {}
+        ended: SimpleQueue[Future[list[RunRow]]] = SimpleQueue()
         try:
             while True:
                 while len(running) < window and (task := self._next()):
-                    running[self._executor.submit(do_task, task)] = task
+                    future = self._executor.submit(do_task, task)
+                    running[future] = task
+                    future.add_done_callback(ended.put)
                 if not running:
                     return
-                ended, _ = wait(running, return_when=FIRST_COMPLETED)
-                for future in ended:
-                    self._take(future, running.pop(future))
+                rows: list[RunRow] = []
+                for future in _all(ended):
+                    rows += self._result(future, running.pop(future))
+                self._take(rows)
         except BaseException:
             for future in running:
                 future.cancel()
@@ -138,27 +177,43 @@ class _Driver:
     def _next(self) -> Task | None:
         if self._again:
             return self._again.pop()
-        for plan in self._plans.values():
-            if task := plan.next_task():
+        while self._open:
+            if task := self._open[0].next_task():
                 return task
-        return None
+            self._open.pop(0)
+        # Of plans without an end, some may have got more to do.
+        self._open = [p for p in self._plans.values() if not p.is_done]
+        return next(filter(None, (p.next_task() for p in self._open)), None)
 
-    def _take(self, future: "Future[list[RunRow]]", task: Task) -> None:
-        try:
-            rows = future.result()
-        except Exception as error:
-            rows = self._retry(task, error)
-        if self._out is not None:
+    def _take(self, rows: Sequence[RunRow]) -> None:
+        """Keeps the rows of runs that have ended."""
+        new = [row for row in rows if self._plans[row.cell].take(row)]
+        if self._log is not None:
             # First the recording: a row in the log is a run that is done.
-            for row in rows:
-                keep_recording(row, self._out)
-        new = self._log.append(rows) if self._log is not None else rows
+            for row in new:
+                keep_recording(row, self._log.path.parent)
+            self._log.append(new)
+        total = sum(plan.total for plan in self._plans.values())
         for row in new:
-            self.rows.append(row._replace(recording=None))
-            self._plans[row.cell].take(row)
-            done = sum(plan.done for plan in self._plans.values())
-            total = sum(plan.total for plan in self._plans.values())
-            self._progress(row, done, total)
+            if self._rows is not None:
+                self._rows.append(row)
+            self._done += 1
+            self._progress(row, self._done, total)
+
+    def _result(
+        self, future: "Future[list[RunRow]]", task: Task
+    ) -> list[RunRow]:
+        try:
+            return future.result()
+        except UnfitWorkerError:
+            raise
+        except CancelledError as error:
+            raise ConnectionError(
+                "the executor has given up its tasks: is its cluster still"
+                " there? What has ended is kept"
+            ) from error
+        except Exception as error:
+            return self._retry(task, error)
 
     def _retry(self, task: Task, error: Exception) -> list[RunRow]:
         """Gives the runs of a dead worker out again, one by one."""
@@ -177,3 +232,13 @@ class _Driver:
                 failed_row(task.cell, task.sha256, seed, repetition, reason)
             )
         return failed
+
+
+def _all(
+    queue: "SimpleQueue[Future[list[RunRow]]]",
+) -> Iterator["Future[list[RunRow]]"]:
+    """Yields what is in a queue; if that is nothing, it waits for one."""
+    yield queue.get()
+    with contextlib.suppress(Empty):
+        while True:
+            yield queue.get_nowait()

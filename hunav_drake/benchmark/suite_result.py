@@ -3,11 +3,20 @@
 from collections.abc import Iterable, Sequence
 import math
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from hunav_drake.benchmark.running.cell import Cell
 from hunav_drake.benchmark.running.run_row import FAILED, RunRow
+from hunav_drake.benchmark.running.run_table import (
+    COST,
+    EXTRAS,
+    METRICS as METRIC_GROUP,
+    RunTable,
+    behavior_group,
+)
 from hunav_drake.benchmark.suite import Suite
 from hunav_drake.results.metric_facts import FACTS, facts_of
 from hunav_drake.results.statistics import summarize
@@ -22,7 +31,7 @@ class SuiteResult:
     Attributes:
         suite: What was run.
         cells: Its cells.
-        rows: A row per run.
+        rows: A row per run; they are made as they are asked for.
         folder: Where it is kept, if anywhere.
     """
 
@@ -37,24 +46,24 @@ class SuiteResult:
         self.suite = suite
         self.cells = list(cells)
         self.folder = folder
-        places = {cell.name: i for i, cell in enumerate(self.cells)}
-        seeds = {seed: i for i, seed in enumerate(suite.seed_list())}
-        self.rows = sorted(
-            (row for row in rows if row.seed in seeds and row.cell in places),
-            key=lambda row: (places[row.cell], seeds[row.seed], row.repetition),
-        )
+        table = rows if isinstance(rows, RunTable) else RunTable(rows)
+        self.rows = table.sorted(self._order(table))
 
     @property
     def failures(self) -> list[RunRow]:
         """The runs that gave no result."""
-        return [row for row in self.rows if row.end_reason in FAILED]
+        reasons = self.rows.texts("end_reason")
+        return [self.rows[i] for i, it in enumerate(reasons) if it in FAILED]
 
-    def runs(self, *, by_behavior: bool = False) -> pd.DataFrame:
+    def runs(
+        self, *, by_behavior: bool = False, extras: bool = False
+    ) -> pd.DataFrame:
         """Returns a row per run.
 
         Args:
             by_behavior: Returns one for each behavior instead, with the
                 metrics as if only the people of that behavior were there.
+            extras: Whether there are also the columns of `extra_values`.
 
         Returns:
             The columns scenario, planner, setting, seed, repetition,
@@ -62,26 +71,14 @@ class SuiteResult:
             also behavior, and one per metric. What is known of the metrics is
             in `attrs`.
         """
-        cells = {cell.name: cell for cell in self.cells}
-        table = []
-        for row in self.rows:
-            cell = cells[row.cell]
-            about = {
-                "scenario": cell.scenario,
-                "planner": cell.planner,
-                "setting": cell.setting,
-                "seed": row.seed,
-                "repetition": row.repetition,
-                "end_reason": row.end_reason,
-                "end_message": row.end_message,
-                "end_time": row.end_time,
-            }
-            if not by_behavior:
-                table.append(about | row.metrics)
-            for behavior, values in row.by_behavior.items():
-                if by_behavior:
-                    table.append(about | {"behavior": behavior} | values)
-        frame = pd.DataFrame(table)
+        about = self._about()
+        if by_behavior:
+            frame = self._by_behavior(about)
+        else:
+            columns = self.rows.columns(METRIC_GROUP)
+            if extras:
+                columns |= self.rows.columns(EXTRAS)
+            frame = about.assign(**columns)
         frame.attrs |= {key: {} for key in FACTS.values()}
         names = [name for name in frame.columns if name in METRICS]
         frame.attrs |= facts_of(names)
@@ -93,28 +90,73 @@ class SuiteResult:
         "wall" and "cpu" are of the whole run, "cycle_median" and "cycle_p95"
         of the cycles of its planner.
         """
-        cells = {cell.name: cell for cell in self.cells}
-        return pd.DataFrame(
-            [
-                {key: getattr(cells[row.cell], key) for key in KEYS}
-                | {"seed": row.seed, "end_time": row.end_time}
-                | row.cost
-                for row in self.rows
-            ]
+        about = self._about()
+        return about[[*KEYS, "seed", "end_time"]].assign(
+            **self.rows.columns(COST)
         )
 
     def summary(self) -> pd.DataFrame:
-        """Returns the statistics of each metric in each cell: `summarize`."""
+        """Returns the statistics of each metric in each cell: `summarize`.
+
+        It is empty if no run has given a result.
+        """
         runs = self.runs()
         names = [name for name in runs.columns if name in METRICS]
+        if runs.empty or not names:
+            return pd.DataFrame()
         return summarize(runs, KEYS, metrics=names)
 
     def mean(self, cell: str, metric: str) -> float:
         """Returns the mean of a metric in a cell, over runs that have it."""
-        values = [
-            row.metrics.get(metric, math.nan)
-            for row in self.rows
-            if row.cell == cell
-        ]
-        finite = [value for value in values if math.isfinite(value)]
-        return math.fsum(finite) / len(finite) if finite else math.nan
+        values = self.rows.columns(METRIC_GROUP).get(metric)
+        if values is None:
+            return math.nan
+        of_cell = np.array(self.rows.texts("cell")) == cell
+        finite = values[of_cell & np.isfinite(values)]
+        return math.fsum(finite) / len(finite) if len(finite) else math.nan
+
+    def _order(self, table: RunTable) -> Any:
+        """Returns the indices of the runs of the suite, in its order."""
+        places = {cell.name: i for i, cell in enumerate(self.cells)}
+        cells = np.array([places.get(it, -1) for it in table.texts("cell")])
+        chosen = np.array(self.suite.seed_list())
+        by_value = np.argsort(chosen, kind="stable")
+        found = np.searchsorted(chosen, table.seeds, sorter=by_value)
+        seeds = by_value[np.minimum(found, len(chosen) - 1)]
+        known = (cells >= 0) & (chosen[seeds] == table.seeds)
+        order = np.lexsort((table.repetitions, seeds, cells))
+        return order[known[order]]
+
+    def _about(self) -> pd.DataFrame:
+        cells = {cell.name: cell for cell in self.cells}
+        of_run = [cells[name] for name in self.rows.texts("cell")]
+        about = {key: [getattr(cell, key) for cell in of_run] for key in KEYS}
+        return pd.DataFrame(
+            {
+                **about,
+                "seed": self.rows.seeds,
+                "repetition": self.rows.repetitions,
+                "end_reason": self.rows.texts("end_reason"),
+                "end_message": self.rows.texts("end_message"),
+                "end_time": self.rows.end_times,
+            }
+        )
+
+    def _by_behavior(self, about: pd.DataFrame) -> pd.DataFrame:
+        parts = []
+        for behavior in self.rows.behaviors():
+            group = behavior_group(behavior)
+            places, ranks = self.rows.places(group)
+            columns = self.rows.columns(group)
+            parts.append(
+                about.iloc[places].assign(
+                    behavior=behavior,
+                    **{key: it[places] for key, it in columns.items()},
+                    _place=places,
+                    _rank=ranks,
+                )
+            )
+        if not parts:
+            return pd.DataFrame()
+        frame = pd.concat(parts).sort_values(["_place", "_rank"])
+        return frame.drop(columns=["_place", "_rank"]).reset_index(drop=True)

@@ -8,11 +8,11 @@ from typing import Any
 
 import pandas as pd
 
+from hunav_drake.benchmark.comparison.latex import PACKAGES, to_latex
 from hunav_drake.benchmark.comparison.relations import Judgement, judge
 from hunav_drake.benchmark.comparison.tables import (
     behavior_tables,
     scenario_tables,
-    to_latex,
 )
 from hunav_drake.benchmark.suite_result import SuiteResult
 from hunav_drake.report.suite_page import suite_page
@@ -42,7 +42,7 @@ def WriteSuite(
     """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    summary = result.summary().reset_index() if result.rows else pd.DataFrame()
+    summary = result.summary().reset_index()
     judgements = judge(result) if judgements is None else judgements
     relations = pd.DataFrame([vars(it) for it in judgements])
     for name, table in (
@@ -54,7 +54,12 @@ def WriteSuite(
     ):
         _write(folder / f"{name}.csv", table.to_csv(index=False))
     tables = (*scenario_tables(result), *behavior_tables(result))
-    _write(folder / "tables.tex", "\n".join(map(to_latex, tables)))
+    about = (
+        f"% Suite {result.suite.name}, version {result.suite.version},"
+        f" {len(result.rows)} runs; the hashes of its cells are in suite.json."
+        f"\n% In the preamble: \\usepackage{{{','.join(PACKAGES)}}}\n\n"
+    )
+    _write(folder / "tables.tex", about + "\n".join(map(to_latex, tables)))
     _write(folder / "suite.json", suite_json(result, judgements) + "\n")
     report = folder / "report.html"
     _write(report, suite_page(result, judgements))
@@ -63,7 +68,7 @@ def WriteSuite(
 
 def suite_json(result: SuiteResult, judgements: Sequence[Judgement]) -> str:
     """Returns suite, cells, statistics and relations as JSON."""
-    summary = result.summary().reset_index() if result.rows else pd.DataFrame()
+    summary = result.summary().reset_index()
     data = {
         "suite": result.suite.name,
         "version": result.suite.version,

@@ -4,6 +4,7 @@ import argparse
 from collections.abc import Iterator
 import contextlib
 import dataclasses
+import importlib.util
 import math
 from pathlib import Path
 import sys
@@ -69,6 +70,14 @@ def add_bench_command(commands: Any) -> None:
         help="change a value of all scenarios: robot.model=pmb2",
     )
     bench.add_argument(
+        "--beside",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="run everything a second time with this change, and print its"
+        " tables beside: robot.model=pmb2",
+    )
+    bench.add_argument(
         "--until",
         metavar="METRIC=WIDTH",
         type=_until,
@@ -96,6 +105,18 @@ def add_bench_command(commands: Any) -> None:
         help="run everything again; what was there is kept as runs_old.jsonl",
     )
     bench.add_argument(
+        "--replays",
+        action="store_true",
+        help="write a replay of the first seed of each cell, too: some seconds"
+        " and some MB each",
+    )
+    bench.add_argument(
+        "--markdown",
+        type=Path,
+        metavar="FILE",
+        help="write the main metrics as a page of Markdown, too",
+    )
+    bench.add_argument(
         "--json", action="store_true", help="print JSON, not tables"
     )
     bench.add_argument(
@@ -121,6 +142,7 @@ def _until(text: str) -> tuple[str, float]:
 def _bench(options: argparse.Namespace) -> int:
     from hunav_drake.benchmark import ListSuites, RunSuite
     from hunav_drake.benchmark.comparison.relations import judge
+    from hunav_drake.benchmark.running.worker import UnfitWorkerError
     from hunav_drake.benchmark.writing import WriteSuite
     from hunav_drake.scenario import ScenarioError
 
@@ -128,25 +150,30 @@ def _bench(options: argparse.Namespace) -> int:
         for name, description in ListSuites().items():
             print(f"{name}: {description}")
         return DONE
-    with input_errors(ScenarioError, ValueError):
+    with input_errors(ScenarioError, ValueError, UnfitWorkerError):
         suite = _suite(options)
         out = options.out / suite.name
         path = Path(options.suite)
         with contextlib.ExitStack() as stack:
+            executor, workers = stack.enter_context(_executor(options))
             result = RunSuite(
                 suite,
                 out=out,
-                workers=options.workers,
-                executor=stack.enter_context(_executor(options)),
+                workers=workers,
+                executor=executor,
                 folder=path.parent if path.is_file() else None,
                 imports=tuple(getattr(options, "imports", ())),
                 fresh=options.fresh,
                 progress=stack.enter_context(_Progress(options)).show,
             )
+        if options.replays:
+            _write_replays(result, out, options)
         judgements = judge(result)
         _print(result, judgements, options)
         with input_errors(place=out):
             report = WriteSuite(result, out, judgements)
+        if options.markdown:
+            _write_markdown(result, options)
     print(f"Tables, CSV and LaTeX: {out}", file=sys.stderr)
     print(f"Report, for a browser: {report}", file=sys.stderr)
     return FAILED if result.failures else DONE
@@ -164,6 +191,11 @@ def _suite(options: argparse.Namespace) -> "Suite":
         changes["planners"] = list(options.planner)
     if options.overrides:
         changes["overrides"] = [*suite.overrides, *options.overrides]
+    if options.beside:
+        changes["settings"] = {
+            **(dict(suite.settings) or {"": []}),
+            ", ".join(options.beside): list(options.beside),
+        }
     if options.until:
         metric, width = options.until
         changes["until"] = Until(metric=metric, half_width=width)
@@ -171,31 +203,77 @@ def _suite(options: argparse.Namespace) -> "Suite":
 
 
 @contextlib.contextmanager
-def _executor(options: argparse.Namespace) -> Iterator[Any]:
-    """Yields the executor of a Dask cluster, or None for processes here."""
+def _executor(options: argparse.Namespace) -> Iterator[tuple[Any, int | None]]:
+    """Yields an executor, or None for processes here, and its workers."""
     if options.executor != "dask":
         if options.address:
             raise InputError("--address goes with --executor dask")
-        yield None
+        yield None, options.workers
         return
-    try:
-        from distributed import Client
-    except ImportError as error:
+    if importlib.util.find_spec("distributed") is None:
         raise InputError(
             "--executor dask needs Dask: pip install 'hunav_drake[dask]'"
-        ) from error
+        )
+    from hunav_drake.benchmark.running.cluster import ClusterError, connect
+
     if not options.address:
         raise InputError(
             "--executor dask needs --address HOST:PORT, that of its scheduler"
         )
     try:
-        client = Client(options.address, timeout=10)
-    except (OSError, TimeoutError, ValueError) as error:
-        raise InputError(
-            f"--address {options.address}: there is no Dask scheduler: {error}"
-        ) from error
-    with client:
-        yield client.get_executor(pure=False)
+        with connect(options.address) as (executor, count):
+            yield executor, options.workers or count
+    except ClusterError as error:
+        raise InputError(f"--address {options.address}: {error}") from error
+
+
+def _write_replays(
+    result: "SuiteResult", out: Path, options: argparse.Namespace
+) -> None:
+    from tqdm import tqdm
+
+    from hunav_drake.benchmark.replays import WriteReplays
+
+    disable = True if options.quiet else None
+    with (
+        tqdm(disable=disable, leave=False, unit="replay") as bar,
+        input_errors(RuntimeError),
+    ):
+
+        def show(done: int, total: int) -> None:
+            bar.total = total
+            bar.update(done - bar.n)
+
+        WriteReplays(
+            result,
+            out,
+            workers=options.workers,
+            imports=tuple(getattr(options, "imports", ())),
+            progress=show,
+        )
+
+
+def _write_markdown(result: "SuiteResult", options: argparse.Namespace) -> None:
+    import shlex
+
+    from hunav_drake.benchmark.comparison.markdown import to_markdown
+    from hunav_drake.systems.common.files import atomic_write
+
+    words = [*("hunav", "bench", options.suite)]
+    if options.seeds:
+        words += ["--seeds", str(options.seeds)]
+    if options.planner:
+        words += ["--planner", *options.planner]
+    for change in options.overrides:
+        words += ["--set", change]
+    for change in options.beside:
+        words += ["--beside", change]
+    words += ["--markdown", str(options.markdown)]
+    page = to_markdown(result, shlex.join(words))
+    with input_errors(place=options.markdown):
+        options.markdown.parent.mkdir(parents=True, exist_ok=True)
+        with atomic_write(options.markdown) as file:
+            file.write(page.encode())
 
 
 def _print(

@@ -1,27 +1,31 @@
 """The page of a suite: tables, relations, plots and what runs cost."""
 
-from collections.abc import Sequence
-import math
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
+import re
 from typing import Any
+from urllib.parse import quote
 
-import pandas as pd
-
-from hunav_drake.benchmark.comparison.relations import (
-    Judgement,
-    share_that_holds,
-)
+from hunav_drake.benchmark.comparison.relations import Judgement
 from hunav_drake.benchmark.comparison.tables import (
     Table as SuiteTable,
     behavior_tables,
     scenario_tables,
 )
-from hunav_drake.benchmark.running.recordings import recording_path
+from hunav_drake.benchmark.running.recordings import recording_path, replay_path
 from hunav_drake.benchmark.suite_result import SuiteResult
-from hunav_drake.report.batch_tables import paired_tables
 from hunav_drake.report.environment import template_environment
 from hunav_drake.report.figures import ReportFigure, run_figures
-from hunav_drake.report.tables import Table, number, provenance_table
+from hunav_drake.report.suite_tables import (
+    cost_table,
+    each_cost_table,
+    page_table,
+    pair_tables,
+    relation_table,
+    tallies,
+    total_cost,
+)
+from hunav_drake.report.tables import Cell, Table, provenance_table
 from hunav_drake.results.provenance import MakeProvenance
 from hunav_drake.results.statistics import LEAST_PAIRS
 from hunav_drake.systems.evaluation.recording import Recording
@@ -29,8 +33,12 @@ from hunav_drake.systems.evaluation.recording import Recording
 # The height of a plot over time, in inches.
 _SERIES = 2.4
 
-# More lines than this in a plot over time could not be told apart.
-_MOST_LINES = 6
+# More lines than this in a plot over time could not be told apart: there are
+# as many colors.
+_MOST_LINES = 7
+
+# A part of a section: id, title, and what is shown.
+_Part = Mapping[str, Any]
 
 
 def suite_page(result: SuiteResult, judgements: Sequence[Judgement]) -> str:
@@ -41,6 +49,29 @@ def suite_page(result: SuiteResult, judgements: Sequence[Judgement]) -> str:
     for key in ("seed", "planner", "scenario_sha256"):
         provenance.pop(key, None)
     cells = {f"{cell.name} (SHA-256)": cell.sha256 for cell in result.cells}
+    costs = result.costs()
+    sections: dict[str, Any] = {
+        "tables": _table_parts("table", scenario_tables(result)),
+        "behaviors": _table_parts("behavior", behavior_tables(result)),
+        "relations": relation_table(judgements),
+        "figures": _parts(
+            "plots",
+            scenarios,
+            "figures",
+            (
+                _figures(result, name, f"s{i}-")
+                for i, name in enumerate(scenarios)
+            ),
+        ),
+        "replays": _replays(result),
+        "pairs": _parts(
+            "seeds",
+            scenarios,
+            "pairs",
+            (pair_tables(result, name) for name in scenarios),
+        ),
+        "costs": cost_table(costs),
+    }
     return (
         template_environment()
         .get_template("suite.html")
@@ -56,20 +87,12 @@ def suite_page(result: SuiteResult, judgements: Sequence[Judgement]) -> str:
             replay=None,
             left_out={},
             duplicates=[],
-            tables=[_page_table(t) for t in scenario_tables(result)],
-            behaviors=[_page_table(t) for t in behavior_tables(result)],
-            relations=_relations(judgements),
-            strong=share_that_holds(judgements),
-            pairs=[
-                {"scenario": name, "pairs": _pairs(result, name)}
-                for name in scenarios
-            ],
+            contents=_contents(sections, bool(result.failures)),
+            **sections,
+            tallies=tallies(judgements),
             least_pairs=LEAST_PAIRS,
-            figures=[
-                {"scenario": name, "figures": _figures(result, name, f"s{i}-")}
-                for i, name in enumerate(scenarios)
-            ],
-            costs=_costs(result),
+            total_cost=total_cost(costs),
+            each_cost=each_cost_table(costs),
             failures=[
                 f"{row.cell}, seed {row.seed}: {row.end_message}"
                 for row in result.failures
@@ -79,47 +102,74 @@ def suite_page(result: SuiteResult, judgements: Sequence[Judgement]) -> str:
     )
 
 
-def _page_table(table: SuiteTable) -> Table:
-    last = len(table.header) - 1
-    return Table(
-        ["metric", *table.header[1:]],
-        {"": [list(row) for row in table.rows]},
-        numbers=range(1, last),
-        caption=table.title,
-    )
+# The sections of the page, with the ids of their headings.
+_SECTIONS = (
+    ("tables", "tables", "Tables"),
+    ("behaviors", "behaviors", "By behavior"),
+    ("relations", "relations", "Relations"),
+    ("figures", "plots", "Plots"),
+    ("replays", "replays", "Replays"),
+    ("pairs", "equal-seeds", "On equal seeds"),
+    ("costs", "cost", "Cost"),
+)
 
 
-def _relations(judgements: Sequence[Judgement]) -> Table | None:
-    if not judgements:
+def _contents(
+    sections: Mapping[str, Any], has_failures: bool
+) -> list[dict[str, Any]]:
+    found: list[dict[str, Any]] = []
+    if has_failures:
+        found.append({"id": "failures", "title": "Failures", "parts": []})
+    for key, anchor, title in _SECTIONS:
+        if content := sections[key]:
+            parts = content if isinstance(content, list) else []
+            found.append({"id": anchor, "title": title, "parts": parts})
+    found.append({"id": "provenance", "title": "Provenance", "parts": []})
+    return found
+
+
+def _table_parts(key: str, tables: Iterable[SuiteTable]) -> list[_Part]:
+    return [
+        {
+            "id": _anchor(key, table.title),
+            "title": table.title,
+            "table": page_table(table),
+        }
+        for table in tables
+    ]
+
+
+def _parts(
+    key: str, names: Sequence[str], kind: str, contents: Iterable[Any]
+) -> list[_Part]:
+    return [
+        {"id": _anchor(key, name), "title": name, kind: content}
+        for name, content in zip(names, contents, strict=True)
+        if content
+    ]
+
+
+def _anchor(key: str, title: str) -> str:
+    return f"{key}-" + re.sub(r"\W+", "-", title)
+
+
+def _replays(result: SuiteResult) -> Table | None:
+    """Returns links to the replays that there are."""
+    if result.folder is None:
         return None
-    rows: dict[str, list[list[str]]] = {}
-    for it in judgements:
-        share = "" if math.isnan(it.share) else f"{100 * it.share:.0f} %"
-        rows.setdefault(it.scenarios, []).append(
-            [
-                str(it.number),
-                it.text,
-                it.strength,
-                it.verdict,
-                share,
-                it.numbers,
-            ]
-        )
-    head = ["", "relation", "strength", "verdict", "resamples", "numbers"]
-    return Table(head, rows, kind="relations")
-
-
-def _pairs(result: SuiteResult, scenario: str) -> list[dict[str, Any]]:
-    runs = result.runs()
-    if runs.empty:
-        return []
-    part = runs[(runs.scenario == scenario) & (runs.repetition == 0)]
-    names = part.planner + part.setting.map(lambda s: f", {s}" if s else "")
-    part = part.assign(contender=names)
-    part.attrs = runs.attrs
-    if part["contender"].nunique() < 2:
-        return []
-    return paired_tables(part, ["time_to_reach_goal", "min_dist_to_people"])
+    folder = Path(result.folder)
+    seed = result.suite.seed_list()[0]
+    rows: dict[str, dict[str, str]] = {}
+    for cell in result.cells:
+        path = replay_path(folder, cell.name, seed)
+        if path.is_file():
+            name = ", ".join(p for p in (cell.planner, cell.setting) if p)
+            address = quote(path.relative_to(folder).as_posix())
+            rows.setdefault(cell.scenario, {})[name] = address
+    if not rows:
+        return None
+    table: list[list[Cell]] = [[name, links] for name, links in rows.items()]
+    return Table(["scenario", "planner"], {"": table})
 
 
 def _figures(
@@ -137,41 +187,14 @@ def _figures(
             runs[name] = Recording.load(path)
     if not runs:
         return []
+    about = f"seed {seed}"
+    if len(runs) > _MOST_LINES:
+        about += f", the first {_MOST_LINES} of {len(runs)}"
     runs = dict(list(runs.items())[:_MOST_LINES])
     captions = (
-        f"Trajectories of the robots and, dotted, of the people (seed {seed}).",
-        f"Distance to the closest person, surface to surface (seed {seed}).",
-        f"Forward speed of the robot (seed {seed}).",
-        f"Share of time in each proxemic zone (seed {seed}).",
+        f"Trajectories of the robots and, dotted, of the people ({about}).",
+        f"Distance to the closest person, surface to surface ({about}).",
+        f"Forward speed of the robot ({about}).",
+        f"Share of time in each proxemic zone ({about}).",
     )
     return run_figures(runs, key, captions, _SERIES)
-
-
-def _costs(result: SuiteResult) -> Table | None:
-    costs = result.costs()
-    names = [
-        name
-        for name in ("wall", "cpu", "cycle_median", "cycle_p95")
-        if name in costs
-    ]
-    if costs.empty or not names:
-        return None
-    rows = []
-    keys = ["scenario", "planner", "setting"]
-    for place, part in costs.groupby(keys, sort=False):
-        rate = float((part.end_time / part.wall).median())
-        medians = [_milliseconds(part[name]) for name in names]
-        label = "/".join(word for word in place if word)
-        rows.append([label, str(len(part)), *medians, f"{rate:.0f}"])
-    titles = {
-        "wall": "run (ms)",
-        "cpu": "CPU of it (ms)",
-        "cycle_median": "planner cycle, median (ms)",
-        "cycle_p95": "planner cycle, 95 % (ms)",
-    }
-    head = ["cell", "runs", *(titles[n] for n in names), "times real time"]
-    return Table(head, {"": rows}, numbers=range(1, len(head)))
-
-
-def _milliseconds(seconds: pd.Series) -> str:
-    return number(1e3 * float(seconds.median()), "ms")

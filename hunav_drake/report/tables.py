@@ -47,8 +47,20 @@ class Estimate(NamedTuple):
     n: str = ""
 
 
+class Marked(NamedTuple):
+    """Text in a color of its own as a cell of a table.
+
+    Attributes:
+        text: The text.
+        kind: Its class, for its style.
+    """
+
+    text: str
+    kind: str
+
+
 # Text, a metric, a mean, or links by their texts.
-Cell = str | Metric | Estimate | Mapping[str, str]
+Cell = str | Metric | Estimate | Marked | Mapping[str, str]
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,13 @@ from hunav_drake.systems.common.arrays import Array
 # too few to draw from.
 LEAST_DRAWN = 20
 
+# From so many values on, a mean is so nearly normal that drawing, which takes a
+# second for each metric of 10 000 runs, hardly tells more.
+MOST_DRAWN = 2000
+
+# So many values are drawn at once.
+_AT_ONCE = 1_000_000
+
 _RESAMPLES = 5000
 
 
@@ -22,6 +29,7 @@ def mean_interval(
     sqrt(n), which is exact for a normal distribution. From there on it is the
     percentile interval of the bootstrap, as much wider as Student's is wider
     than that of a known deviation (Hesterberg 2015, "expanded percentile").
+    From `MOST_DRAWN` on it is Student's again.
 
     Args:
         values: Shape (n,), all of them finite; for n < 2 the interval is NaN.
@@ -37,7 +45,7 @@ def mean_interval(
     if (values == values[0]).all():
         return float(values[0]), float(values[0])
     reach = float(t.ppf((1 + confidence) / 2, n - 1))
-    if n < LEAST_DRAWN:
+    if not LEAST_DRAWN <= n < MOST_DRAWN:
         mean = float(values.mean())
         half = reach * float(values.std(ddof=1)) / math.sqrt(n)
         return mean - half, mean + half
@@ -69,6 +77,7 @@ def bootstrap_interval(
         np.mean,
         confidence_level=confidence,
         n_resamples=_RESAMPLES,
+        batch=max(1, _AT_ONCE // len(values)),
         method="percentile",
         random_state=np.random.default_rng(seed),
     ).confidence_interval

@@ -31,7 +31,7 @@ def MakeProvenance(
     """
     behavior = {"behavior_sha256": behavior_sha256} if behavior_sha256 else {}
     return {
-        **_versions(),
+        **program_versions(),
         "scenario_sha256": hashlib.sha256(scenario_text.encode()).hexdigest(),
         **behavior,
         "seed": seed,
@@ -50,7 +50,7 @@ def MakeSourceProvenance(filename: str | Path) -> Provenance:
     """
     path = Path(filename)
     return {
-        **_versions(),
+        **program_versions(),
         "source": path.name,
         "source_sha256": hashlib.sha256(path.read_bytes()).hexdigest(),
     }
@@ -64,10 +64,11 @@ def MakeValidationProvenance(seed: int, quick: bool) -> Provenance:
         quick: Whether it was the short form.
     """
     form = "quick" if quick else "full"
-    return {**_versions(), "seed": seed, "form": form}
+    return {**program_versions(), "seed": seed, "form": form}
 
 
-def _versions() -> Provenance:
+def program_versions() -> Provenance:
+    """Returns the versions that results follow from, and the machine."""
     versions = {
         name: metadata.version(name)
         for name in ("hunav_drake", "drake", "numpy", "numba")

@@ -1,13 +1,18 @@
 """Means over the runs of a suite, and how sure they are."""
 
-from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
+import pandas as pd
 
+from hunav_drake.benchmark.running.run_row import ERROR
 from hunav_drake.benchmark.suite_result import SuiteResult
 from hunav_drake.systems.common.arrays import Array
 
 _RESAMPLES = 1000
+
+# So many values are drawn at once.
+_AT_ONCE = 1_000_000
 
 
 class Means:
@@ -16,39 +21,38 @@ class Means:
     Planners and scenarios that have no runs raise a KeyError.
     """
 
-    def __init__(self, result: SuiteResult, seed: int = 0) -> None:
-        """Sorts the runs by planner, scenario and behavior.
+    def __init__(
+        self, result: SuiteResult, setting: str | None = None, seed: int = 0
+    ) -> None:
+        """Sorts the runs of a setting by planner, scenario and behavior.
 
         Samples are drawn by the bootstrap (Efron 1979).
+
+        Args:
+            result: What a suite has given.
+            setting: The setting; by default runs of all are taken together.
+            seed: The seed of the draws.
         """
         self.planners = list(dict.fromkeys(c.planner for c in result.cells))
-        self._rows: dict[tuple[str, str], list[Mapping[str, float]]] = {}
-        self._behaviors: dict[
-            tuple[str, str, str], list[Mapping[str, float]]
-        ] = {}
-        cells = {cell.name: cell for cell in result.cells}
-        for row in result.rows:
-            cell = cells[row.cell]
-            if row.metrics:
-                key = cell.planner, cell.scenario
-                values = row.metrics | row.extras
-                self._rows.setdefault(key, []).append(values)
-                for behavior, part in row.by_behavior.items():
-                    self._behaviors.setdefault((*key, behavior), []).append(
-                        part
-                    )
+        runs = _of_setting(result.runs(extras=True), setting)
+        failed = runs.index[runs.end_reason == ERROR]
+        self._runs = _parts(runs.drop(failed), ["planner", "scenario"])
+        self._behaviors = _parts(
+            _of_setting(result.runs(by_behavior=True), setting),
+            ["planner", "scenario", "behavior"],
+        )
         self._seed = seed
 
     def of(self, planner: str, scenario: str, metric: str) -> Array:
         """Returns the means of a metric in a cell, shape (1 + samples,)."""
-        return self._means(self._rows[planner, scenario], metric)
+        return self._means(self._runs[planner, scenario], metric)
 
     def of_behavior(
         self, planner: str, scenario: str, behavior: str, metric: str
     ) -> Array:
         """Returns those of a metric for the people of one behavior."""
-        rows = self._behaviors[planner, scenario, behavior]
-        return self._means(rows, metric)
+        part = self._behaviors[planner, scenario, behavior]
+        return self._means(part, metric)
 
     def behaviors(self, scenario: str) -> list[str]:
         """Returns the behaviors of people in a scenario."""
@@ -61,18 +65,37 @@ class Means:
 
     def runs(self, metric: str) -> dict[tuple[str, str], Array]:
         """Returns the values of all runs, by planner and scenario."""
-        return {
-            key: np.array([row[metric] for row in rows])
-            for key, rows in self._rows.items()
-        }
 
-    def _means(self, rows: Sequence[Mapping[str, float]], metric: str) -> Array:
-        values = np.array([row[metric] for row in rows])
+        def values(part: pd.DataFrame) -> Array:
+            found: Array = part[metric].to_numpy(float)
+            return found
+
+        return {key: values(part) for key, part in self._runs.items()}
+
+    def _means(self, part: pd.DataFrame, metric: str) -> Array:
+        values = part[metric].to_numpy(float)
         values = values[np.isfinite(values)]
-        if not len(values):
+        n = len(values)
+        if not n:
             raise KeyError(metric)
-        draws = np.random.default_rng(self._seed).integers(
-            len(values), size=(_RESAMPLES, len(values))
-        )
-        means = values[draws].mean(axis=1)
-        return np.concatenate([[values.mean()], means])
+        random = np.random.default_rng(self._seed)
+        means = [np.array([values.mean()])]
+        # A few samples at a time: all of many runs would fill the memory.
+        size = max(1, min(_RESAMPLES, _AT_ONCE // n))
+        for start in range(0, _RESAMPLES, size):
+            count = min(size, _RESAMPLES - start)
+            draws = random.integers(n, size=(count, n))
+            means.append(values[draws].mean(axis=1))
+        return np.concatenate(means)
+
+
+def _of_setting(runs: pd.DataFrame, setting: str | None) -> pd.DataFrame:
+    if setting is None or runs.empty:
+        return runs
+    return runs[runs.setting == setting]
+
+
+def _parts(runs: pd.DataFrame, by: list[str]) -> dict[Any, pd.DataFrame]:
+    if runs.empty:
+        return {}
+    return dict(iter(runs.groupby(by, sort=False)))

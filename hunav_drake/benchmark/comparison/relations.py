@@ -5,7 +5,7 @@ samples that the bootstrap draws from the runs.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import re
 from typing import Literal
 
@@ -48,8 +48,21 @@ class Judgement:
 
 
 def judge(result: SuiteResult) -> list[Judgement]:
-    """Tests the relations of a suite on its runs."""
-    means = Means(result)
+    """Tests the relations of a suite on its runs, in each of its settings."""
+    settings = dict.fromkeys(cell.setting for cell in result.cells)
+    judgements = []
+    for setting in settings:
+        found = _judge(result, Means(result, setting))
+        if setting:
+            found = [
+                replace(it, scenarios=f"{it.scenarios} ({setting})")
+                for it in found
+            ]
+        judgements += found
+    return judgements
+
+
+def _judge(result: SuiteResult, means: Means) -> list[Judgement]:
     judgements = []
     if result.suite.identities:
         for number, scenarios, text, test in IDENTITIES:

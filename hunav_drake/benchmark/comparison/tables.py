@@ -1,4 +1,4 @@
-"""Tables of a suite, planners side by side: text, CSV and LaTeX."""
+"""Tables of a suite, planners side by side, and as text."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from hunav_drake.benchmark.comparison.relations import Judgement
 from hunav_drake.benchmark.suite_result import SuiteResult
 from hunav_drake.results.metric_facts import unit_of
 from hunav_drake.results.quantity_text import number_text, unit_text
-from hunav_drake.results.statistics import summarize
+from hunav_drake.results.statistics import RATES, summarize
 
 # What the tables of a suite show: those of the paper, which most people know.
 PAPER_METRICS = tuple(name for name, _, _ in METRICS)
@@ -41,8 +41,9 @@ class Table:
 def scenario_tables(result: SuiteResult) -> list[Table]:
     """Returns a table for each scenario and setting: metrics by planner.
 
-    A cell is the mean and half the width of its 95 % interval; beside it, for
-    the paper's own suite, is the value that the paper printed.
+    A cell is the mean and half the width of its 95 % interval, or, of rates,
+    the interval; beside it, for the paper's own suite, is the value that the
+    paper printed.
     """
     runs = result.runs()
     if runs.empty:
@@ -67,8 +68,10 @@ def behavior_tables(result: SuiteResult) -> list[Table]:
         return []
     is_paper = result.suite.name == "paper"
     tables = []
-    for scenario in runs.scenario.unique():
-        part = runs[runs.scenario == scenario]
+    for scenario, setting in dict.fromkeys(
+        zip(runs.scenario, runs.setting, strict=True)
+    ):
+        part = runs[(runs.scenario == scenario) & (runs.setting == setting)]
         behaviors = part.behavior.unique()
         if len(behaviors) < 2:
             continue
@@ -80,7 +83,8 @@ def behavior_tables(result: SuiteResult) -> list[Table]:
                 if is_paper and scenario == "combined"
                 else {}
             )
-            title = f"{scenario}, {behavior} people"
+            place = " ".join(word for word in (scenario, setting) if word)
+            title = f"{place}, {behavior} people"
             table = _table(title, rows, _BEHAVIOR_METRICS, published)
             tables += [table] if table else []
     return tables
@@ -107,7 +111,7 @@ def _table(
         row = [name]
         for planner in planners:
             described = statistics.loc[planner, name]
-            row.append(_cell(described, unit, scale))
+            row.append(_cell(described, unit, scale, is_rate=name in RATES))
             if planner in published:
                 value = published[planner].get(name, math.nan)
                 row.append(number_text(value, unit))
@@ -115,10 +119,17 @@ def _table(
     return Table(title, (*header, "unit"), tuple(rows))
 
 
-def _cell(described: pd.Series, unit: str, scale: float) -> str:
-    mean = scale * float(described["mean"])
-    half = scale * (float(described["high"]) - float(described["low"])) / 2
+def _cell(
+    described: pd.Series, unit: str, scale: float, *, is_rate: bool
+) -> str:
+    mean, low, high = (
+        scale * float(described[key]) for key in ("mean", "low", "high")
+    )
+    half = (high - low) / 2
     text = number_text(mean, unit)
+    if is_rate and math.isfinite(half):
+        # It does not reach as far to both sides.
+        return f"{text} [{low:.0f}, {high:.0f}]"
     if math.isfinite(half) and half > 0:
         text += f" ± {number_text(half, unit, scale=abs(mean))}"
     return text
@@ -156,51 +167,3 @@ def to_text(table: Table) -> str:
         )
         lines.append("  ".join([first, *others]).rstrip())
     return "\n".join(lines)
-
-
-def to_latex(table: Table) -> str:
-    """Returns a table for LaTeX, with the package booktabs."""
-    columns = "l" + "r" * (len(table.header) - 2) + "l"
-    head = " & ".join(map(_escaped, table.header))
-    rows = [" & ".join(map(_escaped, row)) + r" \\" for row in table.rows]
-    return "\n".join(
-        [
-            r"\begin{table}",
-            r"\centering",
-            rf"\caption{{{_escaped(table.title)}}}",
-            rf"\begin{{tabular}}{{{columns}}}",
-            r"\toprule",
-            head + r" \\",
-            r"\midrule",
-            *rows,
-            r"\bottomrule",
-            r"\end{tabular}",
-            r"\end{table}",
-            "",
-        ]
-    )
-
-
-_LATEX = str.maketrans(
-    {
-        "\\": r"\textbackslash{}",
-        "&": r"\&",
-        "%": r"\%",
-        "$": r"\$",
-        "#": r"\#",
-        "_": r"\_",
-        "{": r"\{",
-        "}": r"\}",
-        "~": r"\textasciitilde{}",
-        "^": r"\textasciicircum{}",
-        "<": r"$<$",
-        ">": r"$>$",
-        "±": r"$\pm$",
-        "²": r"$^2$",
-        "³": r"$^3$",
-    }
-)
-
-
-def _escaped(text: str) -> str:
-    return text.translate(_LATEX)

@@ -84,17 +84,27 @@ def make_cells(suite: Suite, folder: Path | None = None) -> list[Cell]:
 
 def _make_cell(scenario: Scenario, label: str, setting: str) -> Cell:
     text = SaveScenario(scenario)
-    provenance = MakeProvenance(
-        text, seed=0, behavior_sha256=behavior_sha256(scenario)
-    )
-    stable = json.dumps(provenance, sort_keys=True).encode()
     return Cell(
         scenario=scenario.name,
         planner=label or name_of(scenario.planner),
         setting=setting,
         text=text,
-        sha256=hashlib.sha256(stable).hexdigest(),
+        sha256=cell_sha256(text, scenario),
     )
+
+
+def cell_sha256(text: str, scenario: Scenario) -> str:
+    """Returns the hash of all that runs follow from, but for the seed.
+
+    Args:
+        text: The scenario, as `SaveScenario` writes it.
+        scenario: The same.
+    """
+    provenance = MakeProvenance(
+        text, seed=0, behavior_sha256=behavior_sha256(scenario)
+    )
+    stable = json.dumps(provenance, sort_keys=True).encode()
+    return hashlib.sha256(stable).hexdigest()
 
 
 def _find(entry: str, folder: Path | None) -> str:

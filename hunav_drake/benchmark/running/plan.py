@@ -1,6 +1,7 @@
 """What is left to do in a cell."""
 
-from collections.abc import Iterable
+from array import array
+from collections.abc import Sequence
 import math
 
 import numpy as np
@@ -16,28 +17,39 @@ _BATCH = 5
 
 
 class CellPlan:
-    """Which runs of a cell are done, under way, and to come."""
+    """Which runs of a cell are done, under way, and to come.
+
+    It takes a few bytes for each run: suites may have millions.
+    """
 
     def __init__(
-        self, cell: Cell, suite: Suite, done: Iterable[RunRow]
+        self, cell: Cell, suite: Suite, imports: tuple[str, ...] = ()
     ) -> None:
-        """Makes the plan of a cell, of which some rows may be there."""
+        """Makes the plan of a cell of which nothing is done."""
         self.cell = cell
-        self._runs = [
-            (seed, repetition)
-            for seed in suite.seed_list()
-            for repetition in range(suite.repetitions)
-        ]
+        self._imports = imports
+        self._repetitions = suite.repetitions
+        self._seeds: Sequence[int] = (
+            range(suite.seeds)
+            if isinstance(suite.seeds, int)
+            else suite.seed_list()
+        )
+        self._places = (
+            {}
+            if isinstance(self._seeds, range)
+            else {seed: i for i, seed in enumerate(self._seeds)}
+        )
+        self._count = len(self._seeds) * suite.repetitions
         self._until = suite.until
-        self._keep = self._runs[0][0]
-        self._values: dict[tuple[int, int], float] = {}
-        self._given: set[tuple[int, int]] = set()
-        self._goal = len(self._runs)
-        for row in done:
-            if row.sha256 == cell.sha256:
-                self.take(row)
-        self._given |= set(self._values)
-        self._goal = self._find_goal()
+        self._is_done = bytearray(self._count)
+        self._is_given = bytearray(self._count)
+        # Of the metric of `until`.
+        self._values = array("d", [math.nan] * self._count * bool(suite.until))
+        self._next = 0
+        # How many runs are enough, as far as is known.
+        self._goal = self._count
+        if suite.until:
+            self._goal = min(suite.until.least, self._count)
 
     @property
     def kind(self) -> tuple[str, str]:
@@ -47,63 +59,78 @@ class CellPlan:
     @property
     def total(self) -> int:
         """How many runs it has, as far as is known."""
-        return len(self._runs[: self._goal])
+        return self._goal
 
     @property
     def done(self) -> int:
         """How many of them have ended."""
-        return sum(run in self._values for run in self._runs[: self._goal])
+        return self._is_done.count(1, 0, self._goal)
 
     @property
     def is_done(self) -> bool:
         """Whether nothing is left to do."""
         return self.done == self.total
 
-    def take(self, row: RunRow) -> None:
-        """Takes note of a run that has ended."""
-        name = self._until.metric if self._until else ""
-        value = row.metrics.get(name, math.nan)
-        self._values[row.seed, row.repetition] = value
-        self._goal = self._find_goal()
+    def take(self, row: RunRow) -> bool:
+        """Takes note of a run that has ended; tells whether it is new."""
+        index = self._index(row.seed, row.repetition)
+        if index is None or self._is_done[index]:
+            return False
+        self._is_done[index] = self._is_given[index] = 1
+        if self._until:
+            value = row.metrics.get(self._until.metric, math.nan)
+            self._values[index] = value
+            self._raise_goal()
+        return True
 
     def next_task(self) -> Task | None:
         """Returns the next runs to give out, if there are any."""
-        left = [r for r in self._runs[: self._goal] if r not in self._given]
-        if not left:
+        runs: list[tuple[int, int]] = []
+        while len(runs) < _BATCH:
+            index = self._is_given.find(0, self._next, self._goal)
+            if index < 0:
+                break
+            self._is_given[index] = 1
+            self._next = index
+            seed, repetition = divmod(index, self._repetitions)
+            runs.append((self._seeds[seed], repetition))
+        if not runs:
             return None
-        runs = tuple(left[:_BATCH])
-        self._given |= set(runs)
         return Task(
             cell=self.cell.name,
             sha256=self.cell.sha256,
             text=self.cell.text,
-            runs=runs,
-            keep=self._keep,
+            runs=tuple(runs),
+            keep=self._seeds[0],
+            imports=self._imports,
         )
 
-    def _find_goal(self) -> int:
-        """Returns how many runs are enough, as far as is known.
+    def _index(self, seed: int, repetition: int) -> int | None:
+        if not 0 <= repetition < self._repetitions:
+            return None
+        if isinstance(self._seeds, range):
+            place = seed if seed in self._seeds else None
+        else:
+            place = self._places.get(seed)
+        return None if place is None else place * self._repetitions + repetition
+
+    def _raise_goal(self) -> None:
+        """Finds out whether the runs that are there are enough.
 
         It looks at the first n runs, for n one batch larger each time, so that
         it does not matter which ended first.
         """
-        if self._until is None:
-            return len(self._runs)
-        size = self._until.least
-        while size < len(self._runs):
-            first = self._runs[:size]
-            if not all(run in self._values for run in first):
-                return size
-            if self._is_known([self._values[run] for run in first]):
-                return size
-            size += _BATCH
-        return len(self._runs)
+        while self._goal < self._count:
+            if self.done < self._goal or self._is_known():
+                return
+            self._goal = min(self._goal + _BATCH, self._count)
 
-    def _is_known(self, values: list[float]) -> bool:
+    def _is_known(self) -> bool:
         from scipy.stats import t
 
         assert self._until is not None
-        finite = np.array([v for v in values if math.isfinite(v)])
+        values = np.array(self._values[: self._goal])
+        finite = values[np.isfinite(values)]
         n = len(finite)
         if n < self._until.least:
             return False

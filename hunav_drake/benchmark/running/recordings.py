@@ -1,4 +1,4 @@
-"""The recordings that a suite keeps: one of each cell."""
+"""The recordings and replays that a suite keeps: one of each cell."""
 
 from pathlib import Path
 import re
@@ -6,12 +6,18 @@ import re
 from hunav_drake.benchmark.running.run_row import RunRow
 
 FOLDER = "recordings"
+REPLAYS = "replays"
 
 
 def recording_path(folder: Path, cell: str, seed: int) -> Path:
     """Returns where the recording of a run is kept."""
     name = re.sub(r"[^\w.+-]+", "_", cell, flags=re.ASCII)
     return folder / FOLDER / f"{name}_{seed}.npz"
+
+
+def replay_path(folder: Path, cell: str, seed: int) -> Path:
+    """Returns where the replay of a run is kept."""
+    return folder / REPLAYS / f"{recording_path(folder, cell, seed).stem}.html"
 
 
 def keep_recording(row: RunRow, folder: Path) -> None:

@@ -45,7 +45,6 @@ class RunLog:
         try:
             self._lock()
             self._cut()
-            self.keys: set[tuple[str, int, int]] = set()
         except BaseException:
             self._file.close()
             raise
@@ -56,31 +55,26 @@ class RunLog:
     def __exit__(self, *_: object) -> None:
         self._file.close()
 
-    def append(self, rows: list[RunRow]) -> list[RunRow]:
-        """Writes the rows that are new, to the disk, and returns them."""
-        new = {row.key: row for row in rows if row.key not in self.keys}
-        if new:
-            lines = (row_to_json(row) + "\n" for row in new.values())
+    def append(self, rows: Iterable[RunRow]) -> None:
+        """Writes rows to the disk."""
+        lines = [row_to_json(row) + "\n" for row in rows]
+        if lines:
             self._file.write("".join(lines).encode())
             self._file.flush()
             os.fsync(self._file.fileno())
-            self.keys |= set(new)
-        return list(new.values())
 
-    def check(self, cells: Iterable[Cell]) -> list[RunRow]:
-        """Reads what there is, and returns the runs of these cells.
+    def read(self, cells: Iterable[Cell]) -> Iterator[RunRow]:
+        """Yields the runs of these cells, one by one.
 
         Raises:
             ValueError: If a line is damaged, or a cell has runs of another
                 scenario or version.
         """
         hashes = {cell.name: cell.sha256 for cell in cells}
-        rows = []
         others: dict[str, int] = {}
         for row in read_rows(self.path):
-            self.keys.add(row.key)
             if hashes.get(row.cell) == row.sha256:
-                rows.append(row)
+                yield row
             elif row.cell in hashes:
                 others[row.cell] = others.get(row.cell, 0) + 1
         if others:
@@ -90,7 +84,6 @@ class RunLog:
                 f" versions ({told}): choose another folder, or --fresh, which"
                 " keeps them as runs_old.jsonl"
             )
-        return rows
 
     def _lock(self) -> None:
         try:

@@ -2,6 +2,9 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+import functools
+import platform
+import threading
 import time
 from typing import Any, Self
 
@@ -11,7 +14,9 @@ from hunav_drake.benchmark.running.run_row import (
     failed_row,
     make_row,
 )
-from hunav_drake.commands.user_code import fault_of_user_code
+from hunav_drake.commands.errors import InputError
+from hunav_drake.commands.user_code import fault_of_user_code, import_user_code
+from hunav_drake.results.provenance import program_versions
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,6 +29,7 @@ class Task:
         text: Its scenario.
         runs: Pairs of a seed and a repetition.
         keep: The seed of which the recording comes with the row, if any.
+        imports: Modules and files of the user that the worker imports first.
     """
 
     cell: str
@@ -31,18 +37,33 @@ class Task:
     text: str
     runs: tuple[tuple[int, int], ...]
     keep: int | None = None
+    imports: tuple[str, ...] = ()
 
     def one(self, seed: int, repetition: int) -> Self:
         """Returns the task of one of its runs."""
         return replace(self, runs=((seed, repetition),))
 
 
-# The last cell of this process, for the next of its tasks.
-_last: dict[str, Any] = {}
+class UnfitWorkerError(RuntimeError):
+    """A worker would give other results than the driver, or none."""
+
+
+# The last cell of this thread, for the next of its tasks.
+_last = threading.local()
+
+_imported: set[str] = set()
+_importing = threading.Lock()
 
 
 def do_task(task: Task) -> list[RunRow]:
-    """Runs the trials of a task; what fails becomes a row that says why."""
+    """Runs the trials of a task; what fails becomes a row that says why.
+
+    Raises:
+        UnfitWorkerError: If versions or behavior trees are not those of the
+            driver, or user code cannot be imported here.
+    """
+    _import(task.imports)
+    _check_version(task)
     return [_run(task, seed, repetition) for seed, repetition in task.runs]
 
 
@@ -92,11 +113,50 @@ def _prepared(task: Task) -> tuple[Any, Any]:
     from hunav_drake.scenario import LoadScenario
     from hunav_drake.trial_diagram import MakeTrialDiagram
 
-    if _last.get("sha256") != task.sha256:
-        _last.clear()
+    sha256, made = getattr(_last, "cell", ("", None))
+    if made is None or sha256 != task.sha256:
+        _last.cell = "", None
         scenario = LoadScenario(data=task.text)
-        _last.update(
-            sha256=task.sha256, made=(scenario, MakeTrialDiagram(scenario))
-        )
-    made: tuple[Any, Any] = _last["made"]
+        made = scenario, MakeTrialDiagram(scenario)
+        _last.cell = task.sha256, made
     return made
+
+
+def _import(names: Iterable[str]) -> None:
+    """Imports what this process has not imported yet."""
+    with _importing:
+        new = [name for name in names if name not in _imported]
+        try:
+            import_user_code(new)
+        except InputError as error:
+            raise UnfitWorkerError(f"{_place()}: {error}") from None
+        _imported.update(new)
+
+
+@functools.lru_cache(maxsize=64)
+def _sha256_here(text: str) -> str:
+    from hunav_drake.benchmark.running.cell import cell_sha256
+    from hunav_drake.scenario import LoadScenario
+
+    return cell_sha256(text, LoadScenario(data=text))
+
+
+def _check_version(task: Task) -> None:
+    """Holds that runs follow from the same here as where the suite is."""
+    try:
+        here = _sha256_here(task.text)
+    except Exception as error:
+        # Of its own runs, this is told by the rows.
+        if not isinstance(error, ImportError):
+            return
+        raise UnfitWorkerError(f"{_place()}: {error}") from None
+    if here != task.sha256:
+        told = ", ".join(f"{k} {v}" for k, v in program_versions().items())
+        raise UnfitWorkerError(
+            f"{_place()}: has other versions or behavior trees than the suite"
+            f" ({told}): install the same on all workers"
+        )
+
+
+def _place() -> str:
+    return f"the worker on {platform.node() or 'this machine'}"

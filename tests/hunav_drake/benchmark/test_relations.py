@@ -14,7 +14,6 @@ from hunav_drake.benchmark.comparison.relations import judge, share_that_holds
 from hunav_drake.benchmark.comparison.tables import (
     behavior_tables,
     scenario_tables,
-    to_latex,
     to_text,
 )
 from hunav_drake.benchmark.running.cell import Cell
@@ -127,20 +126,6 @@ def test_tables_show_the_paper_beside_the_means():
     lines = to_text(crossing).splitlines()
     assert len(lines) == 2 + len(METRICS)
     assert max(map(len, lines)) < 120
-
-
-def test_latex_has_no_bare_special_characters():
-    text = to_latex(scenario_tables(published_result(noise=0.1))[0])
-    assert r"social+\_space\_intrusions" in text
-    assert r"\toprule" in text
-    assert r"$\pm$" in text
-    assert r"\%" in text
-    rows = [line for line in text.splitlines() if line.endswith(r"\\")]
-    assert {line.count(" & ") for line in rows} == {7}
-    # Whatever is escaped is taken away; what is left must be plain.
-    plain = text.replace(r"\_", "").replace(r"\%", "").replace("$\\pm$", "")
-    plain = plain.replace("$^2$", "").replace("$^3$", "")
-    assert not set("_%#$^~<>") & set(plain)
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,6 @@ import dataclasses
 import json
 import subprocess
 import sys
-import time
 
 import numpy as np
 import pandas as pd
@@ -238,30 +237,78 @@ def test_relative_paths_begin_at_the_suite(tmp_path, hunav):
     assert (tmp_path / "out" / "suite" / "report.html").is_file()
 
 
+# Runs the suite in processes that it kills at random instants: some while they
+# look at the log, some while they run, some while they write. It copies itself,
+# so that none has to import everything again.
+KILLED = """
+import os
+from pathlib import Path
+import signal
+import sys
+import time
+
+import numpy as np
+
+from hunav_drake.benchmark import LoadSuite, RunSuite
+from hunav_drake.benchmark.running.run_log import NAME, read_rows
+
+suite = LoadSuite(filename=sys.argv[1])
+out = Path(sys.argv[2])
+log = out / NAME
+RunSuite(suite, workers=1)
+
+
+def size():
+    return log.stat().st_size if log.exists() else 0
+
+
+random = np.random.default_rng(0)
+for _ in range(20):
+    before, tasks = size(), random.integers(3)
+    pid = os.fork()
+    if pid == 0:
+        RunSuite(suite, out=out, workers=1)
+        os._exit(0)
+    written = before
+    while tasks and os.waitpid(pid, os.WNOHANG) == (0, 0):
+        time.sleep(1e-3)
+        if size() > written:
+            written, tasks = size(), tasks - 1
+    time.sleep(random.uniform(0.0, 0.2))
+    os.kill(pid, signal.SIGKILL)
+    _, status = os.waitpid(pid, 0)
+    assert os.WIFSIGNALED(status), "it had ended before it was killed"
+    rows = list(read_rows(log)) if log.exists() else []
+    assert len({row.key for row in rows}) == len(rows)
+    print(len(rows), flush=True)
+"""
+
+
 @pytest.mark.slow
 def test_killed_at_any_instant_and_resumed(suite, tmp_path):
-    suite.seeds = 10
-    reference = RunSuite(suite, workers=1).runs()
+    suite.seeds = 150
     file = tmp_path / "small.yaml"
-    file.write_text(SUITE.replace("seeds: 4", "seeds: 10"))
-    out = tmp_path / "out"
-    command = [
-        *(sys.executable, "-m", "hunav_drake.cli", "bench", str(file)),
-        *("--out", str(out), "--workers", "2", "--quiet"),
-    ]
-    draws = np.random.default_rng(0).uniform(0.5, 12.0, size=20)
-    for seconds in draws:
-        process = subprocess.Popen(
-            command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
-        )
-        time.sleep(seconds)
-        process.kill()
-        process.wait()
-        rows = list(read_rows(out / "small" / NAME)) if out.exists() else []
-        assert len({row.key for row in rows}) == len(rows)
-    subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
-    result = RunSuite(suite, out=out / "small", progress=lambda *_: 1 / 0)
+    file.write_text(
+        SUITE.replace("seeds: 4", "seeds: 150").replace("=2.0", "=0.5")
+    )
+    suite.overrides = ["simulation.duration=0.5"]
+    reference = RunSuite(suite, workers=1).runs()
+    output = subprocess.run(
+        [sys.executable, "-c", KILLED, str(file), str(tmp_path / "out")],
+        check=True,
+        stdout=subprocess.PIPE,
+        text=True,
+    ).stdout
+    kept = [int(line) for line in output.split()]
+    assert len(kept) == 20
+    # None was lost, most have got further, and the last had some left to do.
+    assert kept == sorted(kept)
+    assert len(set(kept)) > 10
+    assert 20 < kept[-1] < 300
+    result = RunSuite(suite, out=tmp_path / "out", workers=1)
     assert_same(result.runs(), reference)
+    rows = list(read_rows(tmp_path / "out" / NAME))
+    assert len({row.key for row in rows}) == len(rows) == 300
 
 
 def test_tasks_are_small_enough_to_send(suite):

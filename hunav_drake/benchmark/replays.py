@@ -1,0 +1,100 @@
+"""Replays of a suite, for a browser: of the first seed of each cell."""
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import as_completed
+import json
+import os
+from pathlib import Path
+
+from hunav_drake.benchmark.running.cell import Cell
+from hunav_drake.benchmark.running.pool import InlineExecutor, WorkerPool
+from hunav_drake.benchmark.running.recordings import replay_path
+from hunav_drake.benchmark.running.run_row import FAILED
+from hunav_drake.benchmark.suite_result import SuiteResult
+
+
+def WriteReplays(
+    result: SuiteResult,
+    folder: str | Path,
+    *,
+    workers: int | None = None,
+    imports: Sequence[str] = (),
+    progress: Callable[[int, int], object] = lambda done, total: None,
+) -> list[Path]:
+    """Writes a replay of the first seed of each cell, where there is none.
+
+    The trial is run again, with Meshcat, which changes nothing: what its robot
+    does is compared with what the suite has measured.
+
+    Args:
+        result: What the suite has given.
+        folder: The folder of the suite; replays are in its `replays`.
+        workers: How many processes write them; by default one for each
+            processor.
+        imports: Modules and files that each worker imports first.
+        progress: Called with how many are written, and how many there are.
+
+    Returns:
+        The paths of those that were written now.
+
+    Raises:
+        RuntimeError: If a trial does not repeat itself.
+        OSError: If a file cannot be written.
+    """
+    seed = result.suite.seed_list()[0]
+    firsts = {
+        row.cell: row.metrics
+        for row in result.rows
+        if row.seed == seed
+        and row.repetition == 0
+        and row.end_reason not in FAILED
+    }
+    wanted = {
+        cell.name: (cell, replay_path(Path(folder), cell.name, seed))
+        for cell in result.cells
+        if cell.name in firsts
+    }
+    missing = [it for it in wanted.values() if not it[1].is_file()]
+    if not missing:
+        return []
+    workers = min(workers or os.cpu_count() or 1, len(missing))
+    pool = InlineExecutor if workers == 1 else WorkerPool
+    arguments = (imports,) if workers == 1 else (workers, imports)
+    with pool(*arguments) as executor:
+        futures = {
+            executor.submit(
+                _write, cell, seed, path, json.dumps(firsts[cell.name])
+            ): path
+            for cell, path in missing
+        }
+        for done, future in enumerate(as_completed(futures), start=1):
+            future.result()
+            progress(done, len(futures))
+    return [path for _, path in missing]
+
+
+def _write(cell: Cell, seed: int, path: Path, metrics: str) -> None:
+    """Runs a trial once more, and writes its replay."""
+    import logging
+
+    from hunav_drake.replay import SaveReplay, SetView, StartMeshcatLocal
+    from hunav_drake.scenario import LoadScenario
+    from hunav_drake.scenario.population import draw_people
+    from hunav_drake.simulation import RunTrial
+
+    # Meshcat logs its address, which nobody needs.
+    logging.getLogger("drake").setLevel(logging.WARNING)
+    scenario = LoadScenario(data=cell.text)
+    meshcat = StartMeshcatLocal()
+    people = draw_people(scenario)
+    SetView(meshcat, scenario.world, people, scenario.robot)
+    result = RunTrial(scenario, seed, meshcat=meshcat)
+    again = json.dumps({str(k): float(v) for k, v in result.metrics.items()})
+    if again != metrics:
+        raise RuntimeError(
+            f"{cell.name}, seed {seed}: the trial does not repeat itself, so"
+            " there is no replay of it; does a planner or metric of yours keep"
+            " something from run to run?"
+        )
+    path.parent.mkdir(parents=True, exist_ok=True)
+    SaveReplay(meshcat, path)

@@ -1,0 +1,239 @@
+"""Whoever runs a suite, the tables are the same."""
+
+from concurrent.futures import Future, ThreadPoolExecutor
+import json
+import os
+import signal
+import subprocess
+import sys
+
+import pytest
+
+from hunav_drake.benchmark import LoadSuite, RunSuite
+from hunav_drake.benchmark.running.cell import make_cells
+from hunav_drake.benchmark.running.run_log import NAME, read_rows
+from hunav_drake.benchmark.running.worker import Task, UnfitWorkerError, do_task
+from tests.hunav_drake.benchmark.suite_texts import texts_of
+
+SUITE = """
+name: small
+scenarios: [crossing, combined]
+planners: [pursuit, {name: pursuit, cruise_speed: 0.4, label: slow}]
+overrides: [simulation.duration=1.0]
+seeds: 8
+relations:
+  - {scenarios: [crossing], metric: path_length, holds: slow < pursuit}
+"""
+
+# Runs the suite in an interpreter of its own, which begins without threads.
+CODE = """
+import json
+import sys
+from hunav_drake.benchmark import LoadSuite, RunSuite
+from tests.hunav_drake.benchmark.suite_texts import texts_of
+
+result = RunSuite(LoadSuite(filename=sys.argv[1]), workers=1)
+print(json.dumps(texts_of(result)))
+"""
+NO_THREADS = dict.fromkeys(
+    (
+        "OMP_NUM_THREADS",
+        "OPENBLAS_NUM_THREADS",
+        "MKL_NUM_THREADS",
+        "NUMBA_NUM_THREADS",
+    ),
+    "1",
+)
+
+
+@pytest.fixture(scope="module")
+def one():
+    """What one worker gives."""
+    return texts_of(RunSuite(LoadSuite(data=SUITE), workers=1))
+
+
+@pytest.mark.slow
+def test_tables_are_the_same_bit_for_bit_whoever_runs_them(one, tmp_path):
+    suite = LoadSuite(data=SUITE)
+    assert '"verdict": "holds"' in one["json"]
+    two = RunSuite(suite, workers=2, out=tmp_path)
+    assert texts_of(two) == one
+    with ThreadPoolExecutor(3) as executor:
+        threads = RunSuite(suite, executor=executor, workers=3)
+    assert texts_of(threads) == one
+    file = tmp_path / "small.yaml"
+    file.write_text(SUITE)
+    output = subprocess.run(
+        [sys.executable, "-c", CODE, str(file)],
+        env={**os.environ, **NO_THREADS},
+        check=True,
+        capture_output=True,
+        text=True,
+    ).stdout
+    assert json.loads(output) == one
+
+
+@pytest.mark.slow
+def test_a_dask_worker_that_is_killed_changes_nothing(one, tmp_path):
+    distributed = pytest.importorskip("distributed")
+    suite = LoadSuite(data=SUITE)
+    killed = []
+    with (
+        distributed.LocalCluster(
+            n_workers=4,
+            threads_per_worker=1,
+            processes=True,
+            dashboard_address=None,
+            silence_logs=50,
+        ) as cluster,
+        distributed.Client(cluster) as client,
+    ):
+        assert len(set(client.run(os.getpid).values())) == 4
+
+        def kill(row, done, total):
+            if done >= total // 2 and not killed:
+                killed.append(next(iter(client.run(os.getpid).values())))
+                os.kill(killed[0], signal.SIGKILL)
+
+        result = RunSuite(
+            suite,
+            executor=client.get_executor(pure=False),
+            workers=4,
+            out=tmp_path,
+            progress=kill,
+        )
+    assert killed
+    assert texts_of(result) == one
+    rows = list(read_rows(tmp_path / NAME))
+    assert len({row.key for row in rows}) == len(rows) == 32
+
+
+def test_dask_needs_an_address(hunav, tmp_path):
+    code, _, err = hunav("bench", "paper", "--executor", "dask")
+    assert code == 2
+    assert "--address HOST:PORT" in err
+    code, _, err = hunav("bench", "paper", "--address", "localhost:1")
+    assert code == 2
+    assert "--executor dask" in err
+
+
+def test_without_dask_the_remedy_is_told(hunav, monkeypatch):
+    import importlib.util
+
+    find = importlib.util.find_spec
+    monkeypatch.setattr(
+        importlib.util,
+        "find_spec",
+        lambda name, *a: None if name == "distributed" else find(name, *a),
+    )
+    code, _, err = hunav(
+        *("bench", "paper", "--executor", "dask", "--address", "localhost:1")
+    )
+    assert code == 2
+    assert "pip install 'hunav_drake[dask]'" in err
+
+
+def test_a_scheduler_that_does_not_answer_is_told(hunav, tmp_path, monkeypatch):
+    pytest.importorskip("distributed")
+    from hunav_drake.benchmark.running import cluster
+
+    monkeypatch.setattr(cluster, "_SCHEDULER", 0.5)
+    code, _, err = hunav(
+        *("bench", "paper", "--out", tmp_path),
+        *("--executor", "dask", "--address", "localhost:1"),
+    )
+    assert code == 2
+    assert "--address localhost:1: there is no Dask scheduler" in err
+    assert "dask scheduler" in err
+    assert "Traceback" not in err
+
+
+class FakeClient:
+    """A cluster of some workers that have these versions."""
+
+    def __init__(self, versions):
+        self.versions = versions
+
+    def wait_for_workers(self, n_workers, timeout):
+        if not self.versions:
+            raise TimeoutError
+
+    def run(self, function, on_error):
+        assert on_error == "return"
+        here = function()
+        return {
+            worker: it if isinstance(it, Exception) else here | it
+            for worker, it in self.versions.items()
+        }
+
+
+def test_workers_of_other_versions_are_refused():
+    pytest.importorskip("distributed")
+    from hunav_drake.benchmark.running.cluster import (
+        ClusterError,
+        check_workers,
+    )
+
+    check_workers(FakeClient({"tcp://a": {}, "tcp://b": {}}))
+    with pytest.raises(ClusterError, match="got no worker"):
+        check_workers(FakeClient({}))
+    other = {"tcp://a": {}, "tcp://b": {"numpy": "1.0"}}
+    with pytest.raises(
+        ClusterError, match=r"numpy is 1\.0, not .* 1 of 2 .*tcp://b"
+    ):
+        check_workers(FakeClient(other))
+    missing = {"tcp://a": ModuleNotFoundError("No module named 'hunav_drake'")}
+    with pytest.raises(ClusterError, match="No module named 'hunav_drake'"):
+        check_workers(FakeClient(missing))
+
+
+def test_a_worker_that_came_later_with_another_version_ends_the_suite(
+    tmp_path, monkeypatch
+):
+    from hunav_drake.benchmark.running import worker
+
+    suite = LoadSuite(data=SUITE)
+    monkeypatch.setattr(worker, "_sha256_here", lambda text: "another")
+    with (
+        ThreadPoolExecutor(1) as executor,
+        pytest.raises(UnfitWorkerError, match="install the same on all"),
+    ):
+        RunSuite(suite, executor=executor, out=tmp_path)
+    assert not (tmp_path / NAME).read_bytes()
+
+
+def test_workers_import_user_code_first_and_once(tmp_path):
+    suite = LoadSuite(data=SUITE)
+    cell = make_cells(suite)[0]
+    code = tmp_path / "mine.py"
+    count = tmp_path / "count"
+    code.write_text(f"open({str(count)!r}, 'a').write('x')\n")
+    task = Task(
+        cell=cell.name,
+        sha256=cell.sha256,
+        text=cell.text,
+        runs=((0, 0),),
+        imports=(str(code),),
+    )
+    assert do_task(task)[0].end_reason == "timeout"
+    do_task(task)
+    assert count.read_text() == "x"
+    missing = Task(**{**vars(task), "imports": (str(tmp_path / "nowhere.py"),)})
+    with pytest.raises(UnfitWorkerError, match=r"nowhere\.py"):
+        do_task(missing)
+
+
+def test_a_cluster_that_gives_up_is_told(tmp_path):
+    class Lost(ThreadPoolExecutor):
+        def submit(self, fn, /, *args, **kwargs):
+            future = super().submit(lambda: None)
+            future.result()
+            if fn is do_task:
+                future = Future()
+                future.cancel()
+                future.set_running_or_notify_cancel()
+            return future
+
+    with Lost(1) as executor, pytest.raises(ConnectionError, match="is kept"):
+        RunSuite(LoadSuite(data=SUITE), executor=executor, out=tmp_path)
+    assert not (tmp_path / NAME).read_bytes()

@@ -1,0 +1,147 @@
+import dataclasses
+import re
+
+import pytest
+
+from hunav_drake.benchmark import LoadSuite, RunSuite
+from hunav_drake.benchmark.comparison.relations import judge
+from hunav_drake.benchmark.replays import WriteReplays
+from hunav_drake.benchmark.running.run_row import RunRow
+from hunav_drake.benchmark.suite_result import SuiteResult
+from hunav_drake.benchmark.writing import WriteSuite
+from tests.hunav_drake.report.pages import visible
+from tests.screenshot import CHROMIUM
+
+LONG = "a_contender_of_a_rather_long_name_" * 3
+SUITE = f"""
+name: small
+scenarios: [crossing, combined]
+planners: [pursuit, {{name: pursuit, cruise_speed: 0.4, label: {LONG}}}]
+overrides: [simulation.duration=1.0]
+seeds: 2
+relations:
+  - {{number: 3, scenarios: [crossing], metric: path_length,
+     holds: {LONG} < pursuit, strength: strong}}
+  - {{number: 4, scenarios: [crossing], metric: path_length,
+     holds: pursuit * 1.0 <= 0.5 * {LONG}}}
+  - {{number: 5, scenarios: [crossing], metric: path_length, holds: dwb > 1}}
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("suite")
+
+
+@pytest.fixture(scope="module")
+def result(folder):
+    return RunSuite(LoadSuite(data=SUITE), workers=1, out=folder)
+
+
+@pytest.fixture(scope="module")
+def page(result, folder):
+    WriteReplays(result, folder, workers=1)
+    return WriteSuite(result, folder)
+
+
+def test_contents_lead_to_each_section(page):
+    html = page.read_text()
+    ids = re.findall(r'<h[23] id="([^"]+)"', html)
+    assert len(set(ids)) == len(ids)
+    nav = html[html.index("<nav") : html.index("</nav>")]
+    assert re.findall(r'href="#([^"]+)"', nav) == [
+        *("tables", "table-crossing", "table-combined"),
+        *("behaviors", *(i for i in ids if i.startswith("behavior-"))),
+        "relations",
+        *("plots", "plots-crossing", "plots-combined"),
+        "replays",
+        *("equal-seeds", "seeds-crossing", "seeds-combined"),
+        *("cost", "provenance"),
+    ]
+    assert set(re.findall(r'href="#([^"]+)"', nav)) == set(ids)
+
+
+def test_verdicts_are_told_by_word_and_color(page):
+    html = page.read_text()
+    verdicts = re.findall(
+        r'<span class="(\w+)">(holds|fails|not tested)</span>', html
+    )
+    assert verdicts == [
+        ("passes", "holds"),
+        ("fails", "fails"),
+        ("inapplicable", "not tested"),
+    ]
+    text = visible(html)
+    assert "Of 1 strong relations that were tested, 1 hold (100 %)" in text
+    assert f"pursuit 1.0 ≤ 0.5 {LONG}" in text
+
+
+def test_what_each_run_cost_is_there(page, result):
+    text = visible(page.read_text())
+    assert "8 runs of 8.0 s in all took workers" in text
+    assert "planner cycle, median (ms) planner cycle, 95 % (ms)" in text
+    each = text[text.index("Each run") :]
+    assert each.count(" 1.00 ") == len(result.rows)
+
+
+def test_replays_open(page, result, folder):
+    html = page.read_text()
+    links = re.findall(r'href="(replays/[^"]+)"', html)
+    assert len(links) == len(result.cells) == 4
+    for link in links:
+        replay = (folder / link).read_text()
+        assert replay.lstrip().lower().startswith("<!doctype html")
+        assert replay.rstrip().endswith("</html>")
+    # What is there is not written again.
+    assert WriteReplays(result, folder, workers=1) == []
+
+
+def test_a_trial_that_does_not_repeat_itself_has_no_replay(result, tmp_path):
+    rows = [
+        row._replace(metrics={**row.metrics, "path_length": 1.0})
+        for row in result.rows[:1]
+    ]
+    other = SuiteResult(result.suite, result.cells, rows)
+    with pytest.raises(RuntimeError, match="does not repeat itself"):
+        WriteReplays(other, tmp_path, workers=1)
+
+
+def test_failures_come_first(result, tmp_path):
+    row = RunRow(
+        *(result.cells[0].name, result.cells[0].sha256, 0, 0),
+        *("error", "it broke <b>", float("nan"), {}, {}, {}, {}),
+    )
+    suite = dataclasses.replace(result.suite, relations=[])
+    broken = SuiteResult(suite, result.cells, [row])
+    html = WriteSuite(broken, tmp_path, judge(broken)).read_text()
+    text = visible(html)
+    assert "Failures 1 runs gave no result" in text
+    assert "it broke <b>" in text
+    assert "<b>" not in html
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("width", [1440, 390])
+def test_the_page_is_no_wider_than_the_window(page, width):
+    if CHROMIUM is None:
+        pytest.skip("no chromium on the path to look at the page with")
+    api = pytest.importorskip("playwright.sync_api")
+    with api.sync_playwright() as playwright:
+        browser = playwright.chromium.launch(
+            executable_path=CHROMIUM, args=["--no-sandbox"]
+        )
+        window = browser.new_page(viewport={"width": width, "height": 900})
+        window.goto(page.as_uri())
+        for summary in window.locator("summary").all():
+            summary.click()
+        widths = window.evaluate(
+            "[document.documentElement.scrollWidth, window.innerWidth]"
+        )
+        assert widths[0] <= widths[1] == width
+        # What is wider scrolls in its own box.
+        boxes = window.evaluate(
+            "[...document.querySelectorAll('table')].filter(t =>"
+            " !t.closest('.wide')).map(t => t.getBoundingClientRect().right)"
+        )
+        assert all(right <= width for right in boxes)
+        browser.close()
