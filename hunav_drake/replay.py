@@ -35,6 +35,7 @@ from hunav_drake.systems.scene.bounds import (
     scene_bounds,
     view_axes,
 )
+from hunav_drake.systems.scene.overlays.viewer import MeshcatViewer
 from hunav_drake.systems.world.shapes import World
 
 # The camera: a long lens.
@@ -161,7 +162,7 @@ def SetLight(meshcat: Meshcat, bounds: Bounds) -> None:
 
 @contextmanager
 def RecordReplay(
-    visualizer: MeshcatVisualizer, *, live: bool = False
+    visualizer: MeshcatViewer | MeshcatVisualizer, *, live: bool = False
 ) -> Iterator[None]:
     """Records what a visualizer shows while the block runs.
 

@@ -322,12 +322,35 @@ def check_robot(scenario: Scenario) -> Iterator[Finding]:
         yield Finding(("robot", *place), message)
 
 
+def check_bodies(scenario: Scenario) -> Iterator[Finding]:
+    """Checks that people who are bodies of a plant are there all along."""
+    population = scenario.population
+    if not scenario.robot.physical:
+        return
+    leave = [
+        ("population", "cohorts", i, "sinks")
+        for i, cohort in enumerate(population.cohorts)
+        if cohort.sinks
+    ]
+    come = [("population", "sources")] if population.sources else []
+    for loc in (come + leave)[:1]:
+        yield Finding(
+            loc,
+            "a physical robot needs people who are there from the start to the"
+            " end: bodies of a MultibodyPlant cannot come and go; got robot"
+            f" {name_of(scenario.robot)!r}; take differential_drive, or people"
+            " of cohorts without sinks",
+            uses=(("robot",),),
+        )
+
+
 # What does not hang on the rest of the world, or on what is installed.
 OWN_CHECKS: tuple[Check, ...] = (
     check_people,
     check_epsilon,
     check_jitter,
     check_areas,
+    check_bodies,
     check_times,
     check_sensors,
     check_scan,

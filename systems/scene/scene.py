@@ -38,7 +38,9 @@ from hunav_drake.systems.scene.surroundings import (
 from hunav_drake.systems.world.shapes import World
 
 if TYPE_CHECKING:
-    from pydrake.geometry import Meshcat, MeshcatVisualizer
+    from pydrake.geometry import Meshcat
+
+    from hunav_drake.systems.scene.overlays.viewer import MeshcatViewer
 
 # How far the floor reaches beyond everything on it, in meters.
 FLOOR_MARGIN = 0.6
@@ -60,7 +62,8 @@ class ScenePorts:
         plant: The plant whose bodies are drawn. It is not part of the diagram
             and has no mass: only a table of frames and geometry.
         human_names: The model instance of each person in the plant.
-        visualizer: What publishes to Meshcat, and records; None if headless.
+        visualizer: What records, and publishes to Meshcat while somebody looks
+            or it records; None if headless.
     """
 
     system: Diagram
@@ -70,7 +73,7 @@ class ScenePorts:
     scene_graph: SceneGraph
     plant: MultibodyPlant
     human_names: tuple[str, ...]
-    visualizer: "MeshcatVisualizer | None"
+    visualizer: "MeshcatViewer | None"
 
 
 def AddScene(
@@ -96,9 +99,9 @@ def AddScene(
         - query
 
     Inside are the systems "kinematics" (SceneKinematics), "geometry_poses",
-    "scene_graph", and with Meshcat "meshcat_visualizer" and "overlays"
-    (OverlayPublisher), whose inputs the scene has then, too: connect those
-    that there are, and what they tell is drawn. The geometry belongs
+    "scene_graph", and with Meshcat "meshcat_visualizer" (MeshcatViewer) and
+    "overlays" (OverlayPublisher), whose inputs the scene has then, too: connect
+    those that there are, and what they tell is drawn. The geometry belongs
     to the model instances "robot" and one per person: the person's name, with
     "_" for what is neither letter nor digit, and a number if that is taken.
     Without Meshcat nothing is published, and a step costs no more than the
@@ -176,17 +179,26 @@ def AddScene(
     visualizer = None
     if meshcat is not None:
         period = frame_period(time_step)
-        visualizer = _AddVisualizer(inner, scene_graph, meshcat, period)
         from hunav_drake.systems.scene.overlays.board import Board
         from hunav_drake.systems.scene.overlays.publisher import (
             AddOverlayPublisher,
         )
+        from hunav_drake.systems.scene.overlays.viewer import MeshcatViewer
 
+        visualizer = inner.AddNamedSystem(
+            "meshcat_visualizer",
+            MeshcatViewer(plant, scene_graph, meshcat, period=period),
+        )
+        inner.Connect(
+            kinematics.get_positions_output_port(),
+            visualizer.get_positions_input_port(),
+        )
         AddOverlayPublisher(
             inner,
             Board(meshcat, world, humans, human_names, robot),
             (config or SceneConfig()).overlays,
             period=period,
+            is_due=visualizer.is_due,
             scan_angles=scan_angles,
         )
     inner.ExportOutput(scene_graph.get_query_output_port(), "query")
@@ -202,24 +214,6 @@ def AddScene(
         human_names=human_names,
         visualizer=visualizer,
     )
-
-
-def _AddVisualizer(
-    builder: DiagramBuilder,
-    scene_graph: SceneGraph,
-    meshcat: "Meshcat",
-    period: float,
-) -> "MeshcatVisualizer":
-    from pydrake.geometry import MeshcatVisualizer, MeshcatVisualizerParams
-
-    visualizer = MeshcatVisualizer.AddToBuilder(
-        builder,
-        scene_graph,
-        meshcat,
-        MeshcatVisualizerParams(publish_period=period),
-    )
-    visualizer.set_name("meshcat_visualizer")
-    return visualizer
 
 
 def _AddRobot(plant: MultibodyPlant, robot: RobotConfig) -> Sequence[Joint]:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import Command
-from hunav_drake.systems.world import visibility_graph
+from hunav_drake.systems.world import visibility_graph, waypoints
 from hunav_drake.systems.world.corners import corner_vertices
 from hunav_drake.systems.world.obstacles import Obstacles
 from hunav_drake.systems.world.route_files import kept
@@ -76,6 +76,11 @@ class RouteMap:
         )
         return functools.lru_cache(maxsize=_MOST_GOALS)(ways_to)
 
+    @functools.cached_property
+    def _hidden(self) -> waypoints.Hidden:
+        """What hides vertices, as far as is known: see there."""
+        return waypoints.nothing_hidden(len(self.vertices))
+
     @staticmethod
     def from_obstacles(
         obstacles: Obstacles, *, clearance: float = _LARGEST_CLEARANCE
@@ -107,7 +112,7 @@ class RouteMap:
         start, end = np.array(p, dtype=float), np.array(goal, dtype=float)
         way = start[None], end[None], self.sight, self.obstacles.table
         if visibility_graph.blocked(*way)[0]:
-            return self._waypoint(start, end)
+            return np.array(self._waypoint(*start, *end))
         return end
 
     def guide(self, positions: ArrayLike, command: Array) -> Array:
@@ -125,20 +130,21 @@ class RouteMap:
         if not blocked.any():
             return command
         result = command.copy()
-        goal_xy = [Command.GOAL_X, Command.GOAL_Y]
         for i in np.flatnonzero(blocked):
-            goal = command[i, goal_xy]
-            waypoint = self._waypoint(p[i], goal)
-            if (waypoint != goal).any():
-                result[i, goal_xy] = waypoint
+            goal = command[i, Command.GOAL_X], command[i, Command.GOAL_Y]
+            waypoint = self._waypoint(*p[i, :2], *goal)
+            if waypoint != goal:
+                result[i, Command.GOAL_X], result[i, Command.GOAL_Y] = waypoint
                 result[i, Command.GOAL_RADIUS] = 0.0
         return result
 
-    def _waypoint(self, p: Array, goal: Array) -> Array:
-        """Returns the next waypoint to a goal that is not seen from p."""
-        known = self._goal(float(goal[0]), float(goal[1]))
-        result: Array = visibility_graph.waypoint(
-            *(p, goal, *known, self.sight, self.vertices, self.obstacles.table)
+    def _waypoint(
+        self, x: float, y: float, goal_x: float, goal_y: float
+    ) -> tuple[float, float]:
+        """Returns the next waypoint from a place that does not see the goal."""
+        result: tuple[float, float] = waypoints.waypoint(
+            *(x, y, goal_x, goal_y, *self._goal(goal_x, goal_y)),
+            *(self.sight, self.vertices, self._hidden, self.obstacles.table),
         )
         return result
 

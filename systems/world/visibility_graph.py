@@ -9,14 +9,7 @@ import numba
 from numba import float64
 import numpy as np
 
-from hunav_drake.systems.common.kernels import (
-    MATRIX,
-    REAL,
-    VECTOR,
-    WALLS,
-    jit,
-    jit_as,
-)
+from hunav_drake.systems.common.kernels import MATRIX, REAL, WALLS, jit, jit_as
 from hunav_drake.systems.common.layout import Command
 from hunav_drake.systems.world.sweep import (
     crosses,
@@ -34,15 +27,8 @@ _SAME = 1e-9
 # with this part of it may lead on.
 SQUEEZED = 0.25
 
-# With this part of the clearance, ways lead on where they would turn back.
-_SLACK = 0.8
-
 # How many segments are remembered for what they hide.
 _HIDERS = 6
-
-# Who is nearer to a vertex than this part of the clearance does not step aside
-# to it.
-_NEAR = 0.2
 
 
 @jit
@@ -73,7 +59,7 @@ def _passes(px, py, qx, qy, near, where, walls, s):
 
 
 @jit
-def _stops(px, py, qx, qy, clearance, walls, s):
+def stops(px, py, qx, qy, clearance, walls, s):
     """Tells whether segment `s` is in the way: see `sees`."""
     segments = walls.segments
     # Both ends on one side of the line, and farther away from it than that.
@@ -99,7 +85,7 @@ def _stops(px, py, qx, qy, clearance, walls, s):
 def blocker(px, py, qx, qy, clearance, walls):
     """Returns a segment that is in the way from p to q, or -1: see `sees`."""
     for s in segments_near(px, py, qx, qy, clearance, walls):
-        if _stops(px, py, qx, qy, clearance, walls, s):
+        if stops(px, py, qx, qy, clearance, walls, s):
             return s
     return -1
 
@@ -192,13 +178,19 @@ def straight_ways(points, clearance, table):
     m = len(points)
     found = np.empty((4 * m + 8, 3))
     count = 0
+    angles = np.empty(m)
+    seen = np.empty(m, dtype=np.bool_)
     for i in range(m):
         px, py = points[i, 0], points[i, 1]
-        hiders = np.full(_HIDERS + 1, -1)
         for j in range(i):
+            angles[j] = math.atan2(points[j, 1] - py, points[j, 0] - px)
+        hiders = np.full(_HIDERS + 1, -1)
+        # What hides a point mostly hides the next one to the left, too.
+        for j in np.argsort(angles[:i]):
             qx, qy = points[j, 0], points[j, 1]
-            if not _sees_past(px, py, qx, qy, clearance, walls, hiders):
-                continue
+            seen[j] = _sees_past(px, py, qx, qy, clearance, walls, hiders)
+        for j in np.flatnonzero(seen[:i]):
+            qx, qy = points[j, 0], points[j, 1]
             if count == len(found):
                 longer = np.empty((2 * count, 3))
                 longer[:count] = found
@@ -233,106 +225,3 @@ def standing_place(gx, gy, clearance, table):
         return np.array([gx, gy])
     x, y, _ = nearest_free(gx, gy, 0.0, 0.0, clearance, walls)
     return np.array([x, y])
-
-
-@jit
-def _turns_back(x, y, vx, vy, ox, oy, clearance):
-    """Tells whether one goes back to v before o, or, near v, aside to it.
-
-    In a door that is just a way, nobody should turn back for a hair.
-    """
-    vx -= x
-    vy -= y
-    ox -= x
-    oy -= y
-    leg = math.hypot(vx, vy)
-    along = vx * ox + vy * oy
-    cosine = 0.0 if leg < _NEAR * clearance else -0.5
-    return along < cosine * leg * math.hypot(ox, oy)
-
-
-@jit
-def _choice(x, y, legs, ways, clearance, vertices, walls):
-    """Returns the vertex in sight of (x, y) with the shortest way, or -1.
-
-    `legs` (m,) are the distances to the vertices (m, 2), `ways` (m,) those to
-    the place by way of them, in meters.
-    """
-    if len(ways) == 0:
-        return -1
-    hiders = np.full(_HIDERS + 1, -1)
-    # One that is near is likely to be seen, and spares a look at many others.
-    nearest = np.argmin(legs)
-    shortest = math.inf
-    if ways[nearest] < math.inf and _sees_past(
-        *(x, y, vertices[nearest, 0], vertices[nearest, 1]),
-        *(clearance, walls, hiders),
-    ):
-        shortest = ways[nearest]
-    # Of the others with shorter ways, the first in sight is the one.
-    shorter = np.flatnonzero(ways < shortest)
-    for v in shorter[np.argsort(ways[shorter])]:
-        if _sees_past(
-            x, y, vertices[v, 0], vertices[v, 1], clearance, walls, hiders
-        ):
-            shortest = ways[v]
-            break
-    choice = -1
-    alike = np.flatnonzero(ways <= shortest + 1e3 * _SAME)
-    for v in alike[np.argsort(ways[alike], kind="mergesort")]:
-        if choice >= 0 and ways[v] > ways[choice] + _SAME:
-            break
-        # Of equal ways the one with the farther waypoint: a person who
-        # stands on a vertex looks on to the next.
-        if ways[v] < math.inf and (choice < 0 or legs[v] > legs[choice]):
-            vx = vertices[v, 0]
-            vy = vertices[v, 1]
-            if sees(x, y, vx, vy, clearance, walls):
-                choice = v
-    return choice
-
-
-@jit_as(
-    float64[::1], *(VECTOR, VECTOR, VECTOR, REAL, VECTOR, REAL, MATRIX, WALLS)
-)
-def waypoint(
-    p, goal, place, last_clearance, to_place, clearance, vertices, table
-):
-    """Returns the point (2,) to walk to next from p, on the way to a goal (2,).
-
-    Args:
-        p: Shape (2 or more,), like all places and lengths in meters.
-        goal: Where to go.
-        place: What `standing_place` gives for the goal, shape (2,).
-        last_clearance: That of the last leg.
-        to_place: Shape (m,): the length of the shortest way from each vertex
-            to the place; infinity where there is none.
-        clearance: That of the other legs.
-        vertices: Shape (m, 2).
-        table: `Obstacles.table`.
-    """
-    walls = opened(table)
-    x = p[0]
-    y = p[1]
-    if sees(x, y, place[0], place[1], last_clearance, walls):
-        # In front of the furniture that the goal is in, people lean towards
-        # the goal, and come to rest there.
-        near = math.hypot(place[0] - x, place[1] - y) < 2 * clearance
-        return goal.copy() if near else place.copy()
-    count = len(vertices)
-    legs = np.empty(count)
-    for v in range(count):
-        legs[v] = math.hypot(vertices[v, 0] - x, vertices[v, 1] - y)
-    ways = legs + to_place
-    choice = _choice(x, y, legs, ways, clearance, vertices, walls)
-    if choice >= 0 and legs[choice] < 2 * clearance:
-        slack = _SLACK * clearance
-        vx, vy = vertices[choice]
-        other = _choice(x, y, legs, ways, slack, vertices, walls)
-        ox, oy = vertices[other]
-        if _turns_back(x, y, vx, vy, ox, oy, clearance):
-            choice = other
-    if choice < 0:
-        squeezed = SQUEEZED * clearance
-        choice = _choice(x, y, legs, ways, squeezed, vertices, walls)
-    return vertices[choice].copy() if choice >= 0 else goal.copy()

@@ -1,5 +1,6 @@
 """What a map of map_server costs as a world, made as a robot makes it."""
 
+from importlib import resources
 from pathlib import Path
 import tempfile
 import time
@@ -10,6 +11,7 @@ import shapely
 import yaml
 
 from hunav_drake import LoadScenario, MakeTrialDiagram, MakeTrialSimulator
+from hunav_drake.scenario import Scenario
 from hunav_drake.scenario.population import draw_people
 from tests.benchmarks.house import SIZE, house
 
@@ -65,6 +67,29 @@ def write_house(folder: Path, segments: int) -> Path:
     return folder / "scenario.yaml"
 
 
+def furnished_house() -> Scenario:
+    """Returns a trial of 12 people in the rooms of the scenario `house`."""
+    everywhere = {"rectangle": [0.5, 0.5, 18.5, 10.7]}
+    cohort = {
+        "number": PEOPLE,
+        "start": [everywhere],
+        "goals": [everywhere] * 4,
+        "cyclic": True,
+    }
+    house_file = resources.files("hunav_drake.scenarios") / "house.yaml"
+    scenario = {
+        "world": yaml.safe_load(house_file.read_text())["world"],
+        "population": {"cohorts": [cohort]},
+        "robot": {
+            "start": [1.2, 5.2, 0],
+            "goal": [1.25, 5.2, 0],
+            "goal_tolerance": 1e-6,
+        },
+        "simulation": {"duration": DURATION, "stuck_time": 1e4},
+    }
+    return LoadScenario(data=yaml.safe_dump(scenario))
+
+
 def main() -> None:
     """Prints the times, of the processor: one thread does all."""
     # What is compiled or read once does not count. A small room to compare:
@@ -74,6 +99,17 @@ def main() -> None:
     MakeTrialSimulator(diagram).AdvanceTo(DURATION)
     cafe = DURATION / (time.process_time() - started)
     print(f"cafe, 5 people: {cafe:.0f} times faster than real time")
+    rooms = furnished_house()
+    diagram = MakeTrialDiagram(rooms)
+    simulator = MakeTrialSimulator(diagram)
+    simulator.Initialize()
+    started = time.process_time()
+    simulator.AdvanceTo(DURATION)
+    fast = DURATION / (time.process_time() - started)
+    print(
+        f"house, {PEOPLE} people: {fast:.0f} times faster than real time,"
+        f" {fast / cafe:.2f} of cafe"
+    )
     for segments in (1500, 8000):
         with tempfile.TemporaryDirectory() as folder:
             file = write_house(Path(folder), segments)

@@ -20,7 +20,7 @@ from hunav_drake import (
     Scenario,
     SetTrialSeed,
 )
-from hunav_drake.scenario import SimulationConfig, World
+from hunav_drake.scenario import ScenarioError, SimulationConfig, World
 from hunav_drake.systems.common.layout import Contact
 from hunav_drake.systems.evaluation import compute_metrics
 from hunav_drake.systems.evaluation.recording import Recording
@@ -226,3 +226,33 @@ def test_crowds_give_way_by_the_robot_of_the_trial():
     chosen = LoadScenario(data=f"{text}crowd: {{robots_stop: false}}\n")
     assert chosen.crowd.robots_stop is False
     MakeTrialDiagram(chosen)
+
+
+@pytest.mark.parametrize("model", ["pmb2", "urdf"])
+def test_people_who_come_and_go_have_no_bodies_and_are_refused(model):
+    """In one line, before anything runs."""
+    overrides = [f"robot.model={model}"]
+    if model == "urdf":
+        drive = "{type: omnidirectional}"
+        overrides += ["robot.file=a.urdf", "robot.base=b"]
+        overrides += [f"robot.drive={drive}"]
+    with pytest.raises(ScenarioError, match="cannot come and go") as raised:
+        LoadScenario(filename="station", overrides=overrides)
+    (fault,) = (f for f in raised.value.faults if "come and go" in f.message)
+    assert fault.path == "population.sources"
+    assert "\n" not in fault.message
+    assert "take differential_drive" in fault.message
+
+
+def test_people_of_cohorts_who_leave_for_good_are_refused_too():
+    text = """
+    robot: {model: pmb2, start: [-5, 0, 0]}
+    population:
+      cohorts:
+        - {number: 2, start: [{rectangle: [0, 0, 3, 3]}], sinks: {out: 1}}
+      sinks: [{name: out, area: {rectangle: [8, 0, 9, 3]}}]
+    """
+    with pytest.raises(ScenarioError, match="cannot come and go"):
+        LoadScenario(data=text)
+    LoadScenario(data=text.replace("pmb2", "differential_drive"))
+    LoadScenario(data=text.replace(", sinks: {out: 1}", ""))

@@ -19,20 +19,18 @@ from hunav_drake.systems.common.kernels import (
     jit_as,
 )
 from hunav_drake.systems.common.layout import Command, X, Y
-from hunav_drake.systems.crowd.social_force.compiled_forces import wall_force
-from hunav_drake.systems.people.parameters import K_GOAL, TAU
-from hunav_drake.systems.world.nearest import nearest_on_segments
-from hunav_drake.systems.world.walls import (
-    distance2_to_box,
-    opened,
-    out_of_box,
-    runs_in,
+from hunav_drake.systems.crowd.walls.beside import (
+    STEPS,
+    WIDEST,
+    offsets_of_shapes,
+    passage_width,
+    places_ahead,
+    push_back,
+    walls_beside,
+    way_ahead,
 )
-
-# How far ahead people look for passages, and how wide the widest is, in
-# meters. Farther walls hardly push.
-_AHEAD = 1.5
-_WIDEST = 2.0
+from hunav_drake.systems.people.parameters import K_GOAL, TAU
+from hunav_drake.systems.world.walls import opened
 
 # Of the widest, the part from which on people ease less and less.
 _WIDE = 0.75
@@ -55,65 +53,11 @@ _THINNEST = 0.05
 # The most that walls ahead may push back, as a part of the pull of the goal.
 _SHARE = 0.7
 
-# At how many places ahead passages are looked for.
-_STEPS = 16
-
 
 @jit
 def _rise(value, low, high):
     """Returns 0 below `low`, 1 above `high`, and goes straight between."""
     return min(max((value - low) / (high - low), 0.0), 1.0)
-
-
-@jit
-def _passage(x, y, ex, ey, ahead, distance, walls):
-    """Returns how wide, and how clear of walls, the way of a person is.
-
-    The way goes from (x, y) in the direction (ex, ey) of the next waypoint. The
-    width is the least sum of the distances to walls on the left and on the
-    right of a place on it. Walls rather ahead or behind than beside are farther
-    than they are, so that it changes continuously when somebody moves or turns.
-    """
-    width = math.inf
-    clear = math.inf
-    qx = x + ahead * ex
-    qy = y + ahead * ey
-    runs = runs_in(
-        *(min(x, qx) - _WIDEST, min(y, qy) - _WIDEST),
-        *(max(x, qx) + _WIDEST, max(y, qy) + _WIDEST),
-        walls,
-    )
-    for step in range(_STEPS):
-        walked = step * ahead / (_STEPS - 1)
-        px = x + walked * ex
-        py = y + walked * ey
-        left = math.inf
-        right = math.inf
-        for i in range(len(runs)):
-            lo, hi, _, box = walls.runs[runs[i]]
-            # What is farther than all found so far changes nothing.
-            found = max(left, right, clear if walked <= distance else 0.0)
-            if distance2_to_box(px, py, walls.boxes, box) > found * found:
-                continue
-            for s in range(lo, hi):
-                if out_of_box(x, y, qx, qy, _WIDEST, walls.segments, s):
-                    continue
-                wx, wy, d2 = nearest_on_segments(
-                    px, py, walls.segments, s, s + 1
-                )
-                near = math.sqrt(d2)
-                if walked <= distance:
-                    clear = min(clear, near)
-                aside = ex * (wy - py) - ey * (wx - px)
-                if aside == 0:
-                    continue
-                felt = near * math.sqrt(math.sqrt(near / abs(aside)))
-                if aside > 0:
-                    left = min(left, felt)
-                else:
-                    right = min(right, felt)
-        width = min(width, left + right)
-    return width, clear
 
 
 @jit
@@ -123,41 +67,30 @@ def _ease_one(x, y, own, command, k, margin, narrowest, felt, result):
     `own` and `result` are these two; `felt` is the walls, how far they are
     felt, and how many: see `ease`.
     """
-    ex = command[Command.GOAL_X] - x
-    ey = command[Command.GOAL_Y] - y
-    distance = math.hypot(ex, ey)
-    speed = command[Command.DESIRED_SPEED]
-    if (
-        command[Command.HAS_GOAL] == 0
-        or distance <= command[Command.GOAL_RADIUS]
-        or speed <= 0
-    ):
+    goes, ex, ey, ahead, distance = way_ahead(x, y, command)
+    if not goes:
         return
-    ex /= distance
-    ey /= distance
-    # People stop at goals; of waypoints, they go on.
-    ahead = _AHEAD
-    if command[Command.GOAL_RADIUS] > 0:
-        ahead = min(distance, _AHEAD)
-    walls, reach, most = felt
-    width, clear = _passage(x, y, ex, ey, ahead, distance, walls)
+    walls = felt[0]
+    px, py = places_ahead(x, y, ex, ey, ahead)
+    beside = walls_beside(x, y, ex, ey, ahead, walls)
+    width = passage_width(px, py, ex, ey, beside, walls)
     weight = _rise(width, _NONE * narrowest, _WHOLE * narrowest)
-    weight *= 1 - _rise(width, _WIDE * _WIDEST, _WIDEST)
+    weight *= 1 - _rise(width, _WIDE * WIDEST, WIDEST)
+    if weight == 0:
+        return
+    found = offsets_of_shapes(px, py, beside, walls)
+    clear = math.inf
+    for step in range(STEPS):
+        if step * ahead / (STEPS - 1) <= distance:
+            clear = min(clear, math.sqrt(found[2, :, step].min()))
     weight *= _rise(clear, _SCRAPE / 2, _SCRAPE)
     if weight == 0:
         return
     radius, factor = own
     thin = max(_FILLED * width / 2 - margin, _THINNEST)
     radius += weight * min(thin - radius, 0.0)
-    back = 0.0
-    for step in range(_STEPS):
-        walked = step * ahead / (_STEPS - 1)
-        fx, fy = wall_force(
-            *(x + walked * ex, y + walked * ey, radius, factor),
-            *(k, walls, reach, most),
-        )
-        back = max(back, -(fx * ex + fy * ey))
-    pull = _SHARE * k[K_GOAL] * speed / k[TAU]
+    pull = _SHARE * k[K_GOAL] * command[Command.DESIRED_SPEED] / k[TAU]
+    back = push_back(*(px, py, ex, ey, (radius, factor), k, pull, felt, found))
     if back > pull:
         factor *= 1 - weight * (1 - pull / back)
     result[0] = radius

@@ -7,8 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 from pydrake.autodiffutils import AutoDiffXd
 
+from hunav_drake.systems.common.layout import Command
 from hunav_drake.systems.crowd.crowd_config import CrowdConfig
 from hunav_drake.systems.crowd.limits import plain
+from hunav_drake.systems.crowd.walls.parted_groups import parted
 from hunav_drake.systems.crowd.walls.passages import ease
 from hunav_drake.systems.people.parameters import K_OBSTACLE
 from hunav_drake.systems.world.obstacles import Obstacles
@@ -59,18 +61,37 @@ class Room:
         return part
 
     def guide(self, states: Array, command: Array) -> Array:
-        """Returns the commands (n, COMMAND_SIZE) with waypoints for goals."""
+        """Returns what people do with their commands among walls.
+
+        Their goals are the next waypoints, and who is parted from the group,
+        or goes through a door alone, is in no group: see `parted_groups`.
+
+        Args:
+            states: Shape (n, 6).
+            command: Shape (n, COMMAND_SIZE).
+        """
         if self._routes is None:
             return command
         if states.dtype != object:
-            return self._routes.guide(states, command)
+            return self._guide(self._routes, states, command)
         values = plain(command)
-        guided = self._routes.guide(plain(states), values)
+        guided = self._guide(self._routes, plain(states), values)
         # A waypoint does not move when people or goals do.
         changed = guided != values
         command = command.copy()
         command[changed] = [AutoDiffXd(value) for value in guided[changed]]
         return command
+
+    def _guide(self, routes: RouteMap, states: Array, command: Array) -> Array:
+        guided = routes.guide(states, command)
+        if (command[:, Command.GROUP_ID] < 0).all():
+            return guided
+        alone = parted(states, guided, self._radii, self._obstacles.table)
+        if not alone.any():
+            return guided
+        guided = guided.copy()
+        guided[alone, Command.GROUP_ID] = -1
+        return guided
 
     @property
     def leads(self) -> bool:

@@ -1,6 +1,6 @@
 """Draws overlays into Meshcat while a trial runs, and into its recording."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 import math
 
 import numpy as np
@@ -63,6 +63,7 @@ def AddOverlayPublisher(
     shown: Sequence[Overlay],
     *,
     period: float,
+    is_due: Callable[[Context], bool],
     scan_angles: Array | None = None,
 ) -> None:
     """Adds an `OverlayPublisher`, and exports its inputs, to a builder.
@@ -72,7 +73,9 @@ def AddOverlayPublisher(
     """
     system = builder.AddNamedSystem(
         "overlays",
-        OverlayPublisher(board, shown, period=period, scan_angles=scan_angles),
+        OverlayPublisher(
+            board, shown, period=period, is_due=is_due, scan_angles=scan_angles
+        ),
     )
     for i in range(system.num_input_ports()):
         port = system.get_input_port(i)
@@ -105,7 +108,8 @@ class OverlayPublisher(LeafSystem):
     of a lidar (only if there are rays). All but the states may be unconnected.
 
     It has no state: what it has drawn, Meshcat knows. It publishes every
-    `period`, and where Meshcat records, into the recording, too.
+    `period`, if that is due (see `MeshcatViewer`), and where Meshcat records,
+    into the recording, too.
     """
 
     def __init__(
@@ -114,6 +118,7 @@ class OverlayPublisher(LeafSystem):
         shown: Sequence[Overlay],
         *,
         period: float,
+        is_due: Callable[[Context], bool] = lambda context: True,
         scan_angles: Array | None = None,
     ) -> None:
         """Constructs an OverlayPublisher.
@@ -122,6 +127,8 @@ class OverlayPublisher(LeafSystem):
             board: Where it draws.
             shown: The overlays that are not hidden to begin with.
             period: The time between two frames, in seconds.
+            is_due: Tells whether the frame of a Context is to be drawn, if it
+                is not forced to be.
             scan_angles: The angles of the lidar's rays to the heading of the
                 robot, in radians; the rays begin at its center.
         """
@@ -129,6 +136,7 @@ class OverlayPublisher(LeafSystem):
         self._board = board
         self._shown = tuple(shown)
         self._period = period
+        self._is_due = is_due
         self._angles = scan_angles
         n = len(board.names)
         declare = self.DeclareVectorInputPort
@@ -144,13 +152,18 @@ class OverlayPublisher(LeafSystem):
             if scan_angles is not None:
                 self._scan = declare("scan", len(scan_angles))
         self.DeclareInitializationPublishEvent(self._Draw)
-        self.DeclarePeriodicPublishEvent(period, 0.0, self._Publish)
+        self.DeclarePeriodicPublishEvent(period, 0.0, self._PublishIfDue)
         self.DeclareForcedPublishEvent(self._Publish)
 
     def _Draw(self, context: Context) -> EventStatus:
         rays = 0 if self._angles is None else len(self._angles)
         self._board.Draw(self._shown, min(MAX_SCAN_DOTS, rays))
         return EventStatus.Succeeded()
+
+    def _PublishIfDue(self, context: Context) -> EventStatus:
+        if self._is_due(context):
+            return self._Publish(context)
+        return EventStatus.DidNothing()
 
     def _Publish(self, context: Context) -> EventStatus:
         time = context.get_time()

@@ -77,7 +77,9 @@ def run(meshcat, *, seconds=0.3, states=STATES, config=None, **inputs):
     } | inputs
     for name, value in inputs.items():
         diagram.GetInputPort(name).FixValue(context, value)
+    ports.visualizer.StartRecording()
     simulator.AdvanceTo(seconds)
+    ports.visualizer.StopRecording()
     return ports
 
 

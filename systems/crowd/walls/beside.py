@@ -1,0 +1,281 @@
+"""The walls beside the next steps of a person, compiled by numba.
+
+Passages are looked for at STEPS places on the way to the next waypoint. For
+each wall segment, all places are computed at once, which processors do fast.
+What a bound leaves out never changes a result, not even its last bit.
+"""
+
+import math
+
+import numpy as np
+
+from hunav_drake.systems.common.kernels import jit
+from hunav_drake.systems.common.layout import Command
+from hunav_drake.systems.crowd.social_force.compiled_forces import wall_force
+from hunav_drake.systems.crowd.social_force.constants import MOST
+from hunav_drake.systems.people.parameters import SIGMA
+from hunav_drake.systems.world.nearest import nearest_on_segments
+from hunav_drake.systems.world.walls import out_of_box, runs_in
+
+# How far ahead people look for passages, in meters.
+AHEAD = 1.5
+
+# How wide the widest passage is, in meters. Farther walls hardly push.
+WIDEST = 2.0
+
+# At how many places ahead passages are looked for.
+STEPS = 16
+
+# More than what rounding makes of lengths, in meters, and of forces, in m/s^2.
+_HAIR = 1e-9
+
+
+@jit
+def way_ahead(x, y, command):
+    """Returns where a person goes next.
+
+    Returns:
+        Whether the person goes anywhere; the direction (ex, ey) of the next
+        waypoint; how far ahead to look for passages; and the distance of the
+        waypoint, in meters.
+    """
+    ex = command[Command.GOAL_X] - x
+    ey = command[Command.GOAL_Y] - y
+    distance = math.hypot(ex, ey)
+    if (
+        command[Command.HAS_GOAL] == 0
+        or distance <= command[Command.GOAL_RADIUS]
+        or command[Command.DESIRED_SPEED] <= 0
+    ):
+        return False, 0.0, 0.0, 0.0, distance
+    # People stop at goals; of waypoints, they go on.
+    ahead = AHEAD
+    if command[Command.GOAL_RADIUS] > 0:
+        ahead = min(distance, AHEAD)
+    return True, ex / distance, ey / distance, ahead, distance
+
+
+@jit
+def places_ahead(x, y, ex, ey, ahead):
+    """Returns the places (STEPS,), in x and y, on the way of a person.
+
+    It begins at (x, y), and leads in the direction (ex, ey) as far as `ahead`,
+    in meters.
+    """
+    px = np.empty(STEPS)
+    py = np.empty(STEPS)
+    for step in range(STEPS):
+        walked = step * ahead / (STEPS - 1)
+        px[step] = x + walked * ex
+        py[step] = y + walked * ey
+    return px, py
+
+
+@jit
+def walls_beside(x, y, ex, ey, ahead, walls):
+    """Returns the segments that may be within WIDEST of a way.
+
+    The arguments are those of `places_ahead`, and `Walls`.
+
+    Returns:
+        Arrays (n,): the segments, in the order of their shapes; these shapes;
+        how far a segment is at least on the left of the way, or, negative, on
+        the right, or 0 for one that may be on both sides; and less than its
+        distance from all places, in meters.
+    """
+    qx = x + ahead * ex
+    qy = y + ahead * ey
+    mx = x + ahead / 2 * ex
+    my = y + ahead / 2 * ey
+    runs = runs_in(
+        *(min(x, qx) - WIDEST, min(y, qy) - WIDEST),
+        *(max(x, qx) + WIDEST, max(y, qy) + WIDEST),
+        walls,
+    )
+    segments = walls.segments
+    near = np.empty(len(segments), dtype=np.int64)
+    shapes = np.empty(len(segments), dtype=np.int64)
+    left = np.empty(len(segments))
+    least = np.empty(len(segments))
+    count = 0
+    farthest = WIDEST + ahead / 2 + _HAIR
+    for run in runs:
+        for s in range(walls.runs[run, 0], walls.runs[run, 1]):
+            if out_of_box(x, y, qx, qy, WIDEST, segments, s):
+                continue
+            _, _, d2 = nearest_on_segments(mx, my, segments, s, s + 1)
+            if d2 >= farthest * farthest:
+                continue
+            a = ex * (segments[s, 1] - y) - ey * (segments[s, 0] - x)
+            b = ex * (segments[s, 3] - y) - ey * (segments[s, 2] - x)
+            side = max(0.0, min(a, b)) + min(0.0, max(a, b))
+            near[count] = s
+            shapes[count] = walls.runs[run, 2]
+            left[count] = 0.0 if abs(side) < _HAIR else side
+            least[count] = max(abs(side), math.sqrt(d2) - ahead / 2) - _HAIR
+            count += 1
+    return near[:count], shapes[:count], left[:count], least[:count]
+
+
+@jit
+def _offsets(px, py, segments, s, dx, dy, d2):
+    """Writes the offsets of places from segment `s`, and their squares.
+
+    They are those of the nearest point that `nearest_on_segments` gives, with
+    the same bits; without branches, so that a processor does several at once.
+    """
+    sx = segments[s, 0]
+    sy = segments[s, 1]
+    ax = segments[s, 2] - sx
+    ay = segments[s, 3] - sy
+    length2 = ax * ax + ay * ay
+    if length2 == 0:
+        length2 = 1.0
+    for step in range(STEPS):
+        t = ((px[step] - sx) * ax + (py[step] - sy) * ay) / length2
+        t = min(max(t, 0.0), 1.0)
+        x = px[step] - (sx + t * ax)
+        y = py[step] - (sy + t * ay)
+        dx[step] = x
+        dy[step] = y
+        d2[step] = x * x + y * y
+
+
+@jit
+def _widths_of_side(px, py, ex, ey, sign, limits, beside, walls):
+    """Returns how far the walls of one side seem at each place.
+
+    Args:
+        px: Shape (STEPS,), from `places_ahead`, as is `py`.
+        py: See there.
+        ex: The direction of the way.
+        ey: See there.
+        sign: 1 for the left side, -1 for the right.
+        limits: Shape (STEPS,): what is farther than this does not count, in
+            meters. It changes.
+        beside: From `walls_beside`.
+        walls: The walls.
+
+    Returns:
+        Shape (STEPS,), infinite where nothing counts: see `passage_width`.
+    """
+    near, _, left, least = beside
+    dx = np.empty(STEPS)
+    dy = np.empty(STEPS)
+    d2 = np.empty(STEPS)
+    felt = np.full(STEPS, np.inf)
+    for i in range(len(near)):
+        if left[i] * sign < 0 or least[i] >= limits.max():
+            continue
+        _offsets(px, py, walls.segments, near[i], dx, dy, d2)
+        for step in range(STEPS):
+            if d2[step] >= limits[step] * abs(limits[step]):
+                continue
+            aside = sign * (ey * dx[step] - ex * dy[step])
+            if aside > 0:
+                away = math.sqrt(d2[step])
+                seems = away * math.sqrt(math.sqrt(away / aside))
+                felt[step] = min(felt[step], seems)
+                limits[step] = min(limits[step], felt[step])
+    return felt
+
+
+@jit
+def passage_width(px, py, ex, ey, beside, walls):
+    """Returns how wide the way of a person is, in meters.
+
+    It is the least sum of the distances to walls on the left and on the right
+    of a place; infinite, or at least WIDEST, where there is no passage. Walls
+    rather ahead or behind than beside are farther than they are, so that it
+    changes continuously when somebody moves or turns.
+
+    The arguments are those of `_widths_of_side`.
+    """
+    near, _, left, least = beside
+    free_left = np.inf
+    free_right = np.inf
+    for i in range(len(near)):
+        if left[i] >= 0:
+            free_left = min(free_left, least[i])
+        if left[i] <= 0:
+            free_right = min(free_right, least[i])
+    if free_left + free_right >= WIDEST:
+        return np.inf
+    limits = np.full(STEPS, WIDEST - free_right)
+    first = _widths_of_side(px, py, ex, ey, 1.0, limits, beside, walls)
+    for step in range(STEPS):
+        limits[step] = WIDEST - first[step] + _HAIR
+    second = _widths_of_side(px, py, ex, ey, -1.0, limits, beside, walls)
+    return (first + second).min()
+
+
+@jit
+def offsets_of_shapes(px, py, beside, walls):
+    """Returns where the nearest points of the shapes beside a way are.
+
+    Returns:
+        Shape (3, k, STEPS): x and y of a place minus those of the nearest
+        point, and the squared distance. It is exact where it is below that of
+        WIDEST.
+    """
+    near, shapes, _, _ = beside
+    dx = np.empty(STEPS)
+    dy = np.empty(STEPS)
+    d2 = np.empty(STEPS)
+    found = np.empty((3, len(near), STEPS))
+    count = 0
+    for i in range(len(near)):
+        if i == 0 or shapes[i] != shapes[i - 1]:
+            found[:2, count] = 0.0
+            found[2, count] = np.inf
+            count += 1
+        _offsets(px, py, walls.segments, near[i], dx, dy, d2)
+        for step in range(STEPS):
+            if d2[step] < found[2, count - 1, step]:
+                found[0, count - 1, step] = dx[step]
+                found[1, count - 1, step] = dy[step]
+                found[2, count - 1, step] = d2[step]
+    return found[:, :count]
+
+
+@jit
+def push_back(px, py, ex, ey, own, k, pull, felt, found):
+    """Returns the most that walls push back on a way, if above the pull.
+
+    Else it is any number up to the pull, in m/s^2. The force is asked for only
+    where what is near might push as much.
+
+    Args:
+        px: Shape (STEPS,), from `places_ahead`, as is `py`.
+        py: See there.
+        ex: The direction of the way.
+        ey: See there.
+        own: The radius and the obstacle factor of the person.
+        k: The parameters of the person.
+        pull: In m/s^2.
+        felt: The walls, how far they are felt, and how many.
+        found: From `offsets_of_shapes`.
+    """
+    walls, reach, most = felt
+    radius, factor = own
+    depth = min((radius - WIDEST) / k[SIGMA], MOST)
+    bounds = np.full(STEPS, len(walls.solid) * abs(factor) * math.exp(depth))
+    for j in range(found.shape[1]):
+        for step in range(STEPS):
+            d2 = found[2, j, step]
+            back = -(ex * found[0, j, step] + ey * found[1, j, step]) * factor
+            if back > 0 and 0 < d2 < WIDEST * WIDEST:
+                near = math.sqrt(d2)
+                depth = min((radius - near) / k[SIGMA], MOST)
+                bounds[step] += back / near * math.exp(depth)
+    back = 0.0
+    for _ in range(STEPS):
+        step = np.argmax(bounds)
+        if bounds[step] * (1 + _HAIR) + _HAIR <= max(back, pull):
+            break
+        bounds[step] = -1.0
+        fx, fy = wall_force(
+            *(px[step], py[step], radius, factor), *(k, walls, reach, most)
+        )
+        back = max(back, -(fx * ex + fy * ey))
+    return back

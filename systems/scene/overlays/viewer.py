@@ -1,0 +1,144 @@
+"""Publishes the figures to Meshcat, while somebody looks or it records."""
+
+from typing import TYPE_CHECKING
+
+from pydrake.geometry import (
+    MeshcatVisualizer,
+    MeshcatVisualizerParams,
+    SceneGraph,
+)
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.systems.framework import (
+    Context,
+    DiagramBuilder,
+    EventStatus,
+    InputPort,
+    LeafSystem,
+)
+from pydrake.systems.rendering import MultibodyPositionToGeometryPose
+
+if TYPE_CHECKING:
+    from pydrake.geometry import Meshcat, MeshcatAnimation
+
+# While nobody looks, one frame of so many is published: whoever opens the page
+# of a trial that rests sees it about as it is.
+_UNSEEN = 64
+
+
+class MeshcatViewer(LeafSystem):
+    """Publishes the geometry of a plant to Meshcat, where it is of use.
+
+    .. pydrake_system::
+
+        name: MeshcatViewer
+        input_ports:
+        - positions
+
+    Port `positions` takes the generalized positions of the plant. It publishes
+    every `period`, but only now and then while no browser is connected and
+    nothing is recorded, for that is most of the cost; when forced to publish,
+    it always does.
+
+    It records as Drake's MeshcatVisualizer does, by methods of the same names.
+
+    It has no state. Geometry and poses are those of a diagram of its own, with
+    a SceneGraph, whose Context is written anew for each frame. Whether it
+    records is, like what it has drawn, a matter of the Meshcat, not of a trial.
+    """
+
+    def __init__(
+        self,
+        plant: MultibodyPlant,
+        scene_graph: SceneGraph,
+        meshcat: "Meshcat",
+        *,
+        period: float,
+    ) -> None:
+        """Constructs a MeshcatViewer.
+
+        Args:
+            plant: Finalized; a source of geometry of the SceneGraph.
+            scene_graph: The geometry as it is now; it is copied.
+            meshcat: Where it publishes.
+            period: The time between two frames, in seconds.
+        """
+        super().__init__()
+        self._meshcat = meshcat
+        self._period = period
+        self._records = False
+        builder = DiagramBuilder()
+        shown = builder.AddSystem(scene_graph.Clone())
+        poses = builder.AddSystem(MultibodyPositionToGeometryPose(plant))
+        builder.Connect(
+            poses.get_output_port(),
+            shown.get_source_pose_port(plant.get_source_id()),
+        )
+        builder.ExportInput(poses.get_input_port(), "positions")
+        self._visualizer = MeshcatVisualizer.AddToBuilder(
+            builder,
+            shown,
+            meshcat,
+            MeshcatVisualizerParams(publish_period=period),
+        )
+        self._shown = builder.Build()
+        self._scratch = self._shown.CreateDefaultContext()
+        self._positions = self.DeclareVectorInputPort(
+            "positions", plant.num_positions()
+        )
+        self.DeclareInitializationPublishEvent(self._Clear)
+        self.DeclarePeriodicPublishEvent(period, 0.0, self._PublishIfDue)
+        self.DeclareForcedPublishEvent(self._Publish)
+
+    def get_positions_input_port(self) -> InputPort:
+        """Returns the port for the positions of the plant."""
+        return self._positions
+
+    def is_due(self, context: Context) -> bool:
+        """Returns whether the present frame is worth to be published.
+
+        All are while a browser shows the Meshcat, and while it records.
+        """
+        return (
+            self._records
+            or self._meshcat.GetNumActiveConnections() > 0
+            or round(context.get_time() / self._period) % _UNSEEN == 0
+        )
+
+    def StartRecording(self, **options: bool) -> None:
+        """Begins to record each frame; see Drake's MeshcatVisualizer."""
+        self._visualizer.StartRecording(**options)
+        self._records = True
+
+    def StopRecording(self) -> None:
+        """Records no more frames."""
+        self._visualizer.StopRecording()
+        self._records = False
+
+    def PublishRecording(self) -> None:
+        """Sends what is recorded to Meshcat."""
+        self._visualizer.PublishRecording()
+
+    def DeleteRecording(self) -> None:
+        """Forgets what is recorded."""
+        self._visualizer.DeleteRecording()
+
+    def get_mutable_recording(self) -> "MeshcatAnimation":
+        """Returns what is recorded."""
+        return self._visualizer.get_mutable_recording()
+
+    def _Clear(self, context: Context) -> EventStatus:
+        self._visualizer.Delete()
+        return EventStatus.Succeeded()
+
+    def _PublishIfDue(self, context: Context) -> EventStatus:
+        if self.is_due(context):
+            return self._Publish(context)
+        return EventStatus.DidNothing()
+
+    def _Publish(self, context: Context) -> EventStatus:
+        self._scratch.SetTime(context.get_time())
+        self._shown.get_input_port().FixValue(
+            self._scratch, self._positions.Eval(context)
+        )
+        self._shown.ForcedPublish(self._scratch)
+        return EventStatus.Succeeded()

@@ -1,0 +1,262 @@
+"""Which corner of the world to walk to next, compiled by numba.
+
+Most corners are hidden from where somebody is, by walls that hide them from
+all around. What hid a corner from a cell of the floor is remembered, and looked
+at first when the cell is asked about again: see `Hidden`. That saves time, and
+never changes a result.
+
+The arguments have the names and units that `walls.py` tells.
+"""
+
+import math
+from typing import NamedTuple
+
+import numba
+from numba import float64
+import numpy as np
+
+from hunav_drake.systems.common.kernels import (
+    MATRIX,
+    REAL,
+    VECTOR,
+    WALLS,
+    jit,
+    jit_as,
+)
+from hunav_drake.systems.world.sweep import crosses
+from hunav_drake.systems.world.visibility_graph import (
+    SQUEEZED,
+    blocker,
+    sees,
+    stops,
+)
+from hunav_drake.systems.world.walls import opened
+
+# Ways whose lengths differ less are equal, in meters.
+_SAME = 1e-9
+
+# With this part of the clearance, ways lead on where they would turn back.
+_SLACK = 0.8
+
+# Who is nearer to a vertex than this part of the clearance does not step aside
+# to it.
+_NEAR = 0.2
+
+# The side of a cell, in meters, and how far around it a wall must hide a
+# corner, so that rounding does not matter.
+_CELL = 0.25
+_MARGIN = 1e-6
+
+# How many numbers are remembered, at most: 16 MB.
+_MOST = 2**22
+
+# What is remembered of a corner and a cell: a segment that hid it from a place
+# there counts from 1.
+_UNKNOWN = 0
+_HIDDEN = -1
+
+
+class Hidden(NamedTuple):
+    """What hides the vertices of a map of ways from the cells of the floor.
+
+    Attributes:
+        cells: Shape (c, 2): the column and row of the cell that is remembered
+            in each place.
+        hiders: Shape (c, m): _HIDDEN for a vertex that is nowhere seen from in
+            the cell, 1 + the number of a segment that hid it from somewhere
+            in it, or _UNKNOWN.
+    """
+
+    cells: np.ndarray
+    hiders: np.ndarray
+
+
+def nothing_hidden(vertices: int) -> Hidden:
+    """Returns a memory for so many vertices that knows nothing yet."""
+    places = max(_MOST // max(vertices, 1), 1)
+    # (Pages that nobody writes to take no memory.)
+    return Hidden(
+        np.zeros((places, 2), dtype=np.int64),
+        np.zeros((places, vertices), dtype=np.int32),
+    )
+
+
+_HIDDEN_TYPE = numba.types.NamedTuple(
+    (numba.int64[:, ::1], numba.int32[:, ::1]), Hidden
+)
+
+
+@jit
+def _remembered(x, y, hidden):
+    """Returns the cell of a place, and what hides vertices from there."""
+    column = math.floor(x / _CELL)
+    row = math.floor(y / _CELL)
+    place = (column * 7919 + row * 104729) % len(hidden.cells)
+    cell = hidden.cells[place]
+    hiders = hidden.hiders[place]
+    if cell[0] != column or cell[1] != row:
+        cell[0] = column
+        cell[1] = row
+        hiders[:] = _UNKNOWN
+    return column, row, hiders
+
+
+@jit
+def _hides_from_all(column, row, qx, qy, walls, s):
+    """Tells whether segment `s` hides a point from all places of a cell.
+
+    It does if it lies across the lines to all four corners: the places from
+    where it does are a convex set.
+    """
+    for i in range(2):
+        for j in range(2):
+            x = (column + i) * _CELL + (2 * i - 1) * _MARGIN
+            y = (row + j) * _CELL + (2 * j - 1) * _MARGIN
+            if not crosses(x, y, qx, qy, walls.segments, s):
+                return False
+    return True
+
+
+@jit
+def _is_hidden(x, y, vertex, clearance, vertices, known, walls):
+    """Tells whether a vertex cannot be seen from (x, y): see `sees`.
+
+    `known` is what `_remembered` gives for the place.
+    """
+    column, row, hiders = known
+    hider = hiders[vertex]
+    if hider == _HIDDEN:
+        return True
+    vx = vertices[vertex, 0]
+    vy = vertices[vertex, 1]
+    if hider != _UNKNOWN and stops(x, y, vx, vy, clearance, walls, hider - 1):
+        return True
+    s = blocker(x, y, vx, vy, clearance, walls)
+    if s < 0:
+        return False
+    hides = _hides_from_all(column, row, vx, vy, walls, s)
+    hiders[vertex] = _HIDDEN if hides else s + 1
+    return True
+
+
+@jit
+def _turns_back(x, y, vx, vy, ox, oy, clearance):
+    """Tells whether one goes back to v before o, or, near v, aside to it.
+
+    In a door that is just a way, nobody should turn back for a hair.
+    """
+    vx -= x
+    vy -= y
+    ox -= x
+    oy -= y
+    leg = math.hypot(vx, vy)
+    along = vx * ox + vy * oy
+    cosine = 0.0 if leg < _NEAR * clearance else -0.5
+    return along < cosine * leg * math.hypot(ox, oy)
+
+
+@jit
+def _choice(x, y, legs, ways, clearance, vertices, known, walls):
+    """Returns the vertex in sight of (x, y) with the shortest way, or -1.
+
+    `legs` (m,) are the distances to the vertices (m, 2), `ways` (m,) those to
+    the place by way of them, in meters; infinite where that is known to be
+    hidden. `known` is what `_remembered` gives.
+    """
+    if len(ways) == 0:
+        return -1
+    # One that is near is likely to be seen, and spares a look at many others.
+    shortest = math.inf
+    nearest = np.argmin(legs)
+    if ways[nearest] < math.inf and not _is_hidden(
+        x, y, nearest, clearance, vertices, known, walls
+    ):
+        shortest = ways[nearest]
+    # Of the others with shorter ways, the first in sight is the one.
+    shorter = np.flatnonzero(ways < shortest)
+    for v in shorter[np.argsort(ways[shorter])]:
+        if not _is_hidden(x, y, v, clearance, vertices, known, walls):
+            shortest = ways[v]
+            break
+    if shortest == math.inf:
+        return -1
+    choice = -1
+    alike = np.flatnonzero(
+        (ways >= shortest) & (ways <= shortest + 1e3 * _SAME)
+    )
+    for v in alike[np.argsort(ways[alike], kind="mergesort")]:
+        if choice >= 0 and ways[v] > ways[choice] + _SAME:
+            break
+        # Of equal ways the one with the farther waypoint: a person who
+        # stands on a vertex looks on to the next.
+        if (choice < 0 or legs[v] > legs[choice]) and not _is_hidden(
+            x, y, v, clearance, vertices, known, walls
+        ):
+            choice = v
+    return choice
+
+
+@jit_as(
+    numba.types.UniTuple(float64, 2),
+    *(REAL, REAL, REAL, REAL, VECTOR, REAL, VECTOR, REAL, MATRIX),
+    *(_HIDDEN_TYPE, WALLS),
+)
+def waypoint(
+    x,
+    y,
+    goal_x,
+    goal_y,
+    place,
+    last_clearance,
+    to_place,
+    clearance,
+    vertices,
+    hidden,
+    table,
+):
+    """Returns the point to walk to next from (x, y), on the way to a goal.
+
+    Args:
+        x: In meters, like all places and lengths.
+        y: See there.
+        goal_x: Where to go.
+        goal_y: See there.
+        place: What `standing_place` gives for the goal, shape (2,).
+        last_clearance: That of the last leg.
+        to_place: Shape (m,): the length of the shortest way from each vertex
+            to the place; infinity where there is none.
+        clearance: That of the other legs.
+        vertices: Shape (m, 2).
+        hidden: What hides vertices, as far as is known; it learns.
+        table: `Obstacles.table`.
+    """
+    walls = opened(table)
+    if sees(x, y, place[0], place[1], last_clearance, walls):
+        # In front of the furniture that the goal is in, people lean towards
+        # the goal, and come to rest there.
+        if math.hypot(place[0] - x, place[1] - y) < 2 * clearance:
+            return goal_x, goal_y
+        return place[0], place[1]
+    known = _remembered(x, y, hidden)
+    hiders = known[2]
+    count = len(vertices)
+    legs = np.full(count, np.inf)
+    ways = np.full(count, np.inf)
+    for v in range(count):
+        if hiders[v] != _HIDDEN:
+            legs[v] = math.hypot(vertices[v, 0] - x, vertices[v, 1] - y)
+            ways[v] = legs[v] + to_place[v]
+    choice = _choice(x, y, legs, ways, clearance, vertices, known, walls)
+    if choice >= 0 and legs[choice] < 2 * clearance:
+        slack = _SLACK * clearance
+        vx, vy = vertices[choice]
+        other = _choice(x, y, legs, ways, slack, vertices, known, walls)
+        ox, oy = vertices[other]
+        if _turns_back(x, y, vx, vy, ox, oy, clearance):
+            choice = other
+    if choice < 0:
+        squeezed = SQUEEZED * clearance
+        choice = _choice(x, y, legs, ways, squeezed, vertices, known, walls)
+    if choice < 0:
+        return goal_x, goal_y
+    return vertices[choice, 0], vertices[choice, 1]

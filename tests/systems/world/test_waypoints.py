@@ -1,0 +1,104 @@
+"""What hides corners is remembered, and never changes where people go."""
+
+from hypothesis import given, settings, strategies as st
+import numpy as np
+import pytest
+
+from hunav_drake.systems.world import visibility_graph, waypoints
+from hunav_drake.systems.world.obstacles import Obstacles, inside
+from hunav_drake.systems.world.routes import RouteMap
+from tests.benchmarks.house import SIZE, house
+
+CLEARANCE = 0.3
+
+
+@pytest.fixture(scope="module")
+def world():
+    return house(500)
+
+
+def places(world, count, seed):
+    """Places in the house, also in furniture and beside walls."""
+    rng = np.random.default_rng(seed)
+    return rng.uniform((0, 0), SIZE, (count, 2))
+
+
+def unremembered(dut, p, goal):
+    """The next waypoint, of a memory that knows nothing."""
+    fresh = RouteMap(dut.obstacles, dut.sight, dut.vertices, dut.ways)
+    return fresh.next_waypoint(p, goal)
+
+
+def test_what_is_remembered_changes_no_waypoint(world):
+    dut = RouteMap.from_obstacles(world, clearance=CLEARANCE)
+    goals = places(world, 4, 1)
+    walkers = places(world, 25, 2)
+    rng = np.random.default_rng(3)
+    for _ in range(6):
+        walkers = walkers + rng.uniform(-0.15, 0.15, walkers.shape)
+        for p in walkers:
+            for goal in goals:
+                np.testing.assert_array_equal(
+                    dut.next_waypoint(p, goal), unremembered(dut, p, goal)
+                )
+
+
+def test_what_is_remembered_as_hidden_is_seen_from_nowhere_in_the_cell(world):
+    dut = RouteMap.from_obstacles(world, clearance=CLEARANCE)
+    for p in places(world, 60, 4):
+        dut.next_waypoint(p, (0.5, 0.5))
+    cells, hiders = dut._hidden
+    rng = np.random.default_rng(5)
+    known = np.argwhere(hiders < 0)
+    assert len(known) > 1000
+    for place, vertex in known[rng.choice(len(known), 300)]:
+        size = waypoints._CELL
+        starts = (cells[place] + rng.uniform(0, 1, (10, 2))) * size
+        goals = np.tile(dut.vertices[vertex], (len(starts), 1))
+        # Not even with hardly any clearance.
+        assert visibility_graph.blocked(starts, goals, 1e-6, world.table).all()
+
+
+def test_the_memory_forgets_cells_and_stays_right(world, monkeypatch):
+    """A memory of three cells, of which each takes the place of others."""
+    dut = RouteMap.from_obstacles(world, clearance=CLEARANCE)
+    monkeypatch.setattr(waypoints, "_MOST", 3 * len(dut.vertices))
+    small = RouteMap(dut.obstacles, dut.sight, dut.vertices, dut.ways)
+    assert len(small._hidden.cells) == 3
+    for p in places(world, 60, 6):
+        np.testing.assert_array_equal(
+            small.next_waypoint(p, (15.0, 10.5)),
+            dut.next_waypoint(p, (15.0, 10.5)),
+        )
+
+
+@given(
+    st.lists(
+        st.tuples(*4 * [st.floats(-4, 4)]), min_size=1, max_size=6, unique=True
+    ),
+    st.tuples(st.floats(-5, 5), st.floats(-5, 5)),
+)
+@settings(max_examples=40, deadline=None)
+def test_ways_are_those_that_vertices_see(rows, goal):
+    """Vertices see each other in whatever order they are asked for."""
+    boxes = [
+        np.array([[x, y], [x + w, y], [x + w, y + h], [x, y + h]])
+        for x, y, w, h in np.round(rows, 3)
+        if abs(w) > 0.1 and abs(h) > 0.1
+    ]
+    if not boxes:
+        return
+    world = Obstacles.from_shapes(boxes, solid=[True] * len(boxes))
+    dut = RouteMap.from_obstacles(world, clearance=CLEARANCE)
+    m = len(dut.vertices)
+    i, j = np.tril_indices(m, -1)
+    seen = ~visibility_graph.blocked(
+        dut.vertices[i], dut.vertices[j], dut.sight, dut.obstacles.table
+    )
+    np.testing.assert_array_equal(
+        dut.ways[:, :2], np.column_stack([i, j])[seen].reshape(-1, 2)
+    )
+    lengths = np.hypot(*(dut.vertices[i] - dut.vertices[j]).T)[seen]
+    np.testing.assert_allclose(dut.ways[:, 2], lengths)
+    if not inside(world, np.array([goal])).any():
+        np.testing.assert_array_equal(dut.next_waypoint(goal, goal), goal)
