@@ -37,11 +37,14 @@ class SuiteResult:
         self.suite = suite
         self.cells = list(cells)
         self.folder = folder
-        places = {cell.name: i for i, cell in enumerate(self.cells)}
-        seeds = {seed: i for i, seed in enumerate(suite.seed_list())}
+        order = {
+            (cell.name, seed): (place, i)
+            for place, cell in enumerate(self.cells)
+            for i, seed in enumerate(suite.seed_list(cell.scenario))
+        }
         self.rows = sorted(
-            (row for row in rows if row.seed in seeds and row.cell in places),
-            key=lambda row: (places[row.cell], seeds[row.seed], row.repetition),
+            (row for row in rows if (row.cell, row.seed) in order),
+            key=lambda row: (*order[row.cell, row.seed], row.repetition),
         )
 
     @property

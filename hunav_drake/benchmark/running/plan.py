@@ -25,7 +25,7 @@ class CellPlan:
         self.cell = cell
         self._runs = [
             (seed, repetition)
-            for seed in suite.seed_list()
+            for seed in suite.seed_list(cell.scenario)
             for repetition in range(suite.repetitions)
         ]
         self._until = suite.until

@@ -111,7 +111,8 @@ class SfwPlanner(NavigationPlanner):
     people_velocity: PositiveSpeed = 1.7
 
     # Whether the velocity of the robot in the forces is that along its own axes
-    # instead of those of the world: an oversight of the original.
+    # instead of those of its odometry, which begins where the robot does: an
+    # oversight of the original. A robot that has not turned notices nothing.
     legacy_body_frame_velocity: StrictBool = False
 
     def control(
@@ -126,4 +127,4 @@ class SfwPlanner(NavigationPlanner):
         # Reading a scenario does without numba.
         from hunav_drake.systems.planning.social.sfw_cycle import choose
 
-        return choose(self, task, view, local, costmap)
+        return choose(self, task, view, local, costmap, memory)

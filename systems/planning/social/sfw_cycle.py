@@ -75,7 +75,7 @@ def set_up(planner: "SfwPlanner", task: PlanningTask) -> Setup:
         prediction.VELOCITY_WEIGHT: planner.velocity_weight,
         prediction.ANGLE_WEIGHT: planner.angle_weight,
         prediction.DISTANCE_WEIGHT: planner.distance_weight,
-        prediction.BODY_FRAME: float(planner.legacy_body_frame_velocity),
+        prediction.ODOMETRY_YAW: math.nan,
     }.items():
         p[place] = value
     k = np.array([getattr(_FORCES, name) for name in PARAMETERS])
@@ -103,31 +103,40 @@ def choose(
     view: View,
     local: LocalPlan,
     costmap: Costmap,
+    odometry_yaw: float | None,
 ) -> Control:
-    """Returns the command of one cycle: see `SfwPlanner`."""
+    """Returns the command of one cycle: see `SfwPlanner`.
+
+    `odometry_yaw` is what it remembers: see `weigh`.
+    """
     x, y, yaw = view.robot[: YAW + 1].tolist()
+    if odometry_yaw is None:
+        odometry_yaw = yaw if planner.legacy_body_frame_velocity else math.nan
     end = local.poses[-1]
     left = math.hypot(end[X] - x, end[Y] - y)
     if left < planner.xy_goal_tolerance:
         error = wrap_angle(float(end[YAW]) - yaw)
         if abs(error) < planner.yaw_goal_tolerance:
-            return Control(0.0, 0.0)
+            return Control(0.0, 0.0, odometry_yaw)
         turn = planner.min_in_place_rot_vel
-        return Control(0.0, math.copysign(turn, error))
+        return Control(0.0, math.copysign(turn, error), odometry_yaw)
     carrot = carrot_at(view, local, planner.wp_tolerance)
     if left < planner.slow_distance:
         pair = _towards(planner, view, carrot, left)
         costs = weigh(
-            planner, task, view, carrot, costmap, np.array([pair])
+            *(planner, task, view, carrot, costmap),
+            *(np.array([pair]), odometry_yaw),
         ).costs
         if math.isfinite(costs[0]):
-            return Control(*pair)
-    weighed = weigh(planner, task, view, carrot, costmap)
+            return Control(*pair, odometry_yaw)
+    weighed = weigh(
+        planner, task, view, carrot, costmap, odometry_yaw=odometry_yaw
+    )
     best = int(np.argmin(weighed.costs))
     if not math.isfinite(weighed.costs[best]):
-        return Control(0.0, 0.0, fault="each way ahead leads into something")
+        return Control(0.0, 0.0, odometry_yaw, "each way ahead leads into something")
     v, omega = weighed.velocities[best].tolist()
-    return Control(v, omega)
+    return Control(v, omega, odometry_yaw)
 
 
 def _towards(
@@ -150,6 +159,7 @@ def weigh(
     carrot: tuple[float, float],
     costmap: Costmap,
     velocities: Array | None = None,
+    odometry_yaw: float = math.nan,
 ) -> Weighed:
     """Returns candidates and their costs, also for those who look at them.
 
@@ -161,6 +171,8 @@ def weigh(
         costmap: The local map.
         velocities: What to weigh, shape (m, 2), rows (v, omega); by default
             the 44 candidates.
+        odometry_yaw: The direction that the robot's velocity is taken along
+            in the forces, in radians; NaN for its heading.
     """
     setup = planner.once(task, "sfw", lambda: set_up(planner, task))
     velocities = setup.candidates if velocities is None else velocities
@@ -172,11 +184,15 @@ def weigh(
     goals = np.ascontiguousarray(
         np.vstack([[carrot], humans[:, [X, Y]] + ahead])
     )
+    p = setup.p
+    if not math.isnan(odometry_yaw):
+        p = p.copy()
+        p[prediction.ODOMETRY_YAW] = odometry_yaw
     costs = prediction.candidate_costs(
         *(robot, velocities, humans, goals),
         _points(planner, task, view),
         *(costmap.costs, *costmap.origin, costmap.resolution),
-        *(planner.setup(task).footprint, setup.p, setup.k),
+        *(planner.setup(task).footprint, p, setup.k),
     )
     return Weighed(velocities, costs)
 
