@@ -9,8 +9,8 @@ from hunav_drake.systems.common.arrays import Array, Mask
 from hunav_drake.systems.common.layout import OMEGA, RADIUS, VX, VY, YAW, X, Y
 from hunav_drake.systems.common.poses import is_at_goal, wrap_angles
 from hunav_drake.systems.crowd.social_force.numpy_forces import (
-    obstacle_force,
     hunavsim_pair_force,
+    obstacle_force,
     pair_force,
 )
 from hunav_drake.systems.people.parameters import SocialForceParameters

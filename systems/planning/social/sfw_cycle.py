@@ -134,7 +134,9 @@ def choose(
     )
     best = int(np.argmin(weighed.costs))
     if not math.isfinite(weighed.costs[best]):
-        return Control(0.0, 0.0, odometry_yaw, "each way ahead leads into something")
+        return Control(
+            0.0, 0.0, odometry_yaw, "each way ahead leads into something"
+        )
     v, omega = weighed.velocities[best].tolist()
     return Control(v, omega, odometry_yaw)
 
