@@ -15,11 +15,11 @@ def extra_values(recording: Recording) -> dict[str, float]:
     """Returns further numbers of a recording, by name.
 
     "lowest_speed_near_people": the least speed of the robot while somebody's
-    body is within 1.2 m of its own, in m/s. "cruising_speed": the median of how
-    fast it came from one sample to the next, in m/s. "walked_per_person": the
-    length of the path of a person, in meters, on average.
-    "min_dist_to_person_1", ...: the least distance between the robot's body and each person's, in meters.
-    What has no value is NaN.
+    body is within 1.2 m of its own, in m/s. "cruising_speed": the median of
+    how fast it came from one sample to the next, in m/s. "walked_per_person":
+    the length of the path of a person, in meters, on average.
+    "min_dist_to_person_1", ...: the least distance between the robot's body
+    and each person's, in meters. What has no value is NaN.
     """
     robot, people = recording.robot, recording.humans
     offsets = people[:, :, [X, Y]] - robot[:, None, [X, Y]]
