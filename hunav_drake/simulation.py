@@ -248,6 +248,9 @@ def _result(
     evaluator = diagram.GetSubsystemByName("evaluator")
     recording = evaluator.GetRecording(evaluator.GetMyContextFromRoot(context))
     config = scenario.evaluator
+    recording = dataclasses.replace(
+        recording, hunavsim_forces=config.forces == "hunavsim"
+    )
     return MakeTrialResult(
         recording.with_stale_samples(config.stale_samples, config.period),
         scenario_name=scenario.name,

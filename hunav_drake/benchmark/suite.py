@@ -138,6 +138,9 @@ class Suite:
     # The seeds, or how many: n means 0 to n - 1. With `until`, the most.
     seeds: Seeds = 10
 
+    # The same for single scenarios, by name, instead of the above.
+    seeds_of: dict[Name, Seeds] = field(default_factory=dict)
+
     # How often each seed is run: more than once only shows whether a planner of
     # one's own repeats itself.
     repetitions: Annotated[Integer, Field(ge=1, le=1000)] = 1
@@ -151,11 +154,10 @@ class Suite:
     # Whether to test what holds in every run of the paper's experiment.
     identities: StrictBool = False
 
-    def seed_list(self) -> list[int]:
-        """Returns the seeds one by one."""
-        if isinstance(self.seeds, int):
-            return list(range(self.seeds))
-        return list(self.seeds)
+    def seed_list(self, scenario: str) -> list[int]:
+        """Returns the seeds of a scenario one by one."""
+        seeds: int | list[int] = self.seeds_of.get(scenario, self.seeds)
+        return list(range(seeds)) if isinstance(seeds, int) else list(seeds)
 
 
 def planner_overrides(choice: PlannerChoice) -> tuple[str, Mapping[str, Any]]:

@@ -119,11 +119,21 @@ class SuiteResult:
         """Returns the indices of the runs of the suite, in its order."""
         places = {cell.name: i for i, cell in enumerate(self.cells)}
         cells = np.array([places.get(it, -1) for it in table.texts("cell")])
-        chosen = np.array(self.suite.seed_list())
-        by_value = np.argsort(chosen, kind="stable")
-        found = np.searchsorted(chosen, table.seeds, sorter=by_value)
-        seeds = by_value[np.minimum(found, len(chosen) - 1)]
-        known = (cells >= 0) & (chosen[seeds] == table.seeds)
+        seeds = np.full(len(cells), -1)
+        for scenario in {cell.scenario for cell in self.cells}:
+            own = [
+                place
+                for place, cell in enumerate(self.cells)
+                if cell.scenario == scenario
+            ]
+            mine = np.flatnonzero(np.isin(cells, own))
+            chosen = np.array(self.suite.seed_list(scenario))
+            by_value = np.argsort(chosen, kind="stable")
+            drawn = table.seeds[mine]
+            found = np.searchsorted(chosen, drawn, sorter=by_value)
+            index = by_value[np.minimum(found, len(chosen) - 1)]
+            seeds[mine] = np.where(chosen[index] == drawn, index, -1)
+        known = (cells >= 0) & (seeds >= 0)
         order = np.lexsort((table.repetitions, seeds, cells))
         return order[known[order]]
 

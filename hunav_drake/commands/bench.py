@@ -181,14 +181,17 @@ def _bench(options: argparse.Namespace) -> int:
 
 def _suite(options: argparse.Namespace) -> "Suite":
     from hunav_drake.benchmark import LoadSuite
-    from hunav_drake.benchmark.suite import Until
+    from hunav_drake.benchmark.suite import Until, planner_overrides
 
     suite = LoadSuite(filename=options.suite)
     changes: dict[str, Any] = {}
     if options.seeds:
         changes["seeds"] = options.seeds
+        changes["seeds_of"] = {}
     if options.planner:
-        changes["planners"] = list(options.planner)
+        # One that the suite has is as there.
+        known = {planner_overrides(it)[0]: it for it in suite.planners}
+        changes["planners"] = [known.get(it, it) for it in options.planner]
     if options.overrides:
         changes["overrides"] = [*suite.overrides, *options.overrides]
     if options.beside:

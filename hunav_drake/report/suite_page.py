@@ -179,7 +179,7 @@ def _figures(
     if result.folder is None:
         return []
     runs: dict[str, Recording] = {}
-    seed = result.suite.seed_list()[0]
+    seed = result.suite.seed_list(scenario)[0]
     for cell in result.cells:
         path = recording_path(Path(result.folder), cell.name, seed)
         if cell.scenario == scenario and path.is_file():

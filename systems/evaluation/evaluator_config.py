@@ -15,7 +15,10 @@ from hunav_drake.systems.common.schema import CONFIG, Integer, within
 # inferred from its tables: a sample a second, of which the last is repeated
 # while the evaluator waits three seconds for more.
 EVALUATOR_PROFILES: Mapping[str, Mapping[str, Any]] = MappingProxyType(
-    {"default": {}, "paper": {"period": 1.0, "stale_samples": 3}}
+    {
+        "default": {},
+        "paper": {"period": 1.0, "stale_samples": 3, "forces": "hunavsim"},
+    }
 )
 
 
@@ -47,6 +50,12 @@ class EvaluatorConfig:
     # counts in means and shares, as in HuNavSim's evaluator, which goes on
     # recording for a while after the last message.
     stale_samples: Annotated[Integer, Field(ge=0, le=1000)] = 0
+
+    # How the metrics of forces are computed: "model", by the social force
+    # model; "hunavsim", as HuNavSim's evaluator does, which mixes up the
+    # arguments of an arctangent, so that they depend on how the world is
+    # turned, and is told of no walls near the robot.
+    forces: Literal["model", "hunavsim"] = "model"
 
     # The names of metrics (or their aliases), of families, or "all".
     metrics: list[StrictStr] = field(default_factory=lambda: ["all"])

@@ -9,6 +9,7 @@ from hunav_drake.systems.common.arrays import Array, Mask
 from hunav_drake.systems.common.layout import OMEGA, RADIUS, VX, VY, YAW, X, Y
 from hunav_drake.systems.common.poses import is_at_goal, wrap_angles
 from hunav_drake.systems.crowd.social_force.numpy_forces import (
+    hunavsim_pair_force,
     obstacle_force,
     pair_force,
 )
@@ -227,10 +228,13 @@ class Features:
         humans = self._recording.humans[sample, person]
         robot = self._recording.robot[sample]
         force = np.zeros(self.present.shape)
+        law = pair_force
+        if self._recording.hunavsim_forces:
+            law = hunavsim_pair_force
         for part in _blocks(len(sample)):
             dx, dy = (robot[part, i] - humans[part, i] for i in (X, Y))
             dvx, dvy = (humans[part, i] - robot[part, i] for i in (VX, VY))
-            length = np.hypot(*pair_force(dx, dy, dvx, dvy, FORCES))
+            length = np.hypot(*law(dx, dy, dvx, dvy, FORCES))
             force[sample[part], person[part]] = length
         return force
 
@@ -238,8 +242,11 @@ class Features:
     def obstacle_force_on_robot(self) -> Array:
         """The force of the walls on the robot, shape (N + 1,), in m/s^2.
 
-        NaN if the walls are not known.
+        NaN if the walls are not known; 0 as HuNavSim's evaluator computes
+        it, which is not told of them.
         """
+        if self._recording.hunavsim_forces:
+            return np.zeros(len(self._recording))
         given = self._recording.nearest_walls
         points = None if given is None else given[:, 0]
         return self._obstacle_force(self._recording.robot, points)

@@ -72,6 +72,8 @@ class Recording:
             tells, as in recordings from elsewhere.
         contact_forces_known: Whether their forces are computed, as for a robot
             that is a body of a plant; else they are 0.
+        hunavsim_forces: Whether metrics of forces are as HuNavSim's evaluator
+            computes them: see `EvaluatorConfig.forces`.
 
     Raises:
         ValueError: If an array has a wrong shape, a number is not finite or
@@ -97,6 +99,7 @@ class Recording:
     reference_path: Array | None = None
     contacts: Array | None = None
     contact_forces_known: bool = False
+    hunavsim_forces: bool = False
 
     def __post_init__(self) -> None:
         times = checked_array("times", self.times, (None,))

@@ -41,6 +41,7 @@ _OPTIONAL = {
     "walls_known": (_YES_NO, 0),
     "contacts": (_NUMBER, 3),
     "contact_forces_known": (_YES_NO, 0),
+    "hunavsim_forces": (_YES_NO, 0),
 }
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from hunav_drake.benchmark.comparison.means import Means
 from hunav_drake.systems.common.arrays import Array
 
-P, C, K = "passing", "crossing", "combined"
+P, C, K, FREE = "passing", "crossing", "combined", "free_run"
 PLANNERS = ("dwb", "scl", "sfw")
 
 # The lengths of the straight ways from start to goal, in meters.
@@ -26,7 +26,7 @@ def _all_runs(means: Means, metric: str) -> Array:
 
 def _paper_runs(means: Means, metric: str) -> Array:
     """Returns the values in Passing and Crossing."""
-    runs = [v for key, v in means.runs(metric).items() if key[1] != K]
+    runs = [v for key, v in means.runs(metric).items() if key[1] in (P, C)]
     if not runs:
         raise KeyError(metric)
     return np.concatenate(runs)
@@ -124,13 +124,20 @@ def _all_complete(means: Means) -> tuple[bool, str]:
         float(values.sum())
         for name in ("robot_on_person_collisions", "person_on_robot_collisions")
         for (_, scenario), values in means.runs(name).items()
-        if scenario != K
+        if scenario in (P, C)
     )
     completed = _paper_runs(means, "completed")
     return bool(completed.all()) and hits == 0, (
         f"{int(completed.sum())} of {len(completed)} complete, {hits:.0f}"
         " collisions"
     )
+
+
+def _cruises(means: Means) -> tuple[bool, str]:
+    runs = means.runs("cruising_speed")
+    speeds = {p: float(runs[p, FREE].mean()) for p in ("dwb", "sfw")}
+    told = ", ".join(f"{p} {v:.3f} m/s" for p, v in speeds.items())
+    return all(0.55 <= v <= 0.62 for v in speeds.values()), told
 
 
 # By number, scenarios and what they say.
@@ -142,4 +149,5 @@ IDENTITIES: tuple[tuple[int, str, str, Identity], ...] = (
     (5, "both", "length = mean speed x recorded time", _length_and_speed),
     (6, "both", "people walk as far, whatever the planner", _walked),
     (7, "both", "all runs complete, without collision", _all_complete),
+    (8, FREE, "cruising speed alone 0.55 to 0.62 m/s", _cruises),
 )

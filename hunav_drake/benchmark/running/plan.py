@@ -29,10 +29,11 @@ class CellPlan:
         self.cell = cell
         self._imports = imports
         self._repetitions = suite.repetitions
+        seeds = suite.seeds_of.get(cell.scenario, suite.seeds)
         self._seeds: Sequence[int] = (
-            range(suite.seeds)
-            if isinstance(suite.seeds, int)
-            else suite.seed_list()
+            range(seeds)
+            if isinstance(seeds, int)
+            else suite.seed_list(cell.scenario)
         )
         self._places = (
             {}

@@ -1,10 +1,21 @@
 """The social force model, as HuNavSim uses it."""
 
+from types import SimpleNamespace
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import StrictFloat
+from pydantic import StrictBool, StrictFloat
 from pydantic.dataclasses import dataclass
 
+from hunav_drake.systems.common.layout import (
+    OBSTACLE_FORCE,
+    TOTAL_FORCE,
+    VX,
+    VY,
+    Command,
+    Hold,
+    X,
+    Y,
+)
 from hunav_drake.systems.common.schema import CONFIG, within
 from hunav_drake.systems.crowd.motion_model import (
     Array,
@@ -13,6 +24,8 @@ from hunav_drake.systems.crowd.motion_model import (
     register_motion_model,
 )
 from hunav_drake.systems.crowd.social_force import hunavsim, kernel, numpy_model
+from hunav_drake.systems.crowd.social_force.numpy_forces import obstacle_force
+from hunav_drake.systems.people.parameters import K_OBSTACLE, SIGMA
 
 
 @register_motion_model("social_force")
@@ -39,6 +52,17 @@ class SocialForceModel(MotionModel):
     time_gap: Annotated[StrictFloat, within(0, 10, "s")] = 0.8
     speed_matching: Annotated[StrictFloat, within(0, 1)] = 0.35
 
+    # By the kernel "hunavsim": the radius of a robot's body that pushes people
+    # who do not react to it as a wall does, in meters; 0 for none. In Gazebo,
+    # hunav_gazebo_wrapper takes the nearest of all models for an obstacle, and
+    # leaves out people, but not robots.
+    robot_obstacle_radius: Annotated[StrictFloat, within(0, 5, "m")] = 0.0
+
+    # Whether who stops has no velocity even by the kernel "hunavsim", which
+    # keeps it for others to see. So it is in Gazebo, where
+    # hunav_gazebo_wrapper takes velocities from how places change.
+    measured_velocities: StrictBool = False
+
     follows: ClassVar[bool] = True
 
     def forces(self, snapshot: Snapshot) -> Array:
@@ -51,6 +75,8 @@ class SocialForceModel(MotionModel):
             forces = kernel.fast_social_forces(*arguments, self.error_bound)
         elif self.kernel == "hunavsim":
             forces = hunavsim.social_forces(*arguments)
+            if self.robot_obstacle_radius > 0:
+                _add_pushes(forces, snapshot, self.robot_obstacle_radius)
         else:
             forces = kernel.social_forces(*arguments)
         return forces
@@ -64,11 +90,29 @@ class SocialForceModel(MotionModel):
             states = hunavsim.advance(
                 *_arguments(snapshot), forces, snapshot.time_step
             )
+            if self.measured_velocities:
+                stays = snapshot.command[:, Command.HOLD] == Hold.STAY
+                states[stays, VX : VY + 1] = 0.0
             return states
         states = kernel.advance(
             snapshot.states, forces, snapshot.command, snapshot.time_step
         )
         return states
+
+
+def _add_pushes(forces: Array, snapshot: Snapshot, radius: float) -> None:
+    """Adds the forces of robots as obstacles of a radius, in place."""
+    x, y = snapshot.states[:, X], snapshot.states[:, Y]
+    k = SimpleNamespace(
+        obstacle_factor=snapshot.parameters[:, K_OBSTACLE],
+        obstacle_sigma=snapshot.parameters[:, SIGMA],
+    )
+    reach = snapshot.radii + radius
+    for robot in snapshot.robots:
+        push = obstacle_force(x - robot[X], y - robot[Y], reach, k)
+        for c in range(2):
+            forces[:, OBSTACLE_FORCE + c] += push[c]
+            forces[:, TOTAL_FORCE + c] += push[c]
 
 
 def _arguments(snapshot: Snapshot) -> tuple[Any, ...]:

@@ -79,6 +79,39 @@ def pair_force(
     )
     theta = wrap(theta + k.epsilon * b)
     theta = choose(abs(theta) >= THETA_ZERO, theta, 0.0)
+    return _pair_force(r, tx, ty, b, theta, defined, k)
+
+
+def hunavsim_pair_force(
+    dx: Array, dy: Array, dvx: Array, dvy: Array, parameters: Parameters
+) -> tuple[Array, Array]:
+    """Returns the social force as the evaluator of HuNavSim computes it.
+
+    The angle between the direction to the other and that of the interaction is
+    taken with the arguments of one arctangent mixed up (`sfm.py` of
+    hunav_evaluator, since 2023-03), so it depends on how the world is turned.
+    The arguments are those of `pair_force`, without epsilon.
+    """
+    k = parameters
+    r, nx, ny = direction(dx, dy)
+    size, tx, ty = direction(
+        k.lambda_importance * dvx + nx, k.lambda_importance * dvy + ny
+    )
+    theta = wrap(np.arctan2(ny, nx) - np.arctan2(tx, ty))
+    defined = (r > 0) & (size > 0)
+    return _pair_force(r, tx, ty, k.gamma * size, theta, defined, k)
+
+
+def _pair_force(
+    r: Array,
+    tx: Array,
+    ty: Array,
+    b: Array,
+    theta: Array,
+    defined: Any,
+    k: Parameters,
+) -> tuple[Array, Array]:
+    """Returns the force from the angle and the range of an interaction."""
     felt = defined & (r < LEAST * b)
     decay = -choose(felt, r, LEAST) / choose(felt, b, 1.0)
     slowing = k.n_prime * b * theta

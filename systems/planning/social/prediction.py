@@ -38,7 +38,7 @@ from hunav_drake.systems.planning.costmap.raster import READ_CELLS
     VELOCITY_WEIGHT,
     ANGLE_WEIGHT,
     DISTANCE_WEIGHT,
-    BODY_FRAME,
+    ODOMETRY_YAW,
 ) = range(15)
 NUM_PARAMETERS = 15
 
@@ -139,12 +139,11 @@ def predict(robot, v, omega, humans, goals, points, grid, polygon, p, k):
         y[i + 1] = humans[i, Y]
         vx[i + 1] = humans[i, VX]
         vy[i + 1] = humans[i, VY]
-    if p[BODY_FRAME] > 0:
-        vx[0] = speed
-        vy[0] = 0.0
-    else:
-        vx[0] = speed * math.cos(yaw)
-        vy[0] = speed * math.sin(yaw)
+    # (NaN for a velocity as it is.)
+    odometry = p[ODOMETRY_YAW]
+    heading = yaw if math.isnan(odometry) else odometry
+    vx[0] = speed * math.cos(heading)
+    vy[0] = speed * math.sin(heading)
     dt = p[DT]
     work = 0.0
     footprints = 0.0
@@ -186,11 +185,9 @@ def predict(robot, v, omega, humans, goals, points, grid, polygon, p, k):
         yaw += turn * dt
         x[0] = rx
         y[0] = ry
-        if p[BODY_FRAME] > 0:
-            vx[0] = speed
-        else:
-            vx[0] = speed * math.cos(yaw)
-            vy[0] = speed * math.sin(yaw)
+        heading = yaw if math.isnan(odometry) else odometry
+        vx[0] = speed * math.cos(heading)
+        vy[0] = speed * math.sin(heading)
         on_people = 0.0
         for i in range(1, n + 1):
             dx = rx - x[i]

@@ -118,7 +118,8 @@ class SfwPlanner(NavigationPlanner):
     patience: Period = 3.0
 
     # Whether the velocity of the robot in the forces is that along its own axes
-    # instead of those of the world: an oversight of the original.
+    # instead of those of its odometry, which begins where the robot does: an
+    # oversight of the original. A robot that has not turned notices nothing.
     legacy_body_frame_velocity: StrictBool = False
 
     def control(

@@ -81,7 +81,7 @@ def set_up(planner: "SfwPlanner", task: PlanningTask) -> Setup:
         prediction.VELOCITY_WEIGHT: planner.velocity_weight,
         prediction.ANGLE_WEIGHT: planner.angle_weight,
         prediction.DISTANCE_WEIGHT: planner.distance_weight,
-        prediction.BODY_FRAME: float(planner.legacy_body_frame_velocity),
+        prediction.ODOMETRY_YAW: math.nan,
     }.items():
         p[place] = value
     k = np.array([getattr(_FORCES, name) for name in PARAMETERS])
@@ -113,27 +113,38 @@ def choose(
 ) -> Control:
     """Returns the command of one cycle: see `SfwPlanner`."""
     x, y, yaw = view.robot[: YAW + 1].tolist()
+    odometry_yaw = math.nan
+    if planner.legacy_body_frame_velocity:
+        if memory.odometry_yaw is None:
+            memory = memory._replace(odometry_yaw=yaw)
+        odometry_yaw = memory.odometry_yaw or 0.0
     end = local.poses[-1]
     left = math.hypot(end[X] - x, end[Y] - y)
     if left < planner.xy_goal_tolerance:
         error = wrap_angle(float(end[YAW]) - yaw)
         if abs(error) < planner.yaw_goal_tolerance:
-            return Control(0.0, 0.0, SfwMemory())
+            return Control(0.0, 0.0, memory.anew())
         turn = planner.min_in_place_rot_vel
-        return Control(0.0, math.copysign(turn, error), SfwMemory())
+        return Control(0.0, math.copysign(turn, error), memory.anew())
     if not memory.cycles or math.hypot(memory.x - x, memory.y - y) > _SPOT:
-        memory = SfwMemory(x, y)
+        memory = memory.anew(x, y)
     memory = memory._replace(cycles=memory.cycles + 1)
     carrot = carrot_at(view, local, planner.wp_tolerance)
     if left < planner.slow_distance:
         pair = _towards(planner, view, carrot, left)
         costs = weigh(
-            planner, task, view, carrot, costmap, np.array([pair])
+            *(planner, task, view, carrot, costmap),
+            np.array([pair]),
+            odometry_yaw=odometry_yaw,
         ).costs
         if math.isfinite(costs[0]):
             return Control(*pair, memory)
     held = memory.cycles * planner.period > planner.patience
-    weighed = weigh(planner, task, view, carrot, costmap, walls=not held)
+    weighed = weigh(
+        *(planner, task, view, carrot, costmap),
+        walls=not held,
+        odometry_yaw=odometry_yaw,
+    )
     best = int(np.argmin(weighed.costs))
     if not math.isfinite(weighed.costs[best]):
         fault = "each way ahead leads into something"
@@ -164,6 +175,7 @@ def weigh(
     velocities: Array | None = None,
     *,
     walls: bool = True,
+    odometry_yaw: float = math.nan,
 ) -> Weighed:
     """Returns candidates and their costs, also for those who look at them.
 
@@ -176,6 +188,8 @@ def weigh(
         velocities: What to weigh, shape (m, 2), rows (v, omega); by default
             the 44 candidates.
         walls: Whether the forces of obstacles count.
+        odometry_yaw: The direction that the robot's velocity is taken along
+            in the forces, in radians; NaN for its heading.
     """
     setup = planner.once(task, "sfw", lambda: set_up(planner, task))
     velocities = setup.candidates if velocities is None else velocities
@@ -187,11 +201,15 @@ def weigh(
     goals = np.ascontiguousarray(
         np.vstack([[carrot], humans[:, [X, Y]] + ahead])
     )
+    p = setup.p
+    if not math.isnan(odometry_yaw):
+        p = p.copy()
+        p[prediction.ODOMETRY_YAW] = odometry_yaw
     costs = prediction.candidate_costs(
         *(robot, velocities, humans, goals),
         _points(planner, task, view) if walls else _NO_POINTS,
         *(costmap.costs, *costmap.origin, costmap.resolution),
-        *(planner.setup(task).footprint, setup.p, setup.k),
+        *(planner.setup(task).footprint, p, setup.k),
     )
     return Weighed(velocities, costs)
 

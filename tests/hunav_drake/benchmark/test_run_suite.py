@@ -342,3 +342,10 @@ def test_a_suite_in_python_is_that_of_a_file(suite):
         seeds=4,
     )
     assert made == suite
+
+
+def test_scenarios_may_have_seeds_of_their_own():
+    suite = LoadSuite(filename="paper")
+    assert suite.seed_list("passing") == list(range(10))
+    assert suite.seed_list("combined") == list(range(30))
+    assert suite.seed_list("free_run") == [0]

@@ -1,5 +1,6 @@
 """The recorded results of HuNavSim's evaluator, metric by metric."""
 
+import dataclasses
 import functools
 import json
 import math
@@ -137,6 +138,21 @@ def test_obstacle_forces_agree_but_for_the_number_of_points(case, request):
         assert values[name] / points == pytest.approx(
             expected, rel=1e-6, abs=1e-6
         )
+
+
+def test_forces_agree_where_they_are_asked_for_as_in_the_original(
+    case, request
+):
+    if "robot_id_equals" in request.node.name:
+        pytest.skip("there, a person with the robot's number is left out")
+    recording = dataclasses.replace(case.recording, hunavsim_forces=True)
+    values = compute_metrics(recording)
+    for name in ("social_force_on_agents", "social_force_on_robot"):
+        # (The original adds up in single precision.)
+        assert values[name] == pytest.approx(
+            case.final[name], rel=1e-5, abs=1e-6
+        ), request.node.name
+    assert values["obstacle_force_on_robot"] == 0.0
 
 
 def test_times_agree(case):
