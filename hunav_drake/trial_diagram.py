@@ -57,7 +57,7 @@ def MakeTrialDiagram(
     Raises:
         ScenarioError: If the scenario cannot be simulated.
     """
-    scenario = CheckScenario(scenario)
+    scenario = CheckScenario(scenario, ways=False)
     made_for = _fixed_parts(scenario)
     scenario, traffic = with_drawn_people(scenario)
     robot_config = scenario.robot

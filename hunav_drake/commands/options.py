@@ -97,11 +97,12 @@ def whole_number(least: int) -> Callable[[str], int]:
 
 
 def load_scenario(
-    scenario: str, options: Any, more: Sequence[str] = ()
+    scenario: str, options: Any, more: Sequence[str] = (), ways: bool = False
 ) -> "Scenario":
     """Loads the scenario that the options choose and change.
 
-    Of all changes, `more` are applied last. Faults are an InputError.
+    Of all changes, `more` are applied last; with `ways`, there must be ways to
+    the goals. Faults are an InputError.
     """
     from hunav_drake.scenario import LoadScenario, ScenarioError
 
@@ -113,4 +114,5 @@ def load_scenario(
             filename=scenario,
             scenario_name=options.name,
             overrides=[*options.overrides, *more],
+            ways=ways,
         )

@@ -106,6 +106,7 @@ def _run(options: argparse.Namespace) -> int:
     if options.overlays is not None:
         more.append(f"scene.overlays=[{', '.join(options.overlays)}]")
     scenario = load_scenario(options.scenario, options, more)
+    _warn_of_ways(scenario, options.scenario)
     if options.out is not None:
         check_out(options.out)
     from hunav_drake.results.trial_result import FormatMetricsTable
@@ -157,6 +158,18 @@ def _run(options: argparse.Namespace) -> int:
         input("Press Enter to close the view. ")
     completed = result.end_reason == "goal" or scenario.robot.goal is None
     return DONE if completed and not failed else FAILED
+
+
+def _warn_of_ways(scenario: "Scenario", source: str) -> None:
+    """Warns of goals that cannot be reached, before the trial shows it."""
+    from hunav_drake.scenario.building import Places
+    from hunav_drake.scenario.reachability import check_ways
+
+    for found in check_ways(scenario):
+        fault = dataclasses.replace(
+            Places().fault(found, scenario), source=source
+        )
+        print(f"hunav: warning: {fault}", file=sys.stderr)
 
 
 def _somebody_waits(options: argparse.Namespace) -> bool:

@@ -82,7 +82,7 @@ def _check(options: argparse.Namespace) -> int:
     from hunav_drake.systems.common.registry import name_of
 
     def describe(name: str) -> str:
-        scenario = load_scenario(name, options)
+        scenario = load_scenario(name, options, ways=True)
         people = len(scenario.humans) + scenario.population.number
         return (
             f"{people} {'person' if people == 1 else 'people'},"
