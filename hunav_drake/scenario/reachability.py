@@ -146,6 +146,18 @@ class FreeSpace:
         sides = dict.fromkeys(it for it in self.places if it in nearest)
         return Gap(low + high, (place.x, place.y), tuple(sides))
 
+    def nearest(self, place: Point) -> tuple[Loc, float] | None:
+        """Returns the nearest thing, and how far it is, in meters.
+
+        Args:
+            place: (x, y) in W, in meters.
+        """
+        if not self.shapes:
+            return None
+        point = shapely.Point(place)
+        number = int(self._tree.nearest(point))
+        return self.places[number], float(self.shapes[number].distance(point))
+
     def between(self, start: Point, goal: Point) -> Loc | None:
         """Returns the first thing on the straight line to a goal."""
         line = shapely.LineString([start, goal])
