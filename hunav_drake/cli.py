@@ -10,6 +10,7 @@ import io
 import os
 import sys
 import traceback
+from typing import Any
 import warnings
 
 from hunav_drake.commands.bench import add_bench_command
@@ -91,11 +92,33 @@ def _show_warning(message: Warning | str, *_: object) -> None:
     print(f"hunav: warning: {message}", file=sys.stderr)
 
 
+class _Version(argparse.Action):
+    """Prints the version; it is looked up only then."""
+
+    def __init__(self, option_strings: Any, dest: str, **settings: Any) -> None:
+        """Constructs an option without a value."""
+        super().__init__(option_strings, dest, nargs=0, **settings)
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> None:
+        """Prints the version of the package, of Python and of Drake."""
+        from importlib.metadata import version
+        import platform
+
+        print(
+            f"hunav_drake {version('hunav_drake')} (Python"
+            f" {platform.python_version()}, Drake {version('drake')})"
+        )
+        parser.exit()
+
+
 def _make_parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="hunav",
         description="Simulates people around robots, and measures how socially"
         " the robots navigate.",
+    )
+    parser.add_argument(
+        "--version", action=_Version, help="show the version and exit"
     )
     commands = parser.add_subparsers(title="commands", required=True)
     add_run_command(commands)
