@@ -96,11 +96,6 @@ def add_run_command(commands: Any) -> None:
     amount.add_argument(
         "--quiet", action="store_true", help="show no progress bar and no table"
     )
-    run.add_argument(
-        "--debug",
-        action="store_true",
-        help="show where in the code a broken planner fails",
-    )
     add_import_option(run)
 
 
@@ -145,7 +140,9 @@ def _run(options: argparse.Namespace) -> int:
         if not (options.quiet or options.json):
             bar = _progress_bar(scenario.simulation.duration)
             progress = stack.enter_context(bar)
-        on_error: Literal["end", "raise"] = "raise" if options.debug else "end"
+        on_error: Literal["end", "raise"] = "end"
+        if getattr(options, "debug", False):
+            on_error = "raise"
         if options.meshcat:
             result = _show(
                 *(scenario, options, diagram, meshcat, progress, on_error)
