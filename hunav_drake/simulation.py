@@ -7,7 +7,6 @@ import hashlib
 import math
 from typing import TYPE_CHECKING, Literal
 
-from pydantic import ValidationError
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, Diagram, EventStatus
 
@@ -30,6 +29,7 @@ from hunav_drake.scenario.schema import Scenario
 from hunav_drake.seeds import GetTrialSeed, SetTrialSeed
 from hunav_drake.systems.behavior import LoadBehavior
 from hunav_drake.systems.behavior.fingerprint import tree_fingerprint
+from hunav_drake.systems.common.plain_errors import ConfigError
 from hunav_drake.systems.common.registry import name_of
 from hunav_drake.systems.evaluation.trial_monitor import TrialStatus
 from hunav_drake.trial_diagram import CheckTrialDiagram, MakeTrialDiagram
@@ -206,7 +206,7 @@ def RunTrial(
 def _reseed(scenario: Scenario, seed: int) -> Scenario:
     try:
         simulation = dataclasses.replace(scenario.simulation, seed=seed)
-    except ValidationError as error:
+    except ConfigError as error:
         rule = f"must be a whole number in [0, 2^63), got {shown(seed)}"
         fault = Fault("RunTrial", 0, "seed", rule)
         raise ScenarioError("RunTrial", [fault]) from error
