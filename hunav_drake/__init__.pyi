@@ -53,5 +53,6 @@ from .simulation import (
 )
 from .systems.people import HumanConfig as HumanConfig
 from .systems.planning.planner_error import PlannerError as PlannerError
+from .systems.robot import AddBodyState as AddBodyState
 from .trial_diagram import MakeTrialDiagram as MakeTrialDiagram
 from .views.film import FilmConfig as FilmConfig, RenderFilm as RenderFilm

@@ -5,11 +5,13 @@ fast.
 """
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 import io
 import os
+import re
 import sys
 import traceback
+from typing import Any, NoReturn
 import warnings
 
 from hunav_drake.commands.bench import add_bench_command
@@ -24,13 +26,27 @@ from hunav_drake.commands.errors import (
     print_import_hint,
 )
 from hunav_drake.commands.metrics import add_metric_commands
+from hunav_drake.commands.options import AFTER_INTERRUPT, EXAMPLES
 from hunav_drake.commands.render import add_render_command
 from hunav_drake.commands.report import add_report_command
 from hunav_drake.commands.run import add_run_command
-from hunav_drake.commands.scenarios import add_scenario_commands
+from hunav_drake.commands.scenarios import (
+    add_completion_command,
+    add_new_command,
+    add_scenario_commands,
+)
 from hunav_drake.commands.tree import add_tree_commands
-from hunav_drake.commands.user_code import fault_of_user_code, import_user_code
+from hunav_drake.commands.user_code import (
+    fault_of_user_code,
+    import_user_code,
+    notes_of,
+)
 from hunav_drake.commands.validate import add_validate_command
+from hunav_drake.systems.common.suggest import did_you_mean
+
+_UNKNOWN_COMMAND = re.compile(
+    r"argument {.*invalid choice: '([^']*)' \(choose from (.*)\)"
+)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -52,9 +68,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
             code: int = options.function(options)
         sys.stdout.flush()
     except KeyboardInterrupt:
-        print("hunav: interrupted", file=sys.stderr)
+        words = sys.argv[1:] if arguments is None else arguments
+        hint = next((h for w in words if (h := AFTER_INTERRUPT.get(w))), "")
+        print(
+            f"hunav: interrupted{f': {hint}' if hint else ''}", file=sys.stderr
+        )
         return INTERRUPTED
     except InputError as error:
+        if getattr(options, "debug", False):
+            traceback.print_exc()
         print(f"hunav: {error}", file=sys.stderr)
         print_import_hint(error, options)
         return BAD_INPUT
@@ -80,10 +102,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
         # A planner of one's own may be named as module:Class, too.
         own = imports or ":" in (getattr(options, "planner", None) or "")
         fault = fault_of_user_code(error) if own else ""
-        if not fault:
-            raise
-        print(f"hunav: {fault}", file=sys.stderr)
-        return BAD_INPUT
+        if fault:
+            print(f"hunav: {fault}", file=sys.stderr)
+            return BAD_INPUT
+        words = " ".join(f"{type(error).__name__}: {error}".split())
+        notes = "".join(f" ({note})" for note in notes_of(error))
+        print(
+            f"hunav: {words}{notes}\nhunav: this may be a fault of hunav_drake;"
+            " --debug shows where it comes from",
+            file=sys.stderr,
+        )
+        return FAILED
     return code
 
 
@@ -91,11 +120,50 @@ def _show_warning(message: Warning | str, *_: object) -> None:
     print(f"hunav: warning: {message}", file=sys.stderr)
 
 
+class _Parser(argparse.ArgumentParser):
+    """Tells in one line what is wrong with the words of a command."""
+
+    def error(self, message: str) -> NoReturn:
+        """Prints what is wrong, and exits."""
+        if match := _UNKNOWN_COMMAND.search(message):
+            word, names = match[1], re.findall(r"[\w-]+", match[2])
+            message = (
+                f"there is no command {word!r}{did_you_mean(word, names)};"
+                f" valid: {', '.join(names)}"
+            )
+        message = message.removeprefix("argument ")
+        self.exit(
+            BAD_INPUT, f"{self.prog}: {message}; see `{self.prog} --help`\n"
+        )
+
+
+class _Version(argparse.Action):
+    """Prints the version; it is looked up only then."""
+
+    def __init__(self, option_strings: Any, dest: str, **settings: Any) -> None:
+        """Constructs an option without a value."""
+        super().__init__(option_strings, dest, nargs=0, **settings)
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> None:
+        """Prints the version of the package, of Python and of Drake."""
+        from importlib.metadata import version
+        import platform
+
+        print(
+            f"hunav_drake {version('hunav_drake')} (Python"
+            f" {platform.python_version()}, Drake {version('drake')})"
+        )
+        parser.exit()
+
+
 def _make_parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = _Parser(
         prog="hunav",
         description="Simulates people around robots, and measures how socially"
         " the robots navigate.",
+    )
+    parser.add_argument(
+        "--version", action=_Version, help="show the version and exit"
     )
     commands = parser.add_subparsers(title="commands", required=True)
     add_run_command(commands)
@@ -108,7 +176,35 @@ def _make_parser() -> argparse.ArgumentParser:
     add_differences_command(commands)
     add_validate_command(commands)
     add_doctor_command(commands)
+    add_new_command(commands)
+    add_completion_command(commands, parser)
+    for command in _all_commands(parser):
+        _add_debug_option(command)
+        words = command.prog.removeprefix(parser.prog).strip()
+        if words in EXAMPLES:
+            command.epilog = f"Example: {EXAMPLES[words]}"
     return parser
+
+
+def _all_commands(
+    parser: argparse.ArgumentParser,
+) -> Iterator[argparse.ArgumentParser]:
+    """Yields a parser and those of all its commands."""
+    yield parser
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            for command in action.choices.values():
+                yield from _all_commands(command)
+
+
+def _add_debug_option(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--debug",
+        action="store_true",
+        # Without a default, it may stand before and after the command.
+        default=argparse.SUPPRESS,
+        help="show where in the code an error comes from",
+    )
 
 
 if __name__ == "__main__":

@@ -7,7 +7,6 @@ import hashlib
 import math
 from typing import TYPE_CHECKING, Literal
 
-from pydantic import ValidationError
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, Diagram, EventStatus
 
@@ -30,9 +29,11 @@ from hunav_drake.scenario.schema import Scenario
 from hunav_drake.seeds import GetTrialSeed, SetTrialSeed
 from hunav_drake.systems.behavior import LoadBehavior
 from hunav_drake.systems.behavior.fingerprint import tree_fingerprint
+from hunav_drake.systems.common.plain_errors import ConfigError
 from hunav_drake.systems.common.registry import name_of
 from hunav_drake.systems.evaluation.trial_monitor import TrialStatus
 from hunav_drake.trial_diagram import CheckTrialDiagram, MakeTrialDiagram
+from hunav_drake.trial_end import explain_end
 
 if TYPE_CHECKING:
     from pydrake.geometry import Meshcat
@@ -205,7 +206,7 @@ def RunTrial(
 def _reseed(scenario: Scenario, seed: int) -> Scenario:
     try:
         simulation = dataclasses.replace(scenario.simulation, seed=seed)
-    except ValidationError as error:
+    except ConfigError as error:
         rule = f"must be a whole number in [0, 2^63), got {shown(seed)}"
         fault = Fault("RunTrial", 0, "seed", rule)
         raise ScenarioError("RunTrial", [fault]) from error
@@ -232,7 +233,7 @@ def GetTrialResult(
     duration = scenario.simulation.duration
     if reason == "running" and context.get_time() >= duration * (1 - 1e-9):
         reason = "timeout"
-    message = _end_message(reason, diagram, context)
+    message = _end_message(reason, scenario, diagram, context)
     return _result(scenario, diagram, context, reason, message)
 
 
@@ -267,14 +268,21 @@ def _result(
     )
 
 
-def _end_message(reason: EndReason, diagram: Diagram, context: Context) -> str:
+def _end_message(
+    reason: EndReason, scenario: Scenario, diagram: Diagram, context: Context
+) -> str:
     """Returns in words why a trial ended, with those of its planner."""
-    message = _MESSAGES[reason]
+    parts = [_MESSAGES[reason]]
+    if reason not in ("stuck", "timeout"):
+        return parts[0]
     planner = diagram.GetSubsystemByName("planner")
-    if reason not in ("stuck", "timeout") or not hasattr(planner, "GetReason"):
-        return message
-    words = planner.GetReason(planner.GetMyContextFromRoot(context))
-    return f"{message}; the planner: {words}" if words else message
+    if hasattr(planner, "GetReason"):
+        words = planner.GetReason(planner.GetMyContextFromRoot(context))
+        parts += [f"the planner: {words}"] if words else []
+    evaluator = diagram.GetSubsystemByName("evaluator")
+    recording = evaluator.GetRecording(evaluator.GetMyContextFromRoot(context))
+    why = explain_end(recording, scenario)
+    return "; ".join([*parts, why] if why else parts)
 
 
 def behavior_sha256(scenario: Scenario) -> str:

@@ -59,7 +59,7 @@ def MakeTrialDiagram(
     Raises:
         ScenarioError: If the scenario cannot be simulated.
     """
-    scenario = CheckScenario(scenario)
+    scenario = CheckScenario(scenario, ways=False)
     made_for = _fixed_parts(scenario)
     scenario, traffic = with_drawn_people(with_planner_lidar(scenario))
     robot_config = scenario.robot

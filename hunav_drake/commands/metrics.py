@@ -66,6 +66,9 @@ def add_metric_commands(commands: Any) -> None:
     evaluate.add_argument(
         "--out", metavar="DIR", type=Path, help="write the run to DIR/runs"
     )
+    evaluate.add_argument(
+        "--json", action="store_true", help="print the results as JSON"
+    )
     add_format_option(evaluate)
     add_import_option(evaluate)
 
@@ -99,17 +102,25 @@ def _evaluate(options: argparse.Namespace) -> int:
             walls=options.walls,
             reference=options.reference,
         )
+    # First, for who reads what is printed may have enough of it early.
+    folder = None
+    if options.out is not None:
+        try:
+            folder = WriteResult(result, options.out, format=options.format)
+        except (OSError, ValueError) as error:
+            raise InputError(f"--out {options.out}: {error}") from error
+    if options.json:
+        from hunav_drake.results.run_summary import make_summary
+
+        print(make_summary(result).model_dump_json(indent=2))
+        return DONE
     print(FormatMetricsTable(result))
     if lacks_walls(result):
         print(
             "\nThe walls are not known, so metrics that depend on them have no"
             " value.\nGive the walls with --walls SCENARIO, or --walls none."
         )
-    if options.out is not None:
-        try:
-            folder = WriteResult(result, options.out, format=options.format)
-        except (OSError, ValueError) as error:
-            raise InputError(f"--out {options.out}: {error}") from error
+    if folder is not None:
         print(f"\nWrote the run to {folder}")
     return DONE
 

@@ -1,4 +1,4 @@
-"""Options that several commands of `hunav` share."""
+"""Options that several commands of `hunav` share, and their examples."""
 
 import argparse
 from collections.abc import Callable, Sequence
@@ -97,11 +97,12 @@ def whole_number(least: int) -> Callable[[str], int]:
 
 
 def load_scenario(
-    scenario: str, options: Any, more: Sequence[str] = ()
+    scenario: str, options: Any, more: Sequence[str] = (), ways: bool = False
 ) -> "Scenario":
     """Loads the scenario that the options choose and change.
 
-    Of all changes, `more` are applied last. Faults are an InputError.
+    Of all changes, `more` are applied last; with `ways`, there must be ways to
+    the goals. Faults are an InputError.
     """
     from hunav_drake.scenario import LoadScenario, ScenarioError
 
@@ -113,4 +114,39 @@ def load_scenario(
             filename=scenario,
             scenario_name=options.name,
             overrides=[*options.overrides, *more],
+            ways=ways,
         )
+
+
+# An example of each command, by its words.
+EXAMPLES = {
+    "run": "hunav run passing --planner pursuit --seed 1 --out results",
+    "list": "hunav list",
+    "check": "hunav check passing --set robot.radius=0.3",
+    "schema": "hunav schema -o scenario.schema.json",
+    "import": "hunav import agents.yaml --profile hunavsim -o mine.yaml",
+    "new": "hunav new mine --template crossing",
+    "evaluate": "hunav evaluate recording.npz --metrics goal path --json",
+    "metrics": "hunav metrics",
+    "metrics show": "hunav metrics show path_length",
+    "report": "hunav report results",
+    "render": "hunav render results/runs/passing_pursuit_1 -o film.gif",
+    "tree": "hunav tree show regular",
+    "tree show": "hunav tree show regular",
+    "tree check": "hunav tree check regular curious",
+    "tree convert": "hunav tree convert regular -o regular_v4.xml",
+    "bench": "hunav bench standard --seeds 2 --out results",
+    "differences": "hunav differences --left",
+    "validate": "hunav validate --case corridor_time --quick",
+    "doctor": "hunav doctor",
+    "completion": 'eval "$(hunav completion bash)"',
+}
+
+# After an interrupt, files that are there are whole; what is left to say.
+AFTER_INTERRUPT = {
+    "run": "nothing was written of this run; run it again",
+    "bench": "what is done is kept; the same command goes on from there",
+    "validate": "nothing was written; --case and --model choose fewer cases",
+    "render": "no film was written; --from and --to film a part",
+    "report": "no report was written; run it again",
+}

@@ -26,6 +26,8 @@ from hunav_drake.commands.options import (
 )
 
 if TYPE_CHECKING:
+    from pydrake.systems.framework import Diagram
+
     from hunav_drake.results.trial_result import TrialResult
     from hunav_drake.scenario import Scenario
 
@@ -82,13 +84,17 @@ def add_run_command(commands: Any) -> None:
         help="what is shown besides, separated by commas, or all, or none"
         " (default: what the scenario says)",
     )
-    run.add_argument(
-        "--quiet", action="store_true", help="show no progress bar and no table"
-    )
-    run.add_argument(
-        "--debug",
+    amount = run.add_mutually_exclusive_group()
+    amount.add_argument(
+        "--all",
         action="store_true",
-        help="show where in the code a broken planner fails",
+        help="print all metrics, not only the most telling ones",
+    )
+    amount.add_argument(
+        "--json", action="store_true", help="print the results as JSON"
+    )
+    amount.add_argument(
+        "--quiet", action="store_true", help="show no progress bar and no table"
     )
     add_import_option(run)
 
@@ -106,11 +112,13 @@ def _run(options: argparse.Namespace) -> int:
     if options.overlays is not None:
         more.append(f"scene.overlays=[{', '.join(options.overlays)}]")
     scenario = load_scenario(options.scenario, options, more)
+    _warn_of_ways(scenario, options.scenario)
     if options.out is not None:
         check_out(options.out)
-    from hunav_drake.results.trial_result import FormatMetricsTable
+    from hunav_drake.compiling import told_compile_time
     from hunav_drake.scenario import ScenarioError
     from hunav_drake.simulation import RunTrial
+    from hunav_drake.trial_diagram import MakeTrialDiagram
 
     replay = options.out is not None and not options.no_replay
     meshcat = None
@@ -123,63 +131,109 @@ def _run(options: argparse.Namespace) -> int:
         meshcat = StartMeshcatLocal()
         people = draw_people(scenario)
         SetView(meshcat, scenario.world, people, scenario.robot)
-    started = time.perf_counter()
     with contextlib.ExitStack() as stack, input_errors(ScenarioError):
+        compiled = stack.enter_context(told_compile_time())
+        diagram = MakeTrialDiagram(scenario, meshcat)
+        before = compiled.seconds
+        started = time.perf_counter()
         progress = None
-        if not options.quiet:
+        if not (options.quiet or options.json):
             bar = _progress_bar(scenario.simulation.duration)
             progress = stack.enter_context(bar)
-        on_error: Literal["end", "raise"] = "raise" if options.debug else "end"
+        on_error: Literal["end", "raise"] = "end"
+        if getattr(options, "debug", False):
+            on_error = "raise"
         if options.meshcat:
-            result = _show(scenario, options, meshcat, progress, on_error)
+            result = _show(
+                *(scenario, options, diagram, meshcat, progress, on_error)
+            )
         else:
             result = RunTrial(
                 scenario,
                 options.seed,
+                diagram=diagram,
                 meshcat=meshcat,
                 progress=progress,
                 on_planner_error=on_error,
             )
-    elapsed = time.perf_counter() - started
+        elapsed = time.perf_counter() - started
+        elapsed -= compiled.seconds - before
 
+    # First, for who reads what is printed may have enough of it early.
+    written = []
+    if options.out is not None:
+        written = _keep(result, scenario, options, meshcat if replay else None)
     failed = result.end_reason == "planner_failed"
     if failed:
         print(f"hunav: {result.end_message}", file=sys.stderr)
-    else:
-        text = FormatMetricsTable(result)
-        print(text.splitlines()[1] if options.quiet else text)
-    if not (options.quiet or failed):
-        rate = result.end_time / elapsed
-        print(f"\nTook {elapsed:.2f} s, {rate:.0f} times real time")
-    if options.out is not None:
-        _keep(result, scenario, options, meshcat if replay else None)
+    _print(result, options, elapsed)
+    for line in written:
+        print(line, file=sys.stderr if options.json else sys.stdout)
     if options.meshcat and _somebody_waits(options):
         input("Press Enter to close the view. ")
     completed = result.end_reason == "goal" or scenario.robot.goal is None
     return DONE if completed and not failed else FAILED
 
 
+def _warn_of_ways(scenario: "Scenario", source: str) -> None:
+    """Warns of goals that cannot be reached, before the trial shows it."""
+    from hunav_drake.scenario.building import Places
+    from hunav_drake.scenario.reachability import check_ways
+
+    for found in check_ways(scenario):
+        fault = dataclasses.replace(
+            Places().fault(found, scenario), source=source
+        )
+        print(f"hunav: warning: {fault}", file=sys.stderr)
+
+
 def _somebody_waits(options: argparse.Namespace) -> bool:
     return sys.stdin.isatty() and not options.no_wait
+
+
+def _print(
+    result: "TrialResult", options: argparse.Namespace, elapsed: float
+) -> None:
+    """Prints what a trial gave; a planner that failed is told elsewhere."""
+    from hunav_drake.results.metric_facts import headline_of
+    from hunav_drake.results.run_summary import make_summary
+    from hunav_drake.results.trial_result import (
+        FormatMetricsTable,
+        how_it_ended,
+    )
+
+    if options.json:
+        print(make_summary(result).model_dump_json(indent=2))
+        return
+    if result.end_reason == "planner_failed":
+        return
+    if options.quiet:
+        print(how_it_ended(result))
+        return
+    print(FormatMetricsTable(result, headline_only=not options.all))
+    left = len(result.metrics) - len(headline_of(result.metrics))
+    if left and not options.all:
+        print(f"\n{left} more metrics with --all")
+    rate = result.end_time / elapsed
+    print(f"\nSimulated in {elapsed:.2f} s, {rate:.0f} times real time")
 
 
 def _show(
     scenario: "Scenario",
     options: argparse.Namespace,
+    diagram: "Diagram",
     meshcat: Any,
     progress: Callable[[float], None] | None,
     on_error: Literal["end", "raise"],
 ) -> "TrialResult":
     """Runs a trial in a browser, again as often as the one there wants."""
     from hunav_drake.simulation import RunTrial
-    from hunav_drake.trial_diagram import MakeTrialDiagram
     from hunav_drake.views.live import (
         LiveControls,
         RestartRequest,
         WaitForBrowser,
     )
 
-    diagram = MakeTrialDiagram(scenario, meshcat)
     controls = LiveControls(meshcat, scenario, diagram)
     print(f"Watch the trial at {meshcat.web_url()}", flush=True)
     if _somebody_waits(options):
@@ -205,8 +259,11 @@ def _keep(
     scenario: "Scenario",
     options: argparse.Namespace,
     meshcat: Any,
-) -> None:
-    """Writes the files of a run; Meshcat holds the recorded replay."""
+) -> list[str]:
+    """Writes the files of a run; returns where they are, in words.
+
+    Meshcat holds the recorded replay.
+    """
     from hunav_drake.report.writing import WriteReport
     from hunav_drake.results.files import WriteResult
     from hunav_drake.results.settings import setting_text
@@ -237,10 +294,13 @@ def _keep(
         )
     except (OSError, ValueError) as error:
         raise InputError(f"--out {options.out}: {error}") from error
-    print(f"Wrote the run to {folder}")
-    print(f"Report, for a browser: {folder / 'report.html'}")
+    lines = [
+        f"Wrote the run to {folder}",
+        f"Report, for a browser: {folder / 'report.html'}",
+    ]
     if meshcat is not None:
-        print(f"Replay, for a browser: {folder / 'replay.html'}")
+        lines.append(f"Replay, for a browser: {folder / 'replay.html'}")
+    return lines
 
 
 @contextlib.contextmanager

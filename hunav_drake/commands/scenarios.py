@@ -1,4 +1,4 @@
-"""The commands `hunav list`, `check`, `schema` and `import`."""
+"""The commands on scenarios: `hunav list`, `new`, `check`, `schema`, ..."""
 
 import argparse
 import json
@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from hunav_drake.commands.errors import (
     DONE,
+    InputError,
     check_each,
     input_errors,
     write_output,
@@ -18,6 +19,7 @@ from hunav_drake.commands.options import (
     add_scenario_options,
     load_scenario,
 )
+from hunav_drake.systems.common.suggest import did_you_mean
 
 if TYPE_CHECKING:
     from hunav_drake.systems.world.shapes import World
@@ -68,6 +70,42 @@ def add_scenario_commands(commands: Any) -> None:
     add_output_options(importing)
 
 
+def add_new_command(commands: Any) -> None:
+    """Adds the command `hunav new`."""
+    new = commands.add_parser(
+        "new",
+        help="write a scenario of one's own to begin with",
+        description="Writes a small scenario with comments. It is sound: change"
+        " it, and let `hunav check` tell what is wrong.",
+    )
+    new.set_defaults(function=_new)
+    new.add_argument(
+        "name", type=Path, help="the file to write; .yaml is added if need be"
+    )
+    new.add_argument(
+        "--template",
+        metavar="NAME",
+        default="corridor",
+        help="what to begin with: corridor (the default), crossing, office or"
+        " cafe",
+    )
+    new.add_argument(
+        "--force", action="store_true", help="overwrite an existing file"
+    )
+
+
+def add_completion_command(commands: Any, parser: Any) -> None:
+    """Adds the command `hunav completion`, which completes all of `parser`."""
+    completion = commands.add_parser(
+        "completion",
+        help="print what lets a shell complete commands and options",
+        description="Prints a script for a shell. It needs shtab: pip install"
+        " 'hunav_drake[completion]'.",
+    )
+    completion.set_defaults(function=_completion, whole=parser)
+    completion.add_argument("shell", choices=("bash", "zsh", "fish"))
+
+
 def _list(options: argparse.Namespace) -> int:
     from hunav_drake.scenario import ListScenarios
 
@@ -82,7 +120,7 @@ def _check(options: argparse.Namespace) -> int:
     from hunav_drake.systems.common.registry import name_of
 
     def describe(name: str) -> str:
-        scenario = load_scenario(name, options)
+        scenario = load_scenario(name, options, ways=True)
         people = len(scenario.humans) + scenario.population.number
         return (
             f"{people} {'person' if people == 1 else 'people'},"
@@ -138,3 +176,38 @@ def _import(options: argparse.Namespace) -> int:
         f"{' and their map' if scenario.world.map else ''} to {options.output}"
     )
     return write_output(SaveScenario(scenario), options, done)
+
+
+def _new(options: argparse.Namespace) -> int:
+    from hunav_drake.scenario.templates import list_templates, template_text
+    from hunav_drake.systems.common.files import atomic_write
+
+    templates = list_templates()
+    name: str = options.template
+    if name not in templates:
+        raise InputError(
+            f"--template: there is no template"
+            f" {name!r}{did_you_mean(name, templates)}; valid:"
+            f" {', '.join(templates)}"
+        )
+    path: Path = options.name
+    if path.suffix not in (".yaml", ".yml"):
+        path = path.with_name(f"{path.name}.yaml")
+    if path.exists() and not options.force:
+        raise InputError(f"{path} already exists; overwrite it with --force")
+    text = template_text(name).replace("FILE", path.name)
+    with input_errors(place=path), atomic_write(path) as file:
+        file.write(text.encode())
+    print(f"Wrote {path}. Now: hunav run {path}")
+    return DONE
+
+
+def _completion(options: argparse.Namespace) -> int:
+    try:
+        import shtab
+    except ImportError as error:
+        raise InputError(
+            "completion needs shtab: pip install 'hunav_drake[completion]'"
+        ) from error
+    print(shtab.complete(options.whole, shell=options.shell))
+    return DONE

@@ -41,7 +41,10 @@ def fault_of_user_code(error: BaseException | None) -> str:
     Args:
         error: The exception that was raised; its causes are searched, too.
     """
+    notes = ""
+    first = error
     while error is not None:
+        notes = notes or "".join(f" ({note})" for note in notes_of(error))
         frames = [
             frame
             for frame in traceback.extract_tb(error.__traceback__)
@@ -50,9 +53,15 @@ def fault_of_user_code(error: BaseException | None) -> str:
         ]
         if frames:
             place = f"{frames[-1].filename}:{frames[-1].lineno}"
-            return f"{place}: {type(error).__name__}: {error}"
+            return f"{place}: {type(error).__name__}: {error}{notes}"
         error = error.__cause__
-    return ""
+    # Or raised here, about what the user's code gave.
+    return f"{type(first).__name__}: {first}{notes}" if notes else ""
+
+
+def notes_of(error: BaseException) -> list[str]:
+    """Returns what was noted where an exception passed through."""
+    return list(getattr(error, "__notes__", ()))
 
 
 def _import_file(path: Path) -> None:

@@ -41,8 +41,8 @@ _COLORS: Mapping[str, str] = MappingProxyType(
     }
 )
 
-# The height of the figure beside its legend, in inches.
-_HEIGHT = COLUMN
+# The size of the figure, in inches: arrows are to be told apart.
+_WIDTH, _HEIGHT = 2 * COLUMN, 1.4 * COLUMN
 
 # Smaller forces are not drawn, in m/s^2: their arrows would be dots.
 _LEAST_FORCE = 1e-3
@@ -84,7 +84,7 @@ def plot_forces(
         )
     if not scale > 0:
         raise ValueError(f"scale must be positive, got {scale}")
-    ax = new_axes(ax, _HEIGHT, layout="compressed")
+    ax = new_axes(ax, _HEIGHT, _WIDTH, layout="compressed")
     if obstacles is not None:
         draw_walls(ax, obstacles)
     _draw_discs(ax, people, color="0.75", name="person")

@@ -16,29 +16,12 @@ from hunav_drake.report.batch_tables import (
 )
 from hunav_drake.report.figures import ReportFigure, make_figure, run_figures
 from hunav_drake.report.tables import Cell, Table, number, provenance_table
-from hunav_drake.results.metric_facts import is_built_in, unit_of
+from hunav_drake.results.metric_facts import headline_of, unit_of
 from hunav_drake.results.quantity_text import label_text
 from hunav_drake.results.run_table import tabulate_runs
 from hunav_drake.results.settings import contenders, has_settings
 from hunav_drake.results.statistics import LEAST_PAIRS
 from hunav_drake.results.trial_result import TrialResult
-
-# If there are many metrics, bars and the list of runs show only these and those
-# that users have registered.
-_KEY_METRICS = (
-    "time_to_reach_goal",
-    "path_length",
-    "min_dist_to_people",
-    "avg_dist_to_closest_person",
-    "intimate_space_intrusions",
-    "personal_space_intrusions",
-    "robot_on_person_collisions",
-    "time_not_moving",
-    "social_work",
-)
-
-# Up to this number of metrics, all are shown.
-_FEW = 10
 
 # More lines than this in a plot over time could not be told apart.
 _MOST_LINES = 6
@@ -94,15 +77,6 @@ def _tabulate(trials: Sequence[TrialResult]) -> pd.DataFrame:
     return runs.assign(contender=contenders(runs))
 
 
-def _key_metrics(runs: pd.DataFrame) -> list[str]:
-    """Returns the metrics that are shown at first sight."""
-    recorded = list(runs.attrs["units"])
-    if len(recorded) <= _FEW:
-        return recorded
-    key = [name for name in _KEY_METRICS if name in recorded]
-    return key + [name for name in recorded if not is_built_in(name)]
-
-
 def _outcomes(runs: pd.DataFrame) -> Table:
     reasons = list(dict.fromkeys(["goal", *runs["end_reason"]]))
     rows = []
@@ -120,7 +94,7 @@ def _scenario(
     trials: list[TrialResult], runs: pd.DataFrame, key: str
 ) -> dict[str, Any]:
     """Returns what is shown of the trials of one scenario."""
-    metrics = _key_metrics(runs)
+    metrics = headline_of(runs)
     several = runs["contender"].nunique() > 1
     means, spread = planner_tables(runs) or (None, None)
     return {
@@ -179,7 +153,7 @@ def _over_time(trials: list[TrialResult], key: str) -> list[ReportFigure]:
 
 
 def _runs(runs: pd.DataFrame, pages: Sequence[Mapping[str, str]]) -> Table:
-    shown = _key_metrics(runs)
+    shown = headline_of(runs)
     texts = ["scenario", "planner", "seed"]
     if has_settings(runs):
         texts.insert(2, "setting")

@@ -21,6 +21,9 @@ from hunav_drake.systems.evaluation.recording import Recording
 
 Format = Literal["csv", "hunav"]
 
+# Numbers in tables: without the rounding of binary digits.
+CSV_NUMBERS = "%.12g"
+
 # The longest part of the name of a file that is made of other names.
 _LONGEST = 80
 
@@ -54,7 +57,7 @@ def WriteResult(
         result: What to write.
         directory: The folder of results; it is made if need be.
         tag: The name of the run's folder. By default scenario, planner and
-            seed, and a number if that is taken.
+            seed, and "run2", ... if that is taken.
         label: The setting, instead of the result's own: what tells this run
             from those of the same planner in the same scenario that differ by
             more than the seed. Statistics keep settings apart.
@@ -223,10 +226,12 @@ def _write_files(
 ) -> None:
     texts = {
         "result.json": make_summary(result).model_dump_json(indent=2),
-        "steps.csv": result.steps.to_csv(),
+        "steps.csv": result.steps.to_csv(float_format=CSV_NUMBERS),
     }
     for behavior, steps in result.steps_by_behavior.items():
-        texts[f"steps_beh_{_unique(behavior)}.csv"] = steps.to_csv()
+        texts[f"steps_beh_{_unique(behavior)}.csv"] = steps.to_csv(
+            float_format=CSV_NUMBERS
+        )
     if format == "hunav":
         # That module knows this package.
         from hunav_drake.hunavsim.result_files import hunav_texts
@@ -247,7 +252,7 @@ def _tags(result: TrialResult) -> Iterator[str]:
     told = "_".join(str(p) for p in parts if p not in (None, ""))
     tag = _safe(result.tag or told)[:_LONGEST].lstrip(".") or "trial"
     yield tag
-    yield from (f"{tag}_{i}" for i in itertools.count(2))
+    yield from (f"{tag}_run{i}" for i in itertools.count(2))
 
 
 def _safe(text: str) -> str:

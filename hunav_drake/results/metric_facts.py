@@ -17,6 +17,37 @@ from hunav_drake.systems.evaluation.metrics import METRICS
 # The facts, and what they are called in the `attrs` of a table.
 FACTS = {"unit": "units", "family": "families", "direction": "directions"}
 
+# What is shown at first sight, where there are many metrics: success, time,
+# path, nearness, intrusions and contacts.
+HEADLINE = (
+    "completed",
+    "time_to_reach_goal",
+    "path_length",
+    "min_dist_to_people",
+    "avg_dist_to_closest_person",
+    "intimate_space_intrusions",
+    "personal_space_intrusions",
+    "contacts_by_robot",
+    "contacts_by_person",
+    "time_not_moving",
+    "social_work",
+)
+
+# Up to so many metrics, all are shown at first sight.
+_FEW = 11
+
+
+def headline_of(table: pd.Series | pd.DataFrame) -> list[str]:
+    """Returns the metrics of a table that are shown at first sight.
+
+    Those of users are always among them.
+    """
+    names = list(table.attrs.get(FACTS["unit"], {}))
+    if len(names) <= _FEW:
+        return names
+    first = [name for name in HEADLINE if name in names]
+    return first + [name for name in names if not is_built_in(name)]
+
 
 def facts_of(names: Iterable[str]) -> dict[str, dict[str, str]]:
     """Returns the `attrs` of a table with some registered metrics."""

@@ -6,7 +6,7 @@ from typing import Any
 
 import pandas as pd
 
-from hunav_drake.results.files import read_summaries
+from hunav_drake.results.files import CSV_NUMBERS, read_summaries
 from hunav_drake.results.metric_facts import FACTS
 from hunav_drake.results.run_summary import RunSummary, make_summary
 from hunav_drake.results.trial_result import TrialResult
@@ -68,7 +68,7 @@ def WriteTables(results: Iterable[TrialResult], folder: Path) -> Path:
     """Writes `runs.csv` and `runs_by_behavior.csv`, each in one piece.
 
     They are for spreadsheets and the like: nothing here reads them unless it
-    is told to. Numbers have all their digits; NaN is an empty cell.
+    is told to. Numbers have twelve digits; NaN is an empty cell.
 
     Returns:
         The path of `runs.csv`.
@@ -81,7 +81,8 @@ def WriteTables(results: Iterable[TrialResult], folder: Path) -> Path:
         table = tabulate_runs(results, by_behavior=by_behavior)
         path = folder / f"{name}.csv"
         with atomic_write(path) as file:
-            file.write(table.to_csv(index=False).encode())
+            text = table.to_csv(index=False, float_format=CSV_NUMBERS)
+            file.write(text.encode())
     return path
 
 

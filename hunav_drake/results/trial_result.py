@@ -2,12 +2,18 @@
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+import textwrap
 from typing import Literal
 import warnings
 
 import pandas as pd
 
-from hunav_drake.results.metric_facts import facts_of, family_of, unit_of
+from hunav_drake.results.metric_facts import (
+    facts_of,
+    family_of,
+    headline_of,
+    unit_of,
+)
 from hunav_drake.results.provenance import Provenance
 from hunav_drake.results.quantity_text import number_text, unit_text
 from hunav_drake.systems.evaluation.compute import (
@@ -147,24 +153,35 @@ def _without_failures[Tables](
         return compute(sound)
 
 
-def FormatMetricsTable(result: TrialResult) -> str:
+def FormatMetricsTable(
+    result: TrialResult, *, headline_only: bool = False
+) -> str:
     """Returns the metrics as a table for the terminal.
 
     One line per metric, by family: name, value, unit; "-" for no value. No
     line is longer than 80 characters.
+
+    Args:
+        result: That of a trial.
+        headline_only: Shows the most telling metrics alone, without families.
     """
+    names = [str(name) for name in result.metrics.index]
     families: dict[str, list[str]] = {}
-    for name in result.metrics.index:
-        family = family_of(result.metrics, name)
-        families.setdefault(family, []).append(name)
-    lines = _heading(result)
-    for family, names in families.items():
-        lines += ["", family]
+    if headline_only:
+        families[""] = headline_of(result.metrics)
+    else:
         for name in names:
+            family = family_of(result.metrics, name)
+            families.setdefault(family, []).append(name)
+    lines = _heading(result)
+    for family, members in families.items():
+        lines += ["", family] if family else [""]
+        for name in members:
             unit = unit_of(result.metrics, name)
             value = _align(number_text(float(result.metrics[name]), unit))
-            lines.append(f"  {name:<36} {value} {unit_text(unit)}".rstrip())
-    return "\n".join(_shorten(line) for line in lines)
+            line = f"  {name:<36} {value} {unit_text(unit)}".rstrip()
+            lines.append(_shorten(line))
+    return "\n".join(lines)
 
 
 def run_facts(result: TrialResult) -> list[str]:
@@ -177,12 +194,19 @@ def run_facts(result: TrialResult) -> list[str]:
     return [f"{key} {value}" for key, value in told.items() if value != ""]
 
 
-def _heading(result: TrialResult) -> list[str]:
+def how_it_ended(result: TrialResult) -> str:
+    """Returns when and why a trial ended, in a line."""
     ended = f"ended after {result.end_time:.2f} s: {result.end_reason}"
     if result.end_message and result.end_message != result.end_reason:
         ended += f" ({result.end_message})"
+    return ended
+
+
+def _heading(result: TrialResult) -> list[str]:
     name = result.scenario_name or "trial"
-    return [", ".join([name, *run_facts(result)]), ended]
+    about = _shorten(", ".join([name, *run_facts(result)]))
+    ended = textwrap.wrap(how_it_ended(result), _WIDTH, subsequent_indent="  ")
+    return [about, *ended]
 
 
 def _align(number: str) -> str:

@@ -3,7 +3,6 @@
 from collections.abc import Callable, Iterable, Mapping, Sequence
 import copy
 import dataclasses as dc
-import re
 from types import NoneType, UnionType
 from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
 
@@ -15,11 +14,11 @@ from hunav_drake.scenario.error import (
     Loc,
     child,
     path_text,
-    shown,
     suggestion,
 )
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.scenario.yaml_document import YamlDocument
+from hunav_drake.systems.common.plain_errors import message_of
 from hunav_drake.systems.common.registry import Registry
 from hunav_drake.systems.people.names import name_people
 
@@ -41,26 +40,6 @@ _OLD_PARAMETERS = (
     "parameters stand beside the name now, as in planner: {name: pursuit,"
     " cruise_speed: 0.8} or crowd: {model: {name: orca, time_horizon: 2.0}}"
 )
-
-_RULES = {
-    "bool_type": "must be true or false",
-    "dataclass_type": "must be a mapping",
-    "dict_type": "must be a mapping",
-    "finite_number": "must be a finite number",
-    "float_type": "must be a number",
-    "greater_than_equal": "must be at least {ge}",
-    "int_type": "must be a whole number",
-    "less_than_equal": "must be at most {le}",
-    "list_type": "must be a list",
-    "model_attributes_type": "must be a mapping",
-    "string_too_short": "must not be empty",
-    "string_too_long": "must have at most {max_length} characters",
-    "string_type": "must be text",
-    "string_unicode": "must be text",
-    "too_long": "must be a list of at most {max_length}",
-    "too_short": "must be a list of at least {min_length}",
-    "tuple_type": "must be a list of numbers",
-}
 
 
 @dc.dataclass(frozen=True)
@@ -191,32 +170,9 @@ def schema_findings(
             if loc[-1] == "parameters":
                 message = _OLD_PARAMETERS
         else:
-            message = _message(kind, item)
+            message = message_of(kind, item)
         result[loc] = Finding(loc, message)
     return list(result.values())
-
-
-def _message(kind: str, item: Mapping[str, Any]) -> str:
-    context = item.get("ctx", {})
-    value = item["input"]
-    if kind in ("range", "choice_name", "rule"):
-        return str(item["msg"])
-    if kind == "too_long" and context["field_type"] == "Tuple":
-        got = context["actual_length"]
-        return f"must be {context['max_length']} numbers, got {got}"
-    if kind == "literal_error":
-        text = context["expected"]
-        words = re.findall("'([^']*)'", text)
-        hint = suggestion(value, words) if isinstance(value, str) else text
-        return f"unknown value {shown(value)}; {hint}"
-    if kind in _RULES:
-        got = "a number too large" if _is_huge(value) else shown(value)
-        return f"{_RULES[kind].format(**context)}, got {got}"
-    return f"{item['msg']}, got {shown(value)}"
-
-
-def _is_huge(value: Any) -> bool:
-    return isinstance(value, int) and abs(value) > 10**300
 
 
 def _clean(

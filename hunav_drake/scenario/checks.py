@@ -1,10 +1,12 @@
 """Checks of a scenario as a whole."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
+import warnings
 
 from hunav_drake.scenario.building import Check, Places, build_scenario
 from hunav_drake.scenario.error import (
+    Fault,
     Finding,
     Loc,
     ScenarioError,
@@ -18,6 +20,7 @@ from hunav_drake.scenario.geometry import (
     check_world_files,
 )
 from hunav_drake.scenario.population import check_areas, check_population
+from hunav_drake.scenario.reachability import check_angles, check_ways
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.scenario.writer import plain
 from hunav_drake.systems.common.checks import is_multiple, nearest_multiples
@@ -39,11 +42,16 @@ from hunav_drake.systems.sensing.sensor_config import LidarConfig
 _MAX_UNKNOWN = 100
 
 
-def CheckScenario(scenario: Scenario) -> Scenario:
-    """Checks a scenario, as LoadScenario() does for a file.
+def CheckScenario(scenario: Scenario, *, ways: bool = True) -> Scenario:
+    """Checks a scenario, as `hunav check` does for a file.
+
+    A heading of more than a turn, which may be one in degrees, is a warning.
 
     Args:
         scenario: A scenario, perhaps one that was made or changed in Python.
+        ways: Whether there must be ways for the robot and for people to their
+            goals, wide enough for their bodies. Trials are run without them,
+            too.
 
     Returns:
         An equal scenario in which each person has a name and a number.
@@ -59,13 +67,29 @@ def CheckScenario(scenario: Scenario) -> Scenario:
             " LoadScenario(filename='passing') gives one"
         )
     data = plain(scenario)
-    checked, findings = build_scenario(data, ALL_CHECKS)
+    checks = (*ALL_CHECKS, check_ways) if ways else ALL_CHECKS
+    checked, findings = build_scenario(data, checks)
+    places = Places()
     if checked is None:
-        places = Places()
         raise ScenarioError(
             "scenario", [places.fault(found, data) for found in findings]
         )
+    if ways:
+        warn_of_angles(checked, lambda found: places.fault(found, data))
     return checked
+
+
+def warn_of_angles(
+    scenario: Scenario, place: Callable[[Finding], Fault]
+) -> None:
+    """Warns of headings that may be in degrees.
+
+    Args:
+        scenario: What is sound but for that.
+        place: Gives a finding its place.
+    """
+    for found in check_angles(scenario):
+        warnings.warn(str(place(found)), UserWarning, stacklevel=4)
 
 
 def check_people(scenario: Scenario) -> Iterator[Finding]:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 import shapely
 
 from hunav_drake.scenario.error import Finding, Loc, path_text
+from hunav_drake.scenario.reachability import FreeSpace, nearest_in
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.world.shapes import Polygon, Polyline, World
@@ -115,6 +116,19 @@ def _crossing_sides(points: Array) -> NDArray[np.int64]:
     return crossing
 
 
+class _Taker(NamedTuple):
+    """A wall that takes up a place, and the way out."""
+
+    wall: int
+    inside: bool
+    depth: float
+    # A unit vector; zero where it is not known.
+    way: Array
+
+
+_Takers = dict[tuple[Any, ...], _Taker | None]
+
+
 class _Spot(NamedTuple):
     """A place that must be free of walls."""
 
@@ -174,10 +188,10 @@ def _check_spots(scenario: Scenario, spots: list[_Spot]) -> Iterator[Finding]:
     ]
     places = [it.place for it in fixtures for _ in it.footprints]
     tree = shapely.STRtree(shapes)
-    taken: dict[tuple[Any, ...], tuple[int, float, Any] | None] = {}
+    taken: _Takers = {}
     looks = 0
     for spot in spots:
-        key = (*spot.position, spot.radius)
+        key = spot[1:3]
         # Each look at a wall that is near finds a fault, so enough is enough.
         if key in taken or looks > _MAX_LOOKS:
             continue
@@ -188,14 +202,42 @@ def _check_spots(scenario: Scenario, spots: list[_Spot]) -> Iterator[Finding]:
         for w in sorted(near.tolist()):
             depth, way = _depth(shapes[w], place, spot.radius)
             if depth > _SAME:
-                taken[key] = w, depth, way
+                taken[key] = _Taker(w, depth > spot.radius, depth, way)
                 break
+    space = FreeSpace(fixtures, [spot.position for spot in spots])
+    rooms: dict[float, Any] = {}
     for spot in spots:
-        if found := taken.get((*spot.position, spot.radius)):
-            w, depth, way = found
-            loc = ("world", *places[w])
-            message = _message(path_text(scenario, loc), spot, depth, way)
+        if found := taken.get(spot[1:3]):
+            radius = spot.radius
+            if radius not in rooms:
+                rooms[radius] = _main_room(radius, spots, taken, space)
+            if rooms[radius] is not None:
+                place = nearest_in(rooms[radius], spot.position)
+                way = np.subtract(place, spot.position)
+                depth = float(np.hypot(*way))
+                if depth > _SAME:
+                    found = found._replace(depth=depth, way=way / depth)
+            loc = ("world", *places[found.wall])
+            message = _message(path_text(scenario, loc), found)
             yield Finding(spot.loc, message, uses=(*spot.uses, loc))
+
+
+def _main_room(
+    radius: float, spots: list[_Spot], taken: _Takers, space: FreeSpace
+) -> Any:
+    """Returns where most of those who are not in a wall can get to, or None.
+
+    The nearest side of an outer wall may be that outside of the building, and
+    so no remedy.
+    """
+    free = [it.position for it in spots if taken.get(it[1:3], 0) is None]
+    rooms = [space.room(it, radius) for it in dict.fromkeys(free)]
+    numbers = [id(room) for room in rooms if room is not None]
+    if not numbers:
+        return None
+    # Rooms are made once, so each has an identity.
+    most = max(dict.fromkeys(numbers), key=numbers.count)
+    return next(room for room in rooms if id(room) == most)
 
 
 def _depth(
@@ -216,12 +258,13 @@ def _depth(
     return radius - sign * distance, way
 
 
-def _message(wall: str, spot: _Spot, depth: float, way: Array) -> str:
-    how = "is inside" if depth > spot.radius else "overlaps"
+def _message(wall: str, taker: _Taker) -> str:
+    how = "is inside" if taker.inside else "overlaps"
     direction = ""
-    if way.any():
-        direction = f" along ({way[0]:z.2f}, {way[1]:z.2f})"
-    return f"{how} {wall}; move it {_up(depth)} m{direction}"
+    if taker.way.any():
+        x, y = taker.way
+        direction = f" along ({x:z.2f}, {y:z.2f})"
+    return f"{how} {wall}; move it {_up(taker.depth)} m{direction}"
 
 
 def _up(length: float) -> str:

@@ -9,12 +9,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hunav_drake.scenario.building import (
+    Check,
     Places,
     build_scenario,
     document_faults,
     override_place,
 )
-from hunav_drake.scenario.checks import ALL_CHECKS
+from hunav_drake.scenario.checks import ALL_CHECKS, warn_of_angles
 from hunav_drake.scenario.error import (
     Fault,
     Loc,
@@ -24,6 +25,7 @@ from hunav_drake.scenario.error import (
     suggestion,
 )
 from hunav_drake.scenario.overrides import apply_override, override_texts
+from hunav_drake.scenario.reachability import check_ways
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.scenario.yaml_document import YamlDocument
 from hunav_drake.scenario.yaml_source import parse_yaml, read_yaml
@@ -35,13 +37,16 @@ if TYPE_CHECKING:
 
 
 def LoadScenario(
-    *,
     filename: str | Path | None = None,
+    *,
     data: str | bytes | None = None,
     scenario_name: str | None = None,
     overrides: Mapping[str, str] | Sequence[str] = (),
+    ways: bool = False,
 ) -> Scenario:
     """Loads a scenario from a file or from text, and checks it.
+
+    A heading of more than a turn, which may be one in degrees, is a warning.
 
     Args:
         filename: A file, or the name of a shipped scenario, such as
@@ -53,6 +58,8 @@ def LoadScenario(
         overrides: Settings that replace what the file says, as on the
             command line: "robot.radius=0.3", "humans[1].goals=[[1, 2]]", or
             a mapping from such paths to values. The values are YAML.
+        ways: Whether there must be ways for the robot and for people to their
+            goals, as for `hunav check`.
 
     Returns:
         The scenario, in which each person has a name and a number. It is
@@ -62,8 +69,16 @@ def LoadScenario(
         ScenarioError: If the file cannot be read, does not fit the schema, or
             describes something that cannot be simulated. It lists all faults
             with their places.
+        TypeError: If `filename` is no text and no path.
         ValueError: If not exactly one of `filename` and `data` is given.
     """
+    if not isinstance(filename, str | Path | None):
+        raise TypeError(
+            "LoadScenario() takes the name of a file, or of a shipped scenario,"
+            f" got {shown(filename)}; for data, use"
+            " CheckScenario(Scenario(...)), or LoadScenario(data='...') for"
+            " YAML"
+        )
     if (filename is None) == (data is None):
         raise ValueError(
             "LoadScenario() takes either filename or data, and one of them"
@@ -77,10 +92,11 @@ def LoadScenario(
     # HuNavSim's own files; here, for that module knows this package.
     from hunav_drake.hunavsim.agents_yaml import AGENTS_KEY, convert_agents
 
+    checks = (*ALL_CHECKS, check_ways) if ways else ALL_CHECKS
     content = document.root.value
     is_agents = isinstance(content, dict) and AGENTS_KEY in content
     if is_agents and scenario_name is None:
-        agents = _load_agents(convert_agents(document), overrides)
+        agents = _load_agents(convert_agents(document), overrides, checks)
         return _name(agents, filename, None)
     prefix = _prefix(document, scenario_name)
     plain = document.plain(prefix)
@@ -92,13 +108,14 @@ def LoadScenario(
     faults = document_faults(document, prefix)
     locs, override_faults = _override(plain, overrides)
     scenario, findings = build_scenario(
-        plain, ALL_CHECKS, _inside(document.unread, prefix)
+        plain, checks, _inside(document.unread, prefix)
     )
     places = Places(document, prefix, overrides=locs)
     faults += [places.fault(found, plain) for found in findings]
     faults += override_faults
     if scenario is None or faults:
         raise ScenarioError(document.name, faults)
+    warn_of_angles(scenario, lambda found: places.fault(found, plain))
     return _name(scenario, filename, scenario_name)
 
 
@@ -113,12 +130,14 @@ def ListScenarios() -> dict[str, str]:
 
 
 def _load_agents(
-    imported: "HunavImport", overrides: Mapping[str, str] | Sequence[str]
+    imported: "HunavImport",
+    overrides: Mapping[str, str] | Sequence[str],
+    checks: Sequence[Check],
 ) -> Scenario:
     locs, faults = _override(imported.data, overrides)
     if faults:
         raise ScenarioError(imported.name, faults)
-    return imported.build(ALL_CHECKS, locs)
+    return imported.build(checks, locs)
 
 
 def _find_trees(data: Any, folder: Path) -> None:

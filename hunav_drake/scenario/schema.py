@@ -10,6 +10,7 @@ from typing import Annotated
 from pydantic import Field, StrictFloat, StrictStr
 from pydantic.dataclasses import dataclass
 
+from hunav_drake.systems.common.plain_errors import plain_errors
 from hunav_drake.systems.common.schema import CONFIG, Integer, Name, within
 from hunav_drake.systems.crowd.crowd_config import CrowdConfig
 from hunav_drake.systems.evaluation.evaluator_config import EvaluatorConfig
@@ -22,6 +23,7 @@ from hunav_drake.systems.sensing.sensor_config import SENSORS, SensorConfig
 from hunav_drake.systems.world.shapes import World
 
 
+@plain_errors
 @dataclass(kw_only=True, slots=True, config=CONFIG)
 class SimulationConfig:
     """How long and how finely the trial runs."""
@@ -52,6 +54,7 @@ class SimulationConfig:
     ] = 0.5
 
 
+@plain_errors
 @dataclass(kw_only=True, slots=True, config=CONFIG)
 class Scenario:
     """A trial: a world, people, a robot with its planner, and an evaluator."""

@@ -24,6 +24,7 @@ from hunav_drake.systems.common.layout import COMMAND_SIZE, STATE_SIZE
 from hunav_drake.systems.common.ports import (
     DeclareRobotStates,
     RequirePort,
+    RobotStatesOf,
     weakly,
 )
 from hunav_drake.systems.people.human_config import HumanConfig
@@ -312,17 +313,22 @@ class BehaviorTree(LeafSystem):
             self._human_states.EvalBasicVector(context).value(),
             self._no_robots
             if self._robot_states is None
-            else self._robot_states.EvalBasicVector(context).value(),
+            else RobotStatesOf(self._robot_states, context),
         )
 
     def _CalcTick(self, context: Context, value: AbstractValue) -> None:
         memory, states, robots = self._EvalInputs(context)
-        value.set_value(
-            [
-                tree.tick(person, memory[own], states, robots)
-                for tree, person, own in self._ticked
-            ]
-        )
+        outcomes: list[Outcome] = []
+        try:
+            for tree, person, own in self._ticked:
+                outcomes.append(tree.tick(person, memory[own], states, robots))
+        except Exception as error:
+            tree = self._ticked[len(outcomes)][0]
+            error.add_note(
+                f"in the tree {tree.name!r}, at t = {context.get_time():.3f} s"
+            )
+            raise
+        value.set_value(outcomes)
 
     def _EvalTick(self, context: Context) -> list[Outcome]:
         outcomes: list[Outcome] = self.get_cache_entry(self._tick).Eval(context)

@@ -25,5 +25,51 @@ INTEGER = numba.int64
 
 
 def jit_as(result, *arguments):
-    """Returns the decorator `jit` for fixed types."""
-    return numba.njit(result(*arguments), cache=True, error_model="numpy")
+    """Returns the decorator `jit` for fixed types.
+
+    A function is compiled, or read from disk, when it is first used: a command
+    that uses few of them need not wait for all.
+    """
+    signature = result(*arguments)
+
+    def decorate(function):
+        return _compiled_when_used(jit(function), signature)
+
+    return decorate
+
+
+def _compiled_when_used(kernel, signature):
+    """Holds a dispatcher of numba to one signature; it is compiled later."""
+    call_template = kernel.get_call_template
+
+    def fix():
+        if not kernel.overloads:
+            kernel.compile(signature)
+            # From now on, other types are refused, and numbers converted.
+            kernel.disable_compile()
+
+    def compile_for_args(*values, **_):
+        # Numba asks for this at the first call from Python alone.
+        fix()
+        if len(values) != len(signature.args):
+            raise TypeError(
+                f"{kernel.__name__} takes {len(signature.args)} arguments, got"
+                f" {len(values)}"
+            )
+        for value, wanted in zip(values, signature.args, strict=True):
+            given = kernel.typeof_pyval(value)
+            if kernel.typingctx.can_convert(given, wanted) is None:
+                raise TypeError(
+                    f"No matching definition of {kernel.__name__} for an"
+                    f" argument of the type {given}; it takes {wanted}"
+                )
+        return kernel.get_overload(signature)
+
+    def get_call_template(types, keywords):
+        # Asked for when another kernel that calls this one is compiled.
+        fix()
+        return call_template(types, keywords)
+
+    kernel._compile_for_args = compile_for_args
+    kernel.get_call_template = get_call_template
+    return kernel

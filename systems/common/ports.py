@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 from weakref import WeakMethod
 
-from pydrake.systems.framework import InputPort, PortDataType, System
+from pydrake.systems.framework import Context, InputPort, PortDataType, System
 
 from hunav_drake.systems.common.layout import STATE_SIZE
 
@@ -19,6 +19,25 @@ def DeclareRobotStates(system: Any, num_robots: int) -> InputPort | None:
     return system.DeclareVectorInputPort(
         "robot_states", num_robots * STATE_SIZE
     )
+
+
+def RobotStatesOf(port: InputPort, context: Context) -> Any:
+    """Returns what a port of `DeclareRobotStates` takes, not to be written to.
+
+    Raises:
+        RuntimeError: If nothing is connected to it.
+    """
+    try:
+        return port.EvalBasicVector(context).value()
+    except RuntimeError:
+        if port.HasValue(context):
+            raise
+        raise RuntimeError(
+            f"{port.get_system().GetSystemPathname()}: nothing is connected to"
+            " its port robot_states; connect the state (x, y, yaw, vx, vy,"
+            " omega, radius) of the robot to AddHumans(...).robot_states, or"
+            " make the people with num_robots=0"
+        ) from None
 
 
 def RequirePort(

@@ -20,6 +20,7 @@ from typing import Annotated, Any
 from pydantic import TypeAdapter, ValidationError
 from pydantic_core import InitErrorDetails, PydanticCustomError, core_schema
 
+from hunav_drake.systems.common.plain_errors import plain_errors
 from hunav_drake.systems.common.suggest import shown, suggestion
 
 
@@ -110,7 +111,7 @@ class Registry(Mapping[str, type[Any]]):
                     f"{choice.__qualname__} is registered already, as"
                     f" {name_of(choice)!r}; derive a class from it"
                 )
-            known_as: Any = choice
+            known_as: Any = plain_errors(choice)
             known_as.__choice__ = self.tag, name
             self._choices[name] = choice
             return choice
@@ -197,6 +198,8 @@ class Registry(Mapping[str, type[Any]]):
             raise TypeError(
                 f"{choice.__qualname__} is no {self.kind}: it lacks {missing}"
             )
+        for name in sorted(getattr(self._base, "__abstractmethods__", ())):
+            _check_parameters(choice, self._base, name)
         if self.tag in (field.name for field in dataclasses.fields(choice)):
             raise TypeError(
                 f"{choice.__qualname__} must not have a field {self.tag!r}:"
@@ -302,6 +305,26 @@ class Registry(Mapping[str, type[Any]]):
 
 class _NoChoiceError(Exception):
     """Nothing can be chosen by a name; the text says why."""
+
+
+def _check_parameters(choice: Any, base: Any, name: str) -> None:
+    """Checks that a method can be called like that of the base.
+
+    Raises:
+        TypeError: If it cannot.
+    """
+    own, wanted = getattr(choice, name), getattr(base, name)
+    if not (inspect.isfunction(own) and inspect.isfunction(wanted)):
+        return
+    signature = inspect.signature(wanted)
+    try:
+        inspect.signature(own).bind(*signature.parameters)
+    except TypeError:
+        raise TypeError(
+            f"{choice.__qualname__}.{name}() must take"
+            f" ({', '.join(signature.parameters)}), got"
+            f" ({', '.join(inspect.signature(own).parameters)})"
+        ) from None
 
 
 @functools.cache

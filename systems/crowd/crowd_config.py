@@ -8,6 +8,7 @@ from pydantic import Field, StrictBool, StrictFloat, model_validator
 from pydantic.dataclasses import dataclass
 from pydantic_core import ArgsKwargs
 
+from hunav_drake.systems.common.plain_errors import plain_errors
 from hunav_drake.systems.common.schema import (
     CONFIG,
     Integer,
@@ -21,6 +22,7 @@ Acceleration = Annotated[StrictFloat, within(0.1, 1e3, "m/s^2")]
 TurnRate = Annotated[StrictFloat, within(0.1, 1e3, "rad/s")]
 
 
+@plain_errors
 @dataclass(kw_only=True, slots=True, config=CONFIG)
 class CrowdConfig:
     """How people move, and how they take in the world."""

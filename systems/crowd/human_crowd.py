@@ -1,6 +1,7 @@
 """The LeafSystem that moves the people."""
 
 from collections.abc import Sequence
+import sys
 from typing import Any
 
 import numpy as np
@@ -45,7 +46,12 @@ from hunav_drake.systems.world.obstacles import Obstacles
 _SHIFT = 0.5
 
 
-@TemplateSystem.define("HumanCrowd_", T_list=[float, AutoDiffXd])
+@TemplateSystem.define(
+    "HumanCrowd_",
+    T_list=[float, AutoDiffXd],
+    # Else Drake reads the sources of the whole call stack to find it.
+    scope=sys.modules[__name__],
+)
 def HumanCrowd_(T: Any) -> type:
     """Defines HumanCrowd for a scalar type: float or AutoDiffXd."""
 

@@ -9,6 +9,7 @@ from pydantic import Field, StrictBool, StrictFloat, StrictStr, model_validator
 from pydantic.dataclasses import dataclass
 from pydantic_core import ArgsKwargs
 
+from hunav_drake.systems.common.plain_errors import plain_errors
 from hunav_drake.systems.common.schema import CONFIG, Integer, within
 
 # What is meant where a key is left out, by profile. The one of the paper is
@@ -22,6 +23,7 @@ EVALUATOR_PROFILES: Mapping[str, Mapping[str, Any]] = MappingProxyType(
 )
 
 
+@plain_errors
 @dataclass(kw_only=True, slots=True, config=CONFIG)
 class EvaluatorConfig:
     """What an Evaluator records, and which metrics are computed."""

@@ -206,6 +206,13 @@ def register_metric[F: Callable[[Recording], Any]](
 
     def register(function: F) -> F:
         own = function.__name__ if name is None else name
+        try:
+            inspect.signature(function).bind("recording")
+        except TypeError:
+            raise ValueError(
+                f"metric {own!r}: the function must take (recording), got"
+                f" {inspect.signature(function)}"
+            ) from None
         _check_facts(own, unit, family, source, direction)
         for candidate in (own, *aliases):
             _check_name(own, candidate, function)

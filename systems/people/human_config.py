@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 from pydantic import Field, StrictBool
 from pydantic.dataclasses import dataclass
 
+from hunav_drake.systems.common.plain_errors import plain_errors
 from hunav_drake.systems.common.schema import (
     CONFIG,
     BodyRadius,
@@ -26,6 +27,7 @@ LARGEST_BODY = 0.25
 ForcesMode = Literal["custom", "default", "random_normal", "random_uniform"]
 
 
+@plain_errors
 @dataclass(kw_only=True, slots=True, config=CONFIG)
 class HumanConfig:
     """One simulated person."""

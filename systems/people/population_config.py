@@ -14,6 +14,7 @@ from pydantic import (
 )
 from pydantic.dataclasses import dataclass
 
+from hunav_drake.systems.common.plain_errors import plain_errors
 from hunav_drake.systems.common.schema import (
     CONFIG,
     BodyRadii,
@@ -197,6 +198,7 @@ class MembersConfig:
         return self
 
 
+@plain_errors
 @dataclass(kw_only=True, slots=True, config=CONFIG)
 class CohortConfig(MembersConfig):
     """People of one kind, who are here from the start."""
@@ -224,6 +226,7 @@ class CohortConfig(MembersConfig):
         return self
 
 
+@plain_errors
 @dataclass(kw_only=True, slots=True, config=CONFIG)
 class SourceConfig(MembersConfig):
     """A place where people come in, one after the other, and go to sinks."""
@@ -280,6 +283,7 @@ class SinkConfig:
     rate: Annotated[StrictFloat, within(0.01, 100, "people/s")] | None = None
 
 
+@plain_errors
 @dataclass(kw_only=True, slots=True, config=CONFIG)
 class PopulationConfig:
     """People who are drawn, besides those who are listed."""

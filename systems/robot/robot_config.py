@@ -12,6 +12,7 @@ from pydantic.dataclasses import dataclass
 
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import CONTACT_SIZE, STATE_SIZE
+from hunav_drake.systems.common.plain_errors import plain_errors
 from hunav_drake.systems.common.registry import Registry
 from hunav_drake.systems.common.schema import (
     CONFIG,
@@ -33,6 +34,7 @@ Tolerance = Annotated[StrictFloat, within(0, 10, "m", low_open=True)]
 YawTolerance = Annotated[StrictFloat, within(0, 10, "rad", low_open=True)]
 
 
+@plain_errors
 @dataclass(kw_only=True, slots=True, config=CONFIG)
 class RobotLimits:
     """How fast a robot moves. The defaults are those of PAL's PMB2."""

@@ -5,6 +5,7 @@ from typing import Literal, get_args
 
 from pydantic.dataclasses import dataclass
 
+from hunav_drake.systems.common.plain_errors import plain_errors
 from hunav_drake.systems.common.schema import CONFIG
 
 # goals      where people and robot go
@@ -51,6 +52,7 @@ WALKED_TIME = 6.0
 STANDING_SPEED = 0.15
 
 
+@plain_errors
 @dataclass(kw_only=True, slots=True, config=CONFIG)
 class SceneConfig:
     """What is seen of a trial, live, in replays and in films."""

@@ -10,6 +10,7 @@ from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.plain_errors import plain_errors
 from hunav_drake.systems.common.registry import Registry
 from hunav_drake.systems.common.schema import (
     CONFIG,
@@ -134,6 +135,7 @@ class Model:
     pose: Pose = (0.0, 0.0, 0.0)
 
 
+@plain_errors
 @dataclass(kw_only=True, slots=True, config=CONFIG)
 class World:
     """Everything that does not move."""

@@ -37,6 +37,7 @@ def test_run_prints_how_it_ended_and_the_metrics(hunav):
     assert not err
     assert "the robot has reached its goal" in out
     assert "times real time" in out
+    assert "more metrics with --all" in out
     for line in out.splitlines():
         assert len(line) <= 80
     row = next(line for line in out.splitlines() if "path_length" in line)

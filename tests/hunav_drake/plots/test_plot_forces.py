@@ -83,9 +83,9 @@ def test_it_draws_where_it_is_told():
     assert plot_forces(make_forces(goal=[1.0, 0.0]), STATES, ax=ax) is ax
 
 
-def test_a_new_figure_is_as_wide_as_a_column():
+def test_a_new_figure_is_as_wide_as_two_columns():
     ax = plot_forces(make_forces(goal=[1.0, 0.0]), STATES)
-    assert ax.figure.get_figwidth() == 3.4
+    assert ax.figure.get_figwidth() == 6.8
 
 
 def test_nobody_is_an_empty_plot():

@@ -210,5 +210,5 @@ def test_the_command_tells_settings_apart(tmp_path):
             ]
         )
     assert list(ReadRuns(tmp_path)["setting"]) == [change, "short one", ""]
-    page = (tmp_path / "runs/passing_pursuit_0_2/report.html").read_text()
+    page = (tmp_path / "runs/passing_pursuit_0_run2/report.html").read_text()
     assert "setting short one" in page

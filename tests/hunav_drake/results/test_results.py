@@ -109,7 +109,7 @@ def test_files_are_there_and_load(tmp_path):
     assert Recording.load(folder / "recording.npz") == result.recording
     steps = pd.read_csv(folder / "steps.csv", index_col="time")
     pd.testing.assert_frame_equal(
-        steps, result.steps, check_exact=True, check_dtype=False
+        steps, result.steps, rtol=1e-11, check_dtype=False
     )
     summary = json.loads((folder / "result.json").read_text())
     assert summary["provenance"]["seed"] == 0
@@ -143,7 +143,7 @@ def test_a_second_run_leaves_the_first_as_it_is(tmp_path):
     # Numbers in tags are in the order of their size.
     assert ReadRuns(tmp_path)["tag"].tolist() == [
         "passing_pursuit_0",
-        "passing_pursuit_0_2",
+        "passing_pursuit_0_run2",
         "passing_pursuit_3",
         "passing_pursuit_10",
     ]
@@ -180,7 +180,7 @@ def test_a_writer_without_a_tag_takes_the_next_free_one(tmp_path):
 
     folder = WriteResult(make_timeout(), tmp_path, add=write_again)
     assert others == ["passing_pursuit_0"]
-    assert folder.name == "passing_pursuit_0_2"
+    assert folder.name == "passing_pursuit_0_run2"
     assert sorted(os.listdir(tmp_path / "runs")) == [*others, folder.name]
 
 
@@ -220,7 +220,7 @@ def test_a_run_has_a_tag_whatever_its_scenario_is_called(tmp_path):
         ).name
         for name in names
     ]
-    assert folders == ["trial", "hidden", "a_b", "trial_2", "_", "x" * 80]
+    assert folders == ["trial", "hidden", "a_b", "trial_run2", "_", "x" * 80]
     assert sorted(os.listdir(tmp_path / "runs")) == sorted(folders)
     assert {r.scenario_name for r in LoadResults(tmp_path)} == set(names)
 

@@ -28,6 +28,9 @@ from hunav_drake.scenario import (
 )
 from hunav_drake.systems.planning import PursuitPlanner
 
+# Among random headings some are of more than a turn.
+pytestmark = pytest.mark.filterwarnings("ignore:.*a whole turn")
+
 PASSING = (
     resources.files("hunav_drake.scenarios")
     .joinpath("passing.yaml")

@@ -5,7 +5,6 @@ import math
 
 from hypothesis import given, settings, strategies as st
 import numpy as np
-from pydantic import ValidationError
 import pytest
 from scipy import stats
 from scipy.spatial.distance import pdist
@@ -263,7 +262,7 @@ def test_nobody_is_drawn_of_no_number():
     ("values", "message"),
     [
         ({"behaviors": {"regular": 0}}, "must have a weight above 0"),
-        ({"group_sizes": []}, "at least 1 item"),
+        ({"group_sizes": []}, "at least 1"),
         ({"body_radius": [0.3, 0.2]}, "least and a largest radius, got 0.3"),
         ({"radius": 0.2}, "radius must be at least that of the largest body"),
         ({"start": [{"point": [0, 0]}]}, "a rectangle or a polygon, got a"),
@@ -279,13 +278,13 @@ def test_nobody_is_drawn_of_no_number():
     ],
 )
 def test_what_cannot_be_drawn_is_refused(values, message):
-    with pytest.raises(ValidationError, match=message):
+    with pytest.raises(ValueError, match=message):
         cohort(**values)
 
 
 def test_two_cohorts_of_one_name_are_refused():
     twins = [cohort(name="guest"), cohort(3, name="guest")]
-    with pytest.raises(ValidationError, match="have the name 'guest'"):
+    with pytest.raises(ValueError, match="have the name 'guest'"):
         PopulationConfig(cohorts=twins)
 
 

@@ -1,7 +1,6 @@
 import itertools
 
 import numpy as np
-from pydantic import ValidationError
 from pydrake.common.value import Value
 from pydrake.geometry import Meshcat, MeshcatParams
 from pydrake.systems.analysis import Simulator
@@ -218,7 +217,7 @@ def test_a_scene_without_meshcat_has_no_inputs_for_overlays():
 
 def test_overlays_are_known_by_name():
     assert SceneConfig(overlays=list(OVERLAYS)).overlays == [*OVERLAYS]
-    with pytest.raises(ValidationError, match="overlays"):
+    with pytest.raises(ValueError, match="overlays"):
         SceneConfig(overlays=["halo"])
 
 

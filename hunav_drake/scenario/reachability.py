@@ -1,0 +1,298 @@
+"""Checks that there are ways to the goals, wide enough for who goes there."""
+
+from collections.abc import Iterator, Sequence
+import functools
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+import shapely
+
+from hunav_drake.scenario.error import Finding, Loc, path_text
+from hunav_drake.scenario.schema import Scenario
+from hunav_drake.systems.world.routes import route_clearance
+from hunav_drake.systems.world.solids import Fixture, WorldFileError
+
+Point = tuple[float, float]
+
+# What touches is not apart, in meters.
+_TOUCH = 1e-6
+
+# Widths of doors are found to this, in meters; narrower ones are walls.
+_WIDTH = 0.005
+_NARROWEST = 0.02
+
+# How far the free space reaches beyond all walls, in meters.
+_MARGIN = 5.0
+
+
+class Gap(NamedTuple):
+    """The widest way between two places, where it is narrowest.
+
+    Attributes:
+        width: In meters.
+        place: Its middle, (x, y) in W, in meters.
+        sides: The two nearest things there, as places in the world, such as
+            ("walls", 3).
+    """
+
+    width: float
+    place: Point
+    sides: tuple[Loc, ...]
+
+
+class FreeSpace:
+    """Where bodies can be among what stands in a world, and get to."""
+
+    def __init__(self, fixtures: Sequence[Fixture], around: Any = ()) -> None:
+        """Constructs the free space.
+
+        Args:
+            fixtures: All that stands in the world: see `World.fixtures`.
+            around: Places (x, y) in W, in meters, that it contains besides.
+        """
+        self.shapes = [
+            (shapely.polygons if it.closed else shapely.linestrings)(outline)
+            for it in fixtures
+            for outline in it.footprints
+        ]
+        self.places: list[Loc] = [
+            it.place for it in fixtures for _ in it.footprints
+        ]
+        points = [shapely.Point(place) for place in around]
+        bounds = shapely.total_bounds([*self.shapes, *points])
+        if np.isnan(bounds).any():
+            bounds = np.zeros(4)
+        margin = _MARGIN * np.array([-1, -1, 1, 1])
+        self._whole = shapely.box(*(bounds + margin))
+        self._tree = shapely.STRtree(self.shapes)
+        self._rooms = functools.cache(self._make_rooms)
+
+    def _make_rooms(self, radius: float) -> list[Any]:
+        thick = shapely.buffer(self.shapes, radius) if self.shapes else []
+        free = self._whole.difference(shapely.union_all(thick))
+        return list(shapely.get_parts(free))
+
+    def room(self, place: Point, radius: float) -> Any:
+        """Returns where a disc can get to from a place.
+
+        Args:
+            place: (x, y) in W, in meters.
+            radius: That of the disc, in meters.
+
+        Returns:
+            The polygon of all places of its center; None if it has no room at
+            the start.
+        """
+        point = shapely.Point(place)
+        for room in self._rooms(radius):
+            if room.distance(point) <= _TOUCH:
+                return room
+        return None
+
+    def joins(
+        self, start: Point, goal: Point, radius: float, tolerance: float
+    ) -> bool:
+        """Tells whether a disc gets from a start to near a goal.
+
+        Args:
+            start: (x, y) in W, in meters.
+            goal: The same.
+            radius: That of the disc, in meters.
+            tolerance: How near to the goal is near enough, in meters.
+        """
+        room = self.room(start, radius)
+        if room is None:
+            return False
+        distance = room.distance(shapely.Point(goal))
+        return bool(distance <= max(tolerance, _TOUCH))
+
+    def is_outside(self, place: Point, radius: float) -> bool:
+        """Tells whether a disc at a place is outside of all closed walls."""
+        room = self.room(place, radius)
+        edge = self._whole.exterior
+        return room is not None and bool(room.distance(edge) <= _TOUCH)
+
+    def gap(self, start: Point, goal: Point, radius: float) -> Gap | None:
+        """Returns what keeps a disc from a goal that smaller ones reach.
+
+        Args:
+            start: (x, y) in W, in meters.
+            goal: The same.
+            radius: That of a disc that cannot get from one to the other.
+
+        Returns:
+            The gap, or None if there is no way even for small bodies.
+        """
+        low, high = _NARROWEST / 2, radius
+        if not self.joins(start, goal, low, 0.0):
+            return None
+        while high - low > _WIDTH / 2:
+            middle = (low + high) / 2
+            if self.joins(start, goal, middle, 0.0):
+                low = middle
+            else:
+                high = middle
+        here, there = self.room(start, high), self.room(goal, high)
+        if here is None or there is None:
+            # The narrow place is where one of them stands.
+            place = shapely.Point(goal if there is None else start)
+        else:
+            place = shapely.shortest_line(here, there).centroid
+        near = self._tree.query(place, predicate="dwithin", distance=3 * radius)
+        order = sorted(near, key=lambda i: self.shapes[i].distance(place))
+        nearest = tuple(dict.fromkeys(self.places[i] for i in order))[:2]
+        # In their order in the file.
+        sides = dict.fromkeys(it for it in self.places if it in nearest)
+        return Gap(low + high, (place.x, place.y), tuple(sides))
+
+    def nearest(self, place: Point) -> tuple[Loc, float] | None:
+        """Returns the nearest thing, and how far it is, in meters.
+
+        Args:
+            place: (x, y) in W, in meters.
+        """
+        if not self.shapes:
+            return None
+        point = shapely.Point(place)
+        number = int(self._tree.nearest(point))
+        return self.places[number], float(self.shapes[number].distance(point))
+
+    def between(self, start: Point, goal: Point) -> Loc | None:
+        """Returns the first thing on the straight line to a goal."""
+        line = shapely.LineString([start, goal])
+        hit = self._tree.query(line, predicate="intersects")
+        first = shapely.Point(start)
+        ranked = sorted(
+            hit, key=lambda i: self.shapes[i].intersection(line).distance(first)
+        )
+        return self.places[ranked[0]] if ranked else None
+
+
+def free_space(scenario: Scenario) -> FreeSpace | None:
+    """Returns the free space of a scenario; None if a file is unreadable."""
+    try:
+        fixtures = scenario.world.fixtures()
+    except WorldFileError:
+        return None
+    robot = scenario.robot
+    around = [robot.start[:2], *(human.pose[:2] for human in scenario.humans)]
+    around += [goal for human in scenario.humans for goal in human.goals]
+    if robot.goal is not None:
+        around.append(robot.goal[:2])
+    return FreeSpace(fixtures, around)
+
+
+def check_ways(scenario: Scenario) -> Iterator[Finding]:
+    """Looks for goals of the robot and of people that they cannot reach.
+
+    People turn sideways in narrow doors: see `route_clearance`.
+    """
+    space = free_space(scenario)
+    if space is None:
+        return
+    robot = scenario.robot
+    if robot.goal is not None:
+        start, goal = robot.start[:2], robot.goal[:2]
+        if words := no_way(
+            *(scenario, space, start, goal, robot.radius),
+            tolerance=robot.goal_tolerance,
+        ):
+            yield Finding(
+                ("robot", "goal"),
+                f"cannot be reached from robot.start: {words}",
+                uses=(("robot", "start"), ("robot", "radius"), ("world",)),
+            )
+    for i, human in enumerate(scenario.humans):
+        radius = route_clearance([human.radius])
+        loc: Loc = ("humans", i)
+        for k, goal in enumerate(human.goals):
+            if words := no_way(
+                *(scenario, space, human.pose[:2], goal, radius),
+                tolerance=human.goal_radius,
+            ):
+                yield Finding(
+                    (*loc, "goals", k),
+                    f"cannot be reached from the person's pose: {words}",
+                    uses=((*loc, "pose"), (*loc, "radius"), ("world",)),
+                )
+                break
+
+
+def no_way(
+    scenario: Scenario,
+    space: FreeSpace,
+    start: Point,
+    goal: Point,
+    radius: float,
+    *,
+    tolerance: float,
+) -> str:
+    """Returns why a body cannot reach a goal, and what to do; "" if it can.
+
+    Args:
+        scenario: Where walls have their names.
+        space: Its free space.
+        start: (x, y) in W, in meters.
+        goal: The same.
+        radius: That of the body, in meters.
+        tolerance: How near to the goal is near enough, in meters.
+    """
+    room = space.room(start, radius)
+    if room is None or space.joins(start, goal, radius, tolerance):
+        return ""
+    if gap := space.gap(start, goal, radius):
+        sides = [path_text(scenario, ("world", *side)) for side in gap.sides]
+        whose = f" between {' and '.join(sides)}" if len(sides) > 1 else ""
+        x, y = gap.place
+        return (
+            f"no way through a door of {gap.width:.2f} m{whose} at"
+            f" ({x:.2f}, {y:.2f}), for a body {2 * radius:.2f} m wide; widen"
+            f" it, or take a radius below {_down(gap.width / 2)} m"
+        )
+    x, y = nearest_in(room, goal)
+    place = f"({x:.2f}, {y:.2f})"
+    if space.is_outside(goal, radius) and not space.is_outside(start, radius):
+        return (
+            "it is outside of the building; the nearest place inside is"
+            f" {place}"
+        )
+    blocker = space.between(start, goal)
+    what = "walls" if blocker is None else path_text(
+        scenario, ("world", *blocker)
+    )  # fmt: skip
+    stands = "stand" if blocker is None else "stands"
+    return (
+        f"{what} {stands} between, without a way around; leave a gap of more"
+        f" than {2 * radius:.2f} m, or move the goal to {place}"
+    )
+
+
+def nearest_in(room: Any, place: Point) -> Point:
+    """Returns the place of a room that is nearest to some other place."""
+    nearest = shapely.shortest_line(room, shapely.Point(place))
+    x, y = shapely.get_coordinates(nearest)[0].tolist()
+    return x, y
+
+
+def check_angles(scenario: Scenario) -> Iterator[Finding]:
+    """Looks for headings of more than a turn: they may be in degrees."""
+    headings: list[tuple[Loc, float]] = [
+        (("robot", "start", 2), scenario.robot.start[2])
+    ]
+    if scenario.robot.goal is not None:
+        headings.append((("robot", "goal", 2), scenario.robot.goal[2]))
+    for i, human in enumerate(scenario.humans):
+        headings.append((("humans", i, "pose", 2), human.pose[2]))
+    for loc, yaw in headings:
+        if abs(yaw) > 2 * math.pi:
+            yield Finding(
+                loc,
+                f"is {yaw:g} rad, more than a whole turn; if it is in degrees,"
+                f" write {math.radians(yaw):.4f}",
+            )
+
+
+def _down(length: float) -> str:
+    """Returns a length rounded down, so that a body of it fits."""
+    return f"{math.floor(length * 100 + 1e-6) / 100:.2f}"

@@ -1,0 +1,152 @@
+"""Tells in words why a robot did not reach its goal, and what helps."""
+
+import math
+
+import numpy as np
+
+from hunav_drake.scenario.error import path_text
+from hunav_drake.scenario.reachability import FreeSpace, free_space, no_way
+from hunav_drake.scenario.schema import Scenario
+from hunav_drake.systems.common.arrays import Mask
+from hunav_drake.systems.common.layout import RADIUS, VX, VY, YAW, X, Y
+from hunav_drake.systems.common.poses import turn_between
+from hunav_drake.systems.evaluation.recording import Recording
+
+# Who is nearer to a robot than this, surface to surface, may block it, in
+# meters; and what is nearer than the second, it touches.
+_IN_THE_WAY = 0.5
+_TOUCHES = 0.03
+
+# A robot that stays within this of a place stands there, in meters.
+_STANDS = 0.3
+
+# Shorter stops are none, in seconds.
+_LEAST_STOP = 3.0
+
+
+def explain_end(recording: Recording, scenario: Scenario) -> str:
+    """Returns why the robot is not at its goal at the end of a recording.
+
+    Args:
+        recording: A trial that ended without success.
+        scenario: What was to happen.
+
+    Returns:
+        The reason and a remedy, as one line; empty if there is no goal, or if
+        it is reached.
+    """
+    goal = recording.goal
+    if goal is None:
+        return ""
+    x, y, yaw = recording.robot[-1, [X, Y, YAW]].tolist()
+    distance = math.hypot(goal[0] - x, goal[1] - y)
+    off = turn_between(yaw, goal[2])
+    where = f"{distance:.2f} m from the goal"
+    if distance < recording.goal_tolerance:
+        limit = recording.goal_yaw_tolerance
+        if off <= limit:
+            return ""
+        return (
+            f"{where}, but heading off by {off:.2f} rad (goal_yaw_tolerance"
+            f" {limit:g}); raise robot.goal_yaw_tolerance, to 3.15 if any"
+            " heading will do"
+        )
+    stands = _time_of_stop(recording)
+    space = free_space(scenario)
+    radius = float(recording.robot[-1, RADIUS])
+    if space is not None:
+        # (A robot at a wall has no room to the last bit.)
+        words = no_way(
+            *(scenario, space, (x, y), (goal[0], goal[1]), radius),
+            tolerance=recording.goal_tolerance,
+        )
+        if words:
+            return f"{where}: {words}"
+    blocked = _blocked_by(recording, stands)
+    if blocked:
+        return (
+            f"{where}, {blocked}; try another planner, or people who make way"
+        )
+    if stands < _LEAST_STOP:
+        return f"{where}, {_on_its_way(recording, distance)}"
+    wall = "" if space is None else _touched(scenario, space, (x, y), radius)
+    what = f"at {wall}" if wall else "standing"
+    return (
+        f"{where}, {what} for {stands:.0f} s; try another planner or other"
+        " parameters of it, or give the robot more room"
+    )
+
+
+def _time_of_stop(recording: Recording) -> float:
+    """Returns for how long the robot has stayed where it is, in seconds."""
+    places = recording.robot[:, [X, Y]]
+    away = np.linalg.norm(places - places[-1], axis=1) > _STANDS
+    return _time_since_last(recording, away)
+
+
+def _time_since_last(recording: Recording, events: Mask) -> float:
+    """Returns how long ago an event was last, in seconds."""
+    happened = np.flatnonzero(events)
+    first = 0 if len(happened) == 0 else min(happened[-1] + 1, len(events) - 1)
+    return float(recording.times[-1] - recording.times[first])
+
+
+def _blocked_by(recording: Recording, stands: float) -> str:
+    """Returns who is in the way at the end, and for how long; "" if nobody."""
+    if not recording.num_humans or stands < _LEAST_STOP:
+        return ""
+    robot, people = recording.robot[:, None], recording.humans
+    between = people[..., [X, Y]] - robot[..., [X, Y]]
+    gaps = np.linalg.norm(between, axis=-1)
+    gaps = gaps - people[..., RADIUS] - robot[..., RADIUS]
+    near = gaps < _IN_THE_WAY
+    # Ahead is where the robot faces, or where its goal is.
+    assert recording.goal is not None
+    yaw = recording.robot[-1, YAW]
+    facing = np.array([math.cos(yaw), math.sin(yaw)])
+    to_goal = np.subtract(recording.goal[:2], recording.robot[-1, [X, Y]])
+    ahead = (between[-1] @ facing > 0) | (between[-1] @ to_goal > 0)
+    found = np.flatnonzero(near[-1] & ahead)
+    if not len(found):
+        return ""
+    times = [_time_since_last(recording, ~near[:, i]) for i in found]
+    longest = int(np.argmax(times))
+    time = min(times[longest], stands)
+    if time < 1.0:
+        return ""
+    names = [recording.human_names[found[longest]]]
+    names += [
+        recording.human_names[i]
+        for i, own in zip(found, times, strict=True)
+        if i != found[longest] and own >= time / 2
+    ]
+    more = f" and {len(names) - 1} more" if len(names) > 1 else ""
+    return f"blocked by {names[0]}{more} for {time:.0f} s"
+
+
+def _on_its_way(recording: Recording, distance: float) -> str:
+    """Returns how fast a robot goes that the time did not suffice."""
+    recent = recording.times >= recording.times[-1] - 5.0
+    speeds = np.hypot(*recording.robot[recent][:, [VX, VY]].T)
+    speed = float(speeds.mean())
+    if speed < 0.01:
+        return "about to move; raise simulation.duration"
+    longer = math.ceil(1.2 * distance / speed)
+    needed = math.ceil(float(recording.times[-1])) + longer
+    return (
+        f"and on its way at {speed:.2f} m/s; raise simulation.duration, to"
+        f" {needed} or more"
+    )
+
+
+def _touched(
+    scenario: Scenario,
+    space: FreeSpace,
+    place: tuple[float, float],
+    radius: float,
+) -> str:
+    """Returns the name of what a disc touches; empty if nothing."""
+    nearest = space.nearest(place)
+    if nearest is None or nearest[1] > radius + _TOUCHES:
+        return ""
+    return path_text(scenario, ("world", *nearest[0]))

@@ -1,0 +1,105 @@
+"""A newcomer's first steps: a scenario of one's own, examples, completion."""
+
+import shlex
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from hunav_drake import LoadScenario, RunTrial
+from hunav_drake.cli import _all_commands, _make_parser
+from hunav_drake.commands.options import AFTER_INTERRUPT, EXAMPLES
+from hunav_drake.scenario.templates import list_templates, template_text
+
+
+@pytest.mark.parametrize("name", list_templates())
+def test_a_template_is_sound_and_says_what_it_is(name, hunav, tmp_path):
+    path = tmp_path / "mine"
+    code, out, _ = hunav("new", path, "--template", name)
+    assert code == 0
+    assert f"hunav run {path}.yaml" in out
+    text = path.with_suffix(".yaml").read_text()
+    assert text.count("#") >= 8
+    assert "FILE" not in text
+    code, out, err = hunav("check", f"{path}.yaml")
+    assert (code, err) == (0, "")
+    for line in text.splitlines():
+        assert len(line) <= 80
+
+
+@pytest.mark.parametrize("name", ["corridor", "crossing"])
+def test_a_robot_arrives_in_it(name):
+    scenario = LoadScenario(data=template_text(name))
+    assert RunTrial(scenario).end_reason == "goal"
+
+
+def test_a_file_is_not_lost_by_a_new_one(hunav, tmp_path):
+    path = tmp_path / "mine.yaml"
+    path.write_text("own: work")
+    code, _, err = hunav("new", path)
+    assert code == 2
+    assert "--force" in err
+    assert path.read_text() == "own: work"
+    assert hunav("new", path, "--force")[0] == 0
+    code, _, err = hunav("new", tmp_path / "b", "--template", "corridr")
+    assert code == 2
+    assert "did you mean 'corridor'" in err
+
+
+def test_each_command_has_an_example_that_can_be_parsed():
+    parser = _make_parser()
+    commands = {
+        it.prog.removeprefix("hunav").strip() for it in _all_commands(parser)
+    } - {""}
+    assert commands == set(EXAMPLES)
+    assert set(AFTER_INTERRUPT) <= commands
+    for words, example in EXAMPLES.items():
+        line = example.replace('eval "$(', "").replace(')"', "")
+        command, *arguments = shlex.split(line)
+        assert command == "hunav"
+        assert callable(parser.parse_args(arguments).function), words
+    helps = {it.prog: it.format_help() for it in _all_commands(parser)}
+    for prog, text in helps.items():
+        assert prog == "hunav" or "Example: " in text
+        assert "--debug" in text
+
+
+def test_completion_needs_shtab_and_says_so(hunav, monkeypatch):
+    monkeypatch.setitem(sys.modules, "shtab", None)
+    code, _, err = hunav("completion", "bash")
+    assert code == 2
+    assert "pip install 'hunav_drake[completion]'" in err
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_completion_knows_commands_and_options(hunav, shell):
+    pytest.importorskip("shtab")
+    code, out, _ = hunav("completion", shell)
+    assert code == 0
+    for word in ("run", "doctor", "planner"):
+        assert word in out
+
+
+def test_after_ctrl_c_it_says_how_to_go_on(tmp_path):
+    process = subprocess.Popen(
+        [
+            *(sys.executable, "-m", "hunav_drake.cli", "run", "passing"),
+            *("--set", "simulation.duration=80000", "--out", tmp_path),
+            *("--set", "robot.goal_tolerance=0.001", "--no-replay"),
+            *("--set", "simulation.stuck_time=80000"),
+        ],
+        stderr=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    while process.poll() is None and not (tmp_path / "runs").exists():
+        time.sleep(0.1)
+    time.sleep(2.0)
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "hunav: interrupted: nothing was written of this run" in err
+    assert "Traceback" not in err
+    assert not list((tmp_path / "runs").iterdir())

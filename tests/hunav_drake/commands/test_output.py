@@ -1,0 +1,160 @@
+"""What commands print: little by default, all when asked, files before."""
+
+import json
+import os
+import re
+import subprocess
+import sys
+
+import pytest
+
+from hunav_drake import LoadScenario, RunTrial
+from hunav_drake.compiling import compile_time
+from hunav_drake.results.metric_facts import HEADLINE
+from hunav_drake.systems.common.kernels import REAL, jit, jit_as
+from hunav_drake.systems.evaluation.metrics import METRICS
+
+SHORT = ["--set", "simulation.duration=1"]
+
+
+def test_the_version_is_told(capsys):
+    from hunav_drake.cli import main
+
+    with pytest.raises(SystemExit) as info:
+        main(["--version"])
+    assert info.value.code == 0
+    pattern = r"hunav_drake \d+\.\S+ \(Python 3\S+, Drake 1\.\S+\)\n"
+    assert re.fullmatch(pattern, capsys.readouterr().out)
+
+
+def test_a_run_prints_the_most_telling_metrics(hunav):
+    _, out, _ = hunav("run", "passing", *SHORT)
+    lines = out.splitlines()
+    assert len(lines) < 22
+    for name in HEADLINE:
+        assert sum(line.split()[:1] == [name] for line in lines) == 1
+    assert f"{len(METRICS) - len(HEADLINE)} more metrics with --all" in lines
+
+
+def test_all_metrics_are_printed_when_asked(hunav):
+    _, out, _ = hunav("run", "passing", *SHORT, "--all")
+    words = {line.split()[0] for line in out.splitlines() if line}
+    assert set(METRICS) <= words
+    assert "more metrics" not in out
+
+
+def test_a_choice_of_few_metrics_is_shown_whole(hunav):
+    few = ["--set", "evaluator.metrics=[path_length, avg_robot_jerk]"]
+    _, out, _ = hunav("run", "passing", *SHORT, *few)
+    assert "avg_robot_jerk" in out
+    assert "completed" not in out
+    assert "--all" not in out
+
+
+def test_a_program_reads_json(hunav, tmp_path):
+    _, out, _ = hunav("run", "passing", *SHORT, "--json", "--out", tmp_path)
+    data = json.loads(out)
+    assert data["end_reason"] == "timeout"
+    assert set(METRICS) <= set(data["metrics"])
+    (recording,) = tmp_path.rglob("*.npz")
+    _, out, _ = hunav("evaluate", recording, "--json")
+    again = json.loads(out)
+    assert again["metrics"]["path_length"] == data["metrics"]["path_length"]
+
+
+def test_files_are_written_also_if_nobody_reads_the_output(hunav, tmp_path):
+    hunav("run", "passing", *SHORT, "--out", tmp_path / "a", "--no-replay")
+    (recording,) = (tmp_path / "a").rglob("*.npz")
+    command = [sys.executable, "-m", "hunav_drake.cli"]
+    for i, arguments in enumerate(
+        (["evaluate", recording], ["run", "passing", *SHORT, "--no-replay"])
+    ):
+        reader, writer = os.pipe()
+        os.close(reader)
+        out = tmp_path / f"b{i}"
+        done = subprocess.run(
+            [*command, *arguments, "--out", out],
+            stdout=writer,
+            stderr=subprocess.PIPE,
+            check=False,
+        )
+        os.close(writer)
+        assert list(out.glob("runs/*/result.json"))
+        assert b"Traceback" not in done.stderr
+
+
+def test_seed_and_repeat_are_told_apart(hunav, tmp_path):
+    for _ in range(2):
+        hunav(
+            *["run", "passing", *SHORT, "--seed", 2, "--no-replay"],
+            *["--out", tmp_path],
+        )
+    names = sorted(path.name for path in (tmp_path / "runs").iterdir())
+    assert names == ["passing_pursuit_2", "passing_pursuit_2_run2"]
+
+
+def test_tables_have_no_rounding_of_binary_digits(hunav, tmp_path):
+    hunav("run", "passing", "--no-replay", "--out", tmp_path)
+    hunav("report", tmp_path)
+    texts = [path.read_text() for path in tmp_path.rglob("*.csv")]
+    assert len(texts) > 3
+    for text in texts:
+        assert not re.search(r"\d\.\d*(0{9}|9{9})\d", text)
+
+
+def test_compiling_is_measured_apart_and_counted():
+    @jit
+    def inner(x):
+        return x * 3.25
+
+    @jit_as(REAL, REAL)
+    def outer(x):
+        return inner(x) + 1.125
+
+    told = []
+    with compile_time(lambda it: told.append(it.kernels)) as measured:
+        outer(1.0)
+    assert measured.kernels >= 2
+    assert measured.seconds > 0
+    assert told[0] == 0
+    assert told[-1] == measured.kernels
+    with compile_time(lambda _: told.append(-1)) as again:
+        outer(2.0)
+    assert (again.kernels, again.seconds) == (0, 0.0)
+    assert -1 not in told
+
+
+def test_who_waits_for_kernels_is_told_so():
+    code = (
+        "import numba\n"
+        "from hunav_drake.compiling import told_compile_time\n"
+        "with told_compile_time():\n"
+        "    numba.njit(lambda x: x + 1)(1.0)\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    )
+    first, last = done.stderr.splitlines()
+    assert first == "Compiling kernels (once, up to a minute) ..."
+    assert re.fullmatch(r"Compiled \d+ kernels in \d+ s; they are.*", last)
+
+
+def test_forces_are_drawn_large_enough_to_be_seen():
+    from hunav_drake import MakeTrialDiagram, plot_forces
+
+    scenario = LoadScenario("passing")
+    diagram = MakeTrialDiagram(scenario)
+    context = diagram.CreateDefaultContext()
+    ax = plot_forces(
+        diagram.GetOutputPort("forces").Eval(context),
+        diagram.GetOutputPort("human_states").Eval(context),
+    )
+    assert ax.figure.get_figwidth() * 72 >= 450
+
+
+def test_a_trial_has_the_same_numbers_with_and_without_notice(hunav):
+    """To measure compiling does not touch the trial."""
+    scenario = LoadScenario("passing", overrides=[SHORT[1]])
+    plain = RunTrial(scenario).recording
+    with compile_time():
+        assert RunTrial(scenario).recording == plain

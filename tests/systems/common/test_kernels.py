@@ -1,0 +1,76 @@
+"""Kernels of fixed types are compiled when they are used, and only so."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from hunav_drake.systems.common.kernels import MATRIX, REAL, jit, jit_as
+
+
+@pytest.fixture
+def scaled_sum():
+    @jit_as(REAL, MATRIX, REAL)
+    def kernel(rows, factor):
+        total = 0.0
+        for row in rows:
+            for value in row:
+                total += value
+        return factor * total
+
+    return kernel
+
+
+def test_it_is_compiled_at_the_first_call_once(scaled_sum):
+    assert not scaled_sum.overloads
+    rows = np.arange(6.0).reshape(2, 3)
+    assert scaled_sum(rows, 2.0) == 30.0
+    rows.flags.writeable = False
+    assert scaled_sum(rows, 2.0) == 30.0
+    assert len(scaled_sum.overloads) == 1
+
+
+def test_whole_numbers_are_converted_at_any_call(scaled_sum):
+    rows = np.ones((2, 2))
+    assert [scaled_sum(rows, 3), scaled_sum(rows, 3)] == [12.0, 12.0]
+    assert len(scaled_sum.overloads) == 1
+
+
+@pytest.mark.parametrize("warm", [False, True])
+@pytest.mark.parametrize(
+    "rows",
+    [np.ones((2, 2), np.float32), np.ones((4, 4))[::2, ::2], np.ones(3), "x"],
+)
+def test_other_types_are_refused_at_any_call(scaled_sum, rows, warm):
+    if warm:
+        scaled_sum(np.ones((1, 1)), 1.0)
+    with pytest.raises(TypeError, match="No matching definition"):
+        scaled_sum(rows, 1.0)
+
+
+@pytest.mark.parametrize("arguments", [(), (np.ones((1, 1)),)])
+def test_a_wrong_number_of_arguments_is_refused(scaled_sum, arguments):
+    with pytest.raises(TypeError):
+        scaled_sum(*arguments)
+
+
+def test_a_kernel_that_calls_it_has_it_compiled_to_its_types(scaled_sum):
+    @jit
+    def twice(rows):
+        return 2.0 * scaled_sum(rows, 1)
+
+    assert twice(np.ones((2, 2))) == 8.0
+    assert len(scaled_sum.overloads) == 1
+
+
+def test_to_load_a_scenario_takes_no_kernel():
+    program = (
+        "from hunav_drake import LoadScenario\n"
+        "from hunav_drake.systems.crowd.models import MOTION_MODELS\n"
+        "from hunav_drake.systems.crowd.social_force import kernel\n"
+        "LoadScenario(filename='passing')\n"
+        "assert len(MOTION_MODELS) > 4\n"
+        "assert not kernel.social_forces.overloads\n"
+    )
+    subprocess.run([sys.executable, "-c", program], check=True)
