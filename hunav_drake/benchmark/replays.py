@@ -41,16 +41,22 @@ def WriteReplays(
         RuntimeError: If a trial does not repeat itself.
         OSError: If a file cannot be written.
     """
-    seed = result.suite.seed_list()[0]
+    seeds = {
+        cell.name: result.suite.seed_list(cell.scenario)[0]
+        for cell in result.cells
+    }
     firsts = {
         row.cell: row.metrics
         for row in result.rows
-        if row.seed == seed
+        if row.seed == seeds[row.cell]
         and row.repetition == 0
         and row.end_reason not in FAILED
     }
     wanted = {
-        cell.name: (cell, replay_path(Path(folder), cell.name, seed))
+        cell.name: (
+            cell,
+            replay_path(Path(folder), cell.name, seeds[cell.name]),
+        )
         for cell in result.cells
         if cell.name in firsts
     }
@@ -63,7 +69,8 @@ def WriteReplays(
     with pool(*arguments) as executor:
         futures = {
             executor.submit(
-                _write, cell, seed, path, json.dumps(firsts[cell.name])
+                *(_write, cell, seeds[cell.name], path),
+                json.dumps(firsts[cell.name]),
             ): path
             for cell, path in missing
         }

@@ -156,7 +156,9 @@ class Suite:
 
     def seed_list(self, scenario: str) -> list[int]:
         """Returns the seeds of a scenario one by one."""
-        seeds: int | list[int] = self.seeds_of.get(scenario, self.seeds)
+        seeds = self.seeds_of.get(scenario)
+        if seeds is None:
+            seeds = self.seeds
         return list(range(seeds)) if isinstance(seeds, int) else list(seeds)
 
 

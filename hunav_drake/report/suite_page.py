@@ -158,9 +158,9 @@ def _replays(result: SuiteResult) -> Table | None:
     if result.folder is None:
         return None
     folder = Path(result.folder)
-    seed = result.suite.seed_list()[0]
     rows: dict[str, dict[str, str]] = {}
     for cell in result.cells:
+        seed = result.suite.seed_list(cell.scenario)[0]
         path = replay_path(folder, cell.name, seed)
         if path.is_file():
             name = ", ".join(p for p in (cell.planner, cell.setting) if p)

@@ -40,6 +40,8 @@ def to_markdown(result: SuiteResult, command: str) -> str:
     suite = result.suite
     runs = result.runs()
     versions = ", ".join(f"{k} {v}" for k, v in program_versions().items())
+    counts = [len(suite.seed_list(name)) for name in suite.scenarios]
+    seeds = "-".join(str(n) for n in sorted({min(counts), max(counts)}))
     lines = [
         f"# Results of the suite {suite.name}, version {suite.version}",
         "",
@@ -47,7 +49,7 @@ def to_markdown(result: SuiteResult, command: str) -> str:
         "",
         f"    {command}",
         "",
-        f"with {len(suite.seed_list())} seeds for each cell ({versions})."
+        f"with {seeds} seeds for each cell ({versions})."
         " Numbers are means over runs \N{PLUS-MINUS SIGN} half of their 95 %"
         " confidence interval; where there is none, all runs are equal."
         " Distances are between surfaces. The last column begins the hash of"
