@@ -132,7 +132,7 @@ class RouteMap:
         result = command.copy()
         for i in np.flatnonzero(blocked):
             goal = command[i, Command.GOAL_X], command[i, Command.GOAL_Y]
-            waypoint = self._waypoint(*p[i, :2], *goal)
+            waypoint = self._waypoint(p[i, 0], p[i, 1], *goal)
             if waypoint != goal:
                 result[i, Command.GOAL_X], result[i, Command.GOAL_Y] = waypoint
                 result[i, Command.GOAL_RADIUS] = 0.0
