@@ -11,6 +11,8 @@ A class that is not registered is named by its module: ``my_module:MyPlanner``.
 """
 
 from collections.abc import Callable, Iterator, Mapping
+import contextlib
+import contextvars
 import dataclasses
 import functools
 import importlib
@@ -21,6 +23,22 @@ from pydantic import TypeAdapter, ValidationError
 from pydantic_core import InitErrorDetails, PydanticCustomError, core_schema
 
 from hunav_drake.systems.common.suggest import shown, suggestion
+
+_imports_named = contextvars.ContextVar("imports_named", default=True)
+
+
+@contextlib.contextmanager
+def only_registered() -> Iterator[None]:
+    """Keeps names of the form ``module:Class`` from being imported inside.
+
+    Data from elsewhere then run no code: such a name is a fault, unless the
+    class was named so, or registered, before.
+    """
+    token = _imports_named.set(False)
+    try:
+        yield
+    finally:
+        _imports_named.reset(token)
 
 
 class Registry(Mapping[str, type[Any]]):
@@ -267,6 +285,11 @@ class Registry(Mapping[str, type[Any]]):
         module, colon, place = name.partition(":")
         if known is not None or not (colon and module and place):
             return known
+        if not _imports_named.get():
+            raise _NoChoiceError(
+                f"{shown(name)} would be imported, and nothing a scenario"
+                " names is here; import it yourself first (--import MODULE)"
+            )
         try:
             found: Any = importlib.import_module(module)
             for part in place.split("."):
