@@ -1,1 +1,1 @@
-"""The editor of scenarios: in the browser, and in notebooks."""
+"""The editor of scenarios: a page, or a widget, on one session."""

@@ -11,8 +11,6 @@ A class that is not registered is named by its module: ``my_module:MyPlanner``.
 """
 
 from collections.abc import Callable, Iterator, Mapping
-import contextlib
-import contextvars
 import dataclasses
 import functools
 import importlib
@@ -22,23 +20,12 @@ from typing import Annotated, Any
 from pydantic import TypeAdapter, ValidationError
 from pydantic_core import InitErrorDetails, PydanticCustomError, core_schema
 
+from hunav_drake.systems.common.choice_loading import (
+    UnloadedChoice,
+    is_loaded,
+    may_import,
+)
 from hunav_drake.systems.common.suggest import shown, suggestion
-
-_imports_named = contextvars.ContextVar("imports_named", default=True)
-
-
-@contextlib.contextmanager
-def only_registered() -> Iterator[None]:
-    """Keeps names of the form ``module:Class`` from being imported inside.
-
-    Data from elsewhere then run no code: such a name is a fault, unless the
-    class was named so, or registered, before.
-    """
-    token = _imports_named.set(False)
-    try:
-        yield
-    finally:
-        _imports_named.reset(token)
 
 
 class Registry(Mapping[str, type[Any]]):
@@ -167,6 +154,8 @@ class Registry(Mapping[str, type[Any]]):
     def __get_pydantic_json_schema__(
         self, schema: core_schema.CoreSchema, handler: Any
     ) -> dict[str, Any]:
+        if not is_loaded(self):
+            return {"x-deferred": True}
         names, forms = [], []
         # Those that are named by their place are any.
         place = {"type": "string", "pattern": r"^[^:]+:[^:]+$"}
@@ -195,7 +184,7 @@ class Registry(Mapping[str, type[Any]]):
         return {"oneOf": [*bare, *forms, place, placed]}
 
     def _loaded(self) -> dict[str, type[Any]]:
-        if self._home:
+        if self._home and is_loaded(self):
             importlib.import_module(self._home)
         return self._choices
 
@@ -232,6 +221,8 @@ class Registry(Mapping[str, type[Any]]):
                     {"type": type(value).__qualname__},
                 )
             return value
+        if isinstance(value, UnloadedChoice) and not is_loaded(self):
+            return value
         if isinstance(value, str):
             value = {self.tag: value}
         if not isinstance(value, Mapping):
@@ -239,6 +230,10 @@ class Registry(Mapping[str, type[Any]]):
                 "choice", f"must be a mapping, or the name of a {self.kind}"
             )
         parameters = {key: value[key] for key in value if key != self.tag}
+        if not is_loaded(self):
+            name = value.get(self.tag, self.default)
+            self._check_name(name)
+            return UnloadedChoice(self._base, {self.tag: name, **parameters})
         choice: Any = self._select(value)
         result = _adapter(choice).validate_python(parameters)
         # Users' dataclasses may ignore what they do not know.
@@ -268,12 +263,20 @@ class Registry(Mapping[str, type[Any]]):
                 f" {suggestion(name, list(choices))}"
             )
         else:
-            words = f"must be the name of a {self.kind}, got {shown(name)}"
+            self._check_name(name)
         self._raise_at(
             PydanticCustomError("choice_name", "{words}", {"words": words}),
             {self.tag: name},
         )
         raise AssertionError("not reached")
+
+    def _check_name(self, name: Any) -> None:
+        if not isinstance(name, str) or not name:
+            words = f"must be the name of a {self.kind}, got {shown(name)}"
+            self._raise_at(
+                PydanticCustomError("choice_name", "{words}", {"words": words}),
+                {self.tag: name},
+            )
 
     def _named(self, name: str) -> type[Any] | None:
         """Returns the class of a name, or of a place ``module:Class``.
@@ -285,10 +288,10 @@ class Registry(Mapping[str, type[Any]]):
         module, colon, place = name.partition(":")
         if known is not None or not (colon and module and place):
             return known
-        if not _imports_named.get():
+        if not may_import(module):
             raise _NoChoiceError(
-                f"{shown(name)} would be imported, and nothing a scenario"
-                " names is here; import it yourself first (--import MODULE)"
+                f"{shown(name)} is code in a module, and a scenario runs none"
+                f" here; import {shown(module)} beforehand, as by --import"
             )
         try:
             found: Any = importlib.import_module(module)
