@@ -100,6 +100,8 @@ const ICONS = {
   wall: "M4 19L10 6l10 4",
   polygon: "M12 3l8.5 6.5L17 20H7L3.5 9.5z",
   box: "M4 7h16v10H4z",
+  room: "M4 5h16v14h-6M4 5v14h6M10 19v-2M14 19v-2",
+  door: "M3 20h4M17 20h4M7 20V5h10v15M14 12.5v.01",
   furniture: "M4 10h16M6 10v9M18 10v9M4 10V8h16v2",
   measure: "M3 16L16 3l5 5L8 21zM8 11l2 2M11 8l2 2M14 5l2 2",
   undo: "M8 5L4 9l4 4M4 9h10a5.5 5.5 0 0 1 0 11h-4",

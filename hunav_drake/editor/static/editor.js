@@ -45,6 +45,8 @@ export function startEditor(root, host, options = {}) {
 
   const map = makeMap(store);
   store.map = map;
+  store.ghosts = map.ghosts;
+  store.dim = map.dim;
   const tools = makeTools(store, map);
   store.tools = tools;
   const gestures = addGestures(store, map, tools);

@@ -19,6 +19,7 @@ export function makeStore(host) {
   let lastId = Math.floor(Math.random() * 2 ** 30) * 2 ** 20;
   let confirmed = {};
   let confirmedFaults = [];
+  let confirmedOutlines = {};
   let queue = [];
   let waiting = null;
   let nextPreview = null;
@@ -163,10 +164,9 @@ export function makeStore(host) {
         if (name in message) store[name] = message[name];
       }
       store.started = true;
-      const outlines = Object.keys(message.outlines ?? {}).length ? message.outlines : null;
+      if (message.outlines) confirmedOutlines = whole(message.outlines);
       // Older than what is shown, unless nothing is on its way.
-      show(queue.length ? null : outlines);
-      if (outlines) store.confirmedOutlines = outlines;
+      show(queue.length ? null : confirmedOutlines);
       store.tell("state", message);
     },
     faults(message) {
@@ -205,7 +205,7 @@ export function makeStore(host) {
     if (take[kind]) take[kind](message);
     else store.tell(kind, message);
     if (kind === "error") {
-      show();
+      show(queue.length ? null : confirmedOutlines);
       store.say(message.message);
     }
     next();
@@ -219,6 +219,17 @@ export function makeStore(host) {
     next();
   };
   return store;
+}
+
+/** Returns outlines with those of one part together, as its `parts`. */
+function whole(outlines) {
+  const result = {};
+  for (const [key, it] of Object.entries(outlines)) {
+    const owner = key.split("/").slice(0, 3).join("/");
+    if (key === owner || !result[owner]) result[key] = it;
+    else result[owner] = { ...result[owner], parts: [...(result[owner].parts ?? [result[owner].points]), it.points] };
+  }
+  return result;
 }
 
 /** Returns a text after patches [start, end, new] against the earlier text. */
