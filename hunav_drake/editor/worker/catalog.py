@@ -8,6 +8,7 @@ from typing import Any
 
 from pydantic import TypeAdapter
 
+from hunav_drake.editor.forms import form_schema
 from hunav_drake.plots.style import PALETTE
 from hunav_drake.systems.behavior import BEHAVIORS, LoadTree, RenderBehaviorTree
 from hunav_drake.systems.behavior.nodes.port import Variable
@@ -36,6 +37,7 @@ def make_catalog() -> dict[str, Any]:
     """Returns the message with all choices, those of users among them."""
     return {
         "kind": "catalog",
+        "schema": form_schema(),
         "behaviors": behavior_entries(),
         "planners": _choices(PlannerConfig),
         "models": _choices(MotionModel),

@@ -84,11 +84,11 @@ def answer(channel: Channel, message: Message) -> None:
     if message["do"] == "check":
         from hunav_drake.editor.worker.names import find_names_faults
 
-        findings = find_names_faults(
+        faults = find_names_faults(
             message["text"], message["folder"], message["name"]
         )
         channel.send(
-            {"kind": "names", "check": message["check"], "findings": findings}
+            {"kind": "checked", "ticket": message["ticket"], "faults": faults}
         )
     else:
         from hunav_drake.editor.worker.statistics import summary_rows
@@ -110,11 +110,11 @@ def main(descriptor: int, imports: Sequence[str]) -> None:
     _import(imports)
     from hunav_drake.editor.worker.catalog import make_catalog
     from hunav_drake.editor.worker.trials import Trials
-    from hunav_drake.systems.common.registry import only_registered
+    from hunav_drake.systems.common.choice_loading import registered_only
 
     logging.getLogger("drake").setLevel(logging.WARNING)
     # A scenario runs no code but what was imported above.
-    with only_registered():
+    with registered_only():
         channel.send(make_catalog())
         trials = Trials(channel)
         trials.warm_up()

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 import contextlib
 from pathlib import Path
+import queue
 import threading
 from typing import Any
 
@@ -26,11 +27,11 @@ class Worker:
 
     It has a process of low priority that loads Drake, and others while several
     runs are done at a time. A process that dies is replaced. All answers go to
-    subscribers, as messages of plain data:
+    listeners, as messages of plain data:
 
     - worker {status: "starting" | "ready" | "dead", message}
-    - catalog {behaviors, planners, models, robots, metrics, ready}
-    - names {check, findings: [{path, message, uses}]}
+    - catalog {schema, behaviors, planners, models, robots, metrics, ready}
+    - checked {ticket, faults: [{path, message, uses}]}
     - runs {revision, runs: [{run, seed, planner}]}
     - frame {run, time, robot, people, activities, progress}
     - result {run, seed, planner, end_reason, message, end_time, metrics, ...},
@@ -52,13 +53,17 @@ class Worker:
             imports: Modules of users that its processes import.
             out: Where the files of runs go; by default a temporary folder that
                 is removed in the end.
-            dispatch: Called from other threads with a function and its
-                arguments, which it has to call where subscribers live; by
-                default, they are called at once.
+            dispatch: Called from a thread of the worker with a function and
+                its arguments, to call it where listeners live; by default it
+                is called in that thread.
         """
         self.results = ResultFolder(out)
         self._imports = list(imports)
         self._dispatch = dispatch or (lambda function, *args: function(*args))
+        # Messages are told without the lock, by one thread, in their order.
+        self._mail: queue.SimpleQueue[tuple[Callback, Message] | None]
+        self._mail = queue.SimpleQueue()
+        threading.Thread(target=self._deliver, daemon=True).start()
         self._lock = threading.RLock()
         self._callbacks: list[Callback] = []
         self._first: ProcessHandle | None = None
@@ -74,10 +79,10 @@ class Worker:
         self._known: dict[str, Message] = {}
         self._closed = False
 
-    def subscribe(self, callback: Callback) -> Callable[[], None]:
+    def listen(self, callback: Callback) -> Callable[[], None]:
         """Lets a function be called with each message.
 
-        It gets at once what is known by now: status and catalog.
+        It gets first what is known by now: status and catalog.
 
         Returns:
             What ends this.
@@ -85,20 +90,20 @@ class Worker:
         with self._lock:
             self._callbacks.append(callback)
             for message in self._known.values():
-                callback(message)
+                self._mail.put((callback, message))
 
-        def unsubscribe() -> None:
+        def end() -> None:
             with contextlib.suppress(ValueError):
                 self._callbacks.remove(callback)
 
-        return unsubscribe
+        return end
 
     def start(self) -> None:
         """Starts the process, unless there is one."""
         with self._lock:
             if self._first is None and not self._closed:
                 self._tell_status("starting", _LOADING)
-                self._first = ProcessHandle(self._imports, self._on_message)
+                self._first = ProcessHandle(self._imports, self._take)
 
     def check(
         self, text: str, folder: str | Path | None, name: str | None = None
@@ -117,7 +122,7 @@ class Worker:
             self._checks += 1
             self._check = {
                 "do": "check",
-                "check": self._checks,
+                "ticket": self._checks,
                 "text": text,
                 "folder": None if folder is None else str(folder),
                 "name": name,
@@ -135,7 +140,10 @@ class Worker:
         try:
             wanted = read_request(request)
         except RequestError as error:
-            self._tell({"kind": "error", "message": str(error)})
+            answer = {"kind": "error", "message": str(error)}
+            if request.get("id") is not None:
+                answer["id"] = request["id"]
+            self._tell(answer)
             return
         with self._lock:
             self.cancel()
@@ -171,7 +179,7 @@ class Worker:
             )
             self.start()
             while len(self._others) < wanted.workers - 1:
-                other = ProcessHandle(self._imports, self._on_message)
+                other = ProcessHandle(self._imports, self._take)
                 self._others.append(other)
             self._begin_runs()
 
@@ -186,7 +194,7 @@ class Worker:
                     self._stopping.add(handle)
                     handle.send({"do": "stop"})
                     timer = threading.Timer(
-                        STOP_TIME, self._dispatch, (self._end_if_deaf, handle)
+                        STOP_TIME, self._end_if_deaf, (handle,)
                     )
                     timer.daemon = True
                     timer.start()
@@ -200,6 +208,7 @@ class Worker:
             self._first, self._others = None, []
             self._waiting.clear()
             self._busy.clear()
+        self._mail.put(None)
         for handle in handles:
             handle.close()
         self.results.close()
@@ -210,7 +219,14 @@ class Worker:
 
     def _tell(self, message: Message) -> None:
         for callback in list(self._callbacks):
-            callback(message)
+            self._mail.put((callback, message))
+
+    def _deliver(self) -> None:
+        while (letter := self._mail.get()) is not None:
+            callback, message = letter
+            # The loop of the editor may be gone by now.
+            with contextlib.suppress(RuntimeError):
+                self._dispatch(callback, message)
 
     def _tell_status(self, status: str, text: str) -> None:
         self._known["worker"] = message = {
@@ -220,18 +236,9 @@ class Worker:
         }
         self._tell(message)
 
-    def _on_message(
-        self, handle: ProcessHandle, message: Message | None
-    ) -> None:
+    def _take(self, handle: ProcessHandle, message: Message | None) -> None:
         """Takes what a process says, in the thread that reads its pipe."""
         last_lines = handle.last_lines() if message is None else ""
-        with contextlib.suppress(RuntimeError):
-            # The loop of the editor may be gone by now.
-            self._dispatch(self._take, handle, message, last_lines)
-
-    def _take(
-        self, handle: ProcessHandle, message: Message | None, last_lines: str
-    ) -> None:
         with self._lock:
             if self._closed:
                 return
@@ -245,8 +252,8 @@ class Worker:
                     if handle is self._first:
                         self._known["catalog"] = message
                         self._tell(message)
-                case "names":
-                    if message["check"] == self._checks:
+                case "checked":
+                    if message["ticket"] == self._checks:
                         self._check = None
                     self._tell(message)
                 case "frame":
