@@ -40,6 +40,7 @@ def LoadScenario(
     data: str | bytes | None = None,
     scenario_name: str | None = None,
     overrides: Mapping[str, str] | Sequence[str] = (),
+    folder: str | Path | None = None,
 ) -> Scenario:
     """Loads a scenario from a file or from text, and checks it.
 
@@ -53,6 +54,8 @@ def LoadScenario(
         overrides: Settings that replace what the file says, as on the
             command line: "robot.radius=0.3", "humans[1].goals=[[1, 2]]", or
             a mapping from such paths to values. The values are YAML.
+        folder: Where paths in `data` start; by default, the present folder.
+            Those in a file start where it is.
 
     Returns:
         The scenario, in which each person has a name and a number. It is
@@ -84,11 +87,11 @@ def LoadScenario(
         return _name(agents, filename, None)
     prefix = _prefix(document, scenario_name)
     plain = document.plain(prefix)
-    if filename is not None and os.path.isfile(filename):
-        folder = Path(filename).resolve().parent
-        _find_trees(plain, folder)
-        _find_world_files(plain, folder)
-        _find_model(plain, folder)
+    if filename is not None:
+        is_file = os.path.isfile(filename)
+        folder = Path(filename).resolve().parent if is_file else None
+    if folder is not None:
+        find_files(plain, Path(folder).resolve())
     faults = document_faults(document, prefix)
     locs, override_faults = _override(plain, overrides)
     scenario, findings = build_scenario(
@@ -119,6 +122,18 @@ def _load_agents(
     if faults:
         raise ScenarioError(imported.name, faults)
     return imported.build(ALL_CHECKS, locs)
+
+
+def find_files(data: Any, folder: Path) -> None:
+    """Makes the paths in plain data of a scenario absolute.
+
+    Args:
+        data: Changed in place; it need not fit the schema.
+        folder: Where they start, absolute.
+    """
+    _find_trees(data, folder)
+    _find_world_files(data, folder)
+    _find_model(data, folder)
 
 
 def _find_trees(data: Any, folder: Path) -> None:

@@ -1,0 +1,172 @@
+"""What a scenario can choose from, as the editor shows it."""
+
+import inspect
+import json
+import re
+import shutil
+from typing import Any
+
+from pydantic import TypeAdapter
+
+from hunav_drake.editor.forms import form_schema
+from hunav_drake.plots.style import PALETTE
+from hunav_drake.systems.behavior import BEHAVIORS, LoadTree, RenderBehaviorTree
+from hunav_drake.systems.behavior.nodes.port import Variable
+from hunav_drake.systems.behavior.tree import Tree
+from hunav_drake.systems.common.registry import Registry
+from hunav_drake.systems.crowd.motion_model import MotionModel
+from hunav_drake.systems.evaluation.metrics import METRICS, select_metrics
+from hunav_drake.systems.planning.planner import PlannerConfig
+from hunav_drake.systems.robot.robot_config import RobotConfig
+
+# A color of its own for each behavior, and a letter for those who cannot tell
+# them apart. Yellow is left out: it cannot be seen on white.
+_COLORS = dict(zip(BEHAVIORS, (*PALETTE, "#7f7f7f"), strict=False))
+
+# The words of ports that say nothing by themselves.
+_TYPES = {
+    "double": "number",
+    "float": "number",
+    "int": "integer",
+    "bool": "boolean",
+    "std::string": "string",
+}
+
+
+def make_catalog() -> dict[str, Any]:
+    """Returns the message with all choices, those of users among them."""
+    return {
+        "kind": "catalog",
+        "schema": form_schema(),
+        "behaviors": behavior_entries(),
+        "planners": _choices(PlannerConfig),
+        "models": _choices(MotionModel),
+        "robots": _choices(RobotConfig),
+        "metrics": metric_entries(),
+        "ready": True,
+    }
+
+
+def behavior_entries() -> list[dict[str, Any]]:
+    """Returns the behaviors that a person can have."""
+    return [
+        behavior_entry(name, LoadTree(name), _COLORS.get(name, "#7f7f7f"))
+        for name in BEHAVIORS
+    ]
+
+
+def behavior_entry(name: str, tree: Tree, color: str) -> dict[str, Any]:
+    """Returns a behavior: its words, its ports and its picture.
+
+    Args:
+        name: What a scenario calls it.
+        tree: What it is.
+        color: That of people who have it.
+    """
+    drawing = RenderBehaviorTree(tree)
+    picture = None
+    if shutil.which("dot") is not None:
+        svg = drawing.graph().create(format="svg", encoding="utf-8")
+        picture = _whole_picture(svg.decode())
+    return {
+        "name": name,
+        "help": _sentence(tree.documents.comments),
+        "letter": name[:1].upper(),
+        "color": color,
+        "ports": port_entries(tree),
+        "picture": picture,
+        "drawing": drawing.text,
+    }
+
+
+def port_entries(tree: Tree) -> list[dict[str, Any]]:
+    """Returns the ports of a tree that a scenario can set.
+
+    A port is as the first leaf that takes it: its schema has range and unit.
+    """
+    entries = []
+    for port in tree.documents.main_ports().values():
+        kind = _TYPES.get(port.type, "string")
+        entry: dict[str, Any] = {
+            "name": port.name,
+            "type": kind,
+            "default": _value(kind, port.default),
+            "required": port.default is None,
+            "help": "",
+            "schema": {},
+        }
+        for node in tree.nodes:
+            taken = [
+                name
+                for name, value in node.ports.items()
+                if isinstance(value, Variable) and value.key == port.name
+            ]
+            if taken and taken[0] in node.type.ports:
+                leaf = node.type.ports[taken[0]]
+                entry["schema"] = leaf.adapter.json_schema()
+                words = _words_about(taken[0], node.type.function)
+                entry["help"] = f"{node.type.name}: {words or node.type.doc}"
+                break
+        entries.append(entry)
+    return entries
+
+
+def metric_entries() -> list[dict[str, Any]]:
+    """Returns the metrics, those of Table I of HuNavSim first."""
+    paper = {metric.name for metric in select_metrics(["paper"])}
+    return [
+        {
+            "name": metric.name,
+            "family": metric.family,
+            "unit": metric.unit,
+            "direction": metric.direction,
+            "source": metric.source,
+            "definition": metric.definition,
+            "aliases": list(metric.aliases),
+            "paper": metric.name in paper,
+        }
+        for metric in select_metrics(["all"])
+        if metric.name in METRICS
+    ]
+
+
+def _choices(base: Any) -> list[dict[str, Any]]:
+    """Returns the registered choices of a kind."""
+    registry: Registry = base.__registry__
+    return [
+        {
+            "name": name,
+            "help": (inspect.getdoc(choice) or "").partition("\n")[0],
+            "parameters": TypeAdapter(choice).json_schema(),
+        }
+        for name, choice in registry.items()
+    ]
+
+
+def _sentence(comments: list[str]) -> str:
+    """Returns the comment at the head of a file, in one line."""
+    return " ".join(comments[0].split()) if comments else ""
+
+
+def _value(kind: str, text: str | None) -> Any:
+    """Returns the default of a port as a scenario would give it."""
+    if text is None or kind == "string":
+        return text
+    try:
+        return json.loads(text)
+    except ValueError:
+        return text
+
+
+def _words_about(port: str, function: Any) -> str:
+    """Returns the sentence of a leaf's documentation that names a port."""
+    text = " ".join((inspect.getdoc(function) or "").split())
+    for sentence in re.split(r"(?<=[.;]) ", text):
+        if f"`{port}`" in sentence:
+            return sentence.replace("`", "")
+    return ""
+
+
+def _whole_picture(svg: str) -> str:
+    """Returns an SVG of Graphviz without what comes before its element."""
+    return svg[svg.index("<svg") :]
