@@ -34,7 +34,7 @@ class Listener:
     def __init__(self, worker):
         self.messages = []
         self._changed = threading.Condition()
-        worker.listen(self._take)
+        self.end = worker.listen(self._take)
 
     def _take(self, message):
         with self._changed:
@@ -67,21 +67,19 @@ class Listener:
 @pytest.fixture(scope="module")
 def shared():
     dut = Worker()
-    listener = Listener(dut)
-    dut.start()
-    listener.wait("worker", status="ready")
-    yield dut, listener
+    yield dut
     dut.close()
 
 
 @pytest.fixture
 def worker(shared):
-    dut, listener = shared
-    dut.start()
+    shared.start()
+    listener = Listener(shared)
     listener.wait("worker", status="ready")
     listener.clear()
-    yield dut, listener
-    dut.cancel()
+    yield shared, listener
+    shared.cancel()
+    listener.end()
 
 
 def test_it_checks_names(worker):
@@ -137,7 +135,7 @@ def test_a_run_is_cancelled_and_the_next_one_works(worker):
     assert time.monotonic() - begin < 2.0
     listener.clear()
     dut.run({"text": TEXT})
-    run = listener.wait("runs")["runs"][0]["run"]
+    (run,) = (it["run"] for it in listener.wait("runs")["runs"])
     assert listener.wait("result", run=run)["metrics"]
 
 
@@ -152,24 +150,29 @@ def test_questions_are_answered_during_a_run(worker):
 def test_a_process_that_is_killed_is_replaced(worker):
     dut, listener = worker
     dut.run({"text": LONG, "speed": 2.0})
-    listener.wait("frame")
+    (run,) = listener.wait("runs")["runs"]
+    listener.wait("frame", run=run["run"])
     os.kill(dut._first.pid, signal.SIGKILL)
-    assert listener.wait("result")["end_reason"] == "failed"
+    result = listener.wait("result", run=run["run"])
+    assert result["end_reason"] == "failed"
     assert "-9" in listener.wait("worker", status="dead")["message"]
     listener.wait("worker", status="ready")
     listener.clear()
     dut.run({"text": TEXT})
-    assert listener.wait("result")["metrics"]
+    (run,) = listener.wait("runs")["runs"]
+    assert listener.wait("result", run=run["run"])["metrics"]
 
 
 def test_a_process_that_hears_nothing_is_ended(worker):
     dut, listener = worker
     dut.run({"text": LONG, "speed": 2.0})
-    listener.wait("frame")
+    (run,) = listener.wait("runs")["runs"]
+    listener.wait("frame", run=run["run"])
     os.kill(dut._first.pid, signal.SIGSTOP)
     begin = time.monotonic()
     dut.cancel()
-    assert listener.wait("result")["end_reason"] == "cancelled"
+    result = listener.wait("result", run=run["run"])
+    assert result["end_reason"] == "cancelled"
     assert time.monotonic() - begin < 2.0
     listener.wait("worker", status="ready")
 
