@@ -193,8 +193,6 @@ def _is_indented(root: Any) -> bool:
             continue
         for key, value in node.value:
             if isinstance(value, yaml.SequenceNode) and not value.flow_style:
-                return bool(
-                    value.start_mark.column > key.start_mark.column
-                )
+                return bool(value.start_mark.column > key.start_mark.column)
             todo.append(value)
     return True

@@ -40,11 +40,7 @@ class YamlPatch(NamedTuple):
 
 
 def patch_yaml(
-    text: str,
-    document: YamlDocument,
-    before: Any,
-    after: Any,
-    prefix: Loc = (),
+    text: str, document: YamlDocument, before: Any, after: Any, prefix: Loc = ()
 ) -> YamlPatch:
     """Returns what makes a text say other data.
 
@@ -97,7 +93,9 @@ def _attempts(old: Any, new: Any) -> Iterator[tuple[int | None, Loc | None]]:
 
 def _put(whole: Any, prefix: Loc, part: Any) -> Any:
     step = prefix[0]
-    inner = _put(get(whole, prefix[:1]), prefix[1:], part) if prefix[1:] else part
+    inner = (
+        _put(get(whole, prefix[:1]), prefix[1:], part) if prefix[1:] else part
+    )
     return {**whole, step: inner}
 
 
@@ -284,7 +282,9 @@ class _Writer:
         end = max(end, layout.end(pair[0]) + 1)
         column = pair[0].start_mark.column
         if layout.is_first(start):
-            self._add(layout.above(start, column), layout.below(end, column), "")
+            self._add(
+                layout.above(start, column), layout.below(end, column), ""
+            )
             return
         # It stands behind a dash; the next one comes there.
         following = pairs[pairs.index(pair) + 1 :]
@@ -320,7 +320,10 @@ class _Writer:
         elif node.flow_style:
             self._write_flow(
                 node,
-                [((None, it), value) for it, value in zip(items, old, strict=True)],
+                [
+                    ((None, it), value)
+                    for it, value in zip(items, old, strict=True)
+                ],
                 [(None, value) for value in new],
                 is_mapping=False,
             )
@@ -359,9 +362,7 @@ class _Writer:
                     body = layout.text[slice(*chunks[source])]
                     body = body.removesuffix("\n").removesuffix("\r")
                 else:
-                    body = " " * column + layout.item(
-                        new[j], column, flow=flow
-                    )
+                    body = " " * column + layout.item(new[j], column, flow=flow)
                 inserted[place] = (
                     inserted.get(place, "") + body + layout.newline
                 )
@@ -370,7 +371,9 @@ class _Writer:
                 body = layout.newline + body.removesuffix(layout.newline)
             self._add(place, place, body)
 
-    def _chunks(self, items: Sequence[Any], column: int) -> list[tuple[int, int]]:
+    def _chunks(
+        self, items: Sequence[Any], column: int
+    ) -> list[tuple[int, int]]:
         """Returns where the lines of each item begin and end."""
         layout = self._layout
         result = []
@@ -480,9 +483,7 @@ def _matched_middle(
     moves = []
     for _, i0, i1, j0, j1 in blocks:
         both = min(i1 - i0, j1 - j0)
-        moves += [
-            ("same", these[i0 + k], those[j0 + k]) for k in range(both)
-        ]
+        moves += [("same", these[i0 + k], those[j0 + k]) for k in range(both)]
         moves += [("remove", these[i], -1) for i in range(i0 + both, i1)]
         moves += [("insert", -1, those[j]) for j in range(j0 + both, j1)]
     return moves

@@ -119,9 +119,7 @@ def test_another_seed_or_planner_is_another_run(tmp_path):
     for seed, planner, result in zip(
         *((1, 2, 3), ("pursuit", "pursuit", "sfm"), channel.of("result"))
     ):
-        scenario = LoadScenario(
-            data=TEXT, overrides={"planner.name": planner}
-        )
+        scenario = LoadScenario(data=TEXT, overrides={"planner.name": planner})
         expected = RunTrial(scenario, seed).metrics["path_length"]
         assert result["metrics"]["path_length"] == expected
 
