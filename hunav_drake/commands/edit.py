@@ -91,6 +91,12 @@ def _edit(options: argparse.Namespace) -> int:
         stack.callback(worker.close)
         session = _session(options, imports, worker)
         stack.callback(session.close)
+        is_dirty = [False]
+        session.subscribe(
+            lambda it: is_dirty.append(it["dirty"])
+            if it["kind"] == "state"
+            else None
+        )
         with input_errors(place=f"--port {options.port}"):
             page = EditPage(session, port=options.port, find_file=worker.file)
 
@@ -106,8 +112,8 @@ def _edit(options: argparse.Namespace) -> int:
 
         with contextlib.suppress(KeyboardInterrupt):
             page.run(ready)
-        if session.text and session.is_dirty:
-            print("There were changes that were not saved; the browser keeps them.")
+        if is_dirty[-1]:
+            print("What was not saved is kept by the browser.")
     return DONE
 
 
