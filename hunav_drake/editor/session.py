@@ -32,7 +32,7 @@ from hunav_drake.editor.messages import (
     id_of,
     read_message,
 )
-from hunav_drake.scenario.error import Finding, Loc, ScenarioError
+from hunav_drake.scenario.error import Finding, Loc
 from hunav_drake.scenario.loading import LoadScenario
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.scenario.writer import SaveScenario
