@@ -2,9 +2,11 @@
 
 from collections.abc import Iterator, Sequence
 import dataclasses as dc
+from pathlib import Path
 from typing import Any
 
-from hunav_drake.editor.document.plain_data import jsonable
+from hunav_drake.editor.document.plain_data import get
+from hunav_drake.editor.fixes import fix_of
 from hunav_drake.scenario.building import Check, build_scenario
 from hunav_drake.scenario.checks import (
     check_epsilon,
@@ -21,13 +23,14 @@ from hunav_drake.scenario.geometry import (
 )
 from hunav_drake.scenario.population import check_areas
 from hunav_drake.scenario.schema import Scenario
-from hunav_drake.scenario.yaml_document import YamlDocument
 from hunav_drake.systems.common.choice_loading import registered_only
 from hunav_drake.systems.crowd.motion_model import MOTION_MODELS
 from hunav_drake.systems.planning.planner import PLANNERS
 
 
-def find_faults(data: Any, known: Sequence[Loc] = ()) -> list[Finding]:
+def find_faults(
+    data: Any, known: Sequence[Loc] = (), folder: Path | None = None
+) -> list[Finding]:
     """Looks for what can be found without Drake and without compiled code.
 
     Names of behaviors and metrics, the parameters of planners and of motion
@@ -36,25 +39,53 @@ def find_faults(data: Any, known: Sequence[Loc] = ()) -> list[Finding]:
     Args:
         data: A scenario as plain data.
         known: Parts that are known to be wrong already.
+        folder: Where the paths of maps start; without, no map is read.
     """
     with registered_only(*DEFERRED):
-        return build_scenario(data, FAST_CHECKS, known)[1]
+        return build_scenario(with_map(data, folder), FAST_CHECKS, known)[1]
+
+
+def with_map(data: Any, folder: Path | None) -> Any:
+    """Returns data whose map can be read; without it, if it is elsewhere."""
+    name = get(data, ("world", "map"))
+    if not isinstance(name, str) or not name:
+        return data
+    world = {key: it for key, it in data["world"].items() if key != "map"}
+    if (path := inside(folder, name)) is not None:
+        world["map"] = str(path)
+    return {**data, "world": world}
+
+
+def inside(folder: Path | None, name: str) -> Path | None:
+    """Returns the path of a file if it is in a folder, else None."""
+    if folder is None or not name.isprintable():
+        return None
+    try:
+        path = (folder / name).resolve()
+        return path if path.is_relative_to(folder.resolve()) else None
+    except (OSError, RuntimeError, ValueError):
+        return None
 
 
 def message_of(
-    finding: Finding, document: YamlDocument | None = None, prefix: Loc = ()
+    finding: Finding, data: Any, line: int | None = None
 ) -> dict[str, Any]:
-    """Returns a finding as the page gets it."""
+    """Returns a finding as the page gets it.
+
+    Args:
+        finding: What is wrong.
+        data: The scenario as plain data.
+        line: Its line in the text, if it is known.
+    """
     message, _, remedy = finding.message.partition("; ")
-    line = document.line((*prefix, *finding.loc)) if document else 0
     return {
         "path": list(finding.loc),
         "message": message,
         "remedy": remedy,
         "severity": "error",
-        "fix": None,
-        "uses": jsonable(finding.uses),
-        "line": line or None,
+        "fix": fix_of(finding, data),
+        "uses": [list(loc) for loc in finding.uses],
+        "line": line,
     }
 
 

@@ -141,11 +141,16 @@ class Import(Message):
 
 @_message
 class UseBackground(Message):
-    """Lays a map or a picture under the scenario; files are in base64."""
+    """Lays a map or a picture under the scenario; files are in base64.
+
+    Where it lies, in meters and radians, is said for pictures without a map.
+    """
 
     do: Literal["background"]
     name: Annotated[StrictStr, Field(max_length=_MAX_NAME)] = ""
     files: Annotated[dict[FileName, Text], Field(max_length=8)]
+    width_m: float | None = None
+    origin: list[float] | None = None
 
 
 @_message
@@ -154,6 +159,8 @@ class Trace(Message):
 
     do: Literal["trace"]
     base: StrictInt
+    width_m: float | None = None
+    origin: list[float] | None = None
 
 
 @_message
@@ -199,10 +206,7 @@ AnyMessage = (
 _ADAPTER: TypeAdapter[AnyMessage] = TypeAdapter(
     Annotated[AnyMessage, Field(discriminator="do")]
 )
-_KINDS = (
-    "hello edit preview text undo redo save reload open template import"
-    " background trace run cancel"
-).split()
+_KINDS = ["hello", "edit", "preview", "text", "undo", "redo", "save", "reload", "open", "template", "import", "background", "trace", "run", "cancel"]
 
 
 class MessageError(ValueError):

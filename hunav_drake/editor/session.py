@@ -5,45 +5,41 @@ from pathlib import Path
 import threading
 from typing import Any
 
-from hunav_drake.editor.document.outlines import Outlines
-from hunav_drake.editor.document.plain_data import (
-    OperationError,
-    apply,
-    changes,
-    check_plain,
-    jsonable,
-    shared,
+from hunav_drake.editor.background import (
+    Background,
+    BackgroundError,
+    map_background,
 )
-from hunav_drake.editor.document.steps import Step, Steps
-from hunav_drake.editor.document.text_patch import Patches, difference, patched
-from hunav_drake.editor.document.yaml_patch import patch_yaml
-from hunav_drake.editor.faults import find_faults, message_of
+from hunav_drake.editor.commands import COMMANDS
+from hunav_drake.editor.document.document import Document
+from hunav_drake.editor.document.plain_data import OperationError
+from hunav_drake.editor.document.steps import Step
+from hunav_drake.editor.document.text_patch import difference
+from hunav_drake.editor.files import (
+    FileRefusedError,
+    SessionFile,
+    shipped_names,
+)
 from hunav_drake.editor.forms import form_defaults, form_schema
-from hunav_drake.editor.messages import (
-    AnyMessage,
-    Edit,
-    Hello,
-    MessageError,
-    Preview,
-    Redo,
-    Save,
-    TypedText,
-    Undo,
-    id_of,
-    read_message,
-)
-from hunav_drake.scenario.error import Finding, Loc
-from hunav_drake.scenario.loading import LoadScenario
+from hunav_drake.editor.messages import MessageError, id_of, read_message
+from hunav_drake.editor.state import State
+from hunav_drake.editor.templates import template_forms
+from hunav_drake.scenario.error import Finding, Loc, ScenarioError
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.scenario.writer import SaveScenario
-from hunav_drake.scenario.yaml_document import YamlDocument
-from hunav_drake.scenario.yaml_source import parse_yaml
 
 Callback = Callable[[dict[str, Any]], None]
 
+# What the worker says that views get as it is.
+_PASSED_ON = ("worker", "runs", "frame", "result", "summary", "error")
+
 
 class EditSession:
-    """The text, the data and the faults of a scenario that is edited."""
+    """The text, the data and the faults of a scenario that is edited.
+
+    Messages come by `receive` and go to all who subscribed. Its parts are
+    `state`, which is what there is to edit, and `background`.
+    """
 
     def __init__(
         self,
@@ -61,64 +57,69 @@ class EditSession:
         Args:
             text: The text of a scenario.
             scenario: A scenario that was made in Python; it stays as it is.
-            filename: The file, which is read unless there is a text.
+            filename: The file, which is read unless there is a text. It need
+                not exist yet.
             folder: Where files may be read and written; by default that of
                 the file, or the present one.
-            imports: Modules that the worker imports.
+            imports: Modules that were imported for the scenario.
             worker: What checks names and runs trials; None for nothing.
             scenario_name: Which scenario of a file of several.
+
+        Raises:
+            ValueError: If the file cannot be read.
         """
         self._lock = threading.RLock()
         self._callbacks: list[Callback] = []
-        self._filename = None if filename is None else Path(filename).resolve()
-        self._imports = tuple(imports)
-        self._worker = worker
-        self._prefix: Loc = () if scenario_name is None else (scenario_name,)
-        self._outlines = Outlines()
-        self._revision = 0
-        self._steps = Steps()
+        self._catalog: dict[str, Any] = {}
+        self._ticket: tuple[Any, Any] = (None, None)
+        self.imports = tuple(imports)
+        self.worker = worker
+        self.background: Background | None = None
+        file = SessionFile(
+            None if filename is None else Path(filename),
+            None if folder is None else Path(folder),
+        )
+        saved = ""
+        if file.path is not None and file.path.exists():
+            saved = file.read()
         if scenario is not None:
             text = SaveScenario(scenario)
         if text is None:
-            text = ""
-            if self._filename is not None and self._filename.exists():
-                text = self._filename.read_text(encoding="utf-8")
-        self._text = text
-        self._saved = text
-        self._data: Any = {}
-        self._document = YamlDocument("data")
-        self._findings: list[Finding] = []
-        self._read_text()
-        self._shown_outlines = self._outlines.of(self._data.get("world"))
+            text = saved
+        elif file.path is None:
+            saved = text
+        prefix: Loc = () if scenario_name is None else (scenario_name,)
+        self.state = State(Document.read(text, prefix), file, saved)
+        self.state.look()
+        if worker is not None:
+            worker.listen(self._hear)
+        self._check_names()
 
     @property
     def text(self) -> str:
         """The YAML text."""
-        return self._text
+        return self.state.document.text
 
     @property
     def data(self) -> Any:
         """The scenario as plain data; parts of it never change."""
-        return self._data
+        return self.state.document.data
 
     @property
     def faults(self) -> list[dict[str, Any]]:
         """What is wrong with it, in the form of the message ``faults``."""
         with self._lock:
-            return self._faults()
+            return self.state.faults()
 
     @property
     def scenario(self) -> Scenario:
-        """The scenario.
+        """The scenario, checked as a whole.
 
         Raises:
             ScenarioError: While it has faults.
         """
         with self._lock:
-            name = self._prefix[0] if self._prefix else None
-            return LoadScenario(
-                data=self._text or "{}", scenario_name=name and str(name)
-            )
+            return self.state.scenario()
 
     def subscribe(self, callback: Callback) -> Callable[[], None]:
         """Sends all messages to a function; returns what ends that."""
@@ -133,221 +134,211 @@ class EditSession:
         return unsubscribe
 
     def receive(self, message: Any) -> None:
-        """Does what a message says; whatever it is, it is answered."""
+        """Does what a message says; whatever it is, it is answered.
+
+        A message that cannot be followed is answered with an ``error``, and
+        nothing has changed.
+        """
         with self._lock:
             number = id_of(message)
             try:
-                self._handle(read_message(message))
-            except (MessageError, OperationError) as error:
-                self._send("error", number, message=str(error))
+                known = read_message(message)
+                COMMANDS[type(known)](self, known)
+            except (
+                MessageError,
+                OperationError,
+                FileRefusedError,
+                BackgroundError,
+            ) as error:
+                self.send("error", number, message=_line(error))
+            except ScenarioError as error:
+                self.send(
+                    "error",
+                    number,
+                    message=_line(error.faults[0]),
+                    faults=[_line(fault) for fault in error.faults],
+                )
 
     def save(self, filename: str | Path | None = None) -> None:
-        """Writes the file."""
+        """Writes the file.
+
+        Args:
+            filename: The file, wherever it is; by default the one that was
+                opened, or saved last.
+
+        Raises:
+            ValueError: If it cannot be written.
+        """
         with self._lock:
-            path = Path(filename).resolve() if filename else self._filename
-            if path is None:
-                raise ValueError("give a file name to save it")
-            path.write_text(self._text, encoding="utf-8")
-            self._filename = path
-            self._saved = self._text
+            path = None if filename is None else Path(filename)
+            self.state.file.write(self.text, path)
+            self.state.saved = self.text
+            self.send("saved", filename=str(self.state.file.path))
+            self.send_state(None, self.data)
+
+    def set_map(self, filename: str | Path) -> None:
+        """Lays a map of ROS 2 under the scenario.
+
+        Raises:
+            ValueError: If it cannot be read.
+        """
+        with self._lock:
+            self.background = map_background(filename)
+            self.send("background", **self.background.message())
+
+    def poll(self) -> None:
+        """Looks whether somebody else has changed the file.
+
+        If so, it is read again; with changes that are not saved, that is
+        asked, once.
+        """
+        with self._lock:
+            file = self.state.file
+            if not file.changed():
+                return
+            if not self.state.is_dirty:
+                self.receive({"do": "reload", "confirm": True})
+                return
+            file.take_as_seen()
+            self.send(
+                "ask",
+                question=f"{file.path} was changed by another program. Read it"
+                " again? Your changes can be got back by undo.",
+                again={"do": "reload", "confirm": True},
+            )
 
     def close(self) -> None:
         """Ends the session, and its worker."""
-        if self._worker is not None:
-            self._worker.close()
+        if self.worker is not None:
+            self.worker.close()
 
-    def _handle(self, message: AnyMessage) -> None:
-        if isinstance(message, Hello):
-            self._send_catalog(message.id)
-            self._send_state(message.id, None)
-            self._send_faults(message.id)
-            self._send_text(message.id)
-        elif isinstance(message, Edit):
-            self._edit(message)
-        elif isinstance(message, Preview):
-            self._preview(message)
-        elif isinstance(message, TypedText):
-            self._type(message)
-        elif isinstance(message, Undo | Redo):
-            self._step_back(message)
-        elif isinstance(message, Save):
-            self.save(message.filename)
-            self._send("saved", message.id, filename=str(self._filename))
-            self._send_state(message.id, self._data)
-        else:
-            raise MessageError(f"{message.do!r} is not there yet")
+    def replace(self, number: Any, label: str, text: str) -> None:
+        """Puts another text in the place of the present one, as one step."""
+        old = self.state.document
+        self.take(number, label, Document.read(text, old.prefix, old))
 
-    def _edit(self, message: Edit) -> None:
-        if not self._is_present(message):
-            return
-        if self._document.root is None and self._text.strip():
-            raise OperationError(
-                "the text does not read as YAML; mend it first"
-            )
-        new = self._applied(message.ops)
-        before = self._data
-        paths = tuple(repr(op[1]) for op in message.ops if op[0] == "set")
-        key = (message.label, paths) if len(paths) == len(message.ops) else None
-        self._set_data(new)
-        self._send_state(message.id, before)
-        self._send_faults(message.id)
-        patches, _ = patch_yaml(
-            self._text, before, new, self._prefix, self._document
-        )
-        self._text = patched(self._text, patches)
-        self._document = parse_yaml(self._text, name="data")
-        self._steps.add(
-            Step(message.label, patches, before, new, key), self._text
-        )
-        self._send_text(message.id)
-        self._send_state(message.id, new)
-        if self._findings:
-            self._send_faults(message.id)
+    def take(
+        self, number: Any, label: str, document: Document, key: Any = None
+    ) -> None:
+        """Takes another document, as one step, and tells it.
 
-    def _preview(self, message: Preview) -> None:
-        if not self._is_present(message):
-            return
-        new = self._applied(message.ops)
-        findings = find_faults(new)
-        self._send(
-            "faults",
-            message.id,
-            revision=self._revision,
-            preview=message.id,
-            faults=[message_of(found) for found in findings],
-        )
+        Args:
+            number: That of the message that asked for it.
+            label: What was done.
+            document: What there is now.
+            key: Steps of one key that follow each other at once become one.
+        """
+        state, old = self.state, self.state.document
+        patches = difference(old.text, document.text)
+        state.document = document
+        state.revision += 1
+        state.look()
+        step = Step(label, patches, old.data, document.data, key)
+        state.steps.add(step, document.text)
+        self.tell(number, old.data)
 
-    def _type(self, message: TypedText) -> None:
-        if not self._is_present(message):
-            return
-        before = self._data
-        patches: Patches = difference(self._text, message.text)
-        self._text = message.text
-        self._read_text()
-        self._revision += 1
-        self._steps.add(
-            Step("Typing", patches, before, self._data, "typing"), self._text
-        )
-        self._send_state(message.id, before)
-        self._send_faults(message.id)
-        self._send_text(message.id)
+    def tell(self, number: Any, before: Any) -> None:
+        """Tells the state, the faults and the text."""
+        self.send_state(number, before)
+        self.send_faults(number)
+        self.send_text(number)
+        self._check_names()
 
-    def _step_back(self, message: Undo | Redo) -> None:
-        is_undo = isinstance(message, Undo)
-        move = self._steps.undo if is_undo else self._steps.redo
-        found = move(self._text)
-        if found is None:
-            word = "undone" if is_undo else "done again"
-            raise OperationError(f"there is nothing to be {word}")
-        before = self._data
-        self._text, data = found
-        self._read_text(data)
-        self._revision += 1
-        self._send_state(message.id, before)
-        self._send_faults(message.id)
-        self._send_text(message.id)
-
-    def _applied(self, ops: Sequence[Any]) -> Any:
-        for operation in ops:
-            for value in operation[2:]:
-                check_plain(value)
-        new = apply(self._data, ops)
-        if not isinstance(new, dict):
-            raise OperationError("a scenario is a mapping")
-        return new
-
-    def _is_present(self, message: Edit | Preview | TypedText) -> bool:
-        """Answers with the state if a message is about an earlier one."""
-        if message.base == self._revision:
-            return True
-        self._send_state(message.id, None)
-        if not isinstance(message, Preview):
-            self._send_text(message.id)
-        return False
-
-    def _read_text(self, data: Any = None) -> None:
-        """Takes over what the text says, if it can be read."""
-        self._document = parse_yaml(self._text, name="data")
-        if data is None:
-            data = self._document.plain(self._prefix)
-            if not self._text.strip():
-                data = {}
-        if isinstance(data, dict):
-            self._set_data(shared(self._data, data), count=False)
-
-    def _set_data(self, data: Any, *, count: bool = True) -> None:
-        self._data = data
-        self._revision += count
-        known = [found.loc for _, found in self._document.findings]
-        self._findings = find_faults(data, [loc for loc in known if loc])
-
-    def _faults(self) -> list[dict[str, Any]]:
-        document = self._document
-        size = len(self._prefix)
-        result = []
-        if self._text.strip():
-            for line, found in document.findings:
-                inner = Finding(found.loc[size:], found.message)
-                result.append({**message_of(inner), "line": line or None})
-        if document.root is None and self._text.strip():
-            return result
-        return result + [
-            message_of(found, document, self._prefix)
-            for found in self._findings
-        ]
-
-    def _send_state(self, number: Any, before: Any) -> None:
-        """Tells the state; all of it unless it is known what was before."""
-        outlines = self._outlines.of(self._data.get("world"))
-        is_new = before is None or outlines != self._shown_outlines
-        self._shown_outlines = outlines
-        found = [((), self._data)]
-        if before is not None:
-            found = changes(before, self._data)
-        name = self._data.get("name") or (
-            self._filename.stem if self._filename else ""
-        )
-        self._send(
-            "state",
-            number,
-            revision=self._revision,
-            changes=[[list(loc), jsonable(value)] for loc, value in found],
-            outlines=outlines if is_new else None,
-            undo=self._steps.undo_label,
-            redo=self._steps.redo_label,
-            dirty=self._text != self._saved,
-            name=name if isinstance(name, str) else "",
-            filename=str(self._filename) if self._filename else None,
-            readable=self._document.root is not None or not self._text.strip(),
-        )
-
-    def _send_faults(self, number: Any) -> None:
-        self._send(
-            "faults", number, revision=self._revision, faults=self._faults()
-        )
-
-    def _send_text(self, number: Any) -> None:
-        self._send("text", number, revision=self._revision, text=self._text)
-
-    def _send_catalog(self, number: Any) -> None:
-        self._send(
-            "catalog",
-            number,
-            schema=form_schema(),
-            defaults=form_defaults(),
-            behaviors=[],
-            planners=[],
-            models=[],
-            robots=[],
-            metrics=[],
-            templates=[],
-            examples=[],
-            ready=False,
-        )
-
-    def _send(self, kind: str, number: Any = None, **content: Any) -> None:
+    def send(self, kind: str, number: Any = None, **content: Any) -> None:
+        """Sends a message to all views."""
         message = {"kind": kind, **content}
         if number is not None:
             message["id"] = number
         for callback in list(self._callbacks):
             callback(message)
+
+    def send_state(self, number: Any, before: Any) -> None:
+        """Sends the state; all of it unless it is known what was before."""
+        self.send("state", number, **self.state.state(before))
+
+    def send_faults(self, number: Any = None) -> None:
+        """Sends what is wrong."""
+        state = self.state
+        self.send(
+            "faults", number, revision=state.revision, faults=state.faults()
+        )
+
+    def send_text(self, number: Any) -> None:
+        """Sends the text, and the lines of what can be selected."""
+        state = self.state
+        self.send(
+            "text",
+            number,
+            revision=state.revision,
+            text=self.text,
+            places=[
+                [list(loc), first, last]
+                for loc, first, last in state.document.places()
+            ],
+        )
+
+    def send_catalog(self, number: Any = None) -> None:
+        """Sends what can be chosen."""
+        if not self._catalog:
+            self._catalog = {
+                "schema": form_schema(),
+                "defaults": form_defaults(),
+                "behaviors": [],
+                "planners": [],
+                "models": [],
+                "robots": [],
+                "metrics": [],
+                "templates": template_forms(),
+                "examples": shipped_names(),
+                "ready": False,
+            }
+        self.send("catalog", number, **self._catalog)
+
+    def _check_names(self) -> None:
+        """Asks the worker for what only it can tell."""
+        document = self.state.document
+        if self.worker is None or document.problem:
+            return
+        name = document.prefix[0] if document.prefix else None
+        ticket = self.worker.check(
+            "{}" if document.is_empty else document.text,
+            str(self.state.file.folder),
+            name,
+        )
+        self._ticket = ticket, document.data
+
+    def _hear(self, message: dict[str, Any]) -> None:
+        """Takes a message of the worker."""
+        with self._lock:
+            kind = message.get("kind")
+            content = {key: it for key, it in message.items() if key != "kind"}
+            if kind == "checked":
+                self._take_checked(content)
+            elif kind == "catalog":
+                if not self._catalog:
+                    self.send_catalog()
+                self._catalog = {**self._catalog, **content}
+                self.send_catalog()
+            elif kind in _PASSED_ON:
+                self.send(str(kind), content.pop("id", None), **content)
+
+    def _take_checked(self, content: dict[str, Any]) -> None:
+        ticket, data = self._ticket
+        if content.get("ticket") != ticket:
+            return
+        state = self.state
+        state.checked_data = data
+        state.checked = [
+            Finding(
+                tuple(fault["path"]),
+                fault["message"],
+                tuple(tuple(loc) for loc in fault.get("uses", ())),
+            )
+            for fault in content["faults"]
+        ]
+        self.send_faults()
+
+
+def _line(error: object) -> str:
+    """Returns an error in one line."""
+    return " ".join(str(error).split())

@@ -22,14 +22,16 @@ def scenario_json_schema() -> dict[str, Any]:
     the ranges of its numbers, are told; that bodies do not overlap walls, say,
     only `CheckScenario` knows. Comments above fields are their descriptions.
     """
-    schema = TypeAdapter(Scenario).json_schema(
-        schema_generator=_WithDescriptions
-    )
     return {
         "$schema": GenerateJsonSchema.schema_dialect,
-        **schema,
+        **described_schema(Scenario),
         "title": "Scenario of hunav_drake",
     }
+
+
+def described_schema(cls: type[Any]) -> dict[str, Any]:
+    """Returns the JSON schema of a dataclass, described by its comments."""
+    return TypeAdapter(cls).json_schema(schema_generator=_WithDescriptions)
 
 
 class _WithDescriptions(GenerateJsonSchema):
@@ -57,12 +59,17 @@ def _field_comments(cls: type[Any]) -> dict[str, str]:
             # Made where no source is kept, as at a prompt.
             continue
         block: list[str] = []
+        # What a field directly below another one shares.
+        above = ""
         for line in source.splitlines():
             if comment := _COMMENT.fullmatch(line):
                 block.append(comment[1])
                 continue
-            field = _FIELD.fullmatch(line)
-            if field and block:
-                comments[field[1]] = " ".join(block)
+            if field := _FIELD.fullmatch(line):
+                above = " ".join(block) or above
+                if above:
+                    comments[field[1]] = above
+            elif not line.startswith("    "):
+                above = ""
             block = []
     return comments

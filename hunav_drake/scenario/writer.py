@@ -65,7 +65,11 @@ def yaml_text(
     """
     text: str = yaml.dump(
         data,
-        Dumper=_FlowDumper if flow else _IndentedDumper if indented else _Dumper,
+        Dumper=_FlowDumper
+        if flow
+        else _IndentedDumper
+        if indented
+        else _Dumper,
         sort_keys=False,
         allow_unicode=True,
         width=2**30 if flow else width,

@@ -62,6 +62,14 @@ class UnloadedChoice:
         self.__dict__.update(adapter.validate_python(dict(data)))
         self._data = {**defaults, **data}
 
+    def __eq__(self, other: object) -> bool:
+        """Tells whether another one says the same."""
+        if not isinstance(other, UnloadedChoice):
+            return NotImplemented
+        return self._data == other._data
+
+    __hash__ = None  # type: ignore[assignment]
+
     def as_data(self) -> dict[str, Any]:
         """Returns it as plain data, with the defaults of common fields."""
         return dict(self._data)

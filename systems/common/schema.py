@@ -50,6 +50,8 @@ class _Within:
         result["exclusiveMinimum" if self.low_open else "minimum"] = self.low
         if not math.isinf(self.high):
             result["maximum"] = self.high
+        if self.unit:
+            result["x-unit"] = self.unit
         return result
 
     def _check(self, value: float) -> float:

@@ -1,10 +1,8 @@
 """The text of a scenario follows its data, and keeps what did not change."""
 
 import copy
-import random
 
 from hypothesis import given, settings, strategies as st
-import pytest
 
 from hunav_drake.editor.document.plain_data import apply, same
 from hunav_drake.editor.document.text_patch import inverse, patched
@@ -84,7 +82,14 @@ SCALARS = st.one_of(
     st.floats(allow_nan=True),
     st.sampled_from(
         ["a", "1e3", "null", "", " x", "a: b", "# c", "[x", "y, z", "-", "<<"]
-        + ["two\nlines", "  indented\n text\n\n", "é\u2028x", "'", '"', "a" * 99]
+        + [
+            "two\nlines",
+            "  indented\n text\n\n",
+            "é\u2028x",
+            "'",
+            '"',
+            "a" * 99,
+        ]
         + ["1:30", "~", ".inf", "%", "*a", "&b", "!c", "x #y", "\t", "😀", "?"]
     ),
     st.text(max_size=8),
@@ -135,10 +140,7 @@ def operations(draw, data):
         if kind == "move" and len(part) > 1:
             i = draw(st.integers(0, len(part) - 1))
             k = draw(st.integers(0, len(part) - 1))
-            ops = [
-                ("remove", (*path, i)),
-                ("insert", (*path, k), part[i]),
-            ]
+            ops = [("remove", (*path, i)), ("insert", (*path, k), part[i])]
         elif kind in ("insert", "move"):
             i = draw(st.integers(0, len(part)))
             ops = [("insert", (*path, i), draw(VALUES))]
