@@ -201,7 +201,9 @@ class EditPage:
     def _send(self, text: str) -> None:
         for channel in list(self._pages):
             with suppress(WebSocketClosedError):
-                channel.write_message(text)
+                sent = channel.write_message(text)
+                # A page that is closed meanwhile need not be told of.
+                sent.add_done_callback(asyncio.Future.exception)
 
 
 class _Checked(RequestHandler):

@@ -10,6 +10,11 @@ import { rangeOf } from "./schema.js";
  * where the caret is stay, and `refresh` shows the present value.
  */
 
+/** Returns what a fault says, with its remedy. */
+export function sentence({ message, remedy }) {
+  return remedy && !message.includes(remedy) ? `${message}: ${remedy}` : message;
+}
+
 /** Returns a field's name for people: "desired speed". */
 export const words = (name) => String(name).replace(/_/g, " ");
 
@@ -80,7 +85,7 @@ export function row(target, node, path, control, { deep = true, wide = false, in
       reset.hidden = !given || !(node.hasDefault || node.optional);
       const faults = target.faults(path, deep);
       fault.hidden = !faults.length;
-      const text = faults.map((it) => it.message + (it.remedy && !it.message.includes(it.remedy) ? ` ${it.remedy}` : "")).join("\n");
+      const text = faults.map(sentence).join("\n");
       if (fault.textContent !== text) fault.textContent = text;
       if (faults.length) input.setAttribute("aria-invalid", "true");
       else input.removeAttribute("aria-invalid");

@@ -7,7 +7,7 @@ import { Target } from "./fields.js";
 import { makeField, objectBody } from "./parts.js";
 
 /** What of a person, a wall or the robot is asked for first. */
-const FIRST = ["name", "kind", "pose", "start", "goal", "center", "yaw", "size", "behavior", "desired_speed", "goals", "cyclic", "group_id", "radius"];
+const FIRST = ["name", "kind", "pose", "start", "goal", "center", "yaw", "size", "behavior", "desired_speed", "goals", "cyclic", "group_id", "radius", "points", "height", "file", "model", "round", "load", "goal_tolerance"];
 
 /** Returns the parts that forms are of: the person of a goal, the robot. */
 function ownersOf(paths) {
@@ -56,7 +56,7 @@ export function makeFormPanel(store) {
           const fields = h("div");
           const several = owners.length > 1;
           const without = several ? ["name", "id", "pose", "center", "points", "goals"] : [];
-          form = objectBody(target, root, node, [], fields, { first: FIRST, without });
+          form = objectBody(target, root, node, [], fields, { first: FIRST, without, rest: true });
           fill(body, fields);
         } else {
           form = makeField(target, root, node, []);

@@ -215,6 +215,7 @@ export function makeMap(store) {
     if (!fitted && sized && store.started) {
       fitted = true;
       map.fit();
+      store.root.dataset.ready = "";
     }
   };
   store.listen("data", redraw);

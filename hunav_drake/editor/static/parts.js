@@ -83,7 +83,7 @@ function section(target, node, path, makeBody, { open = false, extra = null } = 
 }
 
 /** The fields of an object, those named first in front; unknown keys last. */
-export function objectBody(target, root, node, path, body, { without = [], first = [] } = {}) {
+export function objectBody(target, root, node, path, body, { without = [], first = [], rest = false } = {}) {
   const keys = Object.keys(node.properties).filter((key) => !without.includes(key));
   keys.sort((a, b) => (first.indexOf(a) + 1 || 99) - (first.indexOf(b) + 1 || 99));
   const fields = [];
@@ -97,10 +97,15 @@ export function objectBody(target, root, node, path, body, { without = [], first
   const isPart = ([it]) => ["object", "union", "list"].includes(it.kind);
   for (const pair of [...all.filter((it) => !isPart(it)), ...all.filter(isPart)]) fields.push(pair[1]);
   const unknown = h("div", { class: "unknown" });
-  fill(body, fields.map((it) => it.element), unknown);
+  const isFirst = (it) => !rest || first.includes(it.element.dataset.field.split("/").at(-1));
+  const others = fields.filter((it) => !isFirst(it));
+  const more = others.length ? h("details", { class: "section more" }, h("summary", null, h("span", { class: "section-name" }, "more")), h("div", { class: "section-body" }, others.map((it) => it.element))) : null;
+  fill(body, fields.filter(isFirst).map((it) => it.element), unknown, more);
   return {
     refresh() {
       fields.forEach((it) => it.refresh());
+      // What is at fault is not hidden.
+      if (more?.querySelector(".is-faulty")) more.open = true;
       const value = target.bases.length === 1 ? target.values(path)[0] : null;
       const strange = value && typeof value === "object" && !Array.isArray(value) ? Object.keys(value).filter((key) => !(key in node.properties)) : [];
       const allowed = node.schema.additionalProperties === true;

@@ -1,5 +1,6 @@
 import { button, fill, h } from "./dom.js";
 import { isOnMap, nameOf } from "./things.js";
+import { sentence } from "./fields.js";
 
 /** Selects the part that a fault is about, and shows its form. */
 export function showFault(store, fault) {
@@ -42,7 +43,7 @@ export function makeProblemsPanel(store) {
             "button",
             { type: "button", class: "problem-text", onclick: () => showFault(store, fault) },
             h("span", { class: "problem-place" }, fault.path.length ? nameOf(store.data, fault.path) : "text", fault.line ? h("span", { class: "row-note" }, ` line ${fault.line}`) : null),
-            h("span", null, fault.message, fault.remedy ? ` ${fault.remedy}` : ""),
+            h("span", null, sentence(fault)),
           ),
           remedy(fault),
         ),

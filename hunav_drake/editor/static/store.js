@@ -150,6 +150,8 @@ export function makeStore(host) {
   }
 
   function answered(message) {
+    // A preview that was for an earlier revision, or does not fit.
+    if (previewId !== null && message.id === previewId) sendPreview.done();
     if (!waiting || message.id !== waiting.id) return;
     waiting = null;
     queue.shift();
