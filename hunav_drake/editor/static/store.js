@@ -203,7 +203,7 @@ export function makeStore(host) {
   host.on((message) => {
     const { kind } = message;
     // A preview's answer is not that of an edit.
-    if (kind === "state" || kind === "error" || kind === "ask" || kind === "saved") answered(message);
+    if (kind === "state" || kind === "error" || kind === "ask" || kind === "saved" || kind === "runs") answered(message);
     if (take[kind]) take[kind](message);
     else store.tell(kind, message);
     if (kind === "error") {

@@ -63,6 +63,8 @@ def test_no_module_is_imported_for_a_name(tmp_path, monkeypatch):
     assert "evil_planner" not in sys.modules
 
 
-@pytest.mark.parametrize("text", ["", ":", "[", "- 1", "3", "\x00", "a: &a [*a]"])
+@pytest.mark.parametrize(
+    "text", ["", ":", "[", "- 1", "3", "\x00", "a: &a [*a]"]
+)
 def test_a_text_that_is_no_scenario_is_left_to_others(text):
     assert isinstance(_faults(text), list)

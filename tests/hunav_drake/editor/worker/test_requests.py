@@ -58,5 +58,7 @@ def test_the_command_does_the_same_in_a_terminal():
         *("hunav", "run", "my cafe.yaml", "--name", "two"),
         *("--seed", "4", "--planner", "dwb", "--out", "out"),
     ]
-    plain = Run(number=1, request=read_request({"text": ""}), seed=None, planner=None)
+    plain = Run(
+        number=1, request=read_request({"text": ""}), seed=None, planner=None
+    )
     assert plain.command(None) == "hunav run SCENARIO.yaml"

@@ -117,11 +117,10 @@ def test_another_seed_or_planner_is_another_run(tmp_path):
     ends = [(it["planner"], it["seed"]) for it in channel.of("result")]
     assert ends == [("pursuit", 1), ("pursuit", 2), ("sfm", 3)]
     for seed, planner, result in zip(
-        *((1, 2, 3), ("pursuit", "pursuit", "sfm"), channel.of("result"))
+        *((1, 2, 3), ("pursuit", "pursuit", "sfm"), channel.of("result")),
+        strict=True,
     ):
-        scenario = LoadScenario(
-            data=TEXT, overrides={"planner.name": planner}
-        )
+        scenario = LoadScenario(data=TEXT, overrides={"planner.name": planner})
         expected = RunTrial(scenario, seed).metrics["path_length"]
         assert result["metrics"]["path_length"] == expected
 
