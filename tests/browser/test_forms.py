@@ -26,7 +26,7 @@ def test_fields_show_unit_range_and_help(open_editor):
     field = editor.field("desired_speed")
     field.locator("input").focus()
     assert field.locator(".unit").inner_text() == "m/s"
-    words = field.locator(".help").inner_text()
+    words = editor.page.locator(".help-strip:visible").inner_text()
     assert "prefers" in words
     assert "0 to 10 m/s" in words
 

@@ -14,7 +14,7 @@ import { drawHandles } from "./handles.js";
  */
 
 /** From back to front; each is a group of the lower SVG. */
-const LAYERS = ["fixtures", "groups", "chains", "robots", "people"];
+const LAYERS = ["areas", "fixtures", "groups", "chains", "robots", "people"];
 
 /**
  * Makes the map of a store.
@@ -72,7 +72,8 @@ export function makeMap(store) {
     shown = { data, outlines };
     const focused = element.contains(document.activeElement) ? document.activeElement : null;
     for (const [key, it] of Object.entries(outlines)) {
-      if (it?.points?.length) draw(key, "fixtures", it, () => new WorldShape(key), (shape) => shape.update(it));
+      const layer = key.startsWith("world/") ? "fixtures" : "areas";
+      if (it?.points?.length) draw(key, layer, it, () => new WorldShape(key), (shape) => shape.update(it));
     }
     const { behaviors } = store.catalog;
     const defaults = personDefaults();

@@ -193,7 +193,8 @@ export class WorldShape {
     this.path = svg("path", { class: "shape" });
     this.hit = svg("path", { class: "thin-hit" });
     this.badge = svg("g", { class: "badge" }, svg("circle", { r: 6 }), svg("text", { "text-anchor": "middle", y: 3.6 }, "!"));
-    this.element = svg("g", focusable("fixture", key), this.path, this.badge);
+    const name = key.startsWith("world/") ? "fixture" : "area";
+    this.element = svg("g", focusable(name, key), this.path, this.badge);
   }
 
   update({ points, parts, closed, kind, height }) {
