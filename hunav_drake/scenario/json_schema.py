@@ -12,6 +12,12 @@ from pydantic_core import core_schema
 from hunav_drake.scenario.schema import Scenario
 
 _FIELD = re.compile(r"    (\w+):.*")
+_BOUNDS = {
+    "ge": "minimum",
+    "gt": "exclusiveMinimum",
+    "le": "maximum",
+    "lt": "exclusiveMaximum",
+}
 _COMMENT = re.compile(r"    # ?(.*)")
 
 
@@ -31,7 +37,25 @@ def scenario_json_schema() -> dict[str, Any]:
 
 def described_schema(cls: type[Any]) -> dict[str, Any]:
     """Returns the JSON schema of a dataclass, described by its comments."""
-    return TypeAdapter(cls).json_schema(schema_generator=_WithDescriptions)
+    schema = TypeAdapter(cls).json_schema(schema_generator=_WithDescriptions)
+    result: dict[str, Any] = _with_bounds(schema)
+    return result
+
+
+def _with_bounds(schema: Any) -> Any:
+    """Returns a schema with the words of JSON schemas for bounds.
+
+    pydantic leaves its own where a number is prepared before it is judged.
+    """
+    if isinstance(schema, list):
+        return [_with_bounds(part) for part in schema]
+    if not isinstance(schema, dict):
+        return schema
+    is_number = schema.get("type") in ("integer", "number")
+    return {
+        (_BOUNDS.get(key, key) if is_number else key): _with_bounds(part)
+        for key, part in schema.items()
+    }
 
 
 class _WithDescriptions(GenerateJsonSchema):

@@ -83,6 +83,19 @@ def within(
     return _Within(low, high, unit, low_open)
 
 
+@dataclasses.dataclass(frozen=True)
+class Labels:
+    """What the numbers of a tuple are called; a JSON schema tells it."""
+
+    names: tuple[str, ...]
+
+    def __get_pydantic_json_schema__(
+        self, schema: core_schema.CoreSchema, handler: Any
+    ) -> dict[str, Any]:
+        result: dict[str, Any] = handler(schema)
+        return {**result, "x-labels": list(self.names)}
+
+
 def _as_list(value: Any) -> Any:
     return value.tolist() if hasattr(value, "tolist") else value
 
@@ -127,22 +140,35 @@ MAX_COORDINATE = 1e5
 Coordinate = Annotated[
     StrictFloat, within(-MAX_COORDINATE, MAX_COORDINATE, "m")
 ]
-Point = Annotated[tuple[Coordinate, Coordinate], BeforeValidator(as_tuple)]
+Point = Annotated[
+    tuple[Coordinate, Coordinate],
+    BeforeValidator(as_tuple),
+    Labels(("x", "y")),
+]
 Points = Annotated[list[Point], BeforeValidator(_as_list)]
 Angle = Annotated[StrictFloat, within(-1e3, 1e3, "rad")]
 Pose = Annotated[
-    tuple[Coordinate, Coordinate, Angle], BeforeValidator(as_tuple)
+    tuple[Coordinate, Coordinate, Angle],
+    BeforeValidator(as_tuple),
+    Labels(("x", "y", "yaw")),
 ]
 Speed = Annotated[StrictFloat, within(0, 10, "m/s")]
 PositiveSpeed = Annotated[StrictFloat, within(0, 10, "m/s", low_open=True)]
 Length = Annotated[StrictFloat, within(0, 1e5, "m")]
 PositiveLength = Annotated[StrictFloat, within(0, 1e5, "m", low_open=True)]
 BodyRadius = Annotated[StrictFloat, within(0, 5, "m", low_open=True)]
-BodyRadii = Annotated[tuple[BodyRadius, BodyRadius], BeforeValidator(as_tuple)]
+BodyRadii = Annotated[
+    tuple[BodyRadius, BodyRadius],
+    BeforeValidator(as_tuple),
+    Labels(("least", "most")),
+]
 Rectangle = Annotated[
     tuple[Coordinate, Coordinate, Coordinate, Coordinate],
     BeforeValidator(as_tuple),
+    Labels(("x0", "y0", "x1", "y1")),
 ]
 Size = Annotated[
-    tuple[PositiveLength, PositiveLength], BeforeValidator(as_tuple)
+    tuple[PositiveLength, PositiveLength],
+    BeforeValidator(as_tuple),
+    Labels(("along x", "along y")),
 ]

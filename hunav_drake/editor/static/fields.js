@@ -212,7 +212,7 @@ export function choiceField(target, node, path, options = null) {
       if (value !== undefined && value !== null && !known.some(([it]) => it === value)) {
         rows.push(h("option", { value: String(value) }, typeof value === "object" ? "(own)" : String(value)));
       }
-      const fallback = known.find(([it]) => it === node.fallback)?.[1] ?? (node.optional ? "not set" : "");
+      const fallback = known.find(([it]) => it === node.fallback)?.[1] ?? (node.optional ? "not set" : typeof node.fallback === "string" ? words(node.fallback) : "");
       const first = mixed ? "mixed" : fallback ? `${fallback} (default)` : "choose …";
       const unset = value === undefined || value === null;
       if (mixed || unset || node.hasDefault || node.optional) rows.unshift(h("option", { value: "" }, first));
