@@ -180,6 +180,8 @@ export function makeRunsPanel(store) {
 
   store.listen("run", run);
   store.listen("runs", (message) => {
+    // They are told again when another page is opened.
+    if (message.runs.some(({ run: number }) => runs.has(number))) return;
     runs.clear();
     summary = [];
     revision = message.revision;
