@@ -34,7 +34,7 @@ def add_edit_command(commands: Any) -> None:
     edit.add_argument(
         "--template",
         metavar="T",
-        help="start with a template: corridor, crossing, office or cafe",
+        help="start with a template: corridor, crossing, office, cafe or room",
     )
     edit.add_argument(
         "--map",
@@ -91,6 +91,12 @@ def _edit(options: argparse.Namespace) -> int:
         stack.callback(worker.close)
         session = _session(options, imports, worker)
         stack.callback(session.close)
+        is_dirty = [False]
+        session.subscribe(
+            lambda it: is_dirty.append(it["dirty"])
+            if it["kind"] == "state"
+            else None
+        )
         with input_errors(place=f"--port {options.port}"):
             page = EditPage(session, port=options.port, find_file=worker.file)
 
@@ -106,8 +112,8 @@ def _edit(options: argparse.Namespace) -> int:
 
         with contextlib.suppress(KeyboardInterrupt):
             page.run(ready)
-        if session.text and session.is_dirty:
-            print("There were changes that were not saved; the browser keeps them.")
+        if is_dirty[-1]:
+            print("What was not saved is kept by the browser.")
     return DONE
 
 
@@ -115,11 +121,37 @@ def _session(
     options: argparse.Namespace, imports: tuple[str, ...], worker: Any
 ) -> Any:
     """Returns a session on what the options name."""
+    from hunav_drake.editor.files import shipped_names, shipped_text
     from hunav_drake.editor.session import EditSession
+    from hunav_drake.editor.templates import template_text
+    from hunav_drake.systems.common.suggest import suggestion
 
-    return EditSession(
-        filename=options.file,
-        imports=imports,
-        worker=worker,
-        scenario_name=options.name,
-    )
+    text = None
+    filename = None if options.file is None else Path(options.file)
+    if filename is not None and options.template is not None:
+        raise InputError(
+            "give a file or --template; the file is chosen when it is saved"
+        )
+    with input_errors(ValueError):
+        if options.template is not None:
+            text = template_text(options.template, {})
+        elif filename is not None and not filename.exists():
+            if options.file in shipped_names():
+                filename, text = None, shipped_text(options.file)
+            elif filename.suffix not in (".yaml", ".yml"):
+                names = shipped_names()
+                raise InputError(
+                    f"there is no file or shipped scenario {options.file!r};"
+                    f" {suggestion(options.file, names)}; the name of a new"
+                    " file ends in .yaml"
+                )
+        session = EditSession(
+            text,
+            filename=filename,
+            imports=imports,
+            worker=worker,
+            scenario_name=options.name,
+        )
+        if options.map is not None:
+            session.set_map(options.map)
+    return session

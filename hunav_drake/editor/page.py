@@ -12,7 +12,7 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from tornado.httpserver import HTTPServer
-from tornado.ioloop import IOLoop
+from tornado.ioloop import IOLoop, PeriodicCallback
 from tornado.netutil import bind_sockets
 from tornado.web import Application, HTTPError, RequestHandler
 from tornado.websocket import WebSocketClosedError, WebSocketHandler
@@ -26,6 +26,9 @@ MAX_MESSAGE = 16 * 2**20
 
 # How long the server goes on after the last page was closed, in seconds.
 LINGER = 30.0
+
+# How often to look whether the file was changed, in seconds.
+LOOK = 2.0
 
 _TYPES = {
     ".css": "text/css; charset=utf-8",
@@ -136,9 +139,12 @@ class EditPage:
         server.add_sockets(self._sockets)
         unsubscribe = self.session.subscribe(self._tell)
         self._loop.add_callback(ready)
+        look = PeriodicCallback(self.session.poll, 1000 * LOOK)
+        look.start()
         try:
             await self._ended.wait()
         finally:
+            look.stop()
             unsubscribe()
             server.stop()
             for channel in list(self._pages):
@@ -201,7 +207,9 @@ class EditPage:
     def _send(self, text: str) -> None:
         for channel in list(self._pages):
             with suppress(WebSocketClosedError):
-                channel.write_message(text)
+                sent = channel.write_message(text)
+                # A page that is closed meanwhile need not be told of.
+                sent.add_done_callback(asyncio.Future.exception)
 
 
 class _Checked(RequestHandler):

@@ -29,7 +29,7 @@ function changed(value, path, depth, f) {
   if (depth === path.length) return f(value);
   const key = path[depth];
   if (depth === path.length - 1 && f.parent) return f.parent(value, key);
-  const copy = Array.isArray(value) ? [...value] : { ...value };
+  const copy = Array.isArray(value) ? [...value] : typeof value === "object" ? { ...value } : {};
   copy[key] = changed(copy[key], path, depth + 1, f);
   return copy;
 }

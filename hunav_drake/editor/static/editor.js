@@ -9,6 +9,9 @@ import { makeTopBar } from "./topbar.js";
 import { makeOutline } from "./outline.js";
 import { makeFormPanel, makeTrialPanel } from "./form.js";
 import { makeProblemsPanel } from "./problems.js";
+import { makeBehaviorPanel } from "./behavior.js";
+import { makeMetricsPanel } from "./metrics.js";
+import { makeRunsPanel } from "./runs.js";
 import { makeTextPanel } from "./text.js";
 import { addDialogs } from "./dialogs.js";
 
@@ -19,6 +22,8 @@ const NARROW = 1100;
 function rightPanels(store) {
   return [
     ["Properties", "properties", makeFormPanel(store)],
+    ["Behavior", "behavior", makeBehaviorPanel(store)],
+    ["Metrics", "metrics", makeMetricsPanel(store)],
     ["Trial", "trial", makeTrialPanel(store)],
   ];
 }
@@ -28,6 +33,7 @@ function bottomPanels(store) {
   return [
     ["Problems", "problems", makeProblemsPanel(store)],
     ["YAML", "yaml", makeTextPanel(store)],
+    ["Runs", "runs", makeRunsPanel(store)],
   ];
 }
 
@@ -35,12 +41,14 @@ function bottomPanels(store) {
  * Builds the editor in an element, and asks for the scenario.
  * @param {HTMLElement} root
  * @param {{send: function(Object): void, on: function(function(Object): void): void}} host
- * @param {{leftFolded?: boolean}} options
+ * @param {{leftFolded?: boolean, openResult?: function(number, string, string): void}} options
+ *   `openResult` shows a file of a run where links lead nowhere.
  * @returns the store
  */
 export function startEditor(root, host, options = {}) {
   const store = makeStore(host);
   store.root = root;
+  store.openResult = options.openResult ?? null;
   root.classList.add("hunav-editor");
 
   const map = makeMap(store);

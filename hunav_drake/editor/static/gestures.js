@@ -18,6 +18,7 @@ export function addGestures(store, map, tools) {
   let gesture = null;
   let last = null;
   let framed = false;
+  let lastPress = { time: 0, at: [0, 0] };
   const pointers = addWheelAndPinch(store, map, () => gesture?.cancel());
   store.snap = true;
 
@@ -234,6 +235,14 @@ export function addGestures(store, map, tools) {
     return pressed(event, () => moving(path, from, copying), () => !event.shiftKey && store.select([path]));
   }
 
+  /** Returns a press with its number in `detail`: 2 for a double click. */
+  function counted({ pointerId, clientX, clientY, shiftKey, altKey, timeStamp }) {
+    const [x, y] = lastPress.at;
+    const again = timeStamp - lastPress.time < 400 && Math.hypot(clientX - x, clientY - y) < 6;
+    lastPress = { time: again ? 0 : timeStamp, at: [clientX, clientY] };
+    return { pointerId, clientX, clientY, shiftKey, altKey, detail: again ? 2 : 1 };
+  }
+
   element.addEventListener("pointerdown", (event) => {
     if (event.target.closest("button") || pointers.down(event)) return;
     if (event.button === 1 || (event.button === 0 && tools.spaceHeld)) {
@@ -243,7 +252,7 @@ export function addGestures(store, map, tools) {
       const key = event.target.closest("[data-key]")?.getAttribute("data-key");
       const handle = event.target.closest("[data-handle]")?.getAttribute("data-handle");
       if (tools.current.down) {
-        gesture = tools.down(place, event, event.target) ?? null;
+        gesture = tools.down(place, counted(event), event.target) ?? null;
       } else if (handle) {
         gesture = onHandle(event, handle);
       } else if (key && isOnMap(pathOf(key))) {

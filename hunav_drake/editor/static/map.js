@@ -43,7 +43,9 @@ export function makeMap(store) {
   /** @type {Map<string, {shape: any, value: any, layer: string}>} */
   const drawn = new Map();
   let shown = { data: store.data, outlines: store.outlines };
+  // Whether all has been shown once, and whether the view is still that.
   let fitted = false;
+  let isFitted = false;
   let sized = false;
 
   const look = (name) => {
@@ -156,16 +158,19 @@ export function makeMap(store) {
 
     /** Shows all of the scenario. */
     fit() {
+      isFitted = true;
       view.fit(boundsOf(store.data, store.outlines));
       showView();
     },
 
     zoom(factor, px, py) {
+      isFitted = false;
       view.zoom(factor, px, py);
       map.looked();
     },
 
     pan(dx, dy) {
+      isFitted = false;
       view.pan(dx, dy);
       map.looked();
     },
@@ -215,6 +220,7 @@ export function makeMap(store) {
     if (!fitted && sized && store.started) {
       fitted = true;
       map.fit();
+      store.root.dataset.ready = "";
     }
   };
   store.listen("data", redraw);
@@ -235,7 +241,9 @@ export function makeMap(store) {
     const middle = view.middle;
     [view.width, view.height] = [element.clientWidth, element.clientHeight];
     if (!view.width || !view.height) return;
-    if (fitted) {
+    if (fitted && isFitted) {
+      view.fit(boundsOf(store.data, store.outlines));
+    } else if (fitted) {
       const [px, py] = view.toScreen(...middle);
       view.pan(view.width / 2 - px, view.height / 2 - py);
     }

@@ -73,9 +73,9 @@ export class PersonShape {
     this.disc.setAttribute("r", r);
     this.hit.setAttribute("r", Math.max(r, GRAB * px));
     this.ring.setAttribute("r", r + 3.5 * px);
-    const tip = r + Math.max(0.35 * r, 5 * px);
+    const tip = r + Math.max(0.5 * r, 7 * px);
     const yaw = degrees(this.pose[2]);
-    this.nose.setAttribute("d", `M${0.55 * r} ${0.8 * r}L${tip} 0L${0.55 * r} ${-0.8 * r}Z`);
+    this.nose.setAttribute("d", `M${0.5 * r} ${0.86 * r}L${tip} 0L${0.5 * r} ${-0.86 * r}Z`);
     this.nose.setAttribute("transform", `rotate(${yaw})`);
     const tiny = 2 * r * scale < TINY;
     this.element.classList.toggle("tiny", tiny);

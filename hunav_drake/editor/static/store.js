@@ -150,6 +150,8 @@ export function makeStore(host) {
   }
 
   function answered(message) {
+    // A preview that was for an earlier revision, or does not fit.
+    if (previewId !== null && message.id === previewId) sendPreview.done();
     if (!waiting || message.id !== waiting.id) return;
     waiting = null;
     queue.shift();
@@ -201,7 +203,7 @@ export function makeStore(host) {
   host.on((message) => {
     const { kind } = message;
     // A preview's answer is not that of an edit.
-    if (kind === "state" || kind === "error" || kind === "ask" || kind === "saved") answered(message);
+    if (kind === "state" || kind === "error" || kind === "ask" || kind === "saved" || kind === "runs") answered(message);
     if (take[kind]) take[kind](message);
     else store.tell(kind, message);
     if (kind === "error") {

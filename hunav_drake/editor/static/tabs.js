@@ -56,7 +56,7 @@ export function makeTabs(panels, { label, folds = false }) {
       shown = key;
       if (folds) element.classList.remove("folded");
       mark();
-      all.get(key).panel.dispatchEvent(new CustomEvent("shown"));
+      all.get(key).panel.firstElementChild?.dispatchEvent(new CustomEvent("shown"));
       return true;
     },
 

@@ -1,5 +1,6 @@
 """What a scenario can choose from, as the editor shows it."""
 
+from collections.abc import Iterator
 import inspect
 import json
 import re
@@ -11,7 +12,10 @@ from pydantic import TypeAdapter
 from hunav_drake.editor.forms import form_schema
 from hunav_drake.plots.style import PALETTE
 from hunav_drake.systems.behavior import BEHAVIORS, LoadTree, RenderBehaviorTree
-from hunav_drake.systems.behavior.nodes.port import Variable
+from hunav_drake.systems.behavior.language.documents import Documents
+from hunav_drake.systems.behavior.language.xml_source import XmlElement
+from hunav_drake.systems.behavior.nodes.node import NodeType
+from hunav_drake.systems.behavior.profiles import behavior_set
 from hunav_drake.systems.behavior.tree import Tree
 from hunav_drake.systems.common.registry import Registry
 from hunav_drake.systems.crowd.motion_model import MotionModel
@@ -22,6 +26,9 @@ from hunav_drake.systems.robot.robot_config import RobotConfig
 # A color of its own for each behavior, and a letter for those who cannot tell
 # them apart. Yellow is left out: it cannot be seen on white.
 _COLORS = dict(zip(BEHAVIORS, (*PALETTE, "#7f7f7f"), strict=False))
+
+# Trees in trees beyond this are not looked at for help.
+_DEEPEST = 5
 
 # The words of ports that say nothing by themselves.
 _TYPES = {
@@ -95,20 +102,53 @@ def port_entries(tree: Tree) -> list[dict[str, Any]]:
             "help": "",
             "schema": {},
         }
-        for node in tree.nodes:
-            taken = [
-                name
-                for name, value in node.ports.items()
-                if isinstance(value, Variable) and value.key == port.name
-            ]
-            if taken and taken[0] in node.type.ports:
-                leaf = node.type.ports[taken[0]]
-                entry["schema"] = leaf.adapter.json_schema()
-                words = _words_about(taken[0], node.type.function)
-                entry["help"] = f"{node.type.name}: {words or node.type.doc}"
-                break
+        taker = _taker(tree.documents, tree.name, port.name)
+        if taker is not None:
+            leaf, name = taker
+            entry["schema"] = leaf.ports[name].adapter.json_schema()
+            words = _words_about(name, leaf.function) or leaf.doc
+            entry["help"] = f"{leaf.name}: {words}"
+        elif part := _part_switched(tree.documents, tree.name, port.name):
+            entry["help"] = f"Switches the part {part} on or off."
         entries.append(entry)
     return entries
+
+
+def _taker(
+    documents: Documents, tree: str, port: str, depth: int = 0
+) -> tuple[NodeType, str] | None:
+    """Returns the first leaf that takes a port of a tree, and as which one."""
+    if tree not in documents.trees or depth > _DEEPEST:
+        return None
+    types = behavior_set("default").node_types()
+    for element in _elements(documents.trees[tree].element):
+        for name, value in element.attributes.items():
+            if value != f"{{{port}}}":
+                continue
+            kind = element.attributes.get("ID", element.tag)
+            if element.tag == "SubTree":
+                taker = _taker(documents, kind, name, depth + 1)
+                if taker is not None:
+                    return taker
+            leaf = types.get(element.tag) or types.get(kind)
+            if leaf is not None and name in leaf.ports:
+                return leaf, name
+    return None
+
+
+def _part_switched(documents: Documents, tree: str, port: str) -> str:
+    """Returns the part of a tree that a port lets be skipped, or nothing."""
+    for element in _elements(documents.trees[tree].element):
+        condition = element.attributes.get("_skipIf", "")
+        if re.search(rf"\b{re.escape(port)}\b", condition):
+            return element.attributes.get("ID", element.tag)
+    return ""
+
+
+def _elements(element: XmlElement) -> Iterator[XmlElement]:
+    yield element
+    for child in element.children:
+        yield from _elements(child)
 
 
 def metric_entries() -> list[dict[str, Any]]:

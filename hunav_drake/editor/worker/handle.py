@@ -105,7 +105,8 @@ class ProcessHandle:
             text = self._errors.read().decode(errors="replace")
         except (OSError, ValueError):
             return ""
-        return "\n".join(text.strip().splitlines()[-_LAST_LINES:])
+        lines = text.strip().splitlines()[-_LAST_LINES:]
+        return "\n".join(lines) or f"exit code {self._process.poll()}"
 
     def _read(self) -> None:
         connection: Connection = self._connection
@@ -116,6 +117,8 @@ class ProcessHandle:
                 break
             if not self._is_closed:
                 self._receive(self, message)
+        # What closes its pipe has ended, or is of no use any more.
+        self._process.kill()
         self._process.wait()
         if not self._is_closed:
             self._receive(self, None)

@@ -163,20 +163,17 @@ class Worker:
             self._runs += len(self._batch)
             self._waiting = list(self._batch)
             self.results.add(self._batch)
-            self._tell(
-                {
-                    "kind": "runs",
-                    "revision": wanted.revision,
-                    "runs": [
-                        {
-                            "run": it.number,
-                            "seed": it.seed,
-                            "planner": it.planner,
-                        }
-                        for it in self._batch
-                    ],
-                }
-            )
+            message: Message = {
+                "kind": "runs",
+                "revision": wanted.revision,
+                "runs": [
+                    {"run": it.number, "seed": it.seed, "planner": it.planner}
+                    for it in self._batch
+                ],
+            }
+            if request.get("id") is not None:
+                message["id"] = request["id"]
+            self._tell(message)
             self.start()
             while len(self._others) < wanted.workers - 1:
                 other = ProcessHandle(self._imports, self._take)
