@@ -126,7 +126,7 @@ class Crossing(Template):
                 ("south_east", 1, -1),
             )
         ]
-        humans = []
+        humans: list[HumanConfig] = []
         # Two abreast; the robot starts between them.
         queue = [
             (half - 0.5 - _APART * row, side)
@@ -434,7 +434,7 @@ def _person(
     )
 
 
-def _wall(name: str, center: Place, size: Place) -> Box:
+def _wall(name: str, center: Place, size: Place) -> Wall:
     return Box(name=name, center=_rounded(center), size=_rounded(size))
 
 

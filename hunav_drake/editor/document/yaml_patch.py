@@ -169,15 +169,14 @@ class _Writer:
         if same(old, new):
             return
         is_inner = self._depth is None or len(loc) < self._depth
-        if is_inner and isinstance(old, dict) and isinstance(new, dict):
-            if isinstance(node, yaml.MappingNode) and new and old:
-                self._write_mapping(node, old, new, loc)
-                return
-        if is_inner and isinstance(old, list) and isinstance(new, list):
-            if isinstance(node, yaml.SequenceNode) and new and old:
-                self._write_list(node, old, new, loc)
-                return
-        self._replace(node, new, loc, key)
+        # What is empty, or becomes so, is another kind of text.
+        kinds = (type(old), type(new)) if is_inner and old and new else ()
+        if kinds == (dict, dict) and isinstance(node, yaml.MappingNode):
+            self._write_mapping(node, old, new, loc)
+        elif kinds == (list, list) and isinstance(node, yaml.SequenceNode):
+            self._write_list(node, old, new, loc)
+        else:
+            self._replace(node, new, loc, key)
 
     def _add(self, start: int, end: int, new: str) -> None:
         old = self._layout.text[start:end]
