@@ -51,6 +51,8 @@ def _hello(session: "EditSession", message: Hello) -> None:
     session.send_text(message.id)
     if session.background is not None:
         session.send("background", message.id, **session.background.message())
+    if session.worker is not None:
+        session.worker.repeat()
 
 
 def _edit(session: "EditSession", message: Edit) -> None:

@@ -71,6 +71,7 @@ export function makeBehaviorPanel(store) {
         class: "behavior-option",
         "aria-checked": String(on),
         "data-behavior": entry.name,
+        title: entry.help,
         tabindex: on || (trees.size !== 1 && entry === entries()[0]) || !entries().some((it) => trees.has(it.name)) ? 0 : -1,
         onclick: () => choose(paths, entry.name),
       },

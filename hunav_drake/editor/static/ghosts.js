@@ -10,11 +10,9 @@ const degrees = (angle) => (angle * 180) / Math.PI;
 /** One body of a run: where it is, and the way that it went. */
 class Ghost {
   constructor(isRobot) {
-    this.isRobot = isRobot;
     this.trail = [];
     this.line = svg("path", { class: isRobot ? "ghost-way of-robot" : "ghost-way" });
-    this.disc = isRobot ? svg("rect", { rx: 0.08 }) : svg("circle", null);
-    this.disc.setAttribute("class", isRobot ? "ghost of-robot" : "ghost");
+    this.disc = svg("circle", { class: isRobot ? "ghost of-robot" : "ghost" });
     this.nose = svg("path", { class: isRobot ? "ghost-nose of-robot" : "ghost-nose" });
     this.body = svg("g", { class: "ghost-body" }, this.disc, this.nose);
   }
@@ -24,11 +22,7 @@ class Ghost {
       element.style.setProperty("--who", color);
       element.style.setProperty("--ink", inkOn(color));
     }
-    if (this.isRobot) {
-      for (const [name, value] of [["x", -radius], ["y", -radius], ["width", 2 * radius], ["height", 2 * radius]]) this.disc.setAttribute(name, value);
-    } else {
-      this.disc.setAttribute("r", radius);
-    }
+    this.disc.setAttribute("r", radius);
     const r = 0.62 * radius;
     this.nose.setAttribute("d", `M${-0.5 * r} ${0.7 * r}L${r} 0L${-0.5 * r} ${-0.7 * r}`);
     this.body.classList.toggle("reacts", reacts);

@@ -12,6 +12,11 @@ function familiesOf(metrics) {
   return families;
 }
 
+/** Returns the paragraphs of a text; lines that are set in stay lines. */
+function paragraphs(text) {
+  return text.split(/\n\s*\n/).map((part) => (/^\s/m.test(part) ? part : part.replace(/\n/g, " ")));
+}
+
 /** Returns the names that a list stands for: families, "paper", "all". */
 export function chosenBy(list, metrics) {
   const chosen = new Set();
@@ -82,7 +87,7 @@ export function makeMetricsPanel(store) {
     return h(
       "div",
       { class: "metric-details" },
-      h("p", { class: "definition" }, it.definition),
+      paragraphs(it.definition).map((text) => h("p", { class: "definition" }, text)),
       h("p", { class: "help shown" }, [`Source: ${it.source}.`, it.aliases.length ? `Also called ${it.aliases.join(", ")}.` : "", `${SIGNS[it.direction][1]}.`].filter(Boolean).join(" ")),
     );
   }

@@ -100,7 +100,7 @@ export function makeRunsPanel(store) {
     const going = all.filter((it) => !it.result);
     state.classList.toggle("is-dead", status === "dead");
     if (status === "dead") state.textContent = message;
-    else if (status !== "ready") state.textContent = `${message || "The simulation is being loaded."}${going.length ? " The run begins when it is ready." : ""}`;
+    else if (status !== "ready" && !(all.some((it) => it.result || it.progress !== undefined))) state.textContent = `${message || "The simulation is being loaded."}${going.length ? " The run begins when it is ready." : ""}`;
     else if (going.length) state.textContent = all.length > 1 ? `${done.length} of ${all.length} runs are done` : "";
     else state.textContent = done.length === 1 ? [endOf(done[0].result), done[0].result.error ?? ""].filter(Boolean).join(": ") : done.length ? `${done.length} runs are done` : "";
     const moving = going.filter((it) => it.progress !== undefined).slice(0, 4);
@@ -180,6 +180,8 @@ export function makeRunsPanel(store) {
 
   store.listen("run", run);
   store.listen("runs", (message) => {
+    // They are told again when another page is opened.
+    if (message.runs.some(({ run: number }) => runs.has(number))) return;
     runs.clear();
     summary = [];
     revision = message.revision;
@@ -189,6 +191,8 @@ export function makeRunsPanel(store) {
     for (const it of message.runs) runs.set(it.run, { ...it });
     showOnMap(true);
     refresh();
+    // The panel may have come over a part of the map.
+    requestAnimationFrame(() => requestAnimationFrame(() => store.map.fit()));
   });
   store.listen("frame", (message) => {
     const it = runs.get(message.run);

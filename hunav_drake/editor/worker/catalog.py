@@ -23,9 +23,10 @@ from hunav_drake.systems.evaluation.metrics import METRICS, select_metrics
 from hunav_drake.systems.planning.planner import PlannerConfig
 from hunav_drake.systems.robot.robot_config import RobotConfig
 
-# A color of its own for each behavior, and a letter for those who cannot tell
-# them apart. Yellow is left out: it cannot be seen on white.
-_COLORS = dict(zip(BEHAVIORS, (*PALETTE, "#7f7f7f"), strict=False))
+# A color of its own for each behavior: those of the plots, but two grays for
+# black, which cannot be seen on a dark map.
+_COLORS = dict(zip(BEHAVIORS, (*PALETTE[:6], "#6b6b6b", "#a3a3a3"), strict=True))
+_GRAY = "#7f7f7f"
 
 # Trees in trees beyond this are not looked at for help.
 _DEEPEST = 5
@@ -57,7 +58,7 @@ def make_catalog() -> dict[str, Any]:
 def behavior_entries() -> list[dict[str, Any]]:
     """Returns the behaviors that a person can have."""
     return [
-        behavior_entry(name, LoadTree(name), _COLORS.get(name, "#7f7f7f"))
+        behavior_entry(name, LoadTree(name), _COLORS.get(name, _GRAY))
         for name in BEHAVIORS
     ]
 
@@ -78,7 +79,7 @@ def behavior_entry(name: str, tree: Tree, color: str) -> dict[str, Any]:
     return {
         "name": name,
         "help": _sentence(tree.documents.comments),
-        "letter": name[:1].upper(),
+        "letter": _letters(name),
         "color": color,
         "ports": port_entries(tree),
         "picture": picture,
@@ -181,6 +182,13 @@ def _choices(base: Any) -> list[dict[str, Any]]:
         }
         for name, choice in registry.items()
     ]
+
+
+def _letters(name: str) -> str:
+    """Returns one letter, or two where others begin with it, too."""
+    others = [other for other in BEHAVIORS if other != name]
+    is_first = any(other[:1] == name[:1] for other in others)
+    return name[: 1 + is_first].capitalize()
 
 
 def _sentence(comments: list[str]) -> str:

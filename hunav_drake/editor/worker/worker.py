@@ -163,22 +163,24 @@ class Worker:
             self._runs += len(self._batch)
             self._waiting = list(self._batch)
             self.results.add(self._batch)
-            message: Message = {
-                "kind": "runs",
-                "revision": wanted.revision,
-                "runs": [
-                    {"run": it.number, "seed": it.seed, "planner": it.planner}
-                    for it in self._batch
-                ],
-            }
-            if request.get("id") is not None:
-                message["id"] = request["id"]
-            self._tell(message)
+            self._tell_runs(self._batch, request.get("id"))
             self.start()
             while len(self._others) < wanted.workers - 1:
                 other = ProcessHandle(self._imports, self._take)
                 self._others.append(other)
             self._begin_runs()
+
+    def repeat(self) -> None:
+        """Tells again how it is and what the last runs gave, to a new view."""
+        with self._lock:
+            if "worker" in self._known:
+                self._tell(self._known["worker"])
+            if self._batch:
+                self._tell_runs(self._batch)
+                for run in self._batch:
+                    if run.result is not None:
+                        self._tell(run.result)
+                self._ask_summary()
 
     def cancel(self) -> None:
         """Stops all runs, within seconds; those that are done stay."""
@@ -217,6 +219,19 @@ class Worker:
     def _tell(self, message: Message) -> None:
         for callback in list(self._callbacks):
             self._mail.put((callback, message))
+
+    def _tell_runs(self, runs: Sequence[Run], number: Any = None) -> None:
+        message: Message = {
+            "kind": "runs",
+            "revision": runs[0].request.revision,
+            "runs": [
+                {"run": it.number, "seed": it.seed, "planner": it.planner}
+                for it in runs
+            ],
+        }
+        if number is not None:
+            message["id"] = number
+        self._tell(message)
 
     def _deliver(self) -> None:
         while (letter := self._mail.get()) is not None:

@@ -26,7 +26,8 @@ def test_it_is_plain_data(catalog):
 def test_all_behaviors_are_told_apart(catalog):
     entries = catalog["behaviors"]
     assert [it["name"] for it in entries] == list(BEHAVIORS)
-    assert len({it["color"] for it in entries}) == len(BEHAVIORS)
+    for key in ("color", "letter"):
+        assert len({it[key] for it in entries}) == len(BEHAVIORS)
     assert all(len(it["help"]) > 20 for it in entries)
 
 

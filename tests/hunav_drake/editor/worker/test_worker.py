@@ -116,6 +116,20 @@ def test_runs_come_in_order_with_files_and_statistics(worker):
     assert {it["n"] for it in rows["rows"]} == {2}
 
 
+def test_a_new_view_is_told_of_the_last_runs(worker):
+    dut, listener = worker
+    dut.run({"text": TEXT})
+    (run,) = (it["run"] for it in listener.wait("runs")["runs"])
+    before = listener.wait("result", run=run)
+    listener.clear()
+    dut.repeat()
+    listener.wait("worker", status="ready")
+    assert listener.wait("runs")["runs"][0]["run"] == run
+    after = listener.wait("result", run=run)
+    assert after["metrics"] == before["metrics"]
+    listener.wait("summary")
+
+
 def test_two_processes_share_the_runs(worker):
     dut, listener = worker
     dut.run({"text": TEXT, "seeds": [1, 2], "workers": 2})
