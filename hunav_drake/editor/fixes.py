@@ -52,7 +52,9 @@ def _fixes(finding: Finding, data: Any) -> Iterator[Fix]:
             yield _fix(f"Use {found[1]}", ["set", list(loc), found[1]])
     elif message.startswith("must be unique,"):
         yield from _unique(loc, data, value)
-    elif (found := _NEAREST.search(message)) or (found := _AT_LEAST.search(message)):
+    elif (found := _NEAREST.search(message)) or (
+        found := _AT_LEAST.search(message)
+    ):
         yield _number(loc, float(found[1]))
     elif found := _RANGE.search(message):
         yield from _clamped(loc, value, found)

@@ -206,7 +206,23 @@ AnyMessage = (
 _ADAPTER: TypeAdapter[AnyMessage] = TypeAdapter(
     Annotated[AnyMessage, Field(discriminator="do")]
 )
-_KINDS = ["hello", "edit", "preview", "text", "undo", "redo", "save", "reload", "open", "template", "import", "background", "trace", "run", "cancel"]
+_KINDS = [
+    "hello",
+    "edit",
+    "preview",
+    "text",
+    "undo",
+    "redo",
+    "save",
+    "reload",
+    "open",
+    "template",
+    "import",
+    "background",
+    "trace",
+    "run",
+    "cancel",
+]
 
 
 class MessageError(ValueError):

@@ -27,6 +27,7 @@ from hunav_drake.editor.templates import template_forms
 from hunav_drake.scenario.error import Finding, Loc, ScenarioError
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.scenario.writer import SaveScenario
+from hunav_drake.systems.common.choice_loading import registered_only
 
 Callback = Callable[[dict[str, Any]], None]
 
@@ -139,7 +140,7 @@ class EditSession:
         A message that cannot be followed is answered with an ``error``, and
         nothing has changed.
         """
-        with self._lock:
+        with self._lock, registered_only():
             number = id_of(message)
             try:
                 known = read_message(message)

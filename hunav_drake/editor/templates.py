@@ -30,7 +30,20 @@ Place = tuple[float, float]
 _WALL = 0.2
 _APART = 0.8
 
-_NAMES = ["ana", "ben", "carla", "dan", "eva", "finn", "gina", "hugo", "ines", "jon", "kim", "leo"]
+_NAMES = [
+    "ana",
+    "ben",
+    "carla",
+    "dan",
+    "eva",
+    "finn",
+    "gina",
+    "hugo",
+    "ines",
+    "jon",
+    "kim",
+    "leo",
+]
 _BEHAVIORS = ("regular", "regular", "curious", "impassive")
 
 

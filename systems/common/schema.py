@@ -141,9 +141,7 @@ Coordinate = Annotated[
     StrictFloat, within(-MAX_COORDINATE, MAX_COORDINATE, "m")
 ]
 Point = Annotated[
-    tuple[Coordinate, Coordinate],
-    BeforeValidator(as_tuple),
-    Labels(("x", "y")),
+    tuple[Coordinate, Coordinate], BeforeValidator(as_tuple), Labels(("x", "y"))
 ]
 Points = Annotated[list[Point], BeforeValidator(_as_list)]
 Angle = Annotated[StrictFloat, within(-1e3, 1e3, "rad")]

@@ -190,7 +190,9 @@ def jsonable(data: Any) -> Any:
 def get(data: Any, path: Sequence[str | int], default: Any = None) -> Any:
     """Returns a part of data, or the default if there is none."""
     for step in path:
-        if (isinstance(step, str) and isinstance(data, dict) and step in data) or (
+        if (
+            isinstance(step, str) and isinstance(data, dict) and step in data
+        ) or (
             isinstance(step, int)
             and isinstance(data, list)
             and 0 <= step < len(data)

@@ -148,6 +148,7 @@ export function addDialogs(store, root) {
   };
   store.listen("dialog", ({ what }) => run(what));
   store.listen("ask", question);
+  store.listen("note", ({ message }) => store.tell("say", { message, error: false }));
   store.listen("notes", ({ title, notes }) => show(title, h("p", null, "Not taken over:"), h("ul", { class: "notes" }, notes.map((it) => h("li", null, it))), buttons(act("Close", () => {}, true))));
   store.listen("save", () => (store.filename ? store.ask({ do: "save" }) : saveAs()));
   store.listen("saved", ({ filename }) => store.tell("say", { message: `Saved ${filename.split(/[\\/]/).at(-1)}`, error: false }));

@@ -23,6 +23,25 @@ function markOf(store, path) {
   return `${path.map((it) => (typeof it === "number" ? "#" : it)).join("/")} ${tag}`;
 }
 
+/**
+ * Adds a strip below a form that tells of the field in hand: nothing moves
+ * when it changes, as below each field it would.
+ */
+function withHelp(element) {
+  const strip = h("div", { class: "help-strip", "aria-hidden": "true", hidden: true });
+  const tell = (event) => {
+    const field = event.target.closest?.(".field");
+    const text = field?.querySelector(":scope > .help")?.textContent ?? "";
+    if (!text && event.type === "pointerover") return;
+    strip.textContent = text;
+    strip.hidden = !text;
+  };
+  element.addEventListener("focusin", tell);
+  element.addEventListener("pointerover", (event) => element.contains(document.activeElement) || tell(event));
+  element.addEventListener("pointerleave", () => element.contains(document.activeElement) || (strip.hidden = true));
+  return h("div", { class: "with-help" }, element, strip);
+}
+
 /** Makes the form of what is selected. */
 export function makeFormPanel(store) {
   const title = h("h2", { class: "panel-title" });
@@ -98,7 +117,7 @@ export function makeFormPanel(store) {
   store.listen("catalog", build);
   store.listen("data", build);
   store.listen("faults", refresh);
-  return element;
+  return withHelp(element);
 }
 
 /** What is said while nothing is selected. */
@@ -148,5 +167,5 @@ export function makeTrialPanel(store) {
   store.listen("catalog", build);
   store.listen("data", build);
   store.listen("faults", () => form?.refresh());
-  return element;
+  return withHelp(element);
 }

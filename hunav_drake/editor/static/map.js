@@ -2,6 +2,7 @@ import { atFrame, h, svg } from "./dom.js";
 import { keyOf, valueAt } from "./data.js";
 import { GOAL, START, boundsOf, groupOf, isPoint, isPose, peopleOf } from "./things.js";
 import { ChainShape, PersonShape, RobotShape, WorldShape, outline } from "./shapes.js";
+import { lookOf } from "./looks.js";
 import { View } from "./view.js";
 import { makeBackdrop } from "./backdrop.js";
 import { makeMarks } from "./marks.js";
@@ -13,7 +14,7 @@ import { drawHandles } from "./handles.js";
  */
 
 /** From back to front; each is a group of the lower SVG. */
-const LAYERS = ["fixtures", "groups", "chains", "robots", "people"];
+const LAYERS = ["areas", "fixtures", "groups", "chains", "robots", "people"];
 
 /**
  * Makes the map of a store.
@@ -48,13 +49,7 @@ export function makeMap(store) {
   let isFitted = false;
   let sized = false;
 
-  const look = (name) => {
-    const found = store.catalog.behaviors?.find((it) => it.name === name);
-    return {
-      color: found?.color ?? "#6b7a8c",
-      letter: found?.letter ?? (name[0] ?? "?").toUpperCase(),
-    };
-  };
+  const look = (name) => lookOf(store.catalog, name);
   const personDefaults = () => store.catalog.defaults?.human ?? {};
 
   function draw(key, layer, value, make, update, others = []) {
@@ -77,7 +72,8 @@ export function makeMap(store) {
     shown = { data, outlines };
     const focused = element.contains(document.activeElement) ? document.activeElement : null;
     for (const [key, it] of Object.entries(outlines)) {
-      if (it?.points?.length) draw(key, "fixtures", it, () => new WorldShape(key), (shape) => shape.update(it));
+      const layer = key.startsWith("world/") ? "fixtures" : "areas";
+      if (it?.points?.length) draw(key, layer, it, () => new WorldShape(key), (shape) => shape.update(it));
     }
     const { behaviors } = store.catalog;
     const defaults = personDefaults();

@@ -1,6 +1,7 @@
 import { atFrame, button, fill, h } from "./dom.js";
 import { isWithin, keyOf, samePath } from "./data.js";
 import { GOAL, HUMANS, ROBOT, START, behaviorOf, groupOf, isPose, nameOf, peopleOf, worldLists } from "./things.js";
+import { lookOf } from "./looks.js";
 import { inkOn } from "./shapes.js";
 
 /** Returns what there is, by its parts: [{title, key, items: [path...]}]. */
@@ -63,10 +64,10 @@ export function makeOutline(store) {
     const person = isPerson ? data[HUMANS][path[1]] : null;
     if (person) {
       const behavior = behaviorOf(person, catalog.defaults?.human);
-      const found = catalog.behaviors?.find((it) => it.name === behavior);
-      mark.textContent = found?.letter ?? behavior[0]?.toUpperCase() ?? "";
-      mark.style.setProperty("--who", found?.color ?? "#6b7a8c");
-      mark.style.setProperty("--ink", inkOn(found?.color ?? "#6b7a8c"));
+      const { color, letter } = lookOf(catalog, behavior);
+      mark.textContent = letter;
+      mark.style.setProperty("--who", color);
+      mark.style.setProperty("--ink", inkOn(color));
       note.textContent = groupOf(person) >= 0 ? `group ${groupOf(person)}` : "";
     }
     mark.className = person ? "mark who" : `mark of-${path.length === 2 ? path.join("-") : path[1]}`;

@@ -79,7 +79,8 @@ export class PersonShape {
     this.nose.setAttribute("transform", `rotate(${yaw})`);
     const tiny = 2 * r * scale < TINY;
     this.element.classList.toggle("tiny", tiny);
-    write(this.letter, 0, -0.38 * Math.min(r, 12 * px) * 1.1, 1.1 * Math.min(r, 14 * px));
+    const size = (this.letter.textContent.length > 1 ? 0.95 : 1.15) * Math.min(r, 14 * px);
+    write(this.letter, 0, -0.36 * size, size);
     write(this.name, 0, -r - 14 * px, 11 * px);
     const at = 0.8 * Math.max(r, 7 * px);
     this.badge.setAttribute("transform", `translate(${at} ${at}) scale(${px} ${-px})`);
@@ -192,7 +193,8 @@ export class WorldShape {
     this.path = svg("path", { class: "shape" });
     this.hit = svg("path", { class: "thin-hit" });
     this.badge = svg("g", { class: "badge" }, svg("circle", { r: 6 }), svg("text", { "text-anchor": "middle", y: 3.6 }, "!"));
-    this.element = svg("g", focusable("fixture", key), this.path, this.badge);
+    const name = key.startsWith("world/") ? "fixture" : "area";
+    this.element = svg("g", focusable(name, key), this.path, this.badge);
   }
 
   update({ points, parts, closed, kind, height }) {

@@ -227,7 +227,7 @@ export function makeStore(host) {
 function whole(outlines) {
   const result = {};
   for (const [key, it] of Object.entries(outlines)) {
-    const owner = key.split("/").slice(0, 3).join("/");
+    const owner = key.startsWith("world/") ? key.split("/").slice(0, key.startsWith("world/map") ? 2 : 3).join("/") : key;
     if (key === owner || !result[owner]) result[key] = it;
     else result[owner] = { ...result[owner], parts: [...(result[owner].parts ?? [result[owner].points]), it.points] };
   }
