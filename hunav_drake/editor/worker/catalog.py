@@ -25,7 +25,9 @@ from hunav_drake.systems.robot.robot_config import RobotConfig
 
 # A color of its own for each behavior: those of the plots, but two grays for
 # black, which cannot be seen on a dark map.
-_COLORS = dict(zip(BEHAVIORS, (*PALETTE[:6], "#6b6b6b", "#a3a3a3"), strict=True))
+_COLORS = dict(
+    zip(BEHAVIORS, (*PALETTE[:6], "#6b6b6b", "#a3a3a3"), strict=True)
+)
 _GRAY = "#7f7f7f"
 
 # Trees in trees beyond this are not looked at for help.
