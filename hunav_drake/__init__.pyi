@@ -6,6 +6,7 @@ from .benchmark import (
     SuiteResult as SuiteResult,
 )
 from .context_file import LoadContext as LoadContext, SaveContext as SaveContext
+from .editor.entry import EditScenario as EditScenario
 from .humans import (
     AddHumans as AddHumans,
     HumanOptions as HumanOptions,

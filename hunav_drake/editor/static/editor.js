@@ -41,14 +41,15 @@ function bottomPanels(store) {
  * Builds the editor in an element, and asks for the scenario.
  * @param {HTMLElement} root
  * @param {{send: function(Object): void, on: function(function(Object): void): void}} host
- * @param {{leftFolded?: boolean, openResult?: function(number, string, string): void}} options
- *   `openResult` shows a file of a run where links lead nowhere.
+ * @param {{leftFolded?: boolean, embedded?: boolean, openResult?: function(number, string, string): void}} options
+ *   `embedded` in a page of others; `openResult` shows a file of a run where links lead nowhere.
  * @returns the store
  */
 export function startEditor(root, host, options = {}) {
   const store = makeStore(host);
   store.root = root;
   store.openResult = options.openResult ?? null;
+  store.embedded = options.embedded ?? false;
   root.classList.add("hunav-editor");
 
   const map = makeMap(store);

@@ -189,8 +189,10 @@ export function makeRunsPanel(store) {
     player.pause();
     ghosts.clear();
     for (const it of message.runs) runs.set(it.run, { ...it });
-    showOnMap(true);
+    // A new page is told of former runs; its map is the scenario's.
+    showOnMap(element.offsetParent !== null);
     refresh();
+    if (!onMap) return;
     // The panel may have come over a part of the map.
     requestAnimationFrame(() => requestAnimationFrame(() => store.map.fit()));
   });

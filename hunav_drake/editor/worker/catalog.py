@@ -9,8 +9,8 @@ from typing import Any
 
 from pydantic import TypeAdapter
 
-from hunav_drake.editor.forms import form_schema
 from hunav_drake.plots.style import PALETTE
+from hunav_drake.scenario.json_schema import scenario_json_schema
 from hunav_drake.systems.behavior import BEHAVIORS, LoadTree, RenderBehaviorTree
 from hunav_drake.systems.behavior.language.documents import Documents
 from hunav_drake.systems.behavior.language.xml_source import XmlElement
@@ -25,7 +25,9 @@ from hunav_drake.systems.robot.robot_config import RobotConfig
 
 # A color of its own for each behavior: those of the plots, but two grays for
 # black, which cannot be seen on a dark map.
-_COLORS = dict(zip(BEHAVIORS, (*PALETTE[:6], "#6b6b6b", "#a3a3a3"), strict=True))
+_COLORS = dict(
+    zip(BEHAVIORS, (*PALETTE[:6], "#6b6b6b", "#a3a3a3"), strict=True)
+)
 _GRAY = "#7f7f7f"
 
 # Trees in trees beyond this are not looked at for help.
@@ -45,7 +47,7 @@ def make_catalog() -> dict[str, Any]:
     """Returns the message with all choices, those of users among them."""
     return {
         "kind": "catalog",
-        "schema": form_schema(),
+        "schema": scenario_json_schema(),
         "behaviors": behavior_entries(),
         "planners": _choices(PlannerConfig),
         "models": _choices(MotionModel),
