@@ -81,10 +81,19 @@ def test_the_token_has_256_bits_and_changes(server, tmp_path):
 def test_another_host_is_refused(server):
     cookie = enter(server)
     port = server.page.port
-    assert get(server, "/", cookie=cookie, host=f"localhost:{port}").status == 200
-    for host in ("evil.example", f"evil.example:{port}", "127.0.0.1", f"127.0.0.2:{port}"):
+    assert (
+        get(server, "/", cookie=cookie, host=f"localhost:{port}").status == 200
+    )
+    for host in (
+        "evil.example",
+        f"evil.example:{port}",
+        "127.0.0.1",
+        f"127.0.0.2:{port}",
+    ):
         assert get(server, "/", cookie=cookie, host=host).status == 403
-        assert get(server, f"/?token={server.page.token}", host=host).status == 403
+        assert (
+            get(server, f"/?token={server.page.token}", host=host).status == 403
+        )
 
 
 def test_a_socket_needs_cookie_and_exact_origin(server):
@@ -92,7 +101,13 @@ def test_a_socket_needs_cookie_and_exact_origin(server):
     own = f"http://127.0.0.1:{server.page.port}"
     assert handshake(server, Origin=own) == 403
     assert handshake(server, cookie=cookie) == 403
-    for origin in ("null", "http://evil.example", own + "0", own.replace("http:", "https:"), own.replace("127.0.0.1", "localhost")):
+    for origin in (
+        "null",
+        "http://evil.example",
+        own + "0",
+        own.replace("http:", "https:"),
+        own.replace("127.0.0.1", "localhost"),
+    ):
         assert handshake(server, cookie=cookie, Origin=origin) == 403
 
 

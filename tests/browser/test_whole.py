@@ -150,7 +150,7 @@ CHECK = """() => {
     const [a, b] = [light(rgb(getComputedStyle(it).color)), light(floor(it))];
     const contrast = (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05);
     if (contrast < 4.5) faults.push(
-      `contrast ${contrast.toFixed(2)}: ${it.className} "${it.textContent.slice(0, 30)}"`);
+      `contrast ${contrast.toFixed(2)}: ${it.className} "${it.textContent}"`);
     const button = it.closest("button");
     const box = button?.getBoundingClientRect();
     if (box?.width && (box.width < 24 || box.height < 24)) faults.push(
