@@ -7,6 +7,7 @@ from typing import Any
 
 from hunav_drake.editor.document.plain_data import get
 from hunav_drake.editor.fixes import fix_of
+from hunav_drake.editor.free_places import FreePlaces
 from hunav_drake.scenario.building import Check, build_scenario
 from hunav_drake.scenario.checks import (
     check_epsilon,
@@ -68,7 +69,10 @@ def inside(folder: Path | None, name: str) -> Path | None:
 
 
 def message_of(
-    finding: Finding, data: Any, line: int | None = None
+    finding: Finding,
+    data: Any,
+    line: int | None = None,
+    free: FreePlaces | None = None,
 ) -> dict[str, Any]:
     """Returns a finding as the page gets it.
 
@@ -76,6 +80,7 @@ def message_of(
         finding: What is wrong.
         data: The scenario as plain data.
         line: Its line in the text, if it is known.
+        free: Where there is room for what must be moved.
     """
     message, _, remedy = finding.message.partition("; ")
     return {
@@ -83,7 +88,7 @@ def message_of(
         "message": message,
         "remedy": remedy,
         "severity": "error",
-        "fix": fix_of(finding, data),
+        "fix": fix_of(finding, data, free),
         "uses": [list(loc) for loc in finding.uses],
         "line": line,
     }

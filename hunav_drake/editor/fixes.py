@@ -6,6 +6,7 @@ import re
 from typing import Any
 
 from hunav_drake.editor.document.plain_data import get
+from hunav_drake.editor.free_places import FreePlaces, radius_at
 from hunav_drake.scenario.error import Finding, Loc
 
 Fix = dict[str, Any]
@@ -20,17 +21,42 @@ _AT_LEAST = re.compile(rf"must be at least \w+(?:\.\w+)? \({_NUMBER}")
 _REPEATS = re.compile(r"repeats points\[[0-9]+\]")
 
 
-def fix_of(finding: Finding, data: Any) -> Fix | None:
+def fix_of(
+    finding: Finding, data: Any, free: FreePlaces | None = None
+) -> Fix | None:
     """Returns what mends a finding, as the page applies it.
 
     Args:
         finding: What is wrong.
         data: The scenario as plain data.
+        free: Where there is room for what must be moved; without, it is moved
+            out of the first thing in its way only.
 
     Returns:
         {"label", "ops"}, or None if only a person knows.
     """
-    return next(_fixes(finding, data), None)
+    fix = next(_fixes(finding, data), None)
+    if fix is not None and free is not None and _MOVE.search(finding.message):
+        return _freed(fix, finding.loc, data, free)
+    return fix
+
+
+def _freed(fix: Fix, loc: Loc, data: Any, free: FreePlaces) -> Fix | None:
+    """Returns a fix that moves something to where there is room."""
+    x, y, *rest = get(data, loc)
+    moved = fix["ops"][0][2]
+    place = free.near((x, y), radius_at(loc, data), tuple(moved[:2]))
+    if place is None:
+        return None
+    if place == tuple(moved[:2]):
+        return fix
+    way = place[0] - x, place[1] - y
+    length = math.hypot(*way)
+    label = (
+        f"Move it {length:.2f} m along"
+        f" ({way[0] / length:.2g}, {way[1] / length:.2g})"
+    )
+    return _fix(label, ["set", list(loc), [*place, *rest]])
 
 
 def _fixes(finding: Finding, data: Any) -> Iterator[Fix]:

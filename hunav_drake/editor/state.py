@@ -11,6 +11,7 @@ from hunav_drake.editor.document.plain_data import changes, get, jsonable
 from hunav_drake.editor.document.steps import Steps
 from hunav_drake.editor.faults import find_faults, inside, message_of
 from hunav_drake.editor.files import SessionFile
+from hunav_drake.editor.free_places import FreePlaces
 from hunav_drake.scenario.building import (
     Places,
     build_scenario,
@@ -24,6 +25,9 @@ from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.choice_loading import registered_only
 from hunav_drake.systems.world.maps.map_file import map_outlines
 from hunav_drake.systems.world.solids import WorldFileError
+
+# For so many faults a free place is looked for.
+_MAX_FREED = 50
 
 
 @dc.dataclass
@@ -113,11 +117,13 @@ class State:
                 result.append(message_of(found, data, 1))
             return result
         told = set()
+        free = FreePlaces(self._outlines.of(data, self._map_outlines()))
         for found in [*self.findings, *self._still_checked()]:
             if (found.loc, found.message) not in told:
                 told.add((found.loc, found.message))
                 place = document.line(found.loc)
-                result.append(message_of(found, data, place))
+                some = free if len(told) <= _MAX_FREED else None
+                result.append(message_of(found, data, place, some))
         return [*result, *self._warnings()]
 
     def scenario(self) -> Scenario:

@@ -6,10 +6,12 @@ from pathlib import Path
 import re
 import subprocess
 import sys
+import time
 
 from hypothesis import given, settings, strategies as st
 import pytest
 
+from hunav_drake.editor.document.plain_data import jsonable
 from hunav_drake.editor.session import EditSession
 from hunav_drake.scenario import CheckScenario, LoadScenario, ScenarioError
 from hunav_drake.scenario.yaml_source import parse_yaml
@@ -215,6 +217,19 @@ def test_a_button_clears_the_fault(view):
     assert view.faults == []
 
 
+def test_a_button_moves_past_what_stands_beside():
+    view = View(EditSession(""))
+    view.ask("open", filename="cafe")
+    # On a table, with chairs all around.
+    view.edit(["set", ["humans", 0, "pose"], [-1.4, 5.0, 0.5]])
+    view.edit(["insert", ["humans", 0, "goals", 0], [-1.4, 5.0]])
+    assert len(view.faults) == 2
+    for fault in view.faults:
+        view.edit(*fault["fix"]["ops"])
+    assert view.faults == []
+    assert view.data["humans"][0]["pose"][2] == 0.5
+
+
 @pytest.mark.parametrize(
     ("path", "value", "fixed"),
     [
@@ -391,21 +406,60 @@ def test_every_message_is_answered_and_errors_change_nothing(messages):
         # Data that were given out stay as they were.
         assert repr(before[1]) == repr(kept)
         # Views know all, and the text says the data.
-        assert repr(view.data) == json.loads(
-            json.dumps(repr(_jsonable(session.data)))
-        )
+        assert repr(_sorted(view.data)) == repr(_sorted(jsonable(session.data)))
         if not session.state.document.problem and session.text.strip():
             read = parse_yaml(session.text, name="x").plain() or {}
             assert repr(_sorted(read)) == repr(_sorted(session.data))
-
-
-def _jsonable(data):
-    from hunav_drake.editor.document.plain_data import jsonable
-
-    return jsonable(data)
 
 
 def _sorted(data):
     if isinstance(data, dict):
         return {key: _sorted(data[key]) for key in sorted(data)}
     return [_sorted(it) for it in data] if isinstance(data, list) else data
+
+
+def _big():
+    """Returns a text of 100 people, 300 goals and 500 walls."""
+    cells = [(3.0 * i, 3.0 * k) for i in range(25) for k in range(20)]
+    lines = ["world:", "  walls:"]
+    for x, y in cells:
+        points = [[x, y], [x + 0.8, y], [x + 0.8, y + 0.8], [x, y + 0.8]]
+        lines += ["    - shape: polygon", f"      points: {points}"]
+    lines += ["humans:"]
+    for i in range(100):
+        x, y = cells[5 * i]
+        lines += [f"  - name: p{i}", f"    pose: [{x + 1.9}, {y + 1.9}, 0]"]
+        lines += ["    goals:"]
+        for k in range(3):
+            x, y = cells[(7 * i + 31 * k) % 500]
+            lines += [f"      - [{x + 1.9}, {y + 1.9}]"]
+    lines += ["robot: {start: [-3, -3, 0], goal: [74, 61, 0]}"]
+    return "\n".join(lines) + "\n"
+
+
+def test_large_scenarios_are_checked_at_once():
+    """Times are those of the process, whoever else works beside."""
+    view = View(EditSession(_big()))
+    assert view.faults == []
+    told, written = [], []
+
+    def note(message):
+        now = time.process_time() - start
+        (written if message["kind"] == "text" else told).append(now)
+
+    view.session.subscribe(note)
+    base = time.process_time()
+    sum(range(2_000_000))
+    unit = time.process_time() - base
+    best_told = best_written = 1e9
+    for k in range(5):
+        told.clear()
+        written.clear()
+        start = time.process_time()
+        view.edit(["set", ["humans", 5, "pose"], [1.9, 61.0 + k, 0]])
+        # The state comes first, then the faults.
+        best_told = min(best_told, told[1])
+        best_written = min(best_written, written[0])
+    # One unit is some 30 ms. The faults take about 20 ms, the text 90 ms.
+    assert best_told < 5 * unit
+    assert best_written < 20 * unit
