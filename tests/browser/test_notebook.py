@@ -120,6 +120,8 @@ def test_the_editor_in_a_cell(lab, browser, tmp_path):
     )
     page.goto(f"{lab}/lab/tree/edit.ipynb?token=secret&reset")
     page.locator(".jp-Notebook .jp-Cell").first.wait_for()
+    # Before the kernel is there, cells are not run.
+    page.get_by_text("| Idle").wait_for()
     _run_cell(page, 0)
     page.locator(".hunav-editor .map [data-key='humans/1']").wait_for()
     page.wait_for_timeout(500)
