@@ -93,9 +93,9 @@ def _edit(options: argparse.Namespace) -> int:
         stack.callback(session.close)
         is_dirty = [False]
         session.subscribe(
-            lambda it: is_dirty.append(it["dirty"])
-            if it["kind"] == "state"
-            else None
+            lambda it: (
+                is_dirty.append(it["dirty"]) if it["kind"] == "state" else None
+            )
         )
         with input_errors(place=f"--port {options.port}"):
             page = EditPage(session, port=options.port, find_file=worker.file)

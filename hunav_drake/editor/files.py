@@ -49,14 +49,16 @@ class SessionFile:
         try:
             path = (self.folder / name).resolve()
             is_inside = path.is_relative_to(self.folder)
+            exists = path.exists()
         except (OSError, RuntimeError) as error:
-            raise FileRefusedError(f"{shown(name)}: {error}") from error
+            words = getattr(error, "strerror", None) or "is no file name"
+            raise FileRefusedError(f"{shown(name)}: {words}") from error
         if not is_inside:
             raise FileRefusedError(
                 f"{shown(name)} is outside the folder {self.folder}; give a"
                 " name in it"
             )
-        if not path.suffix and not path.exists():
+        if not path.suffix and not exists:
             path = path.with_name(f"{path.name}.yaml")
         if path.suffix.lower() not in _SUFFIXES:
             raise FileRefusedError(

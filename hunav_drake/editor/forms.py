@@ -1,5 +1,6 @@
 """What forms need to know: the schema, and what is so by default."""
 
+import functools
 from typing import Any
 
 from hunav_drake.editor.faults import DEFERRED
@@ -10,10 +11,24 @@ from hunav_drake.systems.common.choice_loading import (
     UnloadedChoice,
     registered_only,
 )
+from hunav_drake.systems.robot.drives import DRIVES
+from hunav_drake.systems.robot.robot_config import ROBOTS
+from hunav_drake.systems.sensing.sensor_config import SENSORS
+from hunav_drake.systems.world.furniture import FURNITURE
+from hunav_drake.systems.world.shapes import WALLS
+
+_CHOICES = (WALLS, FURNITURE, ROBOTS, DRIVES, SENSORS)
 
 
 def form_schema() -> dict[str, Any]:
     """Returns the JSON schema of a scenario; deferred choices are unknown."""
+    return _schema(tuple(tuple(registry) for registry in _CHOICES))
+
+
+@functools.cache
+def _schema(choices: tuple[tuple[str, ...], ...]) -> dict[str, Any]:
+    """Makes the schema, again when other choices are registered."""
+    del choices
     with registered_only(*DEFERRED):
         return scenario_json_schema()
 

@@ -1,6 +1,6 @@
 """Takes over what HuNavSim's files, or other scenarios, say."""
 
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple, TypeGuard
 
 from hunav_drake.editor.document.plain_data import same
 from hunav_drake.editor.faults import DEFERRED, FAST_CHECKS
@@ -131,7 +131,7 @@ def _make_unique(human: dict[str, Any], names: set[Any], ids: set[Any]) -> None:
         ids.add(human["id"])
 
 
-def _is_dict(value: Any) -> bool:
+def _is_dict(value: Any) -> TypeGuard[dict[str, Any]]:
     return isinstance(value, dict)
 
 

@@ -150,6 +150,7 @@ class EditSession:
                 OperationError,
                 FileRefusedError,
                 BackgroundError,
+                OSError,
             ) as error:
                 self.send("error", number, message=_line(error))
             except ScenarioError as error:

@@ -116,8 +116,8 @@ class State:
         for found in [*self.findings, *self._still_checked()]:
             if (found.loc, found.message) not in told:
                 told.add((found.loc, found.message))
-                line = document.line(found.loc)
-                result.append(message_of(found, data, line))
+                place = document.line(found.loc)
+                result.append(message_of(found, data, place))
         return [*result, *self._warnings()]
 
     def scenario(self) -> Scenario:

@@ -35,7 +35,8 @@ def check_walls(scenario: Scenario) -> Iterator[Finding]:
             for k in _repeated(points):
                 yield Finding((*loc, k + 1), f"repeats points[{k}]")
         elif isinstance(wall, Polygon):
-            if found := _polygon_fault(wall.vertices().tobytes()):
+            found = _polygon_fault(wall.vertices().tobytes())
+            if found is not None:
                 yield Finding((*loc, *found.loc), found.message)
 
 

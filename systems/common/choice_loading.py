@@ -47,7 +47,7 @@ class UnloadedChoice:
     Its attributes are the fields that all choices of its kind have.
     """
 
-    def __init__(self, base: type[Any], data: Mapping[str, Any]) -> None:
+    def __init__(self, base: Any, data: Mapping[str, Any]) -> None:
         """Takes a choice as data, and checks the common fields.
 
         Args:
@@ -76,7 +76,7 @@ class UnloadedChoice:
 
 
 @functools.cache
-def _common(base: type[Any]) -> tuple[dict[str, Any], TypeAdapter[Any]]:
+def _common(base: Any) -> tuple[dict[str, Any], TypeAdapter[Any]]:
     """Returns the fields of a base class: their defaults and their rules."""
     hints = get_type_hints(base, include_extras=True)
     own = dataclasses.fields(base) if dataclasses.is_dataclass(base) else ()

@@ -37,13 +37,15 @@ def test_angles_may_be_typed_in_degrees_and_keys_reset(open_editor):
     yaw = editor.field("pose").locator("input").nth(2)
     yaw.fill("90deg")
     yaw.press("Enter")
-    editor.wait(lambda it: near([at(it.data, ["humans", 1, "pose", 2])], [1.5708], 1e-3))
+    editor.wait(
+        lambda it: near([at(it.data, ["humans", 1, "pose", 2])], [1.5708], 1e-3)
+    )
     editor.field("desired_speed").get_by_role("button").click()
     editor.wait(lambda it: "desired_speed" not in it.data["humans"][1])
     assert editor.field("desired_speed").locator("input").input_value() == ""
-    assert "1.2" in editor.field("desired_speed").locator("input").get_attribute(
-        "placeholder"
-    )
+    assert "1.2" in editor.field("desired_speed").locator(
+        "input"
+    ).get_attribute("placeholder")
 
 
 def test_typed_text_moves_the_map(open_editor):
@@ -117,20 +119,27 @@ def test_save_writes_that_file_only(open_editor, tmp_path):
     other.write_text("humans: []\n")
     editor = open_editor(SMALL)
     editor.drag((-3, 0), (-2, 1))
-    editor.wait(lambda it: near(at(it.data, ["humans", 0, "pose"])[:2], (-2, 1)))
+    editor.wait(
+        lambda it: near(at(it.data, ["humans", 0, "pose"])[:2], (-2, 1))
+    )
     assert (tmp_path / "scene.yaml").read_text() == SMALL
     editor.page.locator(".unsaved").wait_for()
     editor.press("Control+s")
     editor.page.locator(".unsaved").wait_for(state="hidden")
     assert (tmp_path / "scene.yaml").read_text() == editor.session.text
-    assert sorted(it.name for it in tmp_path.iterdir()) == ["other.yaml", "scene.yaml"]
+    assert sorted(it.name for it in tmp_path.iterdir()) == [
+        "other.yaml",
+        "scene.yaml",
+    ]
     assert other.read_text() == "humans: []\n"
 
 
 def test_a_file_changed_by_another_is_asked_for(open_editor, tmp_path):
     editor = open_editor(SMALL)
     editor.drag((-3, 0), (-2, 1))
-    editor.wait(lambda it: near(at(it.data, ["humans", 0, "pose"])[:2], (-2, 1)))
+    editor.wait(
+        lambda it: near(at(it.data, ["humans", 0, "pose"])[:2], (-2, 1))
+    )
     (tmp_path / "scene.yaml").write_text(SMALL.replace("bruno", "berta"))
     dialog = editor.page.locator("dialog[open]")
     dialog.wait_for()
@@ -142,16 +151,21 @@ def test_a_file_changed_by_another_is_asked_for(open_editor, tmp_path):
 def test_what_was_not_saved_outlives_the_page(open_editor, tmp_path):
     editor = open_editor(SMALL)
     editor.drag((-3, 0), (-2, 1))
-    editor.wait(lambda it: near(at(it.data, ["humans", 0, "pose"])[:2], (-2, 1)))
+    editor.wait(
+        lambda it: near(at(it.data, ["humans", 0, "pose"])[:2], (-2, 1))
+    )
     kept = editor.session.text
     editor.page.wait_for_timeout(400)
     # The server is gone and comes back with the file as it was.
     editor.session.receive({"do": "reload", "confirm": True})
     editor.page.wait_for_timeout(500)
-    editor.page.evaluate("t => localStorage.setItem(...t)", [
-        f"hunav-edit:{tmp_path / 'scene.yaml'}",
-        json.dumps({"text": kept, "time": 4e12}),
-    ])
+    editor.page.evaluate(
+        "t => localStorage.setItem(...t)",
+        [
+            f"hunav-edit:{tmp_path / 'scene.yaml'}",
+            json.dumps({"text": kept, "time": 4e12}),
+        ],
+    )
     page = editor.new_page()
     dialog = page.locator("dialog[open]")
     dialog.wait_for()
@@ -164,7 +178,9 @@ def test_two_pages_stay_in_step(open_editor):
     editor = open_editor(SMALL)
     other = editor.new_page()
     editor.drag((-3, 0), (-2, 1))
-    editor.wait(lambda it: near(at(it.data, ["humans", 0, "pose"])[:2], (-2, 1)))
+    editor.wait(
+        lambda it: near(at(it.data, ["humans", 0, "pose"])[:2], (-2, 1))
+    )
     moved = "[data-key='humans/0'] > g[transform='translate(-2 1)']"
     other.locator(moved).wait_for(state="attached")
     other.locator(".step").first.click()

@@ -73,10 +73,14 @@ def test_furniture_is_placed_moved_turned_and_resized(open_editor):
     editor.press("Escape")
     editor.click(3, 1.5)
     editor.drag_handle("turn", (3, 3))
-    editor.wait(lambda it: abs(at(it.data, ["world", "furniture", 0, "yaw"]) or 0) > 1.5)
+    editor.wait(
+        lambda it: abs(at(it.data, ["world", "furniture", 0, "yaw"]) or 0) > 1.5
+    )
     before = at(editor.session.data, ["world", "furniture", 0, "size"])
     editor.drag_handle("size 1 1", (1.5, 3))
-    editor.wait(lambda it: at(it.data, ["world", "furniture", 0, "size"]) != before)
+    editor.wait(
+        lambda it: at(it.data, ["world", "furniture", 0, "size"]) != before
+    )
 
 
 def test_a_corner_is_dragged_added_and_removed(open_editor):
@@ -103,7 +107,10 @@ def test_a_person_in_a_table_is_told_everywhere_and_put_right(open_editor):
     editor.wait(lambda it: len(it.faults) == 1)
     person = editor.part("humans/0")
     assert "is inside" in person.get_attribute("aria-description")
-    assert editor.part("world/furniture/0").get_attribute("class").split()[-1] == "used"
+    assert (
+        editor.part("world/furniture/0").get_attribute("class").split()[-1]
+        == "used"
+    )
     message = editor.field("pose").locator(".field-fault").inner_text()
     assert "is inside" in message
     editor.tab("yaml")

@@ -190,16 +190,11 @@ def jsonable(data: Any) -> Any:
 def get(data: Any, path: Sequence[str | int], default: Any = None) -> Any:
     """Returns a part of data, or the default if there is none."""
     for step in path:
-        if (
-            isinstance(step, str) and isinstance(data, dict) and step in data
-        ) or (
-            isinstance(step, int)
-            and isinstance(data, list)
-            and 0 <= step < len(data)
-        ):
-            data = data[step]
-        else:
+        is_key = isinstance(data, dict) and step in data
+        is_index = isinstance(data, list) and step in range(len(data))
+        if not is_key and not is_index:
             return default
+        data = data[step]
     return data
 
 

@@ -124,7 +124,7 @@ class Layout:
             column: That of the key, or of the dash.
             flow: Whether it stands in braces or brackets.
         """
-        is_block = not flow and isinstance(value, dict | list) and value
+        is_block = not flow and isinstance(value, dict | list) and bool(value)
         if is_block and isinstance(value, list):
             is_block = any(isinstance(it, dict | list) for it in value)
         if not is_block:

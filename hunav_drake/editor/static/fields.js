@@ -250,7 +250,9 @@ export function tupleField(target, node, path) {
         read: () => {
           const all = target.values(path).map((it) => it?.[i]);
           const mixed = all.some((it) => it !== all[0]);
-          return { value: mixed ? undefined : all[0], mixed, fallback: node.fallback?.[i] };
+          // To the millimeter, as there is no room for more.
+          const value = typeof all[0] === "number" ? Math.round(all[0] * 1e3) / 1e3 : all[0];
+          return { value: mixed ? undefined : value, mixed, fallback: node.fallback?.[i] };
         },
         write(number) {
           const { store, bases } = target;

@@ -13,6 +13,8 @@ import { drawHandles } from "./handles.js";
  * is being dragged, so that a frame of a drag repaints only that.
  */
 
+const NONE = {};
+
 /** From back to front; each is a group of the lower SVG. */
 const LAYERS = ["areas", "fixtures", "groups", "chains", "robots", "people"];
 
@@ -50,7 +52,8 @@ export function makeMap(store) {
   let sized = false;
 
   const look = (name) => lookOf(store.catalog, name);
-  const personDefaults = () => store.catalog.defaults?.human ?? {};
+  // One object, for drawings are made anew where it is another.
+  const personDefaults = () => store.catalog.defaults?.human ?? NONE;
 
   function draw(key, layer, value, make, update, others = []) {
     let entry = drawn.get(key);
@@ -90,7 +93,9 @@ export function makeMap(store) {
       const key = keyOf(i ? GOAL : START);
       draw(key, "robots", pose, () => new RobotShape(key, i === 1), (it) => it.update(pose, radius), [radius]);
     });
-    mission.setAttribute("d", places.every(isPose) ? outline(places, false) : "");
+    const way = places.every(isPose) ? outline(places, false) : "";
+    // Setting the same anew would have all of the lower SVG painted again.
+    if (mission.getAttribute("d") !== way) mission.setAttribute("d", way);
     drawGroups(data);
     for (const [key, entry] of drawn) {
       if (!entry.seen) {

@@ -16,6 +16,8 @@ function nearest(drawn, path) {
 /** Shows what is read of faults where one points at it. */
 function tell(element, title, faults) {
   const text = faults.map((it) => it.message).join("\n");
+  if (element.told === `${title}\n${text}`) return;
+  element.told = `${title}\n${text}`;
   element.setAttribute("aria-label", faults.length ? `${title}, fault: ${text}` : title);
   if (faults.length) element.setAttribute("aria-description", text);
   else element.removeAttribute("aria-description");

@@ -1,5 +1,5 @@
 import { atFrame, button, fill, h } from "./dom.js";
-import { isWithin, keyOf, samePath } from "./data.js";
+import { isWithin, keyOf, pathOf, samePath } from "./data.js";
 import { GOAL, HUMANS, ROBOT, START, behaviorOf, groupOf, isPose, nameOf, peopleOf, worldLists } from "./things.js";
 import { lookOf } from "./looks.js";
 import { inkOn } from "./shapes.js";
@@ -116,7 +116,16 @@ export function makeOutline(store) {
   }
 
   const later = atFrame(show);
-  for (const kind of ["data", "catalog", "faults"]) store.listen(kind, later);
+  for (const kind of ["data", "catalog"]) store.listen(kind, later);
+  let wrong = [];
+  store.listen("faults", () => {
+    // Of hundreds of rows, those whose faults have changed.
+    const now = [...rows.keys()].filter((key) => store.faults.some((it) => isWithin(it.path, pathOf(key))));
+    for (const key of new Set([...wrong, ...now])) {
+      if (rows.has(key) && store.get(pathOf(key)) !== undefined) update(pathOf(key));
+    }
+    wrong = now;
+  });
   store.listen("selection", () => {
     later();
     const [path] = store.selection;

@@ -1,4 +1,4 @@
-import { applied, isWithin, samePath, valueAt } from "./data.js";
+import { applied, isWithin, samePath, sameValue, valueAt } from "./data.js";
 
 /**
  * What all panels know of the session, and how they change it.
@@ -145,6 +145,7 @@ export function makeStore(host) {
   }
 
   function setFaults(faults) {
+    if (sameValue(faults, store.faults)) return;
     store.faults = faults;
     store.tell("faults");
   }

@@ -49,11 +49,14 @@ export function makeTextPanel(store) {
 
   function faulty() {
     const wrong = new Map(store.faults.filter((it) => it.line).map((it) => [it.line, it.message]));
-    [...gutter.children].forEach((it, i) => {
-      const message = wrong.get(i + 1);
-      it.classList.toggle("faulty", Boolean(message));
-      it.title = message ?? "";
-    });
+    for (const it of gutter.querySelectorAll(".faulty")) {
+      it.classList.remove("faulty");
+      it.title = "";
+    }
+    for (const [line, message] of wrong) {
+      gutter.children[line - 1]?.classList.add("faulty");
+      gutter.children[line - 1]?.setAttribute("title", message);
+    }
     const broken = !store.readable;
     banner.hidden = !broken;
     const first = store.faults.find((it) => it.line) ?? store.faults[0];

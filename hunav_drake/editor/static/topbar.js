@@ -51,7 +51,7 @@ export function makeTopBar(store, tools) {
     ["Keys and gestures", () => store.tell("help"), "?"],
   ]);
   const name = h("span", { class: "file-name" });
-  const dot = h("span", { class: "unsaved", title: "Not saved", hidden: true }, h("span", { class: "unseen" }, "not saved"));
+  const dot = h("span", { class: "unsaved", role: "img", "aria-label": "Not saved", title: "Not saved", hidden: true });
 
   const toolButtons = new Map(
     tools.list.map((tool) => {

@@ -9,8 +9,8 @@ from typing import Any
 
 from pydantic import TypeAdapter
 
-from hunav_drake.editor.forms import form_schema
 from hunav_drake.plots.style import PALETTE
+from hunav_drake.scenario.json_schema import scenario_json_schema
 from hunav_drake.systems.behavior import BEHAVIORS, LoadTree, RenderBehaviorTree
 from hunav_drake.systems.behavior.language.documents import Documents
 from hunav_drake.systems.behavior.language.xml_source import XmlElement
@@ -47,7 +47,7 @@ def make_catalog() -> dict[str, Any]:
     """Returns the message with all choices, those of users among them."""
     return {
         "kind": "catalog",
-        "schema": form_schema(),
+        "schema": scenario_json_schema(),
         "behaviors": behavior_entries(),
         "planners": _choices(PlannerConfig),
         "models": _choices(MotionModel),

@@ -3,6 +3,7 @@
 import copy
 import json
 from pathlib import Path
+import re
 import subprocess
 import sys
 
@@ -320,6 +321,16 @@ def test_shipped_scenarios_have_no_faults(name):
     assert view.data.get("humans") or view.data["population"]
 
 
+_KEYS = re.findall(
+    r"\w+",
+    "humans world walls pose goals robot planner population cohorts map crowd"
+    " model sensors evaluator metrics",
+)
+_COMMANDS = re.findall(
+    r"\w+",
+    "hello edit preview text undo redo save reload template import background"
+    " trace run cancel",
+)
 JSON = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats() | st.text(),
     lambda inner: (
@@ -329,14 +340,7 @@ JSON = st.recursive(
     max_leaves=8,
 )
 PATHS = st.one_of(
-    JSON,
-    st.lists(
-        st.sampled_from(
-            ["humans", "world", "walls", "pose", "goals", "robot", "planner"]
-            + ["population", "cohorts", "map", "crowd", "model", 0, 1, 2]
-        ),
-        max_size=5,
-    ),
+    JSON, st.lists(st.integers(0, 2) | st.sampled_from(_KEYS), max_size=5)
 )
 OPERATIONS = st.lists(
     st.one_of(
@@ -349,12 +353,7 @@ OPERATIONS = st.lists(
 MESSAGES = st.one_of(
     JSON,
     st.fixed_dictionaries(
-        {
-            "do": st.sampled_from(
-                "hello edit preview text undo redo save reload template import"
-                " background trace run cancel".split()
-            )
-        },
+        {"do": st.sampled_from(_COMMANDS)},
         optional={
             "id": JSON,
             "base": st.integers(0, 6) | JSON,
