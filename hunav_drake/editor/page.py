@@ -307,8 +307,9 @@ class _Channel(WebSocketHandler):
     def prepare(self) -> None:
         if not (self.page.may(self.request) and self.page.knows(self)):
             raise HTTPError(403)
-        # Browsers always tell it; what does not is none.
-        if "Origin" not in self.request.headers:
+        # Browsers always tell it; what does not is none. (Tornado by itself
+        # lets in other schemes of the same host.)
+        if not self.check_origin(self.request.headers.get("Origin", "")):
             raise HTTPError(403)
 
     def check_origin(self, origin: str) -> bool:
