@@ -114,9 +114,11 @@ def test_the_editor_in_a_cell(lab, browser, tmp_path):
     page.on("pageerror", lambda error: errors.append(str(error)))
     page.on(
         "request",
-        lambda it: None
-        if it.url.startswith((lab, "data:", "blob:", "ws:"))
-        else strangers.add(it.url),
+        lambda it: (
+            None
+            if it.url.startswith((lab, "data:", "blob:", "ws:"))
+            else strangers.add(it.url)
+        ),
     )
     page.goto(f"{lab}/lab/tree/edit.ipynb?token=secret&reset")
     page.locator(".jp-Notebook .jp-Cell").first.wait_for()
