@@ -57,7 +57,7 @@ class ScenarioEditor(anywidget.AnyWidget):
         (_STATIC / name).read_text("utf-8")
         for name in ("editor.css", "panels.css")
     )
-    _modules = traitlets.List().tag(sync=True)
+    _modules: Any = traitlets.List().tag(sync=True)
     _height = traitlets.Int(640).tag(sync=True)
 
     def __init__(

@@ -221,14 +221,12 @@ class Worker:
             self._mail.put((callback, message))
 
     def _tell_runs(self, runs: Sequence[Run], number: Any = None) -> None:
-        message: Message = {
-            "kind": "runs",
-            "revision": runs[0].request.revision,
-            "runs": [
-                {"run": it.number, "seed": it.seed, "planner": it.planner}
-                for it in runs
-            ],
-        }
+        rows = [
+            {"run": it.number, "seed": it.seed, "planner": it.planner}
+            for it in runs
+        ]
+        revision = runs[0].request.revision
+        message: Message = {"kind": "runs", "revision": revision, "runs": rows}
         if number is not None:
             message["id"] = number
         self._tell(message)
@@ -241,11 +239,8 @@ class Worker:
                 self._dispatch(callback, message)
 
     def _tell_status(self, status: str, text: str) -> None:
-        self._known["worker"] = message = {
-            "kind": "worker",
-            "status": status,
-            "message": text,
-        }
+        message = {"kind": "worker", "status": status, "message": text}
+        self._known["worker"] = message
         self._tell(message)
 
     def _take(self, handle: ProcessHandle, message: Message | None) -> None:
