@@ -45,10 +45,11 @@ def _freed(fix: Fix, loc: Loc, data: Any, free: FreePlaces) -> Fix | None:
     """Returns a fix that moves something to where there is room."""
     x, y, *rest = get(data, loc)
     moved = fix["ops"][0][2]
-    place = free.near((x, y), radius_at(loc, data), tuple(moved[:2]))
+    first = moved[0], moved[1]
+    place = free.near((x, y), radius_at(loc, data), first)
     if place is None:
         return None
-    if place == tuple(moved[:2]):
+    if place == first:
         return fix
     way = place[0] - x, place[1] - y
     length = math.hypot(*way)

@@ -42,7 +42,10 @@ class FreePlaces:
         )
 
     def near(
-        self, place: tuple[float, float], radius: float, first: Any = None
+        self,
+        place: tuple[float, float],
+        radius: float,
+        first: tuple[float, float] | None = None,
     ) -> tuple[float, float] | None:
         """Returns the place nearest to another one where a disc has room.
 
