@@ -7,6 +7,7 @@ from .benchmark import (
 )
 from .context_file import LoadContext as LoadContext, SaveContext as SaveContext
 from .context_transfer import TransferContext as TransferContext
+from .editor.entry import EditScenario as EditScenario
 from .humans import (
     AddHumans as AddHumans,
     HumanOptions as HumanOptions,

@@ -17,6 +17,7 @@ import warnings
 from hunav_drake.commands.bench import add_bench_command
 from hunav_drake.commands.differences import add_differences_command
 from hunav_drake.commands.doctor import add_doctor_command
+from hunav_drake.commands.edit import add_edit_command
 from hunav_drake.commands.errors import (
     BAD_INPUT,
     DONE,
@@ -168,6 +169,7 @@ def _make_parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(title="commands", required=True)
     add_run_command(commands)
     add_scenario_commands(commands)
+    add_edit_command(commands)
     add_metric_commands(commands)
     add_report_command(commands)
     add_render_command(commands)

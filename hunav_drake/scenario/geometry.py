@@ -1,7 +1,8 @@
 """Checks of geometry: valid shapes, and free space for everybody."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 import dataclasses as dc
+import functools
 import math
 from typing import Any, NamedTuple
 
@@ -14,13 +15,16 @@ from hunav_drake.scenario.reachability import FreeSpace, nearest_in
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.world.shapes import Polygon, Polyline, World
-from hunav_drake.systems.world.solids import WorldFileError
+from hunav_drake.systems.world.solids import Fixture, WorldFileError
 
 # Points nearer to each other than this, in meters, are the same.
 _SAME = 1e-9
 
 # At most so many pairs of walls and places that are near are looked at.
 _MAX_LOOKS = 10**6
+
+# How many places are compared with all walls at once.
+_DISCS = 256
 
 
 def check_walls(scenario: Scenario) -> Iterator[Finding]:
@@ -32,7 +36,9 @@ def check_walls(scenario: Scenario) -> Iterator[Finding]:
             for k in _repeated(points):
                 yield Finding((*loc, k + 1), f"repeats points[{k}]")
         elif isinstance(wall, Polygon):
-            yield from _check_polygon(wall.vertices(), loc)
+            found = _polygon_fault(wall.vertices().tobytes())
+            if found is not None:
+                yield Finding((*loc, *found.loc), found.message)
 
 
 def check_world_files(scenario: Scenario) -> Iterator[Finding]:
@@ -70,32 +76,41 @@ def _repeated(points: Array) -> list[int]:
     return [int(k) for k in np.flatnonzero(steps <= _SAME)]
 
 
-def _check_polygon(points: Array, loc: Loc) -> Iterator[Finding]:
-    """Looks for what keeps a polygon from being simple; one fault at most."""
+@functools.lru_cache(maxsize=4096)
+def _polygon_fault(corners: bytes) -> Finding | None:
+    """Returns what keeps a polygon from being simple; one fault at most.
+
+    It is remembered, for an editor asks for the same walls again and again.
+
+    Args:
+        corners: Those of an array (k, 2) of floats.
+
+    Returns:
+        The finding, counted from the points of the polygon.
+    """
+    points = np.frombuffer(corners).reshape(-1, 2)
     if repeated := _repeated(points):
         k = repeated[0]
-        yield Finding((*loc, k + 1), f"repeats points[{k}]")
-        return
+        return Finding((k + 1,), f"repeats points[{k}]")
     last = len(points) - 1
     if np.linalg.norm(points[last] - points[0]) <= _SAME:
-        yield Finding(
-            (*loc, last),
+        return Finding(
+            (last,),
             "repeats points[0]; the last corner joins the first by itself",
         )
-        return
     centered = points - points.mean(axis=0)
     extent = float(np.abs(centered).max())
     # Singular values: how far the corners spread along and across a line.
     spread = np.linalg.svd(centered, compute_uv=False)
     if spread[1] <= _SAME * max(extent, 1.0):
-        yield Finding(loc, "must enclose an area; the corners lie on a line")
-        return
+        return Finding((), "must enclose an area; the corners lie on a line")
     for i, j in _crossing_sides(points)[:1]:
-        yield Finding(
-            loc,
+        return Finding(
+            (),
             f"must not cross itself; the side from points[{i}] meets the side"
             f" from points[{j}]",
         )
+    return None
 
 
 def _crossing_sides(points: Array) -> NDArray[np.int64]:
@@ -181,28 +196,22 @@ def _check_robot_and_people(scenario: Scenario) -> Iterator[Finding]:
 def _check_spots(scenario: Scenario, spots: list[_Spot]) -> Iterator[Finding]:
     """Reports the first thing in the world that takes up each spot."""
     fixtures = _without_unreadable(scenario).fixtures()
-    shapes = [
-        (shapely.polygons if it.closed else shapely.linestrings)(outline)
-        for it in fixtures
-        for outline in it.footprints
-    ]
+    shapes = _shapes(fixtures)
     places = [it.place for it in fixtures for _ in it.footprints]
-    tree = shapely.STRtree(shapes)
+    keys = list(dict.fromkeys((*it.position, it.radius) for it in spots))
     taken: _Takers = {}
     looks = 0
-    for spot in spots:
-        key = spot[1:3]
+    for (*position, radius), near in _near(shapes, keys):
+        key = tuple(position), radius
         # Each look at a wall that is near finds a fault, so enough is enough.
-        if key in taken or looks > _MAX_LOOKS:
-            continue
-        place = shapely.Point(spot.position)
-        near = tree.query(place, predicate="dwithin", distance=spot.radius)
+        if looks > _MAX_LOOKS:
+            break
         looks += len(near)
         taken[key] = None
         for w in sorted(near.tolist()):
-            depth, way = _depth(shapes[w], place, spot.radius)
+            depth, way = _depth(shapes[w], shapely.Point(position), radius)
             if depth > _SAME:
-                taken[key] = _Taker(w, depth > spot.radius, depth, way)
+                taken[key] = _Taker(w, depth > radius, depth, way)
                 break
     space = FreeSpace(fixtures, [spot.position for spot in spots])
     rooms: dict[float, Any] = {}
@@ -238,6 +247,48 @@ def _main_room(
     # Rooms are made once, so each has an identity.
     most = max(dict.fromkeys(numbers), key=numbers.count)
     return next(room for room in rooms if id(room) == most)
+
+
+def _shapes(fixtures: Sequence[Fixture]) -> list[shapely.Geometry]:
+    """Returns the footprints of all that stands in a world, in order."""
+    outlines = [it for fixture in fixtures for it in fixture.footprints]
+    closed = np.array([it.closed for it in fixtures for _ in it.footprints])
+    result: list[shapely.Geometry] = [None] * len(outlines)
+    for is_closed in (True, False):
+        chosen = np.flatnonzero(closed == is_closed)
+        if not len(chosen):
+            continue
+        points = np.vstack([outlines[i] for i in chosen])
+        index = np.repeat(
+            np.arange(len(chosen)), [len(outlines[i]) for i in chosen]
+        )
+        if is_closed:
+            made = shapely.polygons(shapely.linearrings(points, indices=index))
+        else:
+            made = shapely.linestrings(points, indices=index)
+        for i, shape in zip(chosen, made, strict=True):
+            result[i] = shape
+    return result
+
+
+def _near(
+    shapes: Sequence[shapely.Geometry], discs: Sequence[tuple[float, ...]]
+) -> Iterator[tuple[tuple[float, ...], NDArray[np.int64]]]:
+    """Yields the discs (x, y, radius), each with the shapes that it meets."""
+    tree = shapely.STRtree(shapes)
+    # Many at a time, but not all: they may meet very many.
+    for low in range(0, len(discs), _DISCS):
+        some = discs[low : low + _DISCS]
+        rows = np.array(some)
+        here, found = tree.query(
+            shapely.points(rows[:, :2]),
+            predicate="dwithin",
+            distance=rows[:, 2],
+        )
+        order = np.argsort(here, kind="stable")
+        ends = np.searchsorted(here[order], np.arange(len(some) + 1))
+        for i, disc in enumerate(some):
+            yield disc, found[order[ends[i] : ends[i + 1]]]
 
 
 def _depth(

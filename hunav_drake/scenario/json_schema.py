@@ -12,6 +12,12 @@ from pydantic_core import core_schema
 from hunav_drake.scenario.schema import Scenario
 
 _FIELD = re.compile(r"    (\w+):.*")
+_BOUNDS = {
+    "ge": "minimum",
+    "gt": "exclusiveMinimum",
+    "le": "maximum",
+    "lt": "exclusiveMaximum",
+}
 _COMMENT = re.compile(r"    # ?(.*)")
 
 
@@ -22,13 +28,33 @@ def scenario_json_schema() -> dict[str, Any]:
     the ranges of its numbers, are told; that bodies do not overlap walls, say,
     only `CheckScenario` knows. Comments above fields are their descriptions.
     """
-    schema = TypeAdapter(Scenario).json_schema(
-        schema_generator=_WithDescriptions
-    )
     return {
         "$schema": GenerateJsonSchema.schema_dialect,
-        **schema,
+        **described_schema(Scenario),
         "title": "Scenario of hunav_drake",
+    }
+
+
+def described_schema(cls: type[Any]) -> dict[str, Any]:
+    """Returns the JSON schema of a dataclass, described by its comments."""
+    schema = TypeAdapter(cls).json_schema(schema_generator=_WithDescriptions)
+    result: dict[str, Any] = _with_bounds(schema)
+    return result
+
+
+def _with_bounds(schema: Any) -> Any:
+    """Returns a schema with the words of JSON schemas for bounds.
+
+    pydantic leaves its own where a number is prepared before it is judged.
+    """
+    if isinstance(schema, list):
+        return [_with_bounds(part) for part in schema]
+    if not isinstance(schema, dict):
+        return schema
+    is_number = schema.get("type") in ("integer", "number")
+    return {
+        (_BOUNDS.get(key, key) if is_number else key): _with_bounds(part)
+        for key, part in schema.items()
     }
 
 
@@ -57,12 +83,17 @@ def _field_comments(cls: type[Any]) -> dict[str, str]:
             # Made where no source is kept, as at a prompt.
             continue
         block: list[str] = []
+        # What a field directly below another one shares.
+        above = ""
         for line in source.splitlines():
             if comment := _COMMENT.fullmatch(line):
                 block.append(comment[1])
                 continue
-            field = _FIELD.fullmatch(line)
-            if field and block:
-                comments[field[1]] = " ".join(block)
+            if field := _FIELD.fullmatch(line):
+                above = " ".join(block) or above
+                if above:
+                    comments[field[1]] = above
+            elif not line.startswith("    "):
+                above = ""
             block = []
     return comments

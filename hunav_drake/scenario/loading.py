@@ -43,6 +43,7 @@ def LoadScenario(
     scenario_name: str | None = None,
     overrides: Mapping[str, str] | Sequence[str] = (),
     ways: bool = False,
+    folder: str | Path | None = None,
 ) -> Scenario:
     """Loads a scenario from a file or from text, and checks it.
 
@@ -60,6 +61,8 @@ def LoadScenario(
             a mapping from such paths to values. The values are YAML.
         ways: Whether there must be ways for the robot and for people to their
             goals, as for `hunav check`.
+        folder: Where paths in `data` start; by default, the present folder.
+            Those in a file start where it is.
 
     Returns:
         The scenario, in which each person has a name and a number. It is
@@ -100,11 +103,11 @@ def LoadScenario(
         return _name(agents, filename, None)
     prefix = _prefix(document, scenario_name)
     plain = document.plain(prefix)
-    if filename is not None and os.path.isfile(filename):
-        folder = Path(filename).resolve().parent
-        _find_trees(plain, folder)
-        _find_world_files(plain, folder)
-        _find_model(plain, folder)
+    if filename is not None:
+        is_file = os.path.isfile(filename)
+        folder = Path(filename).resolve().parent if is_file else None
+    if folder is not None:
+        find_files(plain, Path(folder).resolve())
     faults = document_faults(document, prefix)
     locs, override_faults = _override(plain, overrides)
     scenario, findings = build_scenario(
@@ -138,6 +141,18 @@ def _load_agents(
     if faults:
         raise ScenarioError(imported.name, faults)
     return imported.build(checks, locs)
+
+
+def find_files(data: Any, folder: Path) -> None:
+    """Makes the paths in plain data of a scenario absolute.
+
+    Args:
+        data: Changed in place; it need not fit the schema.
+        folder: Where they start, absolute.
+    """
+    _find_trees(data, folder)
+    _find_world_files(data, folder)
+    _find_model(data, folder)
 
 
 def _find_trees(data: Any, folder: Path) -> None:

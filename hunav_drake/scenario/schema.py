@@ -65,14 +65,22 @@ class Scenario:
     # One line on what happens here.
     description: StrictStr = ""
 
+    # Everything that does not move.
     world: World = field(default_factory=World)
+
+    # How people move, and how they take in the world.
     crowd: CrowdConfig = field(default_factory=CrowdConfig)
+
+    # The people, one by one.
     humans: list[HumanConfig] = field(default_factory=list)
 
     # People who are drawn, besides those listed under humans.
     population: PopulationConfig = field(default_factory=PopulationConfig)
 
+    # The robot, with its start and its goal.
     robot: Annotated[RobotConfig, ROBOTS] = field(default_factory=ROBOTS.make)
+
+    # What drives the robot.
     planner: Annotated[PlannerConfig, PLANNERS] = field(
         default_factory=PLANNERS.make
     )
@@ -81,7 +89,11 @@ class Scenario:
     sensors: list[Annotated[SensorConfig, SENSORS]] = field(
         default_factory=list
     )
+
+    # What is measured of the trial.
     evaluator: EvaluatorConfig = field(default_factory=EvaluatorConfig)
+
+    # How long and how finely the trial runs.
     simulation: SimulationConfig = field(default_factory=SimulationConfig)
 
     # What is seen of the trial, where it is shown.

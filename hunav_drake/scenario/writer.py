@@ -52,6 +52,31 @@ def SaveScenario(scenario: Scenario, filename: str | Path | None = None) -> str:
     return text
 
 
+def yaml_text(
+    data: Any, *, indented: bool = False, flow: bool = False, width: int = 80
+) -> str:
+    """Writes plain data as YAML, as `SaveScenario` does.
+
+    Args:
+        data: Numbers, texts, flags, lists and mappings.
+        indented: Whether lists stand deeper than their keys.
+        flow: Whether it is written in braces and brackets, in one line.
+        width: Where long texts are broken, in characters.
+    """
+    text: str = yaml.dump(
+        data,
+        Dumper=_FlowDumper
+        if flow
+        else _IndentedDumper
+        if indented
+        else _Dumper,
+        sort_keys=False,
+        allow_unicode=True,
+        width=2**30 if flow else width,
+    )
+    return text.removesuffix("...\n").removesuffix("\n") if flow else text
+
+
 def plain(value: Any, *, whole: bool = True) -> Any:
     """Returns a dataclass as lists, mappings and scalars.
 
@@ -94,6 +119,25 @@ class _Dumper(yaml.SafeDumper):
 
     def ignore_aliases(self, data: Any) -> bool:
         return True
+
+
+class _IndentedDumper(_Dumper):
+    """Writes lists deeper than their keys."""
+
+    def increase_indent(self, flow: bool = False, indentless: bool = False):  # type: ignore[no-untyped-def]
+        del indentless
+        return super().increase_indent(flow, False)
+
+
+class _FlowDumper(_Dumper):
+    """Writes all in one line, in braces and brackets."""
+
+    def serialize_node(self, node: Any, parent: Any, index: Any) -> Any:
+        if isinstance(node, yaml.CollectionNode):
+            node.flow_style = True
+        elif "\n" in node.value:
+            node.style = '"'
+        return super().serialize_node(node, parent, index)
 
 
 def _represent_list(dumper: Any, items: list[Any]) -> Any:

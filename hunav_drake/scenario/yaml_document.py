@@ -41,12 +41,15 @@ class YamlDocument:
         root: The whole, or None if it could not be read at all.
         findings: What is wrong, each with its line (0 for the whole file).
         unread: The parts that have no meaning because of it.
+        composed: The nodes of PyYAML, which know where in the text they begin
+            and end; an alias is a scalar node of its own.
     """
 
     name: str
     root: YamlNode | None = None
     findings: list[tuple[int, Finding]] = field(default_factory=list)
     unread: list[Loc] = field(default_factory=list)
+    composed: Any = field(default=None, repr=False, compare=False)
 
     def find(self, loc: Loc) -> YamlNode | None:
         """Returns a part; None if it is not there."""

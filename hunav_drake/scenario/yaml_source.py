@@ -162,7 +162,8 @@ class _Composer(Composer, BaseResolver):
         self.count = _limited(self.count + 1, line)
         if isinstance(event, yaml.AliasEvent):
             self.get_event()
-            return yaml.ScalarNode(_ALIAS, event.anchor, event.start_mark)
+            marks = event.start_mark, event.end_mark
+            return yaml.ScalarNode(_ALIAS, event.anchor, *marks)
         if event.tag == "!":
             # Says that a word is text, as quotes do.
             event.implicit = (False, True)
@@ -285,6 +286,7 @@ def _read(text: str, name: str) -> YamlDocument:
             line = composer.peek_event().start_mark.line + 1
             return _broken(name, line, "holds a second document; one is read")
         document.root = _Reader(document, composer.count).read(node, ())
+        document.composed = node
     except _LimitError as error:
         return _broken(name, *error.args)
     except yaml.YAMLError as error:

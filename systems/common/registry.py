@@ -20,6 +20,11 @@ from typing import Annotated, Any
 from pydantic import TypeAdapter, ValidationError
 from pydantic_core import InitErrorDetails, PydanticCustomError, core_schema
 
+from hunav_drake.systems.common.choice_loading import (
+    UnloadedChoice,
+    is_loaded,
+    may_import,
+)
 from hunav_drake.systems.common.plain_errors import plain_errors
 from hunav_drake.systems.common.suggest import shown, suggestion
 
@@ -150,6 +155,8 @@ class Registry(Mapping[str, type[Any]]):
     def __get_pydantic_json_schema__(
         self, schema: core_schema.CoreSchema, handler: Any
     ) -> dict[str, Any]:
+        if not is_loaded(self):
+            return {"x-deferred": True}
         names, forms = [], []
         # Those that are named by their place are any.
         place = {"type": "string", "pattern": r"^[^:]+:[^:]+$"}
@@ -178,7 +185,7 @@ class Registry(Mapping[str, type[Any]]):
         return {"oneOf": [*bare, *forms, place, placed]}
 
     def _loaded(self) -> dict[str, type[Any]]:
-        if self._home:
+        if self._home and is_loaded(self):
             importlib.import_module(self._home)
         return self._choices
 
@@ -217,6 +224,8 @@ class Registry(Mapping[str, type[Any]]):
                     {"type": type(value).__qualname__},
                 )
             return value
+        if isinstance(value, UnloadedChoice) and not is_loaded(self):
+            return value
         if isinstance(value, str):
             value = {self.tag: value}
         if not isinstance(value, Mapping):
@@ -224,6 +233,10 @@ class Registry(Mapping[str, type[Any]]):
                 "choice", f"must be a mapping, or the name of a {self.kind}"
             )
         parameters = {key: value[key] for key in value if key != self.tag}
+        if not is_loaded(self):
+            name = value.get(self.tag, self.default)
+            self._check_name(name)
+            return UnloadedChoice(self._base, {self.tag: name, **parameters})
         choice: Any = self._select(value)
         result = _adapter(choice).validate_python(parameters)
         # Users' dataclasses may ignore what they do not know.
@@ -253,12 +266,20 @@ class Registry(Mapping[str, type[Any]]):
                 f" {suggestion(name, list(choices))}"
             )
         else:
-            words = f"must be the name of a {self.kind}, got {shown(name)}"
+            self._check_name(name)
         self._raise_at(
             PydanticCustomError("choice_name", "{words}", {"words": words}),
             {self.tag: name},
         )
         raise AssertionError("not reached")
+
+    def _check_name(self, name: Any) -> None:
+        if not isinstance(name, str) or not name:
+            words = f"must be the name of a {self.kind}, got {shown(name)}"
+            self._raise_at(
+                PydanticCustomError("choice_name", "{words}", {"words": words}),
+                {self.tag: name},
+            )
 
     def _named(self, name: str) -> type[Any] | None:
         """Returns the class of a name, or of a place ``module:Class``.
@@ -270,6 +291,11 @@ class Registry(Mapping[str, type[Any]]):
         module, colon, place = name.partition(":")
         if known is not None or not (colon and module and place):
             return known
+        if not may_import(module):
+            raise _NoChoiceError(
+                f"{shown(name)} is code in a module, and a scenario runs none"
+                f" here; import {shown(module)} beforehand, as by --import"
+            )
         try:
             found: Any = importlib.import_module(module)
             for part in place.split("."):

@@ -50,6 +50,8 @@ class _Within:
         result["exclusiveMinimum" if self.low_open else "minimum"] = self.low
         if not math.isinf(self.high):
             result["maximum"] = self.high
+        if self.unit:
+            result["x-unit"] = self.unit
         return result
 
     def _check(self, value: float) -> float:
@@ -79,6 +81,19 @@ def within(
     message, and the rule stands beside the type in an `Annotated`.
     """
     return _Within(low, high, unit, low_open)
+
+
+@dataclasses.dataclass(frozen=True)
+class Labels:
+    """What the numbers of a tuple are called; a JSON schema tells it."""
+
+    names: tuple[str, ...]
+
+    def __get_pydantic_json_schema__(
+        self, schema: core_schema.CoreSchema, handler: Any
+    ) -> dict[str, Any]:
+        result: dict[str, Any] = handler(schema)
+        return {**result, "x-labels": list(self.names)}
 
 
 def _as_list(value: Any) -> Any:
@@ -125,22 +140,33 @@ MAX_COORDINATE = 1e5
 Coordinate = Annotated[
     StrictFloat, within(-MAX_COORDINATE, MAX_COORDINATE, "m")
 ]
-Point = Annotated[tuple[Coordinate, Coordinate], BeforeValidator(as_tuple)]
+Point = Annotated[
+    tuple[Coordinate, Coordinate], BeforeValidator(as_tuple), Labels(("x", "y"))
+]
 Points = Annotated[list[Point], BeforeValidator(_as_list)]
 Angle = Annotated[StrictFloat, within(-1e3, 1e3, "rad")]
 Pose = Annotated[
-    tuple[Coordinate, Coordinate, Angle], BeforeValidator(as_tuple)
+    tuple[Coordinate, Coordinate, Angle],
+    BeforeValidator(as_tuple),
+    Labels(("x", "y", "yaw")),
 ]
 Speed = Annotated[StrictFloat, within(0, 10, "m/s")]
 PositiveSpeed = Annotated[StrictFloat, within(0, 10, "m/s", low_open=True)]
 Length = Annotated[StrictFloat, within(0, 1e5, "m")]
 PositiveLength = Annotated[StrictFloat, within(0, 1e5, "m", low_open=True)]
 BodyRadius = Annotated[StrictFloat, within(0, 5, "m", low_open=True)]
-BodyRadii = Annotated[tuple[BodyRadius, BodyRadius], BeforeValidator(as_tuple)]
+BodyRadii = Annotated[
+    tuple[BodyRadius, BodyRadius],
+    BeforeValidator(as_tuple),
+    Labels(("least", "most")),
+]
 Rectangle = Annotated[
     tuple[Coordinate, Coordinate, Coordinate, Coordinate],
     BeforeValidator(as_tuple),
+    Labels(("x0", "y0", "x1", "y1")),
 ]
 Size = Annotated[
-    tuple[PositiveLength, PositiveLength], BeforeValidator(as_tuple)
+    tuple[PositiveLength, PositiveLength],
+    BeforeValidator(as_tuple),
+    Labels(("along x", "along y")),
 ]

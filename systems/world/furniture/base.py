@@ -13,6 +13,7 @@ from hunav_drake.systems.common.registry import Registry
 from hunav_drake.systems.common.schema import (
     CONFIG,
     Angle,
+    Labels,
     Name,
     Point,
     as_tuple,
@@ -21,7 +22,11 @@ from hunav_drake.systems.common.schema import (
 from hunav_drake.systems.world.solids import Prism, rectangle, turned
 
 Extent = Annotated[StrictFloat, within(0.02, 100, "m")]
-Extents = Annotated[tuple[Extent, Extent], BeforeValidator(as_tuple)]
+Extents = Annotated[
+    tuple[Extent, Extent],
+    BeforeValidator(as_tuple),
+    Labels(("along x", "along y")),
+]
 Height = Annotated[StrictFloat, within(0.02, 100, "m")]
 Load = Annotated[StrictFloat, within(0, 100, "m")]
 

@@ -3,7 +3,7 @@ from pathlib import Path
 import pytest
 
 from hunav_drake import systems
-from hunav_drake.systems.common.kernel_cache import drop_stale_kernels
+from hunav_drake.systems.common.kernels import drop_stale_kernels
 
 FOLDER = Path(systems.__file__).parent
 

@@ -1,0 +1,1 @@
+"""The editor of scenarios: a page, or a widget, on one session."""

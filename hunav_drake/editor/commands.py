@@ -1,0 +1,334 @@
+"""What a session does for each message."""
+
+from collections.abc import Callable
+import dataclasses as dc
+from typing import TYPE_CHECKING, Any
+
+from hunav_drake.editor.background import (
+    BackgroundError,
+    checked_place,
+    read_background,
+)
+from hunav_drake.editor.document.document import Document
+from hunav_drake.editor.document.plain_data import OperationError, jsonable
+from hunav_drake.editor.document.steps import Step
+from hunav_drake.editor.files import (
+    FileRefusedError,
+    SessionFile,
+    shipped_names,
+    shipped_text,
+)
+from hunav_drake.editor.imports import imported
+from hunav_drake.editor.messages import (
+    Cancel,
+    Edit,
+    Hello,
+    Import,
+    Open,
+    Preview,
+    Redo,
+    Reload,
+    Run,
+    Save,
+    Trace,
+    TypedText,
+    Undo,
+    UseBackground,
+    UseTemplate,
+)
+from hunav_drake.editor.state import State
+from hunav_drake.editor.templates import template_text
+from hunav_drake.editor.tracing import traced_walls
+
+if TYPE_CHECKING:
+    from hunav_drake.editor.session import EditSession
+
+
+def _hello(session: "EditSession", message: Hello) -> None:
+    session.send_catalog(message.id)
+    session.send_state(message.id, None)
+    session.send_faults(message.id)
+    session.send_text(message.id)
+    if session.background is not None:
+        session.send("background", message.id, **session.background.message())
+    if session.worker is not None:
+        session.worker.repeat()
+
+
+def _edit(session: "EditSession", message: Edit) -> None:
+    """Changes the data; the text follows."""
+    if not _is_present(session, message):
+        return
+    state = session.state
+    data = state.document.after(message.ops)
+    _change(session, message.id, message.label, data, _merge_key(message))
+
+
+def _change(
+    session: "EditSession",
+    number: Any,
+    label: str,
+    data: dict[str, Any],
+    key: Any = None,
+) -> None:
+    """Takes other data, as one step: first they are told, then the text."""
+    state = session.state
+    old, findings = state.document, state.findings
+    state.document = dc.replace(old, data=data)
+    state.revision += 1
+    state.look()
+    session.send_state(number, old.data)
+    session.send_faults(number)
+    try:
+        new, patch = old.patched(data)
+    except OperationError:
+        state.document, state.findings = old, findings
+        state.revision += 1
+        session.send_state(number, data)
+        session.send_faults(number)
+        raise
+    step = Step(label, patch.patches, old.data, data, key)
+    state.steps.add(step, new.text)
+    state.document = new
+    session.tell(number, data)
+    if patch.rewritten is not None:
+        where = ".".join(map(str, patch.rewritten)) or "the scenario"
+        session.send(
+            "note",
+            number,
+            message=f"{where} was written anew, for it uses anchors or is laid"
+            " out in an unusual way; undo brings the old text back",
+        )
+
+
+def _merge_key(message: Edit) -> Any:
+    """Returns the same for edits of the same parts, if they only set them."""
+    if any(operation[0] != "set" for operation in message.ops):
+        return None
+    return message.label, tuple(tuple(it[1]) for it in message.ops)
+
+
+def _preview(session: "EditSession", message: Preview) -> None:
+    if not _is_present(session, message):
+        return
+    state = session.state
+    session.send(
+        "faults",
+        message.id,
+        revision=state.revision,
+        preview=message.id,
+        faults=state.preview(state.document.after(message.ops)),
+    )
+
+
+def _text(session: "EditSession", message: TypedText) -> None:
+    if not _is_present(session, message):
+        return
+    old = session.state.document
+    document = Document.read(message.text, old.prefix, old)
+    session.take(message.id, "Typing", document, "typing")
+
+
+def _undo(session: "EditSession", message: Undo) -> None:
+    state = session.state
+    found = state.steps.undo(state.document.text)
+    if found is None:
+        raise OperationError("there is nothing to be undone")
+    _return_to(session, message.id, *found)
+
+
+def _redo(session: "EditSession", message: Redo) -> None:
+    state = session.state
+    found = state.steps.redo(state.document.text)
+    if found is None:
+        raise OperationError("there is nothing to be done again")
+    _return_to(session, message.id, *found)
+
+
+def _return_to(
+    session: "EditSession", number: Any, text: str, data: Any
+) -> None:
+    state, old = session.state, session.state.document
+    # What the step remembers shares its parts with the present data.
+    like = dc.replace(old, data=data)
+    state.document = Document.read(text, old.prefix, like)
+    state.revision += 1
+    state.look()
+    session.tell(number, old.data)
+
+
+def _save(session: "EditSession", message: Save) -> None:
+    """Writes the file, after asking where it could be regretted."""
+    state, file = session.state, session.state.file
+    path = file.path
+    if message.filename is not None:
+        path = file.resolve(message.filename)
+    if path is None:
+        raise FileRefusedError("give the scenario a file name to save it")
+    if not message.confirm:
+        doubts = []
+        if path != file.path and path.exists():
+            doubts.append(f"{path.name} exists already.")
+        elif path == file.path and file.changed():
+            doubts.append(f"{path.name} was changed by another program.")
+        errors = [it for it in state.faults() if it["severity"] == "error"]
+        if errors:
+            count = f"{len(errors)} fault{'s' * (len(errors) > 1)}"
+            doubts.append(f"The scenario has {count}.")
+        if doubts:
+            again = {"do": "save", "confirm": True}
+            if message.filename is not None:
+                again["filename"] = message.filename
+            question = " ".join([*doubts, "Save it all the same?"])
+            session.send("ask", message.id, question=question, again=again)
+            return
+    file.write(session.text, path)
+    state.saved = session.text
+    session.send("saved", message.id, filename=str(file.path))
+    session.send_state(message.id, session.data)
+
+
+def _reload(session: "EditSession", message: Reload) -> None:
+    state = session.state
+    if state.file.path is None:
+        raise FileRefusedError("there is no file yet; save it first")
+    if state.is_dirty and not message.confirm:
+        question = "Read the file again? Your changes can be got back by undo."
+        again = {"do": "reload", "confirm": True}
+        session.send("ask", message.id, question=question, again=again)
+        return
+    text = state.file.read()
+    state.saved = text
+    session.replace(message.id, "Read the file again", text)
+
+
+def _open(session: "EditSession", message: Open) -> None:
+    state = session.state
+    if state.is_dirty and not message.confirm:
+        again = {"do": "open", "filename": message.filename, "confirm": True}
+        question = "Open another scenario? What is not saved is lost."
+        session.send("ask", message.id, question=question, again=again)
+        return
+    file = SessionFile(None, state.file.folder)
+    path = file.resolve(message.filename)
+    if path.exists() or message.filename not in shipped_names():
+        file = SessionFile(path, state.file.folder)
+        text = file.read()
+    else:
+        text = shipped_text(message.filename)
+    document = Document.read(text)
+    session.state = State(document, file, text, state.revision + 1)
+    session.state.look()
+    session.tell(message.id, None)
+
+
+def _template(session: "EditSession", message: UseTemplate) -> None:
+    text = template_text(message.name, message.values)
+    session.replace(message.id, f"Template {message.name}", text)
+
+
+def _import(session: "EditSession", message: Import) -> None:
+    document = session.state.document
+    if document.problem and message.mode == "add":
+        raise OperationError(f"{document.problem}; mend it first")
+    found = imported(
+        document.data, message.kind, message.mode, message.name, message.text
+    )
+    label = f"Import {message.name.rpartition('/')[2][:60]}"
+    if found.text is not None and not document.prefix:
+        session.replace(message.id, label, found.text)
+    else:
+        data = document.after([("set", (), found.data)])
+        _change(session, message.id, label, data)
+    if found.notes:
+        session.send("notes", message.id, title=label, notes=found.notes)
+
+
+def _background(session: "EditSession", message: UseBackground) -> None:
+    if not message.files:
+        background = session.background
+        place = checked_place(message.width_m, message.origin)
+        if background is None or place is None:
+            raise BackgroundError("give a map or a picture")
+        session.background = background.placed(*place)
+    else:
+        session.background = read_background(message.files, message.name)
+    session.send("background", message.id, **session.background.message())
+
+
+def _trace(session: "EditSession", message: Trace) -> None:
+    if not _is_present(session, message):
+        return
+    background = session.background
+    if background is None:
+        raise BackgroundError("there is no background to trace")
+    if place := checked_place(message.width_m, message.origin):
+        background = background.placed(*place)
+    walls = traced_walls(background)
+    document = session.state.document
+    world = document.data.get("world")
+    old = world.get("walls") if isinstance(world, dict) else None
+    both = [*(old if isinstance(old, list) else []), *walls]
+    data = document.after([("set", ("world", "walls"), both)])
+    label = f"Trace {len(walls)} walls"
+    _change(session, message.id, label, data)
+
+
+def _run(session: "EditSession", message: Run) -> None:
+    state = session.state
+    if session.worker is None:
+        raise OperationError("trials cannot be run here: there is no worker")
+    if any(it["severity"] == "error" for it in state.faults()):
+        raise OperationError("the scenario has faults; mend them to run it")
+    document, file = state.document, state.file
+    session.worker.run(
+        {
+            "id": message.id,
+            "text": "{}" if document.is_empty else document.text,
+            "folder": str(file.folder),
+            "filename": str(file.path) if file.path else None,
+            "name": document.prefix[0] if document.prefix else None,
+            "revision": state.revision,
+            "seeds": message.seeds,
+            "planners": jsonable(message.planners),
+            "speed": message.speed,
+            "workers": message.workers,
+        }
+    )
+
+
+def _cancel(session: "EditSession", message: Cancel) -> None:
+    if session.worker is None:
+        raise OperationError("there is nothing to be stopped")
+    session.worker.cancel()
+
+
+def _is_present(
+    session: "EditSession", message: Edit | Preview | TypedText | Trace
+) -> bool:
+    """Answers with the state if a message is about an earlier one."""
+    if message.base == session.state.revision:
+        return True
+    session.send_state(message.id, None)
+    if not isinstance(message, Preview):
+        session.send_text(message.id)
+    return False
+
+
+COMMANDS: dict[type[Any], Callable[["EditSession", Any], None]] = {
+    Hello: _hello,
+    Edit: _edit,
+    Preview: _preview,
+    TypedText: _text,
+    Undo: _undo,
+    Redo: _redo,
+    Save: _save,
+    Reload: _reload,
+    Open: _open,
+    UseTemplate: _template,
+    Import: _import,
+    UseBackground: _background,
+    Trace: _trace,
+    Run: _run,
+    Cancel: _cancel,
+}

@@ -1,0 +1,1 @@
+"""What is edited: plain data and their text, in step, with all steps back."""

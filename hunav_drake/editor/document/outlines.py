@@ -1,0 +1,119 @@
+"""The outlines of all that stands in a world, as the map draws them."""
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+import numpy as np
+from pydantic import TypeAdapter, ValidationError
+
+from hunav_drake.editor.document.plain_data import get
+from hunav_drake.scenario.error import Loc
+from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.choice_loading import registered_only
+from hunav_drake.systems.common.registry import name_of
+from hunav_drake.systems.people.area import Area
+from hunav_drake.systems.world.furniture import FURNITURE
+from hunav_drake.systems.world.shapes import WALL_HEIGHT, WALLS
+
+Outline = dict[str, Any]
+
+_AREA: TypeAdapter[Area] = TypeAdapter(Area)
+
+
+class Outlines:
+    """Makes outlines, and keeps those of parts that stay the same."""
+
+    def __init__(self) -> None:
+        """Starts without any."""
+        # By the identity of the data, which are kept so that it stays.
+        self._known: dict[int, tuple[Any, list[Outline]]] = {}
+
+    def of(
+        self, data: Any, map_outlines: Sequence[Array] = ()
+    ) -> dict[str, Outline]:
+        """Returns the outlines of a world, by path: "world/walls/3".
+
+        What does not fit the schema has none. Where a part has several, their
+        paths go on with a number: "world/map/1".
+
+        Args:
+            data: The scenario as plain data.
+            map_outlines: The walls of its map, each (k, 2) in W, in meters.
+        """
+        kept, result = {}, {}
+        for loc, maker, part in _members(data):
+            known = self._known.get(id(part))
+            if known is None:
+                # A kind of wall may be code that is not to be run.
+                with registered_only():
+                    known = part, maker(part)
+            kept[id(part)] = known
+            path = "/".join(map(str, loc))
+            for i, outline in enumerate(known[1]):
+                result[f"{path}/{i}" if i else path] = outline
+        for i, points in enumerate(map_outlines):
+            path = f"world/map/{i}" if i else "world/map"
+            result[path] = _outline(points, "map", WALL_HEIGHT)
+        self._known = kept
+        return result
+
+
+def _outline(
+    points: Array, kind: str, height: float, *, closed: bool = True
+) -> Outline:
+    return {
+        "points": points.round(4).tolist(),
+        "closed": closed,
+        "kind": kind,
+        "height": height,
+    }
+
+
+def _members(
+    data: Any,
+) -> Iterator[tuple[Loc, Callable[[Any], list[Outline]], Any]]:
+    """Yields what has outlines: its place, what makes them, and its data."""
+    for key, maker in (("walls", _wall), ("furniture", _furniture)):
+        for i, part in _list(data, ("world", key)):
+            yield ("world", key, i), maker, part
+    for key in ("cohorts", "sources"):
+        for i, _ in _list(data, ("population", key)):
+            loc: Loc = ("population", key, i, "start")
+            for k, part in _list(data, loc):
+                yield (*loc, k), _area, part
+    for i, sink in _list(data, ("population", "sinks")):
+        if isinstance(sink, dict) and "area" in sink:
+            yield ("population", "sinks", i, "area"), _area, sink["area"]
+
+
+def _list(data: Any, loc: Loc) -> list[tuple[int, Any]]:
+    items = get(data, loc)
+    return list(enumerate(items)) if isinstance(items, list) else []
+
+
+def _wall(data: Any) -> list[Outline]:
+    try:
+        wall = WALLS.make(data)
+    except ValidationError:
+        return []
+    kind = name_of(wall)
+    points, height = wall.vertices(), wall.height
+    return [_outline(points, kind, height, closed=wall.solid)]
+
+
+def _furniture(data: Any) -> list[Outline]:
+    try:
+        part = FURNITURE.make(data)
+    except ValidationError:
+        return []
+    kind, height = name_of(part), part.height
+    return [_outline(points, kind, height) for points in part.footprints()]
+
+
+def _area(data: Any) -> list[Outline]:
+    try:
+        area = _AREA.validate_python(data)
+    except ValidationError:
+        return []
+    points = np.asarray(area.vertices(), dtype=float)
+    return [_outline(points, "area", 0.0, closed=len(points) > 2)]

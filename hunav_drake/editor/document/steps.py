@@ -1,0 +1,102 @@
+"""The steps of an editing session, to be undone and done again."""
+
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass, replace
+import time
+from typing import Any
+
+from hunav_drake.editor.document.text_patch import (
+    Patches,
+    difference,
+    inverse,
+    patched,
+)
+
+# The most steps that are kept, and for how long like steps are one, in seconds.
+MAX_STEPS = 1000
+_MERGE_TIME = 1.0
+
+
+@dataclass(frozen=True)
+class Step:
+    """What one step changed.
+
+    Attributes:
+        label: What was done, for the buttons: "Move bruno".
+        patches: Of the text before.
+        before: The data before.
+        after: The data after.
+        key: Steps of one key that follow each other at once become one; None
+            for one that stays alone.
+    """
+
+    label: str
+    patches: Patches
+    before: Any
+    after: Any
+    key: Hashable = None
+
+
+class Steps:
+    """The steps done, and those undone."""
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        """Starts without steps.
+
+        Args:
+            clock: Tells the time in seconds.
+        """
+        self._clock = clock
+        self._done: list[Step] = []
+        self._undone: list[Step] = []
+        # When the last step was done, if none was undone since.
+        self._last = -1e9
+
+    @property
+    def undo_label(self) -> str | None:
+        """What would be undone; None if there is nothing."""
+        return self._done[-1].label if self._done else None
+
+    @property
+    def redo_label(self) -> str | None:
+        """What would be done again; None if there is nothing."""
+        return self._undone[-1].label if self._undone else None
+
+    def add(self, step: Step, text: str) -> None:
+        """Adds a step that has led to a text."""
+        now = self._clock()
+        last = self._done[-1] if self._done else None
+        if (
+            last is not None
+            and step.key is not None
+            and step.key == last.key
+            and now - self._last <= _MERGE_TIME
+        ):
+            middle = patched(text, inverse(step.patches))
+            first = patched(middle, inverse(last.patches))
+            self._done[-1] = replace(
+                step, patches=difference(first, text), before=last.before
+            )
+        else:
+            self._done.append(step)
+            del self._done[:-MAX_STEPS]
+        self._undone.clear()
+        self._last = now
+
+    def undo(self, text: str) -> tuple[str, Any] | None:
+        """Returns text and data before the last step; None without one."""
+        if not self._done:
+            return None
+        step = self._done.pop()
+        self._undone.append(step)
+        self._last = -1e9
+        return patched(text, inverse(step.patches)), step.before
+
+    def redo(self, text: str) -> tuple[str, Any] | None:
+        """Returns text and data after the step undone last; None without."""
+        if not self._undone:
+            return None
+        step = self._undone.pop()
+        self._done.append(step)
+        self._last = -1e9
+        return patched(text, step.patches), step.after

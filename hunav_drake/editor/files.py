@@ -1,0 +1,179 @@
+"""The file of a session: read, written, and looked after."""
+
+import hashlib
+from importlib import resources
+import os
+from pathlib import Path
+
+from hunav_drake.scenario.error import shown
+from hunav_drake.scenario.yaml_source import MAX_BYTES
+from hunav_drake.systems.common.files import atomic_write
+
+_BOM = b"\xef\xbb\xbf"
+_SUFFIXES = (".yaml", ".yml")
+
+
+class FileRefusedError(ValueError):
+    """A file cannot be read or written; the text says why."""
+
+
+class SessionFile:
+    """The file that a session edits, in a folder that it does not leave."""
+
+    def __init__(
+        self, path: Path | None = None, folder: Path | None = None
+    ) -> None:
+        """Starts with a file, if there is one, which need not exist yet.
+
+        Args:
+            path: The file.
+            folder: Where others may be; by default that of the file, or the
+                present one.
+        """
+        self.path = None if path is None else path.resolve()
+        if folder is None:
+            folder = self.path.parent if self.path else Path.cwd()
+        self.folder = folder.resolve()
+        self._bom = b""
+        self._stamp: tuple[int, int] | None = None
+        self._digest = b""
+
+    def resolve(self, name: str) -> Path:
+        """Returns the place of a name in the folder.
+
+        Raises:
+            FileRefusedError: If it is outside the folder, or not of YAML.
+        """
+        if "\0" in name:
+            raise FileRefusedError("a file name has no null characters")
+        try:
+            path = (self.folder / name).resolve()
+            is_inside = path.is_relative_to(self.folder)
+            exists = path.exists()
+        except (OSError, RuntimeError) as error:
+            words = getattr(error, "strerror", None) or "is no file name"
+            raise FileRefusedError(f"{shown(name)}: {words}") from error
+        if not is_inside:
+            raise FileRefusedError(
+                f"{shown(name)} is outside the folder {self.folder}; give a"
+                " name in it"
+            )
+        if not path.suffix and not exists:
+            path = path.with_name(f"{path.name}.yaml")
+        if path.suffix.lower() not in _SUFFIXES:
+            raise FileRefusedError(
+                f"{shown(name)} is no name of a scenario; it ends in .yaml"
+            )
+        return path
+
+    def read(self) -> str:
+        """Reads the file.
+
+        Raises:
+            FileRefusedError: If that is not possible.
+        """
+        if self.path is None:
+            raise FileRefusedError("there is no file yet; save it first")
+        content = _content(self.path)
+        text = decoded(content, str(self.path))
+        self._bom = _BOM if content.startswith(_BOM) else b""
+        self._remember(content)
+        return text
+
+    def write(self, text: str, path: Path | None = None) -> None:
+        """Writes the file, or another one, which is the session's then.
+
+        Raises:
+            FileRefusedError: If that is not possible.
+        """
+        path = path or self.path
+        if path is None:
+            raise FileRefusedError("give the scenario a file name to save it")
+        content = self._bom + text.encode()
+        try:
+            with atomic_write(path) as file:
+                file.write(content)
+        except OSError as error:
+            raise FileRefusedError(
+                f"{path} cannot be written: {error.strerror or error}"
+            ) from error
+        self.path = path.resolve()
+        self._remember(content)
+
+    def changed(self) -> bool:
+        """Tells whether somebody else has changed the file since."""
+        if self.path is None or self._stamp is None:
+            return False
+        if self._stamp == self._now():
+            return False
+        try:
+            content = _content(self.path)
+        except FileRefusedError:
+            # It is gone, or cannot be read: saving it again is all right.
+            return False
+        if hashlib.sha256(content).digest() == self._digest:
+            self._stamp = self._now()
+            return False
+        return True
+
+    def take_as_seen(self) -> None:
+        """Keeps quiet about the present changes on disk."""
+        if self.path is not None:
+            try:
+                self._remember(_content(self.path))
+            except FileRefusedError:
+                self._stamp = None
+
+    def _remember(self, content: bytes) -> None:
+        self._digest = hashlib.sha256(content).digest()
+        self._stamp = self._now()
+
+    def _now(self) -> tuple[int, int] | None:
+        try:
+            status = os.stat(self.path or "")
+        except OSError:
+            return None
+        return status.st_mtime_ns, status.st_size
+
+
+def decoded(content: bytes, name: str) -> str:
+    """Returns bytes as text, line ends as they are, without the mark UTF-8.
+
+    Raises:
+        FileRefusedError: If they are not UTF-8.
+    """
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise FileRefusedError(
+            f"{name} is not UTF-8 text: byte 0x{content[error.start]:02x} at"
+            f" offset {error.start}"
+        ) from error
+
+
+def shipped_names() -> list[str]:
+    """Returns the names of the scenarios that come with the package."""
+    folder = resources.files("hunav_drake.scenarios")
+    names = (Path(entry.name) for entry in folder.iterdir())
+    return sorted(path.stem for path in names if path.suffix == ".yaml")
+
+
+def shipped_text(name: str) -> str:
+    """Returns the text of a scenario that comes with the package."""
+    file = resources.files("hunav_drake.scenarios") / f"{name}.yaml"
+    return file.read_text(encoding="utf-8")
+
+
+def _content(path: Path) -> bytes:
+    try:
+        if not path.is_file():
+            raise FileRefusedError(f"there is no file {path}")
+        if path.stat().st_size > MAX_BYTES:
+            raise FileRefusedError(
+                f"{path} is too large: at most {MAX_BYTES} bytes"
+            )
+        return path.read_bytes()
+    except OSError as error:
+        raise FileRefusedError(
+            f"{path} cannot be read: {error.strerror or error}"
+        ) from error

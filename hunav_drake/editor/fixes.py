@@ -1,0 +1,176 @@
+"""Remedies that a button can apply: the operations behind some findings."""
+
+from collections.abc import Iterator
+import math
+import re
+from typing import Any
+
+from hunav_drake.editor.document.plain_data import get
+from hunav_drake.editor.free_places import FreePlaces, radius_at
+from hunav_drake.scenario.error import Finding, Loc
+
+Fix = dict[str, Any]
+
+_NUMBER = r"(-?[0-9.]+(?:e[-+]?[0-9]+)?)"
+_MOVE = re.compile(rf"move it {_NUMBER} m along \({_NUMBER}, {_NUMBER}\)")
+_ASIDE = re.compile(rf"starts on the same point .*; move it by {_NUMBER} m")
+_MEANT = re.compile(r"did you mean '([^']*)'\?")
+_RANGE = re.compile(rf"must be in ([(\[]){_NUMBER}, (inf|{_NUMBER})[)\]]")
+_NEAREST = re.compile(rf"; nearest: {_NUMBER}")
+_AT_LEAST = re.compile(rf"must be at least \w+(?:\.\w+)? \({_NUMBER}")
+_REPEATS = re.compile(r"repeats points\[[0-9]+\]")
+
+
+def fix_of(
+    finding: Finding, data: Any, free: FreePlaces | None = None
+) -> Fix | None:
+    """Returns what mends a finding, as the page applies it.
+
+    Args:
+        finding: What is wrong.
+        data: The scenario as plain data.
+        free: Where there is room for what must be moved; without, it is moved
+            out of the first thing in its way only.
+
+    Returns:
+        {"label", "ops"}, or None if only a person knows.
+    """
+    fix = next(_fixes(finding, data), None)
+    if fix is not None and free is not None and _MOVE.search(finding.message):
+        return _freed(fix, finding.loc, data, free)
+    return fix
+
+
+def _freed(fix: Fix, loc: Loc, data: Any, free: FreePlaces) -> Fix | None:
+    """Returns a fix that moves something to where there is room."""
+    x, y, *rest = get(data, loc)
+    moved = fix["ops"][0][2]
+    first = moved[0], moved[1]
+    place = free.near((x, y), radius_at(loc, data), first)
+    if place is None:
+        return None
+    if place == first:
+        return fix
+    way = place[0] - x, place[1] - y
+    length = math.hypot(*way)
+    label = (
+        f"Move it {length:.2f} m along"
+        f" ({way[0] / length:.2g}, {way[1] / length:.2g})"
+    )
+    return _fix(label, ["set", list(loc), [*place, *rest]])
+
+
+def _fixes(finding: Finding, data: Any) -> Iterator[Fix]:
+    loc, message = finding.loc, finding.message
+    value = get(data, loc)
+    if found := _MOVE.search(message):
+        length, x, y = map(float, found.groups())
+        yield from _moved(loc, value, (length, x, y))
+    elif found := _ASIDE.match(message):
+        yield from _moved(loc, value, (float(found[1]), 1.0, 0.0))
+    elif message.startswith("unknown key;") and (
+        found := _MEANT.search(message)
+    ):
+        yield from _renamed(loc, data, found[1])
+    elif message.startswith("unknown key;"):
+        yield _fix("Remove it", ["remove", list(loc)])
+    elif found := _MEANT.search(message):
+        if isinstance(value, str):
+            yield _fix(f"Use {found[1]}", ["set", list(loc), found[1]])
+    elif message.startswith("must be unique,"):
+        yield from _unique(loc, data, value)
+    elif (found := _NEAREST.search(message)) or (
+        found := _AT_LEAST.search(message)
+    ):
+        yield _number(loc, float(found[1]))
+    elif found := _RANGE.search(message):
+        yield from _clamped(loc, value, found)
+    elif _REPEATS.match(message):
+        points = get(data, loc[:-1])
+        if isinstance(points, list) and len(points) > 3:
+            yield _fix("Remove the point", ["remove", list(loc)])
+
+
+def _fix(label: str, *operations: list[Any]) -> Fix:
+    return {"label": label, "ops": list(operations)}
+
+
+def _number(loc: Loc, value: float) -> Fix:
+    return _fix(f"Set it to {value:g}", ["set", list(loc), value])
+
+
+def _moved(
+    loc: Loc, value: Any, way: tuple[float, float, float]
+) -> Iterator[Fix]:
+    """Moves a point, or a pose, by a length along a direction."""
+    if not isinstance(value, list) or len(value) not in (2, 3):
+        return
+    if any(type(it) not in (int, float) for it in value):
+        return
+    length, x, y = way
+    # The direction is rounded: as far along it as the message says, and more
+    # rather than less. What is on a wall has none; it goes along x.
+    norm = math.hypot(x, y)
+    x, y = (x / norm, y / norm) if norm else (1.0, 0.0)
+    moved = [
+        _away(value[0], length * x),
+        _away(value[1], length * y),
+        *value[2:],
+    ]
+    label = f"Move it {length:g} m along ({x:.3g}, {y:.3g})"
+    yield _fix(label, ["set", list(loc), moved])
+
+
+def _away(value: float, change: float) -> float:
+    """Returns a sum in whole millimeters, rounded the way of the change."""
+    if abs(change) < 1e-3:
+        return value
+    scaled = round((value + change) * 1e3, 6)
+    up = math.ceil(scaled) if change > 0 else math.floor(scaled)
+    return up / 1e3
+
+
+def _renamed(loc: Loc, data: Any, name: str) -> Iterator[Fix]:
+    holder = get(data, loc[:-1])
+    if isinstance(holder, dict) and name not in holder and loc[-1] in holder:
+        value = holder[str(loc[-1])]
+        yield _fix(
+            f"Rename it to {name}",
+            ["remove", list(loc)],
+            ["set", [*loc[:-1], name], value],
+        )
+
+
+def _unique(loc: Loc, data: Any, value: Any) -> Iterator[Fix]:
+    """Gives a name or a number that nobody has."""
+    members = get(data, loc[:-2])
+    if not isinstance(members, list):
+        return
+    taken = {
+        it.get(loc[-1])
+        for it in members
+        if isinstance(it, dict) and isinstance(it.get(loc[-1]), str | int)
+    }
+    if isinstance(value, str):
+        stem = re.sub(r"_[0-9]+$", "", value)[:58]
+        count = 2
+        while f"{stem}_{count}" in taken:
+            count += 1
+        yield _fix(
+            f"Rename it to {stem}_{count}",
+            ["set", list(loc), f"{stem}_{count}"],
+        )
+    elif type(value) is int:
+        free = next(i for i in range(1, len(members) + 2) if i not in taken)
+        yield _fix(f"Use {free}", ["set", list(loc), free])
+
+
+def _clamped(loc: Loc, value: Any, found: re.Match[str]) -> Iterator[Fix]:
+    """Sets a number to the end of its range that it is beyond."""
+    if type(value) not in (int, float) or math.isnan(value):
+        return
+    low, high = float(found[2]), float(found[3])
+    if value > high and math.isfinite(high):
+        yield _number(loc, high)
+    elif value < low and found[1] == "[":
+        yield _number(loc, low)

@@ -1,0 +1,48 @@
+"""What forms need to know: the schema, and what is so by default."""
+
+import functools
+from typing import Any
+
+from hunav_drake.editor.faults import DEFERRED
+from hunav_drake.scenario.json_schema import scenario_json_schema
+from hunav_drake.scenario.schema import Scenario
+from hunav_drake.scenario.writer import plain
+from hunav_drake.systems.common.choice_loading import (
+    UnloadedChoice,
+    registered_only,
+)
+from hunav_drake.systems.robot.drives import DRIVES
+from hunav_drake.systems.robot.robot_config import ROBOTS
+from hunav_drake.systems.sensing.sensor_config import SENSORS
+from hunav_drake.systems.world.furniture import FURNITURE
+from hunav_drake.systems.world.shapes import WALLS
+
+_CHOICES = (WALLS, FURNITURE, ROBOTS, DRIVES, SENSORS)
+
+
+def form_schema() -> dict[str, Any]:
+    """Returns the JSON schema of a scenario; deferred choices are unknown."""
+    return _schema(tuple(tuple(registry) for registry in _CHOICES))
+
+
+@functools.cache
+def _schema(choices: tuple[tuple[str, ...], ...]) -> dict[str, Any]:
+    """Makes the schema, again when other choices are registered."""
+    del choices
+    with registered_only(*DEFERRED):
+        return scenario_json_schema()
+
+
+def form_defaults() -> dict[str, Any]:
+    """Returns the default scenario as plain data."""
+    with registered_only(*DEFERRED):
+        result: dict[str, Any] = _named(plain(Scenario()))
+    return result
+
+
+def _named(data: Any) -> Any:
+    if isinstance(data, dict):
+        return {key: _named(item) for key, item in data.items()}
+    if isinstance(data, list):
+        return [_named(item) for item in data]
+    return data.as_data() if isinstance(data, UnloadedChoice) else data

@@ -1,0 +1,139 @@
+"""Takes over what HuNavSim's files, or other scenarios, say."""
+
+from typing import Any, Literal, NamedTuple, TypeGuard
+
+from hunav_drake.editor.document.plain_data import same
+from hunav_drake.editor.faults import DEFERRED, FAST_CHECKS
+from hunav_drake.hunavsim.agents_yaml import convert_agents
+from hunav_drake.hunavsim.hunav_import import HunavImport
+from hunav_drake.scenario.building import document_faults
+from hunav_drake.scenario.error import Fault, ScenarioError
+from hunav_drake.scenario.yaml_source import parse_yaml
+from hunav_drake.systems.common.choice_loading import registered_only
+
+Kind = Literal["agents", "metrics", "scenario"]
+Mode = Literal["replace", "add"]
+
+
+class Imported(NamedTuple):
+    """What an import makes of a scenario.
+
+    Attributes:
+        data: The scenario after it, as plain data.
+        notes: What could not be carried over, each in a line.
+        text: The text, if that is to be taken as it is.
+    """
+
+    data: dict[str, Any]
+    notes: list[str]
+    text: str | None = None
+
+
+def imported(
+    data: dict[str, Any], kind: Kind, mode: Mode, name: str, text: str
+) -> Imported:
+    """Returns what becomes of a scenario by an import.
+
+    Args:
+        data: The scenario, which stays as it is.
+        kind: What the file is: HuNavSim's agents.yaml or metrics.yaml, or a
+            scenario.
+        mode: Whether people and walls are put in place of the present ones,
+            or beside them.
+        name: What messages call the file.
+        text: What is in it.
+
+    Raises:
+        ScenarioError: With all that is wrong in the file, by its own lines.
+    """
+    if kind == "scenario":
+        return _scenario(data, mode, name, text)
+    document = parse_yaml(text, name=name)
+    if document.root is None:
+        raise ScenarioError(name, document_faults(document))
+    if kind == "agents":
+        source = convert_agents(document)
+    else:
+        source = HunavImport(document)
+        source.add_metrics(document)
+    with registered_only(*DEFERRED):
+        source.build(FAST_CHECKS)
+    notes = [str(fault) for fault in source.left_out]
+    if kind == "metrics":
+        return Imported(_with_evaluator(data, source.data), notes)
+    if mode == "add":
+        return Imported(_with_more(data, source.data), notes)
+    return Imported({**data, "humans": source.data["humans"]}, notes)
+
+
+def _scenario(
+    data: dict[str, Any], mode: Mode, name: str, text: str
+) -> Imported:
+    document = parse_yaml(text, name=name)
+    if document.root is None or document.findings:
+        raise ScenarioError(name, document_faults(document))
+    other = document.plain()
+    if not isinstance(other, dict):
+        words = "must be a mapping, as a scenario is"
+        raise ScenarioError(name, [Fault(name, 1, "", words)])
+    if mode == "replace":
+        return Imported(other, [], text)
+    return Imported(_with_more(data, other), [])
+
+
+def _with_evaluator(
+    data: dict[str, Any], source: dict[str, Any]
+) -> dict[str, Any]:
+    result = dict(data)
+    for key in ("evaluator", "simulation"):
+        if isinstance(source.get(key), dict):
+            old = data.get(key)
+            result[key] = {**(old if isinstance(old, dict) else {})}
+            result[key] |= source[key]
+    return result
+
+
+def _with_more(data: dict[str, Any], other: dict[str, Any]) -> dict[str, Any]:
+    """Returns a scenario with the people and walls of another one, too."""
+    result = dict(data)
+    humans = _list(data.get("humans"))
+    more = [dict(it) for it in _list(other.get("humans")) if _is_dict(it)]
+    if more:
+        names = {it.get("name") for it in humans if _is_dict(it)}
+        ids = {it.get("id") for it in humans if _is_dict(it)}
+        for human in more:
+            _make_unique(human, names, ids)
+        result["humans"] = [*humans, *more]
+    old, new = data.get("world"), other.get("world")
+    if _is_dict(new) and (old is None or _is_dict(old)):
+        world = dict(old or {})
+        for key in ("walls", "furniture", "models"):
+            if added := _list(new.get(key)):
+                world[key] = [*_list(world.get(key)), *added]
+        if not same(world, old or {}):
+            result["world"] = world
+    return result
+
+
+def _make_unique(human: dict[str, Any], names: set[Any], ids: set[Any]) -> None:
+    """Gives a person a name and a number that nobody has."""
+    name = human.get("name")
+    if isinstance(name, str) and name:
+        stem, count = name, 2
+        while human["name"] in names:
+            human["name"] = f"{stem[:58]}_{count}"
+            count += 1
+        names.add(human["name"])
+    if isinstance(human.get("id"), int):
+        numbers = [it for it in ids if isinstance(it, int)]
+        if human["id"] in ids:
+            human["id"] = max(numbers, default=0) + 1
+        ids.add(human["id"])
+
+
+def _is_dict(value: Any) -> TypeGuard[dict[str, Any]]:
+    return isinstance(value, dict)
+
+
+def _list(value: Any) -> list[Any]:
+    return value if isinstance(value, list) else []

@@ -1,0 +1,268 @@
+"""The messages that a page, or a widget, sends to a session."""
+
+from typing import Annotated, Any, Literal
+
+from pydantic import (
+    ConfigDict,
+    Field,
+    StrictBool,
+    StrictInt,
+    StrictStr,
+    TypeAdapter,
+    ValidationError,
+)
+from pydantic.dataclasses import dataclass
+
+from hunav_drake.systems.common.suggest import shown, suggestion
+
+# The longest text of a message, and of a name in one.
+_MAX_TEXT = 16 * 2**20
+_MAX_NAME = 4096
+
+_CONFIG = ConfigDict(extra="ignore")
+_message = dataclass(frozen=True, kw_only=True, config=_CONFIG)
+
+Id = StrictInt | Annotated[StrictStr, Field(max_length=200)] | None
+_Step = (
+    Annotated[StrictInt, Field(ge=0)]
+    | Annotated[StrictStr, Field(max_length=_MAX_NAME)]
+)
+Path = Annotated[list[_Step], Field(max_length=50)]
+FileName = Annotated[StrictStr, Field(min_length=1, max_length=_MAX_NAME)]
+Text = Annotated[StrictStr, Field(max_length=_MAX_TEXT)]
+Operation = (
+    tuple[Literal["set", "insert"], Path, Any] | tuple[Literal["remove"], Path]
+)
+Operations = Annotated[list[Operation], Field(max_length=10_000)]
+
+
+@_message
+class Message:
+    """What all messages have: what gives the answers their number."""
+
+    id: Id = None
+
+
+@_message
+class Hello(Message):
+    """A view asks for all that there is."""
+
+    do: Literal["hello"]
+
+
+@_message
+class Edit(Message):
+    """Operations on the data: one step."""
+
+    do: Literal["edit"]
+    base: StrictInt
+    label: Annotated[StrictStr, Field(max_length=200)] = "Edit"
+    ops: Operations
+
+
+@_message
+class Preview(Message):
+    """Operations to be checked only."""
+
+    do: Literal["preview"]
+    base: StrictInt
+    ops: Operations
+
+
+@_message
+class TypedText(Message):
+    """The text as somebody has typed it."""
+
+    do: Literal["text"]
+    base: StrictInt
+    text: Text
+
+
+@_message
+class Undo(Message):
+    """Takes back the last step."""
+
+    do: Literal["undo"]
+
+
+@_message
+class Redo(Message):
+    """Does again what was taken back last."""
+
+    do: Literal["redo"]
+
+
+@_message
+class Save(Message):
+    """Writes the file, or one of another name."""
+
+    do: Literal["save"]
+    filename: FileName | None = None
+    confirm: StrictBool = False
+
+
+@_message
+class Reload(Message):
+    """Reads the file again."""
+
+    do: Literal["reload"]
+    confirm: StrictBool = False
+
+
+@_message
+class Open(Message):
+    """Opens another file, or a shipped scenario."""
+
+    do: Literal["open"]
+    filename: FileName
+    confirm: StrictBool = False
+
+
+@_message
+class UseTemplate(Message):
+    """Starts with a scenario that a template makes."""
+
+    do: Literal["template"]
+    name: StrictStr
+    values: dict[StrictStr, Any] = Field(default_factory=dict)
+    confirm: StrictBool = False
+
+
+@_message
+class Import(Message):
+    """Takes over what a file of HuNavSim, or a scenario, says."""
+
+    do: Literal["import"]
+    kind: Literal["agents", "metrics", "scenario"]
+    mode: Literal["replace", "add"] = "replace"
+    name: FileName
+    text: Text
+
+
+@_message
+class UseBackground(Message):
+    """Lays a map or a picture under the scenario; files are in base64.
+
+    Where it lies, in meters and radians, is said for pictures without a map.
+    """
+
+    do: Literal["background"]
+    name: Annotated[StrictStr, Field(max_length=_MAX_NAME)] = ""
+    files: Annotated[dict[FileName, Text], Field(max_length=8)]
+    width_m: float | None = None
+    origin: list[float] | None = None
+
+
+@_message
+class Trace(Message):
+    """Makes walls of the background."""
+
+    do: Literal["trace"]
+    base: StrictInt
+    width_m: float | None = None
+    origin: list[float] | None = None
+
+
+@_message
+class Run(Message):
+    """Runs the scenario with some seeds and planners."""
+
+    do: Literal["run"]
+    seeds: Annotated[
+        list[Annotated[StrictInt, Field(ge=0, le=2**63 - 1)]],
+        Field(max_length=10_000),
+    ] = Field(default_factory=list)
+    planners: Annotated[list[Any], Field(max_length=100)] = Field(
+        default_factory=list
+    )
+    speed: Annotated[float, Field(gt=0, le=1e6)] | None = None
+    workers: Annotated[StrictInt, Field(ge=1, le=256)] = 1
+
+
+@_message
+class Cancel(Message):
+    """Stops the runs."""
+
+    do: Literal["cancel"]
+
+
+AnyMessage = (
+    Hello
+    | Edit
+    | Preview
+    | TypedText
+    | Undo
+    | Redo
+    | Save
+    | Reload
+    | Open
+    | UseTemplate
+    | Import
+    | UseBackground
+    | Trace
+    | Run
+    | Cancel
+)
+_ADAPTER: TypeAdapter[AnyMessage] = TypeAdapter(
+    Annotated[AnyMessage, Field(discriminator="do")]
+)
+_KINDS = [
+    "hello",
+    "edit",
+    "preview",
+    "text",
+    "undo",
+    "redo",
+    "save",
+    "reload",
+    "open",
+    "template",
+    "import",
+    "background",
+    "trace",
+    "run",
+    "cancel",
+]
+
+
+class MessageError(ValueError):
+    """A message is none of the protocol; the text says why, in one line."""
+
+
+def read_message(message: Any) -> AnyMessage:
+    """Returns a message as it was meant.
+
+    Args:
+        message: What was received: a mapping, if all is well.
+
+    Raises:
+        MessageError: If it is no message of the protocol.
+    """
+    if not isinstance(message, dict):
+        raise MessageError(f"a message is a mapping, got {shown(message)}")
+    kind = message.get("do")
+    if kind not in _KINDS:
+        word = kind if isinstance(kind, str) else ""
+        raise MessageError(
+            f"there is no message {shown(kind)}; {suggestion(word, _KINDS)}"
+        )
+    try:
+        return _ADAPTER.validate_python(message)
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        # Without the names of the kinds of operations.
+        steps = [str(it) for it in first["loc"][1:] if "[" not in str(it)]
+        place = ".".join(steps) or "whole"
+        raise MessageError(
+            f"the message {kind!r}: {place}: {first['msg']}, got"
+            f" {shown(first['input'])}"
+        ) from None
+    except RecursionError:
+        raise MessageError(f"the message {kind!r} nests too deep") from None
+
+
+def id_of(message: Any) -> Any:
+    """Returns the number of a message, as far as it has one."""
+    number = message.get("id") if isinstance(message, dict) else None
+    is_text = isinstance(number, str) and len(number) <= 200
+    return number if is_text or type(number) is int else None

@@ -1,0 +1,201 @@
+"""What a session knows at one time, as views are told."""
+
+import copy
+import dataclasses as dc
+from pathlib import Path
+from typing import Any
+
+from hunav_drake.editor.document.document import Document
+from hunav_drake.editor.document.outlines import Outline, Outlines
+from hunav_drake.editor.document.plain_data import changes, get, jsonable
+from hunav_drake.editor.document.steps import Steps
+from hunav_drake.editor.faults import find_faults, inside, message_of
+from hunav_drake.editor.files import SessionFile
+from hunav_drake.editor.free_places import FreePlaces
+from hunav_drake.scenario.building import (
+    Places,
+    build_scenario,
+    document_faults,
+)
+from hunav_drake.scenario.checks import ALL_CHECKS
+from hunav_drake.scenario.error import Fault, Finding, ScenarioError
+from hunav_drake.scenario.loading import find_files
+from hunav_drake.scenario.schema import Scenario
+from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.choice_loading import registered_only
+from hunav_drake.systems.world.maps.map_file import map_outlines
+from hunav_drake.systems.world.solids import WorldFileError
+
+# For so many faults a free place is looked for.
+_MAX_FREED = 50
+
+
+@dc.dataclass
+class State:
+    """The document of a session, with all that belongs to it.
+
+    Attributes:
+        document: The text and the data.
+        file: Where they are kept.
+        saved: The text as it is in the file.
+        revision: How often they have changed.
+        steps: How to go back.
+    """
+
+    document: Document
+    file: SessionFile
+    saved: str
+    revision: int = 0
+    steps: Steps = dc.field(default_factory=Steps)
+
+    def __post_init__(self) -> None:
+        self._outlines = Outlines()
+        self._told: dict[str, Outline] | None = None
+        self.findings: list[Finding] = []
+        # What the worker has found, and in which data.
+        self.checked: list[Finding] = []
+        self.checked_data: Any = None
+
+    @property
+    def is_dirty(self) -> bool:
+        """Whether there is something to save."""
+        return self.document.text != self.saved
+
+    def look(self) -> None:
+        """Looks for faults in the present data."""
+        document = self.document
+        size = len(document.prefix)
+        known = [
+            found.loc[size:]
+            for _, found in document.yaml.findings
+            if found.loc[size:]
+        ]
+        self.findings = find_faults(document.data, known, self.file.folder)
+
+    def state(self, before: Any) -> dict[str, Any]:
+        """Returns the content of the message ``state``.
+
+        Args:
+            before: The data that views have; None if they have nothing.
+        """
+        document, data = self.document, self.document.data
+        outlines = self._outlines.of(data, self._map_outlines())
+        is_new = before is None or outlines != self._told
+        self._told = outlines
+        found = [((), data)] if before is None else changes(before, data)
+        return {
+            "revision": self.revision,
+            "changes": [[list(loc), jsonable(value)] for loc, value in found],
+            "outlines": outlines if is_new else None,
+            "undo": self.steps.undo_label,
+            "redo": self.steps.redo_label,
+            "dirty": self.is_dirty,
+            "name": self.name(),
+            "filename": str(self.file.path) if self.file.path else None,
+            "readable": not document.problem,
+        }
+
+    def name(self) -> str:
+        """Returns what the scenario is called."""
+        name = self.document.data.get("name")
+        if not isinstance(name, str) or not name:
+            name = self.file.path.stem if self.file.path else ""
+        return name
+
+    def faults(self) -> list[dict[str, Any]]:
+        """Returns what is wrong, in the form of the message ``faults``."""
+        document, data = self.document, self.document.data
+        size = len(document.prefix)
+        result = []
+        if not document.is_empty:
+            for line, found in document.yaml.findings:
+                inner = Finding(found.loc[size:], found.message)
+                result.append(message_of(inner, data, line or None))
+        if document.problem:
+            if not result:
+                found = Finding((), document.problem)
+                result.append(message_of(found, data, 1))
+            return result
+        told = set()
+        free = FreePlaces(self._outlines.of(data, self._map_outlines()))
+        for found in [*self.findings, *self._still_checked()]:
+            if (found.loc, found.message) not in told:
+                told.add((found.loc, found.message))
+                place = document.line(found.loc)
+                some = free if len(told) <= _MAX_FREED else None
+                result.append(message_of(found, data, place, some))
+        return [*result, *self._warnings()]
+
+    def scenario(self) -> Scenario:
+        """Returns the scenario, checked as a whole.
+
+        Raises:
+            ScenarioError: If it has faults.
+        """
+        document = self.document
+        faults = document_faults(document.yaml, document.prefix)
+        if document.is_empty:
+            faults = []
+        elif document.problem and not faults:
+            faults = [Fault("scenario", 1, "", document.problem)]
+        if document.problem:
+            raise ScenarioError("scenario", faults)
+        data = copy.deepcopy(document.data)
+        find_files(data, self.file.folder)
+        with registered_only():
+            scenario, findings = build_scenario(data, ALL_CHECKS)
+        places = Places(document.yaml, document.prefix)
+        faults += [places.fault(found, data) for found in findings]
+        if scenario is None or faults:
+            raise ScenarioError("scenario", faults)
+        return dc.replace(scenario, name=scenario.name or self.name())
+
+    def preview(self, data: Any) -> list[dict[str, Any]]:
+        """Returns what would be wrong with other data."""
+        found = find_faults(data, folder=self.file.folder)
+        return [
+            message_of(it, data, self.document.line(it.loc)) for it in found
+        ]
+
+    def _still_checked(self) -> list[Finding]:
+        """Returns what the worker has found about parts that are as then."""
+        gone = object()
+        return [
+            found
+            for found in self.checked
+            if all(
+                get(self.document.data, loc, gone)
+                is get(self.checked_data, loc, gone)
+                for loc in (found.loc, *found.uses)
+                if loc
+            )
+        ]
+
+    def _warnings(self) -> list[dict[str, Any]]:
+        name = get(self.document.data, ("world", "map"))
+        if isinstance(name, str) and name and self._map_path() is None:
+            found = Finding(
+                ("world", "map"),
+                f"is not shown: it is outside the folder {self.file.folder};"
+                " put the map into it",
+            )
+            message = message_of(found, self.document.data)
+            line = self.document.line(found.loc)
+            return [{**message, "severity": "warning", "line": line}]
+        return []
+
+    def _map_path(self) -> Path | None:
+        name = get(self.document.data, ("world", "map"))
+        if not isinstance(name, str) or not name:
+            return None
+        return inside(self.file.folder, name)
+
+    def _map_outlines(self) -> tuple[Array, ...]:
+        path = self._map_path()
+        if path is None:
+            return ()
+        try:
+            return map_outlines(path)
+        except WorldFileError:
+            # It is told as a fault.
+            return ()

@@ -1,0 +1,69 @@
+import { button, h, svg } from "./dom.js";
+
+/**
+ * What is behind and beside the map: the grid, the picture of a background,
+ * the scale bar, the coordinates and the buttons of the view.
+ */
+export function makeBackdrop(store, view) {
+  const fine = svg("path", { class: "grid" });
+  const bold = svg("path", { class: "grid bold" });
+  const axes = svg("path", { class: "grid axes" });
+  const image = svg("image", { class: "background", preserveAspectRatio: "none" });
+  const behind = svg("g", { class: "backdrop", "aria-hidden": "true" }, image, fine, bold, axes);
+
+  const bar = h("div", { class: "scale-bar" });
+  const coordinates = h("output", { class: "coordinates", "aria-live": "off" });
+  const hint = h("div", { class: "hint", hidden: true });
+  const buttons = h(
+    "div",
+    { class: "view-buttons", role: "group", "aria-label": "View" },
+    button("plus", "Zoom in (+)", () => store.map.zoom(1.4)),
+    button("minus", "Zoom out (-)", () => store.map.zoom(1 / 1.4)),
+    button("fit", "Show all (0)", () => store.map.fit()),
+    button("help", "Keys and gestures (?)", () => store.tell("help")),
+  );
+  const front = h("div", { class: "over-map" }, hint, coordinates, bar, buttons);
+
+  store.listen("hint", ({ text }) => {
+    hint.textContent = text;
+    hint.hidden = !text;
+  });
+  store.listen("pointer", ({ at }) => {
+    coordinates.textContent = at ? `${at[0].toFixed(2)}, ${at[1].toFixed(2)} m` : "";
+  });
+  store.background = null;
+  store.listen("background", (message) => {
+    store.background = message.image ? message : null;
+    image.style.display = store.background ? "" : "none";
+    if (store.background) {
+      const [x, y, yaw = 0] = message.origin;
+      image.setAttribute("href", message.image);
+      image.setAttribute("width", message.width_m);
+      image.setAttribute("height", message.height_m);
+      const turn = (yaw * 180) / Math.PI;
+      const place = `translate(${x} ${y}) rotate(${turn}) translate(0 ${message.height_m}) scale(1 -1)`;
+      image.setAttribute("transform", place);
+      image.style.opacity = String(message.opacity ?? 0.6);
+    }
+  });
+  store.listen("background-opacity", ({ value }) => {
+    image.style.opacity = String(value);
+  });
+
+  return {
+    behind,
+    front,
+
+    /** After the view has changed. */
+    update() {
+      behind.setAttribute("transform", view.matrix);
+      const [some, others] = view.grid();
+      fine.setAttribute("d", some);
+      bold.setAttribute("d", others);
+      axes.setAttribute("d", `M0 -0.5V0.5M-0.5 0H0.5`);
+      const length = view.scaleLength();
+      bar.style.width = `${length * view.scale}px`;
+      bar.textContent = length >= 1 ? `${length} m` : `${length * 100} cm`;
+    },
+  };
+}

@@ -1,0 +1,164 @@
+import { applied, isWithin, keyOf, samePath, valueAt } from "./data.js";
+import { START, groupOf, isPerson, isRobotPlace, moveOps, nameOf, peopleOf } from "./things.js";
+
+/**
+ * Edits as operations: what is done to the parts at paths. None of them looks
+ * at the page.
+ */
+
+/** Returns "bruno", or "5 parts". */
+export function wordsFor(data, paths) {
+  if (paths.length === 1) return nameOf(data, paths[0]);
+  return paths.every(isPerson) ? `${paths.length} people` : `${paths.length} parts`;
+}
+
+/** Returns the data with the start of the robot, which may be left out. */
+export function withStart(data, defaults) {
+  if (valueAt(data, START) !== undefined) return data;
+  return applied(data, [["set", START, defaults?.robot?.start ?? [0, 0, 0]]]);
+}
+
+/** Returns paths without those inside others, the last first in each list. */
+function fromTheEnd(paths) {
+  const whole = paths.filter((it) => !paths.some((other) => other !== it && isWithin(it, other) && !samePath(it, other)));
+  return [...whole].sort((a, b) => {
+    for (let i = 0; i < Math.min(a.length, b.length); i++) {
+      if (a[i] !== b[i]) return a[i] < b[i] ? 1 : -1;
+    }
+    return b.length - a.length;
+  });
+}
+
+/** Returns the operations that delete parts. */
+export function deleteOps(paths) {
+  const kept = keyOf(START);
+  return fromTheEnd(paths)
+    .filter((it) => keyOf(it) !== kept)
+    .map((it) => ["remove", it]);
+}
+
+/** Returns a name that is not taken: bruno, bruno_2, bruno_3. */
+export function freeName(name, taken) {
+  if (!name || !taken.has(name)) return name;
+  const [, stem, number] = /^(.*?)(?:_(\d+))?$/.exec(name);
+  let n = Number(number ?? 1);
+  do n += 1;
+  while (taken.has(`${stem}_${n}`));
+  return `${stem}_${n}`;
+}
+
+/** Returns a copy of a part of a list, with a name and an id of its own. */
+function ownCopy(value, list) {
+  const copy = structuredClone(value);
+  if (!copy || typeof copy !== "object" || Array.isArray(copy)) return copy;
+  if (copy.name) copy.name = freeName(copy.name, new Set(list.map((it) => it?.name)));
+  if (Number.isInteger(copy.id)) {
+    const ids = new Set(list.map((it) => it?.id));
+    while (ids.has(copy.id)) copy.id += 1;
+  }
+  return copy;
+}
+
+/**
+ * Returns what adds values to their lists, and the paths that they get.
+ * @param {any} data
+ * @param {{list: (string|number)[], value: any}[]} parts
+ */
+export function addOps(data, parts) {
+  const ops = [];
+  const paths = [];
+  let after = data;
+  for (const { list, value } of parts) {
+    const items = valueAt(after, list) ?? [];
+    const op = ["insert", [...list, items.length], ownCopy(value, items)];
+    after = applied(after, [op]);
+    ops.push(op);
+    paths.push(op[1]);
+  }
+  return { ops, paths, after };
+}
+
+/** Returns what can be copied of the parts at paths: people, walls, goals. */
+export function copied(data, paths) {
+  return paths
+    .filter((it) => !isRobotPlace(it))
+    .map((it) => ({ list: it.slice(0, -1), value: valueAt(data, it) }))
+    .filter(({ value }) => value !== undefined);
+}
+
+/** Returns what adds copies of parts, moved by (dx, dy) with their goals. */
+export function duplicateOps(data, parts, dx, dy) {
+  const { ops, paths, after } = addOps(data, parts);
+  const moves = paths.flatMap((it) => moveOps(after, it, dx, dy));
+  return { ops: [...ops, ...moves], paths };
+}
+
+/** Returns what makes one group of the people at paths, or of each one alone. */
+export function groupOps(data, paths, together) {
+  const people = paths.filter(isPerson);
+  const taken = new Set(peopleOf(data).map(groupOf));
+  let free = 1;
+  while (taken.has(free)) free += 1;
+  return people.map((it) => ["set", [...it, "group_id"], together ? free : -1]);
+}
+
+/**
+ * Returns a "set" for a value whose parents may not be there, with as much of
+ * them as is missing.
+ */
+export function setOp(data, path, value) {
+  let n = 1;
+  while (n < path.length && valueAt(data, path.slice(0, n)) !== undefined && valueAt(data, path.slice(0, n)) !== null) n += 1;
+  const inner = path.slice(n).reduceRight((it, key) => ({ [key]: it }), value);
+  return ["set", path.slice(0, n), inner];
+}
+
+/** Returns a "remove", also of parents that would be left empty. */
+export function resetOp(data, path) {
+  let n = path.length;
+  while (n > 1) {
+    const parent = valueAt(data, path.slice(0, n - 1));
+    const alone = parent && !Array.isArray(parent) && Object.keys(parent).length === 1;
+    if (!alone || typeof path[n - 2] === "number") break;
+    n -= 1;
+  }
+  return ["remove", path.slice(0, n)];
+}
+
+/** Returns where on a chain of points a place is: the index to insert at. */
+export function segmentAt(points, [x, y]) {
+  let best = { index: points.length, distance: Infinity };
+  for (let i = 0; i + 1 < points.length; i++) {
+    const [[ax, ay], [bx, by]] = [points[i], points[i + 1]];
+    const [dx, dy] = [bx - ax, by - ay];
+    const t = Math.min(1, Math.max(0, ((x - ax) * dx + (y - ay) * dy) / (dx * dx + dy * dy || 1)));
+    const distance = Math.hypot(x - ax - t * dx, y - ay - t * dy);
+    if (distance < best.distance) best = { index: i + 1, distance };
+  }
+  return best;
+}
+
+/** Returns the corner nearest to a place within a distance, or null. */
+export function cornerNear(outlines, [x, y], reach, besides = null) {
+  let best = null;
+  let least = reach;
+  for (const [key, it] of Object.entries(outlines)) {
+    if (key === besides) continue;
+    for (const point of it?.points ?? []) {
+      const distance = Math.hypot(point[0] - x, point[1] - y);
+      if (distance < least) [best, least] = [point, distance];
+    }
+  }
+  return best;
+}
+
+/** Returns what aligns parts: their middles get one x (0) or one y (1). */
+export function alignOps(data, places, axis) {
+  const known = places.filter(({ at }) => at);
+  const mean = known.reduce((sum, { at }) => sum + at[axis], 0) / (known.length || 1);
+  return known.flatMap(({ path, at }) => {
+    const step = mean - at[axis];
+    return moveOps(data, path, axis === 0 ? step : 0, axis === 1 ? step : 0);
+  });
+}
+

@@ -1,0 +1,145 @@
+import { fill, svg } from "./dom.js";
+import { behaviorOf, peopleOf } from "./things.js";
+import { inkOn, outline } from "./shapes.js";
+
+/** How many points of its way a body trails behind it during a run. */
+const TRAIL = 60;
+
+const degrees = (angle) => (angle * 180) / Math.PI;
+
+/** One body of a run: where it is, and the way that it went. */
+class Ghost {
+  constructor(isRobot) {
+    this.trail = [];
+    this.line = svg("path", { class: isRobot ? "ghost-way of-robot" : "ghost-way" });
+    this.disc = svg("circle", { class: isRobot ? "ghost of-robot" : "ghost" });
+    this.nose = svg("path", { class: isRobot ? "ghost-nose of-robot" : "ghost-nose" });
+    this.body = svg("g", { class: "ghost-body" }, this.disc, this.nose);
+  }
+
+  look(color, radius, reacts) {
+    for (const element of [this.line, this.body]) {
+      element.style.setProperty("--who", color);
+      element.style.setProperty("--ink", inkOn(color));
+    }
+    this.disc.setAttribute("r", radius);
+    const r = 0.62 * radius;
+    this.nose.setAttribute("d", `M${-0.5 * r} ${0.7 * r}L${r} 0L${-0.5 * r} ${-0.7 * r}`);
+    this.body.classList.toggle("reacts", reacts);
+  }
+
+  /** Puts it at a pose, or nowhere. */
+  put(pose) {
+    this.body.style.display = pose ? "" : "none";
+    if (pose) this.body.setAttribute("transform", `translate(${pose[0]} ${pose[1]}) rotate(${degrees(pose[2])})`);
+  }
+
+  /** Lets it come to a pose, with its trail behind it. */
+  follow(pose) {
+    this.put(pose);
+    if (pose) this.trail.push(pose);
+    if (!pose || this.trail.length > TRAIL) this.trail.shift();
+    this.line.setAttribute("d", this.trail.length > 1 ? outline(this.trail, false) : "");
+  }
+}
+
+function between(a, b, share) {
+  if (!a || !b) return a ?? b;
+  let turn = b[2] - a[2];
+  turn -= 2 * Math.PI * Math.round(turn / (2 * Math.PI));
+  return [a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1]), a[2] + share * turn];
+}
+
+/**
+ * Draws a run over the map: bodies as they come during the run, and afterwards
+ * whole paths with the bodies at a time that can be chosen.
+ */
+export function makeGhosts(store) {
+  const ways = svg("g", { class: "ghost-ways" });
+  const bodies = svg("g", { class: "ghost-bodies" });
+  let ghosts = [];
+  let paths = null;
+  let run = null;
+
+  function prepare(count) {
+    if (ghosts.length !== count) {
+      ghosts = Array.from({ length: count }, (_, i) => new Ghost(i === 0));
+      fill(ways, ...ghosts.map((it) => it.line).reverse());
+      fill(bodies, ...ghosts.map((it) => it.body).reverse());
+    }
+    if (!ways.isConnected) store.ghosts.append(ways, bodies);
+    store.dim(true);
+  }
+
+  function dress(activities = []) {
+    const { data, catalog } = store;
+    const people = peopleOf(data);
+    const defaults = catalog.defaults?.human ?? {};
+    const colors = new Map((catalog.behaviors ?? []).map((it) => [it.name, it.color]));
+    ghosts.forEach((ghost, i) => {
+      if (i === 0) return ghost.look("#1c2530", data.robot?.radius ?? catalog.defaults?.robot?.radius ?? 0.35, false);
+      const person = people[i - 1] ?? {};
+      const radius = person.radius ?? defaults.radius ?? 0.35;
+      return ghost.look(colors.get(behaviorOf(person, defaults)) ?? "#6b7a8c", radius, Boolean(activities[i - 1]));
+    });
+  }
+
+  return {
+    /** Shows an instant of a run that goes on. */
+    frame(message) {
+      prepare(1 + message.people.length);
+      if (run !== message.run || paths) {
+        run = message.run;
+        paths = null;
+        for (const ghost of ghosts) ghost.trail = [];
+      }
+      dress(message.activities);
+      [message.robot, ...message.people].forEach((pose, i) => ghosts[i].follow(pose));
+    },
+
+    /** Shows the paths of a run that has ended. */
+    paths(number, given) {
+      run = number;
+      paths = given;
+      prepare(1 + (given.people[0]?.length ?? 0));
+      dress();
+      ghosts.forEach((ghost, i) => {
+        const places = given.times.map((_, k) => (i ? given.people[k][i - 1] : given.robot[k]));
+        let d = "";
+        let piece = [];
+        for (const place of [...places, null]) {
+          if (place) {
+            piece.push(place);
+          } else {
+            if (piece.length > 1) d += outline(piece, false);
+            piece = [];
+          }
+        }
+        ghost.trail = [];
+        ghost.line.setAttribute("d", d);
+      });
+    },
+
+    /** Puts all bodies where they were at a time, in seconds. */
+    at(time) {
+      if (!paths) return;
+      const { times } = paths;
+      let k = times.findIndex((it) => it > time);
+      if (k < 0) k = times.length - 1;
+      const i = Math.max(k - 1, 0);
+      const share = k > i ? Math.min((time - times[i]) / (times[k] - times[i]), 1) : 0;
+      const poses = (n) => [paths.robot[n], ...paths.people[n]];
+      const [a, b] = [poses(i), poses(k)];
+      ghosts.forEach((ghost, n) => ghost.put(between(a[n], b[n], share)));
+    },
+
+    /** Takes everything away. */
+    clear() {
+      ways.remove();
+      bodies.remove();
+      paths = null;
+      run = null;
+      store.dim(false);
+    },
+  };
+}

@@ -1,0 +1,27 @@
+/**
+ * How behaviors look: a color of Okabe and Ito, and a letter for those who
+ * cannot tell the colors apart. The names and colors are those of the catalog;
+ * until it comes, those of the package.
+ */
+const KNOWN = [
+  ["regular", "#0072b2"],
+  ["impassive", "#d55e00"],
+  ["surprised", "#009e73"],
+  ["scared", "#cc79a7"],
+  ["curious", "#e69f00"],
+  ["threatening", "#56b4e9"],
+  ["distracted", "#4d4d4d"],
+  ["cooperative", "#7f7f7f"],
+];
+
+/** Black is not seen on a dark floor. */
+const DARK = { "#000000": "#4d4d4d" };
+
+/** Returns {color, letter} of a behavior; two letters where one is not enough. */
+export function lookOf(catalog, name) {
+  const all = catalog.behaviors?.length ? catalog.behaviors.map((it) => [it.name, it.color]) : KNOWN;
+  const color = all.find(([other]) => other === name)?.[1] ?? "#7f7f7f";
+  const first = name.slice(0, 1).toUpperCase() || "?";
+  const shared = all.some(([other]) => other !== name && other[0]?.toUpperCase() === first);
+  return { color: DARK[color.toLowerCase()] ?? color, letter: shared ? first + name.slice(1, 2) : first };
+}

@@ -1,0 +1,155 @@
+import { atFrame, button, fill, h } from "./dom.js";
+import { isWithin, keyOf, pathOf, samePath } from "./data.js";
+import { GOAL, HUMANS, ROBOT, START, behaviorOf, groupOf, isPose, nameOf, peopleOf, worldLists } from "./things.js";
+import { lookOf } from "./looks.js";
+import { inkOn } from "./shapes.js";
+
+/** Returns what there is, by its parts: [{title, key, items: [path...]}]. */
+export function partsOf(data) {
+  const parts = [{ title: "People", key: HUMANS, items: peopleOf(data).map((_, i) => [HUMANS, i]) }];
+  parts.push({ title: "Robot", key: ROBOT, items: [START, GOAL].filter((path, i) => i === 0 || isPose(data.robot?.goal)) });
+  for (const [key, items] of worldLists(data)) {
+    parts.push({ title: key[0].toUpperCase() + key.slice(1), key: `world/${key}`, items: items.map((_, i) => ["world", key, i]) });
+  }
+  return parts;
+}
+
+/** Makes the list of all parts, with a search. */
+export function makeOutline(store) {
+  const search = h("input", { type: "search", placeholder: "Search", "aria-label": "Search the parts", oninput: () => show() });
+  const tree = h("div", { class: "outline-tree" });
+  const background = h("div", { class: "outline-background" });
+  const element = h("div", { class: "panel outline" }, h("div", { class: "search" }, search), tree, background);
+  const folded = new Set();
+  const rows = new Map();
+
+  function rowFor(path) {
+    const key = keyOf(path);
+    if (rows.has(key)) return rows.get(key);
+    const mark = h("span", { class: "mark", "aria-hidden": "true" });
+    const name = h("span", { class: "row-name" });
+    const note = h("span", { class: "row-note" });
+    const fault = h("span", { class: "row-fault", hidden: true }, "!");
+    const row = h(
+      "button",
+      {
+        type: "button",
+        class: "row-item",
+        "data-row": key,
+        onclick(event) {
+          if (event.shiftKey || event.ctrlKey || event.metaKey) {
+            const others = store.selection.filter((it) => !samePath(it, path));
+            store.select(others.length === store.selection.length ? [...others, path] : others);
+          } else {
+            store.select([path]);
+            store.showTab("properties");
+          }
+        },
+        ondblclick: () => store.map.focus(path),
+      },
+      mark,
+      name,
+      note,
+      fault,
+    );
+    rows.set(key, { row, mark, name, note, fault });
+    return rows.get(key);
+  }
+
+  function update(path) {
+    const { row, mark, name, note, fault } = rowFor(path);
+    const { data, catalog } = store;
+    name.textContent = nameOf(data, path);
+    const isPerson = path[0] === HUMANS;
+    const person = isPerson ? data[HUMANS][path[1]] : null;
+    if (person) {
+      const behavior = behaviorOf(person, catalog.defaults?.human);
+      const { color, letter } = lookOf(catalog, behavior);
+      mark.textContent = letter;
+      mark.style.setProperty("--who", color);
+      mark.style.setProperty("--ink", inkOn(color));
+      note.textContent = groupOf(person) >= 0 ? `group ${groupOf(person)}` : "";
+    }
+    mark.className = person ? "mark who" : `mark of-${path.length === 2 ? path.join("-") : path[1]}`;
+    const faults = store.faults.filter((it) => isWithin(it.path, path));
+    fault.hidden = !faults.length;
+    row.title = faults.map((it) => it.message).join("\n");
+    const on = store.selection.some((it) => isWithin(it, path));
+    row.classList.toggle("selected", on);
+    row.setAttribute("aria-pressed", String(on));
+    return row;
+  }
+
+  function show() {
+    const wanted = search.value.trim().toLowerCase();
+    const focused = document.activeElement?.dataset?.row;
+    const matches = (path) => !wanted || `${nameOf(store.data, path)} ${JSON.stringify(store.get(path))}`.toLowerCase().includes(wanted);
+    const seen = new Set();
+    const groups = partsOf(store.data).map(({ title, key, items }) => {
+      const found = items.filter(matches);
+      if (wanted && !found.length) return null;
+      items.forEach((path) => seen.add(keyOf(path)));
+      const open = wanted || !folded.has(key);
+      return h(
+        "section",
+        null,
+        h(
+          "button",
+          {
+            type: "button",
+            class: "group-head",
+            "aria-expanded": String(Boolean(open)),
+            onclick() {
+              if (!folded.delete(key)) folded.add(key);
+              show();
+            },
+          },
+          title,
+          h("span", { class: "row-note" }, String(items.length)),
+        ),
+        open ? found.map(update) : null,
+      );
+    });
+    fill(tree, groups);
+    for (const key of rows.keys()) if (!seen.has(key)) rows.delete(key);
+    if (focused) rows.get(focused)?.row.focus({ preventScroll: true });
+  }
+
+  const later = atFrame(show);
+  for (const kind of ["data", "catalog"]) store.listen(kind, later);
+  let wrong = [];
+  store.listen("faults", () => {
+    // Of hundreds of rows, those whose faults have changed.
+    const now = [...rows.keys()].filter((key) => store.faults.some((it) => isWithin(it.path, pathOf(key))));
+    for (const key of new Set([...wrong, ...now])) {
+      if (rows.has(key) && store.get(pathOf(key)) !== undefined) update(pathOf(key));
+    }
+    wrong = now;
+  });
+  store.listen("selection", () => {
+    later();
+    const [path] = store.selection;
+    if (path) requestAnimationFrame(() => rows.get(keyOf(path.slice(0, path[0] === HUMANS ? 2 : 3)))?.row.scrollIntoView?.({ block: "nearest" }));
+  });
+
+  store.listen("background", (message) => {
+    if (!message.image) return fill(background);
+    const opacity = h("input", {
+      type: "range",
+      min: 0,
+      max: 1,
+      step: 0.05,
+      value: String(message.opacity ?? 0.6),
+      "aria-label": "Opacity of the background",
+      oninput: () => store.tell("background-opacity", { value: Number(opacity.value) }),
+    });
+    return fill(
+      background,
+      h("div", { class: "group-head" }, "Background"),
+      h("div", { class: "row-item" }, h("span", { class: "row-name" }, message.name || "picture"), button("bin", "Remove the background", () => store.tell("background", {}))),
+      opacity,
+      button("polygon", "Make walls of what is dark", () => store.ask({ do: "trace" }), { text: "Trace walls" }),
+    );
+  });
+  return element;
+}

@@ -1,0 +1,54 @@
+import { button, fill, h } from "./dom.js";
+import { isOnMap, nameOf } from "./things.js";
+import { sentence } from "./fields.js";
+
+/** Selects the part that a fault is about, and shows its form. */
+export function showFault(store, fault) {
+  for (let n = fault.path.length; n >= 2; n--) {
+    const path = fault.path.slice(0, n);
+    if (isOnMap(path) && store.get(path) !== undefined) {
+      store.select([path]);
+      store.map.focus(path);
+      store.showTab("properties");
+      return;
+    }
+  }
+  if (fault.path[0] === "robot") store.select([["robot", "start"]]);
+  else store.showTab(fault.path.length ? "trial" : "yaml");
+}
+
+/** Makes the list of all faults. */
+export function makeProblemsPanel(store) {
+  const list = h("ul", { class: "problems" });
+  const element = h("div", { class: "panel" }, list);
+
+  function remedy(fault) {
+    if (!fault.fix) return null;
+    return button("check", fault.fix.label, () => store.edit(fault.fix.label, fault.fix.ops), { text: fault.fix.label, class: "button fix" });
+  }
+
+  store.listen("faults", () => {
+    element.dispatchEvent(new CustomEvent("count", { detail: store.faults.length }));
+    if (!store.faults.length) {
+      fill(list, h("li", { class: "empty" }, "No problems. The scenario can be run."));
+      return;
+    }
+    fill(
+      list,
+      store.faults.map((fault) =>
+        h(
+          "li",
+          { class: fault.severity === "warning" ? "problem is-warning" : "problem" },
+          h(
+            "button",
+            { type: "button", class: "problem-text", onclick: () => showFault(store, fault) },
+            h("span", { class: "problem-place" }, fault.path.length ? nameOf(store.data, fault.path) : "text", fault.line ? h("span", { class: "row-note" }, ` line ${fault.line}`) : null),
+            h("span", null, sentence(fault)),
+          ),
+          remedy(fault),
+        ),
+      ),
+    );
+  });
+  return element;
+}

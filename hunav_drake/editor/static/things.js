@@ -1,0 +1,194 @@
+import { applied, keyOf, round, valueAt } from "./data.js";
+
+/**
+ * What stands on the map, and how its values are moved and turned. All names
+ * of fields that the map knows are in this file.
+ */
+
+export const HUMANS = "humans";
+export const ROBOT = "robot";
+export const WORLD = "world";
+export const START = ["robot", "start"];
+export const GOAL = ["robot", "goal"];
+
+export const TURN = 2 * Math.PI;
+
+/** Returns the list of people. */
+export const peopleOf = (data) => (Array.isArray(data[HUMANS]) ? data[HUMANS].filter((it) => it && typeof it === "object") : []);
+
+const isNumber = (it) => typeof it === "number" && Number.isFinite(it);
+export const isPoint = (it) => Array.isArray(it) && it.length >= 2 && it.slice(0, 2).every(isNumber);
+export const isPose = (it) => isPoint(it) && it.length === 3 && isNumber(it[2]);
+
+/** Returns the goals of a person that can be drawn, with their indices. */
+export function goalsOf(person) {
+  const goals = Array.isArray(person?.goals) ? person.goals : [];
+  return goals.map((at, i) => ({ at, i })).filter(({ at }) => isPoint(at));
+}
+
+export const isPerson = (path) => path[0] === HUMANS && path.length === 2;
+export const isGoal = (path) => path[0] === HUMANS && path[2] === "goals" && path.length === 4;
+export const isRobotPlace = (path) => path[0] === ROBOT && path.length === 2;
+export const isWorldPart = (path) => path[0] === WORLD && path.length === 3;
+export const isOnMap = (path) => isPerson(path) || isGoal(path) || isRobotPlace(path) || isWorldPart(path);
+
+/** Returns the person that a path of a person or of a goal is about. */
+export const personPath = (path) => (path[0] === HUMANS ? path.slice(0, 2) : null);
+
+/** Returns what a person's behavior tree is called. */
+export function behaviorOf(person, defaults) {
+  const it = person.behavior ?? defaults?.behavior ?? "regular";
+  const name = typeof it === "string" ? it : String(it.tree ?? "");
+  return name.startsWith("<") ? "own tree" : name.split("/").at(-1);
+}
+
+export function groupOf(person) {
+  return Number.isInteger(person.group_id) ? person.group_id : -1;
+}
+
+/** Returns the lists of the world that hold shapes, as [key, items]. */
+export function worldLists(data) {
+  const lists = Object.entries(data[WORLD] ?? {});
+  return lists.filter(([, it]) => Array.isArray(it));
+}
+
+/** Returns a short name for the part at a path. */
+export function nameOf(data, path) {
+  if (isGoal(path)) return `goal ${path[3] + 1} of ${nameOf(data, path.slice(0, 2))}`;
+  if (keyOf(path) === keyOf(START)) return "robot";
+  if (keyOf(path) === keyOf(GOAL)) return "robot's goal";
+  const value = valueAt(data, path);
+  if (path.length === 2 && path[0] === HUMANS) return value?.name || `human_${path[1] + 1}`;
+  if (value && typeof value === "object" && !Array.isArray(value)) {
+    const kind = value.kind ?? value.shape ?? value.type ?? String(path.at(-2)).replace(/s$/, "");
+    return value.name || `${String(kind).replace("_", " ")} ${Number(path.at(-1)) + 1}`;
+  }
+  return path.filter((it) => typeof it === "string").join(" ") || "scenario";
+}
+
+function shifted([x, y, ...rest], dx, dy) {
+  return [round(x + dx), round(y + dy), ...rest];
+}
+
+/** Returns what an operation says that moves the part at a path by (dx, dy). */
+export function moveOps(data, path, dx, dy) {
+  const value = valueAt(data, path);
+  if (isPoint(value)) return [["set", path, shifted(value, dx, dy)]];
+  if (!value || typeof value !== "object") return [];
+  const ops = [];
+  for (const name of ["pose", "center", "point"]) {
+    if (isPoint(value[name])) ops.push(["set", [...path, name], shifted(value[name], dx, dy)]);
+  }
+  if (Array.isArray(value.points)) {
+    ops.push(["set", [...path, "points"], value.points.map((it) => (isPoint(it) ? shifted(it, dx, dy) : it))]);
+  }
+  return ops;
+}
+
+/** Returns where the heading of a part stands: its path and value, or null. */
+export function headingOf(data, path) {
+  const value = valueAt(data, path);
+  if (isPose(value)) return { path: [...path, 2], yaw: value[2], at: value };
+  if (isPose(value?.pose)) return { path: [...path, "pose", 2], yaw: value.pose[2], at: value.pose };
+  if (isPoint(value?.center)) {
+    return { path: [...path, "yaw"], yaw: isNumber(value.yaw) ? value.yaw : 0, at: value.center };
+  }
+  return null;
+}
+
+/** Returns an angle in (-pi, pi]. */
+export function wrapped(angle) {
+  const a = angle - TURN * Math.round(angle / TURN);
+  return round(a <= -Math.PI ? a + TURN : a);
+}
+
+/** Returns the operations that turn a part to an angle. */
+export function turnOps(data, path, yaw) {
+  const found = headingOf(data, path);
+  if (!found) return [];
+  if (found.path.at(-1) === 2) {
+    const parent = found.path.slice(0, -1);
+    return [["set", parent, [...found.at.slice(0, 2), wrapped(yaw)]]];
+  }
+  return [["set", found.path, wrapped(yaw)]];
+}
+
+function mapped(outline, f) {
+  return { ...outline, points: outline.points.map(f), parts: outline.parts?.map((it) => it.map(f)) };
+}
+
+/** Returns an outline as it follows a part from one value to another. */
+export function followed(outline, from, to) {
+  if (!outline || !from || !to) return outline;
+  if (Array.isArray(to.points)) {
+    return to.points.every(isPoint) ? { ...outline, points: to.points } : outline;
+  }
+  const place = (it) => {
+    const [x, y] = it.center ?? it.pose ?? [0, 0];
+    const yaw = (isNumber(it.yaw) ? it.yaw : it.pose?.[2]) ?? 0;
+    return { x, y, c: Math.cos(yaw), s: Math.sin(yaw), size: it.size };
+  };
+  const [a, b] = [place(from), place(to)];
+  const grow = isPoint(a.size) && isPoint(b.size) ? [b.size[0] / a.size[0], b.size[1] / a.size[1]] : [1, 1];
+  return mapped(outline, ([x, y]) => {
+    const [dx, dy] = [x - a.x, y - a.y];
+    const u = (a.c * dx + a.s * dy) * grow[0];
+    const v = (a.c * dy - a.s * dx) * grow[1];
+    return [b.x + b.c * u - b.s * v, b.y + b.s * u + b.c * v];
+  });
+}
+
+/** Returns the outlines as they follow operations on the parts at paths. */
+export function outlinesAfter(data, outlines, ops) {
+  const keys = new Set();
+  for (const [name, path] of ops) {
+    if (name !== "set" || path[0] !== WORLD || path.length <= 3) continue;
+    keys.add(keyOf(path.slice(0, 3)));
+  }
+  if (!keys.size) return outlines;
+  const result = { ...outlines };
+  const after = applied(data, ops);
+  for (const key of keys) {
+    const path = key.split("/").map((it, i) => (i === 2 ? Number(it) : it));
+    result[key] = followed(outlines[key], valueAt(data, path), valueAt(after, path));
+  }
+  return result;
+}
+
+/** Returns the box [x0, y0, x1, y1] around all that is on the map. */
+export function boundsOf(data, outlines) {
+  const points = Object.values(outlines).flatMap((it) => it?.points ?? []);
+  for (const person of peopleOf(data)) {
+    if (isPoint(person.pose)) points.push(person.pose);
+    points.push(...goalsOf(person).map(({ at }) => at));
+  }
+  for (const path of [START, GOAL]) {
+    const at = valueAt(data, path);
+    if (isPoint(at)) points.push(at);
+  }
+  const box = [Infinity, Infinity, -Infinity, -Infinity];
+  for (const [x, y] of points) {
+    box[0] = Math.min(box[0], x);
+    box[1] = Math.min(box[1], y);
+    box[2] = Math.max(box[2], x);
+    box[3] = Math.max(box[3], y);
+  }
+  if (!points.length) return [-5, -4, 5, 4];
+  // A lone thing has some floor around it.
+  const grow = (low, high) => Math.max(0, 6 - (high - low)) / 2;
+  const [gx, gy] = [grow(box[0], box[2]), grow(box[1], box[3])];
+  return [box[0] - gx, box[1] - gy, box[2] + gx, box[3] + gy];
+}
+
+/** Returns the middle of a part, in meters, or null. */
+export function placeOf(data, outlines, path) {
+  const value = valueAt(data, path);
+  if (isPoint(value)) return value.slice(0, 2);
+  for (const name of ["pose", "center"]) {
+    if (isPoint(value?.[name])) return value[name].slice(0, 2);
+  }
+  const points = outlines[keyOf(path)]?.points;
+  if (!points?.length) return null;
+  const sum = points.reduce(([x, y], it) => [x + it[0], y + it[1]], [0, 0]);
+  return [sum[0] / points.length, sum[1] / points.length];
+}

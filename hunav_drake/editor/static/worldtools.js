@@ -1,0 +1,312 @@
+import { h, fill, svg } from "./dom.js";
+import { round, valueAt } from "./data.js";
+import { isPoint } from "./things.js";
+import { addOps, freeName, segmentAt } from "./changes.js";
+import { outline } from "./shapes.js";
+import { membersOf, defaultsOf } from "./schema.js";
+
+/** The thickness of the walls of a room, and the width of a door, in meters. */
+const THICK = 0.15;
+const DOOR = 0.9;
+
+const WALLS = ["world", "walls"];
+const FURNITURE = ["world", "furniture"];
+
+/** Returns a name for a new part of a list: wall_1, wall_2. */
+function newName(store, list, stem) {
+  return freeName(`${stem}_1`, new Set((store.get(list) ?? []).map((it) => it?.name)));
+}
+
+/** Adds parts of the world with outlines as they will be; selects them. */
+function add(store, label, parts, outlines) {
+  const { ops, paths } = addOps(store.data, parts);
+  const shown = { ...store.outlines };
+  paths.forEach((path, i) => {
+    if (outlines[i]) shown[path.join("/")] = outlines[i];
+  });
+  store.edit(label, ops, shown);
+  store.select(paths);
+}
+
+/** Returns the corners of a box. */
+function corners({ center: [x, y], size: [w, d], yaw = 0 }) {
+  const [c, s] = [Math.cos(yaw), Math.sin(yaw)];
+  const signs = [[-1, -1], [1, -1], [1, 1], [-1, 1]];
+  return signs.map(([u, v]) => [x + (c * u * w - s * v * d) / 2, y + (s * u * w + c * v * d) / 2]);
+}
+
+const boxOutline = (box, kind = "box") => ({ points: corners(box), closed: true, kind, height: box.height ?? 2.5 });
+
+/** A line of corners, one by each click. */
+function lineTool(store, map, { name, title, picture, key, shape, least, closes }) {
+  let points = [];
+  const draw = (to = null) => {
+    const all = to ? [...points, to] : points;
+    map.sketch.replaceChildren(
+      svg("path", { class: closes && all.length > 2 ? "sketch-area" : "sketch-line", d: outline(all, closes && all.length > 2) }),
+      ...points.map(([x, y]) => svg("circle", { class: "sketch-corner", cx: x, cy: y, r: 4 / map.scale })),
+    );
+  };
+  return {
+    name,
+    title,
+    icon: picture,
+    key,
+    corners: true,
+    hint: `Click the corners. Backspace takes one back; Enter or a double click ends.`,
+    down(place, event) {
+      const near = points.length >= least && Math.hypot(place[0] - points[0][0], place[1] - points[0][1]) * map.scale < 10;
+      if (event.detail > 1 || (closes && near)) return this.finish(), null;
+      points.push(place);
+      draw();
+      return null;
+    },
+    hover: (place) => points.length && draw(place),
+    back() {
+      points.pop();
+      draw();
+    },
+    finish() {
+      const had = points.length > 0;
+      if (points.length >= least) {
+        const called = newName(store, WALLS, name);
+        const value = { shape, name: called, points };
+        add(store, `Add ${called}`, [{ list: WALLS, value }], [{ points, closed: closes, kind: shape, height: 2.5 }]);
+      }
+      this.leave();
+      return had ? null : false;
+    },
+    leave() {
+      points = [];
+      map.sketch.replaceChildren();
+    },
+  };
+}
+
+/** What is pulled from corner to corner: a box, or a room of four walls. */
+function areaTool(store, map, { name, title, picture, key, hint, partsFor }) {
+  let first = null;
+  const area = (a, b) => {
+    const center = [round((a[0] + b[0]) / 2), round((a[1] + b[1]) / 2)];
+    const size = [round(Math.abs(a[0] - b[0])), round(Math.abs(a[1] - b[1]))];
+    return { center, size };
+  };
+  function end(a, b) {
+    map.sketch.replaceChildren();
+    const box = area(a, b);
+    if (Math.min(...box.size) < 0.05) return;
+    const [label, boxes] = partsFor(box);
+    const parts = boxes.map((value) => ({ list: WALLS, value: { shape: "box", ...value } }));
+    add(store, label, parts, boxes.map((it) => boxOutline(it)));
+    store.tools.choose("select");
+  }
+  return {
+    name,
+    title,
+    icon: picture,
+    key,
+    corners: true,
+    hint,
+    down(place, event) {
+      // By the keyboard, a corner is set by each press.
+      if (!event.pointerId) {
+        if (first) end(first, place);
+        first = first ? null : place;
+        return null;
+      }
+      let to = place;
+      return {
+        move(now) {
+          const at = map.view.toWorld(...map.pixels(now));
+          to = store.snapped(at, now, { corners: true });
+          const box = area(place, to);
+          map.sketch.replaceChildren(svg("path", { class: "sketch-area", d: outline(corners(box)) }));
+          store.tell("hint", { text: `${box.size[0].toFixed(2)} × ${box.size[1].toFixed(2)} m` });
+        },
+        end: () => end(place, to),
+        cancel: () => map.sketch.replaceChildren(),
+      };
+    },
+    hover: (place) => first && map.sketch.replaceChildren(svg("path", { class: "sketch-area", d: outline(corners(area(first, place))) })),
+    finish: () => false,
+    leave: () => (first = null),
+  };
+}
+
+function roomParts(store, { center: [x, y], size: [w, d] }) {
+  const name = newName(store, WALLS, "room_north").replace("_north", "");
+  const wide = round(w + THICK);
+  const deep = round(d - THICK);
+  const [dx, dy] = [w / 2, d / 2];
+  const wall = (side, cx, cy, size) => ({ name: `${name.replace(/(_\d+)?$/, "")}_${side}${/_\d+$/.exec(name)?.[0] ?? ""}`, center: [round(cx), round(cy)], size });
+  return [
+    `Add a room`,
+    [
+      wall("north", x, y + dy, [wide, THICK]),
+      wall("south", x, y - dy, [wide, THICK]),
+      wall("east", x + dx, y, [THICK, deep]),
+      wall("west", x - dx, y, [THICK, deep]),
+    ],
+  ];
+}
+
+/** Returns what is left of a wall on both sides of a door, or null. */
+export function withDoor(wall, place) {
+  if (Array.isArray(wall.points)) {
+    const { points } = wall;
+    const { index } = segmentAt(points, place);
+    if (wall.shape !== "polyline" || index >= points.length) return null;
+    const [a, b] = [points[index - 1], points[index]];
+    const length = Math.hypot(b[0] - a[0], b[1] - a[1]);
+    if (length < DOOR + 0.2) return null;
+    const t = ((place[0] - a[0]) * (b[0] - a[0]) + (place[1] - a[1]) * (b[1] - a[1])) / length;
+    const from = Math.min(length - DOOR - 0.1, Math.max(0.1, t - DOOR / 2));
+    const at = (s) => [0, 1].map((i) => round(a[i] + (s / length) * (b[i] - a[i])));
+    return [
+      { ...wall, points: [...points.slice(0, index), at(from)] },
+      { ...wall, points: [at(from + DOOR), ...points.slice(index)] },
+    ];
+  }
+  if (!isPoint(wall.center) || !isPoint(wall.size)) return null;
+  const axis = wall.size[0] >= wall.size[1] ? 0 : 1;
+  const length = wall.size[axis];
+  if (length < DOOR + 0.2) return null;
+  const yaw = (wall.yaw ?? 0) + (axis ? Math.PI / 2 : 0);
+  const [c, s] = [Math.cos(yaw), Math.sin(yaw)];
+  const t = (place[0] - wall.center[0]) * c + (place[1] - wall.center[1]) * s;
+  const middle = Math.max(-length / 2 + DOOR / 2 + 0.1, Math.min(length / 2 - DOOR / 2 - 0.1, t));
+  const piece = (low, high) => {
+    const size = [...wall.size];
+    size[axis] = round(high - low);
+    const m = (low + high) / 2;
+    return { ...wall, center: [round(wall.center[0] + m * c), round(wall.center[1] + m * s)], size };
+  };
+  return [piece(-length / 2, middle - DOOR / 2), piece(middle + DOOR / 2, length / 2)];
+}
+
+function doorTool(store) {
+  return {
+    name: "door",
+    title: "Door",
+    icon: "door",
+    key: "d",
+    hint: "Click a wall where a door of 0.9 m is to be.",
+    down(place, event, target) {
+      const key = target.closest?.("[data-key^='world/walls/']")?.getAttribute("data-key");
+      const path = key?.split("/").map((it, i) => (i === 2 ? Number(it) : it));
+      const halves = path && withDoor(valueAt(store.data, path), place);
+      if (!halves) {
+        store.say("A door needs a straight wall of at least 1.1 m: click one.");
+        return null;
+      }
+      const walls = store.get(WALLS);
+      const second = { ...halves[1], ...(halves[1].name ? { name: freeName(halves[1].name, new Set(walls.map((it) => it?.name))) } : {}) };
+      const ops = [["set", path, halves[0]], ["insert", [...WALLS, path[2] + 1], second]];
+      store.edit("Add a door", ops);
+      store.tools.choose("select");
+      return null;
+    },
+    finish: () => false,
+  };
+}
+
+/** Furniture: a palette of its kinds, each placed by a click. */
+function furnitureTool(store, map) {
+  let kind = null;
+  const search = h("input", { type: "search", placeholder: "Furniture …", "aria-label": "Kind of furniture", oninput: () => showKinds() });
+  const list = h("div", { class: "palette-list" });
+  const palette = h("div", { class: "palette", hidden: true, role: "group", "aria-label": "Furniture" }, search, list);
+  map.element.append(palette);
+
+  const members = () => membersOf(store.catalog.schema, ["world", "furniture", 0]);
+  function choose(member) {
+    kind = member;
+    showKinds();
+    store.tell("hint", { text: tool.hint });
+    map.element.focus({ preventScroll: true });
+  }
+  function found() {
+    const words = search.value.trim().toLowerCase().replace(/ /g, "_");
+    return members().filter((it) => it.tag.includes(words));
+  }
+  function showKinds() {
+    fill(
+      list,
+      found().map((it) =>
+        h("button", { type: "button", class: "chip", "aria-pressed": String(kind?.tag === it.tag), onclick: () => choose(it) }, it.tag.replace(/_/g, " ")),
+      ),
+    );
+  }
+  search.addEventListener("keydown", (event) => {
+    if (event.key === "Enter" && found().length) {
+      choose(found()[0]);
+      tool.down(map.view.middle.map((it) => Math.round(it * 10) / 10), { detail: 1 });
+    } else if (event.key === "Escape") {
+      store.tools.choose("select");
+      map.element.focus({ preventScroll: true });
+    } else if (event.key !== "Enter") {
+      return;
+    }
+    event.preventDefault();
+  });
+  for (const name of ["pointerdown", "wheel"]) palette.addEventListener(name, (event) => event.stopPropagation());
+
+  const tool = {
+    name: "furniture",
+    title: "Furniture",
+    icon: "furniture",
+    key: "f",
+    get hint() {
+      return kind ? `Click where the ${kind.tag.replace(/_/g, " ")} is to be.` : "Choose a kind of furniture.";
+    },
+    enter() {
+      palette.hidden = false;
+      kind ??= members()[0] ?? null;
+      showKinds();
+      search.focus();
+    },
+    down(place) {
+      if (!kind) return null;
+      const name = newName(store, FURNITURE, kind.tag);
+      const value = { [kind.key]: kind.tag, name, center: place };
+      const { size = [0.5, 0.5], height = 1 } = defaultsOf(kind.schema);
+      add(store, `Add ${name}`, [{ list: FURNITURE, value }], [boxOutline({ center: place, size, height }, kind.tag)]);
+      return null;
+    },
+    finish: () => false,
+    leave() {
+      palette.hidden = true;
+    },
+  };
+  return tool;
+}
+
+/** Returns the tools for walls and furniture. */
+export function worldTools(store, map) {
+  return [
+    lineTool(store, map, { name: "wall", title: "Wall", picture: "wall", key: "w", shape: "polyline", least: 2, closes: false }),
+    lineTool(store, map, { name: "polygon", title: "Polygon", picture: "polygon", key: "o", shape: "polygon", least: 3, closes: true }),
+    areaTool(store, map, {
+      name: "box",
+      title: "Box",
+      picture: "box",
+      key: "b",
+      hint: "Pull a box from corner to corner.",
+      partsFor(box) {
+        const name = newName(store, WALLS, "box");
+        return [`Add ${name}`, [{ name, ...box }]];
+      },
+    }),
+    areaTool(store, map, {
+      name: "room",
+      title: "Room of four walls",
+      picture: "room",
+      key: "O",
+      hint: "Pull a room from corner to corner.",
+      partsFor: (box) => roomParts(store, box),
+    }),
+    doorTool(store),
+    furnitureTool(store, map),
+  ];
+}
+

@@ -1,0 +1,156 @@
+"""What a process of the worker does: it answers what its parent asks."""
+
+from collections import deque
+from collections.abc import Sequence
+import contextlib
+import json
+import logging
+from multiprocessing.connection import Connection
+import os
+import sys
+import threading
+import time
+
+from hunav_drake.editor.worker.handle import Message
+
+# How much more than others the process lets others run: it is in nobody's way.
+_NICE = 5
+
+
+class Stopped(Exception):
+    """The parent does not want the run any more."""
+
+
+class Channel:
+    """The child's end of the pipe."""
+
+    def __init__(self, connection: Connection) -> None:
+        self._connection = connection
+        self._waiting: deque[Message] = deque()
+
+    def send(self, message: Message) -> None:
+        """Sends a message to the parent."""
+        self._connection.send_bytes(json.dumps(message).encode())
+
+    def next(self) -> Message:
+        """Returns the next message, as soon as there is one."""
+        if not self._waiting:
+            self._waiting.append(self._read())
+        message = self._waiting.popleft()
+        # Of questions about a text, the last one counts.
+        self._read_all()
+        while message["do"] == "check" and any(
+            it["do"] == "check" for it in self._waiting
+        ):
+            message = self._waiting.popleft()
+        return message
+
+    def look(self) -> None:
+        """Answers questions during a run; other messages wait.
+
+        Raises:
+            Stopped: If the parent wants no more of it.
+        """
+        self._read_all()
+        for message in [*self._waiting]:
+            if message["do"] in ("stop", "end"):
+                if message["do"] == "stop":
+                    self._waiting.remove(message)
+                raise Stopped
+        if any(it["do"] in _ANSWERS for it in self._waiting):
+            others = [it for it in self._waiting if it["do"] not in _ANSWERS]
+            asked = {it["do"]: it for it in self._waiting if it not in others}
+            self._waiting = deque(others)
+            for message in asked.values():
+                answer(self, message)
+
+    def _read_all(self) -> None:
+        while self._connection.poll():
+            self._waiting.append(self._read())
+
+    def _read(self) -> Message:
+        try:
+            message: Message = json.loads(self._connection.recv_bytes())
+        except (EOFError, OSError):
+            # The parent is gone: nobody is left to work for.
+            os._exit(0)
+        return message
+
+
+# What is answered at once, of each kind the last one.
+_ANSWERS = ("check", "summary")
+
+
+def answer(channel: Channel, message: Message) -> None:
+    """Answers a question."""
+    if message["do"] == "check":
+        from hunav_drake.editor.worker.names import find_names_faults
+
+        faults = find_names_faults(
+            message["text"], message["folder"], message["name"]
+        )
+        channel.send(
+            {"kind": "checked", "ticket": message["ticket"], "faults": faults}
+        )
+    else:
+        from hunav_drake.editor.worker.statistics import summary_rows
+
+        rows = summary_rows(message["runs"])
+        channel.send({"kind": "summary", "rows": rows})
+
+
+def main(descriptor: int, imports: Sequence[str]) -> None:
+    """Works until the parent ends it.
+
+    Args:
+        descriptor: The file descriptor of the pipe.
+        imports: Modules of users to import.
+    """
+    with contextlib.suppress(OSError):
+        os.nice(_NICE)
+    watch = threading.Thread(target=_end_with, args=[os.getppid()], daemon=True)
+    watch.start()
+    channel = Channel(Connection(descriptor))
+    _import(imports)
+    from hunav_drake.editor.worker.catalog import make_catalog
+    from hunav_drake.editor.worker.trials import Trials
+    from hunav_drake.systems.common.choice_loading import registered_only
+
+    logging.getLogger("drake").setLevel(logging.WARNING)
+    # A scenario runs no code but what was imported above.
+    with registered_only():
+        channel.send(make_catalog())
+        trials = Trials(channel)
+        trials.warm_up()
+        channel.send({"kind": "worker", "status": "ready", "message": ""})
+        while True:
+            message = channel.next()
+            match message["do"]:
+                case "end":
+                    # At once: nothing is left to be put in order.
+                    os._exit(0)
+                case "run":
+                    trials.run(message)
+                case "check" | "summary":
+                    answer(channel, message)
+
+
+def _end_with(parent: int) -> None:
+    """Ends the process with its parent, also while it is being loaded."""
+    while os.getppid() == parent:
+        time.sleep(1.0)
+    os._exit(0)
+
+
+def _import(names: Sequence[str]) -> None:
+    """Imports modules of users; what is wrong with one is printed."""
+    if not names:
+        return
+    from hunav_drake.commands.errors import InputError
+    from hunav_drake.commands.user_code import import_user_code
+
+    try:
+        import_user_code(names)
+    except InputError as error:
+        print(error, flush=True)
+        sys.exit(1)

@@ -1,0 +1,74 @@
+"""Statistics of the runs in the editor's table."""
+
+from collections.abc import Sequence
+import math
+from typing import Any
+
+import pandas as pd
+
+from hunav_drake.results.quantity_text import number_text
+from hunav_drake.results.statistics import summarize
+from hunav_drake.systems.evaluation.metrics import METRICS
+
+
+def plain_number(value: float) -> float | str | None:
+    """Returns a number as JSON has it, as in the files of results.
+
+    NaN is None, and infinity the text "Infinity" or "-Infinity".
+    """
+    if math.isnan(value):
+        return None
+    if math.isinf(value):
+        return "Infinity" if value > 0 else "-Infinity"
+    return float(value)
+
+
+def value_text(metric: str, value: float) -> str:
+    """Returns the value of a metric as tables show it."""
+    known = METRICS.get(metric)
+    return number_text(float(value), known.unit if known else "")
+
+
+def summary_rows(runs: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Returns mean and interval of each metric over the runs of a planner.
+
+    Args:
+        runs: Of each run its "planner" and "metrics".
+
+    Returns:
+        A row for each planner and metric that has a value, with n, mean, low
+        and high (95 %), and their texts.
+    """
+    values = [
+        {
+            name: math.nan if value is None else float(value)
+            for name, value in run["metrics"].items()
+        }
+        for run in runs
+    ]
+    table = pd.DataFrame(values)
+    metrics = [name for name in table.columns if table[name].notna().any()]
+    if not metrics:
+        return []
+    table.insert(0, "planner", [run["planner"] for run in runs])
+    summary = summarize(table, by="planner", metrics=metrics)
+    rows = []
+    for (planner, metric), row in summary.iterrows():
+        numbers = {
+            key: plain_number(float(row[key]))
+            for key in ("mean", "low", "high")
+        }
+        texts = {
+            f"{key}_text": value_text(metric, float(row[key]))
+            for key in numbers
+        }
+        rows.append(
+            {
+                "planner": planner,
+                "metric": metric,
+                "n": int(row["n"]),
+                **numbers,
+                **texts,
+            }
+        )
+    return rows

@@ -1,0 +1,266 @@
+"""Runs of trials in a process of the worker."""
+
+import dataclasses
+from pathlib import Path
+import time
+from typing import Any
+
+from pydrake.geometry import Meshcat
+from pydrake.systems.framework import Context, Diagram
+
+from hunav_drake.editor.worker.child import Channel, Stopped
+from hunav_drake.editor.worker.statistics import plain_number, value_text
+from hunav_drake.replay import (
+    RecordReplay,
+    SaveReplay,
+    SetView,
+    StartMeshcatLocal,
+)
+from hunav_drake.report.writing import WriteReport
+from hunav_drake.results.files import WriteResult
+from hunav_drake.results.trial_result import TrialResult
+from hunav_drake.scenario import (
+    LoadScenario,
+    SaveScenario,
+    Scenario,
+    draw_people,
+)
+from hunav_drake.scenario.error import ScenarioError
+from hunav_drake.simulation import RunTrial
+from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.layout import STATE_SIZE
+from hunav_drake.systems.planning.planner_error import PlannerError
+from hunav_drake.trial_diagram import MakeTrialDiagram
+
+# The least time between two frames, in seconds; between them, nobody looks
+# for messages.
+FRAME_TIME = 0.05
+
+# Paths that are drawn have at most so many instants, and numbers in all.
+_MAX_INSTANTS = 600
+_MAX_NUMBERS = 90_000
+
+# What is farther away is a person outside of the world, in meters.
+_OUTSIDE = 1e5
+
+
+class Trials:
+    """Runs trials, one after the other.
+
+    The diagram is kept for the next run of the same scenario.
+    """
+
+    def __init__(self, channel: Channel) -> None:
+        self._channel = channel
+        self._made_for: tuple[Any, ...] = ()
+        self._scenario: Scenario | None = None
+        self._diagram: Diagram | None = None
+        self._meshcat: Meshcat | None = None
+
+    def warm_up(self) -> None:
+        """Runs a moment of a shipped scenario, so that all code is there."""
+        scenario = LoadScenario(
+            filename="passing", overrides=["simulation.duration=0.5"]
+        )
+        RunTrial(scenario)
+
+    def run(self, message: dict[str, Any]) -> None:
+        """Does a run; sends frames, the result, and where its files are."""
+        folder = None
+        result: dict[str, Any]
+        try:
+            trial = self._simulate(message)
+            result = result_message(trial)
+            self._channel.send(result)
+            folder = self._write(trial, message)
+        except Stopped:
+            pass
+        except Exception as error:
+            self._made_for = ()
+            self._channel.send(
+                {
+                    "kind": "result",
+                    "end_reason": "failed",
+                    "error": _words(error),
+                }
+            )
+        self._channel.send(
+            {"kind": "idle", "folder": None if folder is None else str(folder)}
+        )
+
+    def _simulate(self, message: dict[str, Any]) -> TrialResult:
+        scenario, diagram = self._made(message)
+        assert self._meshcat is not None
+        seed = message["seed"]
+        if seed is not None:
+            simulation = dataclasses.replace(scenario.simulation, seed=seed)
+            self._scenario = dataclasses.replace(
+                scenario, simulation=simulation
+            )
+        watch = FrameSender(
+            diagram, self._channel, message["run"], scenario.simulation.duration
+        )
+        scene = diagram.GetSubsystemByName("scene")
+        visualizer = scene.GetSubsystemByName("meshcat_visualizer")
+        # Recorded here and not by RunTrial, which would show it live as well:
+        # that takes twice as long, and nobody looks.
+        with RecordReplay(visualizer):
+            result = RunTrial(
+                scenario,
+                seed,
+                diagram=diagram,
+                realtime_rate=message["speed"],
+                watch=watch,
+            )
+            diagram.ForcedPublish(watch.context)
+        watch.send()
+        return result
+
+    def _made(self, message: dict[str, Any]) -> tuple[Scenario, Diagram]:
+        """Returns the scenario of a run, and its diagram."""
+        keys = ("text", "folder", "filename", "name", "planner")
+        made_for = tuple(message[key] for key in keys)
+        if made_for != self._made_for:
+            self._made_for = ()
+            scenario = load_scenario(message)
+            self._channel.look()
+            self._meshcat = StartMeshcatLocal()
+            people = draw_people(scenario)
+            SetView(self._meshcat, scenario.world, people, scenario.robot)
+            self._diagram = MakeTrialDiagram(scenario, self._meshcat)
+            self._scenario = scenario
+            self._made_for = made_for
+            self._channel.look()
+        assert self._scenario is not None
+        assert self._diagram is not None
+        return self._scenario, self._diagram
+
+    def _write(self, result: TrialResult, message: dict[str, Any]) -> Path:
+        """Writes the files of a run into a folder of their own."""
+        scenario, meshcat = self._scenario, self._meshcat
+        assert scenario is not None
+
+        def add_pages(folder: Path) -> None:
+            self._channel.look()
+            SaveScenario(scenario, folder / "scenario.yaml")
+            replay = folder / "replay.html"
+            SaveReplay(meshcat, replay)
+            self._channel.look()
+            WriteReport(result, folder / "report.html", replay=replay)
+
+        return WriteResult(result, message["out"], add=add_pages)
+
+
+def load_scenario(message: dict[str, Any]) -> Scenario:
+    """Returns the scenario of a run, called by its file if not by itself."""
+    planner = message["planner"]
+    scenario = LoadScenario(
+        data=message["text"],
+        folder=message["folder"],
+        scenario_name=message["name"],
+        overrides=[] if planner is None else {"planner.name": planner},
+    )
+    filename = message["filename"]
+    default = message["name"] or (Path(filename).stem if filename else "")
+    return dataclasses.replace(scenario, name=scenario.name or default[:64])
+
+
+class FrameSender:
+    """Sends what a trial shows, now and then, and looks for messages."""
+
+    def __init__(
+        self, diagram: Diagram, channel: Channel, run: int, duration: float
+    ) -> None:
+        self.context: Context | None = None
+        self._diagram = diagram
+        self._channel = channel
+        self._run = run
+        self._duration = duration
+        self._last = 0.0
+
+    def __call__(self, context: Context) -> bool:
+        """Is called after each step; never holds the trial."""
+        self.context = context
+        present = time.monotonic()
+        if present - self._last >= FRAME_TIME:
+            self._channel.look()
+            self.send()
+            self._last = time.monotonic()
+        return True
+
+    def send(self) -> None:
+        """Sends where everybody is."""
+        context = self.context
+        if context is None:
+            return
+        states, robot, status = (
+            self._diagram.GetOutputPort(name).Eval(context)
+            for name in ("human_states", "robot_state", "behavior_status")
+        )
+        seconds = context.get_time()
+        self._channel.send(
+            {
+                "kind": "frame",
+                "run": self._run,
+                "time": round(seconds, 3),
+                "robot": _poses(robot)[0],
+                "people": _poses(states),
+                "activities": [int(it) for it in status],
+                "progress": min(seconds / self._duration, 1.0),
+            }
+        )
+
+
+def result_message(result: TrialResult) -> dict[str, Any]:
+    """Returns a result as a message."""
+    metrics = {
+        str(name): float(value) for name, value in result.metrics.items()
+    }
+    failed = result.end_reason == "planner_failed"
+    return {
+        "kind": "result",
+        "planner": result.provenance.get("planner"),
+        "seed": result.provenance.get("seed"),
+        "end_reason": result.end_reason,
+        "message": result.end_message,
+        "end_time": result.end_time,
+        "metrics": {name: plain_number(it) for name, it in metrics.items()},
+        "texts": {name: value_text(name, it) for name, it in metrics.items()},
+        "paths": _paths(result),
+        "error": result.end_message if failed else None,
+    }
+
+
+def _paths(result: TrialResult) -> dict[str, Any]:
+    """Returns where everybody was, at some of the instants."""
+    recording = result.recording
+    count, people = recording.humans.shape[:2]
+    most = max(min(_MAX_INSTANTS, _MAX_NUMBERS // (3 * people + 3)), 2)
+    every = max(-(-count // most), 1)
+    chosen = sorted({*range(0, count, every), count - 1})
+    return {
+        "times": [round(float(recording.times[i]), 3) for i in chosen],
+        "robot": [_poses(recording.robot[i])[0] for i in chosen],
+        "people": [_poses(recording.humans[i].ravel()) for i in chosen],
+    }
+
+
+def _poses(states: Array) -> list[list[float] | None]:
+    """Returns (x, y, yaw) of rows of states; None for who is not there."""
+    rows = states.reshape(-1, STATE_SIZE)[:, :3]
+    return [
+        [round(float(number), 3) for number in row]
+        if abs(row[0]) < _OUTSIDE
+        else None
+        for row in rows
+    ]
+
+
+def _words(error: Exception) -> str:
+    """Returns in words why a run is not possible."""
+    if isinstance(error, ScenarioError):
+        text = "; ".join(str(fault) for fault in error.faults[:3])
+        return text.removeprefix("data: ")
+    if isinstance(error, PlannerError | OSError | ValueError):
+        return str(error)
+    return f"{type(error).__name__}: {error}"

@@ -1,0 +1,85 @@
+"""What scenarios may load: whose choices are looked at, whose only named."""
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
+import dataclasses
+import functools
+import sys
+from typing import Any, TypedDict, get_type_hints
+
+from pydantic import TypeAdapter
+
+_registered_only = ContextVar("_registered_only", default=False)
+_not_loaded: ContextVar[tuple[Any, ...]] = ContextVar("_not_loaded", default=())
+
+
+@contextmanager
+def registered_only(*not_loaded: Any) -> Iterator[None]:
+    """Lets scenarios choose what is registered; no module is run for them.
+
+    Args:
+        not_loaded: Registers whose own modules are not loaded, either. Their
+            choices are not looked at, but for what all of them have: see
+            `UnloadedChoice`.
+    """
+    tokens = _registered_only.set(True), _not_loaded.set(not_loaded)
+    try:
+        yield
+    finally:
+        _registered_only.reset(tokens[0])
+        _not_loaded.reset(tokens[1])
+
+
+def may_import(module: str) -> bool:
+    """Tells whether a choice may be named by its place in a module."""
+    return module in sys.modules or not _registered_only.get()
+
+
+def is_loaded(registry: Any) -> bool:
+    """Tells whether the choices of a register may be loaded."""
+    return not any(registry is other for other in _not_loaded.get())
+
+
+class UnloadedChoice:
+    """Stands for a choice whose class is not loaded: see `registered_only`.
+
+    Its attributes are the fields that all choices of its kind have.
+    """
+
+    def __init__(self, base: Any, data: Mapping[str, Any]) -> None:
+        """Takes a choice as data, and checks the common fields.
+
+        Args:
+            base: The class that all choices of the kind derive from.
+            data: The tag with the name, and what stands beside it.
+
+        Raises:
+            ValidationError: If a common field is outside its range.
+        """
+        defaults, adapter = _common(base)
+        self.__dict__.update(defaults)
+        self.__dict__.update(adapter.validate_python(dict(data)))
+        self._data = {**defaults, **data}
+
+    def __eq__(self, other: object) -> bool:
+        """Tells whether another one says the same."""
+        if not isinstance(other, UnloadedChoice):
+            return NotImplemented
+        return self._data == other._data
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def as_data(self) -> dict[str, Any]:
+        """Returns it as plain data, with the defaults of common fields."""
+        return dict(self._data)
+
+
+@functools.cache
+def _common(base: Any) -> tuple[dict[str, Any], TypeAdapter[Any]]:
+    """Returns the fields of a base class: their defaults and their rules."""
+    hints = get_type_hints(base, include_extras=True)
+    own = dataclasses.fields(base) if dataclasses.is_dataclass(base) else ()
+    fields = {it.name: hints[it.name] for it in own}
+    kind: Any = TypedDict("kind", fields, total=False)  # type: ignore[misc]
+    return {it.name: it.default for it in own}, TypeAdapter(kind)

@@ -1,0 +1,220 @@
+"""Forms, the text, problems and files."""
+
+import json
+
+from tests.browser.driver import SMALL, at, near
+
+
+def test_a_range_is_told_at_its_field(open_editor):
+    editor = open_editor(SMALL)
+    editor.click(-3, 2)
+    field = editor.field("desired_speed")
+    field.locator("input").fill("12")
+    editor.wait(lambda it: len(it.faults) == 1)
+    fault = field.locator(".field-fault")
+    fault.wait_for()
+    assert "[0, 10] m/s" in fault.inner_text()
+    assert field.locator("input").get_attribute("aria-invalid") == "true"
+    field.locator("input").fill("1.3")
+    editor.wait(lambda it: it.faults == [])
+    fault.wait_for(state="hidden")
+
+
+def test_fields_show_unit_range_and_help(open_editor):
+    editor = open_editor(SMALL)
+    editor.click(-3, 0)
+    field = editor.field("desired_speed")
+    field.locator("input").focus()
+    assert field.locator(".unit").inner_text() == "m/s"
+    words = editor.page.locator(".help-strip:visible").inner_text()
+    assert "prefers" in words
+    assert "0 to 10 m/s" in words
+
+
+def test_angles_may_be_typed_in_degrees_and_keys_reset(open_editor):
+    editor = open_editor(SMALL)
+    editor.click(-3, 2)
+    yaw = editor.field("pose").locator("input").nth(2)
+    yaw.fill("90deg")
+    yaw.press("Enter")
+    editor.wait(
+        lambda it: near([at(it.data, ["humans", 1, "pose", 2])], [1.5708], 1e-3)
+    )
+    editor.field("desired_speed").get_by_role("button").click()
+    editor.wait(lambda it: "desired_speed" not in it.data["humans"][1])
+    assert editor.field("desired_speed").locator("input").input_value() == ""
+    assert "1.2" in editor.field("desired_speed").locator(
+        "input"
+    ).get_attribute("placeholder")
+
+
+def test_typed_text_moves_the_map(open_editor):
+    editor = open_editor(SMALL)
+    editor.tab("yaml")
+    area = editor.page.locator("textarea.yaml")
+    area.fill(SMALL.replace("pose: [-3, 0, 0]", "pose: [-1, 0, 0]"))
+    editor.wait_for(["humans", 0, "pose"], [-1, 0, 0])
+    moved = "[data-key='humans/0'] > g[transform='translate(-1 0)']"
+    editor.page.locator(moved).wait_for(state="attached")
+
+
+def test_broken_text_is_told_and_the_map_kept(open_editor):
+    editor = open_editor(SMALL)
+    editor.tab("yaml")
+    area = editor.page.locator("textarea.yaml")
+    area.fill(SMALL.replace("goals: [[1, 2]]", "goals: [[1, 2]"))
+    banner = editor.page.locator(".banner")
+    banner.wait_for()
+    assert "line" in banner.inner_text()
+    assert editor.page.locator(".map .person").count() == 2
+    # Edits on the map wait.
+    editor.drag((-3, 0), (-2, 1))
+    editor.settle()
+    assert at(editor.session.data, ["humans", 0, "pose"]) == [-3, 0, 0]
+    area.fill(SMALL)
+    banner.wait_for(state="hidden")
+
+
+def test_selection_marks_lines_and_the_caret_selects(open_editor):
+    editor = open_editor(SMALL)
+    editor.tab("yaml")
+    editor.click(-3, 2)
+    editor.page.locator(".line-mark").wait_for()
+    area = editor.page.locator("textarea.yaml")
+    start = SMALL.index("# at the door")
+    area.focus()
+    area.evaluate("(it, at) => it.setSelectionRange(at, at)", start)
+    editor.press("ArrowRight")
+    editor.page.locator("[data-key='humans/0'].selected").wait_for()
+
+
+def test_an_edit_keeps_comments_and_spacing(open_editor):
+    editor = open_editor(SMALL)
+    editor.click(-3, 2)
+    editor.field("desired_speed").locator("input").fill("0.9")
+    editor.wait_for(["humans", 1, "desired_speed"], 0.9)
+    wanted = SMALL.replace("desired_speed: 1.1", "desired_speed: 0.9")
+    editor.wait(lambda it: it.text == wanted)
+    assert "pose: [ -3, 2.0,0 ]" in wanted
+
+
+def test_agents_and_metrics_of_hunavsim_are_imported(open_editor, tmp_path):
+    agents = tmp_path / "agents.yaml"
+    agents.write_text(AGENTS)
+    editor = open_editor("robot: {start: [5, 5, 0]}\n")
+    with editor.page.expect_file_chooser() as chosen:
+        editor.page.get_by_role("button", name="File").click()
+        editor.page.get_by_text("Import agents.yaml").click()
+    chosen.value.set_files(agents)
+    editor.wait(lambda it: len(it.data.get("humans", [])) == 1)
+    assert near(at(editor.session.data, ["humans", 0, "pose"])[:2], (1, 2))
+    assert editor.page.locator(".map .person").count() == 1
+    editor.page.keyboard.press("Escape")
+    editor.page.locator(".step").first.click()
+    editor.wait(lambda it: not it.data.get("humans"))
+
+
+def test_save_writes_that_file_only(open_editor, tmp_path):
+    other = tmp_path / "other.yaml"
+    other.write_text("humans: []\n")
+    editor = open_editor(SMALL)
+    editor.drag((-3, 0), (-2, 1))
+    editor.wait(
+        lambda it: near(at(it.data, ["humans", 0, "pose"])[:2], (-2, 1))
+    )
+    assert (tmp_path / "scene.yaml").read_text() == SMALL
+    editor.page.locator(".unsaved").wait_for()
+    editor.press("Control+s")
+    editor.page.locator(".unsaved").wait_for(state="hidden")
+    assert (tmp_path / "scene.yaml").read_text() == editor.session.text
+    assert sorted(it.name for it in tmp_path.iterdir()) == [
+        "other.yaml",
+        "scene.yaml",
+    ]
+    assert other.read_text() == "humans: []\n"
+
+
+def test_a_file_changed_by_another_is_asked_for(open_editor, tmp_path):
+    editor = open_editor(SMALL)
+    editor.drag((-3, 0), (-2, 1))
+    editor.wait(
+        lambda it: near(at(it.data, ["humans", 0, "pose"])[:2], (-2, 1))
+    )
+    (tmp_path / "scene.yaml").write_text(SMALL.replace("bruno", "berta"))
+    dialog = editor.page.locator("dialog[open]")
+    dialog.wait_for()
+    assert "changed by another program" in dialog.inner_text()
+    dialog.get_by_role("button", name="Yes").click()
+    editor.wait(lambda it: at(it.data, ["humans", 1, "name"]) == "berta")
+
+
+def test_what_was_not_saved_outlives_the_page(open_editor, tmp_path):
+    editor = open_editor(SMALL)
+    editor.drag((-3, 0), (-2, 1))
+    editor.wait(
+        lambda it: near(at(it.data, ["humans", 0, "pose"])[:2], (-2, 1))
+    )
+    kept = editor.session.text
+    editor.page.wait_for_timeout(400)
+    # The server is gone and comes back with the file as it was.
+    editor.session.receive({"do": "reload", "confirm": True})
+    editor.page.wait_for_timeout(500)
+    editor.page.evaluate(
+        "t => localStorage.setItem(...t)",
+        [
+            f"hunav-edit:{tmp_path / 'scene.yaml'}",
+            json.dumps({"text": kept, "time": 4e12}),
+        ],
+    )
+    page = editor.new_page()
+    dialog = page.locator("dialog[open]")
+    dialog.wait_for()
+    assert "not saved" in dialog.inner_text()
+    dialog.get_by_role("button", name="Restore").click()
+    editor.wait(lambda it: it.text == kept)
+
+
+def test_two_pages_stay_in_step(open_editor):
+    editor = open_editor(SMALL)
+    other = editor.new_page()
+    editor.drag((-3, 0), (-2, 1))
+    editor.wait(
+        lambda it: near(at(it.data, ["humans", 0, "pose"])[:2], (-2, 1))
+    )
+    moved = "[data-key='humans/0'] > g[transform='translate(-2 1)']"
+    other.locator(moved).wait_for(state="attached")
+    other.locator(".step").first.click()
+    editor.wait(lambda it: it.text == SMALL)
+    back = "[data-key='humans/0'] > g[transform='translate(-3 0)']"
+    editor.page.locator(back).wait_for(state="attached")
+
+
+AGENTS = """\
+hunav_loader:
+  ros__parameters:
+    map: hall
+    publish_people: true
+    agents: [agent1]
+    agent1:
+      id: 1
+      skin: 0
+      group_id: -1
+      max_vel: 1.5
+      radius: 0.4
+      behavior:
+        type: 1
+        configuration: 0
+        duration: 40.0
+        once: true
+        vel: 0.6
+        dist: 0.0
+        goal_force_factor: 2.0
+        obstacle_force_factor: 10.0
+        social_force_factor: 5.0
+        other_force_factor: 20.0
+      init_pose: {x: 1.0, y: 2.0, z: 1.25, h: 0.0}
+      goal_radius: 0.3
+      cyclic_goals: true
+      goals: [g0]
+      g0: {x: 3.0, y: 2.0, h: 1.25}
+"""

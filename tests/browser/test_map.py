@@ -1,0 +1,210 @@
+"""People, goals and the robot on the map, by the mouse and by keys."""
+
+import math
+
+from tests.browser.driver import SMALL, at, near
+
+
+def test_a_dragged_person_is_there_in_data_text_and_form(open_editor):
+    editor = open_editor(SMALL)
+    editor.drag((-3, 2), (-1, 1))
+    editor.wait(lambda it: near(at(it.data, ["humans", 1, "pose"]), (-1, 1, 0)))
+    # Written as it was, with its spaces.
+    editor.wait(lambda it: "pose: [ -1, 1,0 ]" in it.text)
+    values = editor.field("pose").locator("input")
+    assert [float(it.input_value()) for it in values.all()] == [-1, 1, 0]
+    assert "# at the door" in editor.session.text
+    # One step, with a name.
+    undo = editor.page.locator(".step").first
+    assert undo.get_attribute("title").endswith("Move bruno")
+    undo.click()
+    editor.wait(lambda it: it.text == SMALL)
+    assert undo.is_disabled()
+
+
+def test_the_chain_follows_a_dragged_goal(open_editor):
+    editor = open_editor(SMALL)
+    way = editor.page.locator('[data-chain="humans/0"] + .way')
+    with editor.pressed(2, 0):
+        editor.drop_at((2, 1))
+        editor.page.wait_for_timeout(100)
+        # While it is still held.
+        assert way.get_attribute("d") == "M-3 0L0 0L2 1"
+        assert at(editor.session.data, ["humans", 0, "goals", 1]) == [2, 0]
+    editor.wait_for(["humans", 0, "goals", 1], [2, 1])
+    assert at(editor.session.data, ["humans", 0, "goals", 0]) == [0, 0]
+
+
+def test_a_person_is_turned_by_the_handle_and_by_keys(open_editor):
+    editor = open_editor(SMALL)
+    editor.click(-3, 0)
+    editor.drag_handle("turn", (-3, 2))
+    editor.wait(
+        lambda it: (
+            abs(at(it.data, ["humans", 0, "pose", 2]) - math.pi / 2) < 0.02
+        )
+    )
+    before = at(editor.session.data, ["humans", 0, "pose", 2])
+    editor.press("]")
+    editor.wait(
+        lambda it: (
+            abs(at(it.data, ["humans", 0, "pose", 2]) - before + math.pi / 12)
+            < 2e-3
+        )
+    )
+
+
+def test_the_robot_is_placed_by_press_and_pull(open_editor):
+    editor = open_editor(SMALL)
+    editor.tool("robot")
+    editor.drag((-2, -1), (-2, -0.2))
+    editor.wait(
+        lambda it: near(at(it.data, ["robot", "start"]), (-2, -1, 1.571), 0.03)
+    )
+    editor.tool("robot-goal")
+    editor.drag((2, -1), (3, -1))
+    editor.wait(
+        lambda it: near(at(it.data, ["robot", "goal"]), (2, -1, 0), 0.03)
+    )
+    editor.drag((2, -1), (1, -1.5))
+    editor.wait(
+        lambda it: near(at(it.data, ["robot", "goal"]), (1, -1.5, 0), 0.03)
+    )
+
+
+def test_a_person_with_goals_is_added_by_the_mouse(open_editor):
+    editor = open_editor(SMALL)
+    editor.tool("person")
+    editor.drag((0, 1), (0, 2))
+    editor.click(1, 1)
+    editor.click(2.5, 3)
+    editor.double_click(-1, 3)
+    editor.wait(lambda it: len(it.data["humans"]) == 3)
+    editor.wait(lambda it: len(it.data["humans"][2].get("goals", [])) == 3)
+    person = editor.session.data["humans"][2]
+    assert near(person["pose"], (0, 1, 1.571), 0.03)
+    assert near(person["goals"][0], (1, 1))
+    assert near(person["goals"][2], (-1, 3))
+    # The tool goes on with the next person.
+    editor.click(4, 3)
+    editor.wait(lambda it: len(it.data["humans"]) == 4)
+    names = [it["name"] for it in editor.session.data["humans"]]
+    assert len(set(names)) == 4
+
+
+def test_goals_are_inserted_reordered_and_closed_to_a_round(open_editor):
+    editor = open_editor(SMALL)
+    editor.click(-3, 0)
+    editor.press("g")
+    # On the way from the first to the second.
+    editor.click(1, 0)
+    editor.wait(lambda it: len(at(it.data, ["humans", 0, "goals"])) == 3)
+    assert near(at(editor.session.data, ["humans", 0, "goals", 1]), (1, 0))
+    editor.click(0, 0)
+    editor.wait_for(["humans", 0, "cyclic"], True)
+    editor.press("Escape")
+    editor.page.locator('[aria-label="y of point 2"]').focus()
+    editor.press("Alt+ArrowUp")
+    editor.wait(lambda it: near(at(it.data, ["humans", 0, "goals", 0]), (1, 0)))
+    assert near(at(editor.session.data, ["humans", 0, "goals", 1]), (0, 0))
+
+
+def test_undo_brings_back_comments(open_editor):
+    editor = open_editor(SMALL)
+    editor.click(-3, 0)
+    editor.press("Delete")
+    editor.wait(lambda it: len(it.data["humans"]) == 1)
+    editor.wait(lambda it: "# at the door" not in it.text)
+    editor.press("Control+z")
+    editor.wait(lambda it: it.text == SMALL)
+    editor.press("Control+Shift+z")
+    editor.wait(lambda it: len(it.data["humans"]) == 1)
+
+
+def test_twenty_edits_are_undone_and_done_again_to_the_byte(open_editor):
+    editor = open_editor(SMALL)
+    for _ in range(4):
+        editor.click(-3, 0)
+        editor.press("]", "Control+d", "Shift+ArrowUp", "Shift+G", "Delete")
+        editor.settle()
+        editor.press("Escape")
+    editor.settle()
+    after = editor.session.text
+    assert after != SMALL
+    editor.undo_all()
+    editor.wait(lambda it: it.text == SMALL)
+    redo = editor.page.locator(".step").nth(1)
+    while not redo.is_disabled():
+        redo.click()
+        editor.settle()
+    editor.wait(lambda it: it.text == after)
+
+
+def test_several_are_moved_grouped_and_set_in_one_step_each(open_editor):
+    people = "".join(
+        f"  - {{name: p{i}, pose: [{i - 2}, 0, 0]}}\n" for i in range(5)
+    )
+    text = f"humans:\n{people}"
+    editor = open_editor(text)
+    editor.drag((-3, 1), (3, -1))
+    editor.drag((0, 0), (0, 2))
+    editor.wait(
+        lambda it: all(
+            near(p["pose"][:2], (i - 2, 2))
+            for i, p in enumerate(it.data["humans"])
+        )
+    )
+    editor.press("Control+g")
+    editor.wait(
+        lambda it: {p.get("group_id") for p in it.data["humans"]} == {1}
+    )
+    speed = editor.field("desired_speed").locator("input")
+    speed.fill("0.7")
+    speed.press("Enter")
+    editor.wait(
+        lambda it: {p.get("desired_speed") for p in it.data["humans"]} == {0.7}
+    )
+    undo = editor.page.locator(".step").first
+    for _ in range(3):
+        undo.click()
+        editor.settle()
+    editor.wait(lambda it: it.text == text)
+    assert undo.is_disabled()
+
+
+def test_what_is_pasted_has_a_name_of_its_own(open_editor):
+    editor = open_editor(SMALL)
+    editor.click(-3, 2)
+    editor.press("Control+c", "Control+v")
+    editor.wait(lambda it: len(it.data["humans"]) == 3)
+    editor.press("Control+v")
+    editor.wait(lambda it: len(it.data["humans"]) == 4)
+    names = [it["name"] for it in editor.session.data["humans"]]
+    assert len(set(names)) == 4
+    assert at(editor.session.data, ["humans", 2, "desired_speed"]) == 1.1
+
+
+def test_escape_takes_a_drag_back(open_editor):
+    editor = open_editor(SMALL)
+    with editor.pressed(-3, 0):
+        editor.drop_at((3, 1.5))
+        editor.page.wait_for_timeout(300)
+        editor.press("Escape")
+    editor.settle()
+    assert editor.session.text == SMALL
+    assert editor.part("humans/0").locator("> g").get_attribute(
+        "transform"
+    ) == ("translate(-3 0)")
+    assert editor.page.locator(".faults").inner_text() == "No problems"
+
+
+def test_copies_are_dragged_off_with_control(open_editor):
+    editor = open_editor(SMALL)
+    editor.page.keyboard.down("Control")
+    editor.drag((3, 1.5), (0, 1.5))
+    editor.page.keyboard.up("Control")
+    editor.wait(lambda it: len(it.data["world"]["furniture"]) == 2)
+    first, second = editor.session.data["world"]["furniture"]
+    assert first["center"] == [3, 1.5]
+    assert near(second["center"], (0, 1.5))
+    assert second["name"] == "desk_2"

@@ -1,0 +1,291 @@
+"""What the page has of the worker: faults, trees, metrics and runs."""
+
+import math
+import os
+import signal
+import time
+
+import pytest
+
+from tests.browser.driver import SMALL, at
+
+# The processes are loaded, perhaps on a machine that has much else to do.
+PATIENCE = 120
+PLANNER = "planner: pursuit\nsimulation: {duration: 15.0}\n"
+QUICK = f"{SMALL}{PLANNER}"
+LONG = f"{SMALL}planner: pursuit\nsimulation: {{duration: 900.0}}\n".replace(
+    "goal: [3, -2, 0]", "goal: [400, -2, 0]"
+)
+
+
+class SharedWorker:
+    """A worker that outlives the sessions which use it."""
+
+    def __init__(self, worker):
+        self.worker = worker
+
+    def __getattr__(self, name):
+        return getattr(self.worker, name)
+
+    def close(self):
+        self.worker.cancel()
+
+
+@pytest.fixture(scope="module")
+def worker():
+    from hunav_drake.editor.worker import Worker
+
+    own = Worker()
+    own.start()
+    yield own
+    own.close()
+
+
+@pytest.fixture
+def open_with_worker(open_editor, worker):
+    def start(text):
+        shared = SharedWorker(worker)
+        editor = open_editor(text, worker=shared, find_file=worker.file)
+        editor.page.wait_for_selector(
+            ".chip >> nth=3", state="attached", timeout=1000 * PATIENCE
+        )
+        return editor
+
+    return start
+
+
+def _wait_text(editor, selector, text):
+    editor.page.wait_for_selector(
+        f'{selector}:has-text("{text}")', timeout=1000 * PATIENCE
+    )
+
+
+def _run(editor, seeds="", planners=(), speed=""):
+    editor.tab("runs")
+    editor.page.get_by_label("Seeds").fill(seeds)
+    for name in planners:
+        editor.page.locator(".chip", has_text=name).first.click()
+    editor.page.get_by_label("Speed", exact=True).select_option(speed)
+    editor.page.locator(".run-side .primary").click()
+
+
+def _result(editor, count=1):
+    """Waits for results in the table."""
+    editor.page.wait_for_selector(
+        f".run-table .run-head >> nth={count - 1}", timeout=1000 * PATIENCE
+    )
+
+
+def test_an_unknown_behavior_is_a_fault_of_the_worker(open_with_worker):
+    editor = open_with_worker(
+        QUICK.replace("behavior: regular", "behavior: curios")
+    )
+    _wait_text(editor, ".faults", "1 problem")
+    fault = editor.wait(lambda it: it.faults, PATIENCE)[0]
+    assert fault["path"] == ["humans", 0, "behavior"]
+    assert "curious" in f"{fault['message']} {fault['remedy']}"
+    assert "faulty" in editor.part("humans/0").get_attribute("class")
+    # Chosen from the list, it is well again.
+    editor.click(-3, 0)
+    editor.tab("behavior")
+    editor.page.locator('[data-behavior="curious"]').click()
+    editor.wait_for(["humans", 0, "behavior"], "curious")
+    _wait_text(editor, ".faults", "No problems")
+
+
+def test_ports_of_a_behavior_are_set_and_reset(open_with_worker):
+    editor = open_with_worker(QUICK)
+    editor.click(-3, 0)
+    editor.tab("behavior")
+    editor.page.locator('[data-behavior="curious"]').click()
+    editor.wait_for(["humans", 0, "behavior"], "curious")
+    port = editor.page.locator('.ports [data-field="distance"]')
+    assert port.locator("input").get_attribute("placeholder") == "10"
+    assert port.locator(".unit").inner_text() == "m"
+    port.locator("input").fill("6.5")
+    editor.wait_for(
+        ["humans", 0, "behavior"], {"tree": "curious", "distance": 6.5}
+    )
+    assert "distance: 6.5" in editor.wait(lambda it: it.text)
+    port.locator("input").press("Tab")
+    port.locator(".reset").click()
+    editor.wait_for(["humans", 0, "behavior"], "curious")
+    picture = editor.page.locator(".tree-picture img")
+    assert picture.evaluate("it => it.naturalWidth") > 100
+    picture.click()
+    assert editor.page.locator("dialog[open] img").is_visible()
+
+
+def test_a_port_that_is_too_large_is_a_fault_at_its_field(open_with_worker):
+    editor = open_with_worker(QUICK.replace("regular", "curious"))
+    editor.click(-3, 0)
+    editor.tab("behavior")
+    port = editor.page.locator('.ports [data-field="speed"]')
+    port.locator("input").fill("99")
+    _wait_text(editor, '.ports [data-field="speed"] .field-fault', "10")
+
+
+def test_all_people_by_all_behaviors(open_with_worker):
+    editor = open_with_worker(QUICK)
+    editor.tab("behavior")
+    editor.page.get_by_label("bruno: scared").check()
+    editor.wait_for(["humans", 1, "behavior"], "scared")
+    editor.page.get_by_label("All: curious").click()
+    editor.wait(
+        lambda it: (
+            [at(it.data, ["humans", i, "behavior"]) for i in (0, 1)]
+            == ["curious", "curious"]
+        )
+    )
+    # That was one step.
+    editor.page.locator(".step").first.click()
+    editor.wait_for(["humans", 1, "behavior"], "scared")
+
+
+def test_the_shortest_list_of_metrics_is_written(open_with_worker):
+    editor = open_with_worker(QUICK)
+    editor.tab("metrics")
+    path = ["evaluator", "metrics"]
+    choose = editor.page.locator
+
+    def is_written(words):
+        editor.wait(lambda it: sorted(at(it.data, path) or []) == sorted(words))
+
+    choose('[data-choice="all"]').click()
+    is_written([])
+    choose('[data-choice="path"]').click()
+    is_written(["path"])
+    choose('[data-choice="paper"]').click()
+    words = at(editor.session.data, path)
+    editor.wait(lambda it: "paper" in at(it.data, path))
+    words = at(editor.session.data, path)
+    assert len(words) <= 3
+    choose('[data-choice="all"]').click()
+    is_written(["all"])
+    choose('[data-family="goal"]').click()
+    choose('[data-choice="completed"]').click()
+    editor.wait(lambda it: at(it.data, path) != ["all"])
+    words = at(editor.session.data, path)
+    from hunav_drake.systems.evaluation.metrics import METRICS, select_metrics
+
+    chosen = {it.name for it in select_metrics(words)}
+    assert chosen == set(METRICS) - {"completed"}
+    assert len(words) < 20
+    choose('[data-metric="completed"]').click()
+    assert editor.page.locator(".definition").first.is_visible()
+
+
+def test_a_run_moves_on_the_map_and_gives_the_table(open_with_worker):
+    from hunav_drake import LoadScenario, RunTrial
+
+    editor = open_with_worker(QUICK)
+    _run(editor, seeds="3", speed="10")
+    ghost = editor.page.locator(".ghost-body").last
+    ghost.wait_for(timeout=1000 * PATIENCE)
+    before = ghost.get_attribute("transform")
+    editor.page.wait_for_timeout(400)
+    assert ghost.get_attribute("transform") != before
+    _result(editor)
+    expected = RunTrial(LoadScenario(data=QUICK), 3).metrics
+    shown = dict(
+        editor.page.locator(".run-table [data-metric]").evaluate_all(
+            "rows => rows.map((it) => [it.dataset.metric,"
+            " it.querySelector('td').textContent])"
+        )
+    )
+    assert set(shown) == set(expected.index)
+    for name, text in shown.items():
+        value = expected[name]
+        if math.isfinite(value):
+            assert float(text) == pytest.approx(value, rel=6e-3, abs=6e-3)
+        else:
+            assert not any(it.isdigit() for it in text)
+    # The whole way, and the bodies at a time.
+    slider = editor.page.get_by_label("Time of the run in seconds")
+    slider.fill("0")
+    start = editor.page.locator(".ghost-body").last.get_attribute("transform")
+    assert start.startswith("translate(-2 -2)")
+    _wait_text(editor, ".run-links", "Replay")
+    assert "--seed 3" in editor.page.locator(".run-command").inner_text()
+    # The links show whole pages, without the cookie of the editor.
+    for name, words in (("Report", "path"), ("Replay", "")):
+        with editor.context.expect_page() as opened:
+            editor.page.locator(".run-links a", has_text=name).click()
+        page = opened.value
+        page.wait_for_load_state()
+        assert words in page.content()
+        assert page.evaluate("window.origin") == "null"
+        page.close()
+    # GPU messages of the replay are no faults of the editor.
+    editor.complaints.clear()
+
+
+def test_results_are_outdated_after_an_edit(open_with_worker):
+    editor = open_with_worker(QUICK)
+    _run(editor)
+    _result(editor)
+    outdated = editor.page.locator(".outdated")
+    assert not outdated.is_visible()
+    editor.click(-3, 2)
+    editor.press("ArrowRight")
+    editor.wait_for(["humans", 1, "pose"], [-2.95, 2.0, 0])
+    outdated.wait_for()
+    assert editor.page.locator(".ghost-body").count() == 0
+
+
+def test_a_run_is_stopped_and_another_one_done(open_with_worker, worker):
+    editor = open_with_worker(LONG)
+    _run(editor, seeds="0-2", speed="1")
+    editor.page.locator(".ghost-body").last.wait_for(timeout=1000 * PATIENCE)
+    begin = time.monotonic()
+    editor.page.get_by_role("button", name="Stop the runs").click()
+    editor.page.locator(".run-side .primary").wait_for()
+    assert time.monotonic() - begin < 2.0
+    assert editor.page.locator(".run-end.is-cancelled").count() == 3
+    # A process that dies is replaced.
+    editor.page.get_by_label("Seeds").fill("7")
+    editor.page.locator(".run-side .primary").click()
+    editor.page.locator(".run-going").wait_for(timeout=1000 * PATIENCE)
+    os.kill(worker._first.pid, signal.SIGKILL)
+    editor.page.locator(".run-end.is-failed").wait_for()
+    editor.page.get_by_label("Speed", exact=True).select_option("")
+    editor.session.receive(
+        {
+            "do": "text",
+            "id": "test",
+            "base": editor.session.state.revision,
+            "text": QUICK,
+        }
+    )
+    editor.page.locator(".run-side .primary").click()
+    editor.page.wait_for_selector(
+        ".run-table [data-metric]", timeout=1000 * PATIENCE
+    )
+
+
+def test_seeds_and_planners_stand_side_by_side(open_with_worker):
+    editor = open_with_worker(QUICK)
+    _run(editor, seeds="0, 1", planners=("pursuit", "sfm"))
+    _result(editor, 4)
+    _wait_text(editor, ".run-state", "4 runs are done")
+    heads = editor.page.locator(".run-head .run-planner").all_inner_texts()
+    assert heads == ["pursuit", "pursuit", "sfm", "sfm"]
+    _wait_text(editor, '[data-metric="path_length"] td.mean', "\u2013")
+    means = editor.page.locator('[data-metric="path_length"] td.mean')
+    assert means.count() == 2
+    values = editor.page.locator(
+        '[data-metric="path_length"] td:not(.mean)'
+    ).all_inner_texts()
+    mean = float(means.first.inner_text().split()[0])
+    assert mean == pytest.approx(
+        (float(values[0]) + float(values[1])) / 2, abs=0.01
+    )
+
+
+def test_seeds_that_cannot_be_read_are_told(open_with_worker):
+    editor = open_with_worker(QUICK)
+    _run(editor, seeds="1; 2")
+    assert (
+        editor.page.get_by_label("Seeds").get_attribute("aria-invalid")
+        == "true"
+    )

@@ -1,0 +1,49 @@
+import math
+
+import numpy as np
+import pytest
+
+from hunav_drake.editor.worker.statistics import plain_number, summary_rows
+from hunav_drake.results.intervals import mean_interval
+
+
+def test_numbers_are_those_of_json():
+    assert plain_number(1.5) == 1.5
+    assert plain_number(math.nan) is None
+    assert plain_number(math.inf) == "Infinity"
+    assert plain_number(-math.inf) == "-Infinity"
+
+
+def test_each_planner_has_mean_and_interval():
+    values = {"a": [1.0, 2.0, 4.0], "b": [3.0, 3.0, 3.0]}
+    runs = [
+        {"planner": planner, "metrics": {"path_length": it, "x": None}}
+        for planner, all_values in values.items()
+        for it in all_values
+    ]
+    rows = {row["planner"]: row for row in summary_rows(runs)}
+    assert {row["metric"] for row in rows.values()} == {"path_length"}
+    low, high = mean_interval(np.array(values["a"]))
+    assert rows["a"]["n"] == 3
+    assert rows["a"]["mean"] == pytest.approx(7 / 3)
+    assert (rows["a"]["low"], rows["a"]["high"]) == pytest.approx((low, high))
+    assert rows["b"]["low"] == rows["b"]["high"] == 3.0
+
+
+def test_one_run_has_a_mean_and_no_interval():
+    (row,) = summary_rows([{"planner": "a", "metrics": {"path_length": 2.0}}])
+    assert (row["n"], row["mean"]) == (1, 2.0)
+    assert row["low"] is None
+
+
+def test_values_of_no_run_give_no_rows():
+    assert summary_rows([{"planner": "a", "metrics": {"x": None}}]) == []
+
+
+def test_infinity_is_no_value():
+    runs = [
+        {"planner": "a", "metrics": {"path_length": it}}
+        for it in ("Infinity", 2.0)
+    ]
+    (row,) = summary_rows(runs)
+    assert (row["n"], row["mean"]) == (1, 2.0)

@@ -1,0 +1,145 @@
+"""The places of people, robots and walls, told fast, are told right."""
+
+import itertools
+import math
+
+from hypothesis import given, settings, strategies as st
+import numpy as np
+import pytest
+import shapely
+
+from hunav_drake.scenario.geometry import check_places, check_walls
+from hunav_drake.scenario.schema import Scenario
+from hunav_drake.systems.people.human_config import HumanConfig
+from hunav_drake.systems.world.furniture import FURNITURE
+from hunav_drake.systems.world.shapes import Box, Polygon, Polyline, World
+
+COORDINATES = st.floats(-4, 4).map(lambda x: round(x, 2))
+POINTS = st.tuples(COORDINATES, COORDINATES)
+SIZES = st.floats(0.1, 3).map(lambda x: round(x, 2))
+WALLS = st.one_of(
+    st.builds(
+        Box, center=POINTS, size=st.tuples(SIZES, SIZES), yaw=st.floats(-3, 3)
+    ),
+    st.builds(Polygon, points=st.lists(POINTS, min_size=3, max_size=6)),
+    st.builds(Polyline, points=st.lists(POINTS, min_size=2, max_size=5)),
+)
+FURNITURE_PARTS = st.builds(
+    lambda kind, center: FURNITURE.make({"kind": kind, "center": center}),
+    st.sampled_from(sorted(FURNITURE)),
+    POINTS,
+)
+
+
+@st.composite
+def scenarios(draw):
+    humans = [
+        HumanConfig(
+            pose=(*draw(POINTS), 0.0),
+            radius=draw(st.floats(0.1, 1.0)),
+            goals=draw(st.lists(POINTS, max_size=4)),
+        )
+        for _ in range(draw(st.integers(0, 5)))
+    ]
+    world = World(
+        walls=draw(st.lists(WALLS, max_size=6)),
+        furniture=draw(st.lists(FURNITURE_PARTS, max_size=3)),
+    )
+    return Scenario(world=world, humans=humans)
+
+
+def taken_places(scenario):
+    """Yields each place with the first thing that takes it up, one by one."""
+    shapes = [
+        (fixture.place, fixture.closed, outline)
+        for fixture in scenario.world.fixtures()
+        for outline in fixture.footprints
+    ]
+    robot = scenario.robot
+    spots = [(("robot", "start"), robot.start, robot.radius)]
+    for i, human in enumerate(scenario.humans):
+        spots.append((("humans", i, "pose"), human.pose, human.radius))
+        spots += [
+            (("humans", i, "goals", k), goal, 0.0)
+            for k, goal in enumerate(human.goals)
+        ]
+    for loc, place, radius in spots:
+        point = shapely.Point(place[:2])
+        for where, closed, outline in shapes:
+            kind = shapely.Polygon if closed else shapely.LineString
+            shape = kind(outline)
+            border = shape.boundary if closed else shape
+            inside = closed and shape.contains(point)
+            distance = border.distance(point)
+            depth = radius + distance if inside else radius - distance
+            if depth > 1e-9:
+                yield loc, ("world", *where), depth
+                break
+
+
+@settings(max_examples=80, deadline=None)
+@given(scenarios())
+def test_each_place_is_told_with_the_first_wall_that_takes_it(scenario):
+    found = check_places(scenario)
+    overlaps = [it for it in found if it.uses[-1][0] == "world"]
+    wanted = list(taken_places(scenario))
+    assert [(it.loc, it.uses[-1]) for it in overlaps] == [
+        (loc, wall) for loc, wall, _ in wanted
+    ]
+    for finding, (_, _, depth) in zip(overlaps, wanted, strict=True):
+        told = float(finding.message.split("move it ")[1].split(" m")[0])
+        assert depth - 1e-6 <= told <= depth + 0.01 + 1e-6
+
+
+@settings(max_examples=80, deadline=None)
+@given(st.lists(POINTS, min_size=3, max_size=6))
+def test_polygons_are_sound_just_as_shapely_says(points):
+    scenario = Scenario(world=World(walls=[Polygon(points=points)]))
+    found = list(check_walls(scenario))
+    # What is remembered is the same.
+    assert found == list(check_walls(scenario))
+    shape = shapely.Polygon(points)
+    assert len(found) <= 1
+    is_repeated = points[0] in (points[1], points[-1]) or any(
+        one == other for one, other in itertools.pairwise(points)
+    )
+    is_sound = shape.is_valid and shape.area > 1e-9 and not is_repeated
+    assert (not found) == is_sound
+
+
+def test_walls_are_told_by_their_own_places():
+    bow = Polygon(points=[(0, 0), (2, 2), (2, 0), (0, 2)])
+    line = Polygon(points=[(0, 0), (1, 1), (2, 2)])
+    walls = [bow, line, bow]
+    found = list(check_walls(Scenario(world=World(walls=walls))))
+    assert [it.loc for it in found] == [
+        ("world", "walls", i, "points") for i in range(3)
+    ]
+    assert "cross itself" in found[0].message
+    assert "enclose an area" in found[1].message
+    assert found[0].message == found[2].message
+
+
+def test_many_places_among_many_walls():
+    """More than are compared at once, with a known answer."""
+    grid = [(float(x), float(y)) for x in range(30) for y in range(20)]
+    walls = [Box(center=place, size=(0.4, 0.4)) for place in grid]
+    inside = [(x + 0.1, y) for x, y in grid]
+    free = [(x + 0.5, y + 0.5) for x, y in grid]
+    human = HumanConfig(pose=(-5.0, -5.0, 0.0), goals=[*inside, *free])
+    scenario = Scenario(world=World(walls=walls), humans=[human])
+    found = [it for it in check_places(scenario) if it.loc[0] == "humans"]
+    assert [it.loc[3] for it in found] == list(range(len(inside)))
+    assert [it.uses[-1] for it in found] == [
+        ("world", "walls", i) for i in range(len(walls))
+    ]
+    assert all(
+        "move it 0.10 m along (1.00, 0.00)" in it.message for it in found
+    )
+    assert math.isclose(np.hypot(*free[0]), math.sqrt(0.5))
+
+
+@pytest.mark.parametrize("count", [0, 1])
+def test_worlds_without_walls_take_no_place(count):
+    humans = [HumanConfig(pose=(3.0, 3.0, 0.0)) for _ in range(count)]
+    assert not list(check_places(Scenario(humans=humans)))
