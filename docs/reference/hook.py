@@ -11,6 +11,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 from api_pages import api_pages
 from command_reference import command_reference
+from error_reference import error_reference
 from metrics_reference import metrics_reference
 from scenario_reference import scenario_reference
 
@@ -22,6 +23,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
         "scenario_reference.md": scenario_reference(),
         "metrics_reference.md": metrics_reference(Path(config.docs_dir)),
         "command_reference.md": command_reference(),
+        "error_reference.md": error_reference(),
         **api_pages(),
     }
     for name, text in pages.items():

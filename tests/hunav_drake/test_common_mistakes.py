@@ -46,7 +46,7 @@ world:
     - {shape: box, name: east, center: [10.1, 5], size: [0.2, 10.4]}
     - {shape: box, name: shelf, center: [5, 4.8], size: [0.5, 9.6]}
 humans:
-  - {name: ana, pose: [2, 7, 0], goals: [[8, 8]]}
+  - {name: ana, pose: [2, 7, 0], goals: [[8, 8]], radius: 0.15}
 robot: {radius: 0.15, start: [2, 2, 0], goal: [8, 2, 0]}
 """
 

@@ -272,7 +272,7 @@ def test_a_scan_follows_each_input():
     [
         ({"range_min": 5.0, "range_max": 5.0}, "range_max must be above"),
         ({"height": 0.9}, "height must be at most 0.7 m .* people: discs"),
-        ({"num_rays": 0}, "greater than or equal to 1"),
+        ({"num_rays": 0}, "at least 1"),
         ({"field_of_view": 7.0}, r"must be in \(0, 6.28319\] rad, got 7"),
         ({"noise": -0.1}, r"must be in \[0, 10\] m, got -0.1"),
         ({"noise": float("nan")}, "finite number"),

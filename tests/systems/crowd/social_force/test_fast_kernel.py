@@ -194,7 +194,7 @@ def test_the_loops_are_compiled_to_vector_instructions():
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"kernel": "quick"}, "'fast', 'reference', 'numpy'"),
+        ({"kernel": "quick"}, "fast, hunavsim, numpy, reference"),
         ({"error_bound": -1.0}, r"must be in \[0, 1\] m/s\^2, got -1"),
     ],
 )

@@ -136,7 +136,11 @@ def test_the_frame_of_the_original_depends_on_the_heading():
         robot = np.array([0.0, 0.0, yaw, 0.4 * c, 0.4 * s, 0.0, 0.35])
         view = View(robot, humans, np.array([5.0, 0.0, 0.0]))
         pair = np.array([[0.6, 0.2]])
-        return weigh(planner, task(1), view, carrot, FREE, pair).costs[0]
+        odometry_yaw = 0.0 if legacy else math.nan
+        return weigh(
+            *(planner, task(1), view, carrot, FREE, pair),
+            odometry_yaw=odometry_yaw,
+        ).costs[0]
 
     for legacy in (False, True):
         a = cost(0.0, humans, (1.0, 0.0), legacy)
