@@ -15,15 +15,9 @@ from hunav_drake import (
     Scenario,
 )
 from hunav_drake.scenario import LidarConfig, SimulationConfig, World
+from tests.hunav_drake.test_physical_trials import PORTS, seen
 
-PORTS = (
-    "robot_state",
-    "human_states",
-    "contacts",
-    "velocity_command",
-    "visible",
-    "scan",
-)
+ALL = (*PORTS, "visible", "scan")
 STEP = 0.05
 STEPS = 120
 
@@ -51,19 +45,13 @@ def collision(noise=0.03) -> Scenario:
     )
 
 
-def seen(diagram, context):
-    return np.concatenate(
-        [diagram.GetOutputPort(name).Eval(context) for name in PORTS]
-    )
-
-
 def rows_of(diagram):
     """All that is seen of a trial, at each step."""
     simulator = MakeTrialSimulator(diagram)
     rows = []
     for k in range(STEPS + 1):
         simulator.AdvanceTo(k * STEP)
-        rows.append(seen(diagram, simulator.get_context()))
+        rows.append(seen(diagram, simulator.get_context(), ALL))
     return np.array(rows)
 
 
@@ -76,7 +64,7 @@ def trial():
 def test_there_is_noise_and_a_contact(trial):
     _, rows = trial
     exact = MakeTrialDiagram(collision(noise=0.0))
-    scan = seen(exact, exact.CreateDefaultContext())[-180:]
+    scan = seen(exact, exact.CreateDefaultContext(), ALL)[-180:]
     met = scan < 8
     assert met.sum() > 30
     assert 0.02 < (rows[0, -180:] - scan)[met].std() < 0.04
@@ -96,7 +84,7 @@ def test_clones_go_on_alike_at_twenty_instants(trial):
         for k in range(int(time / STEP) + 1, last + 1):
             clone.AdvanceTo(k * STEP)
             np.testing.assert_array_equal(
-                seen(diagram, clone.get_context()), expected[k]
+                seen(diagram, clone.get_context(), ALL), expected[k]
             )
 
 
