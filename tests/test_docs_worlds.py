@@ -64,7 +64,7 @@ def test_shipped_worlds_are_as_large_and_full_as_told():
 
 def test_pictures_are_there_and_small():
     pictures = re.findall(r"!\[.*\]\((.*)\)", TEXT)
-    assert len(pictures) == 5
+    assert len(pictures) == 7
     for picture in pictures:
         path = DOCS / picture
         assert path.stat().st_size <= 150_000

@@ -24,6 +24,7 @@ from hunav_drake.replay import FIELD_OF_VIEW, LIGHT_FROM, view_bounds
 from hunav_drake.systems.common.arrays import Array, Mask
 from hunav_drake.systems.scene import AddScene
 from hunav_drake.systems.scene.bounds import Bounds, view_axes
+from hunav_drake.systems.scene.surroundings import ShowCut
 from hunav_drake.views.camera import (
     Camera,
     View,
@@ -114,6 +115,7 @@ class FilmScene:
             trial.robot,
             time_step=self._step,
         )
+        ShowCut(scene.plant, scene.scene_graph)
         scene.scene_graph.AddRenderer(
             _RENDERER, _MakeRenderer(self._bounds, shadows)
         )

@@ -6,7 +6,15 @@ import itertools
 import math
 
 import numpy as np
-from pydrake.geometry import Box as BoxShape, Cylinder, Rgba
+from pydrake.geometry import (
+    Box as BoxShape,
+    Cylinder,
+    GeometrySet,
+    PerceptionProperties,
+    Rgba,
+    Role,
+    SceneGraph,
+)
 from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.multibody.plant import MultibodyPlant
 
@@ -51,6 +59,7 @@ _MAX_TILES = 100
 CUT_HEIGHT = 1.1
 _HIGHEST = 2.2
 _LID = 0.004
+_WHOLE, _SECTION = "_whole", "_cut"
 
 Quad = list[tuple[float, float]]
 
@@ -96,7 +105,8 @@ def AddWorld(plant: MultibodyPlant, world: World) -> None:
 
     Walls are "wall_0", "wall_1", ...; furniture is "furniture_0_wood", ..., a
     part for each material. Who watches sees what is higher than a door cut at
-    `CUT_HEIGHT`, with a dark section, to see into rooms; cameras see all.
+    `CUT_HEIGHT`, with a dark section, to see into rooms; cameras see all,
+    unless `ShowCut` is called.
     Models of files look as these say.
     """
     for fixture in world.fixtures():
@@ -131,8 +141,44 @@ def _AddPrisms(
         lid = [_mesh(p, CUT_HEIGHT, CUT_HEIGHT + _LID) for p in high]
         full = [_mesh(p, p.low, p.high) for p in high]
         add(name, join(cut), color, perceived=False)
-        add(f"{name}_cut", join(lid), WALL_CUT, perceived=False)
-        add(f"{name}_whole", join(full), color, shown=False)
+        add(name + _SECTION, join(lid), WALL_CUT, perceived=False)
+        add(name + _WHOLE, join(full), color, shown=False)
+
+
+def ShowCut(plant: MultibodyPlant, scene_graph: SceneGraph) -> None:
+    """Lets cameras see what is high as who watches does: cut.
+
+    For pictures of the scene from outside, which walls would hide.
+
+    Args:
+        plant: Has the geometry of `AddWorld`.
+        scene_graph: Where it is registered, and of which no Context was made.
+    """
+    inspector = scene_graph.model_inspector()
+    source = plant.get_source_id()
+    assert source is not None
+    world = GeometrySet(inspector.world_frame_id())
+    seen = {
+        inspector.GetName(it): it
+        for it in inspector.GetGeometryIds(world, Role.kPerception)
+    }
+    shown = {
+        inspector.GetName(it): it
+        for it in inspector.GetGeometryIds(world, Role.kIllustration)
+    }
+    for name, whole in seen.items():
+        stem = name.removesuffix(_WHOLE)
+        parts = [stem, stem + _SECTION]
+        # Models of files may have any names.
+        if name in shown or not all(part in shown for part in parts):
+            continue
+        scene_graph.RemoveRole(source, whole, Role.kPerception)
+        for part in parts:
+            properties = inspector.GetIllustrationProperties(shown[part])
+            color = properties.GetProperty("phong", "diffuse")
+            perception = PerceptionProperties()
+            perception.AddProperty("phong", "diffuse", color)
+            scene_graph.AssignRole(source, shown[part], perception)
 
 
 def _mesh(prism: Prism, low: float, high: float) -> TriangleMesh:

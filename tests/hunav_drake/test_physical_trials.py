@@ -47,9 +47,9 @@ def collision_course(model="pmb2", **simulation) -> Scenario:
     )
 
 
-def seen(diagram, context):
+def seen(diagram, context, ports=PORTS):
     return np.concatenate(
-        [diagram.GetOutputPort(name).Eval(context) for name in PORTS]
+        [diagram.GetOutputPort(name).Eval(context) for name in ports]
     )
 
 

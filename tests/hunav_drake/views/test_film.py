@@ -71,6 +71,32 @@ def test_robot_and_people_are_seen_where_they_are(run, view):
         assert not shot.floor[y, x]
 
 
+NARROW = """
+world:
+  walls:
+    - {shape: box, center: [0, 0.8], size: [6, 0.2]}
+    - {shape: box, center: [0, -0.8], size: [6, 0.2]}
+humans: [{pose: [1, 0, 3.14]}]
+robot: {start: [-2, 0, 0], goal: [2.5, 0, 0]}
+simulation: {duration: 0.5}
+"""
+
+
+def test_one_looks_over_high_walls(tmp_path):
+    scenario = LoadScenario(data=NARROW)
+    folder = WriteResult(
+        RunTrial(scenario),
+        tmp_path,
+        add=lambda folder: SaveScenario(scenario, folder / "scenario.yaml"),
+    )
+    trial = LoadRecordedTrial(folder)
+    assert [wall.height for wall in trial.world.walls] == [2.5, 2.5]
+    scene = FilmScene(trial, "perspective", SIZE, start=0, step=1)
+    shot = scene.Take()
+    (chest,), _ = shot.camera.Project(np.array([[1, 0, 1.3]]))
+    assert near(shot.image, chest, (0, 0.4, 0.65), reach=8, tolerance=0.2) > 15
+
+
 def test_overlays_on_the_floor_are_behind_people(run):
     trial = LoadRecordedTrial(run)
     scene = FilmScene(

@@ -17,6 +17,7 @@ from hunav_drake.systems.robot import (
 from hunav_drake.systems.scene import AddScene, SceneKinematics, scene_bounds
 from hunav_drake.systems.scene.gait import FIGURE_SIZE, SHIN, THIGH
 from hunav_drake.systems.scene.scene import frame_period
+from hunav_drake.systems.scene.surroundings import ShowCut
 from hunav_drake.systems.world.furniture import Shelf
 from hunav_drake.systems.world.shapes import Box, Polygon, Polyline, World
 from tests.systems.robot.crate import FOOTPRINT, STAGES, write_model
@@ -263,30 +264,57 @@ def test_walls_stand_where_the_world_says():
     np.testing.assert_allclose(p.max(axis=0), [-1.975, 4.025, 1.5])
 
 
+def tops(inspector, role):
+    """How high walls and furniture reach, by name, for eyes of a kind."""
+    ids = inspector.GetGeometryIds(
+        GeometrySet(inspector.world_frame_id()), role
+    )
+    return {
+        inspector.GetName(it): mesh_vertices(inspector.GetShape(it))[:, 2].max()
+        for it in ids
+        if inspector.GetName(it).startswith(("wall", "furniture"))
+    }
+
+
 def test_high_walls_are_shown_cut_but_whole_for_cameras():
     wall = Box(center=(0.0, 0.0), size=(4.0, 0.2))
     dut = Trial(World(walls=[wall], furniture=[Shelf(center=(0, 1))]))
     assert wall.height > 2.2
-    inspector = dut.inspector
-
-    def tops(role):
-        ids = inspector.GetGeometryIds(
-            GeometrySet(inspector.world_frame_id()), role
-        )
-        return {
-            inspector.GetName(it): mesh_vertices(inspector.GetShape(it))[
-                :, 2
-            ].max()
-            for it in ids
-            if inspector.GetName(it).startswith(("wall", "furniture"))
-        }
-
-    shown, perceived = tops(Role.kIllustration), tops(Role.kPerception)
+    shown = tops(dut.inspector, Role.kIllustration)
+    perceived = tops(dut.inspector, Role.kPerception)
     assert max(z for name, z in shown.items() if "wall" in name) < 1.2
     assert max(z for name, z in perceived.items() if "wall" in name) == 2.5
     # What is no higher than a door is the same for both.
     wood = "furniture_0_dark_wood"
     assert shown[wood] == perceived[wood] == 1.8
+
+
+def test_cameras_may_see_high_walls_cut():
+    """As films do; low walls stay as they are."""
+    walls = [
+        Box(center=(0.0, 0.0), size=(4.0, 0.2)),
+        Box(center=(0.0, 3.0), size=(4.0, 0.2), height=0.5),
+    ]
+    dut = AddScene(DiagramBuilder(), World(walls=walls))
+    inspector = dut.scene_graph.model_inspector()
+    shown = tops(inspector, Role.kIllustration)
+    assert shown.keys() == {"wall_0", "wall_0_cut", "wall_1"}
+    assert shown != tops(inspector, Role.kPerception)
+    ShowCut(dut.plant, dut.scene_graph)
+    assert shown == tops(inspector, Role.kPerception)
+    assert shown == tops(inspector, Role.kIllustration)
+    for name in shown:
+        geometry = inspector.GetGeometryIdByName(
+            inspector.world_frame_id(), Role.kPerception, name
+        )
+        colors = [
+            properties.GetProperty("phong", "diffuse")
+            for properties in (
+                inspector.GetIllustrationProperties(geometry),
+                inspector.GetPerceptionProperties(geometry),
+            )
+        ]
+        assert colors[0] == colors[1]
 
 
 def test_the_floor_reaches_under_everything():

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hunav_drake import LoadScenario, MakeTrialDiagram
+from hunav_drake import LoadScenario, MakeTrialDiagram, MakeTrialSimulator
 
 BEHIND_A_TABLE = """
 world: {furniture: [{kind: table, center: [2, 0]}]}
@@ -39,3 +39,31 @@ def test_a_plane_through_its_top_ends_there(output):
 
 def test_who_is_behind_it_is_seen(output):
     assert output("visible").tolist() == [1]
+
+
+BETWEEN = """
+world: {furniture: [{kind: %s, center: [1.5, 0]}]}
+humans: [{pose: [3, 0, 3.14], behavior: scared, radius: 0.3}]
+robot: {start: [0, 0, 0]}
+sensors:
+- {type: lidar, height: 0.3, num_rays: 720, people: discs}
+- {type: visible_people}
+"""
+
+
+@pytest.mark.parametrize(("kind", "sees"), [("table", True), ("shelf", False)])
+def test_robot_and_people_see_each_other_over_what_is_low(kind, sees):
+    """By lidar, detector and behavior tree alike."""
+    diagram = MakeTrialDiagram(LoadScenario(data=BETWEEN % kind))
+    simulator = MakeTrialSimulator(diagram)
+    context = simulator.get_context()
+
+    def output(name):
+        return diagram.GetOutputPort(name).Eval(context)
+
+    assert output("visible").tolist() == [sees]
+    # Beside the legs of the table, below its top.
+    ahead = output("scan")[350:371]
+    assert (ahead > 2.6).any() == sees
+    simulator.AdvanceTo(0.5)
+    assert (output("behavior_status")[0] > 0) == sees
