@@ -18,8 +18,9 @@ from tests.hunav_drake.test_common_mistakes import COMMANDS, ROOM, YAML
 
 HEAD = """# Errors
 
-Bad input is told in one line: the place, the rule, what was found, and what helps. A file is checked as a whole, so all its faults come at once, with their lines. These are
-common mistakes and what is said of them, made by making each.
+Bad input is told in one line: the place, the rule, what was found, and what
+helps. A file is checked as a whole, so all its faults come at once, with their
+lines. These are common mistakes and what is said of each.
 """
 
 

@@ -135,6 +135,7 @@ EXAMPLES = {
     "tree show": "hunav tree show regular",
     "tree check": "hunav tree check regular curious",
     "tree convert": "hunav tree convert regular -o regular_v4.xml",
+    "edit": "hunav edit mine.yaml",
     "bench": "hunav bench standard --seeds 2 --out results",
     "differences": "hunav differences --left",
     "validate": "hunav validate --case corridor_time --quick",

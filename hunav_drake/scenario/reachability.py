@@ -10,7 +10,7 @@ import shapely
 
 from hunav_drake.scenario.error import Finding, Loc, path_text
 from hunav_drake.scenario.schema import Scenario
-from hunav_drake.systems.world.routes import route_clearance
+from hunav_drake.systems.world.route_clearance import route_clearance
 from hunav_drake.systems.world.solids import Fixture, WorldFileError
 
 Point = tuple[float, float]

@@ -33,7 +33,12 @@ from hunav_drake.systems.crowd.motion_model import (
     register_motion_model,
 )
 from hunav_drake.systems.evaluation import register_metric
-from hunav_drake.systems.planning import Plan, Planner, register_planner
+from hunav_drake.systems.planning import (
+    PLANNERS,
+    Plan,
+    Planner,
+    register_planner,
+)
 
 # A room of 10 m x 10 m with a wall in it, a robot and a person.
 ROOM = """
@@ -46,7 +51,7 @@ world:
     - {shape: box, name: east, center: [10.1, 5], size: [0.2, 10.4]}
     - {shape: box, name: shelf, center: [5, 4.8], size: [0.5, 9.6]}
 humans:
-  - {name: ana, pose: [2, 7, 0], goals: [[8, 8]], radius: 0.15}
+  - {name: ana, pose: [2, 7, 0], goals: [[8, 8]], radius: 0.14}
 robot: {radius: 0.15, start: [2, 2, 0], goal: [8, 2, 0]}
 """
 
@@ -405,14 +410,12 @@ def _unreachable():
     CheckScenario(LoadScenario(data=text))
 
 
-@register_planner("a_tuple_for_a_plan")
 @dataclass
 class _Tuple(Planner):
     def plan(self, task, view, memory):
         return 0.1, 0.0
 
 
-@register_planner("nan_for_a_speed")
 @dataclass
 class _Nan(Planner):
     def plan(self, task, view, memory):
@@ -420,8 +423,15 @@ class _Nan(Planner):
 
 
 def _run_with(planner):
+    choices = {"a_tuple_for_a_plan": _Tuple, "nan_for_a_speed": _Nan}
+    register_planner(planner)(choices[planner])
     scenario = LoadScenario("passing", overrides=[f"planner={planner}"])
     RunTrial(scenario, on_planner_error="raise")
+
+
+@pytest.fixture(autouse=True)
+def _choices_as_before(monkeypatch):
+    monkeypatch.setattr(PLANNERS, "_choices", dict(PLANNERS))
 
 
 def _planner_of_wrong_arity():

@@ -207,7 +207,10 @@ def move(point, matrix):
 @pytest.mark.parametrize("mirrored", [False, True])
 def test_a_moved_world_moves_the_same_way(mirrored):
     scenario = change(
-        LoadScenario(filename="crossing", overrides=["crowd.profile=default"]),
+        LoadScenario(
+            filename="crossing",
+            overrides=["crowd={profile: default, model: social_force}"],
+        ),
         simulation={"duration": 8.0, "start_jitter": 0.0},
     )
     angle = 0.0 if mirrored else 0.6

@@ -87,7 +87,7 @@ def test_after_ctrl_c_it_says_how_to_go_on(tmp_path):
         [
             *(sys.executable, "-m", "hunav_drake.cli", "run", "passing"),
             *("--set", "simulation.duration=80000", "--out", tmp_path),
-            *("--set", "robot.goal_tolerance=0.001", "--no-replay"),
+            *("--set", "robot.goal=null", "--no-replay"),
             *("--set", "simulation.stuck_time=80000"),
         ],
         stderr=subprocess.PIPE,

@@ -347,7 +347,7 @@ def test_clone_in_the_middle_of_a_reaction_has_the_same_future(reaction):
 def test_three_behaviors_meet_in_the_combined_scenario(model):
     scenario = LoadScenario(
         filename="combined",
-        overrides=["crowd.profile=default", f"crowd.model={model}"],
+        overrides=[f"crowd={{model: {model}}}", "planner=sfw"],
     )
     assert [human.behavior for human in scenario.humans] == [
         "regular",
@@ -358,4 +358,6 @@ def test_three_behaviors_meet_in_the_combined_scenario(model):
     assert result.end_reason == "goal"
     # (2 is to make way.)
     active = (result.recording.behavior_status == 1).sum(axis=0) * 0.1
-    assert active == pytest.approx([0, 30, 40], abs=0.15)
+    # The robot is at its goal before the threatening one has had enough.
+    assert active[:2] == pytest.approx([0, 30], abs=0.15)
+    assert 20 < active[2] <= 40.15
