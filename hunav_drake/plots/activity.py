@@ -6,9 +6,9 @@ from hunav_drake.plots.approaches import spans
 from hunav_drake.plots.runs import Run, recordings
 from hunav_drake.plots.style import (
     Axes,
+    behavior_styles,
     label_rows,
     legend_outside,
-    line_styles,
     new_axes,
     note,
     shown,
@@ -34,9 +34,8 @@ def plot_behavior_activity(data: Run, *, ax: Axes | None = None) -> Axes:
     (run,) = runs.values()
     n = run.num_humans
     ax = new_axes(ax, activity_height(n))
-    behaviors = list(dict.fromkeys(run.behaviors))
-    styles = line_styles(len(behaviors))
-    colors = {b: s["color"] for b, s in zip(behaviors, styles, strict=True)}
+    styles = behavior_styles(run.behaviors)
+    colors = {name: style["color"] for name, style in styles.items()}
     active = np.asarray(run.behavior_status) != 0
     for i in range(n):
         present = run.features.present[:, i]

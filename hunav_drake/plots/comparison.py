@@ -49,7 +49,8 @@ def plot_comparison(
         by = "planner"
         if by in table:
             table = table.assign(planner=contenders(table))
-    statistics = summarize(table, by, metrics=metric).droplevel("metric")
+    statistics = summarize(table, by, metrics=metric, bounded=True)
+    statistics = statistics.droplevel("metric")
     unit = unit_of(table, metric)
     if metric in RATES:
         unit = "%"

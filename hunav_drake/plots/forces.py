@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from hunav_drake.plots.style import (
     COLUMN,
     PALETTE,
+    ROBOT,
     YELLOW,
     Axes,
     draw_walls,
@@ -27,7 +28,8 @@ from hunav_drake.systems.common.layout import (
 )
 from hunav_drake.systems.world.obstacles import Obstacles
 
-_BLUE, _RED, _GREEN, _PURPLE, _ORANGE, _SKY, _BLACK = PALETTE
+_BLUE, _RED, _GREEN, _PURPLE, _ORANGE, _SKY = PALETTE[:6]
+_BLACK = ROBOT
 _COLORS: Mapping[str, str] = MappingProxyType(
     {
         "goal": _GREEN,

@@ -1,8 +1,10 @@
 """What all plots share: colors, sizes, new figures, legends and walls."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import cycle, islice
 from typing import TYPE_CHECKING
+
+from hunav_drake.systems.behavior.profiles import BEHAVIORS
 
 if TYPE_CHECKING:
     import matplotlib.axes
@@ -20,7 +22,8 @@ LABEL_SIZE = 8.0
 SMALL_SIZE = 7.0
 
 # The colors of Okabe & Ito 2008, which people with color blindness can tell
-# apart. Yellow lines would be hard to see on white.
+# apart, and two of Tol 2021. Yellow lines would be hard to see on white, and
+# black is the robot.
 YELLOW = "#f0e442"
 PALETTE = (
     "#0072b2",
@@ -29,10 +32,12 @@ PALETTE = (
     "#cc79a7",
     "#e69f00",
     "#56b4e9",
-    "#000000",
+    "#882255",
+    "#999933",
 )
 ROBOT = "#000000"
 WALL = "#b3b3b3"
+PEOPLE = "#8c8c8c"
 MUTED = "#555555"
 
 # The longest name that does not push the plot out of its figure.
@@ -46,6 +51,23 @@ def line_styles(count: int) -> list[dict[str, str]]:
     """Returns the color and dashes of each of some lines."""
     styles = ({"color": c, "ls": d} for d in cycle(_DASHES) for c in PALETTE)
     return list(islice(styles, count))
+
+
+def behavior_styles(behaviors: Iterable[str]) -> dict[str, dict[str, str]]:
+    """Returns the color and dashes of each behavior, by its name.
+
+    A behavior of this package has the same color in every plot. Those of users
+    have the colors that are left.
+    """
+    names = list(dict.fromkeys(behaviors))
+    fixed = dict(zip(BEHAVIORS, line_styles(len(BEHAVIORS)), strict=True))
+    taken = [fixed[name] for name in names if name in fixed]
+    left = (
+        style
+        for style in line_styles(len(names) + len(taken))
+        if style not in taken
+    )
+    return {name: fixed.get(name) or next(left) for name in names}
 
 
 def new_axes(

@@ -10,9 +10,11 @@ import shapely
 from hunav_drake.plots.runs import Runs, recordings
 from hunav_drake.plots.style import (
     COLUMN,
+    PEOPLE,
     ROBOT,
     SMALL_SIZE,
     Axes,
+    behavior_styles,
     draw_walls,
     legend_outside,
     line_styles,
@@ -66,8 +68,10 @@ def plot_trajectories(
 
     Discs show the start positions in true size, and the star is the goal. Dots
     mark equal steps of time, with the time in seconds beside them. With
-    several runs each robot has a color, and the people of its run are thin
-    dotted lines in the same color.
+    several runs each robot has a color, and the people of the first run are
+    thin gray lines. In a single run each person has a color; with more than
+    six people each behavior has one, and names stand beside the start
+    positions where there is room.
 
     Args:
         data: One run, or several.
@@ -87,15 +91,15 @@ def plot_trajectories(
     longest = max((r.times[-1] - r.times[0] for r in runs.values()), default=0)
     every = mark_every or _interval(float(longest))
     labels: list[_Label] = []
-    for (name, run), style in zip(
-        runs.items(), line_styles(len(runs)), strict=True
+    for i, ((name, run), style) in enumerate(
+        zip(runs.items(), line_styles(len(runs)), strict=True)
     ):
         draw_walls(ax, run.obstacles)
         if name:
             _draw_path(ax, run.robot, label=shown(name), lw=1.4, **style)
-            for i in range(run.num_humans):
-                color = style["color"]
-                _draw_path(ax, run.humans[:, i], color=color, ls=":", lw=0.7)
+            for person in range(0 if i else run.num_humans):
+                states = run.humans[:, person]
+                _draw_path(ax, states, color=PEOPLE, lw=0.7, zorder=1)
             labels += _mark_times(
                 ax, run.times, run.robot, every, color=style["color"]
             )
@@ -130,7 +134,11 @@ def _draw_run(ax: Axes, run: Recording, every: float) -> list[_Label]:
     many = run.num_humans > _MANY
     keys = run.behaviors if many else run.human_names
     names = list(dict.fromkeys(keys)) if many else list(keys)
-    styles = line_styles(len(names))
+    styles = (
+        list(behavior_styles(names).values())
+        if many
+        else line_styles(len(names))
+    )
     named: set[int] = set()
     for i in range(run.num_humans):
         k = names.index(keys[i]) if many else i
@@ -143,8 +151,18 @@ def _draw_run(ax: Axes, run: Recording, every: float) -> list[_Label]:
         marks = _mark_times(
             ax, run.times, states, every, color=style["color"], small=True
         )
-        labels += [] if many else marks
+        labels += _name(run, i, style["color"]) if many else marks
     return labels
+
+
+def _name(run: Recording, person: int, color: str) -> list[_Label]:
+    """Returns the name of a person as a label at the start position."""
+    there = np.flatnonzero(run.features.present[:, person])
+    if not there.size:
+        return []
+    x, y = run.humans[there[0], person, [X, Y]]
+    name = shown(run.human_names[person])
+    return [_Label(name, (float(x), float(y)), color)]
 
 
 def _draw_path(ax: Axes, states: Array, **options: Any) -> None:
@@ -270,6 +288,7 @@ def _place_labels(ax: Axes, labels: Sequence[_Label], *, scale: float) -> None:
             fontsize=SMALL_SIZE - 1,
             color=label.color,
             annotation_clip=True,
+            parse_math=False,
             zorder=5,
         )
 

@@ -11,11 +11,18 @@ from hunav_drake.plots.comparison import comparison_height, plot_comparison
 from hunav_drake.plots.runs import run_names
 from hunav_drake.report.batch_tables import (
     ambiguous_seeds,
+    headline_table,
     paired_tables,
     planner_tables,
 )
 from hunav_drake.report.figures import ReportFigure, make_figure, run_figures
-from hunav_drake.report.tables import Cell, Table, number, provenance_table
+from hunav_drake.report.tables import (
+    Cell,
+    Table,
+    number,
+    provenance_table,
+    split_by_family,
+)
 from hunav_drake.results.metric_facts import headline_of, unit_of
 from hunav_drake.results.quantity_text import label_text
 from hunav_drake.results.run_table import tabulate_runs
@@ -53,22 +60,55 @@ def batch_content(
             told.append(f"{count} {plural}")
         elif str(runs[key].iloc[0]):
             told.append(f"{key} {runs[key].iloc[0]}")
+    headline = headline_table(runs) if headline_of(runs) else None
+    scenarios = [
+        _scenario(
+            [t for t in trials if t.scenario_name == name],
+            # The names come from all runs, so that they are the same here.
+            runs[runs["scenario"] == name],
+            f"s{i}",
+        )
+        for i, name in enumerate(dict.fromkeys(runs["scenario"]))
+    ]
     return {
         "about": told,
         "outcomes": _outcomes(runs),
+        "headline": headline,
         "least_pairs": LEAST_PAIRS,
-        "scenarios": [
-            _scenario(
-                [t for t in trials if t.scenario_name == name],
-                # The names come from all runs, so that they are the same here.
-                runs[runs["scenario"] == name],
-                f"s{i}",
-            )
-            for i, name in enumerate(dict.fromkeys(runs["scenario"]))
-        ],
+        "contents": _contents(scenarios, headline is not None),
+        "scenarios": scenarios,
         "runs": _runs(runs, pages),
         "provenance": provenance_table(_common_provenance(trials)),
     }
+
+
+def _contents(
+    scenarios: Sequence[Mapping[str, Any]], has_headline: bool
+) -> list[dict[str, Any]]:
+    """Returns the sections of the page, with the parts of each."""
+    found: list[dict[str, Any]] = [
+        {"id": "outcomes", "title": "Outcomes", "parts": []}
+    ]
+    if has_headline:
+        found.insert(0, {"id": "headline", "title": "Headline", "parts": []})
+    for it in scenarios:
+        parts = [
+            {"id": f"{it['key']}-{name}", "title": title}
+            for name, title, shown in (
+                ("means", "means", it["means"]),
+                ("pairs", "equal seeds", it["pairs"]),
+                ("bars", "comparison", it["bars"]),
+                ("examples", "example runs", it["examples"]),
+            )
+            if shown
+        ]
+        title = it["name"] or "Trials"
+        found.append({"id": it["key"], "title": title, "parts": parts})
+    return [
+        *found,
+        {"id": "runs", "title": "Runs", "parts": []},
+        {"id": "provenance", "title": "Provenance", "parts": []},
+    ]
 
 
 def _tabulate(trials: Sequence[TrialResult]) -> pd.DataFrame:
@@ -96,18 +136,23 @@ def _scenario(
     """Returns what is shown of the trials of one scenario."""
     metrics = headline_of(runs)
     several = runs["contender"].nunique() > 1
+    # A panel of zeros tells nothing that a line of text does not.
+    drawn = [name for name in metrics if runs[name].fillna(0.0).any()]
     means, spread = planner_tables(runs) or (None, None)
     return {
+        "key": key,
         "name": trials[0].scenario_name,
         "ambiguous_seeds": ambiguous_seeds(runs),
-        "means": means,
+        "means": split_by_family(means) if means else [],
         "spread": spread,
         "pairs": paired_tables(runs, metrics),
         "bars": [
             _bars(runs, name, f"{key}-bars{i}")
             for i, name in enumerate(metrics)
-            if several and runs[name].notna().any()
+            if several and name in drawn
         ],
+        "not_drawn": [name for name in metrics if name not in drawn],
+        "several": several,
         "examples": _over_time(trials, key),
     }
 
@@ -132,7 +177,7 @@ def _over_time(trials: list[TrialResult], key: str) -> list[ReportFigure]:
         chosen.setdefault(contender, trial)
     shown = list(chosen.values())
     # A single contender is shown by its first runs.
-    shown = (shown if len(shown) > 1 else trials)[:_MOST_LINES]
+    shown = _distinct(shown if len(shown) > 1 else trials)[:_MOST_LINES]
     runs = dict(
         zip(run_names(shown), (t.recording for t in shown), strict=True)
     )
@@ -140,7 +185,8 @@ def _over_time(trials: list[TrialResult], key: str) -> list[ReportFigure]:
         dict.fromkeys(f"seed {t.provenance.get('seed', '?')}" for t in shown)
     )
     captions = (
-        f"Trajectories of the robots and, dotted, of the people ({which}).",
+        "Trajectories of the robots and, in gray, of the people of the first"
+        f" run ({which}).",
         "Distance to the closest person, from surface to surface"
         f" ({which}). A triangle marks the closest point of each approach"
         f" within {NEAR:g} m.",
@@ -150,6 +196,17 @@ def _over_time(trials: list[TrialResult], key: str) -> list[ReportFigure]:
         f" closest person ({which}).",
     )
     return run_figures(runs, f"{key}-", captions, _SERIES)
+
+
+def _distinct(trials: Sequence[TrialResult]) -> list[TrialResult]:
+    """Returns trials without those whose robot moves as in one before.
+
+    Their lines would hide each other.
+    """
+    first: dict[bytes, TrialResult] = {}
+    for trial in trials:
+        first.setdefault(trial.recording.robot.tobytes(), trial)
+    return list(first.values())
 
 
 def _runs(runs: pd.DataFrame, pages: Sequence[Mapping[str, str]]) -> Table:

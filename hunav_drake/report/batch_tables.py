@@ -7,13 +7,47 @@ from typing import Any
 
 import pandas as pd
 
-from hunav_drake.report.tables import Cell, Estimate, MetricRows, Table, number
-from hunav_drake.results.metric_facts import unit_of
+from hunav_drake.report.tables import (
+    Cell,
+    Estimate,
+    MetricRows,
+    Table,
+    metric_cell,
+    number,
+)
+from hunav_drake.results.metric_facts import headline_of, unit_of
+from hunav_drake.results.quantity_text import label_text
 from hunav_drake.results.statistics import RATES, compare, summarize
 
 # With more contenders (planners with their settings) than this, only the first
 # is compared with each of the others: there would be too many pairs.
 _MOST_CONTENDERS = 4
+
+
+def headline_table(runs: pd.DataFrame) -> Table:
+    """Returns the most telling metrics of each planner in each scenario.
+
+    They are means over runs, with confidence intervals; the column `contender`
+    tells planners and their settings apart.
+    """
+    metrics = headline_of(runs)
+    keys = ["scenario", "contender"]
+    counts = runs.groupby(keys, sort=False).size()
+    statistics = summarize(runs, keys, metrics=metrics, bounded=True)
+    groups: dict[str, list[list[Cell]]] = {}
+    for (scenario, contender), count in counts.items():
+        row: list[Cell] = [contender or "all", str(count)]
+        for name in metrics:
+            described = statistics.loc[(scenario, contender, name)]
+            row.append(_estimate(described, "mean", *_unit(runs, name)))
+        groups.setdefault(scenario or "trials", []).append(row)
+    head: list[Cell] = ["planner", "runs"]
+    for name in metrics:
+        cell = metric_cell(runs, name)
+        unit = _unit(runs, name)[0]
+        label = label_text(name.replace("_", " "), unit)
+        head.append(cell._replace(name=label))
+    return Table(head, groups, numbers=range(1, len(head)), kind="headline")
 
 
 def planner_tables(runs: pd.DataFrame) -> tuple[Table, Table] | None:
@@ -32,7 +66,7 @@ def planner_tables(runs: pd.DataFrame) -> tuple[Table, Table] | None:
         return None
     several = len(planners) > 1
     counts = runs["contender"].value_counts()
-    statistics = summarize(runs, "contender", metrics=metrics)
+    statistics = summarize(runs, "contender", metrics=metrics, bounded=True)
     means, spread = MetricRows(runs), MetricRows(runs)
     for name in metrics:
         unit, factor = _unit(runs, name)

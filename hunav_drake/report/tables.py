@@ -76,11 +76,19 @@ class Table:
         kind: The class of the table, for its style.
     """
 
-    head: Sequence[str]
+    head: Sequence[Cell]
     groups: Mapping[str, Sequence[Sequence[Cell]]]
     numbers: Collection[int] = ()
     caption: str = ""
     kind: str = ""
+
+
+def split_by_family(table: Table) -> list[Table]:
+    """Returns a table for each group of rows, with its name as caption."""
+    return [
+        Table(table.head, {"": rows}, table.numbers, group, table.kind)
+        for group, rows in table.groups.items()
+    ]
 
 
 @dataclass

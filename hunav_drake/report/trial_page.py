@@ -15,8 +15,9 @@ from hunav_drake.report.tables import (
     Table,
     number,
     provenance_table,
+    split_by_family,
 )
-from hunav_drake.results.metric_facts import is_built_in, unit_of
+from hunav_drake.results.metric_facts import headline_of, is_built_in, unit_of
 from hunav_drake.results.trial_result import TrialResult, run_facts
 from hunav_drake.systems.evaluation.metrics import METRICS
 
@@ -44,6 +45,7 @@ def trial_content(result: TrialResult) -> dict[str, Any]:
     """Returns what the template `trial.html` shows."""
     n = result.recording.num_humans
     time = number(result.end_time)
+    people, by_behavior = _people(result), _by_behavior(result)
     message = result.end_message or result.end_reason
     return {
         "about": [
@@ -56,10 +58,23 @@ def trial_content(result: TrialResult) -> dict[str, Any]:
             "time": time,
             "message": message[:1].upper() + message[1:],
         },
+        "headline": _headline(result),
+        "contents": [
+            {"id": key, "title": title, "parts": []}
+            for key, title, shown in (
+                ("headline", "Headline", True),
+                ("plots", "Plots", True),
+                ("metrics", "Metrics", True),
+                ("people", "People", people),
+                ("by-behavior", "Metrics by behavior", by_behavior),
+                ("provenance", "Provenance", True),
+            )
+            if shown
+        ],
         "figures": _figures(result),
         "metrics": _metrics(result),
-        "people": _people(result),
-        "by_behavior": _by_behavior(result),
+        "people": people,
+        "by_behavior": split_by_family(by_behavior) if by_behavior else [],
         "provenance": provenance_table(result.provenance),
     }
 
@@ -68,8 +83,8 @@ def _figures(result: TrialResult) -> list[ReportFigure]:
     run = result.recording
     captions = [
         "Trajectories of the robot and the people. Discs show the start"
-        " positions in true size, the star is the goal, and dots and numbers"
-        " mark the time in seconds.",
+        " positions in true size, the star is the goal (if there is one), and"
+        " dots and numbers mark the time in seconds.",
         "Distance to the closest person, from surface to surface. The bands"
         " are the proxemic zones around a person; a triangle marks the closest"
         f" point of each approach within {NEAR:g} m.",
@@ -89,6 +104,15 @@ def _figures(result: TrialResult) -> list[ReportFigure]:
         lambda ax: plot_behavior_activity(run, ax=ax),
     )
     return [*run_figures(run, "", captions, _SERIES), activity]
+
+
+def _headline(result: TrialResult) -> Table:
+    """Returns the table of the most telling metrics."""
+    rows = MetricRows(result.metrics, by_family=False)
+    for name in headline_of(result.metrics):
+        unit = unit_of(result.metrics, name)
+        rows.add(name, [number(float(result.metrics[name]), unit)], unit)
+    return Table([], rows.groups, numbers=[1])
 
 
 def _metrics(result: TrialResult) -> list[Table]:

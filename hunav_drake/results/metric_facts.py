@@ -7,6 +7,7 @@ too. Of the metrics of this package the registry knows best.
 
 from collections.abc import Iterable
 import functools
+import math
 from typing import Any
 
 import pandas as pd
@@ -35,6 +36,11 @@ HEADLINE = (
 
 # Up to so many metrics, all are shown at first sight.
 _FEW = 11
+
+
+# The metrics that can be negative, and those in [0, 1].
+_SIGNED = ("avg_robot_linear_speed",)
+_FRACTIONS = ("completed", "path_efficiency", "success_weighted_path_length")
 
 
 def headline_of(table: pd.Series | pd.DataFrame) -> list[str]:
@@ -82,6 +88,18 @@ def family_of(table: pd.Series | pd.DataFrame, name: str) -> str:
 def direction_of(table: pd.Series | pd.DataFrame, name: str) -> str:
     """Returns whether "lower" or "higher" is better of a metric, or "none"."""
     return _fact(table, name, "direction", "none")
+
+
+def bounds_of(name: str) -> tuple[float, float]:
+    """Returns the least and the largest value that a metric can have.
+
+    Of metrics of users nothing is known: they are without bounds.
+    """
+    if not is_built_in(name) or name in _SIGNED:
+        return -math.inf, math.inf
+    if METRICS[name].unit == "%":
+        return 0.0, 100.0
+    return 0.0, 1.0 if name in _FRACTIONS else math.inf
 
 
 def _fact(

@@ -16,7 +16,7 @@ from hunav_drake.results.intervals import (
     paired_rate_interval,
     wilson_interval,
 )
-from hunav_drake.results.metric_facts import direction_of, unit_of
+from hunav_drake.results.metric_facts import bounds_of, direction_of, unit_of
 from hunav_drake.results.quantity_text import ROUNDING
 from hunav_drake.results.settings import has_settings
 from hunav_drake.systems.common.arrays import Array
@@ -40,6 +40,7 @@ def summarize(
     rates: Names = RATES,
     confidence: float = 0.95,
     seed: int = 0,
+    bounded: bool = False,
 ) -> pd.DataFrame:
     """Describes each metric over runs of a kind.
 
@@ -53,6 +54,8 @@ def summarize(
         rates: Those among them that are 0 or 1.
         confidence: That of the intervals.
         seed: The seed of the bootstrap.
+        bounded: Whether intervals end at the least and the largest value that
+            a metric can have; else they may reach below 0.
 
     Returns:
         A row for each kind and metric, indexed by both, with the columns `n`
@@ -82,6 +85,8 @@ def summarize(
                 ends = wilson_interval(successes, len(values), confidence)
             else:
                 ends = mean_interval(values, confidence, seed)
+                if bounded:
+                    ends = _within(ends, values, bounds_of(name))
             rows[(*kind, name)] = _describe(values) | dict(
                 zip(("low", "high"), ends, strict=True)
             )
@@ -190,6 +195,19 @@ def _pairs(
             f" {', '.join(keys)}"
         )
     return one.loc[common], other.loc[common]
+
+
+def _within(
+    ends: tuple[float, float], values: Array, bounds: tuple[float, float]
+) -> tuple[float, float]:
+    """Returns the part of an interval that is within the bounds of a metric.
+
+    Values out of bounds are of another program, for which they do not hold.
+    """
+    if ((values < bounds[0]) | (values > bounds[1])).any():
+        return ends
+    low, high = (float(np.clip(end, *bounds)) for end in ends)
+    return low, high
 
 
 def _describe_pairs(
