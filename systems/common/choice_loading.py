@@ -71,7 +71,7 @@ class UnloadedChoice:
     __hash__ = None  # type: ignore[assignment]
 
     def as_data(self) -> dict[str, Any]:
-        """Returns it as plain data, with the defaults of common fields."""
+        """Returns its fields, with the defaults of those that all have."""
         return dict(self._data)
 
 
@@ -82,4 +82,11 @@ def _common(base: Any) -> tuple[dict[str, Any], TypeAdapter[Any]]:
     own = dataclasses.fields(base) if dataclasses.is_dataclass(base) else ()
     fields = {it.name: hints[it.name] for it in own}
     kind: Any = TypedDict("kind", fields, total=False)  # type: ignore[misc]
-    return {it.name: it.default for it in own}, TypeAdapter(kind)
+    return {it.name: _default(it) for it in own}, TypeAdapter(kind)
+
+
+def _default(field: dataclasses.Field[Any]) -> Any:
+    """Returns the default of a field."""
+    if field.default_factory is dataclasses.MISSING:
+        return field.default
+    return field.default_factory()
