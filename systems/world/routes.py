@@ -14,9 +14,7 @@ from hunav_drake.systems.world import visibility_graph, waypoints
 from hunav_drake.systems.world.corners import corner_vertices
 from hunav_drake.systems.world.obstacles import Obstacles
 from hunav_drake.systems.world.route_files import kept
-
-# A door that everybody finds is a little wider than twice this, in meters.
-_LARGEST_CLEARANCE = 0.3
+from hunav_drake.systems.world.solids import LARGEST_CLEARANCE
 
 # Ways may pass corners this much nearer than the vertices lie: so the next
 # vertex comes in sight before the last one is reached.
@@ -29,16 +27,6 @@ _MOST_MAPS = 8
 # From so many segments on, maps are kept on disk. Smaller ones are made in
 # less time than a file takes.
 KEPT_FROM = 400
-
-
-def route_clearance(radii: ArrayLike) -> float:
-    """Returns the clearance of the ways of people with some radii, in meters.
-
-    It is the largest radius, but at most 0.3 m: doors of 0.7 m are ways for
-    everybody, as they are in reality for people who turn sideways.
-    """
-    largest = np.asarray(radii, dtype=float).max(initial=0.0)
-    return min(float(largest), _LARGEST_CLEARANCE)
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +71,7 @@ class RouteMap:
 
     @staticmethod
     def from_obstacles(
-        obstacles: Obstacles, *, clearance: float = _LARGEST_CLEARANCE
+        obstacles: Obstacles, *, clearance: float = LARGEST_CLEARANCE
     ) -> "RouteMap":
         """Returns the map of a world.
 

@@ -14,6 +14,9 @@ import shapely
 
 from hunav_drake.systems.common.arrays import Array
 
+# A door that everybody finds is a little wider than twice this, in meters.
+LARGEST_CLEARANCE = 0.3
+
 # The corners of what is round.
 _SIDES = 16
 
@@ -140,3 +143,13 @@ def turned(points: ArrayLike, pose: tuple[float, float, float]) -> Array:
     c, s = np.cos(yaw), np.sin(yaw)
     result: Array = np.array([x, y]) + np.asarray(points) @ [[c, s], [-s, c]]
     return result
+
+
+def route_clearance(radii: ArrayLike) -> float:
+    """Returns the clearance of the ways of people with some radii, in meters.
+
+    It is the largest radius, but at most 0.3 m: doors of 0.7 m are ways for
+    everybody, as they are in reality for people who turn sideways.
+    """
+    largest = np.asarray(radii, dtype=float).max(initial=0.0)
+    return min(float(largest), LARGEST_CLEARANCE)

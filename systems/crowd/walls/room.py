@@ -14,7 +14,8 @@ from hunav_drake.systems.crowd.walls.parted_groups import parted
 from hunav_drake.systems.crowd.walls.passages import ease
 from hunav_drake.systems.people.parameters import K_OBSTACLE
 from hunav_drake.systems.world.obstacles import Obstacles
-from hunav_drake.systems.world.routes import RouteMap, route_clearance
+from hunav_drake.systems.world.routes import RouteMap
+from hunav_drake.systems.world.solids import route_clearance
 
 Array = NDArray[Any]
 
