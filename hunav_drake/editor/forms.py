@@ -45,4 +45,6 @@ def _named(data: Any) -> Any:
         return {key: _named(item) for key, item in data.items()}
     if isinstance(data, list):
         return [_named(item) for item in data]
-    return data.as_data() if isinstance(data, UnloadedChoice) else data
+    if isinstance(data, UnloadedChoice):
+        return {key: plain(item) for key, item in data.as_data().items()}
+    return data

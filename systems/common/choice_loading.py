@@ -1,6 +1,6 @@
 """What scenarios may load: whose choices are looked at, whose only named."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
 import dataclasses
@@ -57,9 +57,8 @@ class UnloadedChoice:
         Raises:
             ValidationError: If a common field is outside its range.
         """
-        defaults, factories, adapter = _common(base)
+        defaults, adapter = _common(base)
         self.__dict__.update(defaults)
-        self.__dict__.update({name: make() for name, make in factories.items()})
         self.__dict__.update(adapter.validate_python(dict(data)))
         self._data = {**defaults, **data}
 
@@ -72,24 +71,22 @@ class UnloadedChoice:
     __hash__ = None  # type: ignore[assignment]
 
     def as_data(self) -> dict[str, Any]:
-        """Returns it as plain data, with the plain defaults of fields."""
+        """Returns its fields, with the defaults of those that all have."""
         return dict(self._data)
 
 
 @functools.cache
-def _common(
-    base: Any,
-) -> tuple[dict[str, Any], dict[str, Callable[[], Any]], TypeAdapter[Any]]:
-    """Returns the fields of a base class: defaults, what makes them, rules."""
+def _common(base: Any) -> tuple[dict[str, Any], TypeAdapter[Any]]:
+    """Returns the fields of a base class: their defaults and their rules."""
     hints = get_type_hints(base, include_extras=True)
     own = dataclasses.fields(base) if dataclasses.is_dataclass(base) else ()
     fields = {it.name: hints[it.name] for it in own}
     kind: Any = TypedDict("kind", fields, total=False)  # type: ignore[misc]
-    missing = dataclasses.MISSING
-    defaults = {it.name: it.default for it in own if it.default is not missing}
-    factories: dict[str, Callable[[], Any]] = {
-        it.name: it.default_factory
-        for it in own
-        if it.default_factory is not missing
-    }
-    return defaults, factories, TypeAdapter(kind)
+    return {it.name: _default(it) for it in own}, TypeAdapter(kind)
+
+
+def _default(field: dataclasses.Field[Any]) -> Any:
+    """Returns the default of a field."""
+    if field.default_factory is dataclasses.MISSING:
+        return field.default
+    return field.default_factory()

@@ -144,7 +144,7 @@ export function makeMetricsPanel(store) {
       return h(
         "section",
         { class: "metric-family" },
-        h("div", { class: "metric-row of-family" }, box(names(members), chosen, family, title), h("button", { type: "button", class: "family-head", "aria-expanded": String(isOpen), "data-family": family, onclick: toggle }, title), h("span", { class: "row-note" }, `${number} of ${members.length}`)),
+        h("div", { class: "metric-row of-family" }, box(names(members), chosen, family, title), h("button", { type: "button", class: "family-head", "aria-expanded": String(isOpen), "data-family": family, onclick: toggle }, h("span", null, title)), h("span", { class: "row-note" }, `${number} of ${members.length}`)),
         isOpen && found.map((it) => row(it, chosen)),
       );
     });

@@ -56,7 +56,7 @@ export function makeRunsPanel(store) {
   const map = h("label", { class: "check" }, h("input", { type: "checkbox", checked: true, onchange: (event) => showOnMap(event.target.checked) }), "on the map");
   const csv = button("save", "Download the table as a CSV file", () => download(), { text: "CSV", class: "button" });
   const table = makeRunTable(store, (number) => choose(number));
-  const empty = h("p", { class: "empty run-empty" }, "Press Run. The robot and the people then move on the map, and the metrics of the trial come here.");
+  const empty = h("p", { class: "empty run-empty" });
   const bar = h("div", { class: "run-bar", hidden: true }, player.element, map, csv);
   const line = h("div", { class: "run-line", hidden: true }, h("span", { class: "run-note" }, "In a terminal:"), command, copy);
   const field = (text, control, note = "") => h("label", { class: "run-field" }, h("span", { class: "label" }, text), control, note && h("span", { class: "help shown" }, note));
@@ -84,6 +84,7 @@ export function makeRunsPanel(store) {
     const chosen = runs.get(shown)?.result;
     table.show(all, summary, shown);
     empty.hidden = done.length > 0;
+    empty.textContent = isBusy() ? "The metrics of the trial come here when it has ended." : "Press Run. The robot and the people then move on the map, and the metrics of the trial come here.";
     bar.hidden = !chosen?.paths;
     line.hidden = !chosen;
     command.textContent = chosen?.command ?? "";
@@ -112,7 +113,7 @@ export function makeRunsPanel(store) {
   }
 
   function showPlanners() {
-    const own = store.get(["planner"]);
+    const own = store.get(["planner"]) ?? store.catalog.defaults?.planner;
     const name = typeof own === "string" ? own : (own?.name ?? "");
     const known = store.catalog.planners?.length ? store.catalog.planners : name ? [{ name, help: "" }] : [];
     fill(

@@ -92,7 +92,7 @@ export function makeRunTable(store, choose) {
       return h(
         "tbody",
         null,
-        h("tr", { class: "family" }, h("th", { scope: "rowgroup", colspan: width }, h("button", { type: "button", class: "family-head", "aria-expanded": String(open), onclick: toggle }, family.replace(/_/g, " ")))),
+        h("tr", { class: "family" }, h("th", { scope: "rowgroup", colspan: width }, h("button", { type: "button", class: "family-head", "aria-expanded": String(open), onclick: toggle }, h("span", null, family.replace(/_/g, " "))))),
         open && members.map((name) => row(name, known.get(name))),
       );
     });

@@ -113,12 +113,11 @@ export function makeTopBar(store, tools) {
   store.listen("faults", showFaults);
   const showWorker = () => {
     const { status, message } = store.worker;
-    const ready = store.catalog.ready || status === "ready";
+    const ready = status === "ready";
     run.classList.toggle("waits", !ready);
-    run.title = ready ? "Run (Ctrl+Enter)" : message || "The simulator is starting; runs begin when it is ready.";
+    run.title = ready ? "Run (Ctrl+Enter)" : `Run (Ctrl+Enter) waits. ${message || "The simulation is being loaded."}`;
   };
   store.listen("worker", showWorker);
-  store.listen("catalog", showWorker);
   undo.show(null);
   redo.show(null);
   showFaults();

@@ -1,8 +1,9 @@
 """What a process of the worker does: it answers what its parent asks."""
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 import contextlib
+import contextvars
 import json
 import logging
 from multiprocessing.connection import Connection
@@ -15,6 +16,14 @@ from hunav_drake.editor.worker.handle import Message
 
 # How much more than others the process lets others run: it is in nobody's way.
 _NICE = 5
+
+# How often it looks for questions while it compiles, in seconds.
+_LOOK_TIME = 0.05
+
+_COMPILING = (
+    "The simulation is being prepared. The first time on a computer it is"
+    " compiled, which takes about a minute; all but Run works meanwhile."
+)
 
 
 class Stopped(Exception):
@@ -120,8 +129,11 @@ def main(descriptor: int, imports: Sequence[str]) -> None:
     # A scenario runs no code but what was imported above.
     with registered_only():
         channel.send(make_catalog())
+        channel.send(
+            {"kind": "worker", "status": "starting", "message": _COMPILING}
+        )
         trials = Trials(channel)
-        trials.warm_up()
+        answer_during(trials.warm_up, channel)
         channel.send({"kind": "worker", "status": "ready", "message": ""})
         while True:
             message = channel.next()
@@ -133,6 +145,35 @@ def main(descriptor: int, imports: Sequence[str]) -> None:
                     trials.run(message)
                 case "check" | "summary":
                     answer(channel, message)
+
+
+def answer_during(work: Callable[[], object], channel: Channel) -> None:
+    """Does some work, and answers questions meanwhile.
+
+    The work has a thread: the compiler leaves room for others.
+
+    Raises:
+        Exception: Whatever the work raises.
+    """
+    failures: list[BaseException] = []
+
+    def do() -> None:
+        try:
+            work()
+        except BaseException as error:
+            failures.append(error)
+
+    context = contextvars.copy_context()
+    thread = threading.Thread(target=context.run, args=[do], daemon=True)
+    thread.start()
+    while thread.is_alive():
+        try:
+            channel.look()
+        except Stopped:
+            os._exit(0)
+        thread.join(_LOOK_TIME)
+    if failures:
+        raise failures[0]
 
 
 def _end_with(parent: int) -> None:

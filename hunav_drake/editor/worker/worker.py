@@ -14,10 +14,7 @@ from hunav_drake.editor.worker.results import ResultFolder
 # How long a process may take to stop a run, in seconds; then it is ended.
 STOP_TIME = 1.2
 
-_LOADING = (
-    "The simulation is being loaded. For the first time on a computer it is"
-    " compiled, which takes about a minute."
-)
+_LOADING = "The simulation is being loaded, which takes some seconds."
 
 Callback = Callable[[Message], None]
 
@@ -67,6 +64,8 @@ class Worker:
         self._lock = threading.RLock()
         self._callbacks: list[Callback] = []
         self._first: ProcessHandle | None = None
+        # The first process, once it answers questions; runs come later.
+        self._answers: ProcessHandle | None = None
         self._ready: set[ProcessHandle] = set()
         self._others: list[ProcessHandle] = []
         self._busy: dict[ProcessHandle, Run] = {}
@@ -127,8 +126,8 @@ class Worker:
                 "folder": None if folder is None else str(folder),
                 "name": name,
             }
-            if self._first in self._ready:
-                self._first.send(self._check)
+            if self._answers is not None and self._answers is self._first:
+                self._answers.send(self._check)
             return self._checks
 
     def run(self, request: Mapping[str, Any]) -> None:
@@ -259,6 +258,9 @@ class Worker:
                     if handle is self._first:
                         self._known["catalog"] = message
                         self._tell(message)
+                        self._answers = handle
+                        if self._check is not None:
+                            handle.send(self._check)
                 case "checked":
                     if message["ticket"] == self._checks:
                         self._check = None
@@ -279,8 +281,6 @@ class Worker:
             self._ready.add(handle)
         if handle is self._first:
             self._tell_status(message["status"], message["message"])
-            if message["status"] == "ready" and self._check is not None:
-                handle.send(self._check)
         self._begin_runs()
 
     def _take_idle(self, handle: ProcessHandle, message: Message) -> None:

@@ -122,6 +122,13 @@ def test_a_session_needs_no_drake_and_no_compiler():
     assert done.stdout.strip() == "[]"
 
 
+def test_the_first_catalog_is_json(view):
+    catalog = json.loads(json.dumps(view.messages[0], allow_nan=False))
+    planner = catalog["defaults"]["planner"]
+    assert planner["period"] == 0.05
+    assert planner["sees"]["type"] == "everything"
+
+
 def test_hello_gets_all(view):
     assert kinds(view.messages) == ["catalog", "state", "faults", "text"]
     catalog, state, faults, text = view.messages
