@@ -88,8 +88,8 @@ def test_each_place_is_told_with_the_first_wall_that_takes_it(scenario):
     ]
     for finding, (_, _, depth) in zip(overlaps, wanted, strict=True):
         told = float(finding.message.split("move it ")[1].split(" m")[0])
-        # (It may be farther to where the others can get to.)
-        assert told >= depth - 1e-6
+        # (In whole centimeters; it may be farther to where others can get to.)
+        assert told >= depth - 0.01
 
 
 @settings(max_examples=80, deadline=None)
