@@ -16,10 +16,10 @@ def test_a_dragged_person_is_there_in_data_text_and_form(open_editor):
     assert "# at the door" in editor.session.text
     # One step, with a name.
     undo = editor.page.locator(".step").first
-    assert undo.get_attribute("title").endswith("Move bruno")
+    editor.wait(lambda _: undo.get_attribute("title").endswith("Move bruno"))
     undo.click()
     editor.wait(lambda it: it.text == SMALL)
-    assert undo.is_disabled()
+    editor.wait(lambda _: undo.is_disabled())
 
 
 def test_the_chain_follows_a_dragged_goal(open_editor):

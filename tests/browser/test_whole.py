@@ -90,6 +90,7 @@ def test_a_scenario_is_made_by_keys_alone(open_editor):
     editor.wait(lambda it: len(at(it.data, ["humans", 0, "goals"]) or []) == 1)
     editor.press("]", "Shift+ArrowRight")
     editor.wait(lambda it: abs(at(it.data, ["humans", 0, "pose", 2])) > 0.2)
+    editor.wait(lambda it: abs(at(it.data, ["humans", 0, "pose", 0])) > 0.4)
     pose = at(editor.session.data, ["humans", 0, "pose"])
     editor.press("w")
     editor.press("Shift+ArrowUp", "Space", "Shift+ArrowRight", "Space", "Enter")

@@ -14,10 +14,13 @@ def test_shipped_scenarios_are_shown_without_a_fault(open_editor, name):
 
     editor = open_editor(shipped_text(name), filename=f"{name}.yaml")
     scenario = LoadScenario(filename=name)
-    assert editor.page.locator(".map .person").count() == len(scenario.humans)
+    people = len(scenario.humans)
+    editor.wait(lambda _: editor.page.locator(".map .person").count() == people)
     fixtures = len(scenario.world.walls) + len(scenario.world.furniture)
-    assert editor.page.locator(".map .fixture").count() == fixtures
-    assert editor.page.locator(".faults").inner_text() == "No problems"
+    shown = editor.page.locator(".map .fixture")
+    editor.wait(lambda _: shown.count() == fixtures)
+    told = editor.page.locator(".faults")
+    editor.wait(lambda _: told.inner_text() == "No problems")
 
 
 def test_walls_boxes_polygons_and_rooms_are_drawn(open_editor):
@@ -56,7 +59,7 @@ def test_walls_boxes_polygons_and_rooms_are_drawn(open_editor):
     editor.click(0.5, -0.7)
     editor.wait(lambda it: len(it.data["world"]["walls"]) == walls + 8)
     undo = editor.page.locator(".step").first
-    assert undo.get_attribute("title").endswith("Add a door")
+    editor.wait(lambda _: undo.get_attribute("title").endswith("Add a door"))
     editor.undo_all()
     editor.wait(lambda it: it.text == SMALL)
 
@@ -119,7 +122,8 @@ def test_a_person_in_a_table_is_told_everywhere_and_put_right(open_editor):
     editor.tab("problems")
     editor.page.locator(".fix").click()
     editor.wait(lambda it: it.faults == [])
-    assert editor.page.locator(".faults").inner_text() == "No problems"
+    told = editor.page.locator(".faults")
+    editor.wait(lambda _: told.inner_text() == "No problems")
 
 
 def test_a_template_is_made_by_its_form(open_editor):
