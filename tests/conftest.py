@@ -1,8 +1,11 @@
 from pathlib import Path
+import shutil
 
 import pytest
 
 from tests.recorded import FULL
+
+BROWSER = shutil.which("chromium") or shutil.which("google-chrome")
 
 
 @pytest.fixture(scope="session")
@@ -22,3 +25,19 @@ def restored_metrics():
     yield METRICS
     METRICS.clear()
     METRICS.update(before)
+
+
+@pytest.fixture(scope="session")
+def browser():
+    """A headless browser, one for all tests of a process."""
+    playwright = pytest.importorskip(
+        "playwright.sync_api", reason="there is no Playwright"
+    )
+    if BROWSER is None:
+        pytest.skip("there is no Chromium on this machine")
+    with playwright.sync_playwright() as start:
+        found = start.chromium.launch(
+            executable_path=BROWSER, args=["--no-sandbox"]
+        )
+        yield found
+        found.close()

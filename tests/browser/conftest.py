@@ -1,14 +1,11 @@
 """A browser, and the editor's page served to it."""
 
 import asyncio
-import shutil
 
 from _pytest.runner import runtestprotocol
 import pytest
 
 from tests.browser.driver import Editor, serve
-
-BROWSER = shutil.which("chromium") or shutil.which("google-chrome")
 
 
 def pytest_collection_modifyitems(items):
@@ -33,22 +30,6 @@ def pytest_runtest_protocol(item, nextitem):
         hook.pytest_runtest_logreport(report=report)
     hook.pytest_runtest_logfinish(nodeid=item.nodeid, location=item.location)
     return True
-
-
-@pytest.fixture(scope="module")
-def browser():
-    pytest.importorskip("tornado", reason="the extra `editor` is not here")
-    playwright = pytest.importorskip(
-        "playwright.sync_api", reason="there is no Playwright"
-    )
-    if BROWSER is None:
-        pytest.skip("there is no Chromium on this machine")
-    with playwright.sync_playwright() as start:
-        found = start.chromium.launch(
-            executable_path=BROWSER, args=["--no-sandbox"]
-        )
-        yield found
-        found.close()
 
 
 @pytest.fixture

@@ -18,7 +18,6 @@ from hunav_drake.results.run_table import tabulate_runs
 from hunav_drake.results.statistics import summarize
 from hunav_drake.systems.behavior import BEHAVIORS
 from tests.hunav_drake.passing_trials import make_recording, make_result
-from tests.screenshot import CHROMIUM
 
 
 @pytest.fixture(scope="module")
@@ -99,28 +98,21 @@ def test_intervals_end_where_values_do():
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["trial", "batch"])
 @pytest.mark.parametrize("width", [1440, 390])
-def test_the_page_is_no_wider_than_the_window(pages, kind, width):
-    if CHROMIUM is None:
-        pytest.skip("no chromium on the path to look at the page with")
-    api = pytest.importorskip("playwright.sync_api")
-    with api.sync_playwright() as playwright:
-        browser = playwright.chromium.launch(
-            executable_path=CHROMIUM, args=["--no-sandbox"]
-        )
-        window = browser.new_page(viewport={"width": width, "height": 900})
-        window.goto(pages[kind].as_uri())
-        # In print what is folded is seen.
-        folded = (
-            "[...document.querySelectorAll('details table')].filter(t =>"
-            " t.checkVisibility({contentVisibilityAuto: true})).length"
-        )
-        assert window.evaluate(folded) == 0
-        window.emulate_media(media="print")
-        count = window.locator("details table").count()
-        assert window.evaluate(folded) == count > 0
-        window.emulate_media(media="screen")
-        for summary in window.locator("summary").all():
-            summary.click()
-        seen = window.evaluate("document.documentElement.scrollWidth")
-        assert seen <= width
-        browser.close()
+def test_the_page_is_no_wider_than_the_window(pages, kind, width, browser):
+    window = browser.new_page(viewport={"width": width, "height": 900})
+    window.goto(pages[kind].as_uri())
+    # In print what is folded is seen.
+    folded = (
+        "[...document.querySelectorAll('details table')].filter(t =>"
+        " t.checkVisibility({contentVisibilityAuto: true})).length"
+    )
+    assert window.evaluate(folded) == 0
+    window.emulate_media(media="print")
+    count = window.locator("details table").count()
+    assert window.evaluate(folded) == count > 0
+    window.emulate_media(media="screen")
+    for summary in window.locator("summary").all():
+        summary.click()
+    seen = window.evaluate("document.documentElement.scrollWidth")
+    assert seen <= width
+    window.close()

@@ -10,7 +10,6 @@ from hunav_drake.benchmark.running.run_row import RunRow
 from hunav_drake.benchmark.suite_result import SuiteResult
 from hunav_drake.benchmark.writing import WriteSuite
 from tests.hunav_drake.report.pages import visible
-from tests.screenshot import CHROMIUM
 
 LONG = "a_contender_of_a_rather_long_name_" * 3
 SUITE = f"""
@@ -122,26 +121,19 @@ def test_failures_come_first(result, tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("width", [1440, 390])
-def test_the_page_is_no_wider_than_the_window(page, width):
-    if CHROMIUM is None:
-        pytest.skip("no chromium on the path to look at the page with")
-    api = pytest.importorskip("playwright.sync_api")
-    with api.sync_playwright() as playwright:
-        browser = playwright.chromium.launch(
-            executable_path=CHROMIUM, args=["--no-sandbox"]
-        )
-        window = browser.new_page(viewport={"width": width, "height": 900})
-        window.goto(page.as_uri())
-        for summary in window.locator("summary").all():
-            summary.click()
-        widths = window.evaluate(
-            "[document.documentElement.scrollWidth, window.innerWidth]"
-        )
-        assert widths[0] <= widths[1] == width
-        # What is wider scrolls in its own box.
-        boxes = window.evaluate(
-            "[...document.querySelectorAll('table')].filter(t =>"
-            " !t.closest('.wide')).map(t => t.getBoundingClientRect().right)"
-        )
-        assert all(right <= width for right in boxes)
-        browser.close()
+def test_the_page_is_no_wider_than_the_window(page, width, browser):
+    window = browser.new_page(viewport={"width": width, "height": 900})
+    window.goto(page.as_uri())
+    for summary in window.locator("summary").all():
+        summary.click()
+    widths = window.evaluate(
+        "[document.documentElement.scrollWidth, window.innerWidth]"
+    )
+    assert widths[0] <= widths[1] == width
+    # What is wider scrolls in its own box.
+    boxes = window.evaluate(
+        "[...document.querySelectorAll('table')].filter(t =>"
+        " !t.closest('.wide')).map(t => t.getBoundingClientRect().right)"
+    )
+    assert all(right <= width for right in boxes)
+    window.close()
