@@ -61,12 +61,14 @@ def _wait_text(editor, selector, text):
 
 
 def _run(editor, seeds="", planners=(), speed=""):
+    """Presses Run; the table of an earlier test's runs is gone then."""
     editor.tab("runs")
     editor.page.get_by_label("Seeds").fill(seeds)
     for name in planners:
         editor.page.locator(".chip", has_text=name).first.click()
     editor.page.get_by_label("Speed", exact=True).select_option(speed)
     editor.page.locator(".run-side .primary").click()
+    editor.page.get_by_role("button", name="Stop the runs").wait_for()
 
 
 def _result(editor, count=1):
@@ -230,6 +232,24 @@ def test_results_are_outdated_after_an_edit(open_with_worker):
     editor.press("ArrowRight")
     editor.wait_for(["humans", 1, "pose"], [-2.95, 2.0, 0])
     outdated.wait_for()
+    # Who edits looks at the scenario again.
+    editor.page.locator(".ghost-body").first.wait_for(state="detached")
+
+
+def test_an_edit_during_a_run_takes_it_from_the_map(open_with_worker):
+    editor = open_with_worker(QUICK)
+    _run(editor, speed="5")
+    ghosts = editor.page.locator(".ghost-body")
+    ghosts.last.wait_for(timeout=1000 * PATIENCE)
+    editor.click(-3, 2)
+    editor.press("ArrowRight")
+    editor.wait_for(["humans", 1, "pose"], [-2.95, 2.0, 0])
+    ghosts.first.wait_for(state="detached")
+    editor.page.locator(".outdated").wait_for(timeout=1000 * PATIENCE)
+    assert ghosts.count() == 0
+    # It can be looked at nevertheless.
+    editor.page.get_by_label("on the map").check()
+    ghosts.first.wait_for(state="attached")
 
 
 def test_a_run_is_stopped_and_another_one_done(open_with_worker, worker):
@@ -283,8 +303,8 @@ def test_seeds_and_planners_stand_side_by_side(open_with_worker):
 
 def test_seeds_that_cannot_be_read_are_told(open_with_worker):
     editor = open_with_worker(QUICK)
-    _run(editor, seeds="1; 2")
-    assert (
-        editor.page.get_by_label("Seeds").get_attribute("aria-invalid")
-        == "true"
-    )
+    editor.tab("runs")
+    seeds = editor.page.get_by_label("Seeds")
+    seeds.fill("1; 2")
+    editor.page.locator(".run-side .primary").click()
+    editor.wait(lambda _: seeds.get_attribute("aria-invalid") == "true")

@@ -39,6 +39,7 @@ export function makeRunsPanel(store) {
   const chosenPlanners = new Set();
   let summary = [];
   let revision = null;
+  let seen = null;
   let shown = null;
   let onMap = true;
 
@@ -223,8 +224,10 @@ export function makeRunsPanel(store) {
     refresh();
   });
   store.listen("state", () => {
-    // Who edits looks at the scenario again.
-    if (revision !== null && revision !== store.revision && !isBusy() && onMap && shown !== null) showOnMap(false);
+    // Who edits looks at the scenario again, also while runs go on.
+    const isEdit = seen !== store.revision && revision !== null && revision !== store.revision;
+    seen = store.revision;
+    if (isEdit && onMap) showOnMap(false);
     refresh();
     showPlanners();
   });
