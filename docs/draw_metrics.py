@@ -63,7 +63,7 @@ def arrow(
             shrinkA=0,
             shrinkB=0,
         )
-    )  # fmt: skip (one line of facts, not seven)
+    )
 
 
 def note(axes: Axes, x: float, y: float, text: str, color: str = MARK) -> None:
@@ -106,7 +106,7 @@ def draw_path(axes: Axes) -> None:
     bend = points[6]
     axes.plot(
         [bend[0], bend[0] + 0.9], [bend[1], bend[1] + 0.12], ":", color=MARK
-    )  # fmt: skip (two points)
+    )
     axes.add_patch(Wedge(bend, 0.75, -20, 8, color=MARK, alpha=0.3, lw=0))
     note(axes, 5.2, 1.0, "wrap(yaw_{k+1} - yaw_k)")
     disc(axes, tuple(points[-1]), ROBOT, radius=0.22)
@@ -128,7 +128,7 @@ def draw_proxemics(axes: Axes) -> None:
         tuple(0.3 * away),
         tuple(np.array([2.6, -1.0]) - 0.35 * away),
         both=True,
-    )  # fmt: skip (the two ends of the gap)
+    )
     note(axes, 1.55, -0.25, "gap")
 
 
@@ -188,7 +188,7 @@ def draw_efficiency(axes: Axes) -> None:
         x,
         1.75 * np.exp(-((x - 3) ** 2) / 2.5) * np.sin(np.pi * x / 6),
         color=ROBOT,
-    )  # fmt: skip (a bow above the wall)
+    )
     note(axes, 4.9, 1.35, "L: driven", ROBOT)
     note(axes, 1.1, 0.75, "L*: shortest")
     axes.plot(6, 0, "*", color=MARK, ms=11)

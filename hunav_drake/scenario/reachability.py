@@ -258,10 +258,10 @@ def no_way(
             f" {place}"
         )
     blocker = space.between(start, goal)
-    what = "walls" if blocker is None else path_text(
-        scenario, ("world", *blocker)
-    )  # fmt: skip
-    stands = "stand" if blocker is None else "stands"
+    if blocker is None:
+        what, stands = "walls", "stand"
+    else:
+        what, stands = path_text(scenario, ("world", *blocker)), "stands"
     return (
         f"{what} {stands} between, without a way around; leave a gap of more"
         f" than {2 * radius:.2f} m, or move the goal to {place}"

@@ -124,6 +124,7 @@ class _Dumper(yaml.SafeDumper):
 class _IndentedDumper(_Dumper):
     """Writes lists deeper than their keys."""
 
+    # (PyYAML's stubs leave the method without types.)
     def increase_indent(self, flow: bool = False, indentless: bool = False):  # type: ignore[no-untyped-def]
         del indentless
         return super().increase_indent(flow, False)

@@ -68,6 +68,7 @@ class UnloadedChoice:
             return NotImplemented
         return self._data == other._data
 
+    # Equal data, which may hold lists: it has no hash.
     __hash__ = None  # type: ignore[assignment]
 
     def as_data(self) -> dict[str, Any]:
@@ -81,6 +82,7 @@ def _common(base: Any) -> tuple[dict[str, Any], TypeAdapter[Any]]:
     hints = get_type_hints(base, include_extras=True)
     own = dataclasses.fields(base) if dataclasses.is_dataclass(base) else ()
     fields = {it.name: hints[it.name] for it in own}
+    # (mypy knows only fields that are written out.)
     kind: Any = TypedDict("kind", fields, total=False)  # type: ignore[misc]
     return {it.name: _default(it) for it in own}, TypeAdapter(kind)
 

@@ -49,6 +49,7 @@ class ProcessHandle:
                 with None once the process has ended.
         """
         self._connection, theirs = Pipe()
+        # It lives as long as the process: `close` closes it.
         self._errors = tempfile.TemporaryFile()  # noqa: SIM115
         self._receive = receive
         self._is_closed = False

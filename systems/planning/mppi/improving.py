@@ -64,6 +64,7 @@ def _switches(state, goal, path, free, reached, p):
     return on, to_goal
 
 
+# (Its many arrays in three lines, not in nineteen.)
 @jit
 def _score(
     state, poses, velocities, goal, path, spacing, free, reached, on, to_goal,

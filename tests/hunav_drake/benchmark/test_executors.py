@@ -75,7 +75,9 @@ def test_tables_are_the_same_bit_for_bit_whoever_runs_them(one, tmp_path):
 
 @pytest.mark.slow
 def test_a_dask_worker_that_is_killed_changes_nothing(one, tmp_path):
-    distributed = pytest.importorskip("distributed")
+    distributed = pytest.importorskip(
+        "distributed", reason="the extra `dask` is not here"
+    )
     suite = LoadSuite(data=SUITE)
     killed = []
     with (
@@ -134,7 +136,7 @@ def test_without_dask_the_remedy_is_told(hunav, monkeypatch):
 
 
 def test_a_scheduler_that_does_not_answer_is_told(hunav, tmp_path, monkeypatch):
-    pytest.importorskip("distributed")
+    pytest.importorskip("distributed", reason="the extra `dask` is not here")
     from hunav_drake.benchmark.running import cluster
 
     monkeypatch.setattr(cluster, "_SCHEDULER", 0.5)
@@ -168,7 +170,7 @@ class FakeClient:
 
 
 def test_workers_of_other_versions_are_refused():
-    pytest.importorskip("distributed")
+    pytest.importorskip("distributed", reason="the extra `dask` is not here")
     from hunav_drake.benchmark.running.cluster import (
         ClusterError,
         check_workers,

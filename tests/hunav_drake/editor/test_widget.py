@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-pytest.importorskip("anywidget")
+pytest.importorskip("anywidget", reason="the extra `editor` is not here")
 
 from hunav_drake import EditScenario, LoadScenario, ScenarioError
 from hunav_drake.editor.widget import modules_in_order
