@@ -12,12 +12,7 @@ from hunav_drake.editor.background import (
 from hunav_drake.editor.document.document import Document
 from hunav_drake.editor.document.plain_data import OperationError, jsonable
 from hunav_drake.editor.document.steps import Step
-from hunav_drake.editor.files import (
-    FileRefusedError,
-    SessionFile,
-    shipped_names,
-    shipped_text,
-)
+from hunav_drake.editor.files import FileRefusedError, SessionFile
 from hunav_drake.editor.imports import imported
 from hunav_drake.editor.messages import (
     Cancel,
@@ -39,6 +34,7 @@ from hunav_drake.editor.messages import (
 from hunav_drake.editor.state import State
 from hunav_drake.editor.templates import template_text
 from hunav_drake.editor.tracing import traced_walls
+from hunav_drake.scenario.shipped import shipped_names, shipped_text
 
 if TYPE_CHECKING:
     from hunav_drake.editor.session import EditSession

@@ -1,7 +1,6 @@
 """The file of a session: read, written, and looked after."""
 
 import hashlib
-from importlib import resources
 import os
 from pathlib import Path
 
@@ -149,19 +148,6 @@ def decoded(content: bytes, name: str) -> str:
             f"{name} is not UTF-8 text: byte 0x{content[error.start]:02x} at"
             f" offset {error.start}"
         ) from error
-
-
-def shipped_names() -> list[str]:
-    """Returns the names of the scenarios that come with the package."""
-    folder = resources.files("hunav_drake.scenarios")
-    names = (Path(entry.name) for entry in folder.iterdir())
-    return sorted(path.stem for path in names if path.suffix == ".yaml")
-
-
-def shipped_text(name: str) -> str:
-    """Returns the text of a scenario that comes with the package."""
-    file = resources.files("hunav_drake.scenarios") / f"{name}.yaml"
-    return file.read_text(encoding="utf-8")
 
 
 def _content(path: Path) -> bytes:

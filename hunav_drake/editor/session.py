@@ -15,17 +15,14 @@ from hunav_drake.editor.document.document import Document
 from hunav_drake.editor.document.plain_data import OperationError
 from hunav_drake.editor.document.steps import Step
 from hunav_drake.editor.document.text_patch import difference
-from hunav_drake.editor.files import (
-    FileRefusedError,
-    SessionFile,
-    shipped_names,
-)
+from hunav_drake.editor.files import FileRefusedError, SessionFile
 from hunav_drake.editor.forms import form_defaults, form_schema
 from hunav_drake.editor.messages import MessageError, id_of, read_message
 from hunav_drake.editor.state import State
 from hunav_drake.editor.templates import template_forms
 from hunav_drake.scenario.error import Finding, Loc, ScenarioError
 from hunav_drake.scenario.schema import Scenario
+from hunav_drake.scenario.shipped import shipped_names
 from hunav_drake.scenario.writer import SaveScenario
 from hunav_drake.systems.common.choice_loading import registered_only
 

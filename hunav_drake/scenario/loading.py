@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 import dataclasses as dc
-from importlib import resources
 import itertools
 import os
 from pathlib import Path
@@ -27,6 +26,7 @@ from hunav_drake.scenario.error import (
 from hunav_drake.scenario.overrides import apply_override, override_texts
 from hunav_drake.scenario.reachability import check_ways
 from hunav_drake.scenario.schema import Scenario
+from hunav_drake.scenario.shipped import shipped_names, shipped_text
 from hunav_drake.scenario.yaml_document import YamlDocument
 from hunav_drake.scenario.yaml_source import parse_yaml, read_yaml
 from hunav_drake.systems.common.suggest import nearest
@@ -125,8 +125,8 @@ def LoadScenario(
 def ListScenarios() -> dict[str, str]:
     """Returns the names of the shipped scenarios with their descriptions."""
     result = {}
-    for name in _shipped_names():
-        document = _read_shipped(name)
+    for name in shipped_names():
+        document = parse_yaml(shipped_text(name), name=f"{name}.yaml")
         text = str(document.plain(("description",)) or "")
         result[name] = " ".join(text.split())
     return result
@@ -271,23 +271,12 @@ def _inside(locs: Sequence[Loc], prefix: Loc) -> list[Loc]:
     return [loc[size:] for loc in locs if loc[:size] == prefix]
 
 
-def _shipped_names() -> list[str]:
-    folder = resources.files("hunav_drake.scenarios")
-    names = (Path(entry.name) for entry in folder.iterdir())
-    return sorted(path.stem for path in names if path.suffix == ".yaml")
-
-
-def _read_shipped(name: str) -> YamlDocument:
-    file = resources.files("hunav_drake.scenarios") / f"{name}.yaml"
-    return parse_yaml(file.read_bytes(), name=file.name)
-
-
 def _read(filename: str | Path) -> YamlDocument:
     """Reads a file, or else the shipped scenario of that name."""
-    shipped = _shipped_names()
+    shipped = shipped_names()
     is_file = os.path.isfile(filename)
     if not is_file and str(filename) in shipped:
-        return _read_shipped(str(filename))
+        return parse_yaml(shipped_text(str(filename)), name=f"{filename}.yaml")
     document = read_yaml(filename)
     if not is_file:
         line, finding = document.findings[0]

@@ -1,18 +1,16 @@
 """What a planner sees of the people: one choice for all planners."""
 
 from abc import ABC, abstractmethod
-import math
+from dataclasses import fields
 from typing import Any, ClassVar
 
-from pydantic import StrictBool
 from pydantic.dataclasses import dataclass
 
 from hunav_drake.systems.common.registry import Registry
 from hunav_drake.systems.common.schema import CONFIG
 from hunav_drake.systems.sensing.sensor_config import (
-    Range,
     SensingTask,
-    Turn,
+    Sight,
     VisiblePeopleConfig,
 )
 
@@ -57,24 +55,13 @@ class Everything(PerceptionConfig):
 
 @register_perception("visible")
 @dataclass(kw_only=True, config=CONFIG)
-class Visible(PerceptionConfig):
+class Visible(Sight, PerceptionConfig):
     """The people whom the robot can see now. See `VisiblePeople`."""
-
-    # How far it sees, in meters, and how wide, in radians.
-    range_max: Range = 10.0
-    field_of_view: Turn = 2 * math.pi
-
-    # Whether people hide those behind them; walls always do.
-    hidden_by_people: StrictBool = False
 
     def MakeSystem(self, task: SensingTask) -> Any:
         """Makes a `VisiblePeople`, for which what is low hides nobody."""
-        config = VisiblePeopleConfig(
-            range_max=self.range_max,
-            field_of_view=self.field_of_view,
-            hidden_by_people=self.hidden_by_people,
-        )
-        return config.MakeSystem(task)
+        sight = {it.name: getattr(self, it.name) for it in fields(Sight)}
+        return VisiblePeopleConfig(**sight).MakeSystem(task)
 
 
 @register_perception("lidar")

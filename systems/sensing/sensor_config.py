@@ -199,10 +199,9 @@ class LidarConfig(SensorConfig):
         )
 
 
-@register_sensor("visible_people")
 @checked_dataclass(kw_only=True, config=CONFIG)
-class VisiblePeopleConfig(SensorConfig):
-    """Tells whom the robot can see. See `VisiblePeople`."""
+class Sight:
+    """How far and how wide something sees people."""
 
     # How far it sees, in meters, and how wide, in radians.
     range_max: Range = 10.0
@@ -210,6 +209,12 @@ class VisiblePeopleConfig(SensorConfig):
 
     # Whether people hide those behind them; walls always do.
     hidden_by_people: StrictBool = False
+
+
+@register_sensor("visible_people")
+@checked_dataclass(kw_only=True, config=CONFIG)
+class VisiblePeopleConfig(Sight, SensorConfig):
+    """Tells whom the robot can see. See `VisiblePeople`."""
 
     def MakeSystem(self, task: SensingTask) -> Any:
         """Makes a `VisiblePeople`, for which what is low hides nobody."""
