@@ -1,10 +1,10 @@
 """Trials that are over leave no memory behind."""
 
 from pathlib import Path
-import subprocess
-import sys
 
 import pytest
+
+from tests.processes import run_python
 
 STATM = Path("/proc/self/statm")
 WARM_UP = 20
@@ -46,9 +46,7 @@ print(resident() - before)
 @pytest.mark.slow
 @pytest.mark.skipif(not STATM.exists(), reason=f"there is no {STATM}")
 def test_trials_that_are_over_leave_no_memory_behind():
-    output = subprocess.run(
-        [sys.executable, "-c", CODE], capture_output=True, text=True, check=True
-    ).stdout
+    output = run_python(CODE).stdout
     growth = int(output) / 1e6
     print(f"resident memory grows by {growth:.2f} MB over {CYCLES} trials")
     assert growth < 5

@@ -15,27 +15,8 @@ from hunav_drake.systems.crowd import MOTION_MODELS
 from hunav_drake.systems.evaluation import METRICS
 from hunav_drake.systems.planning import PLANNERS
 from hunav_drake.systems.robot import ROBOTS
+from tests.agents import AGENTS
 
-# A file of people as HuNavSim has it.
-AGENTS = """
-hunav_loader:
-  ros__parameters:
-    map: cafe
-    agents: [ana]
-    ana:
-      id: 1
-      skin: 0
-      group_id: -1
-      max_vel: 1.5
-      radius: 0.4
-      behavior: {type: 1, configuration: 0}
-      init_pose: {x: -3.0, y: 7.0, z: 1.25, h: 0.0}
-      goal_radius: 0.3
-      cyclic_goals: true
-      goals: [g0, g1]
-      g0: {x: -3.2, y: 3.3, h: 1.25}
-      g1: {x: -3.8, y: -6.2, h: 1.25}
-"""
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 

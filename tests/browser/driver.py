@@ -182,6 +182,14 @@ class Editor:
         """Waits until the data hold a value at a path."""
         self.wait(lambda session: at(session.data, path) == value)
 
+    def metrics(self):
+        """Returns the texts of the first column of the table of runs."""
+        rows = self.page.locator(".run-table [data-metric]")
+        cells = (
+            "(it) => [it.dataset.metric, it.querySelector('td').textContent]"
+        )
+        return dict(rows.evaluate_all(f"rows => rows.map({cells})"))
+
     def settle(self):
         """Waits until no edit is on its way, and the page shows it."""
         self.page.wait_for_timeout(150)

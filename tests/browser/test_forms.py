@@ -2,6 +2,7 @@
 
 import json
 
+from tests.agents import AGENTS
 from tests.browser.driver import SMALL, at, near
 
 
@@ -107,7 +108,7 @@ def test_agents_and_metrics_of_hunavsim_are_imported(open_editor, tmp_path):
         editor.page.get_by_text("Import agents.yaml").click()
     chosen.value.set_files(agents)
     editor.wait(lambda it: len(it.data.get("humans", [])) == 1)
-    assert near(at(editor.session.data, ["humans", 0, "pose"])[:2], (1, 2))
+    assert near(at(editor.session.data, ["humans", 0, "pose"])[:2], (-3, 7))
     assert editor.page.locator(".map .person").count() == 1
     editor.page.keyboard.press("Escape")
     editor.page.locator(".step").first.click()
@@ -187,34 +188,3 @@ def test_two_pages_stay_in_step(open_editor):
     editor.wait(lambda it: it.text == SMALL)
     back = "[data-key='humans/0'] > g[transform='translate(-3 0)']"
     editor.page.locator(back).wait_for(state="attached")
-
-
-AGENTS = """\
-hunav_loader:
-  ros__parameters:
-    map: hall
-    publish_people: true
-    agents: [agent1]
-    agent1:
-      id: 1
-      skin: 0
-      group_id: -1
-      max_vel: 1.5
-      radius: 0.4
-      behavior:
-        type: 1
-        configuration: 0
-        duration: 40.0
-        once: true
-        vel: 0.6
-        dist: 0.0
-        goal_force_factor: 2.0
-        obstacle_force_factor: 10.0
-        social_force_factor: 5.0
-        other_force_factor: 20.0
-      init_pose: {x: 1.0, y: 2.0, z: 1.25, h: 0.0}
-      goal_radius: 0.3
-      cyclic_goals: true
-      goals: [g0]
-      g0: {x: 3.0, y: 2.0, h: 1.25}
-"""

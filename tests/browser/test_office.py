@@ -181,12 +181,7 @@ def check_table(editor, saved):
     scenario = LoadScenario(filename=saved)
     assert len(scenario.humans) == 8
     expected = RunTrial(scenario).metrics
-    shown = dict(
-        editor.page.locator(".run-table [data-metric]").evaluate_all(
-            "rows => rows.map((it) => [it.dataset.metric,"
-            " it.querySelector('td').textContent])"
-        )
-    )
+    shown = editor.metrics()
     assert set(shown) == set(expected.index)
     for name, text in shown.items():
         assert text == value_text(name, float(expected[name])), name

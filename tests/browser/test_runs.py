@@ -189,12 +189,7 @@ def test_a_run_moves_on_the_map_and_gives_the_table(open_with_worker):
     assert ghost.get_attribute("transform") != before
     _result(editor)
     expected = RunTrial(LoadScenario(data=QUICK), 3).metrics
-    shown = dict(
-        editor.page.locator(".run-table [data-metric]").evaluate_all(
-            "rows => rows.map((it) => [it.dataset.metric,"
-            " it.querySelector('td').textContent])"
-        )
-    )
+    shown = editor.metrics()
     assert set(shown) == set(expected.index)
     for name, text in shown.items():
         value = expected[name]

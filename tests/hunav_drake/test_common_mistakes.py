@@ -39,6 +39,7 @@ from hunav_drake.systems.planning import (
     Planner,
     register_planner,
 )
+from tests.agents import AGENTS
 
 # A room of 10 m x 10 m with a wall in it, a robot and a person.
 ROOM = """
@@ -353,44 +354,20 @@ def test_a_mistake_in_a_tree(mistake, hunav, tmp_path, monkeypatch):
     assert "Traceback" not in out + err
 
 
-AGENTS_YAML = """
-hunav_loader:
-  ros__parameters:
-    map: cafe
-    publish_people: true
-    agents: [agent1]
-    agent1:
-      id: 1
-      skin: 0
-      group_id: -1
-      max_vel: 1.5
-      radius: 0.4
-      behavior: {type: 1, configuration: 0, duration: 40.0, once: true,
-        vel: 0.6, dist: 0.0, goal_force_factor: 2.0,
-        obstacle_force_factor: 10.0, social_force_factor: 5.0,
-        other_force_factor: 20.0}
-      init_pose: {x: -3.9, y: 4.4, z: 1.25, h: 0.0}
-      goal_radius: 0.3
-      cyclic_goals: true
-      goals: [g0]
-      g0: {x: -3.2, y: -6.2, h: 1.25}
-"""
-
-
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ("goals: [g0]", "goals: [g7]", "g7"),
+        ("goals: [g0, g1]", "goals: [g7]", "g7"),
         ("type: 1", "type: 99", "99"),
         ("radius: 0.4", "radius: big", "big"),
     ],
 )
 def test_a_mistake_in_agents_yaml(hunav, tmp_path, old, new, words):
     good = tmp_path / "good.yaml"
-    good.write_text(AGENTS_YAML)
+    good.write_text(AGENTS)
     assert hunav("import", good)[0] == 0
     bad = tmp_path / "agents.yaml"
-    bad.write_text(AGENTS_YAML.replace(old, new))
+    bad.write_text(AGENTS.replace(old, new))
     code, out, err = hunav("import", bad)
     assert code == 2
     lines = [it for it in err.splitlines() if words in it]

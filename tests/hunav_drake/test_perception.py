@@ -30,10 +30,7 @@ from hunav_drake.systems.planning import (
     register_planner,
 )
 from hunav_drake.trial_planner import with_planner_lidar
-
-NAMES = ["pursuit", "dwb", "scl", "sfw", "sfm", "orca", "mppi"]
-# (Fewer samples decide as fast ones do, not as well.)
-FAST = {"mppi": "batch_size: 60, "}
+from tests.planners import NAMES, planner_override
 
 
 @pytest.fixture(autouse=True)
@@ -43,7 +40,7 @@ def only_for_a_test(monkeypatch):
 
 
 def planner_of(name, sees):
-    return f"planner={{name: {name}, {FAST.get(name, '')}sees: {sees}}}"
+    return planner_override(name, f"sees: {sees}")
 
 
 def crossing(name, sees, *overrides):

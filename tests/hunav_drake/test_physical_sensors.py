@@ -1,8 +1,6 @@
 """Trials with a robot that is a body and a lidar that is noisy."""
 
 import hashlib
-import subprocess
-import sys
 
 import numpy as np
 from pydrake.systems.analysis import Simulator
@@ -16,6 +14,7 @@ from hunav_drake import (
 )
 from hunav_drake.scenario import LidarConfig, SimulationConfig, World
 from tests.hunav_drake.test_physical_trials import PORTS, seen
+from tests.processes import run_python
 
 ALL = (*PORTS, "visible", "scan")
 STEP = 0.05
@@ -97,10 +96,5 @@ def digest(rows=None) -> str:
 @pytest.mark.slow
 def test_another_process_gives_the_same_bits(trial):
     script = "from tests.hunav_drake import test_physical_sensors as t"
-    result = subprocess.run(
-        [sys.executable, "-c", f"{script}; print(t.digest())"],
-        capture_output=True,
-        text=True,
-        check=True,
-    )
+    result = run_python(f"{script}; print(t.digest())")
     assert result.stdout.strip() == digest(trial[1])

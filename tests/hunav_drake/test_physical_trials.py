@@ -1,8 +1,6 @@
 """Trials with a robot that is a body of a plant."""
 
 import hashlib
-import subprocess
-import sys
 
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
@@ -24,6 +22,7 @@ from hunav_drake.scenario import ScenarioError, SimulationConfig, World
 from hunav_drake.systems.common.layout import Contact
 from hunav_drake.systems.evaluation import compute_metrics
 from hunav_drake.systems.evaluation.recording import Recording
+from tests.processes import run_python
 
 PORTS = ("robot_state", "human_states", "contacts", "velocity_command")
 STEP = 0.05
@@ -133,12 +132,7 @@ def digest() -> str:
 @pytest.mark.slow
 def test_another_process_gives_the_same_bits():
     script = "from tests.hunav_drake import test_physical_trials as t"
-    result = subprocess.run(
-        [sys.executable, "-c", f"{script}; print(t.digest())"],
-        capture_output=True,
-        text=True,
-        check=True,
-    )
+    result = run_python(f"{script}; print(t.digest())")
     assert result.stdout.strip() == digest()
 
 

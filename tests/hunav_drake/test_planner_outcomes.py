@@ -14,10 +14,7 @@ from hunav_drake.systems.planning import (
     register_planner,
 )
 from hunav_drake.systems.planning.navigation import Control
-
-NAMES = ["pursuit", "dwb", "scl", "sfw", "sfm", "orca", "mppi"]
-# (Fewer samples decide as fast ones do, not as well.)
-FAST = {"mppi": "batch_size: 60"}
+from tests.planners import NAMES, planner_override
 
 
 @pytest.fixture(autouse=True)
@@ -26,9 +23,8 @@ def only_for_a_test(monkeypatch):
 
 
 def load(text, name, parameters=""):
-    parameters = parameters or FAST.get(name, "")
-    planner = f"planner={{name: {name}, {parameters}}}"
-    return LoadScenario(data=text, overrides=[planner])
+    override = planner_override(name, parameters)
+    return LoadScenario(data=text, overrides=[override])
 
 
 ENCLOSED = """

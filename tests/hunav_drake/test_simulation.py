@@ -17,6 +17,7 @@ from hunav_drake import (
     RunTrial,
     ScenarioError,
 )
+from tests.processes import run_python
 
 SHIPPED = list(ListScenarios())
 
@@ -75,9 +76,7 @@ def test_another_process_repeats_it(passing):
         "r = RunTrial(LoadScenario(filename='passing')).recording\n"
         "print(r.robot.tobytes().hex(), r.humans.tobytes().hex())"
     )
-    output = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=True
-    ).stdout.split()
+    output = run_python(code).stdout.split()
     recording = RunTrial(passing).recording
     assert output[0] == recording.robot.tobytes().hex()
     assert output[1] == recording.humans.tobytes().hex()

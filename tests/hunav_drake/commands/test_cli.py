@@ -10,6 +10,7 @@ from hunav_drake.cli import main
 from hunav_drake.results.run_table import ReadRuns
 from hunav_drake.scenario import ListScenarios, LoadScenario
 from hunav_drake.systems.evaluation import Recording
+from tests.processes import run_python
 
 
 def test_help_answers_at_once():
@@ -24,9 +25,7 @@ def test_help_answers_at_once():
     assert "run a trial" in done.stdout
     # The bound has room for a slow machine: NumPy alone takes longer.
     code = "import sys; from hunav_drake import cli; print(*sys.modules)"
-    modules = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=True
-    ).stdout.split()
+    modules = run_python(code).stdout.split()
     assert not {"numpy", "pydrake", "pandas", "yaml"} & set(modules)
     print(f"hunav --help takes {min(times):.2f} s")
 

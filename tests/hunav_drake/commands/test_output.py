@@ -13,6 +13,7 @@ from hunav_drake import LoadScenario, RunTrial
 from hunav_drake.compiling import compile_time
 from hunav_drake.results.metric_facts import HEADLINE
 from hunav_drake.systems.evaluation.metrics import METRICS
+from tests.processes import run_python
 
 SHORT = ["--set", "simulation.duration=1"]
 
@@ -132,9 +133,7 @@ def test_who_waits_for_kernels_is_told_so():
         "with told_compile_time():\n"
         "    numba.njit(lambda x: x + 1)(1.0)\n"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=True
-    )
+    done = run_python(code)
     first, last = done.stderr.splitlines()
     assert first == "Compiling kernels (once, up to a minute) ..."
     assert re.fullmatch(r"Compiled \d+ kernels in \d+ s; they are.*", last)

@@ -1,8 +1,6 @@
 """The widget of notebooks, without a browser: messages in and out."""
 
 import dataclasses
-import subprocess
-import sys
 
 import pytest
 
@@ -10,6 +8,7 @@ pytest.importorskip("anywidget", reason="the extra `editor` is not here")
 
 from hunav_drake import EditScenario, LoadScenario, ScenarioError
 from hunav_drake.editor.widget import modules_in_order
+from tests.processes import run_python
 
 PERSON = "humans:\n# The first one.\n- {name: ana, pose: [1, 2, 0]}\n"
 
@@ -132,9 +131,7 @@ def test_without_anywidget_the_remedy_is_told():
         "except ImportError as error:\n"
         "    print(error)\n"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=True
-    )
+    done = run_python(code)
     assert done.stdout.splitlines() == [
         "EditScenario needs anywidget: pip install 'hunav_drake[editor]'"
     ]

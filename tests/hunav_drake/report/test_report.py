@@ -14,22 +14,16 @@ from hunav_drake.results.quantity_text import label_text, number_text, unit_text
 from hunav_drake.results.run_table import ReadRuns
 from hunav_drake.systems.evaluation.metrics import METRICS
 from tests import screenshot
-from tests.hunav_drake.passing_trials import make_recording, make_result
+from tests.hunav_drake.passing_trials import (
+    make_recording,
+    make_result,
+    make_results,
+)
 from tests.hunav_drake.report.pages import visible
 
 
 def make_batch():
-    return [
-        make_result(
-            make_recording(samples=41, speed=1 + 0.01 * seed),
-            scenario_name=scenario,
-            planner=planner,
-            seed=seed,
-        )
-        for scenario in ("passing", "crossing")
-        for planner in ("pursuit", "social")
-        for seed in range(3)
-    ]
+    return make_results(planners=("pursuit", "social"), gain=0.01)
 
 
 def assert_stands_alone(html):

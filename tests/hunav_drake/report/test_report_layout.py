@@ -17,24 +17,18 @@ from hunav_drake.results.metric_facts import bounds_of
 from hunav_drake.results.run_table import tabulate_runs
 from hunav_drake.results.statistics import summarize
 from hunav_drake.systems.behavior import BEHAVIORS
-from tests.hunav_drake.passing_trials import make_recording, make_result
+from tests.hunav_drake.passing_trials import (
+    make_recording,
+    make_result,
+    make_results,
+)
 
 
 @pytest.fixture(scope="module")
 def pages(tmp_path_factory):
     folder = tmp_path_factory.mktemp("pages")
     run = make_recording(behaviors=("regular", "threatening"))
-    batch = [
-        make_result(
-            make_recording(samples=41, speed=1 + 0.1 * seed),
-            scenario_name=scenario,
-            planner=planner,
-            seed=seed,
-        )
-        for scenario in ("passing", "crossing")
-        for planner in ("pursuit", "dwb", "sfw")
-        for seed in range(3)
-    ]
+    batch = make_results(planners=("pursuit", "dwb", "sfw"), gain=0.1)
     return {
         "trial": WriteReport(make_result(run), folder / "trial.html"),
         "batch": WriteReport(batch, folder / "batch.html"),

@@ -153,6 +153,14 @@ def test_a_run_is_cancelled_and_the_next_one_works(worker):
     assert listener.wait("result", run=run)["metrics"]
 
 
+def begin_run(dut, listener):
+    """Begins a long run, and returns its number once it moves."""
+    dut.run({"text": LONG, "speed": 2.0})
+    (run,) = listener.wait("runs")["runs"]
+    listener.wait("frame", run=run["run"])
+    return run["run"]
+
+
 def test_questions_are_answered_during_a_run(worker):
     dut, listener = worker
     dut.run({"text": LONG, "speed": 2.0})
@@ -163,11 +171,9 @@ def test_questions_are_answered_during_a_run(worker):
 
 def test_a_process_that_is_killed_is_replaced(worker):
     dut, listener = worker
-    dut.run({"text": LONG, "speed": 2.0})
-    (run,) = listener.wait("runs")["runs"]
-    listener.wait("frame", run=run["run"])
+    number = begin_run(dut, listener)
     os.kill(dut._first.pid, signal.SIGKILL)
-    result = listener.wait("result", run=run["run"])
+    result = listener.wait("result", run=number)
     assert result["end_reason"] == "failed"
     assert "-9" in listener.wait("worker", status="dead")["message"]
     listener.wait("worker", status="ready")
@@ -179,13 +185,11 @@ def test_a_process_that_is_killed_is_replaced(worker):
 
 def test_a_process_that_hears_nothing_is_ended(worker):
     dut, listener = worker
-    dut.run({"text": LONG, "speed": 2.0})
-    (run,) = listener.wait("runs")["runs"]
-    listener.wait("frame", run=run["run"])
+    number = begin_run(dut, listener)
     os.kill(dut._first.pid, signal.SIGSTOP)
     begin = time.monotonic()
     dut.cancel()
-    result = listener.wait("result", run=run["run"])
+    result = listener.wait("result", run=number)
     assert result["end_reason"] == "cancelled"
     assert time.monotonic() - begin < 2.0
     listener.wait("worker", status="ready")
