@@ -51,10 +51,14 @@ class FreeSpace:
             fixtures: All that stands in the world: see `World.fixtures`.
             around: Places (x, y) in W, in meters, that it contains besides.
         """
-        self.shapes = [
+        shapes = [
             (shapely.polygons if it.closed else shapely.linestrings)(outline)
             for it in fixtures
             for outline in it.footprints
+        ]
+        # (Polygons that cross themselves are faults of their own.)
+        self.shapes = [
+            it if it.is_valid else shapely.make_valid(it) for it in shapes
         ]
         self.places: list[Loc] = [
             it.place for it in fixtures for _ in it.footprints

@@ -92,6 +92,17 @@ def test_each_place_is_told_with_the_first_wall_that_takes_it(scenario):
         assert told >= depth - 0.01
 
 
+def test_the_way_out_of_a_wall_that_crosses_itself_is_far_enough():
+    bow = Polygon(points=[(0.0, 0.0), (3.5, -1.0), (0.0, 4.0), (3.0, 0.0)])
+    human = HumanConfig(pose=(0.0, 3.0, 0.0), radius=1.0, goals=[(0.0, 2.0)])
+    scenario = Scenario(world=World(walls=[bow]), humans=[human])
+    found = {it.loc: it for it in check_places(scenario)}
+    finding = found["humans", 0, "pose"]
+    nearest = shapely.LineString([(3.5, -1.0), (0.0, 4.0)])
+    depth = 1.0 - nearest.distance(shapely.Point(0.0, 3.0))
+    assert float(finding.message.split("move it ")[1].split()[0]) >= depth
+
+
 @settings(max_examples=80, deadline=None)
 @given(st.lists(POINTS, min_size=3, max_size=6))
 def test_polygons_are_sound_just_as_shapely_says(points):
