@@ -45,9 +45,11 @@ class SfmPlanner(NavigationPlanner):
     the velocity of the robot, which steers into it.
     """
 
-    # What it stops before.
+    # What it stops before: costs near that do not count.
     local_costmap: LocalCostmap = field(
-        default_factory=lambda: LocalCostmap(resolution=0.05)
+        default_factory=lambda: LocalCostmap(
+            resolution=0.05, layers=["obstacle"]
+        )
     )
 
     # How fast it wants to go, in m/s.
