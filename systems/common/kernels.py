@@ -7,10 +7,14 @@ from another file, has changed: so stale code is dropped first.
 
 import contextlib
 import hashlib
+import itertools
+import os
 from pathlib import Path
 import re
+import secrets
 
 import numba
+from numba.core.bytecode import FunctionIdentity
 
 _FOLDER = Path(__file__).parents[1]
 _STAMP = _FOLDER / "__pycache__" / "kernels.sha256"
@@ -60,8 +64,22 @@ def _compiled_from(folder: Path) -> dict[Path, bytes]:
     return found
 
 
+def number_functions_apart() -> None:
+    """Makes numba number what it compiles from a random number on.
+
+    Numba tells functions of one name apart, as two kinds of `sort`, by a
+    number, counts from 1 in each process, and keeps the numbers on disk. So
+    two processes can keep different functions by the same name. A third one
+    that reads both uses the first for both, and crashes (numba issue 10486).
+    """
+    FunctionIdentity._unique_ids = itertools.count(secrets.randbits(62))
+
+
 # All compiled code imports this module first.
 drop_stale_kernels()
+number_functions_apart()
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=number_functions_apart)
 
 # How the numeric kernels are compiled: on disk for the next process, and with
 # IEEE results for divisions by zero.

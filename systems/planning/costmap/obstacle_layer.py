@@ -100,8 +100,7 @@ def person_discs(humans: Array, robot: Array, config: ObstacleLayer) -> Array:
         return np.zeros((0, 3))
     dx, dy = humans[:, X] - robot[X], humans[:, Y] - robot[Y]
     reach = config.marking_range + config.person_radius
-    near = dx * dx + dy * dy < reach * reach
-    discs = np.empty((int(near.sum()), 3))
-    discs[:, :2] = humans[near, :2]
-    discs[:, 2] = config.person_radius
+    near = (dx * dx + dy * dy < reach * reach).nonzero()[0]
+    discs = np.full((len(near), 3), config.person_radius)
+    discs[:, :2] = humans[:, : Y + 1][near]
     return discs

@@ -217,10 +217,14 @@ class NavigationPlanner(Planner):
             The first and one after the last; the same number if there are
             none.
         """
-        away = np.hypot(*(poses[first:, :2] - view.robot[:2]).T)
-        begin = int(np.argmin(away))
-        beyond = np.flatnonzero(away[begin:] > self.setup(task).window)
-        end = begin + int(beyond[0]) if len(beyond) else len(away)
+        x, y = view.robot[:2].tolist()
+        away = np.hypot(poses[first:, 0] - x, poses[first:, 1] - y)
+        begin = int(away.argmin())
+        beyond = away[begin:] > self.setup(task).window
+        # (Of none, the first is the first of all.)
+        end = begin + int(beyond.argmax())
+        if not beyond[end - begin]:
+            end = len(away)
         return first + begin, first + end
 
     def plan(self, task: PlanningTask, view: View, memory: Any) -> Plan:

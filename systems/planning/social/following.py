@@ -33,11 +33,16 @@ def carrot_at(
     It is the first beyond the distance after the last within it, or else the
     last of all.
     """
-    away = np.hypot(*(local.poses[:, :2] - view.robot[:2]).T)
-    within = np.flatnonzero(away <= distance)
-    first = int(within[-1]) if len(within) else int(np.argmin(away))
-    beyond = np.flatnonzero(away[first:] > distance)
-    place = first + int(beyond[0]) if len(beyond) else len(away) - 1
+    x, y = view.robot[:2].tolist()
+    away = np.hypot(local.poses[:, 0] - x, local.poses[:, 1] - y)
+    last = len(away) - 1
+    # (Of none, the first is the first of all.)
+    first = last - int((away[::-1] <= distance).argmax())
+    if away[first] > distance:
+        first = int(away.argmin())
+    place = first + int((away[first:] > distance).argmax())
+    if away[place] <= distance:
+        place = last
     x, y = local.poses[place, :2].tolist()
     return x, y
 

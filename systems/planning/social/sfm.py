@@ -45,9 +45,11 @@ class SfmPlanner(NavigationPlanner):
     the velocity of the robot, which steers into it.
     """
 
-    # What it stops before.
+    # What it stops before: costs near that do not count.
     local_costmap: LocalCostmap = field(
-        default_factory=lambda: LocalCostmap(resolution=0.05)
+        default_factory=lambda: LocalCostmap(
+            resolution=0.05, layers=["obstacle"]
+        )
     )
 
     # How fast it wants to go, in m/s.
@@ -104,13 +106,16 @@ class SfmPlanner(NavigationPlanner):
             vx, vy = vx * speed / fast, vy * speed / fast
         yaw = float(view.robot[YAW])
         v, omega = steer(vx, vy, yaw, self.turn_time, task.limits)
-        if not is_free(setup.footprint, costmap, view, v, omega):
-            bearing = math.atan2(y - view.robot[Y], x - view.robot[X])
-            error = wrap_angle(bearing - yaw)
-            if abs(error) < 0.1:
-                return Control(0.0, 0.0, fault="something is in the way")
-            return Control(0.0, math.copysign(0.5, error))
-        return Control(v, omega)
+        free = is_free(setup.footprint, costmap, view, v, omega)
+        if free and v > 0:
+            return Control(v, omega)
+        # It faces where it wants to go. (Turned to where it is pushed, it would
+        # sway with whoever steps in front of it.)
+        dx, dy = x - float(view.robot[X]), y - float(view.robot[Y])
+        _, omega = steer(dx, dy, yaw, self.turn_time, task.limits)
+        if free or abs(wrap_angle(math.atan2(dy, dx) - yaw)) > 0.1:
+            return Control(0.0, omega)
+        return Control(0.0, 0.0, fault="something is in the way")
 
 
 # Those of people.

@@ -6,7 +6,13 @@ import sys
 import numpy as np
 import pytest
 
-from hunav_drake.systems.common.kernels import MATRIX, REAL, jit, jit_as
+from hunav_drake.systems.common.kernels import (
+    MATRIX,
+    REAL,
+    jit,
+    jit_as,
+    number_functions_apart,
+)
 
 
 @pytest.fixture
@@ -74,3 +80,19 @@ def test_to_load_a_scenario_takes_no_kernel():
         "assert not kernel.social_forces.overloads\n"
     )
     subprocess.run([sys.executable, "-c", program], check=True)
+
+
+def test_two_processes_do_not_give_their_functions_the_same_numbers(scaled_sum):
+    """Else a third one that reads both from disk takes one for the other."""
+    scaled_sum(np.ones((1, 1)), 1.0)
+    (compiled,) = scaled_sum.overloads.values()
+    first = compiled.fndesc.uid
+    number_functions_apart()
+    try:
+        second = jit(lambda: 0.0)
+        second()
+        (other,) = second.overloads.values()
+        assert abs(other.fndesc.uid - first) > 1 << 20
+        assert min(first, other.fndesc.uid) > 1 << 20
+    finally:
+        number_functions_apart()
