@@ -28,9 +28,11 @@ STRIDE = 1.27
 # A person that stops at once still puts the feet together.
 SETTLING_TIME = 0.2
 
-# Per person in the state: the phase of the stride in [0, 2 pi), and the pace,
-# which is the speed smoothed over SETTLING_TIME, negative backwards, in m/s.
-GAIT_SIZE = 2
+# Per person in the state: the phase of the stride in [0, 2 pi); the pace,
+# which is the speed smoothed over SETTLING_TIME, negative backwards, in m/s;
+# and where the person last was, x and y, in meters.
+GAIT_SIZE = 4
+PHASE, PACE, LAST_X, LAST_Y = range(GAIT_SIZE)
 
 # The positions of a person's figure.
 (
@@ -53,40 +55,51 @@ ABSENT = 1e4
 
 
 def initial_gait(n: int) -> Array:
-    """Returns phase and pace of `n` people who stand, shape (2n,).
+    """Returns the gait of `n` people who stand, shape (4n,).
 
     The phases are spread by the golden angle, so that people who set off
-    together do not march in step.
+    together do not march in step. So far nobody was anywhere.
     """
     gait = np.zeros((n, GAIT_SIZE))
-    gait[:, 0] = np.arange(n) * (math.pi * (3 - math.sqrt(5))) % (2 * math.pi)
+    gait[:, LAST_X:] = ABSENT
+    gait[:, PHASE] = (
+        np.arange(n) * (math.pi * (3 - math.sqrt(5))) % (2 * math.pi)
+    )
     return gait.ravel()
 
 
 @jit
 def advance_gait(gait: Array, human_states: Array, time_step: float) -> Array:
-    """Returns phase and pace (2n,) of people one step later."""
-    result = np.empty_like(gait)
+    """Returns the gait (4n,) of people one step later.
+
+    They step as fast as they say they move, but no faster than they have come
+    forward: in the profile of HuNavSim, some who stand keep their velocity.
+    """
+    result = gait.copy()
     blend = 1.0 - math.exp(-time_step / SETTLING_TIME)
     for i in range(gait.size // GAIT_SIZE):
         row = i * STATE_SIZE
+        own = i * GAIT_SIZE
+        x, y = human_states[row + X], human_states[row + Y]
         vx, vy = human_states[row + VX], human_states[row + VY]
         yaw = human_states[row + YAW]
-        if math.isnan(human_states[row + X]):
-            result[GAIT_SIZE * i] = gait[GAIT_SIZE * i]
-            result[GAIT_SIZE * i + 1] = 0.0
+        if math.isnan(x):
+            result[own + PACE] = 0.0
             continue
-        speed = math.hypot(vx, vy)
+        walked = math.hypot(x - gait[own + LAST_X], y - gait[own + LAST_Y])
+        speed = min(math.hypot(vx, vy), walked / time_step)
         if vx * math.cos(yaw) + vy * math.sin(yaw) < 0.0:
             speed = -speed
-        phase, pace = gait[GAIT_SIZE * i], gait[GAIT_SIZE * i + 1]
+        pace = gait[own + PACE]
         pace += blend * (speed - pace)
         # A stride of STRIDE sqrt(|pace|) at |pace| takes sqrt(|pace|) / STRIDE
         # strides per second.
         rate = math.copysign(math.sqrt(abs(pace)) / STRIDE, pace)
-        phase = (phase + 2.0 * math.pi * rate * time_step) % (2.0 * math.pi)
-        result[GAIT_SIZE * i] = phase
-        result[GAIT_SIZE * i + 1] = pace
+        phase = gait[own + PHASE] + 2.0 * math.pi * rate * time_step
+        result[own + PHASE] = phase % (2.0 * math.pi)
+        result[own + PACE] = pace
+        result[own + LAST_X] = x
+        result[own + LAST_Y] = y
     return result
 
 
@@ -101,7 +114,8 @@ def pose_figures(gait: Array, human_states: Array) -> Array:
     result = np.empty((n, FIGURE_SIZE))
     for i in range(n):
         row = i * STATE_SIZE
-        phase, pace = gait[GAIT_SIZE * i], gait[GAIT_SIZE * i + 1]
+        phase = gait[GAIT_SIZE * i + PHASE]
+        pace = gait[GAIT_SIZE * i + PACE]
         # The foot on the floor stays where it is if the leg sweeps half a
         # stride while the body moves as far.
         stride = STRIDE * math.sqrt(abs(pace))

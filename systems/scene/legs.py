@@ -88,7 +88,7 @@ def legs_at(gait: Array, human_states: Array, height: float) -> Array:
     in the air above it, has half axes of 0.
 
     Args:
-        gait: Phases and paces, shape (2n,): see `gait`.
+        gait: The gait of the people, shape (4n,): see `gait`.
         human_states: The rows of the people, shape (7n,).
         height: That of the plane above the floor, in meters.
 

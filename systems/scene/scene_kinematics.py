@@ -38,8 +38,9 @@ class SceneKinematics(LeafSystem):
     7); without a robot there is no such port. Port `positions` gives the
     generalized positions of the scene's plant.
 
-    The discrete state holds for each person the phase of the stride (rad)
-    and the smoothed speed (m/s). It is updated every `time_step`.
+    The discrete state holds for each person the phase of the stride (rad),
+    the smoothed speed (m/s) and the last place (m): see `gait`. It is updated
+    every `time_step`.
     """
 
     def __init__(

@@ -69,7 +69,7 @@ class Lidar(LeafSystem):
 
     The discrete state holds the scan that was made last and its number (-1
     before the first), and in a second group, for lidars that see legs, the
-    phase and the pace of each gait. A numeric parameter holds the seed, in two
+    gait of each person. A numeric parameter holds the seed, in two
     halves. It is updated every ``time_step``, whatever the period, so that all
     of a trial moves at the same instants.
     """

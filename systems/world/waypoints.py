@@ -30,7 +30,7 @@ from hunav_drake.systems.world.visibility_graph import (
     sees,
     stops,
 )
-from hunav_drake.systems.world.walls import opened
+from hunav_drake.systems.world.walls import opened, out_of_box, segments_near
 
 # Ways whose lengths differ less are equal, in meters.
 _SAME = 1e-9
@@ -102,19 +102,91 @@ def _remembered(x, y, hidden):
 
 
 @jit
-def _hides_from_all(column, row, qx, qy, walls, s):
-    """Tells whether segment `s` hides a point from all places of a cell.
+def _side_of(x, y, qx, qy, cell):
+    """Tells on which side of all lines from a point to a cell (x, y) lies.
 
-    It does if it lies across the lines to all four corners: the places from
-    where it does are a convex set.
+    Returns:
+        1 for the left of the lines from (qx, qy) to all places of the cell,
+        -1 for the right, else 0.
     """
-    for i in range(2):
-        for j in range(2):
-            x = (column + i) * _CELL + (2 * i - 1) * _MARGIN
-            y = (row + j) * _CELL + (2 * j - 1) * _MARGIN
-            if not crosses(x, y, qx, qy, walls.segments, s):
+    dx = x - qx
+    dy = y - qy
+    left = 0
+    right = 0
+    for i in range(0, 4, 2):
+        for j in range(1, 4, 2):
+            turn = (cell[i] - qx) * dy - (cell[j] - qy) * dx
+            left += turn > 0
+            right += turn < 0
+    return int(left == 4) - int(right == 4)
+
+
+@jit
+def _is_beside(cell, segments, s):
+    """Tells whether segment `s` surely lies outside of a cell."""
+    x0, y0, x1, y1 = cell
+    if out_of_box(x0, y0, x1, y1, 0.0, segments, s):
+        return True
+    ax = segments[s, 0]
+    ay = segments[s, 1]
+    return _side_of(segments[s, 2], segments[s, 3], ax, ay, cell) != 0
+
+
+@jit
+def _hides_from_all(column, row, qx, qy, walls, s):
+    """Tells whether the wall of segment `s` hides a point from a whole cell.
+
+    It does if it goes on, to both ends of the segment, without a gap and
+    beside the cell, until it has left the lines from the point to all places of
+    the cell on different sides. So it lies across all of them.
+    """
+    x0 = column * _CELL - _MARGIN
+    y0 = row * _CELL - _MARGIN
+    side = _CELL + 2 * _MARGIN
+    cell = (x0, y0, x0 + side, y0 + side)
+    segments = walls.segments
+    if not _is_beside(cell, segments, s):
+        return False
+    shape = np.searchsorted(walls.first, s, side="right") - 1
+    begin = walls.first[shape]
+    count = walls.first[shape + 1] - begin
+    sides = 0
+    for step in (1, -1):
+        end = 1 + step
+        at = s
+        while True:
+            x = segments[at, end]
+            y = segments[at, end + 1]
+            left = _side_of(x, y, qx, qy, cell)
+            if left != 0:
+                break
+            at = begin + (at - begin + step) % count
+            if (
+                at == s
+                or segments[at, 2 - end] != x
+                or segments[at, 3 - end] != y
+                or not _is_beside(cell, segments, at)
+            ):
                 return False
-    return True
+        sides += left
+    return sides == 0
+
+
+@jit
+def _hider(x, y, vertex, clearance, vertices, known, walls):
+    """Returns what hides a vertex: see `Hidden`; _UNKNOWN if it is seen."""
+    column, row, _ = known
+    vx = vertices[vertex, 0]
+    vy = vertices[vertex, 1]
+    across = -1
+    for s in segments_near(x, y, vx, vy, 0.0, walls):
+        if crosses(x, y, vx, vy, walls.segments, s):
+            if _hides_from_all(column, row, vx, vy, walls, s):
+                return _HIDDEN
+            across = s
+    if across < 0:
+        across = blocker(x, y, vx, vy, clearance, walls)
+    return across + 1
 
 
 @jit
@@ -123,7 +195,7 @@ def _is_hidden(x, y, vertex, clearance, vertices, known, walls):
 
     `known` is what `_remembered` gives for the place.
     """
-    column, row, hiders = known
+    hiders = known[2]
     hider = hiders[vertex]
     if hider == _HIDDEN:
         return True
@@ -131,11 +203,10 @@ def _is_hidden(x, y, vertex, clearance, vertices, known, walls):
     vy = vertices[vertex, 1]
     if hider != _UNKNOWN and stops(x, y, vx, vy, clearance, walls, hider - 1):
         return True
-    s = blocker(x, y, vx, vy, clearance, walls)
-    if s < 0:
+    hider = _hider(x, y, vertex, clearance, vertices, known, walls)
+    if hider == _UNKNOWN:
         return False
-    hides = _hides_from_all(column, row, vx, vy, walls, s)
-    hiders[vertex] = _HIDDEN if hides else s + 1
+    hiders[vertex] = hider
     return True
 
 
@@ -184,6 +255,8 @@ def _choice(x, y, legs, ways, clearance, vertices, known, walls):
     alike = np.flatnonzero(
         (ways >= shortest) & (ways <= shortest + 1e3 * _SAME)
     )
+    if len(alike) == 1:
+        return alike[0]
     for v in alike[np.argsort(ways[alike], kind="mergesort")]:
         if choice >= 0 and ways[v] > ways[choice] + _SAME:
             break
@@ -216,6 +289,8 @@ def waypoint(
 ):
     """Returns the point to walk to next from (x, y), on the way to a goal.
 
+    The goal itself is not in sight, with the clearance.
+
     Args:
         x: In meters, like all places and lengths.
         y: See there.
@@ -231,7 +306,10 @@ def waypoint(
         table: `Obstacles.table`.
     """
     walls = opened(table)
-    if sees(x, y, place[0], place[1], last_clearance, walls):
+    elsewhere = place[0] != goal_x or place[1] != goal_y
+    if (elsewhere or last_clearance != clearance) and sees(
+        x, y, place[0], place[1], last_clearance, walls
+    ):
         # In front of the furniture that the goal is in, people lean towards
         # the goal, and come to rest there.
         if math.hypot(place[0] - x, place[1] - y) < 2 * clearance:

@@ -14,10 +14,26 @@ def walker(speed: float, yaw: float = 0.0, direction: float | None = None):
     )
 
 
-def walk_gait(state: np.ndarray, steps: int, start=(0.0, 0.0)) -> np.ndarray:
-    gait = np.array(start)
+def standing(*phases: float) -> np.ndarray:
+    gait = mut.initial_gait(len(phases)).reshape(-1, mut.GAIT_SIZE)
+    gait[:, mut.PHASE] = phases
+    return gait.ravel()
+
+
+def come(state: np.ndarray, seconds: float) -> None:
+    """Moves people on as fast as they say they move."""
+    rows = state.reshape(-1, 7)
+    rows[:, :2] += seconds * rows[:, 3:5]
+
+
+def walk_gait(
+    state: np.ndarray, steps: int, start: np.ndarray | None = None
+) -> np.ndarray:
+    gait = standing(*len(state[::7]) * [0.0]) if start is None else start
+    state = state.copy()
     for _ in range(steps):
         gait = mut.advance_gait(gait, state, DT)
+        come(state, DT)
     return gait
 
 
@@ -47,8 +63,8 @@ def soles(q: np.ndarray) -> np.ndarray:
 
 def test_a_person_who_stands_stays_upright_with_legs_together():
     still = walker(0.0, yaw=1.0)
-    gait = walk_gait(still, 100, start=(0.7, 0.0))
-    np.testing.assert_array_equal(gait, [0.7, 0.0])
+    gait = walk_gait(still, 100, standing(0.7))
+    np.testing.assert_array_equal(gait, [0.7, 0.0, *still[:2]])
     (q,) = mut.pose_figures(gait, still)
     np.testing.assert_array_equal(q[:3], still[:3])
     assert q[mut.HIP_HEIGHT] == pytest.approx(mut.THIGH + mut.SHIN)
@@ -57,15 +73,32 @@ def test_a_person_who_stands_stays_upright_with_legs_together():
 
 def test_a_person_who_stops_at_once_puts_the_feet_together():
     gait = walk_gait(walker(1.2), 40)
-    stopped = walk_gait(walker(0.0), 40, start=tuple(gait))
+    stopped = walk_gait(walker(0.0), 40, gait)
     (q,) = mut.pose_figures(stopped, walker(0.0))
     assert np.abs(q[mut.LEFT_HIP :]).max() < 0.02
+
+
+def test_a_person_who_does_not_come_forward_does_not_step():
+    """Some who stand keep their velocity, in the profile of HuNavSim."""
+    walking = walk_gait(walker(1.2), 40)
+    gait = walking
+    for _ in range(60):
+        gait = mut.advance_gait(gait, walker(1.2), DT)
+    assert walking[mut.PACE] == pytest.approx(1.2, abs=1e-3)
+    assert gait[mut.PACE] == pytest.approx(0.0, abs=1e-3)
+
+
+def test_who_is_put_elsewhere_steps_no_faster():
+    gait = mut.advance_gait(standing(0.0), walker(0.4), DT)
+    far = walker(0.4)
+    far[0] += 50.0
+    assert mut.advance_gait(gait, far, DT)[mut.PACE] < 0.4
 
 
 @pytest.mark.parametrize("speed", [0.3, 0.7, 1.2, 2.0])
 def test_the_stride_is_that_of_people_of_this_speed(speed):
     gait = walk_gait(walker(speed), 200)
-    after = mut.advance_gait(gait, walker(speed), DT)
+    after = walk_gait(walker(speed), 201)
     turns = ((after[0] - gait[0]) % (2 * np.pi)) / (2 * np.pi)
     assert speed * DT / turns == pytest.approx(mut.STRIDE * np.sqrt(speed))
 
@@ -78,6 +111,7 @@ def test_faster_people_swing_their_legs_wider():
         angles = []
         for _ in range(60):
             gait = mut.advance_gait(gait, state, DT)
+            come(state, DT)
             angles.append(mut.pose_figures(gait, state)[0, mut.LEFT_HIP])
         swings.append(np.ptp(angles))
     assert np.all(np.diff(swings) > 0)
@@ -92,7 +126,7 @@ def test_a_person_who_steps_back_turns_the_stride_back():
 
 @given(st.floats(0, 2 * np.pi), st.floats(-3.0, 3.0))
 def test_one_foot_is_on_the_floor_and_none_below(phase, pace):
-    (q,) = mut.pose_figures(np.array([phase, pace]), walker(0.0))
+    (q,) = mut.pose_figures(np.array([phase, pace, 0, 0]), walker(0.0))
     assert soles(q)[:, 1].min() == pytest.approx(0.0, abs=1e-12)
     assert 0.7 < q[mut.HIP_HEIGHT] < 1.0
 
@@ -102,9 +136,11 @@ def test_the_foot_that_bears_the_weight_hardly_slips():
     gait = walk_gait(walker(speed), 200)
     slips = []
     previous = None
+    state = walker(speed)
     for _ in range(2000):
-        gait = mut.advance_gait(gait, walker(speed), step)
-        feet = soles(mut.pose_figures(gait, walker(speed))[0])
+        gait = mut.advance_gait(gait, state, step)
+        feet = soles(mut.pose_figures(gait, state)[0])
+        come(state, step)
         foot = int(np.argmin(feet[:, 1])) // 2
         x = feet[2 * foot : 2 * foot + 2, 0].mean()
         if previous and previous[0] == foot:
@@ -114,14 +150,14 @@ def test_the_foot_that_bears_the_weight_hardly_slips():
 
 
 def test_arms_swing_against_the_legs():
-    (q,) = mut.pose_figures(np.array([np.pi / 2, 1.2]), walker(1.2))
+    (q,) = mut.pose_figures(np.array([np.pi / 2, 1.2, 0, 0]), walker(1.2))
     assert q[mut.LEFT_HIP] > 0.2 > -0.2 > q[mut.RIGHT_HIP]
     assert q[mut.LEFT_SHOULDER] < -0.2 < 0.2 < q[mut.RIGHT_SHOULDER]
 
 
 def test_people_do_not_disturb_each_other():
     states = [walker(0.0), walker(0.8, 2.0), walker(1.5, -1.0)]
-    together = walk_gait(np.concatenate(states), 30, start=(0.0,) * 6)
+    together = walk_gait(np.concatenate(states), 30)
     alone = [walk_gait(state, 30) for state in states]
     np.testing.assert_array_equal(together, np.concatenate(alone))
 
@@ -129,7 +165,7 @@ def test_people_do_not_disturb_each_other():
 @given(st.floats(-np.pi, np.pi), st.floats(0.0, 2.0))
 def test_steps_do_not_depend_on_the_direction_of_the_walk(yaw, speed):
     np.testing.assert_allclose(
-        walk_gait(walker(speed, yaw), 20),
-        walk_gait(walker(speed), 20),
+        walk_gait(walker(speed, yaw), 20)[: mut.LAST_X],
+        walk_gait(walker(speed), 20)[: mut.LAST_X],
         atol=1e-9,
     )

@@ -185,10 +185,10 @@ def test_who_is_absent_is_far_away_and_comes_back_standing():
     states = STATES.copy()
     states[1] = np.nan
     before = gait.initial_gait(2)
-    before[3] = 1.2
+    before[gait.GAIT_SIZE + gait.PACE] = 1.2
     after = gait.advance_gait(before, states.ravel(), 0.05)
     assert np.isfinite(after).all()
-    assert after[3] == 0.0
+    assert after[gait.GAIT_SIZE + gait.PACE] == 0.0
     figures = gait.pose_figures(after, states.ravel())
     assert np.isfinite(figures).all()
     assert figures[0, gait.BASE_X] == 0.0
