@@ -7,6 +7,7 @@ from typing import Any, ClassVar
 from pydantic import StrictBool
 from pydantic.dataclasses import dataclass
 
+from hunav_drake.systems.common.field_docs import explain
 from hunav_drake.systems.common.registry import Registry
 from hunav_drake.systems.common.schema import CONFIG
 from hunav_drake.systems.sensing.sensor_config import (
@@ -17,12 +18,13 @@ from hunav_drake.systems.sensing.sensor_config import (
 )
 
 
+@explain
 @dataclass(kw_only=True, config=CONFIG)
 class PerceptionConfig(ABC):
     """What all perceptions have; which one it is, a derived class tells."""
 
-    # Whether the planner gets no rows of people, but the scan of a lidar.
     by_lidar: ClassVar[bool] = False
+    """Whether the planner gets no rows of people, but the scan of a lidar."""
 
     @abstractmethod
     def MakeSystem(self, task: SensingTask) -> Any | None:
@@ -60,12 +62,14 @@ class Everything(PerceptionConfig):
 class Visible(PerceptionConfig):
     """The people whom the robot can see now. See `VisiblePeople`."""
 
-    # How far it sees, in meters, and how wide, in radians.
     range_max: Range = 10.0
-    field_of_view: Turn = 2 * math.pi
+    """How far the robot sees, in meters."""
 
-    # Whether people hide those behind them; walls always do.
+    field_of_view: Turn = 2 * math.pi
+    """How wide the robot sees, in radians."""
+
     hidden_by_people: StrictBool = False
+    """Whether people hide those behind them; walls always do."""
 
     def MakeSystem(self, task: SensingTask) -> Any:
         """Makes a `VisiblePeople`, for which what is low hides nobody."""
