@@ -19,16 +19,20 @@ ROOT = Path(__file__).resolve().parents[1]
 DOCS = ROOT / "docs"
 
 
+def run_python(page):
+    """Runs the Python of a page in one go; returns what it makes."""
+    text = (DOCS / f"{page}.md").read_text()
+    made = {"__name__": page}
+    for block in re.findall(r"^```python\n(.*?)^```", text, re.M | re.S):
+        exec(compile(block, f"{page}.md", "exec"), made)
+    return made
+
+
 def test_the_robot_of_the_page_drives(monkeypatch):
     """And the page tells of all robots, contacts and their metrics."""
     monkeypatch.setattr(ROBOTS, "_choices", dict(ROBOTS))
     text = (DOCS / "robots.md").read_text()
-    section = text.split("\n## A robot of your own\n")[1]
-    code = "".join(re.findall(r"(?:^    .*\n|^\n)+", section, re.M))
-    exec(
-        compile(textwrap.dedent(code), "robots.md", "exec"),
-        {"__name__": "robots"},
-    )
+    run_python("robots")
     scenario = LoadScenario(data="robot: {model: gantry, goal: [2, 0, 0]}")
     assert RunTrial(scenario).end_reason == "goal"
     metrics = [m.name for m in select_metrics(["contacts"])]
@@ -52,13 +56,10 @@ def test_the_sources_of_the_docs_can_be_drawn():
 
 def test_the_sensors_of_the_docs_are_there():
     text = (DOCS / "sensors.md").read_text()
-    (block,) = re.findall(r"^    sensors:\n(?:      .*\n)+", text, re.M)
-    scenario = LoadScenario(data=textwrap.dedent(block))
-    assert len(scenario.sensors) == 4
-    (section,) = re.findall(r"^## People before(?:.|\n)*?^## ", text, re.M)
-    code = textwrap.dedent("".join(re.findall(r"^    .*\n|^\n", section, re.M)))
-    made = {"__name__": "docs"}
-    exec(compile(code, "sensors.md", "exec"), made)
+    (block,) = re.findall(r"^sensors:\n(?:  .*\n)+", text, re.M)
+    assert len(LoadScenario(data=block).sensors) == 4
+    made = run_python("sensors")
+    assert made["scan"].shape == (360,)
     context = made["diagram"].CreateDefaultContext()
     lidar = made["lidar"]
     own = lidar.GetMyContextFromRoot(context)
@@ -69,8 +70,8 @@ def test_the_sensors_of_the_docs_are_there():
 
 def test_the_suite_of_the_docs_is_one():
     text = (DOCS / "benchmark.md").read_text()
-    (block,) = re.findall(r"^    # mine.yaml\n(?:    .*\n)+", text, re.M)
-    suite = LoadSuite(data=textwrap.dedent(block))
+    (block,) = re.findall(r"^# mine.yaml\n(?:.+\n)+?(?=```)", text, re.M)
+    suite = LoadSuite(data=block)
     assert suite.name == "mine"
     assert len(suite.planners) == len(suite.settings) == 2
     assert [it.metric for it in suite.relations] == ["min_dist_to_people"]
@@ -85,7 +86,7 @@ def test_the_standard_suite_is_in_the_docs():
     page = (DOCS / "standard_results.md").read_text()
     assert f"version {suite.version}" in page
     (command,) = re.findall(r"^    (hunav bench standard.*)$", page, re.M)
-    assert f"    {command}" in text
+    assert f"\n{command}\n" in text
     assert re.findall(r"^## (\w+)$", page, re.M) == suite.scenarios
     rows = re.findall(r"^\| (\w+) .*`\w{12}` \|$", page, re.M)
     assert rows == suite.planners * len(suite.scenarios)
@@ -154,6 +155,6 @@ def test_the_code_about_planners_runs(capsys, monkeypatch):
         printed.append(capsys.readouterr().out)
     assert len(blocks) == 5
     assert printed[0].startswith("goal ")
-    (shown,) = re.findall(r"^    (planner 'lost' .*)\(", text, re.M)
+    (shown,) = re.findall(r"^(planner 'lost' .*)\(", text, re.M)
     assert printed[3].startswith(shown)
     assert re.fullmatch(r"\d+\.\d{3} ms per cycle\n", printed[4])
