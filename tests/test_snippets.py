@@ -200,7 +200,10 @@ def command_lines(inline=False):
 @pytest.mark.parametrize("words", list(command_lines(inline=True)))
 def test_a_command_of_a_page_is_understood(words):
     # Named in a sentence, it may lack what it needs.
-    assert any(parses([*words, *more]) for more in ([], ["x"], ["x", "x"]))
+    assert any(
+        parses([*words, *more])
+        for more in ([], ["x"], ["x", "x"], ["x", "-o", "x"])
+    )
 
 
 def parses(words):
