@@ -10,22 +10,26 @@ from typing import Any
 
 from hunav_drake.systems.common.field_docs import explain
 
-# A row of `human_states` and of `robot_states`: the pose, the velocity of the
-# center expressed in W, the turn rate, and the radius of the body's disc.
 X, Y, YAW, VX, VY, OMEGA, RADIUS = range(7)
 STATE_FIELDS = ("x", "y", "yaw", "vx", "vy", "omega", "radius")
+"""A row of `human_states` and of `robot_states`: the pose in W, the velocity of
+the center expressed in W, the turn rate, and the radius of the body's disc."""
+
 STATE_SIZE = len(STATE_FIELDS)
 
 # What of it is in the state of a crowd: all but the radius.
 MOTION_SIZE = RADIUS
 
-# People come in at sources and leave at sinks (see `people.traffic`); vectors
-# have rows for them also while they are outside, and rows of those whom a robot
-# does not see. Such a row of `human_states` is at rest at (OUTSIDE, OUTSIDE),
-# in meters, with yaw and radius 0: farther away than any coordinate that a
-# scenario may have, so that who computes distances need not know of it, and
-# finite, unlike NaN, which would spread. Only recordings have rows of NaN.
 OUTSIDE = 1e6
+"""Where who is not here stands, along x and y, in meters.
+
+People come in at sources and leave at sinks (see `people.traffic`); vectors
+have rows for them also while they are outside, and rows of those whom a robot
+does not see. Such a row of `human_states` is at rest at (OUTSIDE, OUTSIDE),
+with yaw and radius 0: farther away than any coordinate that a scenario may
+have, so that who computes distances need not know of it, and finite, unlike
+NaN, which would spread. Only recordings have rows of NaN.
+"""
 
 
 def is_outside(states: Any) -> Any:
@@ -116,9 +120,6 @@ class Command(IntEnum):
 
 COMMAND_SIZE = len(Command)
 
-# A row of `forces`: the accelerations of a person, each a pair (x, y) in W, in
-# m/s^2. `social` is that of other people and of robots taken for people,
-# `obstacle` that of walls and of robots taken for obstacles.
 FORCES = (
     "goal",
     "obstacle",
@@ -129,6 +130,18 @@ FORCES = (
     "robot_repulsion",
     "total",
 )
+"""The accelerations in a row of `forces`, each a pair (x, y) in W, in m/s^2.
+
+- `goal`: towards the desired velocity.
+- `obstacle`: from walls, and from robots taken for obstacles.
+- `social`: from other people, and from robots taken for people.
+- `group_gaze`: slower, to keep the others of the group in view.
+- `group_coherence`: to the middle of the group.
+- `group_repulsion`: from others of the group who are too near.
+- `robot_repulsion`: from the nearest robot, where the behavior asks for it.
+- `total`: the sum, which moves the person.
+"""
+
 FORCES_SIZE = 2 * len(FORCES)
 
 # Where the pair of each begins, in a row.
@@ -184,6 +197,8 @@ class Contact(IntEnum):
 
 CONTACT_SIZE = len(Contact)
 
-# In seconds, and in meters from the robot's disc to the person's body.
 CONTACT_PAUSE = 0.25
+"""How long two must have been apart for a contact to be over, in seconds."""
+
 CONTACT_GAP = 0.02
+"""How far apart, from the robot's disc to the person's body, in meters."""
