@@ -4,12 +4,21 @@ from pathlib import Path
 import re
 import textwrap
 
+import pytest
+
 from hunav_drake import LoadScenario, MakeTrialDiagram, RunTrial
 from hunav_drake.benchmark import LoadSuite
+from hunav_drake.benchmark.comparison.paper import (
+    PLANNERS as PAPER_PLANNERS,
+    PUBLISHED,
+    PUBLISHED_BY_BEHAVIOR,
+)
+from hunav_drake.results.metric_facts import is_built_in
 from hunav_drake.scenario import draw_people
 from hunav_drake.systems.common.layout import Contact
 from hunav_drake.systems.crowd import MOTION_MODELS
-from hunav_drake.systems.evaluation import select_metrics
+from hunav_drake.systems.evaluation import METRICS, select_metrics
+from hunav_drake.systems.evaluation.metric import TABLE_I
 from hunav_drake.systems.planning import PLANNERS
 from hunav_drake.systems.robot import ROBOTS
 from hunav_drake.validation.cases import CASES
@@ -141,6 +150,43 @@ def test_every_room_is_described():
     }
     for room in rooms:
         assert room in text or f"`{room.split('/')[1]}/`" in text, room
+
+
+README = (ROOT / "README.md").read_text()
+
+
+def test_the_readme_prints_what_the_paper_does():
+    rows = re.findall(r"^\| ([^|]*) (\| \S+ \| \*\S+\* ){3}\|$", README, re.M)
+    assert len(rows) == 9
+    passing, crossing = PUBLISHED["passing"], PUBLISHED["crossing"]
+    curious = PUBLISHED_BY_BEHAVIOR["curious"]
+    threatening = PUBLISHED_BY_BEHAVIOR["threatening"]
+    metrics = [
+        (passing, "time_to_reach_goal"),
+        (passing, "min_dist_to_people"),
+        (passing, "personal_space_intrusions"),
+        (crossing, "time_to_reach_goal"),
+        (crossing, "cumulative_heading_changes"),
+        (crossing, "social_work"),
+        (curious, "min_dist_to_people"),
+        (threatening, "min_dist_to_people"),
+        (threatening, "intimate_space_intrusions"),
+    ]
+    printed = [float(it) for it in re.findall(r" \*([\d.]+)\* ", README)]
+    assert printed == pytest.approx(
+        [table[p][name] for table, name in metrics for p in PAPER_PLANNERS],
+        abs=0.051,
+    )
+
+
+def test_the_readme_counts_what_there_is():
+    own = [name for name in METRICS if is_built_in(name)]
+    told = f"| {len(own)}, among them the {len(TABLE_I)} of the paper |"
+    assert told in README
+    planners = [
+        p for p in PLANNERS.values() if p.__module__.startswith("hunav_drake.")
+    ]
+    assert f"| {len(planners)}, among them DWB" in README
 
 
 def test_the_code_about_planners_runs(capsys, monkeypatch):

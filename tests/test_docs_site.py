@@ -15,8 +15,10 @@ ROOT = Path(__file__).resolve().parents[1]
 def test_the_site_builds_without_a_warning(tmp_path):
     """With --strict, a link or an anchor that leads nowhere is a fault."""
     done = subprocess.run(
-        [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet"]
-        + ["--site-dir", str(tmp_path)],
+        [
+            *(sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet"),
+            *("--site-dir", str(tmp_path)),
+        ],
         cwd=ROOT,
         env={**os.environ, "NO_MKDOCS_2_WARNING": "1"},
         capture_output=True,
