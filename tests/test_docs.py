@@ -4,12 +4,21 @@ from pathlib import Path
 import re
 import textwrap
 
+import pytest
+
 from hunav_drake import LoadScenario, MakeTrialDiagram, RunTrial
 from hunav_drake.benchmark import LoadSuite
+from hunav_drake.benchmark.comparison.paper import (
+    PLANNERS as PAPER_PLANNERS,
+    PUBLISHED,
+    PUBLISHED_BY_BEHAVIOR,
+)
+from hunav_drake.results.metric_facts import is_built_in
 from hunav_drake.scenario import draw_people
 from hunav_drake.systems.common.layout import Contact
 from hunav_drake.systems.crowd import MOTION_MODELS
-from hunav_drake.systems.evaluation import select_metrics
+from hunav_drake.systems.evaluation import METRICS, select_metrics
+from hunav_drake.systems.evaluation.metric import TABLE_I
 from hunav_drake.systems.planning import PLANNERS
 from hunav_drake.systems.robot import ROBOTS
 from hunav_drake.validation.cases import CASES
@@ -19,16 +28,20 @@ ROOT = Path(__file__).resolve().parents[1]
 DOCS = ROOT / "docs"
 
 
+def run_python(page):
+    """Runs the Python of a page in one go; returns what it makes."""
+    text = (DOCS / f"{page}.md").read_text()
+    made = {"__name__": page}
+    for block in re.findall(r"^```python\n(.*?)^```", text, re.M | re.S):
+        exec(compile(block, f"{page}.md", "exec"), made)
+    return made
+
+
 def test_the_robot_of_the_page_drives(monkeypatch):
     """And the page tells of all robots, contacts and their metrics."""
     monkeypatch.setattr(ROBOTS, "_choices", dict(ROBOTS))
     text = (DOCS / "robots.md").read_text()
-    section = text.split("\n## A robot of your own\n")[1]
-    code = "".join(re.findall(r"(?:^    .*\n|^\n)+", section, re.M))
-    exec(
-        compile(textwrap.dedent(code), "robots.md", "exec"),
-        {"__name__": "robots"},
-    )
+    run_python("robots")
     scenario = LoadScenario(data="robot: {model: gantry, goal: [2, 0, 0]}")
     assert RunTrial(scenario).end_reason == "goal"
     metrics = [m.name for m in select_metrics(["contacts"])]
@@ -52,13 +65,10 @@ def test_the_sources_of_the_docs_can_be_drawn():
 
 def test_the_sensors_of_the_docs_are_there():
     text = (DOCS / "sensors.md").read_text()
-    (block,) = re.findall(r"^    sensors:\n(?:      .*\n)+", text, re.M)
-    scenario = LoadScenario(data=textwrap.dedent(block))
-    assert len(scenario.sensors) == 4
-    (section,) = re.findall(r"^## People before(?:.|\n)*?^## ", text, re.M)
-    code = textwrap.dedent("".join(re.findall(r"^    .*\n|^\n", section, re.M)))
-    made = {"__name__": "docs"}
-    exec(compile(code, "sensors.md", "exec"), made)
+    (block,) = re.findall(r"^sensors:\n(?:  .*\n)+", text, re.M)
+    assert len(LoadScenario(data=block).sensors) == 4
+    made = run_python("sensors")
+    assert made["scan"].shape == (360,)
     context = made["diagram"].CreateDefaultContext()
     lidar = made["lidar"]
     own = lidar.GetMyContextFromRoot(context)
@@ -69,8 +79,8 @@ def test_the_sensors_of_the_docs_are_there():
 
 def test_the_suite_of_the_docs_is_one():
     text = (DOCS / "benchmark.md").read_text()
-    (block,) = re.findall(r"^    # mine.yaml\n(?:    .*\n)+", text, re.M)
-    suite = LoadSuite(data=textwrap.dedent(block))
+    (block,) = re.findall(r"^# mine.yaml\n(?:.+\n)+?(?=```)", text, re.M)
+    suite = LoadSuite(data=block)
     assert suite.name == "mine"
     assert len(suite.planners) == len(suite.settings) == 2
     assert [it.metric for it in suite.relations] == ["min_dist_to_people"]
@@ -85,7 +95,7 @@ def test_the_standard_suite_is_in_the_docs():
     page = (DOCS / "standard_results.md").read_text()
     assert f"version {suite.version}" in page
     (command,) = re.findall(r"^    (hunav bench standard.*)$", page, re.M)
-    assert f"    {command}" in text
+    assert f"\n{command}\n" in text
     assert re.findall(r"^## (\w+)$", page, re.M) == suite.scenarios
     rows = re.findall(r"^\| (\w+) .*`\w{12}` \|$", page, re.M)
     assert rows == suite.planners * len(suite.scenarios)
@@ -142,6 +152,43 @@ def test_every_room_is_described():
         assert room in text or f"`{room.split('/')[1]}/`" in text, room
 
 
+README = (ROOT / "README.md").read_text()
+
+
+def test_the_readme_prints_what_the_paper_does():
+    rows = re.findall(r"^\| ([^|]*) (\| \S+ \| \*\S+\* ){3}\|$", README, re.M)
+    assert len(rows) == 9
+    passing, crossing = PUBLISHED["passing"], PUBLISHED["crossing"]
+    curious = PUBLISHED_BY_BEHAVIOR["curious"]
+    threatening = PUBLISHED_BY_BEHAVIOR["threatening"]
+    metrics = [
+        (passing, "time_to_reach_goal"),
+        (passing, "min_dist_to_people"),
+        (passing, "personal_space_intrusions"),
+        (crossing, "time_to_reach_goal"),
+        (crossing, "cumulative_heading_changes"),
+        (crossing, "social_work"),
+        (curious, "min_dist_to_people"),
+        (threatening, "min_dist_to_people"),
+        (threatening, "intimate_space_intrusions"),
+    ]
+    printed = [float(it) for it in re.findall(r" \*([\d.]+)\* ", README)]
+    assert printed == pytest.approx(
+        [table[p][name] for table, name in metrics for p in PAPER_PLANNERS],
+        abs=0.051,
+    )
+
+
+def test_the_readme_counts_what_there_is():
+    own = [name for name in METRICS if is_built_in(name)]
+    told = f"| {len(own)}, among them the {len(TABLE_I)} of the paper |"
+    assert told in README
+    planners = [
+        p for p in PLANNERS.values() if p.__module__.startswith("hunav_drake.")
+    ]
+    assert f"| {len(planners)}, among them DWB" in README
+
+
 def test_the_code_about_planners_runs(capsys, monkeypatch):
     """All of the page in one go, as someone who reads it types it."""
     monkeypatch.setattr(PLANNERS, "_choices", dict(PLANNERS))
@@ -154,6 +201,6 @@ def test_the_code_about_planners_runs(capsys, monkeypatch):
         printed.append(capsys.readouterr().out)
     assert len(blocks) == 5
     assert printed[0].startswith("goal ")
-    (shown,) = re.findall(r"^    (planner 'lost' .*)\(", text, re.M)
+    (shown,) = re.findall(r"^(planner 'lost' .*)\(", text, re.M)
     assert printed[3].startswith(shown)
     assert re.fullmatch(r"\d+\.\d{3} ms per cycle\n", printed[4])

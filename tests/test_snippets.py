@@ -16,7 +16,20 @@ from hunav_drake.systems.evaluation import METRICS
 from hunav_drake.systems.planning import PLANNERS
 from hunav_drake.systems.robot import ROBOTS
 from tests.agents import AGENTS
+from tests.maps import write_map
+from tests.systems.robot.crate import FOOTPRINT
 
+# What the pages call a rack, and a robot.
+RACK = """<sdf version="1.9"><model name="rack">
+<link name="rack"><collision name="rack"><pose>0 0 0.5 0 0 0</pose>
+<geometry><box><size>0.5 1 1</size></box></geometry></collision></link>
+</model></sdf>"""
+ROBOT = (
+    FOOTPRINT.replace("left_joint", "wheel_left_joint")
+    .replace("right_joint", "wheel_right_joint")
+    .replace("0.15 -0.04", "0.2 -0.02")
+    .replace('radius="0.08"', 'radius="0.1"')
+)
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 
@@ -28,12 +41,47 @@ def snippets(page, language):
     )
 
 
+# Their Python is run by test_docs.py, which looks at what comes of it.
+LOOKED_AT = {"own_planner", "robots", "sensors"}
+# These start other processes.
+SLOW = {"benchmark"}
+
+
 def pages_with(language):
     return [
-        pytest.param(page, id=page.stem)
+        pytest.param(
+            page,
+            id=page.stem,
+            marks=[pytest.mark.slow] if page.stem in SLOW else [],
+        )
         for page in PAGES
         if snippets(page, language)
+        and not (language == "python" and page.stem in LOOKED_AT)
     ]
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_code_of_a_page_stands_in_blocks_of_a_known_language(page):
+    """So that none is left out here."""
+    text = page.read_text()
+    languages = re.findall(r"^```(.*)\n(?:[^`]|`(?!``))*^```$", text, re.M)
+    assert set(languages) <= {"python", "yaml", "xml", "sh", "text"}
+    if page.stem != "standard_results":
+        # That page is written by the command that it shows.
+        rest = re.sub(r"^```.*\n(?:.*\n)*?```$", "", text, flags=re.M)
+        assert not re.findall(r"\n\n    .*", rest)
+    for line in "\n".join(snippets(page, "sh")).splitlines():
+        words = shlex.split(line, comments=True)
+        if not words:
+            continue
+        assert words[0] in PROGRAMS, line
+        if words[0] == "make":
+            assert re.search(rf"^{words[1]}:", MAKEFILE, re.M), line
+
+
+PROGRAMS = {"hunav", "make", "source", "python3", ".venv/bin/pip", "pip"}
+PROGRAMS |= {"uv", "conda", "docker"}
+MAKEFILE = (ROOT / "Makefile").read_text()
 
 
 @pytest.fixture(autouse=True)
@@ -65,13 +113,28 @@ def test_the_python_of_a_page_runs(page):
 
 
 @pytest.mark.parametrize("page", pages_with("yaml"))
-def test_the_yaml_of_a_page_is_a_scenario_or_a_suite(page):
+def test_the_yaml_of_a_page_is_a_scenario_or_a_suite(page, tmp_path):
+    work = tmp_path / "mine"
+    (work / "models").mkdir(parents=True)
+    (work / "models" / "my_robot.urdf").write_text(ROBOT)
+    (tmp_path / "my_robot").mkdir()
+    (tmp_path / "my_robot" / "package.xml").write_text("<package/>")
+    (work / "rack.sdf").write_text(RACK)
+    write_map(work, ["####", "#..#", "####"], name="house", origin=[9, 9, 0])
     for block in snippets(page, "yaml"):
         if re.search(r"^scenarios:", block, re.M):
             text = re.sub(r"[\w/]+\.yaml", "cafe", block)
             assert LoadSuite(data=text).planners
-        elif "file:" not in block and not block.startswith("map:"):
-            LoadScenario(data=block)
+        else:
+            (work / "my.yaml").write_text(block)
+            LoadScenario(filename=work / "my.yaml")
+
+
+@pytest.mark.parametrize("page", pages_with("xml"))
+def test_the_xml_of_a_page_is_a_behavior(page, tmp_path):
+    for block in snippets(page, "xml"):
+        (tmp_path / "mine.xml").write_text(block)
+        assert cli.main(["tree", "check", "mine.xml"]) == 0
 
 
 @pytest.fixture(scope="module")
@@ -100,26 +163,40 @@ def folder(tmp_path_factory):
     return folder
 
 
-def command_lines():
-    """Yields each command that a page shows once."""
+def command_lines(inline=False):
+    """Yields each command that a page shows once, also within sentences."""
     seen = set()
     for page in PAGES:
         text = page.read_text()
-        for line in re.findall(r"^(?:    )?(hunav [^\n]*)", text, re.M):
+        lines = re.findall(r"^(?:    )?(hunav [^\n]*)", text, re.M)
+        if inline:
+            lines += re.findall(r"`(hunav [a-z][^`]*)`", text)
+        for line in lines:
             words = shlex.split(line, comments=True)[1:]
             if words and tuple(words) not in seen:
                 seen.add(tuple(words))
                 yield pytest.param(words, id=f"{page.stem}: {' '.join(words)}")
 
 
-@pytest.mark.parametrize("words", list(command_lines()))
+@pytest.mark.parametrize("words", list(command_lines(inline=True)))
 def test_a_command_of_a_page_is_understood(words):
-    options = cli._make_parser().parse_args(words)
-    assert callable(options.function)
+    # Named in a sentence, it may lack what it needs.
+    assert any(
+        parses([*words, *more])
+        for more in ([], ["x"], ["x", "x"], ["x", "-o", "x"])
+    )
+
+
+def parses(words):
+    try:
+        return callable(cli._make_parser().parse_args(words).function)
+    except SystemExit as end:
+        # Help and version are shown, and that is all.
+        return end.code == 0
 
 
 # These take long, or a browser, or a network; they have tests of their own.
-LONG = {"bench", "validate", "edit", "doctor", "render", "schema"}
+LONG = {"bench", "validate", "edit", "doctor", "render"}
 
 
 @pytest.mark.slow

@@ -18,6 +18,16 @@ BLOCKS = {
     "scene": "The scene",
 }
 
+LAYOUT = """# Vectors between systems
+
+`from hunav_drake.systems.common.layout import ...`
+
+::: hunav_drake.systems.common.layout
+    options:
+      show_root_heading: false
+      show_root_toc_entry: false
+"""
+
 
 def api_pages() -> dict[str, str]:
     """Returns the pages in Markdown, by their names in the site."""
@@ -30,7 +40,7 @@ def api_pages() -> dict[str, str]:
         pages[f"api/{block}.md"] = _page(module, exports, title, told)
     exports = _exports(package, "hunav_drake")
     page = _page("hunav_drake", exports, "Trials", told)
-    return {"api/hunav_drake.md": page, **pages}
+    return {"api/hunav_drake.md": page, **pages, "api/layout.md": LAYOUT}
 
 
 def _page(

@@ -9,6 +9,7 @@ from pydantic import AfterValidator, Field, StrictBool, StrictFloat, StrictStr
 from pydantic.dataclasses import dataclass
 from pydantic_core import PydanticCustomError
 
+from hunav_drake.systems.common.plain_errors import plain_errors
 from hunav_drake.systems.common.schema import CONFIG, Integer, Name, within
 from hunav_drake.systems.common.suggest import shown
 
@@ -41,18 +42,19 @@ Seeds = Annotated[Any, AfterValidator(_check_seeds)]
 PlannerChoice = StrictStr | dict[str, Any]
 
 
+@plain_errors
 @dataclass(kw_only=True, slots=True, config=CONFIG)
 class Until:
     """When a cell has runs enough: once a mean is known well enough."""
 
-    # The metric whose mean is to be known.
     metric: Name
+    """The metric whose mean is to be known."""
 
-    # Half the width of its interval of 95 %, in the unit of the metric.
     half_width: Annotated[StrictFloat, within(0, low_open=True)]
+    """Half the width of its interval of 95 %, in the unit of the metric."""
 
-    # How many runs there are at least: an interval of few says little.
     least: Annotated[Integer, Field(ge=3, le=MAX_SEEDS)] = 6
+    """How many runs there are at least: an interval of few says little."""
 
 
 # What a formula may be made of.
@@ -82,30 +84,33 @@ def _check_formula(value: str) -> str:
 Strength = Literal["strong", "medium", "weak"]
 
 
+@plain_errors
 @dataclass(kw_only=True, slots=True, config=CONFIG)
 class Relation:
     """What the means of planners should be, one against the other."""
 
-    # What it is called in lists.
     number: Annotated[Integer, Field(ge=0)] = 0
+    """What it is called in lists."""
 
-    # Where it applies. With several scenarios, names in the formula are those
-    # of planner and scenario, as in dwb_passing.
     scenarios: Annotated[list[Name], Field(min_length=1)]
+    """Where it applies. With several scenarios, names in the formula are those
+    of planner and scenario, as in dwb_passing."""
 
-    # The metric.
     metric: Name
+    """The metric."""
 
-    # What the names in the formula are: planners; behaviors, for which it is to
-    # hold with every planner; or both, as in dwb_curious.
     by: Literal["planner", "behavior", "both"] = "planner"
+    """What the names in the formula are: planners; behaviors, for which it is
+    to hold with every planner; or both, as in dwb_curious."""
 
-    # A formula, as `pandas.eval` reads it: sfw >= 1.15 * dwb.
     holds: Annotated[StrictStr, AfterValidator(_check_formula)]
+    """A formula, as `pandas.eval` reads it: sfw >= 1.15 * dwb."""
 
     strength: Strength = "medium"
+    """How sure it is that the relation should hold."""
 
 
+@plain_errors
 @dataclass(kw_only=True, slots=True, config=CONFIG)
 class Suite:
     """Trials to compare planners by: each scenario with each planner.
@@ -113,46 +118,47 @@ class Suite:
     A cell is a scenario, a planner and a setting; it is run with each seed.
     """
 
-    # What the suite is called; its folder of results is called so, too.
     name: Name = "suite"
+    """What the suite is called; its folder of results is called so, too."""
 
     description: StrictStr = ""
+    """One line on what the suite compares."""
 
-    # Which of several suites of that name this is. Results tell it.
     version: Name = "1"
+    """Which of several suites of that name this is. Results tell it."""
 
-    # Names of shipped scenarios, or files. Paths start at the suite's file.
     scenarios: Annotated[list[StrictStr], Field(min_length=1)]
+    """Names of shipped scenarios, or files. Paths start at the suite's file."""
 
-    # Planners: names, or mappings as in a scenario, {name: dwb, ...}, to which
-    # a `label` may be added; by default that of each scenario.
     planners: list[PlannerChoice] = field(default_factory=list)
+    """Planners: names, or mappings as in a scenario, {name: dwb, ...}, to which
+    a `label` may be added; by default that of each scenario."""
 
-    # Settings by name, each a list of changes, as those of --set; by default
-    # one without changes.
     settings: dict[Name, list[StrictStr]] = field(default_factory=dict)
+    """Settings by name, each a list of changes, as those of --set; by default
+    one without changes."""
 
-    # Changes for all runs, as those of --set.
     overrides: list[StrictStr] = field(default_factory=list)
+    """Changes for all runs, as those of --set."""
 
-    # The seeds, or how many: n means 0 to n - 1. With `until`, the most.
     seeds: Seeds = 10
+    """The seeds, or how many: n means 0 to n - 1. With `until`, the most."""
 
-    # The same for single scenarios, by name, instead of the above.
     seeds_of: dict[Name, Seeds] = field(default_factory=dict)
+    """The same for single scenarios, by name, instead of the above."""
 
-    # How often each seed is run: more than once only shows whether a planner of
-    # one's own repeats itself.
     repetitions: Annotated[Integer, Field(ge=1, le=1000)] = 1
+    """How often each seed is run: more than once only shows whether a planner
+    of one's own repeats itself."""
 
-    # When a cell has enough runs; by default it has all seeds.
     until: Until | None = None
+    """When a cell has enough runs; by default it has all seeds."""
 
-    # What the means should be, one against the other.
     relations: list[Relation] = field(default_factory=list)
+    """What the means should be, one against the other."""
 
-    # Whether to test what holds in every run of the paper's experiment.
     identities: StrictBool = False
+    """Whether to test what holds in every run of the paper's experiment."""
 
     def seed_list(self, scenario: str) -> list[int]:
         """Returns the seeds of a scenario one by one."""

@@ -39,6 +39,10 @@ _SERIES = 2.4
 # At most this many different values of an entry are listed.
 _MOST_VALUES = 4
 
+# More pairs of planners, and more runs, are folded: the page is for reading.
+_MOST_OPEN = 3
+_MOST_RUNS = 30
+
 
 def batch_content(
     trials: Sequence[TrialResult], pages: Sequence[Mapping[str, str]]
@@ -75,6 +79,9 @@ def batch_content(
         "outcomes": _outcomes(runs),
         "headline": headline,
         "least_pairs": LEAST_PAIRS,
+        "most_open": _MOST_OPEN,
+        "most_runs": _MOST_RUNS,
+        "run_count": len(runs),
         "contents": _contents(scenarios, headline is not None),
         "scenarios": scenarios,
         "runs": _runs(runs, pages),
@@ -185,8 +192,10 @@ def _over_time(trials: list[TrialResult], key: str) -> list[ReportFigure]:
         dict.fromkeys(f"seed {t.provenance.get('seed', '?')}" for t in shown)
     )
     captions = (
-        "Trajectories of the robots and, in gray, of the people of the first"
-        f" run ({which}).",
+        f"Trajectories of the robot and of the people ({which})."
+        if len(runs) == 1
+        else "Trajectories of the robots and, in gray, of the people of the"
+        f" first run ({which}).",
         "Distance to the closest person, from surface to surface"
         f" ({which}). A triangle marks the closest point of each approach"
         f" within {NEAR:g} m.",

@@ -124,6 +124,7 @@ def paired_tables(
         key = [name for name in key_metrics if name in compared.index]
         few = MetricRows(runs, by_family=False)
         pair["key_metrics"] = _differences(few, compared.loc[key], a, b)
+        pair["verdict"] = _verdict(compared.loc[key, "better"], a, b)
         pair["all_metrics"] = _differences(MetricRows(runs), compared, a, b)
     return found
 
@@ -151,6 +152,14 @@ def _choose_pairs(planners: list[str]) -> Iterator[tuple[str, str]]:
         yield from combinations(planners, 2)
     else:
         yield from ((planners[0], other) for other in planners[1:])
+
+
+def _verdict(better: pd.Series, a: str, b: str) -> str:
+    """Returns in how many metrics each of two is called better."""
+    counts = [(name, int((better == name).sum())) for name in (a, b)]
+    told = [f"{name} is better in {n}" for name, n in counts if n]
+    words = ", ".join(told) or "neither is better in any"
+    return f"{words} of {len(better)} metrics"
 
 
 def _differences(

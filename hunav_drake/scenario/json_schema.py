@@ -1,8 +1,5 @@
 """The JSON schema of scenario files, for editors and other programs."""
 
-import inspect
-import re
-import textwrap
 from typing import Any
 
 from pydantic import TypeAdapter
@@ -10,15 +7,14 @@ from pydantic.json_schema import GenerateJsonSchema
 from pydantic_core import core_schema
 
 from hunav_drake.scenario.schema import Scenario
+from hunav_drake.systems.common.field_docs import class_doc, field_docs
 
-_FIELD = re.compile(r"    (\w+):.*")
 _BOUNDS = {
     "ge": "minimum",
     "gt": "exclusiveMinimum",
     "le": "maximum",
     "lt": "exclusiveMaximum",
 }
-_COMMENT = re.compile(r"    # ?(.*)")
 
 
 def scenario_json_schema() -> dict[str, Any]:
@@ -26,7 +22,7 @@ def scenario_json_schema() -> dict[str, Any]:
 
     Registered choices of users are in it. What a scenario file may hold, and
     the ranges of its numbers, are told; that bodies do not overlap walls, say,
-    only `CheckScenario` knows. Comments above fields are their descriptions.
+    only `CheckScenario` knows. The strings below fields are their descriptions.
     """
     return {
         "$schema": GenerateJsonSchema.schema_dialect,
@@ -36,7 +32,7 @@ def scenario_json_schema() -> dict[str, Any]:
 
 
 def described_schema(cls: type[Any]) -> dict[str, Any]:
-    """Returns the JSON schema of a dataclass, described by its comments."""
+    """Returns the JSON schema of a dataclass with descriptions."""
     schema = TypeAdapter(cls).json_schema(schema_generator=_WithDescriptions)
     result: dict[str, Any] = _with_bounds(schema)
     return result
@@ -59,41 +55,17 @@ def _with_bounds(schema: Any) -> Any:
 
 
 class _WithDescriptions(GenerateJsonSchema):
-    """Describes the fields of dataclasses by the comments above them."""
+    """Describes the fields of dataclasses by the strings below them."""
 
     def dataclass_schema(
         self, schema: core_schema.DataclassSchema
     ) -> dict[str, Any]:
         """Returns the schema of a dataclass."""
         result = super().dataclass_schema(schema)
-        comments = _field_comments(schema["cls"])
+        if text := class_doc(schema["cls"]):
+            result["description"] = text
+        docs = field_docs(schema["cls"])
         for name, part in result.get("properties", {}).items():
-            if name in comments:
-                part.setdefault("description", comments[name])
+            if name in docs:
+                part.setdefault("description", docs[name])
         return result
-
-
-def _field_comments(cls: type[Any]) -> dict[str, str]:
-    """Returns the comments above the fields of a class and its bases."""
-    comments: dict[str, str] = {}
-    for base in reversed(cls.__mro__[:-1]):
-        try:
-            source = textwrap.dedent(inspect.getsource(base))
-        except (OSError, TypeError):
-            # Made where no source is kept, as at a prompt.
-            continue
-        block: list[str] = []
-        # What a field directly below another one shares.
-        above = ""
-        for line in source.splitlines():
-            if comment := _COMMENT.fullmatch(line):
-                block.append(comment[1])
-                continue
-            if field := _FIELD.fullmatch(line):
-                above = " ".join(block) or above
-                if above:
-                    comments[field[1]] = above
-            elif not line.startswith("    "):
-                above = ""
-            block = []
-    return comments

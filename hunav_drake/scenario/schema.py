@@ -28,30 +28,32 @@ from hunav_drake.systems.world.shapes import World
 class SimulationConfig:
     """How long and how finely the trial runs."""
 
-    # The one step of everything, in seconds.
     time_step: Annotated[StrictFloat, within(1e-4, 0.5, "s")] = 0.05
+    """The one step of everything, in seconds."""
 
-    # The trial ends after this time at the latest, in seconds.
     duration: Annotated[StrictFloat, within(0, 86400, "s", low_open=True)] = (
         60.0
     )
+    """The trial ends after this time at the latest, in seconds."""
 
-    # All that is drawn at random in the trial follows from this number; who
-    # the people of a population are, from `population.seed`.
     seed: Annotated[Integer, Field(ge=0, le=2**63 - 1)] = 0
+    """All that is drawn at random in the trial follows from this number; who
+    the people of a population are, from `population.seed`."""
 
-    # Each person starts up to this far from the given place, along x and
-    # along y, in meters.
     start_jitter: Annotated[StrictFloat, within(0, 1, "m")] = 0.0
+    """Each person starts up to this far from the given place, along x and along
+    y, in meters."""
 
-    # The trial ends as stuck once the robot has had a goal but has not moved
-    # `stuck_distance` in `stuck_time`, in meters and seconds.
     stuck_time: Annotated[StrictFloat, within(0, 86400, "s", low_open=True)] = (
         15.0
     )
+    """The trial ends as stuck once the robot, with a goal, has not moved
+    `stuck_distance` in this time, in seconds."""
+
     stuck_distance: Annotated[
         StrictFloat, within(0, 100, "m", low_open=True)
     ] = 0.5
+    """How far the robot must move within `stuck_time`, in meters."""
 
 
 @plain_errors
@@ -59,42 +61,42 @@ class SimulationConfig:
 class Scenario:
     """A trial: a world, people, a robot with its planner, and an evaluator."""
 
-    # What the trial is called in tables; by default as its file is.
     name: Name = ""
+    """What the trial is called in tables; by default as its file is."""
 
-    # One line on what happens here.
     description: StrictStr = ""
+    """One line on what happens here."""
 
-    # Everything that does not move.
     world: World = field(default_factory=World)
+    """Everything that does not move."""
 
-    # How people move, and how they take in the world.
     crowd: CrowdConfig = field(default_factory=CrowdConfig)
+    """How people move, and how they take in the world."""
 
-    # The people, one by one.
     humans: list[HumanConfig] = field(default_factory=list)
+    """The people, one by one."""
 
-    # People who are drawn, besides those listed under humans.
     population: PopulationConfig = field(default_factory=PopulationConfig)
+    """People who are drawn, besides those listed under humans."""
 
-    # The robot, with its start and its goal.
     robot: Annotated[RobotConfig, ROBOTS] = field(default_factory=ROBOTS.make)
+    """The robot, with its start and its goal."""
 
-    # What drives the robot.
     planner: Annotated[PlannerConfig, PLANNERS] = field(
         default_factory=PLANNERS.make
     )
+    """What drives the robot."""
 
-    # What the robot, or the place, measures with.
     sensors: list[Annotated[SensorConfig, SENSORS]] = field(
         default_factory=list
     )
+    """What the robot, or the place, measures with."""
 
-    # What is measured of the trial.
     evaluator: EvaluatorConfig = field(default_factory=EvaluatorConfig)
+    """What is measured of the trial."""
 
-    # How long and how finely the trial runs.
     simulation: SimulationConfig = field(default_factory=SimulationConfig)
+    """How long and how finely the trial runs."""
 
-    # What is seen of the trial, where it is shown.
     scene: SceneConfig = field(default_factory=SceneConfig)
+    """What is seen of the trial, where it is shown."""

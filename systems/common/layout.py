@@ -8,22 +8,28 @@ one after the other.
 from enum import IntEnum
 from typing import Any
 
-# A row of `human_states` and of `robot_states`: the pose, the velocity of the
-# center expressed in W, the turn rate, and the radius of the body's disc.
+from hunav_drake.systems.common.field_docs import explain
+
 X, Y, YAW, VX, VY, OMEGA, RADIUS = range(7)
 STATE_FIELDS = ("x", "y", "yaw", "vx", "vy", "omega", "radius")
+"""A row of `human_states` and of `robot_states`: the pose in W, the velocity of
+the center expressed in W, the turn rate, and the radius of the body's disc."""
+
 STATE_SIZE = len(STATE_FIELDS)
 
 # What of it is in the state of a crowd: all but the radius.
 MOTION_SIZE = RADIUS
 
-# People come in at sources and leave at sinks (see `people.traffic`); vectors
-# have rows for them also while they are outside, and rows of those whom a robot
-# does not see. Such a row of `human_states` is at rest at (OUTSIDE, OUTSIDE),
-# in meters, with yaw and radius 0: farther away than any coordinate that a
-# scenario may have, so that who computes distances need not know of it, and
-# finite, unlike NaN, which would spread. Only recordings have rows of NaN.
 OUTSIDE = 1e6
+"""Where who is not here stands, along x and y, in meters.
+
+People come in at sources and leave at sinks (see `people.traffic`); vectors
+have rows for them also while they are outside, and rows of those whom a robot
+does not see. Such a row of `human_states` is at rest at (OUTSIDE, OUTSIDE),
+with yaw and radius 0: farther away than any coordinate that a scenario may
+have, so that who computes distances need not know of it, and finite, unlike
+NaN, which would spread. Only recordings have rows of NaN.
+"""
 
 
 def is_outside(states: Any) -> Any:
@@ -31,66 +37,89 @@ def is_outside(states: Any) -> Any:
     return states[..., X] == OUTSIDE
 
 
+@explain
 class RobotRole(IntEnum):
     """How the robots enter the forces on a person."""
 
     UNSEEN = 0
+    """The robot does not act on the person."""
+
     PEDESTRIAN = 1
+    """The robot acts on the person as another person does."""
+
     OBSTACLE = 2
-    # Unseen; and with HuNavSim's rules, the forces on the person are those
-    # once the people listed after have moved.
+    """The robot acts on the person as a wall does."""
+
     UNSEEN_IN_TURN = 3
+    """Unseen; and with HuNavSim's rules, the forces on the person are those
+    once the people listed after have moved."""
 
 
+@explain
 class Hold(IntEnum):
     """Whether a person walks."""
 
     WALK = 0
-    # Stands still: the velocity becomes zero at once.
+    """Walks."""
+
     STAND = 1
-    # Stays in place with the velocity that others see, as who stops in
-    # HuNavSim does; with models of motion of our own, stands still.
+    """Stands still: the velocity becomes zero at once."""
+
     STAY = 2
+    """Stays in place with the velocity that others see, as who stops in
+    HuNavSim does; with models of motion of our own, stands still."""
 
 
+@explain
 class Command(IntEnum):
     """The elements of a `command`: what a person wants to do.
 
     The behavior tree decides them; the crowd obeys.
     """
 
-    # The point to walk to, in meters.
     GOAL_X = 0
+    """The x of the point to walk to, in W, in meters."""
+
     GOAL_Y = 1
-    # The distance at which it counts as reached, in meters.
+    """The y of the point to walk to, in W, in meters."""
+
     GOAL_RADIUS = 2
-    # 1 if there is a goal; 0 lets the person come to rest.
+    """The distance at which that point counts as reached, in meters."""
+
     HAS_GOAL = 3
-    # The speed that the person prefers, and the one never exceeded, in m/s.
+    """1 if there is a goal; 0 lets the person come to rest."""
+
     DESIRED_SPEED = 4
+    """The speed that the person prefers, in m/s."""
+
     MAX_SPEED = 5
-    # A RobotRole.
+    """The speed never exceeded, in m/s."""
+
     ROBOT_ROLE = 6
-    # The gain k of an extra push away from the nearest robot, in m^2/s^2:
-    # k / max(d - R, 0.05 m) at center distance d, for a person of radius R.
+    """How the robots enter the forces: a RobotRole."""
+
     ROBOT_REPULSION = 7
-    # A Hold: 0 walks, 1 stands still.
+    """The gain k of an extra push away from the nearest robot, in m^2/s^2: k /
+    max(d - R, 0.05 m) at center distance d, for a person of radius R."""
+
     HOLD = 8
-    # The largest turn rate towards YAW_TARGET, in rad/s; 0 leaves the yaw to
-    # follow the velocity.
-    # (Without a turn rate, and UNSEEN_IN_TURN: at most so many meters from
-    # a robot after the step, the person looks at it at once.)
+    """Whether the person walks: a Hold."""
+
     TURN_RATE = 9
+    """The largest turn rate towards YAW_TARGET, in rad/s; 0 leaves the yaw to
+    follow the velocity."""
+
     YAW_TARGET = 10
-    # The group that the person belongs to now, or -1.
+    """The heading to turn to, in W, in radians. Without a turn rate, and
+    UNSEEN_IN_TURN: at most so many meters from a robot after the step, the
+    person looks at it at once."""
+
     GROUP_ID = 11
+    """The group that the person belongs to now, or -1."""
 
 
 COMMAND_SIZE = len(Command)
 
-# A row of `forces`: the accelerations of a person, each a pair (x, y) in W, in
-# m/s^2. `social` is that of other people and of robots taken for people,
-# `obstacle` that of walls and of robots taken for obstacles.
 FORCES = (
     "goal",
     "obstacle",
@@ -101,6 +130,18 @@ FORCES = (
     "robot_repulsion",
     "total",
 )
+"""The accelerations in a row of `forces`, each a pair (x, y) in W, in m/s^2.
+
+- `goal`: towards the desired velocity.
+- `obstacle`: from walls, and from robots taken for obstacles.
+- `social`: from other people, and from robots taken for people.
+- `group_gaze`: slower, to keep the others of the group in view.
+- `group_coherence`: to the middle of the group.
+- `group_repulsion`: from others of the group who are too near.
+- `robot_repulsion`: from the nearest robot, where the behavior asks for it.
+- `total`: the sum, which moves the person.
+"""
+
 FORCES_SIZE = 2 * len(FORCES)
 
 # Where the pair of each begins, in a row.
@@ -116,6 +157,7 @@ FORCES_SIZE = 2 * len(FORCES)
 ) = range(0, FORCES_SIZE, 2)
 
 
+@explain
 class Contact(IntEnum):
     """The elements of a row of `contacts`: the robot and one person.
 
@@ -124,27 +166,39 @@ class Contact(IntEnum):
     they are until the next one.
     """
 
-    # 1 while a contact lasts, else 0.
     LASTS = 0
-    # The horizontal force on the robot now, in W, in newtons: the mean over
-    # the last step of what computes it; 0 where forces are not computed.
+    """1 while a contact lasts, else 0."""
+
     FORCE_X = 1
+    """The force on the robot along x of W now, in newtons: the mean over the
+    last step of what computes it; 0 where forces are not computed."""
+
     FORCE_Y = 2
-    # The largest magnitude of it in this contact, or in the last one.
+    """The force on the robot along y of W now, in newtons; as above."""
+
     PEAK_FORCE = 3
-    # The magnitude, integrated from the start of the trial, in N s.
+    """The largest horizontal force in this contact, or in the last one, in
+    newtons."""
+
     IMPULSE = 4
-    # How fast the two closed in on each other where this contact, or the last
-    # one, began, in m/s.
+    """The magnitude of the force, integrated from the start of the trial, in N
+    s."""
+
     RELATIVE_SPEED = 5
-    # How many contacts have begun in which the robot ran into the person, and
-    # in which the person ran into the robot.
+    """How fast the two closed in on each other where this contact, or the last
+    one, began, in m/s."""
+
     BY_ROBOT = 6
+    """How many contacts have begun in which the robot ran into the person."""
+
     BY_PERSON = 7
+    """How many contacts have begun in which the person ran into the robot."""
 
 
 CONTACT_SIZE = len(Contact)
 
-# In seconds, and in meters from the robot's disc to the person's body.
 CONTACT_PAUSE = 0.25
+"""How long two must have been apart for a contact to be over, in seconds."""
+
 CONTACT_GAP = 0.02
+"""How far apart, from the robot's disc to the person's body, in meters."""

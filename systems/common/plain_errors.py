@@ -8,6 +8,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from hunav_drake.systems.common.field_docs import explain
 from hunav_drake.systems.common.suggest import shown, suggestion
 
 _RULES = {
@@ -67,8 +68,8 @@ def _is_huge(value: Any) -> bool:
 def plain_errors[T: type[Any]](cls: T) -> T:
     """Lets a dataclass of pydantic tell in one line why it cannot be made.
 
-    As part of another one, which is made of plain data, it is checked as
-    before.
+    Its help tells its fields, too: see `explain`. As part of another one, which
+    is made of plain data, it is checked as before.
     """
     construct = cls.__init__
 
@@ -81,7 +82,7 @@ def plain_errors[T: type[Any]](cls: T) -> T:
 
     known: Any = cls
     known.__init__ = __init__
-    return cls
+    return explain(cls)
 
 
 def _in_one_line(cls: Any, error: ValidationError) -> str:

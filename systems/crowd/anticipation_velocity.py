@@ -239,46 +239,46 @@ class AnticipationVelocityModel(SpeedModel):
     into them.
     """
 
-    # The time in which somebody who walks turns to a new direction (tau), in
-    # seconds; published: 0.3.
     reaction_time: Time = 0.05
+    """The time in which somebody who walks turns to a new direction (tau), in
+    seconds; published: 0.3."""
 
-    # How strongly people step aside for somebody whom they would touch
-    # (alpha); published for JuPedSim 1.4.
     avoidance_strength: Share = 8.0
+    """How strongly people step aside for somebody whom they would touch
+    (alpha); published for JuPedSim 1.4."""
 
-    # The distance in which that falls to 1/e (D), in meters.
     avoidance_range: Annotated[StrictFloat, within(1e-3, 10, "m")] = 0.1
+    """The distance in which that falls to 1/e (D), in meters."""
 
-    # How far people look ahead (t_a), in seconds.
     anticipation_time: Time = 1.0
+    """How far people look ahead (t_a), in seconds."""
 
-    # The share of it for those who walk the same way; published: 1.
     following: Share = 0.0
+    """The share of it for those who walk the same way; published: 1."""
 
-    # How strongly somebody who is touched turns people away; published: 0.
     repulsion_strength: Share = 5.0
+    """How strongly somebody who is touched turns people away; published: 0."""
 
-    # Others who come the other way are taken to be this much farther to the
-    # left, in meters; with a negative one, to the right. Published: 0.
     keep_right: Annotated[StrictFloat, within(-10, 10, "m")] = 0.3
+    """Others who come the other way are taken to be this much farther to the
+    left, in meters; with a negative one, to the right. Published: 0."""
 
-    # Who will be less to the side than this is avoided less, in meters;
-    # published: 0.
     side_width: Annotated[StrictFloat, within(0, 10, "m")] = 0.2
+    """Who will be less to the side than this is avoided less, in meters;
+    published: 0."""
 
-    # Who will be farther to the side than this, in distances at which bodies
-    # touch, is avoided less; 0 is no limit, and published.
     side_reach: Share = 1.0
+    """Who will be farther to the side than this, in distances at which bodies
+    touch, is avoided less; 0 is no limit, and published."""
 
-    # Others walk the same way if (1 - e0 . e_j) / 2 is less than this: 0.15 is
-    # for 45 degrees. Published: 0.
     same_way: Annotated[StrictFloat, within(0, 0.9)] = 0.15
+    """Others walk the same way if (1 - e0 . e_j) / 2 is less than this: 0.15 is
+    for 45 degrees. Published: 0."""
 
-    # How readily people overtake: the share of stepping aside for somebody on
-    # the same way who wants to be slower, by the part of the own speed by which
-    # that one is slower, and at most 1. Published: 0.
     overtaking: Share = 5.0
+    """How readily people overtake: the share of stepping aside for somebody on
+    the same way who wants to be slower, by the part of the own speed by which
+    that one is slower, and at most 1. Published: 0."""
 
     def forces(self, snapshot: Snapshot) -> Array:
         """Returns the accelerations, as totals: see `MotionModel.forces`."""

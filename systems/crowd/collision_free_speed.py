@@ -176,15 +176,15 @@ class CollisionFreeSpeedModel(SpeedModel):
     in front of them.
     """
 
-    # How strongly somebody who is touched turns people away (a).
     repulsion_strength: Share = 5.0
+    """How strongly somebody who is touched turns people away (a)."""
 
-    # The distance in which that falls to 1/e (D), in meters.
     repulsion_range: Annotated[StrictFloat, within(1e-3, 10, "m")] = 0.1
+    """The distance in which that falls to 1/e (D), in meters."""
 
-    # How far to the left of where they are people see others, in radians: it
-    # breaks ties to the right; a negative one, to the left. 0 is the paper's.
     epsilon: Annotated[StrictFloat, within(-1, 1, "rad")] = 0.05
+    """How far to the left of where they are people see others, in radians: it
+    breaks ties to the right; a negative one, to the left. 0 is the paper's."""
 
     def forces(self, snapshot: Snapshot) -> Array:
         """Returns the accelerations, as totals: see `MotionModel.forces`."""

@@ -27,56 +27,61 @@ TurnRate = Annotated[StrictFloat, within(0.1, 1e3, "rad/s")]
 class CrowdConfig:
     """How people move, and how they take in the world."""
 
-    # What is meant where a key is left out: the defaults written here, or, by
-    # "hunavsim", what HuNavSim does; see `people/profile.py`. It chooses the
-    # behaviors, too. A key that is given counts, whatever the profile (and
-    # `dataclasses.replace` gives them all).
     profile: ProfileName = "default"
+    """What is meant where a key is left out: the defaults written here, or, by
+    "hunavsim", what HuNavSim does; see `people/profile.py`. It chooses the
+    behaviors, too. A key that is given counts, whatever the profile (and
+    `dataclasses.replace` gives them all)."""
 
-    # The motion model: a registered one, its name, or a mapping of its name
-    # and parameters, as in {name: orca, time_horizon: 2.0}. See
-    # `hunav_drake.systems.crowd.MOTION_MODELS`.
     model: Annotated[MotionModel, MOTION_MODELS] = field(
         default_factory=MOTION_MODELS.make
     )
+    """The motion model: a registered one, its name, or a mapping of its name
+    and parameters, as in {name: orca, time_horizon: 2.0}. See
+    `hunav_drake.systems.crowd.MOTION_MODELS`."""
 
-    # Walls whose nearest point is farther than this are not felt, in meters.
     obstacle_range: PositiveLength = 5.0
+    """Walls whose nearest point is farther than this are not felt, in meters.
+    """
 
-    # How many walls are felt at most, the nearest first; 0 for all in range.
     max_obstacles: Annotated[Integer, Field(ge=0, le=10**6)] = 0
+    """How many walls are felt at most, the nearest first; 0 for all in range.
+    """
 
-    # Whether walls stop people who are pushed into them: at the end of a step
-    # nobody's center is inside a wall, or nearer to one than 0.1 m (or the
-    # radius, if that is less). Who meets no wall moves as without.
     keep_out_of_walls: StrictBool = True
+    """Whether walls stop people who are pushed into them: at the end of a step
+    nobody's center is inside a wall, or nearer to one than 0.1 m (or the
+    radius, if that is less). Who meets no wall moves as without."""
 
-    # Whether bodies are kept apart: at the end of a step nobody's overlaps
-    # another's, or a robot's, if there is room. People give way to robots.
     keep_apart: StrictBool = True
+    """Whether bodies are kept apart: at the end of a step nobody's overlaps
+    another's, or a robot's, if there is room. People give way to robots."""
 
-    # Whether bodies stop robots, so that only who is pushed gives way to one;
-    # else nobody is where a robot is going by the end of the step. By default
-    # as the robot of the trial is, and else not. See docs/robots.md.
     robots_stop: StrictBool | None = None
+    """Whether bodies stop robots, so that only who is pushed gives way to one;
+    else nobody is where a robot is going by the end of the step. By default as
+    the robot of the trial is, and else not. See docs/robots.md."""
 
-    # Whether people without a goal, or at it, stand: they stop, only strong
-    # forces and bodies move them, and they come back.
     standing: StrictBool = True
+    """Whether people without a goal, or at it, stand: they stop, only strong
+    forces and bodies move them, and they come back."""
 
-    # How fast velocities change at most, in m/s^2, and headings, in rad/s;
-    # None is without limit, as in HuNavSim.
     max_acceleration: (
         Annotated[StrictFloat, within(0.1, 1e3, "m/s^2")] | None
     ) = 3.5
+    """How fast velocities change at most, in m/s^2; None is without limit, as
+    in HuNavSim."""
+
     max_turn_rate: Annotated[StrictFloat, within(0.1, 1e3, "rad/s")] | None = (
         4.0
     )
+    """How fast headings change at most, in rad/s; None is without limit, as in
+    HuNavSim."""
 
-    # Whether people walk around walls to their goals, and let no walls push
-    # them back from the doors on their way; without, straight at the goals,
-    # as in HuNavSim, whose forces let nobody of 0.35 m through 0.85 m.
     route_planning: StrictBool = True
+    """Whether people walk around walls to their goals, and let no walls push
+    them back from the doors on their way; without, straight at the goals, as in
+    HuNavSim, whose forces let nobody of 0.35 m through 0.85 m."""
 
     @model_validator(mode="before")
     @classmethod

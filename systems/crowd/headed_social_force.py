@@ -226,32 +226,36 @@ class HeadedSocialForceModel(MotionModel):
     the social force model.
     """
 
-    # The mass of a person (m), in kg; the paper draws it from 60 to 90.
     mass: Annotated[StrictFloat, within(1, 1000, "kg")] = 75.0
+    """The mass of a person (m), in kg; the paper draws it from 60 to 90."""
 
-    # The share of the forces of others that acts sideways (k_o).
     k_orthogonal: Annotated[StrictFloat, within(0, 1e3)] = 1.0
+    """The share of the forces of others that acts sideways (k_o)."""
 
-    # The damping of what goes sideways (k_d), in kg/s.
     k_damping: Annotated[StrictFloat, within(0, 1e6, "kg/s")] = 500.0
+    """The damping of what goes sideways (k_d), in kg/s."""
 
-    # How fast the heading follows the force of the goal, in 1/(kg m).
     k_lambda: Annotated[StrictFloat, within(0, 1e3, "1/(kg m)")] = 0.3
+    """How fast the heading follows the force of the goal, in 1/(kg m)."""
 
-    # The ratio of the two rates at which it does.
     alpha: Annotated[StrictFloat, within(1e-3, 1e3)] = 3.0
+    """The ratio of the two rates at which it does."""
 
-    # The share of the forces of others in what turns the heading; 0 is the
-    # paper's.
     heading_share: Annotated[StrictFloat, within(0, 1)] = 1.0
+    """The share of the forces of others in what turns the heading; 0 is the
+    paper's."""
 
-    # Below this speed (s) people step sideways and back, too, the slower the
-    # more, in m/s; 0 is the paper's.
     stepping_speed: Annotated[StrictFloat, within(0, 10, "m/s")] = 1.0
+    """Below this speed (s) people step sideways and back, too, the slower the
+    more, in m/s; 0 is the paper's."""
 
-    # How people follow others: see `SocialForceModel`.
     time_gap: Annotated[StrictFloat, within(0, 10, "s")] = 0.8
+    """The time that people keep to whoever walks ahead of them, in seconds: see
+    `SocialForceModel`."""
+
     speed_matching: Annotated[StrictFloat, within(0, 1)] = 0.35
+    """What part of the speed of the one ahead they add to their own: see
+    `SocialForceModel`."""
 
     follows: ClassVar[bool] = True
 

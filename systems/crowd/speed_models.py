@@ -22,6 +22,7 @@ from hunav_drake.systems.common.layout import (
     X,
     Y,
 )
+from hunav_drake.systems.common.plain_errors import plain_errors
 from hunav_drake.systems.common.schema import CONFIG, within
 from hunav_drake.systems.crowd.motion_model import Array, MotionModel, Snapshot
 from hunav_drake.systems.crowd.social_force import kernel
@@ -255,6 +256,7 @@ Time = Annotated[StrictFloat, within(0, 1e3, "s")]
 Share = Annotated[StrictFloat, within(0, 1e3)]
 
 
+@plain_errors
 @dataclass(kw_only=True, config=CONFIG)
 class SpeedModel(MotionModel):
     """What all of these models have: how people take up a direction.
@@ -263,35 +265,35 @@ class SpeedModel(MotionModel):
     is not in the papers, whose people turn, start and stop at once.
     """
 
-    # The largest radius that people have to each other and to walls (l / 2),
-    # in meters. Of a person whose own is larger, the rest is distance of
-    # comfort: it counts to robots only.
     body_radius: Annotated[StrictFloat, within(0, 5, "m", low_open=True)] = 0.15
+    """The largest radius that people have to each other and to walls (l / 2),
+    in meters. Of a person whose own is larger, the rest is distance of comfort:
+    it counts to robots only."""
 
-    # The speed is at most the gap ahead by this time (T), in seconds.
     time_gap: Annotated[StrictFloat, within(0, 1e3, "s", low_open=True)] = 1.0
+    """The speed is at most the gap ahead by this time (T), in seconds."""
 
-    # The time in which somebody who walks turns to a new direction (tau of
-    # the anticipation velocity model), in seconds.
     reaction_time: Time = 0.0
+    """The time in which somebody who walks turns to a new direction (tau of the
+    anticipation velocity model), in seconds."""
 
-    # The length of the sum of directions below which people are slower: they
-    # do not tremble where they are drawn to and fro. 0 is the papers'.
     hesitation: Share = 0.3
+    """The length of the sum of directions below which people are slower: they
+    do not tremble where they are drawn to and fro. 0 is the papers'."""
 
-    # The most that people start and stop with of their own will, in m/s^2. For
-    # others they stop as the gap has it.
     acceleration: Annotated[
         StrictFloat, within(0, 1e6, "m/s^2", low_open=True)
     ] = 4.0
+    """The most that people start and stop with of their own will, in m/s^2. For
+    others they stop as the gap has it."""
 
-    # The time in which the body turns to where a person walks, in seconds.
     turn_time: Time = 0.2
+    """The time in which the body turns to where a person walks, in seconds."""
 
-    # The largest rate at which the body and the way turn, in rad/s.
     turn_rate: Annotated[
         StrictFloat, within(0, 1e3, "rad/s", low_open=True)
     ] = 5.0
+    """The largest rate at which the body and the way turn, in rad/s."""
 
     def advance(self, snapshot: Snapshot, forces: Array) -> Array:
         """Returns the next states: see `MotionModel.advance`."""

@@ -28,39 +28,39 @@ EVALUATOR_PROFILES: Mapping[str, Mapping[str, Any]] = MappingProxyType(
 class EvaluatorConfig:
     """What an Evaluator records, and which metrics are computed."""
 
-    # What is meant where a key is left out: the defaults written here, or, by
-    # "paper", what HuNavSim's evaluator recorded for the tables of its paper.
     profile: Literal["default", "paper"] = "default"
+    """What is meant where a key is left out: the defaults written here, or, by
+    "paper", what HuNavSim's evaluator recorded for the tables of its paper."""
 
-    # The time between two samples, in seconds: a multiple of the step.
     period: Annotated[StrictFloat, within(0, 60, "s", low_open=True)] = 0.1
+    """The time between two samples, in seconds: a multiple of the step."""
 
-    # When the recording begins: with the trial, when there first is a goal, or
-    # when port `trigger` of the Evaluator, and of the trial, first is high.
     start: Literal["at_once", "at_goal_command", "by_trigger"] = "at_once"
+    """When the recording begins: with the trial, when there first is a goal, or
+    when port `trigger` of the Evaluator, and of the trial, first is high."""
 
-    # Whether it ends with the first sample at the goal.
     stop_at_goal: StrictBool = False
+    """Whether it ends with the first sample at the goal."""
 
-    # The time after its first sample at which it ends, in seconds; never, by
-    # default.
     timeout: (
         Annotated[StrictFloat, within(0, 86400, "s", low_open=True)] | None
     ) = None
+    """The time after its first sample at which it ends, in seconds; never, by
+    default."""
 
-    # How often the last sample is repeated in the recording of a result. It
-    # counts in means and shares, as in HuNavSim's evaluator, which goes on
-    # recording for a while after the last message.
     stale_samples: Annotated[Integer, Field(ge=0, le=1000)] = 0
+    """How often the last sample is repeated in the recording of a result. It
+    counts in means and shares, as in HuNavSim's evaluator, which goes on
+    recording for a while after the last message."""
 
-    # How the metrics of forces are computed: "model", by the social force
-    # model; "hunavsim", as HuNavSim's evaluator does, which mixes up the
-    # arguments of an arctangent, so that they depend on how the world is
-    # turned, and is told of no walls near the robot.
     forces: Literal["model", "hunavsim"] = "model"
+    """How the metrics of forces are computed: "model", by the social force
+    model; "hunavsim", as HuNavSim's evaluator does, which mixes up the
+    arguments of an arctangent, so that they depend on how the world is turned,
+    and is told of no walls near the robot."""
 
-    # The names of metrics (or their aliases), of families, or "all".
     metrics: list[StrictStr] = field(default_factory=lambda: ["all"])
+    """The names of metrics (or their aliases), of families, or "all"."""
 
     @model_validator(mode="before")
     @classmethod

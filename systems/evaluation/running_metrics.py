@@ -6,25 +6,32 @@ import math
 import numpy as np
 
 from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.field_docs import explain
 from hunav_drake.systems.common.layout import X, Y
 from hunav_drake.systems.evaluation.samples import Sample
 
 
+@explain
 class RunningMetric(IntEnum):
     """The elements of the output port `metrics` of an Evaluator."""
 
-    # The time between the first sample and the last, in seconds.
     DURATION = 0
-    # The length of the robot's path through the samples, in meters.
+    """The time between the first sample and the last, in seconds."""
+
     PATH_LENGTH = 1
-    # The gap to the closest person at the last sample, in meters.
+    """The length of the robot's path through the samples, in meters."""
+
     CLOSEST_GAP = 2
-    # The smallest gap to anyone until now, in meters.
+    """The gap to the closest person at the last sample, in meters."""
+
     MIN_GAP = 3
-    # The distance to the goal at the last sample, in meters.
+    """The smallest gap to anyone until now, in meters."""
+
     GOAL_DISTANCE = 4
-    # How many contacts with people have begun.
+    """The distance to the goal at the last sample, in meters."""
+
     COLLISIONS = 5
+    """How many contacts with people have begun."""
 
 
 def running_values(

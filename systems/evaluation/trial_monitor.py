@@ -17,16 +17,23 @@ from pydrake.systems.framework import (
 )
 
 from hunav_drake.systems.common.checks import check_number, check_time_step
+from hunav_drake.systems.common.field_docs import explain
 from hunav_drake.systems.common.layout import STATE_SIZE, YAW, X, Y
 from hunav_drake.systems.common.poses import is_at_goal
 
 
+@explain
 class TrialStatus(IntEnum):
     """Whether a trial is running, and how it ended."""
 
     RUNNING = 0
+    """The trial goes on."""
+
     GOAL = 1
+    """The robot has reached its goal."""
+
     STUCK = 2
+    """The robot has had a goal, but has not moved on for too long."""
 
 
 class TrialMonitor(LeafSystem):

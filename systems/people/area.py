@@ -9,6 +9,7 @@ from pydantic_core import PydanticCustomError
 import shapely
 
 from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.plain_errors import plain_errors
 from hunav_drake.systems.common.schema import CONFIG, Point, Points, Rectangle
 
 
@@ -17,21 +18,22 @@ def fault(rule: str) -> PydanticCustomError:
     return PydanticCustomError("rule", "{rule}", {"rule": rule})
 
 
+@plain_errors
 @dataclass(kw_only=True, slots=True, config=CONFIG)
 class Area:
     """A part of the floor, or a point of it: exactly one of the keys."""
 
-    # The sides (x_min, y_min, x_max, y_max) of a rectangle, in meters.
     rectangle: Rectangle | None = None
+    """The sides (x_min, y_min, x_max, y_max) of a rectangle, in meters."""
 
-    # The corners of a simple polygon, in either direction, in meters; the
-    # last joins the first.
     polygon: Annotated[Points, Field(min_length=3, max_length=1000)] | None = (
         None
     )
+    """The corners of a simple polygon, in either direction, in meters; the last
+    joins the first."""
 
-    # A point (x, y), in meters.
     point: Point | None = None
+    """A point (x, y), in meters."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:

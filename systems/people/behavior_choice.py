@@ -8,10 +8,12 @@ from typing import Annotated, Any
 from pydantic import Discriminator, StrictStr, Tag, model_validator
 from pydantic.dataclasses import dataclass
 
+from hunav_drake.systems.common.plain_errors import plain_errors
 from hunav_drake.systems.common.schema import CONFIG
 
 
 # Any key may be the name of a port.
+@plain_errors
 @dataclass(
     kw_only=True,
     config=CONFIG | {"json_schema_extra": {"additionalProperties": True}},
@@ -24,12 +26,12 @@ class BehaviorConfig:
         behavior: {tree: curious, distance: 6.0, duration: 10}
     """
 
-    # As `HumanConfig.behavior`: a name, the path of a file, or XML.
     tree: StrictStr
+    """As `HumanConfig.behavior`: a name, the path of a file, or XML."""
 
-    # Numbers, texts and truths by the names of the tree's ports; the others
-    # have the defaults that the tree declares.
     ports: dict[StrictStr, Any] = field(default_factory=dict)
+    """Numbers, texts and truths by the names of the tree's ports; the others
+    have the defaults that the tree declares."""
 
     @model_validator(mode="before")
     @classmethod

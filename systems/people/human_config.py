@@ -32,53 +32,57 @@ ForcesMode = Literal["custom", "default", "random_normal", "random_uniform"]
 class HumanConfig:
     """One simulated person."""
 
-    # Empty names and missing numbers are given out in order: "human_1", 1.
     name: Name = ""
+    """What the person is called; without a name "human_1", "human_2", ... in
+    order."""
+
     id: Annotated[Integer, Field(ge=0, le=2**31 - 1)] | None = None
+    """The number of the person, by which HuNavSim knows them; without one they
+    are given out in order, from 1."""
 
-    # The first pose (x, y, yaw) in W, in meters and radians.
     pose: Pose
+    """The first pose (x, y, yaw) in W, in meters and radians."""
 
-    # The behavior tree: the name of one that comes with the package (see
-    # `hunav_drake.systems.behavior.BEHAVIORS`), the path of an XML file (it
-    # ends in .xml), or XML; with values for ports, a BehaviorConfig.
     behavior: Behavior = "regular"
+    """The behavior tree: the name of one that comes with the package (see
+    `hunav_drake.systems.behavior.BEHAVIORS`), the path of an XML file (it ends
+    in .xml), or XML; with values for ports, a BehaviorConfig."""
 
-    # The speed that the person prefers, in m/s; 0 is a standing person.
     desired_speed: Speed = 1.2
+    """The speed that the person prefers, in m/s; 0 is a standing person."""
 
-    # The speed never exceeded, in m/s; by default the desired speed, as in
-    # HuNavSim, and at least that.
     max_speed: PositiveSpeed | None = None
+    """The speed never exceeded, in m/s; by default the desired speed, as in
+    HuNavSim, and at least that."""
 
-    # The radius of the disc that others keep off, in meters.
     radius: BodyRadius = 0.35
+    """The radius of the disc that others keep off, in meters."""
 
-    # The radius of the body, which nobody else's overlaps, in meters; by
-    # default the radius above, but at most 0.25 m.
     body_radius: BodyRadius | None = None
+    """The radius of the body, which nobody else's overlaps, in meters; by
+    default the radius above, but at most 0.25 m."""
 
-    # People with the same number (>= 0) walk together; -1 walks alone.
     group_id: Annotated[Integer, Field(ge=-1, le=2**31 - 1)] = -1
+    """People with the same number (>= 0) walk together; -1 walks alone."""
 
-    # The points to walk to, one after the other, in meters.
     goals: Points = field(default_factory=list)
+    """The points to walk to, one after the other, in meters."""
 
-    # Whether the first goal follows the last; by default not, but with the
-    # crowd's profile "hunavsim".
     cyclic: StrictBool | None = None
+    """Whether the first goal follows the last; by default not, but with the
+    crowd's profile "hunavsim"."""
 
-    # The distance at which a goal counts as reached, in meters.
     goal_radius: PositiveLength = 0.3
+    """The distance at which a goal counts as reached, in meters."""
 
-    # The weights of the forces.
     forces: SocialForceParameters = field(default_factory=SocialForceParameters)
+    """The weights of the forces."""
 
-    # Where the factors of goal, obstacles and other people come from: they are
-    # as in `forces` ("custom"), HuNavSim's ("default"), or drawn for each
-    # person by the seed of the Context: see `HumanCrowd.SetSeed` and
-    # `hunav_drake.systems.people.weights`. The rest of `forces` always holds.
     forces_mode: ForcesMode = "custom"
+    """Where the factors of goal, obstacles and other people come from: they are
+    as in `forces` ("custom"), HuNavSim's ("default"), or drawn for each person
+    by the seed of the Context: see `HumanCrowd.SetSeed` and
+    `hunav_drake.systems.people.weights`. The rest of `forces` always holds."""
 
     @property
     def speed_limit(self) -> float:

@@ -6,6 +6,7 @@ from typing import Annotated
 from pydantic import StrictFloat
 from pydantic.dataclasses import dataclass
 
+from hunav_drake.systems.common.field_docs import explain
 from hunav_drake.systems.common.schema import CONFIG, within
 
 Factor = Annotated[StrictFloat, within(0, 1e3)]
@@ -29,6 +30,7 @@ Positive = Annotated[StrictFloat, within(1e-3, 1e3)]
 ) = range(13)
 
 
+@explain
 @dataclass(kw_only=True, slots=True, config=CONFIG)
 class SocialForceParameters:
     """The weights and constants of the forces on one person.
@@ -38,45 +40,46 @@ class SocialForceParameters:
     (goal, obstacles).
     """
 
-    # How strongly the velocity is drawn to the desired one (k_d).
     goal_factor: Factor = 2.0
+    """How strongly the velocity is drawn to the desired one (k_d)."""
 
-    # The time in which it is (tau), in seconds.
     relaxation_time: Annotated[StrictFloat, within(1e-3, 1e3, "s")] = 0.5
+    """The time in which it is (tau), in seconds."""
 
-    # The push of a wall at the body's surface (k_o), in m/s^2.
     obstacle_factor: Factor = 10.0
+    """The push of a wall at the body's surface (k_o), in m/s^2."""
 
-    # The distance in which it falls to 1/e (sigma_o), in meters.
     obstacle_sigma: Annotated[StrictFloat, within(1e-3, 1e3, "m")] = 0.2
+    """The distance in which it falls to 1/e (sigma_o), in meters."""
 
-    # The strength of the interaction with other people (k_s), in m/s^2.
     social_factor: Factor = 5.0
+    """The strength of the interaction with other people (k_s), in m/s^2."""
 
-    # The weight of the relative velocity in the direction of the interaction
-    # (lambda), in s/m.
     lambda_importance: Factor = 2.0
+    """The weight of the relative velocity in the direction of the interaction
+    (lambda), in s/m."""
 
-    # The range of the interaction per length of that direction (gamma), m.
     gamma: Positive = 0.35
+    """The range of the interaction per length of that direction (gamma), m."""
 
-    # The angular range of the force to the side (n), and of the slowing-down
-    # (n').
     n: Factor = 2.0
+    """The angular range of the force to the side (n)."""
+
     n_prime: Factor = 3.0
+    """The angular range of the slowing-down (n')."""
 
-    # The turn that breaks the tie of an exact head-on encounter (epsilon): to
-    # the right; a negative one, to the left; 0 is HuNavSim's form.
     epsilon: Annotated[StrictFloat, within(-1, 1)] = 0.005
+    """The turn that breaks the tie of an exact head-on encounter (epsilon): to
+    the right; a negative one, to the left; 0 is HuNavSim's form."""
 
-    # Turning to keep the others of the group in view.
     group_gaze_factor: Factor = 3.0
+    """Turning to keep the others of the group in view."""
 
-    # Staying near the center of the group.
     group_coherence_factor: Factor = 2.0
+    """Staying near the center of the group."""
 
-    # Keeping the bodies of the group apart.
     group_repulsion_factor: Factor = 1.0
+    """Keeping the bodies of the group apart."""
 
 
 # The names of the columns.

@@ -45,16 +45,19 @@ def _check_weights[T: (dict[str, float], list[float])](weights: T) -> T:
     return weights
 
 
+@plain_errors
 @dataclass(kw_only=True, slots=True, config=CONFIG)
 class AgeBand:
     """A share of people, of ages that are drawn evenly."""
 
-    # The ages of the band, in years.
     low: Age
-    high: Age
+    """The lowest age of the band, in years."""
 
-    # How many they are, in proportion to the other bands.
+    high: Age
+    """The highest age of the band, in years."""
+
     weight: Weight = 1.0
+    """How many they are, in proportion to the other bands."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -89,15 +92,16 @@ def _check_radii(radii: tuple[float, float]) -> tuple[float, float]:
     return radii
 
 
+@plain_errors
 @dataclass(kw_only=True, slots=True, config=CONFIG)
 class SpeedDistribution:
     """Speeds that are normally distributed, whatever age and sex."""
 
-    # The mean speed, in m/s.
     mean: PositiveSpeed
+    """The mean speed, in m/s."""
 
-    # The deviation, in m/s. Nobody is farther than three from the mean.
     deviation: Speed = 0.0
+    """The deviation, in m/s. Nobody is farther than three from the mean."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -111,78 +115,79 @@ class SpeedDistribution:
         return self
 
 
+@plain_errors
 @dataclass(kw_only=True, slots=True, config=CONFIG)
 class MembersConfig:
     """What people of one kind have in common: how each of them is drawn."""
 
-    # What they are called: "guest" are guest_1, guest_2, ...; by default they
-    # are named as people without a name. What is drawn of a cohort hangs on
-    # its name, or, if it has none, on its place in the list.
     name: Annotated[Name, Field(max_length=50)] = ""
+    """What they are called: "guest" are guest_1, guest_2, ...; by default they
+    are named as people without a name. What is drawn of a cohort hangs on its
+    name, or, if it has none, on its place in the list."""
 
-    # The space between two bodies at the start, at least, in meters. With 0.1
-    # about 2 people find room on a square meter, with 0 about 3.
     spacing: Length = 0.1
+    """The space between two bodies at the start, at least, in meters. With 0.1
+    about 2 people find room on a square meter, with 0 about 3."""
 
-    # Where they go: in each of these areas, in this order, each person or
-    # group has a place of its own, clear of walls; a point is the same for
-    # all. With none they stand.
     goals: Annotated[list[Area], Field(max_length=1000)] = field(
         default_factory=list
     )
+    """Where they go: in each of these areas, in this order, each person or
+    group has a place of its own, clear of walls; a point is the same for all.
+    With none they stand."""
 
-    # Whether each person or group has an order of its own instead.
     shuffle_goals: StrictBool = False
+    """Whether each person or group has an order of its own instead."""
 
-    # The sinks at which they leave, after their goals, with weights in
-    # proportion to which one of them is drawn for each person or group.
     sinks: dict[StrictStr, Weight] = field(default_factory=dict)
+    """The sinks at which they leave, after their goals, with weights in
+    proportion to which one of them is drawn for each person or group."""
 
-    # The distance at which a goal counts as reached, in meters.
     goal_radius: PositiveLength = 0.3
+    """The distance at which a goal counts as reached, in meters."""
 
-    # The radius of the disc that others keep off, in meters.
     radius: BodyRadius = 0.35
+    """The radius of the disc that others keep off, in meters."""
 
-    # The weights of the forces.
     forces: SocialForceParameters = field(default_factory=SocialForceParameters)
+    """The weights of the forces."""
 
-    # Whether factors of the forces are as in `forces` ("custom"), HuNavSim's
-    # ("default"), or drawn for each person.
     forces_mode: ForcesMode = "custom"
+    """Whether factors of the forces are as in `forces` ("custom"), HuNavSim's
+    ("default"), or drawn for each person."""
 
-    # The radii of bodies, drawn evenly between two, in meters.
     body_radius: Annotated[BodyRadii, AfterValidator(_check_radii)] = (
         0.2,
         0.25,
     )
+    """The radii of bodies, drawn evenly between two, in meters."""
 
-    # The behaviors, by name or by the path of an XML file, with weights in
-    # proportion to which they are drawn.
     behaviors: Annotated[
         dict[StrictStr, Weight], AfterValidator(_check_weights)
     ] = field(default_factory=lambda: {"regular": 1.0})
+    """The behaviors, by name or by the path of an XML file, with weights in
+    proportion to which they are drawn."""
 
-    # The sizes of groups: the weights of being alone, two, three, ... People
-    # of a group start together, have the same goals and walk as fast as the
-    # slowest.
     group_sizes: Annotated[
         list[Weight],
         Field(min_length=1, max_length=20),
         AfterValidator(_check_weights),
     ] = field(default_factory=lambda: [1.0])
+    """The sizes of groups: the weights of being alone, two, three, ... People
+    of a group start together, have the same goals and walk as fast as the
+    slowest."""
 
-    # The ages, from which, with the sexes, the speeds follow: see
-    # `hunav_drake.systems.people.walking_speeds`.
     ages: Annotated[
         list[AgeBand], Field(min_length=1), AfterValidator(_check_bands)
     ] = field(default_factory=lambda: [AgeBand(low=18.0, high=80.0)])
+    """The ages, from which, with the sexes, the speeds follow: see
+    `hunav_drake.systems.people.walking_speeds`."""
 
-    # How many of them are women; the others are men.
     share_of_women: Share = 0.5
+    """How many of them are women; the others are men."""
 
-    # Speeds that do not follow from age and sex.
     speed: SpeedDistribution | None = None
+    """Speeds that do not follow from age and sex."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -203,18 +208,18 @@ class MembersConfig:
 class CohortConfig(MembersConfig):
     """People of one kind, who are here from the start."""
 
-    # How many they are.
     number: Annotated[Integer, Field(ge=0, le=5000)]
+    """How many they are."""
 
-    # Where they start: evenly in all of these areas (no points), their discs
-    # of `radius` clear of walls, of the listed people's and of the robot's.
     start: Annotated[
         list[Annotated[Area, AfterValidator(_check_start)]], Field(min_length=1)
     ]
+    """Where they start: evenly in all of these areas (no points), their discs
+    of `radius` clear of walls, of the listed people's and of the robot's."""
 
-    # Whether the first goal follows the last; by default as of listed people,
-    # and not for those who leave at sinks.
     cyclic: StrictBool | None = None
+    """Whether the first goal follows the last; by default as of listed people,
+    and not for those who leave at sinks."""
 
     @model_validator(mode="after")
     def _check_end(self) -> Self:
@@ -231,27 +236,27 @@ class CohortConfig(MembersConfig):
 class SourceConfig(MembersConfig):
     """A place where people come in, one after the other, and go to sinks."""
 
-    # How it is called. The people who come are north_1, north_2, ...
     name: Annotated[Name, Field(min_length=1, max_length=50)]
+    """How it is called. The people who come are north_1, north_2, ..."""
 
-    # Where they come in: evenly in all of these areas, or at a point, their
-    # discs of `radius` clear of walls. Who finds no place waits outside.
     start: Annotated[list[Area], Field(min_length=1)]
+    """Where they come in: evenly in all of these areas, or at a point, their
+    discs of `radius` clear of walls. Who finds no place waits outside."""
 
-    # How many people come per second on average. They come independently of
-    # one another (a Poisson process, drawn by the seed of the trial); those of
-    # a group come together.
     rate: Annotated[StrictFloat, within(0, 100, "people/s")]
+    """How many people come per second on average. They come independently of
+    one another (a Poisson process, drawn by the seed of the trial); those of a
+    group come together."""
 
-    # How many people of it are here at the same time, at most: while they
-    # are, others wait outside. They are the same people again and again: who
-    # has left comes back in turn.
     max_present: Annotated[Integer, Field(ge=1, le=5000)]
+    """How many people of it are here at the same time, at most: while they are,
+    others wait outside. They are the same people again and again: who has left
+    comes back in turn."""
 
-    # The sinks at which they leave, after their goals, one at least, with
-    # weights in proportion to which one of them is drawn for each person or
-    # group.
     sinks: Annotated[dict[StrictStr, Weight], AfterValidator(_check_weights)]
+    """The sinks at which they leave, after their goals, one at least, with
+    weights in proportion to which one of them is drawn for each person or
+    group."""
 
     @property
     def number(self) -> int:
@@ -264,23 +269,24 @@ class SourceConfig(MembersConfig):
         return False
 
 
+@plain_errors
 @dataclass(kw_only=True, slots=True, config=CONFIG)
 class SinkConfig:
     """A place where people leave whose last goal it is."""
 
-    # How sources and cohorts name it.
     name: Annotated[Name, Field(min_length=1, max_length=50)]
+    """How sources and cohorts name it."""
 
-    # Where it is. Each person or group walks to a place of its own in it.
     area: Area
+    """Where it is. Each person or group walks to a place of its own in it."""
 
-    # Who is as near as this to the area is gone, in meters; so is who is as
-    # near as their own `goal_radius`.
     radius: Length = 0.3
+    """Who is as near as this to the area is gone, in meters; so is who is as
+    near as their own `goal_radius`."""
 
-    # How many people leave per second, at most, as through a turnstile, the
-    # nearest first; the others wait for it. By default, any number.
     rate: Annotated[StrictFloat, within(0.01, 100, "people/s")] | None = None
+    """How many people leave per second, at most, as through a turnstile, the
+    nearest first; the others wait for it. By default, any number."""
 
 
 @plain_errors
@@ -288,19 +294,19 @@ class SinkConfig:
 class PopulationConfig:
     """People who are drawn, besides those who are listed."""
 
-    # All that is drawn of the people follows from this number. The seed of
-    # the simulation is another: it draws what changes from trial to trial of
-    # the same people.
     seed: Annotated[Integer, Field(ge=0, le=2**63 - 1)] = 0
+    """All that is drawn of the people follows from this number. The seed of the
+    simulation is another: it draws what changes from trial to trial of the same
+    people."""
 
-    # The kinds of people.
     cohorts: list[CohortConfig] = field(default_factory=list)
+    """The kinds of people."""
 
-    # Where people come in while the trial runs.
     sources: list[SourceConfig] = field(default_factory=list)
+    """Where people come in while the trial runs."""
 
-    # Where people leave.
     sinks: list[SinkConfig] = field(default_factory=list)
+    """Where people leave."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:

@@ -6,6 +6,7 @@ from typing import Any, ClassVar
 
 from pydantic.dataclasses import dataclass
 
+from hunav_drake.systems.common.field_docs import explain
 from hunav_drake.systems.common.registry import Registry
 from hunav_drake.systems.common.schema import CONFIG
 from hunav_drake.systems.sensing.sensor_config import (
@@ -15,12 +16,13 @@ from hunav_drake.systems.sensing.sensor_config import (
 )
 
 
+@explain
 @dataclass(kw_only=True, config=CONFIG)
 class PerceptionConfig(ABC):
     """What all perceptions have; which one it is, a derived class tells."""
 
-    # Whether the planner gets no rows of people, but the scan of a lidar.
     by_lidar: ClassVar[bool] = False
+    """Whether the planner gets no rows of people, but the scan of a lidar."""
 
     @abstractmethod
     def MakeSystem(self, task: SensingTask) -> Any | None:

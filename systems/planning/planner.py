@@ -11,6 +11,7 @@ from pydantic import StrictFloat
 from pydantic.dataclasses import dataclass as checked_dataclass
 
 from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.field_docs import explain
 from hunav_drake.systems.common.layout import STATE_SIZE
 from hunav_drake.systems.common.registry import Registry
 from hunav_drake.systems.common.schema import CONFIG, within
@@ -26,23 +27,30 @@ NO_PATH: Array = np.zeros((0, 3))
 NO_PATH.setflags(write=False)
 
 
+@explain
 class PlannerStatus(IntEnum):
     """What a planner is doing."""
 
-    # There is no goal.
     IDLE = 0
-    # On the way to the goal.
+    """There is no goal."""
+
     DRIVING = 1
-    # Slower than it would be, for something in the way.
+    """On the way to the goal."""
+
     SLOWED = 2
-    # At a stop, for something in the way.
+    """Slower than it would be, for something in the way."""
+
     BLOCKED = 3
-    # At the goal.
+    """At a stop, for something in the way."""
+
     ARRIVED = 4
-    # Doing something else for a while, to get on again.
+    """At the goal."""
+
     RECOVERING = 5
-    # It has given up, and stays where it is.
+    """Doing something else for a while, to get on again."""
+
     FAILED = 6
+    """It has given up, and stays where it is."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,6 +78,7 @@ class PlanningTask:
     lidar: LidarConfig | None = None
 
 
+@explain
 @checked_dataclass(kw_only=True, config=CONFIG)
 class PlannerConfig(ABC):
     """What all planners have; which one it is, a derived class tells.
@@ -78,14 +87,14 @@ class PlannerConfig(ABC):
     system is a planner, too: a class that derives from this one makes it.
     """
 
-    # The time between two commands, in seconds: a multiple of the step.
     period: Annotated[StrictFloat, within(0, 10, "s", low_open=True)] = 0.05
+    """The time between two commands, in seconds: a multiple of the step."""
 
-    # Whom the planner sees: everything, visible, or lidar for nobody but what
-    # a lidar meets.
     sees: Annotated[PerceptionConfig, PERCEPTIONS] = field(
         default_factory=PERCEPTIONS.make
     )
+    """Whom the planner sees: everything, visible, or lidar for nobody but what
+    a lidar meets."""
 
     @abstractmethod
     def MakeSystem(self, task: PlanningTask) -> Any:
@@ -177,6 +186,7 @@ class Plan(NamedTuple):
     reason: str = ""
 
 
+@explain
 @checked_dataclass(kw_only=True, config=CONFIG)
 class Planner(PlannerConfig):
     """A planner that decides by a pure function, as a `LocalPlanner` does.
@@ -186,24 +196,25 @@ class Planner(PlannerConfig):
     NamedTuples, frozen dataclasses and read-only arrays are saved with it.
     """
 
-    # What it remembers before the first cycle, and while there is no goal. With
-    # None, it decides by what it sees alone: it gives no memory and no path,
-    # and a trial is faster by some 50 us per step.
     initial_memory: ClassVar[Any] = None
+    """What it remembers before the first cycle, and while there is no goal.
+    With None, it decides by what it sees alone: it gives no memory and no path,
+    and a trial is faster by some 50 us per step."""
 
-    # How many distances of a lidar it asks for; None for as many as the lidar
-    # of its task has, 0 for no port ``scan`` unless it sees by the lidar.
     scan_size: ClassVar[int | None] = 0
+    """How many distances of a lidar it asks for; None for as many as the lidar
+    of its task has, 0 for no port ``scan`` unless it sees by the lidar."""
 
-    # The method that its author writes; what it raises is told with its place.
     decides_by: ClassVar[str] = "plan"
+    """The method that its author writes; what it raises is told with its place.
+    """
 
-    # How long a cycle may take, in seconds of the wall clock; None for as long
-    # as it takes. A trial whose planner takes longer ends there, so that it
-    # depends on the machine; nothing else does.
     cycle_limit: (
         Annotated[StrictFloat, within(0, 3600, "s", low_open=True)] | None
     ) = None
+    """How long a cycle may take, in seconds of the wall clock; None for as long
+    as it takes. A trial whose planner takes longer ends there, so that it
+    depends on the machine; nothing else does."""
 
     def __init_subclass__(cls, **options: Any) -> None:
         super().__init_subclass__(**options)

@@ -39,34 +39,35 @@ class PursuitPlanner(Planner):
     anything.
     """
 
-    # The speed on a free way, in m/s; the robot's own limit holds too.
     cruise_speed: PositiveSpeed = 0.6
+    """The speed on a free way, in m/s; the robot's own limit holds too."""
 
-    # The turn rate per angle to the goal, in 1/s.
     heading_gain: Annotated[
         StrictFloat, within(0, 100, "1/s", low_open=True)
     ] = 2.0
+    """The turn rate per angle to the goal, in 1/s."""
 
-    # A goal farther off the heading than this is first turned to, in radians.
     turn_in_place_angle: Annotated[
         StrictFloat, within(0, math.pi, "rad", low_open=True)
     ] = 0.8
+    """A goal farther off the heading than this is first turned to, in radians.
+    """
 
-    # The distance kept to what stands in the way, in meters.
     stop_distance: Length = 0.3
+    """The distance kept to what stands in the way, in meters."""
 
-    # The room on each side of the robot that must be free of people, in
-    # meters.
     side_margin: Length = 0.1
+    """The room on each side of the robot that must be free of people, in
+    meters."""
 
-    # How far ahead it looks, in meters.
     lookahead: PositiveLength = 3.0
+    """How far ahead it looks, in meters."""
 
-    # How hard it brakes for what it sees, in m/s^2; the robot's own limit
-    # holds too.
     deceleration: Annotated[
         StrictFloat, within(0, 100, "m/s^2", low_open=True)
     ] = 0.5
+    """How hard it brakes for what it sees, in m/s^2; the robot's own limit
+    holds too."""
 
     def plan(self, task: PlanningTask, view: View, memory: Any) -> Plan:
         """Decides the command of one cycle: see `Planner.plan`."""

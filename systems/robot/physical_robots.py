@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 from pydantic import StrictFloat, StrictStr
 from pydantic.dataclasses import dataclass
 
+from hunav_drake.systems.common.field_docs import explain
 from hunav_drake.systems.common.schema import CONFIG, BodyRadius, within
 from hunav_drake.systems.robot.drives import (
     DRIVES,
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from hunav_drake.systems.robot.plant_model import ModelSource
 
 
+@explain
 @dataclass(kw_only=True, config=CONFIG)
 class PhysicalRobot(RobotConfig):
     """What all robots have that are bodies of a MultibodyPlant.
@@ -34,9 +36,9 @@ class PhysicalRobot(RobotConfig):
 
     physical: ClassVar[bool] = True
 
-    # The longest step of the plant, in seconds. It takes the time step of the
-    # trial, or a half, a quarter ... of it.
     max_plant_step: Annotated[StrictFloat, within(1e-4, 0.02, "s")] = 0.0125
+    """The longest step of the plant, in seconds. It takes the time step of the
+    trial, or a half, a quarter ... of it."""
 
     @abstractmethod
     def GetModel(self) -> "ModelSource":
@@ -104,8 +106,8 @@ class PhysicalRobot(RobotConfig):
 class PMB2Config(PhysicalRobot):
     """A round base on two driven wheels, with the figures of PAL's PMB2."""
 
-    # That of its body, in meters.
     radius: BodyRadius = 0.27
+    """The radius of its body, in meters."""
 
     def GetModel(self) -> "ModelSource":
         """Returns the model of the package."""
@@ -131,19 +133,19 @@ class PMB2Config(PhysicalRobot):
 class UrdfRobot(PhysicalRobot):
     """Any robot of a URDF or SDF file, driven on wheels or otherwise."""
 
-    # The file: a path, in a scenario file from where that is, or
-    # package://name/...
     file: StrictStr
+    """The file: a path, in a scenario file from where that is, or
+    package://name/..."""
 
-    # The body whose place and heading are those of the robot.
     base: StrictStr
+    """The body whose place and heading are those of the robot."""
 
-    # How it is driven; see `hunav_drake.systems.robot.DRIVES`.
     drive: Annotated[DriveConfig, DRIVES]
+    """How it is driven; see `hunav_drake.systems.robot.DRIVES`."""
 
-    # Folders of packages by name, for package://name/...; besides those that
-    # ROS_PACKAGE_PATH and the package.xml above the file name.
     packages: dict[StrictStr, StrictStr] = field(default_factory=dict)
+    """Folders of packages by name, for package://name/...; besides those that
+    ROS_PACKAGE_PATH and the package.xml above the file name."""
 
     def GetModel(self) -> "ModelSource":
         """Returns the user's model."""

@@ -11,6 +11,7 @@ from pydantic import StrictFloat
 from pydantic.dataclasses import dataclass
 
 from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.field_docs import explain
 from hunav_drake.systems.common.layout import CONTACT_SIZE, STATE_SIZE
 from hunav_drake.systems.common.plain_errors import plain_errors
 from hunav_drake.systems.common.registry import Registry
@@ -39,16 +40,20 @@ YawTolerance = Annotated[StrictFloat, within(0, 10, "rad", low_open=True)]
 class RobotLimits:
     """How fast a robot moves. The defaults are those of PAL's PMB2."""
 
-    # The largest speed forwards and the largest backwards, in m/s.
     max_speed: PositiveSpeed = 1.0
+    """The largest speed forwards, in m/s."""
+
     max_reverse_speed: Speed = 0.2
+    """The largest speed backwards, in m/s."""
 
-    # The largest change of speed, in m/s^2.
     max_acceleration: Acceleration = 1.0
+    """The largest change of speed, in m/s^2."""
 
-    # The largest turn rate, in rad/s, and its change, in rad/s^2.
     max_turn_rate: TurnRate = 2.09
+    """The largest turn rate, in rad/s."""
+
     max_turn_acceleration: TurnAcceleration = 2.09
+    """The largest change of the turn rate, in rad/s^2."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -79,28 +84,34 @@ class RobotTask:
         return np.array(poses, dtype=float).reshape(-1, 2)
 
 
+@explain
 @dataclass(kw_only=True, config=CONFIG)
 class RobotConfig(ABC):
     """What all robots have; which one it is, a derived class tells."""
 
-    # Whether people and walls stop it, as bodies of a plant do.
     physical: ClassVar[bool] = False
+    """Whether people and walls stop it, as bodies of a plant do."""
 
-    # The radius of its disc, in meters. (The metrics of the paper use 0.35.)
     radius: BodyRadius = 0.35
+    """The radius of its disc, in meters. The metrics of the paper use 0.35.
+    """
 
     limits: RobotLimits = field(default_factory=RobotLimits)
+    """How fast the robot moves."""
 
-    # The first pose (x, y, yaw) in W, in meters and radians.
     start: Pose = (0.0, 0.0, 0.0)
+    """The first pose (x, y, yaw) in W, in meters and radians."""
 
-    # The pose to reach; without one the robot stays where it is.
     goal: Pose | None = None
+    """The pose (x, y, yaw) to reach, in W, in meters and radians; without one
+    the robot stays where it is."""
 
-    # How near to the goal is at the goal, in meters and radians. A tolerance
-    # of pi or more leaves the final heading free.
     goal_tolerance: Tolerance = 0.25
+    """How near to the goal counts as at the goal, in meters."""
+
     goal_yaw_tolerance: YawTolerance = 0.25
+    """How near to the goal's heading counts as at the goal, in radians; pi or
+    more leaves the final heading free."""
 
     @abstractmethod
     def MakeSystem(self, task: RobotTask) -> Any:

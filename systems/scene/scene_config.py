@@ -57,6 +57,6 @@ STANDING_SPEED = 0.15
 class SceneConfig:
     """What is seen of a trial, live, in replays and in films."""
 
-    # What is drawn besides people, robot and world, to begin with: the page
-    # of a replay, and the live view, show and hide each.
     overlays: list[Overlay] = field(default_factory=lambda: list(SHOWN))
+    """What is drawn besides people, robot and world, to begin with: the page of
+    a replay, and the live view, show and hide each."""

@@ -11,6 +11,7 @@ from pydantic.dataclasses import dataclass as checked_dataclass
 from pydantic_core import PydanticCustomError
 
 from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.field_docs import explain
 from hunav_drake.systems.common.registry import Registry, name_of
 from hunav_drake.systems.common.schema import (
     CONFIG,
@@ -66,20 +67,21 @@ class SensingTask:
     rendering: Rendering | None = None
 
 
+@explain
 @checked_dataclass(kw_only=True, config=CONFIG)
 class SensorConfig(ABC):
     """What all sensors have; which one it is, a derived class tells."""
 
-    # What it is called in the diagram; by default as its type, with a number
-    # if that is taken.
     name: Name = ""
+    """What it is called in the diagram; by default as its type, with a number
+    if that is taken."""
 
-    # What carries it: the robot, or the ground.
     mount: Literal["robot", "world"] = "robot"
+    """What carries it: the robot, or the ground."""
 
-    # Where it is on what carries it, and where it looks: (x, y, yaw), in
-    # meters and radians.
     pose: Pose = (0.0, 0.0, 0.0)
+    """Where it is on what carries it, and where it looks: (x, y, yaw), in
+    meters and radians."""
 
     @abstractmethod
     def MakeSystem(self, task: SensingTask) -> Any:
@@ -131,29 +133,33 @@ register_sensor = SENSORS.register
 class LidarConfig(SensorConfig):
     """A lidar that scans a horizontal plane. See `Lidar`."""
 
-    # How high the plane is above the floor, in meters.
     height: Height = 0.3
+    """How high the plane is above the floor, in meters."""
 
-    # How many distances a scan has, and how wide it is, in radians. The rays
-    # go counter-clockwise, the same step apart, and the middle of the field is
-    # straight ahead. A full turn begins straight back.
     num_rays: Annotated[Integer, Field(ge=1, le=100_000)] = 360
+    """How many distances a scan has. The rays go counter-clockwise, the same
+    step apart, and the middle of the field is straight ahead. A full turn
+    begins straight back."""
+
     field_of_view: Turn = 2 * math.pi
+    """How wide a scan is, in radians."""
 
-    # The least and the largest distance, in meters. A ray that meets nothing
-    # gives `range_max`, one that meets something nearer gives `range_min`.
     range_min: Annotated[StrictFloat, within(0, 1000, "m")] = 0.05
+    """The least distance, in meters. A ray that meets something nearer gives
+    this."""
+
     range_max: Range = 10.0
+    """The largest distance, in meters. A ray that meets nothing gives this."""
 
-    # The time between two scans, in seconds: a multiple of the step.
     period: Period = 0.1
+    """The time between two scans, in seconds: a multiple of the step."""
 
-    # The standard deviation of the distances, in meters; 0 for exact ones.
     noise: Annotated[StrictFloat, within(0, 10, "m")] = 0.0
+    """The standard deviation of the distances, in meters; 0 for exact ones."""
 
-    # What people are taken for: two legs that walk as the figures do, or the
-    # discs of the crowd.
     people: Literal["legs", "discs"] = "legs"
+    """What people are taken for: two legs that walk as the figures do, or the
+    discs of the crowd."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -199,16 +205,19 @@ class LidarConfig(SensorConfig):
         )
 
 
+@explain
 @checked_dataclass(kw_only=True, config=CONFIG)
 class Sight:
     """How far and how wide something sees people."""
 
-    # How far it sees, in meters, and how wide, in radians.
     range_max: Range = 10.0
-    field_of_view: Turn = 2 * math.pi
+    """How far it sees, in meters."""
 
-    # Whether people hide those behind them; walls always do.
+    field_of_view: Turn = 2 * math.pi
+    """How wide it sees, in radians."""
+
     hidden_by_people: StrictBool = False
+    """Whether people hide those behind them; walls always do."""
 
 
 @register_sensor("visible_people")
@@ -232,22 +241,25 @@ class VisiblePeopleConfig(Sight, SensorConfig):
 class CameraConfig(SensorConfig):
     """A camera: color, depth and labels. See `AddCamera`."""
 
-    # How high it is above the floor, in meters, and how far it looks down, in
-    # radians.
     height: Height = 1.0
-    pitch: Pitch = 0.0
+    """How high it is above the floor, in meters."""
 
-    # The width and the height of its images, in pixels, and how much it sees
-    # from the lowest row to the highest, in radians.
+    pitch: Pitch = 0.0
+    """How far it looks down, in radians."""
+
     image_size: tuple[Pixels, Pixels] = (640, 480)
+    """The width and the height of its images, in pixels."""
+
     field_of_view_y: Annotated[
         StrictFloat, within(0, 3.0, "rad", low_open=True)
     ] = math.pi / 4
+    """How much it sees from the lowest row to the highest, in radians."""
 
-    # The least and the largest depth, in meters. What is nearer gives 0, what
-    # is farther gives infinity.
     range_min: Range = 0.1
+    """The least depth, in meters. What is nearer gives 0."""
+
     range_max: Range = 20.0
+    """The largest depth, in meters. What is farther gives infinity."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:

@@ -10,6 +10,7 @@ from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.field_docs import explain
 from hunav_drake.systems.common.plain_errors import plain_errors
 from hunav_drake.systems.common.registry import Registry
 from hunav_drake.systems.common.schema import (
@@ -34,19 +35,20 @@ EYE_HEIGHT = 1.6
 WALL_HEIGHT = 2.5
 
 
+@explain
 @dataclass(kw_only=True, config=CONFIG)
 class Wall(ABC):
     """What all shapes of walls have."""
 
-    # Whether it has an inside, where nobody can be.
     solid: ClassVar[bool] = True
+    """Whether it has an inside, where nobody can be."""
 
-    # What it is called in messages and in the scene.
     name: Name = ""
+    """What it is called in messages and in the scene."""
 
-    # How high it is, in meters: above 1.6 m it hides people. What is higher
-    # than people is drawn cut, so that one sees into rooms.
     height: PositiveLength = WALL_HEIGHT
+    """How high it is, in meters: above 1.6 m it hides people. What is higher
+    than people is drawn cut, so that one sees into rooms."""
 
     @abstractmethod
     def vertices(self) -> Array:
@@ -70,14 +72,14 @@ register_wall = WALLS.register
 class Box(Wall):
     """A solid rectangle: a wall with its thickness, a block, a box."""
 
-    # The center, in meters.
     center: Point
+    """The center, in meters."""
 
-    # The full extents along its own axes, in meters.
     size: Size
+    """The full extents along its own axes, in meters."""
 
-    # The rotation about the vertical, in radians.
     yaw: Angle = 0.0
+    """The rotation about the vertical, in radians."""
 
     def vertices(self) -> Array:
         """Returns the four corners, counter-clockwise, shape (4, 2)."""
@@ -93,8 +95,8 @@ class Box(Wall):
 class Polygon(Wall):
     """A solid simple polygon, in either direction of rotation."""
 
-    # The corners, three to a thousand, in meters; the last joins the first.
     points: Annotated[Points, Field(min_length=3, max_length=1000)]
+    """The corners, three to a thousand, in meters; the last joins the first."""
 
     def vertices(self) -> Array:
         """Returns the corners as given, shape (k, 2)."""
@@ -108,14 +110,15 @@ class Polyline(Wall):
 
     solid: ClassVar[bool] = False
 
-    # The points, at least two, in meters.
     points: Annotated[Points, Field(min_length=2)]
+    """The points, at least two, in meters."""
 
     def vertices(self) -> Array:
         """Returns the points as given, shape (k, 2)."""
         return np.array(self.points, dtype=float)
 
 
+@plain_errors
 @dataclass(kw_only=True, config=CONFIG)
 class Model:
     """Models of a file, read by Drake: SDF, URDF or model directives.
@@ -124,15 +127,15 @@ class Model:
     1.8 m, each as its convex hull.
     """
 
-    # What it is called in messages.
     name: Name = ""
+    """What it is called in messages."""
 
-    # The file: a path, which starts at the scenario file, or one in a package,
-    # as "package://hunav_drake/...".
     file: FilePath
+    """The file: a path, which starts at the scenario file, or one in a package,
+    as "package://hunav_drake/..."."""
 
-    # Where it stands: (x, y, yaw) in W, in meters and radians.
     pose: Pose = (0.0, 0.0, 0.0)
+    """Where it stands: (x, y, yaw) in W, in meters and radians."""
 
 
 @plain_errors
@@ -140,21 +143,21 @@ class Model:
 class World:
     """Everything that does not move."""
 
-    # Each wall pushes people away from its nearest point, so a room is four
-    # walls, not one outline.
     walls: list[Annotated[Wall, WALLS]] = field(default_factory=list)
+    """Each wall pushes people away from its nearest point, so a room is four
+    walls, not one outline."""
 
-    # Tables, chairs, shelves, ...: see docs/worlds.md.
     furniture: list[Annotated[Furniture, FURNITURE]] = field(
         default_factory=list
     )
+    """Tables, chairs, shelves, ...: see docs/worlds.md."""
 
-    # The YAML file of a map of ROS 2's map_server: its occupied cells are
-    # walls of 2.5 m. A path starts at the scenario file.
     map: FilePath | None = None
+    """The YAML file of a map of ROS 2's map_server: its occupied cells are
+    walls of 2.5 m. A path starts at the scenario file."""
 
-    # What files of models bring along: racks, machines, a whole building.
     models: list[Model] = field(default_factory=list)
+    """What files of models bring along: racks, machines, a whole building."""
 
     def fixtures(self) -> list[Fixture]:
         """Returns all that stands in the world, each with its place in it.

@@ -30,11 +30,11 @@ class Cafe(Template):
 
     title: ClassVar[str] = "Cafe"
 
-    # How many tables there are, with four chairs each.
     tables: Annotated[Integer, Field(ge=1, le=40)] = 6
+    """How many tables there are, with four chairs each."""
 
-    # How many guests walk about.
     guests: Annotated[Integer, Field(ge=0, le=40)] = 4
+    """How many guests walk about."""
 
     def make(self) -> Scenario:
         """Returns the scenario: see `Template.make`."""

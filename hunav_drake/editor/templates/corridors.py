@@ -30,14 +30,14 @@ class Corridor(Template):
 
     title: ClassVar[str] = "Corridor"
 
-    # How long it is, in meters.
     length: Annotated[StrictFloat, within(8, 100, "m")] = 14.0
+    """How long it is, in meters."""
 
-    # How wide it is between its walls, in meters.
     width: Annotated[StrictFloat, within(2, 12, "m")] = 3.0
+    """How wide it is between its walls, in meters."""
 
-    # How many people walk in it.
     people: Annotated[Integer, Field(ge=0, le=60)] = 6
+    """How many people walk in it."""
 
     def make(self) -> Scenario:
         """Returns the scenario: see `Template.make`."""
@@ -68,11 +68,11 @@ class Crossing(Template):
 
     title: ClassVar[str] = "Crossing"
 
-    # How long each corridor is, in meters; they are 3 m wide.
     size: Annotated[StrictFloat, within(8, 60, "m")] = 12.0
+    """How long each corridor is, in meters; they are 3 m wide."""
 
-    # How many people come from each side.
     people_per_side: Annotated[Integer, Field(ge=0, le=6)] = 2
+    """How many people come from each side."""
 
     def make(self) -> Scenario:
         """Returns the scenario: see `Template.make`."""
@@ -119,9 +119,11 @@ class Room(Template):
 
     title: ClassVar[str] = "Empty room"
 
-    # How wide and how deep it is, in meters.
     width: Annotated[StrictFloat, within(3, 200, "m")] = 8.0
+    """How wide the room is, in meters."""
+
     depth: Annotated[StrictFloat, within(2, 200, "m")] = 6.0
+    """How deep the room is, in meters."""
 
     def make(self) -> Scenario:
         """Returns the scenario: see `Template.make`."""

@@ -28,15 +28,17 @@ class Office(Template):
 
     title: ClassVar[str] = "Office"
 
-    # How wide and how deep each room is, in meters.
     room_width: Annotated[StrictFloat, within(4, 20, "m")] = 5.0
+    """How wide each room is, in meters."""
+
     room_depth: Annotated[StrictFloat, within(3.5, 15, "m")] = 4.0
+    """How deep each room is, in meters."""
 
-    # How wide the corridor is, in meters.
     corridor_width: Annotated[StrictFloat, within(1.6, 6, "m")] = 2.4
+    """How wide the corridor is, in meters."""
 
-    # How many people walk between the rooms and the corridor.
     people: Annotated[Integer, Field(ge=0, le=12)] = 8
+    """How many people walk between the rooms and the corridor."""
 
     def make(self) -> Scenario:
         """Returns the scenario: see `Template.make`."""

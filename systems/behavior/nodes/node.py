@@ -17,8 +17,10 @@ from hunav_drake.systems.behavior.nodes.port import (
     Variable,
 )
 from hunav_drake.systems.behavior.nodes.tick_context import TickContext
+from hunav_drake.systems.common.field_docs import explain
 
 
+@explain
 class NodeStatus(IntEnum):
     """The status that a node returns when it is ticked.
 
@@ -26,14 +28,20 @@ class NodeStatus(IntEnum):
     than `==`, and each status is one object.
     """
 
-    # Not ticked.
     IDLE = 0
-    # Needs more ticks.
+    """Not ticked."""
+
     RUNNING = 1
+    """Needs more ticks."""
+
     SUCCESS = 2
+    """Done, and it went well."""
+
     FAILURE = 3
-    # Skipped: its parent goes on as if the node were not there.
+    """Done, or not to be done, and it did not go well."""
+
     SKIPPED = 4
+    """Skipped: its parent goes on as if the node were not there."""
 
 
 RUNNING = NodeStatus.RUNNING

@@ -247,42 +247,42 @@ class OrcaModel(MotionModel):
     the same place with the same velocity.
     """
 
-    # People and robots farther than this are not avoided, in meters.
     neighbor_distance: PositiveLength = 10.0
+    """People and robots farther than this are not avoided, in meters."""
 
-    # How many people are avoided, the nearest first; more if equally far.
     max_neighbors: Annotated[Integer, Field(ge=1, le=1000)] = 10
+    """How many people are avoided, the nearest first; more if equally far."""
 
-    # The time ahead that people must not touch others in (tau), in seconds.
     time_horizon: Time = 3.0
+    """The time ahead that people must not touch others in (tau), in seconds."""
 
-    # The time ahead that people must not touch a wall in, in seconds.
     wall_horizon: Time = 1.0
+    """The time ahead that people must not touch a wall in, in seconds."""
 
-    # What people keep between their bodies and others, or walls, in meters.
     safety_margin: Annotated[StrictFloat, within(0, 10, "m")] = 0.05
+    """What people keep between their bodies and others, or walls, in meters."""
 
-    # The time in which the desired velocity is approached, in seconds. A short
-    # one gives the model of the paper, where people start and stop at once.
     relaxation_time: Time = 0.25
+    """The time in which the desired velocity is approached, in seconds. A short
+    one gives the model of the paper, where people start and stop at once."""
 
-    # How far to the left of where they are people see others, in radians. It
-    # breaks the tie of an exact head-on encounter, where both would brake
-    # until they stand: to the right; a negative one, to the left.
     epsilon: Annotated[StrictFloat, within(-1, 1, "rad")] = 0.05
+    """How far to the left of where they are people see others, in radians. It
+    breaks the tie of an exact head-on encounter, where both would brake until
+    they stand: to the right; a negative one, to the left."""
 
-    # The largest radius that people have to each other in a queue, in meters:
-    # of a larger one, the rest is distance of comfort.
     body_radius: PositiveLength = 0.25
+    """The largest radius that people have to each other in a queue, in meters:
+    of a larger one, the rest is distance of comfort."""
 
-    # The time in which people come apart who walk the same way nearer to each
-    # other than they like, as out of a door, in seconds; at least a time step,
-    # which is the paper's, and that of all others.
     recovery_time: Annotated[StrictFloat, within(0, 1e3, "s")] = 0.25
+    """The time in which people come apart who walk the same way nearer to each
+    other than they like, as out of a door, in seconds; at least a time step,
+    which is the paper's, and that of all others."""
 
-    # People queue whose next waypoints, or goals, are nearer to each other than
-    # this, in meters, or to the way of the other; 0 is the paper's form.
     queue_distance: Annotated[StrictFloat, within(0, 100, "m")] = 1.2
+    """People queue whose next waypoints, or goals, are nearer to each other
+    than this, in meters, or to the way of the other; 0 is the paper's form."""
 
     def forces(self, snapshot: Snapshot) -> Array:
         """Returns the accelerations, as totals: see `MotionModel.forces`."""

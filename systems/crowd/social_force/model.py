@@ -36,32 +36,35 @@ class SocialForceModel(MotionModel):
     Helbing & Molnar 1995, Moussaid et al. 2009 and 2010, as in `lightsfm`.
     """
 
-    # "fast" agrees with the others to rounding, and in a crowd to
-    # `error_bound`; "reference" gives the numbers of the original bit for
-    # bit; "numpy" needs no compiler. "hunavsim" has the rules of the form that
-    # HuNavSim calls, too: see `hunavsim.py`. It is without epsilon.
     kernel: Literal["fast", "reference", "numpy", "hunavsim"] = "fast"
+    """What computes the forces: "fast" agrees with the others to rounding, and
+    in a crowd to `error_bound`; "reference" gives the numbers of the original
+    bit for bit; "numpy" needs no compiler. "hunavsim" has the rules of the form
+    that HuNavSim calls, too: see `hunavsim.py`. It is without epsilon."""
 
-    # From 48 people on, the fast kernel leaves out what adds up to less than
-    # this for each person, in m/s^2; 0 leaves nothing out.
     error_bound: Annotated[StrictFloat, within(0, 1, "m/s^2")] = 1e-6
+    """From 48 people on, the fast kernel leaves out what adds up to less than
+    this for each person, in m/s^2; 0 leaves nothing out."""
 
-    # The time that people keep to whoever walks ahead of them, in seconds, and
-    # what part of that one's speed they add; 0 lets them run up, as in
-    # HuNavSim. The values fit measured speeds and flows: docs/validation.md.
     time_gap: Annotated[StrictFloat, within(0, 10, "s")] = 0.8
+    """The time that people keep to whoever walks ahead of them, in seconds; 0
+    lets them run up, as in HuNavSim. The default fits measured speeds and
+    flows: docs/validation.md."""
+
     speed_matching: Annotated[StrictFloat, within(0, 1)] = 0.35
+    """What part of the speed of the one ahead they add to what the time gap
+    allows them. The default fits measurements, as above."""
 
-    # By the kernel "hunavsim": the radius of a robot's body that pushes people
-    # who do not react to it as a wall does, in meters; 0 for none. In Gazebo,
-    # hunav_gazebo_wrapper takes the nearest of all models for an obstacle, and
-    # leaves out people, but not robots.
     robot_obstacle_radius: Annotated[StrictFloat, within(0, 5, "m")] = 0.0
+    """By the kernel "hunavsim": the radius of a robot's body that pushes people
+    who do not react to it as a wall does, in meters; 0 for none. In Gazebo,
+    hunav_gazebo_wrapper takes the nearest of all models for an obstacle, and
+    leaves out people, but not robots."""
 
-    # Whether who stops has no velocity even by the kernel "hunavsim", which
-    # keeps it for others to see. So it is in Gazebo, where
-    # hunav_gazebo_wrapper takes velocities from how places change.
     measured_velocities: StrictBool = False
+    """Whether who stops has no velocity even by the kernel "hunavsim", which
+    keeps it for others to see. So it is in Gazebo, where hunav_gazebo_wrapper
+    takes velocities from how places change."""
 
     follows: ClassVar[bool] = True
 

@@ -8,6 +8,7 @@ from pydantic import Field, StrictBool, StrictFloat
 from pydantic.dataclasses import dataclass
 
 from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.plain_errors import plain_errors
 from hunav_drake.systems.common.schema import (
     CONFIG,
     Integer,
@@ -46,62 +47,94 @@ TurnFall = Annotated[StrictFloat, within(-1000, -1e-6, "rad/s^2")]
 Samples = Annotated[Integer, Field(ge=2, le=1000)]
 
 
+@plain_errors
 @dataclass(kw_only=True, config=CONFIG)
 class CriticScales:
     """How much each critic counts; 0 leaves it out."""
 
-    # Turn on the spot to the goal's heading, once there.
     rotate_to_goal: Scale = 32.0
-    # No forth and back.
+    """How much counts to turn on the spot to the goal's heading, once there."""
+
     oscillation: Scale = 1.0
-    # The cost of the middle of the robot, and of its outline.
+    """How much counts not to drive forth and back."""
+
     base_obstacle: Scale = 0.02
+    """How much counts the cost of the middle of the robot."""
+
     obstacle_footprint: Scale = 0.0
-    # Towards the end of the local plan, and onto the plan, of a point ahead.
+    """How much counts the cost of the robot's outline."""
+
     goal_align: Scale = 24.0
+    """How much counts to bring a point ahead of the robot towards the end of
+    the local plan."""
+
     path_align: Scale = 32.0
-    # The same of the middle of the robot.
+    """How much counts to bring a point ahead of the robot onto the plan."""
+
     path_dist: Scale = 32.0
+    """How much counts to bring the middle of the robot onto the plan."""
+
     goal_dist: Scale = 24.0
-    # Forwards, and straight on.
+    """How much counts to bring the middle of the robot towards the end of the
+    local plan."""
+
     prefer_forward: Scale = 0.0
+    """How much counts to drive forwards."""
+
     twirling: Scale = 0.0
+    """How much counts to drive straight on."""
 
 
+@plain_errors
 @dataclass(kw_only=True, config=CONFIG)
 class CriticParameters:
     """What the critics are parametrized by besides their scales."""
 
-    # How far ahead of the robot the point of both Align critics is, in m.
     forward_point_distance: Length = 0.1
+    """How far ahead of the robot the point of both Align critics is, in meters.
+    """
 
-    # Whether costs along the way add up; else that of its end counts.
     sum_scores: StrictBool = False
+    """Whether costs along the way add up; else that of its end counts."""
 
-    # RotateToGoal: below which speed, in m/s, the robot turns; how much speed
-    # counts before; and how far ahead, in seconds, the heading is looked at,
-    # -1 for the end of the way.
     trans_stopped_velocity: Speed = 0.25
-    slowing_factor: Scale = 5.0
-    lookahead_time: Annotated[StrictFloat, within(-1, 60, "s")] = -1.0
+    """RotateToGoal: below which speed the robot turns, in m/s."""
 
-    # Oscillation: after how far, in meters, what turn, in radians, or what
-    # time, in seconds, -1 for never, a direction is allowed again; and the
-    # speed, in m/s, up to which the turn rate is looked at.
+    slowing_factor: Scale = 5.0
+    """RotateToGoal: how much speed costs before the robot turns."""
+
+    lookahead_time: Annotated[StrictFloat, within(-1, 60, "s")] = -1.0
+    """RotateToGoal: how far ahead the heading is looked at, in seconds; -1 for
+    the end of the way."""
+
     oscillation_reset_dist: PositiveLength = 0.05
+    """Oscillation: after how far a direction is allowed again, in meters."""
+
     oscillation_reset_angle: Annotated[
         StrictFloat, within(0, math.pi, "rad", low_open=True)
     ] = 0.2
-    oscillation_reset_time: Annotated[StrictFloat, within(-1, 60, "s")] = -1.0
-    x_only_threshold: Speed = 0.05
+    """Oscillation: after what turn a direction is allowed again, in radians."""
 
-    # PreferForward: what it costs to drive back, or slower than `strafe_x`,
-    # in m/s, with less turn than `strafe_theta`, in rad/s; else the turn rate
-    # times `theta_scale` counts.
+    oscillation_reset_time: Annotated[StrictFloat, within(-1, 60, "s")] = -1.0
+    """Oscillation: after what time a direction is allowed again, in seconds; -1
+    for never."""
+
+    x_only_threshold: Speed = 0.05
+    """Oscillation: the speed up to which the turn rate is looked at, in m/s."""
+
     penalty: Scale = 1.0
+    """PreferForward: what it costs to drive back, or slower than `strafe_x`
+    with less turn than `strafe_theta`."""
+
     strafe_x: Speed = 0.1
+    """PreferForward: the speed below which the penalty counts, in m/s."""
+
     strafe_theta: Annotated[StrictFloat, within(0, 100, "rad/s")] = 0.2
+    """PreferForward: the turn rate below which the penalty counts, in rad/s."""
+
     theta_scale: Scale = 10.0
+    """PreferForward: what the turn rate is multiplied by, where the penalty
+    does not count."""
 
 
 @register_planner("dwb")
@@ -117,53 +150,84 @@ class DwbPlanner(NavigationPlanner):
 
     initial_control: ClassVar[Any] = DwbMemory()
 
-    # The least and the largest speed, in m/s, and the turn rate, in rad/s.
-    # What the robot can do limits them, too.
     min_vel_x: Annotated[StrictFloat, within(-10, 10, "m/s")] = 0.0
+    """The least speed, in m/s; below 0 it may drive backwards."""
+
     max_vel_x: PositiveSpeed = 1.0
+    """The largest speed, in m/s. What the robot can do limits it, too."""
+
     max_vel_theta: TurnRate | None = None
+    """The largest turn rate, in rad/s; limited as above, and by default as the
+    profile has it."""
 
-    # Below these, a sample needs the other to be above.
     min_speed_xy: Speed = 0.0
+    """The speed below which a sample must turn at least with `min_speed_theta`,
+    in m/s."""
+
     min_speed_theta: Annotated[StrictFloat, within(0, 100, "rad/s")] = 0.0
+    """The turn rate below which a sample must drive at least with
+    `min_speed_xy`, in rad/s."""
 
-    # How fast the speed, in m/s^2, and the turn rate, in rad/s^2, change.
     acc_lim_x: Acceleration | None = None
+    """How fast the speed grows, in m/s^2; by default as the profile has it."""
+
     decel_lim_x: Fall | None = None
+    """How fast the speed falls, in m/s^2, a negative number; by default as the
+    profile has it."""
+
     acc_lim_theta: TurnAcceleration | None = None
+    """How fast the turn rate grows, in rad/s^2; by default as the profile has
+    it."""
+
     decel_lim_theta: TurnFall | None = None
+    """How fast the turn rate falls, in rad/s^2, a negative number; by default
+    as the profile has it."""
 
-    # How many speeds and turn rates are tried.
     vx_samples: Samples = 20
+    """How many speeds are tried."""
+
     vtheta_samples: Samples = 20
+    """How many turn rates are tried."""
 
-    # How far ahead the robot is predicted, in seconds.
     sim_time: Period = 1.7
+    """How far ahead the robot is predicted, in seconds."""
 
-    # How fine, in meters and in radians; with a time, in seconds, only that.
     linear_granularity: PositiveLength = 0.05
+    """The longest step of the prediction, in meters."""
+
     angular_granularity: Annotated[
         StrictFloat, within(0, math.pi, "rad", low_open=True)
     ] = 0.025
+    """The largest turn in a step of the prediction, in radians."""
+
     time_granularity: Period | None = None
+    """The step of the prediction, in seconds, instead of the two above."""
 
-    # "standard": what is reached within `sim_time`, the prediction
-    # accelerates. "limited_accel": what is reached within one cycle, and is
-    # held.
     trajectory_generator: Literal["standard", "limited_accel"] = "standard"
+    """What is sampled: "standard", what is reached within `sim_time`, while the
+    prediction accelerates; "limited_accel", what is reached within one cycle,
+    and then held."""
 
-    # Whether the command is the first velocity of the prediction, not the one
-    # that it comes to.
     limit_vel_cmd_in_traj: StrictBool = False
+    """Whether the command is the first velocity of the prediction, not the one
+    that it comes to."""
 
-    # Where the local plan begins and ends, in meters from the robot; without
-    # shortening, it ends where the local map does.
     prune_distance: PositiveLength | None = None
+    """The local plan begins at the first pose nearer to the robot than this, in
+    meters; by default as the profile has it."""
+
     forward_prune_distance: PositiveLength | None = None
+    """The local plan ends at the last pose no farther from the robot than this,
+    in meters; by default as the profile has it."""
+
     shorten_transformed_plan: StrictBool = True
+    """Whether the local plan ends there; else where the local map does."""
 
     scales: CriticScales = field(default_factory=CriticScales)
+    """How much each critic counts."""
+
     critics: CriticParameters = field(default_factory=CriticParameters)
+    """What else the critics are parametrized by."""
 
     @property
     def dwb_profile(self) -> DwbProfile:

@@ -29,8 +29,11 @@ class SclPlanner(DwbPlanner):
             layers=["obstacle", "inflation", "social"]
         )
     )
+    """The map around the robot, with costs around people."""
+
     global_costmap: GlobalCostmap = field(
         default_factory=lambda: GlobalCostmap(
             layers=["static", "obstacle", "inflation", "social"]
         )
     )
+    """The map of the whole world, with costs around people."""

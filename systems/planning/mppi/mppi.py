@@ -9,6 +9,7 @@ from pydantic import Field, StrictBool, StrictFloat
 from pydantic.dataclasses import dataclass
 
 from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.plain_errors import plain_errors
 from hunav_drake.systems.common.schema import (
     CONFIG,
     Integer,
@@ -42,67 +43,98 @@ Steps = Annotated[Integer, Field(ge=1, le=1000)]
 Points = Annotated[Integer, Field(ge=0, le=10_000)]
 
 
+@plain_errors
 @dataclass(kw_only=True, config=CONFIG)
 class CriticWeights:
     """How much each critic counts; 0 leaves it out."""
 
-    # Within the bounds of the velocity.
     constraint: Weight = 4.0
-    # Away from what the local map shows.
+    """How much counts to stay within the bounds of the velocity."""
+
     cost: Weight = 3.81
-    # To the goal, and to its heading, when near it.
+    """How much counts to keep away from what the local map shows."""
+
     goal: Weight = 5.0
+    """How much counts to get to the goal, when near it."""
+
     goal_angle: Weight = 3.0
-    # On the global plan; on along it; turned to it.
+    """How much counts to turn to the heading of the goal, when near it."""
+
     path_align: Weight = 14.0
+    """How much counts to stay on the global plan."""
+
     path_follow: Weight = 5.0
+    """How much counts to get on along the global plan."""
+
     path_angle: Weight = 2.0
-    # Not backwards.
+    """How much counts to be turned to the global plan."""
+
     prefer_forward: Weight = 5.0
-    # Little social force between the robot and people; 0 leaves MPPI as Nav2
-    # has it.
+    """How much counts not to drive backwards."""
+
     social: Weight = 1.0
+    """How much counts little social force between the robot and people; 0
+    leaves MPPI as Nav2 has it."""
 
 
+@plain_errors
 @dataclass(kw_only=True, config=CONFIG)
 class CriticSettings:
     """What the critics are parametrized by besides their weights."""
 
-    # What it costs to collide, and, with the outline of the robot, to have its
-    # middle so near to something that some heading would; the latter as a
-    # cost of cells.
     collision_cost: Weight = 1e6
+    """What it costs to collide."""
+
     critical_cost: Weight = 300.0
+    """With the outline of the robot: what it costs to have its middle so near
+    to something that in some heading it would collide, as a cost of cells."""
 
-    # Whether a collision is that of the outline; else that of the disc.
     consider_footprint: StrictBool = False
+    """Whether a collision is that of the outline; else that of the disc."""
 
-    # How near to the goal, in meters, costs of cells that are not critical are
-    # ignored, Goal and GoalAngle begin, PathFollow ends, and the other critics
-    # of the plan and PreferForward end.
     near_goal_distance: Length = 1.0
+    """How near to the goal costs of cells that are not critical are ignored, in
+    meters."""
+
     goal_threshold: Length = 1.4
+    """How near to the goal the critic Goal begins, in meters."""
+
     goal_angle_threshold: Length = 0.5
+    """How near to the goal the critic GoalAngle begins, in meters."""
+
     path_follow_threshold: Length = 1.4
+    """How near to the goal the critic PathFollow ends, in meters."""
+
     path_threshold: Length = 0.5
+    """How near to the goal PathAlign, PathAngle and PreferForward end, in
+    meters."""
 
-    # PathAlign: how many points of the plan must be reached, and which part of
-    # them may be blocked at most.
     path_align_offset: Points = 20
-    max_path_occupancy_ratio: Annotated[StrictFloat, within(0, 1)] = 0.05
+    """How many points of the plan must be reached for PathAlign to count."""
 
-    # PathFollow and PathAngle: how many points beyond the furthest that is
-    # reached they look; and the turn, in radians, from which PathAngle counts.
+    max_path_occupancy_ratio: Annotated[StrictFloat, within(0, 1)] = 0.05
+    """Which part of these points may be blocked at most, for PathAlign to
+    count."""
+
     path_follow_offset: Points = 5
+    """How many points beyond the furthest that is reached PathFollow looks."""
+
     path_angle_offset: Points = 4
+    """How many points beyond the furthest that is reached PathAngle looks."""
+
     max_angle_to_furthest: Annotated[StrictFloat, within(0, math.pi, "rad")] = (
         1.0
     )
+    """The turn from which on PathAngle counts, in radians."""
 
-    # Every how many steps Cost, PathAlign and Social look.
     cost_step: Steps = 2
+    """At every how many steps of a rollout Cost looks."""
+
     path_align_step: Steps = 4
+    """At every how many steps of a rollout PathAlign looks."""
+
     social_step: Steps = 4
+    """At every how many steps of a rollout Social looks."""
 
 
 @register_planner("mppi")
@@ -121,48 +153,69 @@ class MppiPlanner(NavigationPlanner):
 
     initial_control: ClassVar[Any] = MppiMemory()
 
-    # How far ahead it looks: in so many steps of so many seconds, at least of
-    # the period.
     time_steps: Annotated[Integer, Field(ge=2, le=1000)] = 56
+    """How many steps it looks ahead."""
+
     model_dt: Annotated[StrictFloat, within(1e-3, 1, "s")] = 0.05
+    """How long each of these steps is, in seconds; at least the period of the
+    planner."""
 
-    # How many rollouts there are in a cycle, and how often it improves.
     batch_size: Annotated[Integer, Field(ge=1, le=100_000)] = 1000
+    """How many rollouts there are in a cycle."""
+
     iteration_count: Annotated[Integer, Field(ge=1, le=100)] = 1
+    """How often a cycle improves its controls, each time with new rollouts."""
 
-    # The largest speeds forwards and backwards, in m/s, and the turn rate, in
-    # rad/s. What the robot can do limits them, too.
     max_vel_x: PositiveSpeed = 0.6
+    """The largest speed forwards, in m/s. What the robot can do limits it, too.
+    """
+
     max_reverse_vel_x: Speed = 0.35
+    """The largest speed backwards, in m/s; limited as above."""
+
     max_vel_theta: TurnRate = 1.9
+    """The largest turn rate, in rad/s; limited as above."""
 
-    # How fast they change at most, in m/s^2 and rad/s^2; as above.
     max_acc_x: Acceleration = 3.0
+    """How fast the speed changes at most, in m/s^2; limited as above."""
+
     max_acc_theta: TurnAcceleration = 3.5
+    """How fast the turn rate changes at most, in rad/s^2; limited as above."""
 
-    # The standard deviations of the noise, in m/s and rad/s; its seed; and
-    # whether each cycle has its own.
     vx_std: Deviation = 0.2
+    """The standard deviation of the noise of speeds, in m/s."""
+
     wz_std: Deviation = 0.4
+    """The standard deviation of the noise of turn rates, in rad/s."""
+
     noise_seed: Annotated[Integer, Field(ge=0, lt=2**63)] = 0
+    """The seed of the noise."""
+
     regenerate_noises: StrictBool = True
+    """Whether each cycle has noise of its own; else all have the same."""
 
-    # How much worse a rollout must be to count less by a factor of e, and how
-    # much it costs to leave the last controls.
     temperature: Annotated[StrictFloat, within(1e-6, 1e6)] = 0.3
-    gamma: Annotated[StrictFloat, within(0, 1e3)] = 0.015
+    """How much worse a rollout must be to count less by a factor of e."""
 
-    # How far the local plan goes, and the distance of its points, in meters.
+    gamma: Annotated[StrictFloat, within(0, 1e3)] = 0.015
+    """How much it costs to leave the last controls."""
+
     prune_distance: PositiveLength = 1.9
+    """How far the local plan goes, in meters."""
+
     path_spacing: Annotated[StrictFloat, within(1e-3, 1, "m")] = 0.05
+    """The distance between its points, in meters."""
 
     weights: CriticWeights = field(default_factory=CriticWeights)
-    critics: CriticSettings = field(default_factory=CriticSettings)
+    """How much each critic counts."""
 
-    # The social forces of the critic Social.
+    critics: CriticSettings = field(default_factory=CriticSettings)
+    """What else the critics are parametrized by."""
+
     social_force: SocialForceParameters = field(
         default_factory=SocialForceParameters
     )
+    """The social forces of the critic Social."""
 
     def local_span(
         self, task: PlanningTask, view: View, poses: Array, first: int

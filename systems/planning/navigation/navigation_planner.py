@@ -12,6 +12,8 @@ from pydantic import Field, StrictBool, StrictFloat
 from pydantic.dataclasses import dataclass
 
 from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.field_docs import explain
+from hunav_drake.systems.common.plain_errors import plain_errors
 from hunav_drake.systems.common.schema import (
     CONFIG,
     BodyRadius,
@@ -49,15 +51,19 @@ Seconds = Annotated[StrictFloat, within(0, 3600, "s")]
 Replanning = Annotated[StrictFloat, within(0, 3600, "s", low_open=True)]
 
 
+@plain_errors
 @dataclass(kw_only=True, config=CONFIG)
 class ProgressChecker:
     """When a robot counts as not getting on: nav2's SimpleProgressChecker."""
 
-    # How far it must come, in meters, in how long, in seconds.
     required_movement_radius: PositiveLength = 0.5
+    """How far the robot must come in the time allowed, in meters."""
+
     movement_time_allowance: Replanning = 10.0
+    """The time allowed for that distance, in seconds."""
 
 
+@plain_errors
 @dataclass(kw_only=True, config=CONFIG)
 class Recoveries:
     """What is done when navigation fails: nav2_recoveries.
@@ -65,33 +71,40 @@ class Recoveries:
     Which of them, and in what order, the profile tells.
     """
 
-    # How many times something is done before the planner gives up.
     most: Annotated[Integer, Field(ge=0, le=1000)] = 6
+    """How many times something is done before the planner gives up."""
 
-    # The turn on the spot, in radians, and its turn rates, in rad/s and
-    # rad/s^2.
     spin_angle: Annotated[StrictFloat, within(0, 2 * math.pi, "rad")] = 1.57
+    """The turn on the spot, in radians."""
+
     min_spin: Annotated[StrictFloat, within(0, 10, "rad/s", low_open=True)] = (
         0.4
     )
+    """The least turn rate of that turn, in rad/s."""
+
     max_spin: Annotated[StrictFloat, within(0, 10, "rad/s", low_open=True)] = (
         1.0
     )
+    """The largest turn rate of that turn, in rad/s."""
+
     spin_acceleration: Annotated[
         StrictFloat, within(0, 100, "rad/s^2", low_open=True)
     ] = 3.2
+    """How fast its turn rate changes, in rad/s^2."""
 
-    # How long it waits, in seconds.
     wait_time: Seconds = 5.0
+    """How long it waits, in seconds."""
 
-    # How far back it drives, in meters, and how fast, in m/s.
     back_up_distance: Length = 0.3
+    """How far back it drives, in meters."""
+
     back_up_speed: Annotated[
         StrictFloat, within(0, 10, "m/s", low_open=True)
     ] = 0.05
+    """How fast it drives back, in m/s."""
 
-    # How far ahead it looks whether it would touch something, in seconds.
     look_ahead: Seconds = 2.0
+    """How far ahead it looks whether it would touch something, in seconds."""
 
 
 class NavigationSetup(NamedTuple):
@@ -118,6 +131,7 @@ class NavigationSetup(NamedTuple):
     update_period: float
 
 
+@explain
 @dataclass(kw_only=True, config=CONFIG)
 class NavigationPlanner(Planner):
     """Follows a global plan on costmaps, as the servers of Nav2 do together.
@@ -134,46 +148,60 @@ class NavigationPlanner(Planner):
     initial_memory: ClassVar[Any] = NavigationMemory()
     decides_by: ClassVar[str] = "control"
 
-    # Whether the local controller looks at the local map; else it gets one
-    # without cells, and a cycle is faster.
     uses_local_map: ClassVar[bool] = True
+    """Whether the local controller looks at the local map; else it gets one
+    without cells, and a cycle is faster."""
 
-    # What the local controller remembers at first; immutable.
     initial_control: ClassVar[Any] = None
+    """What the local controller remembers at first; immutable."""
 
-    # The release of Nav2 and the robot whose parameters are taken.
     profile: ProfileName = "pmb2_foxy"
+    """The release of Nav2 and the robot whose parameters are taken."""
 
-    # The radius of the robot on the maps, in meters; by default that of PMB2,
-    # 0.275, for a robot from there up to the 0.35 m that the paper's metrics
-    # take for it; for other robots their own.
     robot_radius: BodyRadius | None = None
+    """The radius of the robot on the maps, in meters; by default that of PMB2,
+    0.275, for a robot from there up to the 0.35 m that the paper's metrics take
+    for it; for other robots their own."""
 
-    # How far obstacles are inflated, in meters, and how fast the cost falls.
     inflation_radius: PositiveLength = 0.55
+    """How far around obstacles cells cost something, in meters."""
+
     cost_scaling_factor: (
         Annotated[StrictFloat, within(0, 1000, "1/m")] | None
     ) = None
+    """How fast that cost falls with the distance, in 1/m; by default as the
+    profile has it."""
 
     local_costmap: LocalCostmap = field(default_factory=LocalCostmap)
+    """The map around the robot, on which commands are judged."""
+
     global_costmap: GlobalCostmap = field(default_factory=GlobalCostmap)
+    """The map of the whole world, on which ways are found."""
+
     obstacle_layer: ObstacleLayer = field(default_factory=ObstacleLayer)
+    """What the maps show of walls and people, and how they learn of it."""
+
     social_layer: SocialLayer = field(default_factory=SocialLayer)
+    """The costs around people, on maps whose layers name "social"."""
 
-    # The time between two global plans, in seconds.
     replanning_period: Replanning = 1.0
+    """The time between two global plans, in seconds."""
 
-    # How far from the goal the global plan may end along x and y, in meters.
     plan_tolerance: Length = 0.5
+    """How far from the goal the global plan may end along x and y, in meters.
+    """
 
-    # Whether the corners of global plans are rounded off.
     smooth_plan: StrictBool = False
+    """Whether the corners of global plans are rounded off."""
 
     progress_checker: ProgressChecker = field(default_factory=ProgressChecker)
-    recoveries: Recoveries = field(default_factory=Recoveries)
+    """When the robot counts as not getting on."""
 
-    # How long there may be no command before it counts as a failure, in s.
+    recoveries: Recoveries = field(default_factory=Recoveries)
+    """What is tried when it does not get on, or finds no way or command."""
+
     failure_tolerance: Seconds | None = None
+    """How long there may be no command before it counts as a failure, in s."""
 
     @abstractmethod
     def control(

@@ -42,28 +42,30 @@ class OrcaPlanner(NavigationPlanner):
 
     uses_local_map: ClassVar[bool] = False
 
-    # How fast it wants to go, in m/s.
     desired_speed: PositiveSpeed = 0.6
+    """How fast it wants to go, in m/s."""
 
-    # How far ahead on the plan the point is that it goes to, in meters.
     carrot_distance: PositiveLength = 1.0
+    """How far ahead on the plan the point is that it goes to, in meters."""
 
-    # People farther than this are not avoided, in meters.
     neighbor_distance: PositiveLength = 10.0
+    """People farther than this are not avoided, in meters."""
 
-    # The time ahead in which it must touch nobody, and no wall, in seconds.
     time_horizon: Period = 3.0
+    """The time ahead in which it must touch nobody, in seconds."""
+
     wall_horizon: Period = 1.0
+    """The time ahead in which it must touch no wall, in seconds."""
 
-    # How much of the change of velocity the robot makes: 0.5 where people make
-    # the other half, 1 where they may not.
     share: Annotated[StrictFloat, within(0, 1, low_open=True)] = 1.0
+    """How much of the change of velocity the robot makes: 0.5 where people make
+    the other half, 1 where they may not."""
 
-    # How far ahead of the axle the point is that follows, in meters.
     offset: Annotated[StrictFloat, within(0, 1, "m", low_open=True)] = 0.15
+    """How far ahead of the axle the point is that follows, in meters."""
 
-    # What is added to the distance from people, in meters.
     margin: Length = 0.05
+    """What is added to the distance from people, in meters."""
 
     def control(
         self,

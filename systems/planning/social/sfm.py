@@ -45,27 +45,30 @@ class SfmPlanner(NavigationPlanner):
     the velocity of the robot, which steers into it.
     """
 
-    # What it stops before: costs near that do not count.
     local_costmap: LocalCostmap = field(
         default_factory=lambda: LocalCostmap(
             resolution=0.05, layers=["obstacle"]
         )
     )
+    """What it stops before: costs near that do not count."""
 
-    # How fast it wants to go, in m/s.
     desired_speed: PositiveSpeed = 0.6
+    """How fast it wants to go, in m/s."""
 
-    # How far ahead on the plan the point is that it is drawn to, in meters.
     carrot_distance: PositiveLength = 1.0
+    """How far ahead on the plan the point is that it is drawn to, in meters."""
 
-    # How far ahead the force is followed, and in what time it turns, in s. In
-    # 0.25 s the force of the goal brings about the wanted velocity; followed
-    # for longer, it would overshoot.
     horizon: Period = 0.25
-    turn_time: Period = 0.4
+    """How far ahead the force is followed, in seconds. In 0.25 s the force of
+    the goal brings about the wanted velocity; followed for longer, it would
+    overshoot."""
 
-    # Nearer to its goal than this it slows down, in meters.
+    turn_time: Period = 0.4
+    """The time in which the robot turns into the wanted velocity, in seconds.
+    """
+
     slow_distance: PositiveLength = 0.8
+    """Nearer to its goal than this it slows down, in meters."""
 
     def control(
         self,

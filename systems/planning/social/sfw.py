@@ -55,72 +55,95 @@ class SfwPlanner(NavigationPlanner):
 
     initial_control: ClassVar[Any] = SfwMemory()
 
-    # What is on the local map; it must be at least 4 m wide, or the robot is
-    # always near the end of its plan.
     local_costmap: LocalCostmap = field(
         default_factory=lambda: LocalCostmap(size=4.0)
     )
+    """What is on the local map; it must be at least 4 m wide, or the robot is
+    always near the end of its plan."""
 
-    # The largest and the least speed, in m/s, and turn rate, in rad/s.
     max_trans_vel: PositiveSpeed = 0.8
+    """The largest speed, in m/s."""
+
     min_trans_vel: Speed = 0.08
+    """The least speed near the end of the plan, in m/s."""
+
     max_rot_vel: TurnRate = 1.57
+    """The largest turn rate, in rad/s."""
+
     min_rot_vel: Annotated[StrictFloat, within(0, 100, "rad/s")] = 0.52
+    """The least turn rate near the end of the plan, in rad/s."""
 
-    # How fast they change in the prediction, in m/s^2 and rad/s^2.
     max_trans_acc: Acceleration = 0.15
+    """How fast the speed changes in the prediction, in m/s^2."""
+
     max_rot_acc: TurnAcceleration = 0.52
+    """How fast the turn rate changes in the prediction, in rad/s^2."""
 
-    # The turn rate at the end, to the heading of the goal, in rad/s.
     min_in_place_rot_vel: TurnRate = 0.7
+    """The turn rate at the end, to the heading of the goal, in rad/s."""
 
-    # How near to the end of the plan it turns on the spot, in meters, and how
-    # near the heading must be, in radians.
     xy_goal_tolerance: PositiveLength = 0.2
+    """How near to the end of the plan it turns on the spot, in meters."""
+
     yaw_goal_tolerance: Annotated[
         StrictFloat, within(0, math.pi, "rad", low_open=True)
     ] = 0.2
+    """How near its heading must be to the goal's at the end, in radians."""
 
-    # How far ahead on the plan the point is that it steers to, in meters.
     wp_tolerance: PositiveLength = 1.0
+    """How far ahead on the plan the point is that it steers to, in meters."""
 
-    # Nearer to the end of the plan than this it slows down, and people do not
-    # count any more, in meters.
     slow_distance: PositiveLength = 1.5
+    """Nearer to the end of the plan than this it slows down, and people do not
+    count any more, in meters."""
 
-    # How far ahead it predicts, and in what steps, in seconds.
     sim_time: Period = 1.5
+    """How far ahead it predicts, in seconds."""
+
     sim_granularity: Period = 0.25
+    """The step of the prediction, in seconds."""
 
-    # The radii of robot and people in the prediction, in meters.
     sfm_robot_radius: BodyRadius = 0.4
+    """The radius of the robot in the prediction, in meters."""
+
     person_radius: BodyRadius = 0.35
+    """The radius of people in the prediction, in meters."""
 
-    # How much counts what.
     social_weight: Weight = 2.0
+    """How much the social work counts."""
+
     costmap_weight: Weight = 2.0
+    """How much the cost of the map counts."""
+
     velocity_weight: Weight = 0.8
+    """How much the speed that is left over counts."""
+
     angle_weight: Weight = 0.6
+    """How much the bearing to the point ahead counts."""
+
     distance_weight: Weight = 1.0
+    """How much the distance to the point ahead counts."""
 
-    # Obstacles up to this distance are felt, in meters, as points in so many
-    # directions.
     max_obstacle_dist: PositiveLength = 3.0
+    """How far obstacles are felt, in meters."""
+
     obstacle_points: Annotated[Integer, Field(ge=3, le=10_000)] = 120
+    """In how many directions the nearest obstacle is felt, as a point."""
 
-    # People go on for so long as they walk, in seconds, at most at this speed,
-    # in m/s.
     naive_goal_time: Period = 1.0
+    """How long people are taken to go on as they walk, in seconds."""
+
     people_velocity: PositiveSpeed = 1.7
+    """How fast people are taken to walk at most, in m/s."""
 
-    # After so long on one spot, in seconds, the forces of obstacles do not
-    # count until it has left it: else they may hold it between walls forever.
     patience: Period = 3.0
+    """After so long on one spot, in seconds, the forces of obstacles do not
+    count until it has left it: else they may hold it between walls forever."""
 
-    # Whether the velocity of the robot in the forces is that along its own axes
-    # instead of those of its odometry, which begins where the robot does: an
-    # oversight of the original. A robot that has not turned notices nothing.
     legacy_body_frame_velocity: StrictBool = False
+    """Whether the velocity of the robot in the forces is that along its own
+    axes instead of those of its odometry, which begins where the robot does: an
+    oversight of the original. A robot that has not turned notices nothing."""
 
     def control(
         self,

@@ -9,6 +9,7 @@ from pydantic import BeforeValidator, StrictFloat
 from pydantic.dataclasses import dataclass
 
 from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.field_docs import explain
 from hunav_drake.systems.common.registry import Registry
 from hunav_drake.systems.common.schema import (
     CONFIG,
@@ -34,6 +35,7 @@ Load = Annotated[StrictFloat, within(0, 100, "m")]
 Piece = tuple[Array, float, float, str]
 
 
+@explain
 @dataclass(kw_only=True, config=CONFIG)
 class Furniture(ABC):
     """What all kinds of furniture have.
@@ -42,21 +44,21 @@ class Furniture(ABC):
     faces along +x.
     """
 
-    # What it is called in messages and in the scene.
     name: Name = ""
+    """What it is called in messages and in the scene."""
 
-    # The middle of its footprint, in meters.
     center: Point
+    """The middle of its footprint, in meters."""
 
-    # The rotation about the vertical, in radians. At 0, what has a front (a
-    # seat, the side of a desk where one sits) faces along +x.
     yaw: Angle = 0.0
+    """The rotation about the vertical, in radians. At 0, what has a front (a
+    seat, the side of a desk where one sits) faces along +x."""
 
-    # The full extents along its own x and y, in meters.
     size: Extents = (0.5, 0.5)
+    """The full extents along its own x and y, in meters."""
 
-    # How high it is, in meters.
     height: Height = 1.0
+    """How high it is, in meters."""
 
     @abstractmethod
     def pieces(self) -> Sequence[Piece]:

@@ -28,8 +28,8 @@ class Table(Furniture):
     size: Extents = (1.2, 0.8)
     height: Height = 0.75
 
-    # Whether it is round (an ellipse, if the extents differ).
     round: StrictBool = False
+    """Whether it is round (an ellipse, if the extents differ)."""
 
     def outlines(self) -> Sequence[Array]:
         """Returns that of the top."""

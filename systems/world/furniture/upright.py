@@ -98,8 +98,8 @@ class Pillar(Furniture):
     size: Extents = (0.4, 0.4)
     height: Height = 2.5
 
-    # Whether it is round (an ellipse, if the extents differ).
     round: StrictBool = False
+    """Whether it is round (an ellipse, if the extents differ)."""
 
     def outlines(self) -> Sequence[Array]:
         """Returns that of its section."""
@@ -124,8 +124,8 @@ class DoorFrame(Furniture):
     size: Extents = (0.24, 1.2)
     height: Height = 2.1
 
-    # The width of each jamb, in meters; at most a third of the whole.
     jamb: Height = 0.08
+    """The width of each jamb, in meters; at most a third of the whole."""
 
     def outlines(self) -> Sequence[Array]:
         """Returns those of the jambs."""
@@ -154,8 +154,8 @@ class Pallet(Furniture):
     size: Extents = (1.2, 0.8)
     height: Height = 0.144
 
-    # How high the boxes on it reach above the pallet, in meters.
     load: Load = 0.0
+    """How high the boxes on it reach above the pallet, in meters."""
 
     def pieces(self) -> Sequence[Piece]:
         """Returns runners, deck and boxes."""

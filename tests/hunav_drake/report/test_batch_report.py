@@ -60,6 +60,26 @@ def test_settings_of_one_planner_have_columns_of_their_own(tmp_path):
     assert re.search(r">cruise_speed=0.3</(text|tspan)>", html)
 
 
+def test_of_many_pairs_and_runs_one_line_each_is_seen_at_first(tmp_path):
+    batch = []
+    for i, planner in enumerate(("pursuit", "dwb", "sfw", "mppi")):
+        for seed in range(8):
+            trial = make_result(planner=planner, seed=seed)
+            trial.metrics["path_length"] = 10.0 + i + 0.01 * seed
+            batch.append(trial)
+    html = WriteReport(batch, tmp_path / "r.html").read_text()
+    summaries = re.findall(r"<details><summary>(.*?)</summary>", html)
+    pairs = [it for it in summaries if ": " in it]
+    assert len(pairs) == 6
+    assert pairs[0].startswith("pursuit and dwb: pursuit is better in 1 of ")
+    assert "The headline metrics of all 32 runs" in summaries
+    # The robot moves alike in all: one run is drawn, in colors.
+    assert "Trajectories of the robot and of the people (seed 0)." in html
+    few = WriteReport(batch[:24], tmp_path / "few.html").read_text()
+    summaries = re.findall(r"<details><summary>(.*?)</summary>", few)
+    assert not [it for it in summaries if ": " in it or "runs" in it]
+
+
 def test_without_settings_there_is_no_column_of_them(tmp_path):
     text, _ = report([make_result(seed=s) for s in range(2)], tmp_path)
     assert "scenario planner seed outcome" in text

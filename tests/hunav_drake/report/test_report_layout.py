@@ -104,6 +104,10 @@ def test_the_page_is_no_wider_than_the_window(pages, kind, width, browser):
     window.emulate_media(media="print")
     count = window.locator("details table").count()
     assert window.evaluate(folded) == count > 0
+    # On paper of A4, within its margins, nothing is cut off.
+    window.set_viewport_size({"width": 688, "height": 1000})
+    assert window.evaluate("document.documentElement.scrollWidth") <= 688
+    window.set_viewport_size({"width": width, "height": 900})
     window.emulate_media(media="screen")
     for summary in window.locator("summary").all():
         summary.click()

@@ -84,12 +84,13 @@ def test_what_a_scenario_may_hold_fits_and_nothing_else(dut, right, wrong):
         LoadScenario(data=wrong)
 
 
-def test_fields_are_described_by_their_comments(schema):
+def test_fields_are_described(schema):
     forms = schema["properties"]["robot"]["oneOf"]
     fields = next(f for f in forms if "properties" in f)["properties"]
     assert fields["model"] == {"const": "differential_drive"}
     assert fields["goal"]["description"] == (
-        "The pose to reach; without one the robot stays where it is."
+        "The pose (x, y, yaw) to reach, in W, in meters and radians; without"
+        " one the robot stays where it is."
     )
     human = schema["$defs"]["HumanConfig"]["properties"]
     assert human["desired_speed"]["description"].startswith("The speed that")
