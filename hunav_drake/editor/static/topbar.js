@@ -54,7 +54,7 @@ export function makeTopBar(store, tools) {
   const dot = h("span", { class: "unsaved", role: "img", "aria-label": "Not saved", title: "Not saved", hidden: true });
 
   const toolButtons = new Map(
-    tools.list.map((tool) => {
+    tools.list.filter((tool) => tool.icon).map((tool) => {
       const keys = tool.key === tool.key.toUpperCase() ? `Shift+${tool.key}` : tool.key.toUpperCase();
       return [tool.name, button(tool.icon, `${tool.title} (${keys})`, () => tools.choose(tool.name), { "data-tool": tool.name })];
     }),
