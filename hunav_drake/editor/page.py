@@ -157,6 +157,8 @@ class EditPage:
             server.stop()
             for channel in list(self._pages):
                 channel.close()
+            # Browsers keep connections for what they ask for next.
+            await server.close_all_connections()
 
     def stop(self) -> None:
         """Ends `run`; from any thread."""

@@ -87,6 +87,13 @@ class Editor:
         if not request.url.startswith((own, "data:", "blob:")):
             self.strangers.add(request.url)
 
+    def restart(self, **options):
+        """Serves anew what is in a file, to the same browser."""
+        self.server.stop()
+        self.server = serve(**options)
+        self.session = self.server.session
+        self.page = self.new_page()
+
     def close(self):
         self.context.close()
         self.server.stop()
@@ -164,6 +171,16 @@ class Editor:
     def press(self, *keys):
         for key in keys:
             self.page.keyboard.press(key)
+
+    def tab_to(self, selector, *, back=False):
+        """Goes on by the Tab key until what matches has the focus."""
+        for _ in range(100):
+            self.press("Shift+Tab" if back else "Tab")
+            if self.page.evaluate(
+                "selector => document.activeElement.matches(selector)", selector
+            ):
+                return
+        raise AssertionError(f"Tab does not lead to {selector}")
 
     def focus_map(self):
         self.page.locator(".map").focus()

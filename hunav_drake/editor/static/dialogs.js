@@ -143,7 +143,7 @@ export function addDialogs(store, root) {
   }
 
   function start() {
-    const templates = store.catalog.templates.map((it) => h("button", { type: "button", class: "card", onclick: () => template(it) }, h("strong", null, it.title ?? words(it.name)), h("span", null, it.help ?? it.schema?.description?.split("\n")[0] ?? "")));
+    const templates = store.catalog.templates.map((it) => h("button", { type: "button", class: "card", "data-template": it.name, onclick: () => template(it) }, h("strong", null, it.title ?? words(it.name)), h("span", null, it.help ?? it.schema?.description?.split("\n")[0] ?? "")));
     show(
       "New scenario",
       h("div", { class: "cards" }, h("button", { type: "button", class: "card", onclick: () => dialog.close() }, h("strong", null, "Empty"), h("span", null, "A floor without anything")), templates),

@@ -50,26 +50,20 @@ function noteField(path, text) {
 }
 
 /** A part that folds; what is in it is made when it is first unfolded. */
-function section(target, node, path, makeBody, { open = false, extra = null } = {}) {
+function section(target, node, path, makeBody, extra = null) {
   const body = h("div", { class: "section-body" });
   const badge = h("span", { class: "badge-count", hidden: true });
   const given = h("span", { class: "given", title: "Not all as by default", hidden: true });
   const name = words(path.at(-1) ?? node.title);
-  const element = h(
-    "details",
-    { class: "section", "data-field": path.join("/") },
-    h("summary", { title: node.help }, h("span", { class: "section-name" }, name), given, badge, extra),
-    body,
-  );
+  const details = h("details", { class: "section" }, h("summary", { title: node.help }, h("span", { class: "section-name" }, name), given, badge), body);
+  const element = h("div", { class: "section-choice", "data-field": path.join("/") }, details, extra);
   let inner = null;
   function unfold() {
-    if (!element.open || inner) return;
+    if (!details.open || inner) return;
     inner = makeBody(body);
     inner.refresh();
   }
-  element.addEventListener("toggle", unfold);
-  element.open = open;
-  unfold();
+  details.addEventListener("toggle", unfold);
   return {
     element,
     refresh() {
@@ -136,7 +130,6 @@ function unionField(target, root, node, path) {
       });
       store.edit(`Choose ${words(select.value)} for ${target.what()}`, ops);
     },
-    onclick: (event) => event.stopPropagation(),
   });
   let shown;
   let inner = null;
@@ -156,7 +149,7 @@ function unionField(target, root, node, path) {
       inner = { refresh() {} };
     }
   };
-  const whole = section(target, { ...node, help: node.help }, path, (into) => {
+  const whole = section(target, node, path, (into) => {
     into.append(body);
     return {
       refresh() {
@@ -164,7 +157,7 @@ function unionField(target, root, node, path) {
         inner.refresh();
       },
     };
-  }, { extra: select });
+  }, select);
   return {
     element: whole.element,
     refresh() {

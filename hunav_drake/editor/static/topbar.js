@@ -50,7 +50,7 @@ export function makeTopBar(store, tools) {
     ["-"],
     ["Keys and gestures", () => store.tell("help"), "?"],
   ]);
-  const name = h("span", { class: "file-name" });
+  const name = h(store.embedded ? "span" : "h1", { class: "file-name" });
   const dot = h("span", { class: "unsaved", role: "img", "aria-label": "Not saved", title: "Not saved", hidden: true });
 
   const toolButtons = new Map(
