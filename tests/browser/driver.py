@@ -4,6 +4,9 @@ from contextlib import contextmanager
 import threading
 import time
 
+# How long what is waited for may take on a machine that is busy, in seconds.
+PATIENCE = 30
+
 SMALL = """\
 # Two people in a hall.
 world:
@@ -36,12 +39,16 @@ class Server:
     def __init__(self, page, session):
         self.page = page
         self.session = session
-        self.thread = threading.Thread(target=page.run, daemon=True)
+        ready = threading.Event()
+        self.thread = threading.Thread(
+            target=page.run, args=[ready.set], daemon=True
+        )
         self.thread.start()
+        assert ready.wait(PATIENCE)
 
     def stop(self):
         self.page.stop()
-        self.thread.join(10)
+        self.thread.join(PATIENCE)
         self.session.close()
 
 
@@ -63,14 +70,16 @@ class Editor:
         self.complaints = []
         self.strangers = set()
         self.context = browser.new_context(
-            viewport={"width": width, "height": height}, **options
+            viewport={"width": width, "height": height},
+            reduced_motion="reduce",
+            **options,
         )
         self.context.grant_permissions(["clipboard-read", "clipboard-write"])
         self.page = self.new_page()
 
     def new_page(self):
         page = self.context.new_page()
-        page.set_default_timeout(10_000)
+        page.set_default_timeout(1000 * PATIENCE)
         page.on("pageerror", lambda error: self.complaints.append(str(error)))
         page.on("console", self._note)
         page.on("request", self._look)
@@ -187,7 +196,7 @@ class Editor:
 
     # What has come of it
 
-    def wait(self, what, seconds=8):
+    def wait(self, what, seconds=PATIENCE):
         """Waits until something is true of the session, and returns it."""
         end = time.monotonic() + seconds
         while not (found := what(self.session)):
@@ -200,8 +209,15 @@ class Editor:
         self.wait(lambda session: at(session.data, path) == value)
 
     def settle(self):
-        """Waits until no edit is on its way, and the page shows it."""
-        self.page.wait_for_timeout(150)
+        """Waits until no edit is on its way, and the page shows all of it."""
+        self.wait(
+            lambda it: (
+                self.page.locator(".hunav-editor").get_attribute(
+                    "data-revision"
+                )
+                == str(it.state.revision)
+            )
+        )
 
     def undo_all(self):
         for _ in range(100):

@@ -67,7 +67,7 @@ def test_broken_text_is_told_and_the_map_kept(open_editor):
     assert editor.page.locator(".map .person").count() == 2
     # Edits on the map wait.
     editor.drag((-3, 0), (-2, 1))
-    editor.settle()
+    editor.page.locator(".toast", has_text="mend it first").wait_for()
     assert at(editor.session.data, ["humans", 0, "pose"]) == [-3, 0, 0]
     area.fill(SMALL)
     banner.wait_for(state="hidden")

@@ -108,7 +108,7 @@ def test_ports_of_a_behavior_are_set_and_reset(open_with_worker):
     editor.wait_for(
         ["humans", 0, "behavior"], {"tree": "curious", "distance": 6.5}
     )
-    assert "distance: 6.5" in editor.wait(lambda it: it.text)
+    editor.wait(lambda it: "distance: 6.5" in it.text)
     port.locator("input").press("Tab")
     port.locator(".reset").click()
     editor.wait_for(["humans", 0, "behavior"], "curious")
@@ -185,8 +185,7 @@ def test_a_run_moves_on_the_map_and_gives_the_table(open_with_worker):
     ghost = editor.page.locator(".ghost-body").last
     ghost.wait_for(timeout=1000 * PATIENCE)
     before = ghost.get_attribute("transform")
-    editor.page.wait_for_timeout(400)
-    assert ghost.get_attribute("transform") != before
+    editor.wait(lambda _: ghost.get_attribute("transform") != before)
     _result(editor)
     expected = RunTrial(LoadScenario(data=QUICK), 3).metrics
     shown = dict(

@@ -136,6 +136,7 @@ def test_a_template_is_made_by_its_form(open_editor):
     dialog.get_by_role("button", name="Create").click()
     editor.wait(lambda it: it.data.get("humans"))
     assert editor.session.faults == []
+    editor.settle()
     assert editor.page.locator(".map .person").count() == len(
         editor.session.data["humans"]
     )
