@@ -52,9 +52,9 @@ def add_edit_command(commands: Any) -> None:
     edit.add_argument(
         "--port",
         type=_port,
-        default=0,
         metavar="P",
-        help="the port on 127.0.0.1; by default one that is free",
+        help="the port on 127.0.0.1; 0 for any that is free; by default"
+        " always the same for a file, if it is free",
     )
     edit.add_argument(
         "--no-browser",

@@ -3,11 +3,13 @@
 import asyncio
 from collections.abc import Callable
 from contextlib import suppress
+import hashlib
 import hmac
 from importlib.resources import files
 import json
 from pathlib import Path
 import secrets
+import socket
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -29,6 +31,10 @@ LINGER = 30.0
 
 # How often to look whether the file was changed, in seconds.
 LOOK = 2.0
+
+
+# Files have their ports among these, which nobody gets who asks for any port.
+_PORTS = range(20_000, 30_000)
 
 _TYPES = {
     ".css": "text/css; charset=utf-8",
@@ -62,7 +68,7 @@ class EditPage:
         self,
         session: EditSession,
         *,
-        port: int = 0,
+        port: int | None = None,
         find_file: FindFile | None = None,
         linger: float = LINGER,
     ) -> None:
@@ -70,7 +76,9 @@ class EditPage:
 
         Args:
             session: What the pages show and edit.
-            port: The port on 127.0.0.1; 0 for any that is free.
+            port: The port on 127.0.0.1; 0 for any that is free. By default
+                always the same for a file, as long as it is free, for what a
+                browser keeps of unsaved work belongs to the port.
             find_file: Finds the file of a result; None if there are none.
             linger: How long to go on without pages, after the last one was
                 closed, in seconds.
@@ -83,7 +91,7 @@ class EditPage:
         self.find_file = find_file
         self._secret = secrets.token_urlsafe(32)
         self._linger = linger
-        self._sockets = bind_sockets(port, HOST)
+        self._sockets = _bound(session, port)
         self.port: int = self._sockets[0].getsockname()[1]
         self._loop: IOLoop | None = None
         self._pages: set[_Channel] = set()
@@ -149,6 +157,8 @@ class EditPage:
             server.stop()
             for channel in list(self._pages):
                 channel.close()
+            # Browsers keep connections for what they ask for next.
+            await server.close_all_connections()
 
     def stop(self) -> None:
         """Ends `run`; from any thread."""
@@ -210,6 +220,19 @@ class EditPage:
                 sent = channel.write_message(text)
                 # A page that is closed meanwhile need not be told of.
                 sent.add_done_callback(asyncio.Future.exception)
+
+
+def _bound(session: EditSession, port: int | None) -> list[socket.socket]:
+    """Opens a port; that of the session's file if none is given."""
+    if port is not None:
+        return bind_sockets(port, HOST)
+    file = session.state.file
+    name = str(file.path or file.folder).encode()
+    digest = int.from_bytes(hashlib.sha256(name).digest()[:8])
+    try:
+        return bind_sockets(_PORTS[digest % len(_PORTS)], HOST)
+    except OSError:
+        return bind_sockets(0, HOST)
 
 
 class _Checked(RequestHandler):

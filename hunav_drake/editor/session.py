@@ -335,6 +335,10 @@ class EditSession:
             )
             for fault in content["faults"]
         ]
+        models = content.get("models", {})
+        if models != state.models:
+            state.models = models
+            self.send_state(None, self.data)
         self.send_faults()
 
 

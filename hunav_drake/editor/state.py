@@ -1,9 +1,12 @@
 """What a session knows at one time, as views are told."""
 
+from collections.abc import Mapping, Sequence
 import copy
 import dataclasses as dc
 from pathlib import Path
 from typing import Any
+
+from numpy.typing import ArrayLike
 
 from hunav_drake.editor.document.document import Document
 from hunav_drake.editor.document.outlines import Outline, Outlines
@@ -55,6 +58,8 @@ class State:
         # What the worker has found, and in which data.
         self.checked: list[Finding] = []
         self.checked_data: Any = None
+        # The outlines of models by their files, as the worker has cut them.
+        self.models: Mapping[str, Sequence[ArrayLike]] = {}
 
     @property
     def is_dirty(self) -> bool:
@@ -79,7 +84,7 @@ class State:
             before: The data that views have; None if they have nothing.
         """
         document, data = self.document, self.document.data
-        outlines = self._outlines.of(data, self._map_outlines())
+        outlines = self._all_outlines()
         is_new = before is None or outlines != self._told
         self._told = outlines
         found = [((), data)] if before is None else changes(before, data)
@@ -117,7 +122,7 @@ class State:
                 result.append(message_of(found, data, 1))
             return result
         told = set()
-        free = FreePlaces(self._outlines.of(data, self._map_outlines()))
+        free = FreePlaces(self._all_outlines())
         for found in [*self.findings, *self._still_checked()]:
             if (found.loc, found.message) not in told:
                 told.add((found.loc, found.message))
@@ -183,6 +188,11 @@ class State:
             line = self.document.line(found.loc)
             return [{**message, "severity": "warning", "line": line}]
         return []
+
+    def _all_outlines(self) -> dict[str, Outline]:
+        return self._outlines.of(
+            self.document.data, self._map_outlines(), self.models
+        )
 
     def _map_path(self) -> Path | None:
         name = get(self.document.data, ("world", "map"))

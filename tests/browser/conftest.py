@@ -2,7 +2,6 @@
 
 import asyncio
 
-from _pytest.runner import runtestprotocol
 import pytest
 
 from tests.browser.driver import Editor, serve
@@ -12,24 +11,6 @@ def pytest_collection_modifyitems(items):
     for item in items:
         if "tests/browser" in str(item.path):
             item.add_marker(pytest.mark.slow)
-
-
-def pytest_runtest_protocol(item, nextitem):
-    """Repeats a test that failed, up to twice: frames come late at times.
-
-    A browser that shares two processors with other tests answers whenever it
-    can. What is broken fails each time.
-    """
-    hook = item.ihook
-    hook.pytest_runtest_logstart(nodeid=item.nodeid, location=item.location)
-    for attempt in range(3):
-        reports = runtestprotocol(item, nextitem=nextitem, log=False)
-        if attempt == 2 or not any(report.failed for report in reports):
-            break
-    for report in reports:
-        hook.pytest_runtest_logreport(report=report)
-    hook.pytest_runtest_logfinish(nodeid=item.nodeid, location=item.location)
-    return True
 
 
 @pytest.fixture

@@ -4,6 +4,9 @@ from contextlib import contextmanager
 import threading
 import time
 
+# How long what is waited for may take on a machine that is busy, in seconds.
+PATIENCE = 30
+
 SMALL = """\
 # Two people in a hall.
 world:
@@ -36,12 +39,16 @@ class Server:
     def __init__(self, page, session):
         self.page = page
         self.session = session
-        self.thread = threading.Thread(target=page.run, daemon=True)
+        ready = threading.Event()
+        self.thread = threading.Thread(
+            target=page.run, args=[ready.set], daemon=True
+        )
         self.thread.start()
+        assert ready.wait(PATIENCE)
 
     def stop(self):
         self.page.stop()
-        self.thread.join(10)
+        self.thread.join(PATIENCE)
         self.session.close()
 
 
@@ -63,14 +70,16 @@ class Editor:
         self.complaints = []
         self.strangers = set()
         self.context = browser.new_context(
-            viewport={"width": width, "height": height}, **options
+            viewport={"width": width, "height": height},
+            reduced_motion="reduce",
+            **options,
         )
         self.context.grant_permissions(["clipboard-read", "clipboard-write"])
         self.page = self.new_page()
 
     def new_page(self):
         page = self.context.new_page()
-        page.set_default_timeout(10_000)
+        page.set_default_timeout(1000 * PATIENCE)
         page.on("pageerror", lambda error: self.complaints.append(str(error)))
         page.on("console", self._note)
         page.on("request", self._look)
@@ -86,6 +95,13 @@ class Editor:
         own = f"http://127.0.0.1:{self.server.page.port}/"
         if not request.url.startswith((own, "data:", "blob:")):
             self.strangers.add(request.url)
+
+    def restart(self, **options):
+        """Serves anew what is in a file, to the same browser."""
+        self.server.stop()
+        self.server = serve(**options)
+        self.session = self.server.session
+        self.page = self.new_page()
 
     def close(self):
         self.context.close()
@@ -165,12 +181,22 @@ class Editor:
         for key in keys:
             self.page.keyboard.press(key)
 
+    def tab_to(self, selector, *, back=False):
+        """Goes on by the Tab key until what matches has the focus."""
+        for _ in range(100):
+            self.press("Shift+Tab" if back else "Tab")
+            if self.page.evaluate(
+                "selector => document.activeElement.matches(selector)", selector
+            ):
+                return
+        raise AssertionError(f"Tab does not lead to {selector}")
+
     def focus_map(self):
         self.page.locator(".map").focus()
 
     # What has come of it
 
-    def wait(self, what, seconds=8):
+    def wait(self, what, seconds=PATIENCE):
         """Waits until something is true of the session, and returns it."""
         end = time.monotonic() + seconds
         while not (found := what(self.session)):
@@ -191,8 +217,15 @@ class Editor:
         return dict(rows.evaluate_all(f"rows => rows.map({cells})"))
 
     def settle(self):
-        """Waits until no edit is on its way, and the page shows it."""
-        self.page.wait_for_timeout(150)
+        """Waits until no edit is on its way, and the page shows all of it."""
+        self.wait(
+            lambda it: (
+                self.page.locator(".hunav-editor").get_attribute(
+                    "data-revision"
+                )
+                == str(it.state.revision)
+            )
+        )
 
     def undo_all(self):
         for _ in range(100):

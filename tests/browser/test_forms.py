@@ -1,7 +1,5 @@
 """Forms, the text, problems and files."""
 
-import json
-
 from tests.agents import AGENTS
 from tests.browser.driver import SMALL, at, near
 
@@ -70,7 +68,7 @@ def test_broken_text_is_told_and_the_map_kept(open_editor):
     assert editor.page.locator(".map .person").count() == 2
     # Edits on the map wait.
     editor.drag((-3, 0), (-2, 1))
-    editor.settle()
+    editor.page.locator(".toast", has_text="mend it first").wait_for()
     assert at(editor.session.data, ["humans", 0, "pose"]) == [-3, 0, 0]
     area.fill(SMALL)
     banner.wait_for(state="hidden")
@@ -99,20 +97,57 @@ def test_an_edit_keeps_comments_and_spacing(open_editor):
     assert "pose: [ -3, 2.0,0 ]" in wanted
 
 
-def test_agents_and_metrics_of_hunavsim_are_imported(open_editor, tmp_path):
+def choose_file(editor, entry, path):
+    """Gives a file to an entry of the menu."""
+    with editor.page.expect_file_chooser() as chosen:
+        editor.page.get_by_role("button", name="File", exact=True).click()
+        editor.page.get_by_role("menuitem", name=entry).click()
+    chosen.value.set_files(path)
+
+
+def test_agents_of_hunavsim_are_imported(open_editor, tmp_path):
     agents = tmp_path / "agents.yaml"
     agents.write_text(AGENTS)
     editor = open_editor("robot: {start: [5, 5, 0]}\n")
-    with editor.page.expect_file_chooser() as chosen:
-        editor.page.get_by_role("button", name="File").click()
-        editor.page.get_by_text("Import agents.yaml").click()
-    chosen.value.set_files(agents)
+    choose_file(editor, "Import agents.yaml", agents)
     editor.wait(lambda it: len(it.data.get("humans", [])) == 1)
     assert near(at(editor.session.data, ["humans", 0, "pose"])[:2], (-3, 7))
-    assert editor.page.locator(".map .person").count() == 1
-    editor.page.keyboard.press("Escape")
+    editor.part("humans/0").wait_for()
+    # What has no counterpart is told; the import is one step.
+    notes = editor.page.locator("dialog[open] .notes")
+    notes.wait_for()
+    assert "skin" in notes.inner_text()
+    editor.press("Escape")
     editor.page.locator(".step").first.click()
-    editor.wait(lambda it: not it.data.get("humans"))
+    editor.wait(lambda it: it.text == "robot: {start: [5, 5, 0]}\n")
+
+
+def test_metrics_of_hunavsim_are_imported(open_editor, tmp_path):
+    metrics = tmp_path / "metrics.yaml"
+    metrics.write_text(METRICS)
+    editor = open_editor(SMALL)
+    choose_file(editor, "Import metrics.yaml", metrics)
+    path = ["evaluator", "metrics"]
+    editor.wait_for(path, ["time_to_reach_goal", "path_length"])
+    assert at(editor.session.data, ["evaluator", "period"]) == 0.1
+    # All else is as it was, comments too; and so it is after undo.
+    editor.wait(lambda it: it.text.startswith(SMALL))
+    editor.press("Escape")
+    editor.page.locator(".step").first.click()
+    editor.wait(lambda it: it.text == SMALL)
+
+
+def test_a_faulty_import_is_told_with_its_line(open_editor, tmp_path):
+    agents = tmp_path / "agents.yaml"
+    agents.write_text(AGENTS.replace("max_vel: 1.5", "max_vel: fast"))
+    editor = open_editor(SMALL)
+    choose_file(editor, "Import agents.yaml", agents)
+    editor.page.get_by_role("button", name="Replace them").click()
+    told = editor.page.locator(".toast", has_text="max_vel")
+    told.wait_for()
+    line = AGENTS.splitlines().index("      max_vel: 1.5") + 1
+    assert f"agents.yaml:{line}" in told.inner_text()
+    assert editor.session.text == SMALL
 
 
 def test_save_writes_that_file_only(open_editor, tmp_path):
@@ -149,30 +184,42 @@ def test_a_file_changed_by_another_is_asked_for(open_editor, tmp_path):
     editor.wait(lambda it: at(it.data, ["humans", 1, "name"]) == "berta")
 
 
-def test_what_was_not_saved_outlives_the_page(open_editor, tmp_path):
+def test_what_was_not_saved_outlives_the_server(open_editor, tmp_path):
     editor = open_editor(SMALL)
     editor.drag((-3, 0), (-2, 1))
-    editor.wait(
-        lambda it: near(at(it.data, ["humans", 0, "pose"])[:2], (-2, 1))
-    )
+    editor.wait(lambda it: "pose: [-2, 1, 0]" in it.text)
     kept = editor.session.text
-    editor.page.wait_for_timeout(400)
-    # The server is gone and comes back with the file as it was.
-    editor.session.receive({"do": "reload", "confirm": True})
-    editor.page.wait_for_timeout(500)
-    editor.page.evaluate(
-        "t => localStorage.setItem(...t)",
-        [
-            f"hunav-edit:{tmp_path / 'scene.yaml'}",
-            json.dumps({"text": kept, "time": 4e12}),
-        ],
+    editor.page.wait_for_function(
+        "text => Object.values(localStorage).some("
+        "it => JSON.parse(it).text === text)",
+        arg=kept,
     )
-    page = editor.new_page()
-    dialog = page.locator("dialog[open]")
+    # All has ended without a word; the file is opened again.
+    editor.page.close()
+    port = editor.server.page.port
+    editor.restart(filename=tmp_path / "scene.yaml", folder=tmp_path)
+    assert editor.server.page.port == port
+    assert editor.session.text == SMALL
+    dialog = editor.page.locator("dialog[open]")
     dialog.wait_for()
     assert "not saved" in dialog.inner_text()
+    # Whoever does not answer is asked again.
+    editor.page.reload()
     dialog.get_by_role("button", name="Restore").click()
     editor.wait(lambda it: it.text == kept)
+    assert (tmp_path / "scene.yaml").read_text() == SMALL
+
+
+def test_work_that_is_discarded_is_not_offered_again(open_editor, tmp_path):
+    editor = open_editor(SMALL)
+    editor.drag((-3, 0), (-2, 1))
+    editor.page.wait_for_function("() => localStorage.length === 1")
+    editor.page.close()
+    editor.restart(filename=tmp_path / "scene.yaml", folder=tmp_path)
+    dialog = editor.page.locator("dialog[open]")
+    dialog.get_by_role("button", name="Discard").click()
+    editor.page.wait_for_function("() => localStorage.length === 0")
+    assert editor.session.text == SMALL
 
 
 def test_two_pages_stay_in_step(open_editor):
@@ -188,3 +235,14 @@ def test_two_pages_stay_in_step(open_editor):
     editor.wait(lambda it: it.text == SMALL)
     back = "[data-key='humans/0'] > g[transform='translate(-3 0)']"
     editor.page.locator(back).wait_for(state="attached")
+
+
+METRICS = """\
+hunav_evaluator_node:
+  ros__parameters:
+    frequency: 10.0
+    metrics:
+      time_to_reach_goal: true
+      path_length: true
+      total_collisions: false
+"""

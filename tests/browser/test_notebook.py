@@ -16,7 +16,7 @@ import pytest
 pytest.importorskip("anywidget", reason="the extra `editor` is not here")
 pytest.importorskip("jupyterlab", reason="there is no JupyterLab")
 
-PATIENCE = 120
+PATIENCE = 300
 SCENE = """\
 world:
   walls: [{shape: box, center: [0, 4], size: [10, 0.2]}]

@@ -10,7 +10,7 @@ import pytest
 from tests.browser.driver import at, near
 
 # The simulation is loaded, perhaps compiled, perhaps on a busy machine.
-PATIENCE = 150
+PATIENCE = 300
 # A folder for pictures of each step, to look at; none by default.
 PICTURES = os.environ.get("HUNAV_EDITOR_PICTURES")
 

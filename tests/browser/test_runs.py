@@ -10,7 +10,7 @@ import pytest
 from tests.browser.driver import SMALL, at
 
 # The processes are loaded, perhaps on a machine that has much else to do.
-PATIENCE = 120
+PATIENCE = 300
 PLANNER = "planner: pursuit\nsimulation: {duration: 15.0}\n"
 QUICK = f"{SMALL}{PLANNER}"
 LONG = f"{SMALL}planner: pursuit\nsimulation: {{duration: 900.0}}\n".replace(
@@ -43,7 +43,7 @@ def worker():
 
 @pytest.fixture
 def open_with_worker(open_editor, worker):
-    def start(text):
+    def start(text=None):
         shared = SharedWorker(worker)
         editor = open_editor(text, worker=shared, find_file=worker.file)
         editor.page.wait_for_selector(
@@ -108,7 +108,7 @@ def test_ports_of_a_behavior_are_set_and_reset(open_with_worker):
     editor.wait_for(
         ["humans", 0, "behavior"], {"tree": "curious", "distance": 6.5}
     )
-    assert "distance: 6.5" in editor.wait(lambda it: it.text)
+    editor.wait(lambda it: "distance: 6.5" in it.text)
     port.locator("input").press("Tab")
     port.locator(".reset").click()
     editor.wait_for(["humans", 0, "behavior"], "curious")
@@ -185,8 +185,7 @@ def test_a_run_moves_on_the_map_and_gives_the_table(open_with_worker):
     ghost = editor.page.locator(".ghost-body").last
     ghost.wait_for(timeout=1000 * PATIENCE)
     before = ghost.get_attribute("transform")
-    editor.page.wait_for_timeout(400)
-    assert ghost.get_attribute("transform") != before
+    editor.wait(lambda _: ghost.get_attribute("transform") != before)
     _result(editor)
     expected = RunTrial(LoadScenario(data=QUICK), 3).metrics
     shown = editor.metrics()
@@ -215,6 +214,30 @@ def test_a_run_moves_on_the_map_and_gives_the_table(open_with_worker):
         page.close()
     # GPU messages of the replay are no faults of the editor.
     editor.complaints.clear()
+
+
+def test_keys_alone_lead_from_a_template_to_the_table(open_with_worker):
+    editor = open_with_worker()
+    editor.tab_to('[data-template="corridor"]')
+    editor.press("Enter")
+    editor.tab_to('[aria-label="people"]')
+    editor.press("Control+a")
+    editor.page.keyboard.type("2")
+    editor.tab_to("dialog .primary")
+    editor.press("Enter")
+    editor.wait(lambda it: len(it.data.get("humans", [])) == 2)
+    editor.tab_to(".map")
+    editor.press("Tab", "Delete")
+    editor.wait(lambda it: len(it.data["humans"]) == 1)
+    assert editor.session.faults == []
+    editor.press("Control+Enter")
+    _result(editor)
+    # Tab leads through the map and out of it, forth and back.
+    editor.tab_to(".run-head")
+    editor.tab_to(".tool-bar button", back=True)
+    editor.tab_to(".run-table-box")
+    rows = editor.page.locator(".run-table [data-metric]")
+    assert rows.count() > 50
 
 
 def test_results_are_outdated_after_an_edit(open_with_worker):

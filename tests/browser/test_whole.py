@@ -1,5 +1,7 @@
 """The editor as a whole: by keys alone, for everybody, and how fast."""
 
+import pytest
+
 from tests.browser.driver import SMALL, at, near
 
 PEOPLE, WALLS = 100, 500
@@ -82,8 +84,9 @@ def test_a_scenario_is_made_by_keys_alone(open_editor):
     editor = open_editor(None)
     editor.page.locator("dialog[open]").wait_for()
     # The first card is an empty floor; the next ones are templates.
-    editor.press("Escape")
-    editor.focus_map()
+    editor.tab_to(".card")
+    editor.press("Enter")
+    editor.tab_to(".map")
     editor.press("p", "Enter")
     editor.wait(lambda it: len(it.data.get("humans", [])) == 1)
     editor.press("Escape", "Escape", "Shift+G")
@@ -100,7 +103,13 @@ def test_a_scenario_is_made_by_keys_alone(open_editor):
     assert near((x1 - x0, y1 - y0), (1, 0), 1e-6)
     editor.press("Escape", "r", "Shift+ArrowDown", "Shift+ArrowDown", "Enter")
     editor.wait(lambda it: at(it.data, ["robot", "start"]))
+    editor.press("f")
+    editor.page.keyboard.type("plant")
+    editor.press("Enter")
+    editor.wait(lambda it: it.data["world"].get("furniture"))
+    assert editor.session.data["world"]["furniture"][0]["kind"] == "plant"
     # Tab goes through the parts in the order of the outline.
+    editor.press("Escape", "Escape")
     editor.focus_map()
     editor.press("Tab", "Delete")
     editor.wait(lambda it: not it.data["humans"])
@@ -172,6 +181,30 @@ def test_everything_has_a_name_and_can_be_read(open_editor):
         for tab in ("problems", "yaml", "runs"):
             editor.tab(tab)
             assert editor.page.evaluate(CHECK) == []
+
+
+def test_axe_finds_nothing_against_accessibility(open_editor):
+    axe = pytest.importorskip(
+        "axe_playwright_python.sync_playwright", reason="axe-core is not here"
+    ).Axe()
+
+    def check(editor):
+        found = axe.run(editor.page, options={"resultTypes": ["violations"]})
+        assert found.violations_count == 0, found.generate_report()
+
+    for scheme in ("light", "dark"):
+        editor = open_editor(SMALL, view={"color_scheme": scheme})
+        check(editor)
+        editor.drag((-3, 0), (3, 1.5))
+        editor.page.locator("[data-key='humans/0'].faulty").wait_for()
+        for tab in ("behavior", "trial", "problems", "yaml", "runs"):
+            editor.tab(tab)
+            check(editor)
+        editor.tool("furniture")
+        check(editor)
+        editor.focus_map()
+        editor.press("?")
+        check(editor)
 
 
 def test_parts_say_what_they_are(open_editor):

@@ -68,6 +68,8 @@ def test_furniture_is_placed_moved_turned_and_resized(open_editor):
     editor = open_editor(SMALL)
     editor.tool("furniture")
     editor.page.locator(".palette").get_by_text("plant", exact=True).click()
+    # It does not cover what is to be clicked.
+    editor.page.locator(".palette").wait_for(state="hidden")
     editor.click(0, 3)
     editor.wait(lambda it: len(it.data["world"]["furniture"]) == 2)
     plant = editor.session.data["world"]["furniture"][1]
@@ -134,6 +136,7 @@ def test_a_template_is_made_by_its_form(open_editor):
     dialog.get_by_role("button", name="Create").click()
     editor.wait(lambda it: it.data.get("humans"))
     assert editor.session.faults == []
+    editor.settle()
     assert editor.page.locator(".map .person").count() == len(
         editor.session.data["humans"]
     )
@@ -165,3 +168,55 @@ def test_a_map_of_ros_lies_in_its_place_and_is_traced(open_editor, tmp_path):
     (wall,) = editor.session.data["world"]["walls"]
     xs, ys = zip(*wall["points"], strict=True)
     assert near((min(xs), min(ys), max(xs), max(ys)), (1, 0.5, 2, 1.5), 0.06)
+
+
+def test_a_picture_gets_its_scale_by_two_clicks(open_editor, tmp_path):
+    from PIL import Image
+
+    picture = tmp_path / "plan.png"
+    Image.new("L", (80, 40), 255).save(picture)
+    editor = open_editor("humans: []\n")
+    map_ = editor.page.locator(".map")
+    with editor.page.expect_file_chooser() as chosen:
+        editor.page.get_by_role("button", name="File", exact=True).click()
+        editor.page.get_by_text("Background map or picture").click()
+    chosen.value.set_files(picture)
+    image = map_.locator("image")
+    editor.page.get_by_role("button", name="Set the size").click()
+    # 80 pixels of 5 cm; the left half of its lower side is 5 m in truth.
+    editor.click(0, 0)
+    editor.click(2, 0)
+    editor.page.get_by_role("textbox", name="distance").fill("5")
+    editor.page.locator("dialog").get_by_text("Set scale").click()
+    editor.wait(lambda it: near([it.background.message()["width_m"]], [10]))
+
+    def is_ten_by_five(_):
+        box = image.bounding_box()
+        low = editor.world(box["x"], box["y"] + box["height"])
+        high = editor.world(box["x"] + box["width"], box["y"])
+        return near(low, (0, 0), 0.1) and near(high, (10, 5), 0.1)
+
+    editor.wait(is_ten_by_five)
+
+
+def test_furniture_is_repeated_in_rows_and_columns(open_editor):
+    editor = open_editor(SMALL)
+    editor.click(3, 1.5)
+    editor.page.get_by_role("button", name="Repeat in rows").click()
+    dialog = editor.page.locator("dialog[open]")
+    for name, value in {
+        "columns": 2,
+        "rows": 3,
+        "across": -2,
+        "up": -1,
+    }.items():
+        dialog.get_by_label(name).fill(str(value))
+        dialog.get_by_label(name).press("Tab")
+    dialog.get_by_role("button", name="Repeat").click()
+    editor.wait(lambda it: len(it.data["world"]["furniture"]) == 6)
+    parts = editor.session.data["world"]["furniture"]
+    places = {tuple(it["center"]) for it in parts}
+    assert places == {(x, y) for x in (3, 1) for y in (1.5, 0.5, -0.5)}
+    assert len({it["name"] for it in parts}) == 6
+    editor.page.locator(".step").first.click()
+    editor.wait(lambda it: it.text == SMALL)

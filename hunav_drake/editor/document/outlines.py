@@ -1,9 +1,11 @@
 """The outlines of all that stands in a world, as the map draws them."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 from pydantic import TypeAdapter, ValidationError
 
 from hunav_drake.editor.document.plain_data import get
@@ -11,6 +13,7 @@ from hunav_drake.scenario.error import Loc
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.choice_loading import registered_only
 from hunav_drake.systems.common.registry import name_of
+from hunav_drake.systems.common.schema import Pose
 from hunav_drake.systems.people.area import Area
 from hunav_drake.systems.world.furniture import FURNITURE
 from hunav_drake.systems.world.shapes import WALL_HEIGHT, WALLS
@@ -18,6 +21,8 @@ from hunav_drake.systems.world.shapes import WALL_HEIGHT, WALLS
 Outline = dict[str, Any]
 
 _AREA: TypeAdapter[Area] = TypeAdapter(Area)
+_POSE: TypeAdapter[tuple[float, float, float]] = TypeAdapter(Pose)
+_NONE: Mapping[str, Sequence[ArrayLike]] = MappingProxyType({})
 
 
 class Outlines:
@@ -29,7 +34,10 @@ class Outlines:
         self._known: dict[int, tuple[Any, list[Outline]]] = {}
 
     def of(
-        self, data: Any, map_outlines: Sequence[Array] = ()
+        self,
+        data: Any,
+        map_outlines: Sequence[Array] = (),
+        models: Mapping[str, Sequence[ArrayLike]] = _NONE,
     ) -> dict[str, Outline]:
         """Returns the outlines of a world, by path: "world/walls/3".
 
@@ -39,8 +47,11 @@ class Outlines:
         Args:
             data: The scenario as plain data.
             map_outlines: The walls of its map, each (k, 2) in W, in meters.
+            models: The outlines of models by their files, each (k, 2) from
+                the model's place, in meters.
         """
-        kept, result = {}, {}
+        kept: dict[int, tuple[Any, list[Outline]]] = {}
+        result: dict[str, Outline] = {}
         for loc, maker, part in _members(data):
             known = self._known.get(id(part))
             if known is None:
@@ -48,14 +59,22 @@ class Outlines:
                 with registered_only():
                     known = part, maker(part)
             kept[id(part)] = known
-            path = "/".join(map(str, loc))
-            for i, outline in enumerate(known[1]):
-                result[f"{path}/{i}" if i else path] = outline
-        for i, points in enumerate(map_outlines):
-            path = f"world/map/{i}" if i else "world/map"
-            result[path] = _outline(points, "map", WALL_HEIGHT)
+            _put(result, loc, known[1])
+        walls = [_outline(it, "map", WALL_HEIGHT) for it in map_outlines]
+        _put(result, ("world", "map"), walls)
+        for i, part in _list(data, ("world", "models")):
+            _put(result, ("world", "models", i), _model(part, models))
         self._known = kept
         return result
+
+
+def _put(
+    result: dict[str, Outline], loc: Loc, outlines: Sequence[Outline]
+) -> None:
+    """Adds the outlines of a part; those after the first have a number."""
+    path = "/".join(map(str, loc))
+    for i, outline in enumerate(outlines):
+        result[f"{path}/{i}" if i else path] = outline
 
 
 def _outline(
@@ -108,6 +127,22 @@ def _furniture(data: Any) -> list[Outline]:
         return []
     kind, height = name_of(part), part.height
     return [_outline(points, kind, height) for points in part.footprints()]
+
+
+def _model(
+    data: Any, models: Mapping[str, Sequence[ArrayLike]]
+) -> list[Outline]:
+    name = get(data, ("file",))
+    try:
+        x, y, yaw = _POSE.validate_python(get(data, ("pose",), (0.0, 0.0, 0.0)))
+    except ValidationError:
+        return []
+    c, s = np.cos(yaw), np.sin(yaw)
+    turn = np.array([[c, s], [-s, c]])
+    return [
+        _outline(np.asarray(points) @ turn + (x, y), "model", WALL_HEIGHT)
+        for points in (models.get(name, ()) if isinstance(name, str) else ())
+    ]
 
 
 def _area(data: Any) -> list[Outline]:

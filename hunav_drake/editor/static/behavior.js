@@ -11,14 +11,6 @@ function treeOf(person, defaults) {
   return typeof it === "string" ? it : String(it.tree ?? "");
 }
 
-/** Returns the values for ports that a person's behavior gives. */
-export function portsOf(person) {
-  const it = person?.behavior;
-  if (!it || typeof it !== "object") return {};
-  const { tree: _, ...ports } = it;
-  return ports;
-}
-
 /** Makes the panel of what people do about the robot. */
 export function makeBehaviorPanel(store) {
   const search = h("input", { type: "search", placeholder: "Search behaviors", "aria-label": "Search behaviors", oninput: () => show() });

@@ -93,6 +93,18 @@ export function duplicateOps(data, parts, dx, dy) {
   return { ops: [...ops, ...moves], paths };
 }
 
+/** Returns what repeats parts in columns and rows, by steps in meters. */
+export function arrayOps(data, parts, { columns, rows, across, up }) {
+  const ops = [];
+  let after = data;
+  for (let n = 1; n < columns * rows; n++) {
+    const more = duplicateOps(after, parts, (n % columns) * across, Math.floor(n / columns) * up).ops;
+    ops.push(...more);
+    after = applied(after, more);
+  }
+  return ops;
+}
+
 /** Returns what makes one group of the people at paths, or of each one alone. */
 export function groupOps(data, paths, together) {
   const people = paths.filter(isPerson);

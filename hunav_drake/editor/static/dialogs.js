@@ -1,6 +1,10 @@
 import { button, fill, h } from "./dom.js";
+import { arrayOps, copied, wordsFor } from "./changes.js";
 import { describe } from "./schema.js";
 import { numberInput, words } from "./fields.js";
+
+/** No more copies than these are made at a time. */
+const MOST_COPIES = 200;
 
 /** All keys and gestures, for the help. */
 const HELP = [
@@ -85,26 +89,61 @@ export function addDialogs(store, root) {
     store.ask(message);
   }
 
-  function template(it) {
-    const root_ = it.schema;
-    const values = { ...it.defaults };
-    const node = describe(root_, root_);
-    const rows = Object.entries(node.properties ?? {}).map(([key, part]) => {
-      const field = describe(root_, part);
-      const { input, refresh } = numberInput(field, {
+  /** Makes a row for each number; what is typed goes into `values`. */
+  function numberRows(values, nodes) {
+    return Object.entries(nodes).map(([key, node]) => {
+      const { input, refresh } = numberInput(node, {
         label: words(key),
-        read: () => ({ value: values[key], mixed: false, fallback: it.defaults?.[key] }),
+        read: () => ({ value: values[key], mixed: false, fallback: node.fallback }),
         write: (value) => (values[key] = value),
         clear: () => delete values[key],
       });
       refresh(true);
-      return h("label", { class: "stacked inline", title: field.help }, h("span", null, words(key)), h("span", { class: "with-unit" }, input, field.unit ? h("span", { class: "unit" }, field.unit) : null));
+      return h("label", { class: "stacked inline", title: node.help }, h("span", null, words(key)), h("span", { class: "with-unit" }, input, node.unit ? h("span", { class: "unit" }, node.unit) : null));
     });
-    show(it.title ?? words(it.name), h("div", { class: "template-form" }, rows), buttons(act("Back", start), act("Create", () => begin({ do: "template", name: it.name, values }), true)));
+  }
+
+  function template(it) {
+    const values = { ...it.defaults };
+    const properties = describe(it.schema, it.schema).properties ?? {};
+    const nodes = Object.fromEntries(Object.entries(properties).map(([key, part]) => [key, describe(it.schema, part)]));
+    const create = () => begin({ do: "template", name: it.name, values });
+    show(it.title ?? words(it.name), h("div", { class: "template-form" }, numberRows(values, nodes)), buttons(act("Back", start), act("Create", create, true)));
+  }
+
+  /** Asks how often what is selected is to be there, and how far apart. */
+  function array() {
+    const { data, selection } = store;
+    const parts = copied(data, selection);
+    if (!parts.length) return store.say("The robot is there only once.");
+    const what = wordsFor(data, selection);
+    const values = { columns: 3, rows: 1, across: 1.5, up: 1.5 };
+    const [count, step] = [{ kind: "integer" }, { kind: "number", unit: "m" }];
+    function create() {
+      const { columns = 0, rows = 0, across = 0, up = 0 } = values;
+      if (columns < 1 || rows < 1 || columns * rows > MOST_COPIES) store.say(`There may be 1 to ${MOST_COPIES} of it.`);
+      else store.edit(`Repeat ${what}`, arrayOps(data, parts, { columns, rows, across, up }));
+    }
+    return show(`Repeat ${what}`, numberRows(values, { columns: count, rows: count, across: step, up: step }), buttons(act("Cancel", () => {}), act("Repeat", create, true)));
+  }
+
+  /** Asks how far apart two places of the background are. */
+  function scale({ from, to }) {
+    const measured = Math.hypot(to[0] - from[0], to[1] - from[1]);
+    const values = {};
+    function resize() {
+      const factor = values.distance / measured;
+      if (!(factor > 0)) return store.say("The distance is a number of meters above 0.");
+      const { width_m, origin } = store.background;
+      // The first place stays where it is.
+      const [x, y] = origin.map((it, i) => from[i] + factor * (it - from[i]));
+      return store.send({ do: "background", files: {}, width_m: width_m * factor, origin: [x, y, origin[2] ?? 0] });
+    }
+    show("Scale of the picture", numberRows(values, { distance: { kind: "number", unit: "m" } }), buttons(act("Cancel", () => {}), act("Set scale", resize, true)));
   }
 
   function start() {
-    const templates = store.catalog.templates.map((it) => h("button", { type: "button", class: "card", onclick: () => template(it) }, h("strong", null, it.title ?? words(it.name)), h("span", null, it.help ?? it.schema?.description?.split("\n")[0] ?? "")));
+    const templates = store.catalog.templates.map((it) => h("button", { type: "button", class: "card", "data-template": it.name, onclick: () => template(it) }, h("strong", null, it.title ?? words(it.name)), h("span", null, it.help ?? it.schema?.description?.split("\n")[0] ?? "")));
     show(
       "New scenario",
       h("div", { class: "cards" }, h("button", { type: "button", class: "card", onclick: () => dialog.close() }, h("strong", null, "Empty"), h("span", null, "A floor without anything")), templates),
@@ -139,14 +178,16 @@ export function addDialogs(store, root) {
     store.send({ do: "background", name: main.name, files: Object.fromEntries(named) });
   }
 
-  const run = (what) => {
+  const run = (what, message) => {
     if (what === "start") start();
+    else if (what === "array") array();
+    else if (what === "scale") scale(message);
     else if (what === "open") open();
     else if (what === "save") saveAs();
     else if (what === "background") pick(".yaml,.yml,.pgm,.png,.jpg,.jpeg", true).then((files) => files.length && background(files));
     else importFile(what);
   };
-  store.listen("dialog", ({ what }) => run(what));
+  store.listen("dialog", (message) => run(message.what, message));
   store.listen("ask", question);
   store.listen("note", ({ message }) => store.tell("say", { message, error: false }));
   store.listen("notes", ({ title, notes }) => show(title, h("p", null, "Not taken over:"), h("ul", { class: "notes" }, notes.map((it) => h("li", null, it))), buttons(act("Close", () => {}, true))));

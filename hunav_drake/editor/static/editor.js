@@ -76,7 +76,7 @@ export function startEditor(root, host, options = {}) {
       "div",
       { class: "body" },
       left,
-      h("section", { class: "middle", "aria-label": "Map and details" }, map.element, bottom.element),
+      h(store.embedded ? "section" : "main", { class: "middle", "aria-label": "Map and details" }, map.element, bottom.element),
       h("aside", { class: "right", "aria-label": "Settings" }, right.element),
     ),
     live,

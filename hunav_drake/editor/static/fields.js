@@ -95,7 +95,7 @@ export function row(target, node, path, control, { deep = true, wide = false, in
 }
 
 /** Returns the number that a text says, also in degrees, or null. */
-export function parseNumber(text, isAngle = false) {
+function parseNumber(text, isAngle = false) {
   const found = /^\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?)\s*(deg|°|pi|π)?\s*$/i.exec(text);
   if (!found) return null;
   const value = Number(found[1]);
@@ -104,7 +104,10 @@ export function parseNumber(text, isAngle = false) {
   return Math.round(value * (/deg|°/i.test(found[2]) ? Math.PI / 180 : Math.PI) * 1e6) / 1e6;
 }
 
-export const shownNumber = (it) => (typeof it === "number" ? String(Math.round(it * 1e6) / 1e6) : it === undefined || it === null ? "" : String(it));
+const shownNumber = (it) => (typeof it === "number" ? String(Math.round(it * 1e6) / 1e6) : it === undefined || it === null ? "" : String(it));
+
+/** Returns a number as it is shown where there is no room for more digits. */
+export const toMillimeters = (it) => (typeof it === "number" ? Math.round(it * 1e3) / 1e3 : it);
 
 const STEPS = { m: 0.05, "m/s": 0.1, rad: Math.PI / 36, s: 0.5 };
 
@@ -250,9 +253,7 @@ export function tupleField(target, node, path) {
         read: () => {
           const all = target.values(path).map((it) => it?.[i]);
           const mixed = all.some((it) => it !== all[0]);
-          // To the millimeter, as there is no room for more.
-          const value = typeof all[0] === "number" ? Math.round(all[0] * 1e3) / 1e3 : all[0];
-          return { value: mixed ? undefined : value, mixed, fallback: node.fallback?.[i] };
+          return { value: mixed ? undefined : toMillimeters(all[0]), mixed, fallback: node.fallback?.[i] };
         },
         write(number) {
           const { store, bases } = target;

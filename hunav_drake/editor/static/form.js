@@ -1,6 +1,6 @@
 import { button, fill, h } from "./dom.js";
 import { keyOf, valueAt } from "./data.js";
-import { isGoal, isOnMap, isPerson, isRobotPlace, nameOf, placeOf } from "./things.js";
+import { isGoal, isOnMap, isPerson, isRobotPlace, placeOf } from "./things.js";
 import { alignOps, deleteOps, duplicateOps, copied, groupOps, wordsFor } from "./changes.js";
 import { describe, memberOf, nodeAt } from "./schema.js";
 import { Target } from "./fields.js";
@@ -109,6 +109,7 @@ export function makeFormPanel(store) {
         store.edit(`Copy ${wordsFor(data, parts)}`, ops);
         if (paths.length) store.select(paths);
       }),
+      button("array", "Repeat in rows and columns", () => store.tell("dialog", { what: "array" })),
       button("bin", "Delete (Del)", () => store.edit(`Delete ${wordsFor(data, selection)}`, deleteOps(selection))),
     ].filter(Boolean);
   }

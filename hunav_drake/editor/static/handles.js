@@ -21,7 +21,7 @@ const SIZES = [
 ];
 
 /** Returns the handles of the one part that is selected, as plain data. */
-export function handlesOf(data, path, scale) {
+function handlesOf(data, path, scale) {
   const value = valueAt(data, path);
   const px = 1 / scale;
   const handles = [];

@@ -71,14 +71,18 @@ export function addKeys(store, map, tools, gestures, root) {
     store.edit(`Add a goal to ${nameOf(store.data, path)}`, [["insert", [...path, "goals", goals.length], at]]);
   }
 
-  /** Goes to the next part in the order of the outline; false at the end. */
+  /**
+   * Goes to the next part in the order of the outline; false at the ends, from
+   * which, as from the buttons over the map, Tab leads on as everywhere.
+   */
   function next(step) {
+    const here = document.activeElement?.getAttribute?.("data-key");
+    if (!here && (step < 0 || document.activeElement !== element)) return false;
     const all = partsOf(store.data).flatMap(({ items }) =>
       items.flatMap((path) => (isPerson(path) ? [path, ...goalsOf(valueAt(store.data, path)).map(({ i }) => [...path, "goals", i])] : [path])),
     );
     const drawn = all.filter((path) => map.element.querySelector(`[data-key="${CSS.escape(keyOf(path))}"]`));
-    const here = document.activeElement?.getAttribute?.("data-key");
-    const at = here ? drawn.findIndex((it) => keyOf(it) === here) : step > 0 ? -1 : drawn.length;
+    const at = here ? drawn.findIndex((it) => keyOf(it) === here) : -1;
     const path = drawn[at + step];
     if (!path) return false;
     store.select([path]);

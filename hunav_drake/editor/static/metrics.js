@@ -18,7 +18,7 @@ function paragraphs(text) {
 }
 
 /** Returns the names that a list stands for: families, "paper", "all". */
-export function chosenBy(list, metrics) {
+function chosenBy(list, metrics) {
   const chosen = new Set();
   for (const word of list) {
     for (const it of metrics) {
@@ -29,7 +29,7 @@ export function chosenBy(list, metrics) {
 }
 
 /** Returns the shortest list that stands for metrics. */
-export function shortest(chosen, metrics) {
+function shortest(chosen, metrics) {
   if (metrics.every((it) => chosen.has(it.name))) return ["all"];
   const cover = (list, left) => {
     const words = [...list];

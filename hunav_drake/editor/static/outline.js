@@ -148,6 +148,7 @@ export function makeOutline(store) {
       h("div", { class: "group-head" }, "Background"),
       h("div", { class: "row-item" }, h("span", { class: "row-name" }, message.name || "picture"), button("bin", "Remove the background", () => store.tell("background", {}))),
       opacity,
+      message.is_map ? null : button("measure", "Set the size of the picture by two places whose distance is known", () => store.tools.choose("scale"), { text: "Set scale" }),
       button("polygon", "Make walls of what is dark", () => store.ask({ do: "trace" }), { text: "Trace walls" }),
     );
   });

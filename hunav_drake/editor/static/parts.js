@@ -1,8 +1,9 @@
 import { button, fill, h } from "./dom.js";
-import { sameValue, valueAt } from "./data.js";
+import { valueAt } from "./data.js";
 import { setOp } from "./changes.js";
 import { describe, memberOf, skeleton } from "./schema.js";
-import { checkField, choiceField, numberField, numberInput, row, textField, tupleField, words } from "./fields.js";
+import { checkField, choiceField, numberField, textField, tupleField, words } from "./fields.js";
+import { mapField, pointsField, textsField } from "./lists.js";
 
 /**
  * Fields of values that consist of others: objects, unions, lists, tables.
@@ -49,26 +50,20 @@ function noteField(path, text) {
 }
 
 /** A part that folds; what is in it is made when it is first unfolded. */
-function section(target, node, path, makeBody, { open = false, extra = null } = {}) {
+function section(target, node, path, makeBody, extra = null) {
   const body = h("div", { class: "section-body" });
   const badge = h("span", { class: "badge-count", hidden: true });
   const given = h("span", { class: "given", title: "Not all as by default", hidden: true });
   const name = words(path.at(-1) ?? node.title);
-  const element = h(
-    "details",
-    { class: "section", "data-field": path.join("/") },
-    h("summary", { title: node.help }, h("span", { class: "section-name" }, name), given, badge, extra),
-    body,
-  );
+  const details = h("details", { class: "section" }, h("summary", { title: node.help }, h("span", { class: "section-name" }, name), given, badge), body);
+  const element = h("div", { class: "section-choice", "data-field": path.join("/") }, details, extra);
   let inner = null;
   function unfold() {
-    if (!element.open || inner) return;
+    if (!details.open || inner) return;
     inner = makeBody(body);
     inner.refresh();
   }
-  element.addEventListener("toggle", unfold);
-  element.open = open;
-  unfold();
+  details.addEventListener("toggle", unfold);
   return {
     element,
     refresh() {
@@ -135,7 +130,6 @@ function unionField(target, root, node, path) {
       });
       store.edit(`Choose ${words(select.value)} for ${target.what()}`, ops);
     },
-    onclick: (event) => event.stopPropagation(),
   });
   let shown;
   let inner = null;
@@ -155,7 +149,7 @@ function unionField(target, root, node, path) {
       inner = { refresh() {} };
     }
   };
-  const whole = section(target, { ...node, help: node.help }, path, (into) => {
+  const whole = section(target, node, path, (into) => {
     into.append(body);
     return {
       refresh() {
@@ -163,75 +157,12 @@ function unionField(target, root, node, path) {
         inner.refresh();
       },
     };
-  }, { extra: select });
+  }, select);
   return {
     element: whole.element,
     refresh() {
       build();
       whole.refresh();
-    },
-  };
-}
-
-/** A table of points, which are reordered by Alt and an arrow. */
-function pointsField(target, node, path) {
-  const list = h("div", { class: "points", role: "group" });
-  const add = button("plus", "Add a point", () => write([...points(), points().at(-1)?.map((it) => it + 1) ?? [0, 0]]), { text: "Add" });
-  const all = row(target, node, path, h("div", null, list, add), { wide: true, input: list });
-  let rows = [];
-  const points = () => {
-    const { value } = target.value(path);
-    return Array.isArray(value) ? value : [];
-  };
-  const label = () => `Change ${words(path.at(-1))} of ${target.what()}`;
-  const write = (value) => target.set(path, value, label());
-  function move(i, step) {
-    const value = [...points()];
-    if (i + step < 0 || i + step >= value.length) return;
-    value.splice(i + step, 0, ...value.splice(i, 1));
-    write(value);
-    rows[i + step]?.inputs[0].input.focus();
-  }
-  function makeRow(i) {
-    const inputs = ["x", "y"].map((name, axis) =>
-      numberInput(node.item.items[axis], {
-        label: `${name} of point ${i + 1}`,
-        read: () => ({ value: points()[i]?.[axis], mixed: false }),
-        write: (number) => write(points().map((it, j) => (j === i ? it.map((old, k) => (k === axis ? number : old)) : it))),
-      }),
-    );
-    const element = h(
-      "div",
-      {
-        class: "point",
-        onkeydown(event) {
-          const step = { ArrowUp: -1, ArrowDown: 1 }[event.key];
-          if (!step || !event.altKey) return;
-          event.preventDefault();
-          event.stopPropagation();
-          move(i, step);
-        },
-      },
-      h("span", { class: "index" }, String(i + 1)),
-      inputs.map((it) => it.input),
-      button("up", `Move point ${i + 1} up (Alt+Up)`, () => move(i, -1)),
-      button("bin", `Delete point ${i + 1}`, () => write(points().filter((_, j) => j !== i))),
-    );
-    return { element, inputs };
-  }
-  return {
-    element: all.element,
-    refresh() {
-      const { mixed } = target.value(path);
-      add.disabled = mixed;
-      const { length } = points();
-      while (rows.length > length) rows.pop().element.remove();
-      while (rows.length < length) {
-        rows.push(makeRow(rows.length));
-        list.append(rows.at(-1).element);
-      }
-      rows.forEach((it) => it.inputs.forEach((input) => input.refresh()));
-      all.refresh();
     },
   };
 }
@@ -274,74 +205,4 @@ function listField(target, root, node, path) {
       },
     };
   });
-}
-
-/** A list of words or numbers: separated by commas, or boxes to check. */
-function textsField(target, node, path) {
-  const { item } = node;
-  const isNumber = item.kind === "number" || item.kind === "integer";
-  if (item.kind === "enum") {
-    const boxes = item.values.map((name) => {
-      const input = h("input", {
-        type: "checkbox",
-        onchange() {
-          const chosen = item.values.filter((it) => (it === name ? input.checked : present().includes(it)));
-          target.set(path, chosen);
-        },
-      });
-      return { name, input, element: h("label", { class: "check" }, input, words(name)) };
-    });
-    const present = () => target.value(path).value ?? node.fallback ?? [];
-    const all = row(target, node, path, h("div", { class: "checks", role: "group" }, boxes.map((it) => it.element)), { wide: true });
-    return {
-      element: all.element,
-      refresh() {
-        boxes.forEach((it) => (it.input.checked = present().includes(it.name)));
-        all.refresh();
-      },
-    };
-  }
-  const input = h("input", {
-    type: "text",
-    onchange() {
-      const texts = input.value.split(",").map((it) => it.trim()).filter(Boolean);
-      if (!texts.length) target.reset(path);
-      else target.set(path, isNumber ? texts.map((it) => (Number.isFinite(Number(it)) ? Number(it) : it)) : texts);
-    },
-  });
-  const all = row(target, node, path, input, { wide: true });
-  return {
-    element: all.element,
-    refresh() {
-      const { value, mixed } = target.value(path);
-      input.placeholder = mixed ? "mixed" : `${(Array.isArray(node.fallback) ? node.fallback : []).join(", ") || "separated by commas"}`;
-      if (document.activeElement !== input) input.value = Array.isArray(value) ? value.join(", ") : value === undefined ? "" : String(value);
-      all.refresh();
-    },
-  };
-}
-
-/** Names with numbers, as weights: "regular: 6, curious: 3". */
-function mapField(target, node, path) {
-  const input = h("input", {
-    type: "text",
-    onchange() {
-      const pairs = input.value.split(",").map((it) => it.split(":").map((part) => part.trim())).filter(([key]) => key);
-      const value = Object.fromEntries(pairs.map(([key, number]) => [key, Number.isFinite(Number(number)) && number ? Number(number) : 1]));
-      if (!pairs.length) target.reset(path);
-      else if (!sameValue(value, target.value(path).value)) target.set(path, value);
-    },
-  });
-  const all = row(target, node, path, input, { wide: true });
-  return {
-    element: all.element,
-    refresh() {
-      const { value } = target.value(path);
-      input.placeholder = "name: weight, name: weight";
-      if (document.activeElement !== input) {
-        input.value = Object.entries(value ?? {}).map(([key, number]) => `${key}: ${number}`).join(", ");
-      }
-      all.refresh();
-    },
-  };
 }

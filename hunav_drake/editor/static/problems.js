@@ -3,7 +3,7 @@ import { isOnMap, nameOf } from "./things.js";
 import { sentence } from "./fields.js";
 
 /** Selects the part that a fault is about, and shows its form. */
-export function showFault(store, fault) {
+function showFault(store, fault) {
   for (let n = fault.path.length; n >= 2; n--) {
     const path = fault.path.slice(0, n);
     if (isOnMap(path) && store.get(path) !== undefined) {
@@ -27,7 +27,7 @@ export function makeProblemsPanel(store) {
     return button("check", fault.fix.label, () => store.edit(fault.fix.label, fault.fix.ops), { text: fault.fix.label, class: "button fix" });
   }
 
-  store.listen("faults", () => {
+  function show() {
     element.dispatchEvent(new CustomEvent("count", { detail: store.faults.length }));
     if (!store.faults.length) {
       fill(list, h("li", { class: "empty" }, "No problems. The scenario can be run."));
@@ -49,6 +49,8 @@ export function makeProblemsPanel(store) {
         ),
       ),
     );
-  });
+  }
+  store.listen("faults", show);
+  show();
   return element;
 }

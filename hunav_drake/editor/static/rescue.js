@@ -10,8 +10,12 @@ const DAYS = 14;
 export function keepUnsaved(store) {
   const place = () => PREFIX + (store.filename ?? "");
   let looked = null;
+  // While it is offered, what is kept stays.
+  let offered = false;
 
   const keep = later(200, () => {
+    if (offered && !store.dirty) return;
+    offered = false;
     try {
       if (store.dirty) {
         localStorage.setItem(place(), JSON.stringify({ text: store.text, time: Date.now() }));
@@ -33,23 +37,29 @@ export function keepUnsaved(store) {
     }
   }
 
+  function offer({ text, time }) {
+    offered = true;
+    store.tell("ask", {
+      question: `There is work on this file from ${new Date(time).toLocaleString()} that was not saved.`,
+      yes: "Restore it",
+      no: "Discard it",
+      again: { do: "text", text },
+      never() {
+        offered = false;
+        keep();
+      },
+    });
+  }
+
   store.listen("text", () => {
     if (looked !== place()) {
       looked = place();
       const found = kept();
-      if (found && !store.dirty && found.text !== store.text) {
-        const time = new Date(found.time).toLocaleString();
-        store.tell("ask", {
-          question: `There is work on this file from ${time} that was not saved.`,
-          yes: "Restore it",
-          no: "Discard it",
-          again: { do: "text", text: found.text },
-          never: keep,
-        });
-        return;
-      }
+      if (found && !store.dirty && found.text !== store.text) return offer(found);
     }
-    keep();
+    return keep();
   });
   store.listen("state", keep);
+  // The server may be another one, which knows nothing of the work.
+  store.listen("connection", ({ open }) => open && (looked = null));
 }

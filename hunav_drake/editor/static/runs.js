@@ -18,7 +18,7 @@ const SPEEDS = [
  * Returns the seeds that a text names, as "0-4" or "1, 5, 9"; null if it
  * cannot be read.
  */
-export function readSeeds(text) {
+function readSeeds(text) {
   const seeds = new Set();
   for (const part of text.split(",").map((it) => it.trim()).filter(Boolean)) {
     const found = /^(\d{1,15})(?:\s*[-–]\s*(\d{1,15}))?$/.exec(part);

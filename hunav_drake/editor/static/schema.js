@@ -92,8 +92,10 @@ export function describe(root, schema) {
 
 /** Returns the member of a union that a value is, or null. */
 export function memberOf(node, value) {
-  const name = typeof value === "string" ? value : null;
-  return node.members.find(({ key, tag }) => (name ?? value?.[key]) === tag) ?? null;
+  const name = typeof value === "string" ? value : value?.[node.members[0]?.key];
+  const isUnnamed = name === undefined && value && typeof value === "object";
+  const is = ({ key, tag, schema }) => (isUnnamed ? !schema.required?.includes(key) : tag === name);
+  return node.members.find(is) ?? null;
 }
 
 /** Returns what the schema says at a path, for the choices in the data. */

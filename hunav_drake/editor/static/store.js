@@ -22,6 +22,7 @@ export function makeStore(host) {
   let confirmedOutlines = {};
   let queue = [];
   let waiting = null;
+  let textRevision = null;
   let nextPreview = null;
   let previewId = null;
 
@@ -66,6 +67,7 @@ export function makeStore(host) {
     ask(message, ops = []) {
       queue.push({ message, ops });
       next();
+      mark();
     },
 
     /** Changes the scenario by operations: one step with a name. */
@@ -83,6 +85,7 @@ export function makeStore(host) {
 
     /** Has operations checked that are not kept; null ends it. */
     preview(ops) {
+      if (!store.readable) return;
       nextPreview = ops;
       if (ops === null) {
         previewId = null;
@@ -112,6 +115,11 @@ export function makeStore(host) {
     /** Shows a line of text for a while, and has it read aloud. */
     say: (message) => store.tell("say", { message }),
   };
+
+  /** Writes on the page which revision it shows; none while edits are on their way. */
+  function mark() {
+    if (store.root) store.root.dataset.revision = queue.length || textRevision !== store.revision ? "" : String(store.revision);
+  }
 
   function next() {
     if (waiting || !queue.length) return;
@@ -185,6 +193,7 @@ export function makeStore(host) {
     text(message) {
       store.text = message.text ?? patched(store.text, message.patches ?? []);
       store.places = message.places ?? store.places;
+      textRevision = message.revision;
       store.tell("text", message);
     },
     catalog(message) {
@@ -212,6 +221,7 @@ export function makeStore(host) {
       store.say(message.message);
     }
     next();
+    mark();
   });
 
   /** After a lost connection: what was on its way is sent anew. */

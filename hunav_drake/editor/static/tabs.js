@@ -7,9 +7,8 @@ import { button, h } from "./dom.js";
  *   away, and begin so.
  */
 export function makeTabs(panels, { label, folds = false }) {
-  const bar = h("div", { class: "tab-bar", role: "tablist", "aria-label": label });
+  const bar = h("div", { class: "tab-list", role: "tablist", "aria-label": label });
   const box = h("div", { class: "tab-box" });
-  const element = h("div", { class: folds ? "tabs folded" : "tabs" }, bar, box);
   /** @type {Map<string, {tab: HTMLElement, panel: HTMLElement}>} */
   const all = new Map();
   let shown = null;
@@ -17,6 +16,7 @@ export function makeTabs(panels, { label, folds = false }) {
   const fold = folds
     ? button("fold", "Show or hide this part", () => setFolded(!element.classList.contains("folded")), { class: "button square fold" })
     : null;
+  const element = h("div", { class: folds ? "tabs folded" : "tabs" }, h("div", { class: "tab-bar" }, bar, fold), box);
 
   function setFolded(folded) {
     element.classList.toggle("folded", folded);
@@ -76,7 +76,7 @@ export function makeTabs(panels, { label, folds = false }) {
         h("span", { class: "count", hidden: true }),
       );
       const page = h("div", { role: "tabpanel", class: "tab-panel", "aria-label": title, hidden: true }, panel);
-      bar.insertBefore(tab, bar.children[place] ?? fold);
+      bar.insertBefore(tab, bar.children[place] ?? null);
       box.append(page);
       all.set(key, { tab, panel: page });
       panel.addEventListener("count", (event) => {
@@ -102,7 +102,6 @@ export function makeTabs(panels, { label, folds = false }) {
       return shown;
     },
   };
-  if (fold) bar.append(fold);
   for (const [title, key, panel] of panels) tabs.add(title, key, panel);
   mark();
   return tabs;

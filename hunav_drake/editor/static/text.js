@@ -60,7 +60,7 @@ export function makeTextPanel(store) {
     const broken = !store.readable;
     banner.hidden = !broken;
     const first = store.faults.find((it) => it.line) ?? store.faults[0];
-    banner.textContent = broken ? `The text cannot be read${first?.line ? `, line ${first.line}` : ""}: ${first?.message ?? ""} The map shows it as it was before.` : "";
+    banner.textContent = broken ? `The text cannot be read${first?.line ? `, line ${first.line}` : ""}: ${first?.message ?? ""}. The map shows it as it was before.` : "";
   }
 
   function place(path) {

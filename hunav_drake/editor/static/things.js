@@ -7,11 +7,11 @@ import { applied, keyOf, round, valueAt } from "./data.js";
 
 export const HUMANS = "humans";
 export const ROBOT = "robot";
-export const WORLD = "world";
+const WORLD = "world";
 export const START = ["robot", "start"];
 export const GOAL = ["robot", "goal"];
 
-export const TURN = 2 * Math.PI;
+const TURN = 2 * Math.PI;
 
 /** Returns the list of people. */
 export const peopleOf = (data) => (Array.isArray(data[HUMANS]) ? data[HUMANS].filter((it) => it && typeof it === "object") : []);
@@ -29,7 +29,7 @@ export function goalsOf(person) {
 export const isPerson = (path) => path[0] === HUMANS && path.length === 2;
 export const isGoal = (path) => path[0] === HUMANS && path[2] === "goals" && path.length === 4;
 export const isRobotPlace = (path) => path[0] === ROBOT && path.length === 2;
-export const isWorldPart = (path) => path[0] === WORLD && path.length === 3;
+const isWorldPart = (path) => path[0] === WORLD && path.length === 3;
 export const isOnMap = (path) => isPerson(path) || isGoal(path) || isRobotPlace(path) || isWorldPart(path);
 
 /** Returns the person that a path of a person or of a goal is about. */
@@ -97,7 +97,7 @@ export function headingOf(data, path) {
 }
 
 /** Returns an angle in (-pi, pi]. */
-export function wrapped(angle) {
+function wrapped(angle) {
   const a = angle - TURN * Math.round(angle / TURN);
   return round(a <= -Math.PI ? a + TURN : a);
 }
@@ -118,7 +118,7 @@ function mapped(outline, f) {
 }
 
 /** Returns an outline as it follows a part from one value to another. */
-export function followed(outline, from, to) {
+function followed(outline, from, to) {
   if (!outline || !from || !to) return outline;
   if (Array.isArray(to.points)) {
     return to.points.every(isPoint) ? { ...outline, points: to.points } : outline;

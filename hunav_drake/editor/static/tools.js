@@ -3,6 +3,7 @@ import { keyOf, round, valueAt } from "./data.js";
 import { GOAL, START, goalsOf, isPerson, isPoint, nameOf, peopleOf, personPath } from "./things.js";
 import { freeName, segmentAt } from "./changes.js";
 import { worldTools } from "./worldtools.js";
+import { scaleTool } from "./scaletool.js";
 
 /** A heading is that of the pull only if it is longer than this, in pixels. */
 const PULL = 8;
@@ -178,6 +179,7 @@ export function makeTools(store, map) {
     robotTool(store, map, true),
     ...worldTools(store, map),
     measureTool(store, map),
+    scaleTool(store, map),
   ];
   const cursor = svg("path", { class: "cursor" });
   let at = null;

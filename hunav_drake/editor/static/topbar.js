@@ -50,11 +50,11 @@ export function makeTopBar(store, tools) {
     ["-"],
     ["Keys and gestures", () => store.tell("help"), "?"],
   ]);
-  const name = h("span", { class: "file-name" });
+  const name = h(store.embedded ? "span" : "h1", { class: "file-name" });
   const dot = h("span", { class: "unsaved", role: "img", "aria-label": "Not saved", title: "Not saved", hidden: true });
 
   const toolButtons = new Map(
-    tools.list.map((tool) => {
+    tools.list.filter((tool) => tool.icon).map((tool) => {
       const keys = tool.key === tool.key.toUpperCase() ? `Shift+${tool.key}` : tool.key.toUpperCase();
       return [tool.name, button(tool.icon, `${tool.title} (${keys})`, () => tools.choose(tool.name), { "data-tool": tool.name })];
     }),

@@ -1,41 +1,16 @@
-import { h, fill, svg } from "./dom.js";
+import { svg } from "./dom.js";
 import { round, valueAt } from "./data.js";
 import { isPoint } from "./things.js";
-import { addOps, freeName, segmentAt } from "./changes.js";
+import { freeName, segmentAt } from "./changes.js";
 import { outline } from "./shapes.js";
-import { membersOf, defaultsOf } from "./schema.js";
+import { addParts, boxOutline, corners, newName } from "./newparts.js";
+import { furnitureTool } from "./furniture.js";
 
 /** The thickness of the walls of a room, and the width of a door, in meters. */
 const THICK = 0.15;
 const DOOR = 0.9;
 
 const WALLS = ["world", "walls"];
-const FURNITURE = ["world", "furniture"];
-
-/** Returns a name for a new part of a list: wall_1, wall_2. */
-function newName(store, list, stem) {
-  return freeName(`${stem}_1`, new Set((store.get(list) ?? []).map((it) => it?.name)));
-}
-
-/** Adds parts of the world with outlines as they will be; selects them. */
-function add(store, label, parts, outlines) {
-  const { ops, paths } = addOps(store.data, parts);
-  const shown = { ...store.outlines };
-  paths.forEach((path, i) => {
-    if (outlines[i]) shown[path.join("/")] = outlines[i];
-  });
-  store.edit(label, ops, shown);
-  store.select(paths);
-}
-
-/** Returns the corners of a box. */
-function corners({ center: [x, y], size: [w, d], yaw = 0 }) {
-  const [c, s] = [Math.cos(yaw), Math.sin(yaw)];
-  const signs = [[-1, -1], [1, -1], [1, 1], [-1, 1]];
-  return signs.map(([u, v]) => [x + (c * u * w - s * v * d) / 2, y + (s * u * w + c * v * d) / 2]);
-}
-
-const boxOutline = (box, kind = "box") => ({ points: corners(box), closed: true, kind, height: box.height ?? 2.5 });
 
 /** A line of corners, one by each click. */
 function lineTool(store, map, { name, title, picture, key, shape, least, closes }) {
@@ -71,7 +46,7 @@ function lineTool(store, map, { name, title, picture, key, shape, least, closes 
       if (points.length >= least) {
         const called = newName(store, WALLS, name);
         const value = { shape, name: called, points };
-        add(store, `Add ${called}`, [{ list: WALLS, value }], [{ points, closed: closes, kind: shape, height: 2.5 }]);
+        addParts(store, `Add ${called}`, [{ list: WALLS, value }], [{ points, closed: closes, kind: shape, height: 2.5 }]);
       }
       this.leave();
       return had ? null : false;
@@ -97,7 +72,7 @@ function areaTool(store, map, { name, title, picture, key, hint, partsFor }) {
     if (Math.min(...box.size) < 0.05) return;
     const [label, boxes] = partsFor(box);
     const parts = boxes.map((value) => ({ list: WALLS, value: { shape: "box", ...value } }));
-    add(store, label, parts, boxes.map((it) => boxOutline(it)));
+    addParts(store, label, parts, boxes.map((it) => boxOutline(it)));
     store.tools.choose("select");
   }
   return {
@@ -151,7 +126,7 @@ function roomParts(store, { center: [x, y], size: [w, d] }) {
 }
 
 /** Returns what is left of a wall on both sides of a door, or null. */
-export function withDoor(wall, place) {
+function withDoor(wall, place) {
   if (Array.isArray(wall.points)) {
     const { points } = wall;
     const { index } = segmentAt(points, place);
@@ -208,77 +183,6 @@ function doorTool(store) {
     },
     finish: () => false,
   };
-}
-
-/** Furniture: a palette of its kinds, each placed by a click. */
-function furnitureTool(store, map) {
-  let kind = null;
-  const search = h("input", { type: "search", placeholder: "Furniture …", "aria-label": "Kind of furniture", oninput: () => showKinds() });
-  const list = h("div", { class: "palette-list" });
-  const palette = h("div", { class: "palette", hidden: true, role: "group", "aria-label": "Furniture" }, search, list);
-  map.element.append(palette);
-
-  const members = () => membersOf(store.catalog.schema, ["world", "furniture", 0]);
-  function choose(member) {
-    kind = member;
-    showKinds();
-    store.tell("hint", { text: tool.hint });
-    map.element.focus({ preventScroll: true });
-  }
-  function found() {
-    const words = search.value.trim().toLowerCase().replace(/ /g, "_");
-    return members().filter((it) => it.tag.includes(words));
-  }
-  function showKinds() {
-    fill(
-      list,
-      found().map((it) =>
-        h("button", { type: "button", class: "chip", "aria-pressed": String(kind?.tag === it.tag), onclick: () => choose(it) }, it.tag.replace(/_/g, " ")),
-      ),
-    );
-  }
-  search.addEventListener("keydown", (event) => {
-    if (event.key === "Enter" && found().length) {
-      choose(found()[0]);
-      tool.down(map.view.middle.map((it) => Math.round(it * 10) / 10), { detail: 1 });
-    } else if (event.key === "Escape") {
-      store.tools.choose("select");
-      map.element.focus({ preventScroll: true });
-    } else if (event.key !== "Enter") {
-      return;
-    }
-    event.preventDefault();
-  });
-  for (const name of ["pointerdown", "wheel"]) palette.addEventListener(name, (event) => event.stopPropagation());
-
-  const tool = {
-    name: "furniture",
-    title: "Furniture",
-    icon: "furniture",
-    key: "f",
-    get hint() {
-      return kind ? `Click where the ${kind.tag.replace(/_/g, " ")} is to be.` : "Choose a kind of furniture.";
-    },
-    enter() {
-      palette.hidden = false;
-      kind ??= members()[0] ?? null;
-      showKinds();
-      search.focus();
-    },
-    down(place) {
-      if (!kind) return null;
-      const name = newName(store, FURNITURE, kind.tag);
-      const value = { [kind.key]: kind.tag, name, center: place };
-      const { size = [0.5, 0.5], height = 1 } = defaultsOf(kind.schema);
-      add(store, `Add ${name}`, [{ list: FURNITURE, value }], [boxOutline({ center: place, size, height }, kind.tag)]);
-      return null;
-    },
-    finish: () => false,
-    leave() {
-      palette.hidden = true;
-    },
-  };
-  return tool;
 }
 
 /** Returns the tools for walls and furniture. */

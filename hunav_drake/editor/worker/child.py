@@ -93,13 +93,19 @@ _ANSWERS = ("check", "summary")
 def answer(channel: Channel, message: Message) -> None:
     """Answers a question."""
     if message["do"] == "check":
-        from hunav_drake.editor.worker.names import find_names_faults
-
-        faults = find_names_faults(
-            message["text"], message["folder"], message["name"]
+        from hunav_drake.editor.worker.names import (
+            find_model_outlines,
+            find_names_faults,
         )
+
+        question = message["text"], message["folder"], message["name"]
         channel.send(
-            {"kind": "checked", "ticket": message["ticket"], "faults": faults}
+            {
+                "kind": "checked",
+                "ticket": message["ticket"],
+                "faults": find_names_faults(*question),
+                "models": find_model_outlines(*question),
+            }
         )
     else:
         from hunav_drake.editor.worker.statistics import summary_rows

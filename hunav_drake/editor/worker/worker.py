@@ -28,7 +28,7 @@ class Worker:
 
     - worker {status: "starting" | "ready" | "dead", message}
     - catalog {schema, behaviors, planners, models, robots, metrics, ready}
-    - checked {ticket, faults: [{path, message, uses}]}
+    - checked {ticket, faults: [{path, message, uses}], models: {file: [...]}}
     - runs {revision, runs: [{run, seed, planner}]}
     - frame {run, time, robot, people, activities, progress}
     - result {run, seed, planner, end_reason, message, end_time, metrics, ...},

@@ -2,7 +2,10 @@ import sys
 
 import pytest
 
-from hunav_drake.editor.worker.names import find_names_faults
+from hunav_drake.editor.worker.names import (
+    find_model_outlines,
+    find_names_faults,
+)
 from hunav_drake.systems.common.choice_loading import registered_only
 
 PERSON = "humans:\n- {name: ana, pose: [4, 0, 0], behavior: BEHAVIOR}\n"
@@ -54,6 +57,22 @@ def test_one_of_several_scenarios_is_looked_at():
     assert not _faults(text, name="two")
 
 
+def test_models_have_the_outlines_that_people_walk_around(tmp_path):
+    (tmp_path / "rack.sdf").write_text(
+        '<sdf version="1.9"><model name="rack"><static>true</static>'
+        '<link name="body"><collision name="c"><geometry><box>'
+        "<size>2 1 1.5</size></box></geometry></collision></link>"
+        "</model></sdf>"
+    )
+    text = "world: {models: [{file: rack.sdf, pose: [5, 5, 1]}, {file: no}]}"
+    found = find_model_outlines(text, str(tmp_path), None)
+    assert set(found) == {"rack.sdf"}
+    (corners,) = found["rack.sdf"]
+    # From its own place, wherever it stands.
+    expected = {(x, y) for x in (-1.0, 1.0) for y in (-0.5, 0.5)}
+    assert {tuple(it) for it in corners} == expected
+
+
 def test_no_module_is_imported_for_a_name(tmp_path, monkeypatch):
     (tmp_path / "evil_planner.py").write_text("raise SystemExit('executed')")
     monkeypatch.syspath_prepend(tmp_path)
@@ -68,3 +87,4 @@ def test_no_module_is_imported_for_a_name(tmp_path, monkeypatch):
 )
 def test_a_text_that_is_no_scenario_is_left_to_others(text):
     assert isinstance(_faults(text), list)
+    assert find_model_outlines(text, None, None) == {}
