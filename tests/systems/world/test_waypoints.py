@@ -59,6 +59,20 @@ def test_what_is_remembered_as_hidden_is_seen_from_nowhere_in_the_cell(world):
         assert visibility_graph.blocked(starts, goals, 1e-6, world.table).all()
 
 
+def test_many_short_segments_hide_like_a_long_one():
+    """As of a map of cells: none of them hides a corner from a whole cell."""
+    x = np.linspace(-2, 2, 81)
+    below, above = np.column_stack([x, 0 * x]), np.column_stack([x, 0 * x + 1])
+    wall = np.concatenate([below, above[::-1]])
+    world = Obstacles.from_shapes([wall], solid=[True])
+    dut = RouteMap.from_obstacles(world, clearance=CLEARANCE)
+    dut.next_waypoint((0.1, -1.0), (0.4, 2.0))
+    hidden = dut._hidden.hiders[dut._hidden.hiders.any(axis=1)]
+    (behind,) = np.nonzero(dut.vertices[:, 1] > 1)
+    assert len(behind) > 0
+    np.testing.assert_array_equal(hidden[:, behind], -1)
+
+
 def test_the_memory_forgets_cells_and_stays_right(world, monkeypatch):
     """A memory of three cells, of which each takes the place of others."""
     dut = RouteMap.from_obstacles(world, clearance=CLEARANCE)
