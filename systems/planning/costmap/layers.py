@@ -19,6 +19,9 @@ from hunav_drake.systems.planning.costmap.raster import stamp_discs
 from hunav_drake.systems.planning.costmap.social_layer import add_social_costs
 from hunav_drake.systems.planning.costmap.static_layer import StaticMap
 
+# Layers that mark walls.
+_WALLS = ("static", "obstacle")
+
 _ONLY_LETHAL = np.array([float(LETHAL)])
 
 
@@ -69,6 +72,12 @@ def make_costs(
         if "obstacle" in before:
             _stamp(costs, region, around, around.graded)
         rest = layers[first + 1 :]
+    elif around.marks is None and layers and layers[0] in _WALLS:
+        # The first layer of walls writes on nothing.
+        costs = around.walls.part(region, inflated=False)
+        if layers[0] == "obstacle":
+            _stamp(costs, region, around, _ONLY_LETHAL)
+        rest = layers[1:]
     else:
         costs = np.full((region.rows, region.columns), FREE, dtype=np.uint8)
         rest = layers

@@ -1,11 +1,13 @@
 """Whoever runs a suite, the tables are the same."""
 
 from concurrent.futures import Future, ThreadPoolExecutor
+import contextlib
 import json
 import os
 import signal
 import subprocess
 import sys
+import time
 
 import pytest
 
@@ -108,6 +110,48 @@ def test_a_dask_worker_that_is_killed_changes_nothing(one, tmp_path):
     assert texts_of(result) == one
     rows = list(read_rows(tmp_path / NAME))
     assert len({row.key for row in rows}) == len(rows) == 32
+
+
+@pytest.mark.slow
+def test_a_cluster_on_other_processes_is_used_by_its_address(
+    hunav, one, tmp_path
+):
+    """As the page on benchmarks prints it: a scheduler, workers, a command."""
+    pytest.importorskip("distributed", reason="the extra `dask` is not here")
+    suite = tmp_path / "small.yaml"
+    suite.write_text(SUITE)
+    where = tmp_path / "scheduler.json"
+    dask = [sys.executable, "-m", "dask"]
+    file = ["--scheduler-file", str(where)]
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    with contextlib.ExitStack() as stack:
+        for arguments in (
+            ("scheduler", "--host", "127.0.0.1", "--port", "0"),
+            ("worker", "--nworkers", "2", "--nthreads", "1"),
+        ):
+            process = subprocess.Popen(
+                [*dask, *arguments, "--no-dashboard", *file],
+                cwd=tmp_path,
+                **quiet,
+            )
+            stack.callback(process.wait)
+            stack.callback(process.terminate)
+            for _ in range(600):
+                if where.exists():
+                    break
+                time.sleep(0.1)
+        address = json.loads(where.read_text())["address"]
+        code, _, err = hunav(
+            *("bench", suite, "--out", tmp_path / "out", "--quiet"),
+            *("--executor", "dask", "--address", address),
+        )
+    assert code == 0, err
+    out = tmp_path / "out" / "small"
+    rows = list(read_rows(out / NAME))
+    assert len({row.key for row in rows}) == len(rows) == 32
+    # All is done, so this only reads it.
+    assert texts_of(RunSuite(LoadSuite(data=SUITE), out=out)) == one
+    assert len(list(read_rows(out / NAME))) == 32
 
 
 def test_dask_needs_an_address(hunav, tmp_path):

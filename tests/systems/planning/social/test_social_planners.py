@@ -12,7 +12,7 @@ from hunav_drake.systems.people.parameters import (
     SocialForceParameters,
 )
 from hunav_drake.systems.planning.navigation.memory import LocalPlan
-from hunav_drake.systems.planning.planner import View
+from hunav_drake.systems.planning.planner import PLANNERS, PlanningTask, View
 from hunav_drake.systems.planning.social.differential import steer
 from hunav_drake.systems.planning.social.following import carrot_at
 from hunav_drake.systems.planning.social.forces import robot_force
@@ -178,3 +178,37 @@ def test_a_clone_goes_on_alike(planner):
         for it in (simulator, fork)
     )
     np.testing.assert_array_equal(a, b)
+
+
+@pytest.mark.parametrize("side", [-1, 1])
+def test_pushed_back_it_faces_its_way(side):
+    """It does not sway with who steps from side to side in front of it."""
+    planner = PLANNERS["sfm"]()
+    room = [(-4, -4), (4, -4), (4, 4), (-4, 4), (-4, -4)]
+    task = PlanningTask(
+        limits=RobotLimits(),
+        robot_radius=0.35,
+        goal_tolerance=0.25,
+        goal_yaw_tolerance=0.25,
+        obstacles=Obstacles.from_shapes([room], solid=[False]),
+        num_humans=1,
+    )
+    robot, human = np.zeros(7), np.zeros((1, 7))
+    robot[6] = 0.35
+    human[0] = [0.8, 0.05 * side, 0, -2.0, 0, 0, 0.4]
+
+    def command(goal, yaw=0.0):
+        robot[2] = yaw
+        view = View(robot.copy(), human, np.array([*goal, 0.0]))
+        plan = planner.plan(task, view, planner.initial_memory)
+        return plan.v, plan.omega
+
+    v, omega = command((0.6, 0.0))
+    assert v == 0
+    # (The plan leads around the person; the push, to the side and back.)
+    assert abs(omega) < 0.5
+    v, omega = command((0.6, 0.0), yaw=-0.5)
+    assert v == 0
+    assert omega > 0.5
+    human[0, 0] = 30.0
+    assert command((0.6, 0.0))[0] > 0.1
