@@ -126,24 +126,24 @@ def _text(session: "EditSession", message: TypedText) -> None:
 
 
 def _undo(session: "EditSession", message: Undo) -> None:
-    state = session.state
-    found = state.steps.undo(state.document.text)
-    if found is None:
-        raise OperationError("there is nothing to be undone")
-    _return_to(session, message.id, *found)
+    found = session.state.steps.undo(session.text)
+    _return_to(session, message.id, found, "undone")
 
 
 def _redo(session: "EditSession", message: Redo) -> None:
-    state = session.state
-    found = state.steps.redo(state.document.text)
-    if found is None:
-        raise OperationError("there is nothing to be done again")
-    _return_to(session, message.id, *found)
+    found = session.state.steps.redo(session.text)
+    _return_to(session, message.id, found, "done again")
 
 
 def _return_to(
-    session: "EditSession", number: Any, text: str, data: Any
+    session: "EditSession",
+    number: Any,
+    found: tuple[str, Any] | None,
+    what: str,
 ) -> None:
+    if found is None:
+        raise OperationError(f"there is nothing to be {what}")
+    text, data = found
     state, old = session.state, session.state.document
     # What the step remembers shares its parts with the present data.
     like = dc.replace(old, data=data)

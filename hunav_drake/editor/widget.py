@@ -55,7 +55,7 @@ class ScenarioEditor(anywidget.AnyWidget):
     _esm = (_STATIC / "widget.js").read_text("utf-8")
     _css = "".join(
         (_STATIC / name).read_text("utf-8")
-        for name in ("editor.css", "panels.css")
+        for name in ("editor.css", "map.css", "panels.css")
     )
     _modules: Any = traitlets.List().tag(sync=True)
     _height = traitlets.Int(640).tag(sync=True)

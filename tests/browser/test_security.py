@@ -29,7 +29,8 @@ def get(server, path, *, host=None, cookie=None, **headers):
     headers = {key.replace("_", "-"): value for key, value in headers.items()}
     connection.request("GET", path, headers=headers)
     answer = connection.getresponse()
-    answer.text = answer.read().decode()
+    answer.content = answer.read()
+    answer.text = answer.content.decode(errors="replace")
     connection.close()
     return answer
 
@@ -126,6 +127,17 @@ def test_nothing_outside_the_list_is_served(server):
         answer = get(server, path, cookie=cookie)
         assert answer.status == 404
         assert "secret" not in answer.text
+
+
+def test_the_front_end_is_small(server):
+    cookie = enter(server)
+    size = 0
+    for name, content in server.page.static.items():
+        answer = get(server, f"/{name}", cookie=cookie, Accept_Encoding="gzip")
+        size += len(answer.content)
+        assert len(content.splitlines()) < 300, name
+    print(f"{size / 1000:.0f} kB are sent")
+    assert size < 120_000
 
 
 def test_pages_have_a_strict_policy(server):

@@ -58,8 +58,8 @@ export function makeRunsPanel(store) {
   const csv = button("save", "Download the table as a CSV file", () => download(), { text: "CSV", class: "button" });
   const table = makeRunTable(store, (number) => choose(number));
   const empty = h("p", { class: "empty run-empty" });
-  const bar = h("div", { class: "run-bar", hidden: true }, player.element, map, csv);
-  const line = h("div", { class: "run-line", hidden: true }, h("span", { class: "run-note" }, "In a terminal:"), command, copy);
+  const bar = h("div", { class: "run-bar", hidden: true }, player.element, map);
+  const line = h("div", { class: "run-line", hidden: true }, h("span", { class: "run-note" }, "In a terminal:"), command, copy, csv);
   const field = (text, control, note = "") => h("label", { class: "run-field" }, h("span", { class: "label" }, text), control, note && h("span", { class: "help shown" }, note));
   const element = h(
     "div",

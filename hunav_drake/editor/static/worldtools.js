@@ -13,7 +13,7 @@ const DOOR = 0.9;
 const WALLS = ["world", "walls"];
 
 /** A line of corners, one by each click. */
-function lineTool(store, map, { name, title, picture, key, shape, least, closes }) {
+function lineTool(store, map, face, { shape, least, closes }) {
   let points = [];
   const draw = (to = null) => {
     const all = to ? [...points, to] : points;
@@ -23,10 +23,7 @@ function lineTool(store, map, { name, title, picture, key, shape, least, closes 
     );
   };
   return {
-    name,
-    title,
-    icon: picture,
-    key,
+    ...face,
     corners: true,
     hint: `Click the corners. Backspace takes one back; Enter or a double click ends.`,
     down(place, event) {
@@ -44,7 +41,7 @@ function lineTool(store, map, { name, title, picture, key, shape, least, closes 
     finish() {
       const had = points.length > 0;
       if (points.length >= least) {
-        const called = newName(store, WALLS, name);
+        const called = newName(store, WALLS, face.name);
         const value = { shape, name: called, points };
         addParts(store, `Add ${called}`, [{ list: WALLS, value }], [{ points, closed: closes, kind: shape, height: 2.5 }]);
       }
@@ -59,7 +56,7 @@ function lineTool(store, map, { name, title, picture, key, shape, least, closes 
 }
 
 /** What is pulled from corner to corner: a box, or a room of four walls. */
-function areaTool(store, map, { name, title, picture, key, hint, partsFor }) {
+function areaTool(store, map, face, partsFor) {
   let first = null;
   const area = (a, b) => {
     const center = [round((a[0] + b[0]) / 2), round((a[1] + b[1]) / 2)];
@@ -76,12 +73,8 @@ function areaTool(store, map, { name, title, picture, key, hint, partsFor }) {
     store.tools.choose("select");
   }
   return {
-    name,
-    title,
-    icon: picture,
-    key,
+    ...face,
     corners: true,
-    hint,
     down(place, event) {
       // By the keyboard, a corner is set by each press.
       if (!event.pointerId) {
@@ -187,30 +180,20 @@ function doorTool(store) {
 
 /** Returns the tools for walls and furniture. */
 export function worldTools(store, map) {
+  const wall = { name: "wall", title: "Wall", icon: "wall", key: "w" };
+  const polygon = { name: "polygon", title: "Polygon", icon: "polygon", key: "o" };
+  const box = { name: "box", title: "Box", icon: "box", key: "b", hint: "Pull a box from corner to corner." };
+  const room = { name: "room", title: "Room of four walls", icon: "room", key: "O", hint: "Pull a room from corner to corner." };
+  function oneBox(area) {
+    const name = newName(store, WALLS, "box");
+    return [`Add ${name}`, [{ name, ...area }]];
+  }
   return [
-    lineTool(store, map, { name: "wall", title: "Wall", picture: "wall", key: "w", shape: "polyline", least: 2, closes: false }),
-    lineTool(store, map, { name: "polygon", title: "Polygon", picture: "polygon", key: "o", shape: "polygon", least: 3, closes: true }),
-    areaTool(store, map, {
-      name: "box",
-      title: "Box",
-      picture: "box",
-      key: "b",
-      hint: "Pull a box from corner to corner.",
-      partsFor(box) {
-        const name = newName(store, WALLS, "box");
-        return [`Add ${name}`, [{ name, ...box }]];
-      },
-    }),
-    areaTool(store, map, {
-      name: "room",
-      title: "Room of four walls",
-      picture: "room",
-      key: "O",
-      hint: "Pull a room from corner to corner.",
-      partsFor: (box) => roomParts(store, box),
-    }),
+    lineTool(store, map, wall, { shape: "polyline", least: 2, closes: false }),
+    lineTool(store, map, polygon, { shape: "polygon", least: 3, closes: true }),
+    areaTool(store, map, box, oneBox),
+    areaTool(store, map, room, (area) => roomParts(store, area)),
     doorTool(store),
     furnitureTool(store, map),
   ];
 }
-

@@ -99,6 +99,18 @@ def wall(name: str, center: Place, size: Place) -> Wall:
     return Box(name=name, center=rounded(center), size=rounded(size))
 
 
+def walls_around(low: Place, high: Place) -> list[Wall]:
+    """Returns four walls around a floor from one corner to the opposite."""
+    (x0, y0), (x1, y1), t = low, high, WALL
+    x, y, wide, deep = (x0 + x1) / 2, (y0 + y1) / 2, x1 - x0, y1 - y0
+    return [
+        wall("south", (x, y0 - t / 2), (wide + 2 * t, t)),
+        wall("north", (x, y1 + t / 2), (wide + 2 * t, t)),
+        wall("west", (x0 - t / 2, y), (t, deep)),
+        wall("east", (x1 + t / 2, y), (t, deep)),
+    ]
+
+
 def scenario(
     description: str,
     world: World,

@@ -7,14 +7,13 @@ from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from hunav_drake.editor.templates.base import (
-    WALL,
     Template,
     chosen,
     person,
     rotated,
     rounded,
     scenario,
-    wall,
+    walls_around,
 )
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.systems.common.schema import CONFIG, Integer
@@ -72,14 +71,7 @@ class Cafe(Template):
             ]
             humans.append(person(i, start, [*goals, start], 0.0))
         top = deep + margin + 1.0
-        width, middle = wide + 2 * margin, wide / 2
-        height, y = top + margin, (top - margin) / 2
-        walls = [
-            wall("south", (middle, -margin - 0.1), (width + 0.4, WALL)),
-            wall("north", (middle, top + 0.1), (width + 0.4, WALL)),
-            wall("west", (-margin - 0.1, y), (WALL, height)),
-            wall("east", (wide + margin + 0.1, y), (WALL, height)),
-        ]
+        walls = walls_around((-margin, -margin), (wide + margin, top))
         return scenario(
             "A cafe with tables; guests walk in the aisles.",
             World(walls=walls, furniture=furniture),

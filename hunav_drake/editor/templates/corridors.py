@@ -17,6 +17,7 @@ from hunav_drake.editor.templates.base import (
     scenario,
     spread,
     wall,
+    walls_around,
 )
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.systems.common.schema import CONFIG, Integer, within
@@ -127,13 +128,6 @@ class Room(Template):
 
     def make(self) -> Scenario:
         """Returns the scenario: see `Template.make`."""
-        x, y, t = self.width / 2, self.depth / 2, WALL
-        walls = [
-            wall("south", (0.0, -y - t / 2), (self.width + 2 * t, t)),
-            wall("north", (0.0, y + t / 2), (self.width + 2 * t, t)),
-            wall("west", (-x - t / 2, 0.0), (t, self.depth)),
-            wall("east", (x + t / 2, 0.0), (t, self.depth)),
-        ]
-        return scenario(
-            "A room.", World(walls=walls), [], ((1 - x, 0.0), (x - 1, 0.0))
-        )
+        x, y = self.width / 2, self.depth / 2
+        world = World(walls=walls_around((-x, -y), (x, y)))
+        return scenario("A room.", world, [], ((1 - x, 0.0), (x - 1, 0.0)))

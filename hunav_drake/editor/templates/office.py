@@ -13,6 +13,7 @@ from hunav_drake.editor.templates.base import (
     scenario,
     spread,
     wall,
+    walls_around,
 )
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.systems.common.schema import CONFIG, Integer, within
@@ -76,13 +77,9 @@ class Office(Template):
 
     def _walls(self, low: float, high: float) -> list[Wall]:
         wide, t, door = self.room_width, WALL, 1.0
-        tall = high + 2 * t
         middle = (low + high) / 2
         walls = [
-            wall("south", (wide, -t / 2), (2 * wide + 2 * t, t)),
-            wall("north", (wide, high + t / 2), (2 * wide + 2 * t, t)),
-            wall("west", (-t / 2, high / 2), (t, tall - t)),
-            wall("east", (2 * wide + t / 2, high / 2), (t, tall - t)),
+            *walls_around((0.0, 0.0), (2 * wide, high)),
             wall("between", (wide, middle), (t, high - low)),
         ]
         # The wall to the corridor, with a door in the middle of each room.
