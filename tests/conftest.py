@@ -1,9 +1,14 @@
 from pathlib import Path
 import shutil
+import subprocess
+import sys
+import zipfile
 
 import pytest
 
 from tests.recorded import FULL
+
+ROOT = Path(__file__).resolve().parents[1]
 
 BROWSER = shutil.which("chromium") or shutil.which("google-chrome")
 
@@ -41,3 +46,46 @@ def browser():
         )
         yield found
         found.close()
+
+
+@pytest.fixture(scope="session")
+def wheel(tmp_path_factory):
+    """The wheel, built from the source distribution alone."""
+    # A build writes into its source folder: two workers need two of them.
+    folder = tmp_path_factory.mktemp("wheel")
+    source = shutil.copytree(
+        ROOT,
+        folder / "source",
+        symlinks=True,
+        ignore=shutil.ignore_patterns(
+            ".*", "build", "dist", "out", "*.egg-info", "__pycache__"
+        ),
+    )
+    built = subprocess.run(
+        [sys.executable, "-m", "build", "--outdir", folder, source],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert built.returncode == 0, built.stdout + built.stderr
+    assert list(folder.glob("*.tar.gz"))
+    return next(folder.glob("*.whl"))
+
+
+@pytest.fixture(scope="session")
+def installed(wheel):
+    """A folder for PYTHONPATH with what is in the wheel.
+
+    Beside it is the compiled code of the same sources, which is not compiled
+    again.
+    """
+    folder = wheel.parent / "installed"
+    zipfile.ZipFile(wheel).extractall(folder)
+    for kept in (
+        *(ROOT / "systems").rglob("__pycache__/*.nb[ic]"),
+        *(ROOT / "systems").rglob("__pycache__/kernels.sha256"),
+    ):
+        copy = folder / "hunav_drake" / kept.relative_to(ROOT)
+        copy.parent.mkdir(exist_ok=True)
+        shutil.copy2(kept, copy)
+    return folder

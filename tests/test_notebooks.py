@@ -1,4 +1,5 @@
 from pathlib import Path
+import shutil
 
 import nbclient
 import nbformat
@@ -23,13 +24,20 @@ def test_is_committed_without_outputs(path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
-def test_runs_from_start_to_end(path, monkeypatch):
+def test_runs_from_start_to_end(path, installed, tmp_path, monkeypatch):
+    # The wheel, and no repository around.
+    monkeypatch.setenv("PYTHONPATH", str(installed))
+    shutil.copy(path, tmp_path)
     monkeypatch.setenv("DRAKE_DEPRECATION_RUNTIME_SEVERITY", "error")
     monkeypatch.setenv("MPLBACKEND", "Agg")
     # Faster than real time: no one looks.
     monkeypatch.setenv("HUNAV_DRAKE_NOTEBOOK_TEST", "1")
     notebook = nbformat.read(path, as_version=4)
+    where = "import hunav_drake; print(hunav_drake.__file__)"
+    notebook.cells.append(nbformat.v4.new_code_cell(where))
     client = nbclient.NotebookClient(
-        notebook, timeout=300, resources={"metadata": {"path": path.parent}}
+        notebook, timeout=300, resources={"metadata": {"path": tmp_path}}
     )
     client.execute()
+    (used,) = notebook.cells[-1].outputs
+    assert used.text.startswith(str(installed))

@@ -1,8 +1,7 @@
-"""The built wheel works where there is no repository."""
+"""The built wheel is complete, and works where there is no repository."""
 
 import os
 from pathlib import Path
-import shutil
 import subprocess
 import sys
 import zipfile
@@ -10,28 +9,6 @@ import zipfile
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
-
-
-@pytest.fixture(scope="module")
-def wheel(tmp_path_factory):
-    # A build writes into its source folder: two workers need two of them.
-    folder = tmp_path_factory.mktemp("wheel")
-    source = shutil.copytree(
-        ROOT,
-        folder / "source",
-        symlinks=True,
-        ignore=shutil.ignore_patterns(
-            ".*", "build", "dist", "out", "*.egg-info", "__pycache__"
-        ),
-    )
-    built = subprocess.run(
-        [sys.executable, "-m", "build", "--wheel", "--outdir", folder, source],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert built.returncode == 0, built.stdout + built.stderr
-    return next(folder.glob("*.whl"))
 
 
 @pytest.mark.slow
@@ -54,10 +31,23 @@ def test_holds_the_systems_and_their_data(wheel):
 
 
 @pytest.mark.slow
-def test_runs_a_trial(wheel, tmp_path):
-    place = tmp_path / "installed"
-    zipfile.ZipFile(wheel).extractall(place)
-    environment = {**os.environ, "PYTHONPATH": str(place)}
+def test_holds_each_file_of_the_package_as_it_is(wheel):
+    archive = zipfile.ZipFile(wheel)
+    names = set(archive.namelist())
+    package = ROOT / "hunav_drake"
+    for folder, folders, files in os.walk(package, followlinks=True):
+        if "__pycache__" in folders:
+            folders.remove("__pycache__")
+        for file in files:
+            path = Path(folder, file)
+            name = path.relative_to(ROOT).as_posix()
+            assert name in names, name
+            assert archive.read(name) == path.read_bytes(), name
+
+
+@pytest.mark.slow
+def test_runs_a_trial(installed, tmp_path):
+    environment = {**os.environ, "PYTHONPATH": str(installed)}
 
     def run(*arguments):
         return subprocess.run(
@@ -70,7 +60,7 @@ def test_runs_a_trial(wheel, tmp_path):
         )
 
     where = run("-c", "import hunav_drake; print(hunav_drake.__file__)")
-    assert where.stdout.startswith(str(place))
+    assert where.stdout.startswith(str(installed))
     result = run("-m", "hunav_drake.cli", "run", "passing", "--out", "out")
     assert result.returncode == 0, result.stderr
     assert (tmp_path / "out/runs/passing_pursuit_0/replay.html").exists()

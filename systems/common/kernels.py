@@ -93,6 +93,7 @@ jit_generator = numba.njit(error_model="numpy")
 # are compiled once, whether or not Drake hands out read-only arrays.
 VECTOR = numba.types.Array(numba.float64, 1, "C", readonly=True)
 MATRIX = numba.types.Array(numba.float64, 2, "C", readonly=True)
+CHANGED = numba.types.Array(numba.float64, 2, "C")  # It is written to.
 WALLS = VECTOR  # `Obstacles.table`: `opened` by `systems/world/walls.py`.
 REAL = numba.float64
 INTEGER = numba.int64

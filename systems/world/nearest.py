@@ -17,6 +17,7 @@ from hunav_drake.systems.common.kernels import (
     jit,
     jit_as,
 )
+from hunav_drake.systems.common.sorting import stable_order
 from hunav_drake.systems.world.walls import distance2_to_box, opened, runs_in
 
 
@@ -110,7 +111,15 @@ def shapes_within(x, y, reach, most, walls):
     found = found[:count]
     if most == 0 or most >= len(walls.solid):
         return found
-    return found[np.argsort(found[:, 2], kind="mergesort")[:most]]
+    away = np.empty(count)
+    for i in range(count):
+        away[i] = found[i, 2]
+    order = stable_order(away)
+    nearest_ones = np.empty((min(most, count), 4))
+    for i in range(len(nearest_ones)):
+        for c in range(4):
+            nearest_ones[i, c] = found[order[i], c]
+    return nearest_ones
 
 
 @jit

@@ -32,7 +32,7 @@ def kept(
         key: What the map follows from, beside the sources of this package.
         build: Makes the vertices (m, 2) and ways (e, 3) of a `RouteMap`.
     """
-    folder = _folder()
+    folder = cache_folder()
     if folder is None:
         return build()
     name = hashlib.sha256(f"{_sources()} {key}".encode()).hexdigest()
@@ -50,7 +50,8 @@ def kept(
     return vertices, ways
 
 
-def _folder() -> Path | None:
+def cache_folder() -> Path | None:
+    """Returns the folder of the files, or None if there is to be none."""
     given = os.environ.get(VARIABLE)
     if given is not None:
         return Path(given) / "routes" if given else None

@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hunav_drake.systems.common.kernels import jit, jit_generator
+from hunav_drake.systems.common.sorting import stable_order
 
 # The part of coordinates that rounding may change.
 _ROUNDING = 1e-12
@@ -148,5 +149,10 @@ def runs_in(x0, y0, x1, y1, walls):
             count += 1
         box += 1
     if not ascending:
-        found[:count].sort()
+        numbers = np.empty(count)
+        for i in range(count):
+            numbers[i] = found[i]
+        order = stable_order(numbers)
+        for i in range(count):
+            found[i] = np.int64(numbers[order[i]])
     return found[:count]

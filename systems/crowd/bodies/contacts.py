@@ -169,10 +169,23 @@ def find_contacts(
     if is_walled:
         for i in range(n):
             if near[i]:
-                contacts = np.concatenate(
-                    (contacts, _walls_near(i, before, margins, reach, walls))
+                contacts = _joined(
+                    contacts, _walls_near(i, before, margins, reach, walls)
                 )
     return contacts
+
+
+@jit
+def _joined(contacts, more):
+    """Returns two arrays of contacts as one."""
+    result = np.empty((len(contacts) + len(more), 5))
+    for i in range(len(result)):
+        for c in range(5):
+            if i < len(contacts):
+                result[i, c] = contacts[i, c]
+            else:
+                result[i, c] = more[i - len(contacts), c]
+    return result
 
 
 @jit

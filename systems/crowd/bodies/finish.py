@@ -2,24 +2,14 @@
 
 import math
 
-import numba
-from numba import float64
 import numpy as np
 
-from hunav_drake.systems.common.kernels import (
-    INTEGER,
-    MATRIX,
-    REAL,
-    VECTOR,
-    WALLS,
-    jit,
-    jit_as,
-)
-from hunav_drake.systems.crowd.bodies.keep_apart import keep_apart
+from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.kernels import jit
+from hunav_drake.systems.crowd.bodies.keep_apart import keep_apart, would_meet
 from hunav_drake.systems.crowd.bodies.rate_limits import limit_rates
 from hunav_drake.systems.crowd.bodies.standing import stand
 from hunav_drake.systems.crowd.walls.keep_out import keep_out_of_walls
-from hunav_drake.systems.world.walls import opened
 
 # What is switched on: the fields of `options`, in order. Limits may be inf.
 STANDING, KEEP_APART, ACCELERATION, TURN_RATE, WALLED = range(5)
@@ -56,13 +46,12 @@ def finish(
             *(before, after, command),
             *(options[ACCELERATION], options[TURN_RATE], time_step),
         )
-    walls = opened(table)
-    is_walled = options[WALLED] != 0 and len(walls.solid) > 0
+    is_walled = options[WALLED] != 0
     if is_walled:
         after = keep_out_of_walls(before, after, sizes[:, 1].copy(), table)
     if options[KEEP_APART] != 0:
         is_moved = keep_apart(
-            *(before, after, sizes, command, robots, walls, is_walled),
+            *(before, after, sizes, command, robots, table, is_walled),
             *(time_step, iterations, pairs, known),
         )
         if is_moved and is_walled:
@@ -70,25 +59,23 @@ def finish(
     return after
 
 
-@jit_as(
-    numba.types.UniTuple(float64[:, ::1], 2),
-    *(MATRIX, MATRIX, MATRIX, MATRIX, MATRIX, MATRIX, MATRIX, WALLS),
-    *(VECTOR, REAL, INTEGER),
-)
 def finish_step(
-    before,
-    after,
-    forces,
-    command,
-    stances,
-    robots,
-    sizes,
-    table,
-    options,
-    time_step,
-    iterations,
-):
+    before: Array,
+    after: Array,
+    forces: Array,
+    command: Array,
+    stances: Array,
+    robots: Array,
+    sizes: Array,
+    table: Array,
+    options: Array,
+    time_step: float,
+    iterations: int,
+) -> tuple[Array, Array]:
     """Returns the states and stances of n people at the end of a step.
+
+    It is what `finish` does, in several calls of compiled code: so that only
+    what is switched on and needed is compiled.
 
     People stand where they want to, change their velocity and heading at a
     limited rate, enter no wall, and overlap nobody.
@@ -112,10 +99,24 @@ def finish_step(
     Returns:
         The states and the stances, in shapes as given.
     """
-    stance = stances.copy()
-    finished = finish(
-        *(before, after.copy(), forces, command, stance, robots, sizes),
-        *(table, options, time_step, iterations),
-        *(np.empty((0, 2), np.int64), -1.0),
-    )
-    return finished, stance
+    stances = stances.copy()
+    after = after.copy()
+    acceleration, turn_rate = options[ACCELERATION], options[TURN_RATE]
+    if options[STANDING]:
+        stand(before, after, forces, command, stances, time_step)
+    if options[STANDING] or min(acceleration, turn_rate) < math.inf:
+        limit_rates(before, after, command, acceleration, turn_rate, time_step)
+    margins = sizes[:, 1].copy()
+    if options[WALLED]:
+        after = keep_out_of_walls(before, after, margins, table)
+    if options[KEEP_APART] and would_meet(
+        before, after, sizes, robots, time_step
+    ):
+        keep_apart(
+            *(before, after, sizes, command, robots, table),
+            *(bool(options[WALLED]), time_step, iterations),
+            *(np.empty((0, 2), np.int64), -1.0),
+        )
+        if options[WALLED]:
+            after = keep_out_of_walls(before, after, margins, table)
+    return after, stances

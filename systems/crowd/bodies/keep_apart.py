@@ -10,9 +10,18 @@ nobody trembles, and nothing gains energy.
 
 import math
 
+import numba
 import numpy as np
 
-from hunav_drake.systems.common.kernels import jit
+from hunav_drake.systems.common.kernels import (
+    CHANGED,
+    INTEGER,
+    MATRIX,
+    REAL,
+    WALLS,
+    jit,
+    jit_as,
+)
 from hunav_drake.systems.common.layout import VX, VY, Command, X, Y
 from hunav_drake.systems.crowd.bodies.contacts import (
     DISTANCE,
@@ -24,6 +33,7 @@ from hunav_drake.systems.crowd.bodies.contacts import (
     find_contacts,
 )
 from hunav_drake.systems.crowd.bodies.pairs import covered, near_pairs
+from hunav_drake.systems.world.walls import opened
 
 # How much contacts give way: the part of the displacement by which they move
 # people that is left as overlap. Where bodies have no room, it shares it.
@@ -45,7 +55,9 @@ _SLACKS = (0.05, 0.3, 2.0)
 @jit
 def _apply(pushes, contacts, places, moved):
     """Writes where pushes, one per contact in meters, move people to."""
-    moved[:] = places
+    for i in range(len(places)):
+        moved[i, 0] = places[i, 0]
+        moved[i, 1] = places[i, 1]
     for c in range(len(contacts)):
         i = int(contacts[c, PERSON])
         j = int(contacts[c, OTHER])
@@ -143,14 +155,38 @@ def _deep(before, bodies, pairs):
     return deep
 
 
+@jit_as(numba.boolean, MATRIX, MATRIX, MATRIX, MATRIX, REAL)
+def would_meet(before, after, sizes, robots, time_step):
+    """Tells whether `keep_apart` would move anybody; arguments as there."""
+    bodies = sizes[:, 0].copy()
+    known = covered(_longest(before, after) + _SLACKS[0])
+    pairs = near_pairs(before[:, X], before[:, Y], bodies + known)
+    return do_bodies_meet(after, bodies, robots, time_step, pairs)
+
+
 @jit
+def _longest(before, after):
+    """Returns how far anybody moves at most, in meters."""
+    longest = 0.0
+    for i in range(len(after)):
+        dx = after[i, X] - before[i, X]
+        dy = after[i, Y] - before[i, Y]
+        longest = max(longest, math.sqrt(dx * dx + dy * dy))
+    return longest
+
+
+@jit_as(
+    numba.boolean,
+    *(MATRIX, CHANGED, MATRIX, MATRIX, MATRIX, WALLS, numba.boolean),
+    *(REAL, INTEGER, numba.int64[:, ::1], REAL),
+)
 def keep_apart(
     before,
     after,
     sizes,
     command,
     robots,
-    walls,
+    table,
     is_walled,
     time_step,
     iterations,
@@ -171,7 +207,7 @@ def keep_apart(
             kept from walls (see `wall_margins`), in meters.
         command: Shape (n, COMMAND_SIZE).
         robots: Shape (m, 7): rows of `robot_states`.
-        walls: See `Walls`.
+        table: `Obstacles.table`.
         is_walled: Whether they stop people.
         time_step: In seconds.
         iterations: See `project`.
@@ -183,11 +219,8 @@ def keep_apart(
         Whether anybody is not where the step proposed.
     """
     bodies = sizes[:, 0].copy()
-    longest = 0.0
-    for i in range(len(after)):
-        dx = after[i, X] - before[i, X]
-        dy = after[i, Y] - before[i, Y]
-        longest = max(longest, math.sqrt(dx * dx + dy * dy))
+    walls = opened(table)
+    longest = _longest(before, after)
     if known < covered(longest + _SLACKS[0]):
         known = covered(longest + _SLACKS[0])
         pairs = near_pairs(before[:, X], before[:, Y], bodies + known)
@@ -204,7 +237,11 @@ def keep_apart(
             *(time_step, slack, pairs),
         )
         places = project(contacts, proposed, iterations)
-        farthest = np.sum((places - proposed) ** 2, axis=1).max()
+        farthest = 0.0
+        for i in range(len(places)):
+            dx = places[i, X] - proposed[i, X]
+            dy = places[i, Y] - proposed[i, Y]
+            farthest = max(farthest, dx * dx + dy * dy)
         if farthest <= slack * slack:
             break
     deep = _deep(before, bodies, pairs)

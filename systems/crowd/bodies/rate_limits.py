@@ -2,7 +2,9 @@
 
 import math
 
-from hunav_drake.systems.common.kernels import jit
+import numba
+
+from hunav_drake.systems.common.kernels import CHANGED, MATRIX, REAL, jit_as
 from hunav_drake.systems.common.layout import OMEGA, VX, VY, YAW, Command, X, Y
 from hunav_drake.systems.crowd.social_force.compiled_forces import wrap
 
@@ -10,7 +12,7 @@ from hunav_drake.systems.crowd.social_force.compiled_forces import wrap
 _TURNING_SPEED = 0.2
 
 
-@jit
+@jit_as(numba.void, MATRIX, CHANGED, MATRIX, REAL, REAL, REAL)
 def limit_rates(before, after, command, acceleration, turn_rate, time_step):
     """Limits how velocities and headings change; writes `after`.
 

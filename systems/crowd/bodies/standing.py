@@ -2,7 +2,15 @@
 
 import math
 
-from hunav_drake.systems.common.kernels import jit
+import numba
+
+from hunav_drake.systems.common.kernels import (
+    CHANGED,
+    MATRIX,
+    REAL,
+    jit,
+    jit_as,
+)
 from hunav_drake.systems.common.layout import (
     GOAL_FORCE,
     OBSTACLE_FORCE,
@@ -99,7 +107,7 @@ def _stand(i, before, after, forces, command, stances, time_step):
         after[i, YAW] = before[i, YAW]
 
 
-@jit
+@jit_as(numba.void, MATRIX, CHANGED, MATRIX, MATRIX, CHANGED, REAL)
 def stand(before, after, forces, command, stances, time_step):
     """Lets people stand, or come to rest; writes `after` and `stances`.
 

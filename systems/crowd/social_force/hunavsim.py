@@ -261,9 +261,11 @@ def social_forces(
     """Returns the forces on n people; arguments as `kernel.social_forces`."""
     walls = opened(table)
     forces = np.zeros((len(states), FORCES_SIZE))
+    # (A copy, like in `advance`: it is compiled for one type of states alone.)
+    present = states.copy()
     for i in range(len(states)):
         _add_forces(
-            *(i, states, radii, command, parameters, robots, at_walls),
+            *(i, present, radii, command, parameters, robots, at_walls),
             *(walls, (reach, most), forces[i]),
         )
     return forces
@@ -373,13 +375,15 @@ def advance(
     for i in range(len(states) - 1, -1, -1):
         role = int(command[i, Command.ROBOT_ROLE])
         if role == RobotRole.UNSEEN_IN_TURN:
-            force[:] = 0.0
+            for c in range(FORCES_SIZE):
+                force[c] = 0.0
             _add_forces(
                 *(i, result, radii, command, parameters, robots, at_walls),
                 *(walls, (reach, most), force),
             )
         else:
-            force[:] = forces[i]
+            for c in range(FORCES_SIZE):
+                force[c] = forces[i, c]
         step = rounded_step if role == RobotRole.UNSEEN else time_step
         _move(states[i], force, command[i], step, result[i])
         looks = command[i, Command.TURN_RATE] == 0
