@@ -179,6 +179,16 @@ def test_the_readme_prints_what_the_paper_does():
     )
 
 
+def test_the_readme_tells_how_to_begin():
+    for words in (
+        "source .venv/bin/activate",
+        "`make notebook`",
+        "`make docs`",
+    ):
+        assert words in README
+    assert len(README.split()) < 2000
+
+
 def test_the_readme_counts_what_there_is():
     own = [name for name in METRICS if is_built_in(name)]
     told = f"| {len(own)}, among them the {len(TABLE_I)} of the paper |"

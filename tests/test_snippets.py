@@ -202,7 +202,8 @@ LONG = {"bench", "validate", "edit", "doctor", "render"}
 @pytest.mark.slow
 @pytest.mark.parametrize("words", list(command_lines()))
 def test_a_command_of_a_page_runs(words, folder, monkeypatch, tmp_path):
-    if words[0] in LONG or "--meshcat" in words or "--address" in words:
+    is_long = words[0] in LONG and "--at" not in words
+    if is_long or "--meshcat" in words or "--address" in words:
         pytest.skip("takes long, a browser or a cluster: tested elsewhere")
     work = tmp_path / "work"
     shutil.copytree(folder, work)

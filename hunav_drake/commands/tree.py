@@ -1,6 +1,8 @@
 """The commands `hunav tree show`, `check` and `convert`."""
 
 import argparse
+import json
+import textwrap
 from typing import Any
 
 from hunav_drake.commands.errors import (
@@ -47,6 +49,7 @@ def _show(options: argparse.Namespace) -> int:
         LoadTree,
         RenderBehaviorTree,
     )
+    from hunav_drake.systems.behavior.port_words import port_entries
 
     with input_errors(BehaviorTreeError):
         tree = LoadTree(options.file)
@@ -54,13 +57,16 @@ def _show(options: argparse.Namespace) -> int:
     # Each line is a node.
     for i, line in enumerate(str(RenderBehaviorTree(tree)).splitlines()):
         print(f"{i:3d}  {line}")
-    ports = tree.documents.ports.get(tree.name, {})
-    if ports:
+    if ports := port_entries(tree):
         print("\nPorts:")
-        width = max(map(len, ports))
-        for name, port in ports.items():
-            default = "must be given" if port.default is None else port.default
-            print(f"  {name:{width}}  {default}")
+        for port in ports:
+            value = "must be given"
+            if not port["required"]:
+                value = json.dumps(port["default"], ensure_ascii=False)
+            unit = port["schema"].get("x-unit", "")
+            print(f"  {port['name']}  {value} {unit}".rstrip())
+            words = textwrap.wrap(port["help"], 72)
+            print("".join(f"      {line}\n" for line in words), end="")
     print()
     description = tree.Describe()
     print(description[description.index("Memory:") :])

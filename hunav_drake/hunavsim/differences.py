@@ -115,7 +115,9 @@ list, `--json` as data.
 
 ## As in HuNavSim, by one switch
 
-    crowd: {profile: hunavsim}
+```yaml
+crowd: {profile: hunavsim}
+```
 
 or `CrowdConfig(profile="hunavsim")` for `AddHumans`, `MakeHumans` and
 `AgentServices`, or `--set crowd.profile=hunavsim`. Forces, walls, behaviors and

@@ -30,6 +30,28 @@ def test_help_answers_at_once():
     print(f"hunav --help takes {min(times):.2f} s")
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("words", "spared"),
+    [
+        (["check", "passing"], {"pandas", "matplotlib", "PIL", "jinja2"}),
+        (["tree", "show", "curious"], {"pandas", "matplotlib", "PIL"}),
+        (["run", "passing", "--quiet"], {"matplotlib", "PIL", "jinja2"}),
+    ],
+    ids=lambda it: it[0] if isinstance(it, list) else "",
+)
+def test_a_command_loads_no_more_than_it_needs(words, spared):
+    """What it loads is most of its time."""
+    code = (
+        "import sys; from hunav_drake import cli;"
+        f" assert cli.main({words!r}) == 0; print(); print(*sys.modules)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    )
+    assert not spared & set(done.stdout.splitlines()[-1].split())
+
+
 def test_run_prints_how_it_ended_and_the_metrics(hunav):
     code, out, err = hunav("run", "passing")
     assert code == 0

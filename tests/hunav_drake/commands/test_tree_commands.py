@@ -3,6 +3,7 @@
 import pytest
 
 from hunav_drake.systems.behavior import BEHAVIORS, LoadTree, ParseTree
+from hunav_drake.systems.behavior.port_words import port_entries
 
 FORMAT_3 = """<root main_tree_to_execute="Main">
   <BehaviorTree ID="Main">
@@ -42,8 +43,20 @@ def test_show_tells_the_ports(hunav):
     code, out, _ = hunav("tree", "show", "curious")
     assert code == 0
     assert "CuriousNavTree" in out.splitlines()[0]
-    row = next(line for line in out.splitlines() if "stop_distance  " in line)
-    assert row.split() == ["stop_distance", "1.5"]
+    lines = out.splitlines()
+    row = next(i for i, line in enumerate(lines) if "speed_distance  " in line)
+    assert lines[row].split() == ["speed_distance", "10.0", "m"]
+    words = "CuriousNav: It comes at speed at the distance speed_distance,"
+    assert words in lines[row + 1]
+
+
+@pytest.mark.parametrize("name", BEHAVIORS)
+def test_each_port_of_a_behavior_is_explained(name):
+    for port in port_entries(LoadTree(name)):
+        assert port["help"].endswith("."), port
+        assert len(port["help"]) > 20
+        if port["type"] == "number":
+            assert port["schema"]["x-unit"], port
 
 
 def test_check_accepts_files_and_names(hunav, old):

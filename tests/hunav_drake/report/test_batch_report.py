@@ -73,6 +73,8 @@ def test_of_many_pairs_and_runs_one_line_each_is_seen_at_first(tmp_path):
     assert len(pairs) == 6
     assert pairs[0].startswith("pursuit and dwb: pursuit is better in 1 of ")
     assert "The headline metrics of all 32 runs" in summaries
+    # No panel of a plot is empty: what is zero everywhere is a line of text.
+    assert "Zero or without a value in all runs: " in html
     # The robot moves alike in all: one run is drawn, in colors.
     assert "Trajectories of the robot and of the people (seed 0)." in html
     few = WriteReport(batch[:24], tmp_path / "few.html").read_text()

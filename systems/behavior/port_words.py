@@ -1,0 +1,109 @@
+"""What the ports of a tree mean: in the words of the leaves that take them."""
+
+from collections.abc import Iterator
+import inspect
+import json
+import re
+from typing import Any
+
+from hunav_drake.systems.behavior.language.documents import Documents
+from hunav_drake.systems.behavior.language.xml_source import XmlElement
+from hunav_drake.systems.behavior.nodes.node import NodeType
+from hunav_drake.systems.behavior.profiles import behavior_set
+from hunav_drake.systems.behavior.tree import Tree
+
+# Trees in trees beyond this are not looked at for help.
+_DEEPEST = 5
+
+# The words of ports that say nothing by themselves.
+_TYPES = {
+    "double": "number",
+    "float": "number",
+    "int": "integer",
+    "bool": "boolean",
+    "std::string": "string",
+}
+
+
+def port_entries(tree: Tree) -> list[dict[str, Any]]:
+    """Returns the ports of a tree that a scenario can set.
+
+    A port is as the first leaf that takes it: its schema has range and unit.
+    """
+    entries = []
+    for port in tree.documents.main_ports().values():
+        kind = _TYPES.get(port.type, "string")
+        entry: dict[str, Any] = {
+            "name": port.name,
+            "type": kind,
+            "default": _value(kind, port.default),
+            "required": port.default is None,
+            "help": "",
+            "schema": {},
+        }
+        taker = _taker(tree.documents, tree.name, port.name)
+        if taker is not None:
+            leaf, name = taker
+            entry["schema"] = leaf.ports[name].adapter.json_schema()
+            words = _words_about(name, leaf.function) or leaf.doc
+            entry["help"] = f"{leaf.name}: {words}"
+        elif part := _part_switched(tree.documents, tree.name, port.name):
+            entry["help"] = f"Switches the part {part} on or off."
+        entries.append(entry)
+    return entries
+
+
+def _taker(
+    documents: Documents, tree: str, port: str, depth: int = 0
+) -> tuple[NodeType, str] | None:
+    """Returns the first leaf that takes a port of a tree, and as which one."""
+    if tree not in documents.trees or depth > _DEEPEST:
+        return None
+    types = behavior_set("default").node_types()
+    for element in _elements(documents.trees[tree].element):
+        for name, value in element.attributes.items():
+            if value != f"{{{port}}}":
+                continue
+            kind = element.attributes.get("ID", element.tag)
+            if element.tag == "SubTree":
+                taker = _taker(documents, kind, name, depth + 1)
+                if taker is not None:
+                    return taker
+            leaf = types.get(element.tag) or types.get(kind)
+            if leaf is not None and name in leaf.ports:
+                return leaf, name
+    return None
+
+
+def _part_switched(documents: Documents, tree: str, port: str) -> str:
+    """Returns the part of a tree that a port lets be skipped, or nothing."""
+    for element in _elements(documents.trees[tree].element):
+        condition = element.attributes.get("_skipIf", "")
+        if re.search(rf"\b{re.escape(port)}\b", condition):
+            return element.attributes.get("ID", element.tag)
+    return ""
+
+
+def _elements(element: XmlElement) -> Iterator[XmlElement]:
+    yield element
+    for child in element.children:
+        yield from _elements(child)
+
+
+def _value(kind: str, text: str | None) -> Any:
+    """Returns the default of a port as a scenario would give it."""
+    if text is None or kind == "string":
+        return text
+    try:
+        return json.loads(text)
+    except ValueError:
+        return text
+
+
+def _words_about(port: str, function: Any) -> str:
+    """Returns the sentence of a leaf's documentation that names a port."""
+    text = " ".join((inspect.getdoc(function) or "").split())
+    for sentence in re.split(r"(?<=[.;]) ", text):
+        if f"`{port}`" in sentence:
+            return re.sub(";$", ".", sentence.replace("`", ""))
+    return ""
