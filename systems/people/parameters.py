@@ -6,7 +6,7 @@ from typing import Annotated
 from pydantic import StrictFloat
 from pydantic.dataclasses import dataclass
 
-from hunav_drake.systems.common.field_docs import explain
+from hunav_drake.systems.common.plain_errors import plain_errors
 from hunav_drake.systems.common.schema import CONFIG, within
 
 Factor = Annotated[StrictFloat, within(0, 1e3)]
@@ -30,7 +30,7 @@ Positive = Annotated[StrictFloat, within(1e-3, 1e3)]
 ) = range(13)
 
 
-@explain
+@plain_errors
 @dataclass(kw_only=True, slots=True, config=CONFIG)
 class SocialForceParameters:
     """The weights and constants of the forces on one person.

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
-from pydantic import ValidationError
+from pydantic import TypeAdapter, ValidationError
 
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.random_streams import (
@@ -126,9 +126,10 @@ def check_weights(weights: ArrayLike, num_humans: int) -> Array:
         raise ValueError(
             f"weights[{i}].{PARAMETERS[k]} must be finite, got {rows[i, k]}"
         )
+    rule = TypeAdapter(SocialForceParameters)
     for i, row in enumerate(rows.tolist()):
         try:
-            SocialForceParameters(**dict(zip(PARAMETERS, row, strict=True)))
+            rule.validate_python(dict(zip(PARAMETERS, row, strict=True)))
         except ValidationError as error:
             fault = error.errors()[0]
             raise ValueError(
