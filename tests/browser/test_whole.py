@@ -76,8 +76,13 @@ def test_a_hundred_people_are_dragged_as_smoothly_as_frames_come(open_editor):
         dragged = page.evaluate(DRAG, ["humans/55", 1500])
         ratios.append(dragged / bare)
         print(f"drag {dragged:.0f} frames/s, bare loop {bare:.0f}")
-    # 30 of the 60 frames a second of an idle machine.
+    # 30 of the 60 frames a second of an idle machine. Other work on it may
+    # take the processor during one loop and not during the other, in either
+    # direction; of several pairs the best one tells what the page can do.
     assert max(ratios) >= 0.5
+    heap = page.evaluate("performance.memory.usedJSHeapSize")
+    print(f"{heap / 1e6:.0f} MB of JavaScript's heap")
+    assert heap < 50e6
 
 
 def test_a_scenario_is_made_by_keys_alone(open_editor):
@@ -194,14 +199,17 @@ def test_axe_finds_nothing_against_accessibility(open_editor):
 
     for scheme in ("light", "dark"):
         editor = open_editor(SMALL, view={"color_scheme": scheme})
-        check(editor)
         editor.drag((-3, 0), (3, 1.5))
         editor.page.locator("[data-key='humans/0'].faulty").wait_for()
-        for tab in ("behavior", "trial", "problems", "yaml", "runs"):
-            editor.tab(tab)
-            check(editor)
         editor.tool("furniture")
-        check(editor)
+        for right, below in (
+            ("properties", "problems"),
+            ("behavior", "yaml"),
+            ("trial", "runs"),
+        ):
+            editor.tab(right)
+            editor.tab(below)
+            check(editor)
         editor.focus_map()
         editor.press("?")
         check(editor)

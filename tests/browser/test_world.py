@@ -126,6 +126,9 @@ def test_a_person_in_a_table_is_told_everywhere_and_put_right(open_editor):
     editor.wait(lambda it: it.faults == [])
     told = editor.page.locator(".faults")
     editor.wait(lambda _: told.inner_text() == "No problems")
+    # The button is gone; keys are not lost with it.
+    editor.press("Control+z")
+    editor.wait(lambda it: len(it.faults) == 1)
 
 
 def test_a_template_is_made_by_its_form(open_editor):

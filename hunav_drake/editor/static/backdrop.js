@@ -29,7 +29,7 @@ export function makeBackdrop(store, view) {
     hint.hidden = !text;
   });
   store.listen("pointer", ({ at }) => {
-    coordinates.textContent = at ? `${at[0].toFixed(2)}, ${at[1].toFixed(2)} m` : "";
+    coordinates.textContent = at ? `${at.map((it) => (Math.round(it * 100) / 100 + 0).toFixed(2)).join(", ")} m` : "";
   });
   store.background = null;
   store.listen("background", (message) => {

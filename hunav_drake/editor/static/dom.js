@@ -66,6 +66,20 @@ export function fill(element, ...children) {
   return element;
 }
 
+const wordsOf = (it) => `${it.tagName} ${it.href ?? ""} ${it.getAttribute("aria-label") ?? it.textContent}`;
+
+/**
+ * Replaces the children of an element that may hold the focus: then it goes to
+ * the new one of the same words, else to the map, so that keys are not lost.
+ */
+export function refill(element, ...children) {
+  const held = element.contains(document.activeElement) ? document.activeElement : null;
+  fill(element, ...children);
+  if (!held || held.isConnected) return;
+  const same = [...element.querySelectorAll("button, a, input, select")].find((it) => wordsOf(it) === wordsOf(held));
+  (same ?? element.closest(".hunav-editor")?.querySelector(".map"))?.focus({ preventScroll: true });
+}
+
 /** Returns a function that calls f once, `wait` ms after its last call. */
 export function later(wait, f) {
   let timer = 0;

@@ -1,4 +1,4 @@
-import { button, fill, h } from "./dom.js";
+import { button, fill, h, refill } from "./dom.js";
 import { keyOf, valueAt } from "./data.js";
 import { isGoal, isOnMap, isPerson, isRobotPlace, placeOf } from "./things.js";
 import { alignOps, deleteOps, duplicateOps, copied, groupOps, wordsFor } from "./changes.js";
@@ -91,7 +91,7 @@ export function makeFormPanel(store) {
     const { data, selection } = store;
     const owners = ownersOf(selection);
     title.textContent = selection.length ? wordsFor(data, selection.length === 1 ? selection : owners) : store.name || "Scenario";
-    fill(actions, selection.length ? actionsFor() : []);
+    refill(actions, selection.length ? actionsFor() : []);
     form?.refresh();
   }
 

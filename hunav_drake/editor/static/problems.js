@@ -1,4 +1,4 @@
-import { button, fill, h } from "./dom.js";
+import { button, h, refill } from "./dom.js";
 import { isOnMap, nameOf } from "./things.js";
 import { sentence } from "./fields.js";
 
@@ -30,10 +30,10 @@ export function makeProblemsPanel(store) {
   function show() {
     element.dispatchEvent(new CustomEvent("count", { detail: store.faults.length }));
     if (!store.faults.length) {
-      fill(list, h("li", { class: "empty" }, "No problems. The scenario can be run."));
+      refill(list, h("li", { class: "empty" }, "No problems. The scenario can be run."));
       return;
     }
-    fill(
+    refill(
       list,
       store.faults.map((fault) =>
         h(

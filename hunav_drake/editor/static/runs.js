@@ -1,4 +1,4 @@
-import { atFrame, button, fill, h } from "./dom.js";
+import { atFrame, button, fill, h, refill } from "./dom.js";
 import { makeGhosts } from "./ghosts.js";
 import { makePlayer } from "./player.js";
 import { csvOf, endOf, makeRunTable } from "./runtable.js";
@@ -117,7 +117,7 @@ export function makeRunsPanel(store) {
     const own = store.get(["planner"]) ?? store.catalog.defaults?.planner;
     const name = typeof own === "string" ? own : (own?.name ?? "");
     const known = store.catalog.planners?.length ? store.catalog.planners : name ? [{ name, help: "" }] : [];
-    fill(
+    refill(
       planners,
       known.map((it) => {
         const pressed = chosenPlanners.has(it.name);

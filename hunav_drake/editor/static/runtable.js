@@ -1,4 +1,4 @@
-import { fill, h } from "./dom.js";
+import { h, refill } from "./dom.js";
 
 /** More runs than these have no column of their own. */
 const MOST = 40;
@@ -115,7 +115,7 @@ export function makeRunTable(store, choose) {
 
     const rest = done.length - named.length;
     const top = element.scrollTop;
-    fill(table, heads(named, planners, shown), body, rest > 0 && h("caption", null, `${rest} more runs are in the means; their files are in the folder of results.`));
+    refill(table, heads(named, planners, shown), body, rest > 0 && h("caption", null, `${rest} more runs are in the means; their files are in the folder of results.`));
     element.scrollTop = top;
     element.hidden = !done.length;
   }

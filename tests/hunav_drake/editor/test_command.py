@@ -2,6 +2,7 @@
 
 import os
 from pathlib import Path
+import re
 import subprocess
 import sys
 import urllib.request
@@ -32,8 +33,11 @@ def test_a_page_comes_soon_from_a_small_process():
             ticks = int(stat[11]) + int(stat[12])
             seconds = ticks / os.sysconf("SC_CLK_TCK")
             maps = (proc / "maps").read_text()
+            status = (proc / "status").read_text()
         finally:
             process.kill()
-    print(f"{seconds:.2f} s of CPU until the page")
+    memory = int(re.search(r"VmRSS:\s*(\d+) kB", status)[1]) / 1024
+    print(f"{seconds:.2f} s of CPU until the page, {memory:.0f} MB")
     assert not [it for it in ("pydrake", "llvmlite") if it in maps]
     assert seconds < 3.0
+    assert memory < 100
