@@ -13,12 +13,14 @@ CHECK := import sys; sys.exit(sys.version_info < (3, 12))
 INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-all lint types docs notebook bench clean
+.PHONY: help demo test test-all test-lowest coverage lint types docs notebook bench clean
 
 help:
 	@echo "make demo      run the Passing scenario, print the metrics, write a replay"
 	@echo "make test      run the fast tests"
 	@echo "make test-all  lint, types, and the slow tests: notebooks, the built wheel"
+	@echo "make test-lowest  the main tests with the oldest dependencies allowed"
+	@echo "make coverage  how much of the code the fast tests run, by branches"
 	@echo "make lint      check and format-check the code"
 	@echo "make docs      build the docs site into out/docs"
 	@echo "make notebook  open the notebooks in JupyterLab"
@@ -65,6 +67,31 @@ test: $(DEV)
 test-all: $(DEV) lint types
 	@$(BIN)/python -m pytest -n 2 -m slow
 
+# With the oldest versions that pyproject.toml allows, in an environment of
+# its own. (What runs the tests is new.)
+LOWEST := $(VENV)-lowest
+LOWEST_TESTS := tests/test_package.py tests/test_choices.py tests/test_golden.py \
+    tests/test_docs.py tests/systems/behavior tests/systems/common \
+    tests/systems/world tests/hunav_drake/benchmark tests/hunav_drake/commands \
+    tests/hunav_drake/plots tests/hunav_drake/report tests/hunav_drake/results \
+    tests/hunav_drake/scenario
+
+$(LOWEST)/.ready: pyproject.toml tests/lowest.py $(READY)
+	@rm -rf $(LOWEST)
+	@$(BIN)/python -m venv $(LOWEST)
+	@$(BIN)/python -m tests.lowest > $(LOWEST)/constraints.txt
+	@$(LOWEST)/bin/python -m pip install --quiet --disable-pip-version-check \
+	    --constraint $(LOWEST)/constraints.txt --only-binary :all: \
+	    --editable '.[completion,dask,editor,film]' \
+	    hypothesis jsonschema py_trees pytest
+	@touch $@
+
+test-lowest: $(LOWEST)/.ready
+	@$(LOWEST)/bin/python -m pytest -m "not slow" -p no:cacheprovider $(LOWEST_TESTS)
+
+coverage: $(DEV)
+	@$(BIN)/python -m pytest -m "not slow" -n 2 --cov --cov-report=term --cov-report=html:out/coverage/html
+
 lint: $(DEV)
 	@$(BIN)/ruff check .
 	@$(BIN)/ruff format --check .
@@ -84,5 +111,5 @@ bench: $(DEV)
 	@$(BIN)/python -m tests.benchmarks
 
 clean:
-	rm -rf $(VENV) build dist out *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) $(LOWEST) build dist out *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

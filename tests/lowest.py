@@ -32,7 +32,7 @@ def lowest_versions(project: dict) -> dict[str, str]:
     """
     wanted = list(project["dependencies"])
     for extra in EXTRAS:
-        wanted += project["optional-dependencies"][extra]
+        wanted += project["optional-dependencies"].get(extra, [])
     lowest = {}
     for requirement in wanted:
         bound = _BOUND.fullmatch(requirement)

@@ -18,11 +18,22 @@ from hunav_drake.systems.common.layout import (
     YAW,
 )
 from hunav_drake.systems.crowd.bodies.contacts import deepest
-from hunav_drake.systems.crowd.bodies.finish import finish_step
+from hunav_drake.systems.crowd.bodies.finish import (
+    ACCELERATION,
+    KEEP_APART,
+    STANDING,
+    TURN_RATE,
+)
+from hunav_drake.systems.crowd.bodies.keep_apart import keep_apart, would_meet
+from hunav_drake.systems.crowd.bodies.rate_limits import limit_rates
+from hunav_drake.systems.crowd.bodies.standing import stand
 from hunav_drake.systems.crowd.crowd_config import CrowdConfig
 from hunav_drake.systems.crowd.limits import lifted, plain
 from hunav_drake.systems.crowd.motion_model import Snapshot
-from hunav_drake.systems.crowd.walls.keep_out import wall_margins
+from hunav_drake.systems.crowd.walls.keep_out import (
+    keep_out_of_walls,
+    wall_margins,
+)
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.world.obstacles import Obstacles
 
@@ -35,6 +46,9 @@ ITERATIONS, _MANY = 200, 20000
 # How deep a robot that bodies stop is in one before the person gives way, in
 # meters. On the springs that move people in a plant this is 250 N.
 _YIELDING_DEPTH = 0.0025
+
+# `keep_apart` finds pairs itself.
+_NO_PAIRS = np.empty((0, 2), np.int64)
 
 # The half width of central differences, in meters, radians and SI units.
 _DIFFERENCE = 1e-6
@@ -65,7 +79,7 @@ class Bodies:
 
     Attributes:
         radii: Shape (n,), those of the bodies, in meters; read-only.
-        sizes: Shape (n, 2): see `finish_step`.
+        sizes: Shape (n, 2): see `finish`.
         options: Shape (5,): see there.
     """
 
@@ -205,20 +219,32 @@ class Bodies:
         stances: Array,
         iterations: int = ITERATIONS,
     ) -> tuple[Array, Array]:
-        result: tuple[Array, Array] = finish_step(
-            snapshot.states,
-            after,
-            forces,
-            snapshot.command,
-            stances,
-            self._as_met(snapshot.robots),
-            self.sizes,
-            self._table,
-            self.options,
-            snapshot.time_step,
-            iterations,
-        )
-        return result
+        # What `finish` does, but only what is needed here is compiled.
+        before, command = snapshot.states, snapshot.command
+        time_step = snapshot.time_step
+        robots = self._as_met(snapshot.robots)
+        acceleration, turn_rate = self.options[[ACCELERATION, TURN_RATE]]
+        stances = stances.copy()
+        after = after.copy()
+        if self.options[STANDING]:
+            stand(before, after, forces, command, stances, time_step)
+        if self.options[STANDING] or min(acceleration, turn_rate) < math.inf:
+            limit_rates(
+                before, after, command, acceleration, turn_rate, time_step
+            )
+        margins = self.sizes[:, 1].copy()
+        if self._is_walled:
+            after = keep_out_of_walls(before, after, margins, self._table)
+        if self.options[KEEP_APART] and would_meet(
+            before, after, self.sizes, robots, time_step
+        ):
+            keep_apart(
+                *(before, after, self.sizes, command, robots, self._table),
+                *(self._is_walled, time_step, iterations, _NO_PAIRS, -1.0),
+            )
+            if self._is_walled:
+                after = keep_out_of_walls(before, after, margins, self._table)
+        return after, stances
 
     def _as_met(self, robots: Array) -> Array:
         """Returns the robots (m, 7) that people make way for in a step."""

@@ -2,11 +2,8 @@
 
 import math
 
-import numpy as np
-
-from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.kernels import jit
-from hunav_drake.systems.crowd.bodies.keep_apart import keep_apart, would_meet
+from hunav_drake.systems.crowd.bodies.keep_apart import keep_apart
 from hunav_drake.systems.crowd.bodies.rate_limits import limit_rates
 from hunav_drake.systems.crowd.bodies.standing import stand
 from hunav_drake.systems.crowd.walls.keep_out import keep_out_of_walls
@@ -31,10 +28,30 @@ def finish(
     pairs,
     known,
 ):
-    """Returns the states of n people at the end of a step.
+    """Returns the states (n, 6) of n people at the end of a step.
 
-    The arguments are those of `finish_step`, but that it writes to `after` and
-    `stances`, and the last two of `keep_apart`.
+    People stand where they want to, change their velocity and heading at a
+    limited rate, enter no wall, and overlap nobody. `Bodies` does the same in
+    several calls, so that only what is needed is compiled.
+
+    Args:
+        before: Shape (n, 6): x, y, yaw, vx, vy, omega.
+        after: Shape (n, 6): the states proposed by the model of motion; may
+            be written to.
+        forces: Shape (n, FORCES_SIZE).
+        command: Shape (n, COMMAND_SIZE).
+        stances: Shape (n, 3): see `standing`; they change.
+        robots: Shape (m, 7): rows of `robot_states`.
+        sizes: Shape (n, 2), the radius of each body, and how far its center is
+            kept from walls (see `wall_margins`), in meters.
+        table: `Obstacles.table`.
+        options: Shape (5,): 1 or 0 for standing and keeping apart, the limits
+            of acceleration, in m/s^2, and turn rate, in rad/s, and 1 or 0 for
+            walls that stop people.
+        time_step: In seconds.
+        iterations: See `project`.
+        pairs: See `keep_apart`.
+        known: See there.
     """
     is_limited = (
         options[ACCELERATION] < math.inf or options[TURN_RATE] < math.inf
@@ -57,66 +74,3 @@ def finish(
         if is_moved and is_walled:
             after = keep_out_of_walls(before, after, sizes[:, 1].copy(), table)
     return after
-
-
-def finish_step(
-    before: Array,
-    after: Array,
-    forces: Array,
-    command: Array,
-    stances: Array,
-    robots: Array,
-    sizes: Array,
-    table: Array,
-    options: Array,
-    time_step: float,
-    iterations: int,
-) -> tuple[Array, Array]:
-    """Returns the states and stances of n people at the end of a step.
-
-    It is what `finish` does, in several calls of compiled code: so that only
-    what is switched on and needed is compiled.
-
-    People stand where they want to, change their velocity and heading at a
-    limited rate, enter no wall, and overlap nobody.
-
-    Args:
-        before: Shape (n, 6): x, y, yaw, vx, vy, omega.
-        after: Shape (n, 6): the states proposed by the model of motion.
-        forces: Shape (n, FORCES_SIZE).
-        command: Shape (n, COMMAND_SIZE).
-        stances: Shape (n, 3): see `standing`.
-        robots: Shape (m, 7): rows of `robot_states`.
-        sizes: Shape (n, 2), the radius of each body, and how far its center is
-            kept from walls (see `wall_margins`), in meters.
-        table: `Obstacles.table`.
-        options: Shape (5,): 1 or 0 for standing and keeping apart, the limits
-            of acceleration, in m/s^2, and turn rate, in rad/s, and 1 or 0 for
-            walls that stop people.
-        time_step: In seconds.
-        iterations: See `project`.
-
-    Returns:
-        The states and the stances, in shapes as given.
-    """
-    stances = stances.copy()
-    after = after.copy()
-    acceleration, turn_rate = options[ACCELERATION], options[TURN_RATE]
-    if options[STANDING]:
-        stand(before, after, forces, command, stances, time_step)
-    if options[STANDING] or min(acceleration, turn_rate) < math.inf:
-        limit_rates(before, after, command, acceleration, turn_rate, time_step)
-    margins = sizes[:, 1].copy()
-    if options[WALLED]:
-        after = keep_out_of_walls(before, after, margins, table)
-    if options[KEEP_APART] and would_meet(
-        before, after, sizes, robots, time_step
-    ):
-        keep_apart(
-            *(before, after, sizes, command, robots, table),
-            *(bool(options[WALLED]), time_step, iterations),
-            *(np.empty((0, 2), np.int64), -1.0),
-        )
-        if options[WALLED]:
-            after = keep_out_of_walls(before, after, margins, table)
-    return after, stances

@@ -21,7 +21,7 @@ from hunav_drake.systems.crowd.social_force.kernel import (
 )
 from hunav_drake.systems.people.parameters import K_OBSTACLE
 
-# The fields of `numbers`: those of the options of `finish_step`, and then the
+# The fields of `numbers`: those of the options of `finish`, and then the
 # reach and the number of walls, the error of forces, the time gap and what
 # part of others' speed is added, the time step, and the iterations of
 # `keep_apart`.
@@ -48,7 +48,7 @@ def whole_step(
         parameters: Shape (n, 13): the fields of SocialForceParameters.
         eased: Shape (n, 2): see `Snapshot.at_walls`; (0, 2) where people feel
             walls with their own radii and weights.
-        sizes: Shape (n, 3): those of `finish_step`, and the radius of each
+        sizes: Shape (n, 3): those of `finish`, and the radius of each
             person, in meters.
         table: `Obstacles.table`.
         numbers: Shape (12,): see the fields above.
