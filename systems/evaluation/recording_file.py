@@ -60,7 +60,8 @@ def write(path: str | Path, values: dict[str, Any]) -> None:
     for name in _OBSTACLES:
         arrays[name] = getattr(values["obstacles"], name.split(".")[1])
     with atomic_write(path) as file:
-        np.savez(file, allow_pickle=False, format=FORMAT, **arrays)
+        # (Older NumPy would write `allow_pickle` as an array.)
+        np.savez(file, format=FORMAT, **arrays)  # type: ignore[arg-type]
 
 
 def read(path: str | Path) -> dict[str, Any]:

@@ -192,8 +192,9 @@ def _shortest(legs: Array, ways: Array) -> Array:
     m = len(legs)
     seen = np.flatnonzero(np.isfinite(legs))
     i, j = ways[:, :2].astype(np.int32).T
-    rows = np.concatenate([i, np.full(len(seen), m)])
-    columns = np.concatenate([j, seen])
+    # (Some versions of SciPy take no other indices than these.)
+    rows = np.concatenate([i, np.full(len(seen), m, np.int32)])
+    columns = np.concatenate([j, seen.astype(np.int32)])
     lengths = np.concatenate([ways[:, 2], legs[seen]])
     graph = csr_array((lengths, (rows, columns)), shape=(m + 1, m + 1))
     shortest: Array = dijkstra(graph, directed=False, indices=m)[:m]
