@@ -7,13 +7,13 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from hunav_drake.systems.common.value_arrays import from_arrays, to_arrays
 from hunav_drake.systems.planning.planner import (
     NO_PATH,
     Plan,
     Planner,
     PlannerStatus,
 )
+from hunav_drake.systems.planning.value_arrays import from_arrays, to_arrays
 
 _NUMBERS = (float, int, np.floating, np.integer)
 _STATUSES = frozenset(PlannerStatus)
