@@ -79,7 +79,8 @@ def SaveContext(
     arrays["sha256"] = np.array(_digest(arrays))
     path = Path(filename)
     with atomic_write(path) as file:
-        # (Older NumPy would write `allow_pickle` as an array.)
+        # (Older NumPy would write `allow_pickle` as an array, if given; mypy
+        # takes the arrays for it.)
         np.savez(file, **arrays)  # type: ignore[arg-type]
     return path
 

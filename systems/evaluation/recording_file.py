@@ -60,7 +60,8 @@ def write(path: str | Path, values: dict[str, Any]) -> None:
     for name in _OBSTACLES:
         arrays[name] = getattr(values["obstacles"], name.split(".")[1])
     with atomic_write(path) as file:
-        # (Older NumPy would write `allow_pickle` as an array.)
+        # (Older NumPy would write `allow_pickle` as an array, if given; mypy
+        # takes the arrays for it.)
         np.savez(file, format=FORMAT, **arrays)  # type: ignore[arg-type]
 
 
