@@ -19,6 +19,7 @@ from .plots import (
     find_approaches as find_approaches,
     plot_behavior_activity as plot_behavior_activity,
     plot_comparison as plot_comparison,
+    plot_costmap as plot_costmap,
     plot_distance_to_people as plot_distance_to_people,
     plot_forces as plot_forces,
     plot_robot_speed as plot_robot_speed,

@@ -19,6 +19,7 @@ from hunav_drake.systems.people.names import name_people
 from hunav_drake.systems.people.starts import draw_starts
 from hunav_drake.systems.robot import DiscContacts, RobotTask
 from hunav_drake.systems.scene import AddScene
+from hunav_drake.systems.scene.scene_config import COSTMAPS
 from hunav_drake.systems.sensing.sensor_config import LidarConfig
 from hunav_drake.trial_planner import (
     AddPerception,
@@ -54,7 +55,9 @@ def MakeTrialDiagram(
         "human_states", "behavior_status", "forces", "contacts",
         "velocity_command", "planner_status", "planner_path", "metrics",
         "recording", "trial_status", "query", what the sensors measure, as
-        "scan", and "traffic" (see `OpenCrowd`) if people come and go.
+        "scan", "local_costmap" and "global_costmap" (see `NavigationSystem`) of
+        a planner with maps, and "traffic" (see `OpenCrowd`) if people come and
+        go.
 
     Raises:
         ScenarioError: If the scenario cannot be simulated.
@@ -157,6 +160,11 @@ def MakeTrialDiagram(
         for name, port in ports.items():
             if system.HasInputPort(name):
                 builder.Connect(port, system.GetInputPort(name))
+    costmaps = {
+        name: planner.GetOutputPort(name)
+        for name in COSTMAPS
+        if planner.HasOutputPort(name)
+    }
     for name, port in (
         ("robot_state", robot_state),
         ("human_states", humans.human_states),
@@ -171,6 +179,7 @@ def MakeTrialDiagram(
         ("trial_status", monitor.get_trial_status_output_port()),
         ("query", scene.query_object),
         *sensed.items(),
+        *costmaps.items(),
     ):
         builder.ExportOutput(port, name)
     if humans.traffic is not None:
@@ -181,6 +190,7 @@ def MakeTrialDiagram(
         ("forces", humans.forces),
         ("planner_path", planner.GetOutputPort("path")),
         ("scan", sensed.get("scan")),
+        *costmaps.items(),
     ):
         if port is not None and scene.system.HasInputPort(name):
             builder.Connect(port, scene.system.GetInputPort(name))

@@ -12,6 +12,7 @@ apart.
 from hunav_drake.plots.activity import plot_behavior_activity
 from hunav_drake.plots.approaches import Approach, find_approaches
 from hunav_drake.plots.comparison import plot_comparison
+from hunav_drake.plots.costmaps import plot_costmap
 from hunav_drake.plots.forces import plot_forces
 from hunav_drake.plots.series import plot_distance_to_people, plot_robot_speed
 from hunav_drake.plots.trajectories import plot_trajectories
@@ -22,6 +23,7 @@ __all__ = [
     "find_approaches",
     "plot_behavior_activity",
     "plot_comparison",
+    "plot_costmap",
     "plot_distance_to_people",
     "plot_forces",
     "plot_robot_speed",

@@ -15,7 +15,7 @@ from hunav_drake.systems.common.layout import X, Y
 from hunav_drake.systems.scene.bounds import view_axes
 from hunav_drake.systems.scene.overlays.board import Board
 from hunav_drake.systems.scene.scene import figure_names
-from hunav_drake.systems.scene.scene_config import OVERLAYS
+from hunav_drake.systems.scene.scene_config import COSTMAPS, OVERLAYS
 from hunav_drake.views.camera import FOLLOW_DISTANCE
 
 # The controls in the page.
@@ -72,13 +72,13 @@ class LiveControls:
         meshcat.AddSlider(SPEED, 0.25, 8.0, 0.25, self._speed)
         duration = scenario.simulation.duration
         meshcat.AddSlider(CLOCK, 0.0, duration, 0.1, 0.0)
-        # The clock has a slider; and a scan takes a lidar.
-        scans = diagram.GetSubsystemByName("scene").HasInputPort("scan")
-        self._switched = [
-            overlay
-            for overlay in OVERLAYS
-            if overlay != "clock" and (overlay != "scan" or scans)
-        ]
+        # The clock has a slider; a scan takes a lidar, and a costmap a planner
+        # that has one.
+        missing = {"clock"}
+        if not diagram.GetSubsystemByName("scene").HasInputPort("scan"):
+            missing.add("scan")
+        missing |= {it for it in COSTMAPS if not diagram.HasOutputPort(it)}
+        self._switched = [it for it in OVERLAYS if it not in missing]
         for overlay in self._switched:
             meshcat.AddButton(_SHOW + overlay)
         self.Restart()

@@ -108,7 +108,8 @@ class PlannerConfig(ABC):
         ``velocity_command`` gives (v, omega), in m/s and rad/s, ``status`` a
         `PlannerStatus`, and ``path``, which is abstract, what it means to
         follow: an array of shape (k, 2) or (k, 3), rows (x, y) or
-        (x, y, yaw).
+        (x, y, yaw). It may have outputs ``local_costmap`` and
+        ``global_costmap``, abstract, a `Costmap` each, for Meshcat to draw.
 
         Args:
             task: What it is to know of the robot and the world.

@@ -199,6 +199,7 @@ def AddScene(
             (config or SceneConfig()).overlays,
             period=period,
             is_due=visualizer.is_due,
+            is_recording=visualizer.is_recording,
             scan_angles=scan_angles,
         )
     inner.ExportOutput(scene_graph.get_query_output_port(), "query")

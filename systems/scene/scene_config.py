@@ -11,6 +11,8 @@ from hunav_drake.systems.common.schema import CONFIG
 # goals      where people and robot go
 # walked     where they came from, in the last seconds
 # plan       what the planner means the robot to follow
+# local_costmap, global_costmap
+#            what the planner takes places around it, and everywhere, to cost
 # rings      the edges of the intimate, personal and social space of people
 #            (0.45, 1.2 and 3.6 m; Hall, "The Hidden Dimension", 1966)
 # forces     what draws people to goals, and pushes them from people and walls
@@ -22,6 +24,8 @@ Overlay = Literal[
     "goals",
     "walked",
     "plan",
+    "local_costmap",
+    "global_costmap",
     "rings",
     "forces",
     "names",
@@ -40,7 +44,17 @@ SHOWN: tuple[Overlay, ...] = (
 )
 
 # What recordings of trials do not hold, and films of them do not show.
-NOT_RECORDED: tuple[Overlay, ...] = ("plan", "forces", "scan")
+NOT_RECORDED: tuple[Overlay, ...] = (
+    "plan",
+    "local_costmap",
+    "global_costmap",
+    "forces",
+    "scan",
+)
+
+# What a replay holds only if it is shown to begin with: it is large.
+Costmaps = Literal["local_costmap", "global_costmap"]
+COSTMAPS: tuple[Costmaps, ...] = get_args(Costmaps)
 
 # The edges of the intimate, personal and social space, in meters.
 PROXEMIC_RADII = (0.45, 1.2, 3.6)

@@ -16,9 +16,9 @@ from hunav_drake.systems.planning import (
     PlanningTask,
     View,
 )
-from hunav_drake.systems.planning.costmap import Costmap
 from hunav_drake.systems.planning.global_planner import plan_path
 from hunav_drake.systems.robot import RobotLimits
+from hunav_drake.systems.world.maps.costs import Costmap
 from hunav_drake.systems.world.obstacles import Obstacles
 
 ROOM = [(-3, -5), (22, -5), (22, 5), (-3, 5), (-3, -5)]

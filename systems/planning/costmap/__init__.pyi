@@ -4,12 +4,6 @@ from .costmap_config import (
     ObstacleLayer as ObstacleLayer,
     SocialLayer as SocialLayer,
 )
-from .grid import (
-    Costmap as Costmap,
-    Region as Region,
-    region_around as region_around,
-    region_of as region_of,
-)
 from .inflation import inflate as inflate, inflation_costs as inflation_costs
 from .layers import Surroundings as Surroundings, make_costs as make_costs
 from .social_layer import (

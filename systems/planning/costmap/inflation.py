@@ -7,7 +7,7 @@ import numpy as np
 from scipy import ndimage
 
 from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.planning.costmap.grid import (
+from hunav_drake.systems.world.maps.costs import (
     FREE,
     INSCRIBED,
     LETHAL,

@@ -6,18 +6,13 @@ from typing import NamedTuple
 import numpy as np
 
 from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.planning.costmap.grid import (
-    FREE,
-    LETHAL,
-    Costs,
-    Region,
-)
 from hunav_drake.systems.planning.costmap.inflation import inflate
 from hunav_drake.systems.planning.costmap.marks import Marks
 from hunav_drake.systems.planning.costmap.obstacle_layer import free_disc, moved
 from hunav_drake.systems.planning.costmap.raster import stamp_discs
 from hunav_drake.systems.planning.costmap.social_layer import add_social_costs
 from hunav_drake.systems.planning.costmap.static_layer import StaticMap
+from hunav_drake.systems.world.maps.costs import FREE, LETHAL, Costs, Region
 
 # Layers that mark walls.
 _WALLS = ("static", "obstacle")

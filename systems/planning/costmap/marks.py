@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hunav_drake.systems.planning.costmap.grid import Costs
+from hunav_drake.systems.world.maps.costs import Costs
 
 _NO_MARKS: Costs = np.zeros((0, 0), dtype=np.uint8)
 _NO_MARKS.setflags(write=False)

@@ -7,11 +7,11 @@ import numpy as np
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import X, Y
 from hunav_drake.systems.planning.costmap.costmap_config import ObstacleLayer
-from hunav_drake.systems.planning.costmap.grid import FREE, Costs, Region
 from hunav_drake.systems.planning.costmap.marks import Marks
 from hunav_drake.systems.planning.costmap.scan_kernel import clear_and_mark
 from hunav_drake.systems.sensing.scans import sensor_pose
 from hunav_drake.systems.sensing.sensor_config import LidarConfig
+from hunav_drake.systems.world.maps.costs import FREE, Costs, Region
 
 
 def scan_ends(lidar: LidarConfig, scan: Array, robot: Array) -> Array:

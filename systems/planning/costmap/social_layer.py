@@ -11,8 +11,8 @@ import numpy as np
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import VX, VY, X, Y
 from hunav_drake.systems.planning.costmap.costmap_config import SocialLayer
-from hunav_drake.systems.planning.costmap.grid import Costs, Region
 from hunav_drake.systems.planning.costmap.social_kernel import add_people
+from hunav_drake.systems.world.maps.costs import Costs, Region
 
 
 def social_parameters(config: SocialLayer) -> Array:

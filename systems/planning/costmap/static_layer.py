@@ -5,7 +5,9 @@ import functools
 import numpy as np
 
 from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.planning.costmap.grid import (
+from hunav_drake.systems.planning.costmap.inflation import inflate
+from hunav_drake.systems.planning.costmap.raster import mark_walls
+from hunav_drake.systems.world.maps.costs import (
     FREE,
     LETHAL,
     Costmap,
@@ -13,8 +15,6 @@ from hunav_drake.systems.planning.costmap.grid import (
     Region,
     region_of,
 )
-from hunav_drake.systems.planning.costmap.inflation import inflate
-from hunav_drake.systems.planning.costmap.raster import mark_walls
 from hunav_drake.systems.world.obstacles import Obstacles
 
 

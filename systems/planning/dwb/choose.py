@@ -8,13 +8,13 @@ import numpy as np
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import OMEGA, YAW
 from hunav_drake.systems.common.poses import wrap_angle
-from hunav_drake.systems.planning.costmap.grid import Costmap
 from hunav_drake.systems.planning.dwb import scoring
 from hunav_drake.systems.planning.dwb.dwb_memory import DwbMemory, Trend
 from hunav_drake.systems.planning.dwb.weighing import weigh_samples
 from hunav_drake.systems.planning.navigation.memory import Control, LocalPlan
 from hunav_drake.systems.planning.navigation.profiles import either
 from hunav_drake.systems.planning.planner import PlanningTask, View
+from hunav_drake.systems.world.maps.costs import Costmap
 
 if TYPE_CHECKING:
     from hunav_drake.systems.planning.dwb.dwb import DwbPlanner

@@ -19,7 +19,6 @@ from hunav_drake.systems.common.schema import (
     within,
 )
 from hunav_drake.systems.planning.costmap.costmap_config import Period
-from hunav_drake.systems.planning.costmap.grid import Costmap
 from hunav_drake.systems.planning.dwb.dwb_memory import DwbMemory
 from hunav_drake.systems.planning.navigation.memory import Control, LocalPlan
 from hunav_drake.systems.planning.navigation.navigation_planner import (
@@ -40,6 +39,7 @@ from hunav_drake.systems.robot.robot_config import (
     TurnAcceleration,
     TurnRate,
 )
+from hunav_drake.systems.world.maps.costs import Costmap
 
 Scale = Annotated[StrictFloat, within(0, 1e6)]
 Fall = Annotated[StrictFloat, within(-100, -1e-6, "m/s^2")]

@@ -7,17 +7,17 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.planning.costmap.grid import (
-    INSCRIBED,
-    LETHAL,
-    UNKNOWN,
-    Costmap,
-)
 from hunav_drake.systems.planning.global_planner.navfn_kernel import (
     navfn_descent,
     navfn_potential,
 )
 from hunav_drake.systems.planning.global_planner.smoothing import smooth_path
+from hunav_drake.systems.world.maps.costs import (
+    INSCRIBED,
+    LETHAL,
+    UNKNOWN,
+    Costmap,
+)
 
 Smoothing = Literal["none", "gaussian"]
 

@@ -4,7 +4,7 @@ import numpy as np
 from scipy import ndimage
 
 from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.planning.costmap.grid import INSCRIBED, Costmap
+from hunav_drake.systems.world.maps.costs import INSCRIBED, Costmap
 
 # The lengths over which a way is averaged, in meters: the first that is good.
 _LENGTHS = (0.3, 0.15, 0.075)

@@ -20,7 +20,6 @@ from hunav_drake.systems.common.schema import (
     within,
 )
 from hunav_drake.systems.people.parameters import SocialForceParameters
-from hunav_drake.systems.planning.costmap.grid import Costmap
 from hunav_drake.systems.planning.mppi.mppi_memory import MppiMemory
 from hunav_drake.systems.planning.navigation.memory import Control, LocalPlan
 from hunav_drake.systems.planning.navigation.navigation_planner import (
@@ -36,6 +35,7 @@ from hunav_drake.systems.robot.robot_config import (
     TurnAcceleration,
     TurnRate,
 )
+from hunav_drake.systems.world.maps.costs import Costmap
 
 Weight = Annotated[StrictFloat, within(0, 1e9)]
 Deviation = Annotated[StrictFloat, within(1e-6, 100)]

@@ -9,12 +9,12 @@ import numpy as np
 
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import OMEGA
-from hunav_drake.systems.planning.costmap.grid import Costmap
 from hunav_drake.systems.planning.mppi import parameters
 from hunav_drake.systems.planning.mppi.improving import improve
 from hunav_drake.systems.planning.mppi.mppi_memory import MppiMemory
 from hunav_drake.systems.planning.navigation.memory import Control, LocalPlan
 from hunav_drake.systems.planning.planner import PlanningTask, View
+from hunav_drake.systems.world.maps.costs import Costmap
 
 if TYPE_CHECKING:
     from hunav_drake.systems.planning.mppi.mppi import MppiPlanner

@@ -12,12 +12,6 @@ from hunav_drake.systems.planning.costmap.costmap_config import (
     SocialLayer,
 )
 from hunav_drake.systems.planning.costmap.footprint import inscribed_radius
-from hunav_drake.systems.planning.costmap.grid import (
-    Costmap,
-    Region,
-    region_around,
-    region_of,
-)
 from hunav_drake.systems.planning.costmap.inflation import inflation_costs
 from hunav_drake.systems.planning.costmap.layers import Surroundings, make_costs
 from hunav_drake.systems.planning.costmap.marks import Marks
@@ -34,6 +28,12 @@ from hunav_drake.systems.planning.costmap.static_layer import (
 from hunav_drake.systems.planning.navigation.memory import Sight
 from hunav_drake.systems.sensing.scans import sensor_pose
 from hunav_drake.systems.sensing.sensor_config import LidarConfig
+from hunav_drake.systems.world.maps.costs import (
+    Costmap,
+    Region,
+    region_around,
+    region_of,
+)
 from hunav_drake.systems.world.obstacles import Obstacles
 
 # A robot outside of the walls moves the global map by so much, in meters.

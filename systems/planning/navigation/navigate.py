@@ -3,11 +3,8 @@
 import math
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from hunav_drake.systems.common.layout import YAW, X, Y
 from hunav_drake.systems.common.poses import is_at_goal
-from hunav_drake.systems.planning.costmap.grid import INSCRIBED, Costmap
 from hunav_drake.systems.planning.global_planner.navfn import (
     GlobalPath,
     plan_path,
@@ -29,13 +26,12 @@ from hunav_drake.systems.planning.planner import (
     PlanningTask,
     View,
 )
+from hunav_drake.systems.world.maps.costs import INSCRIBED, NO_MAP, Costmap
 
 if TYPE_CHECKING:
     from hunav_drake.systems.planning.navigation.navigation_planner import (
         NavigationPlanner,
     )
-
-_NO_MAP = Costmap(np.zeros((0, 0), dtype=np.uint8), (0.0, 0.0), 1.0)
 
 
 def navigate(
@@ -242,7 +238,7 @@ def follow(
         fault = "it is too far from its plan"
         return _failing(planner, task, view, memory, fault)
     local = LocalPlan(path[begin:end], tuple(path[-1].tolist()), memory.is_new)
-    costmap = _NO_MAP
+    costmap = NO_MAP
     if planner.uses_local_map:
         costmap = planner.setup(task).maps.local_map(view.robot, memory.sight)
     command = planner.control(task, view, local, costmap, memory.control)

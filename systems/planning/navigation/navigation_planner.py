@@ -5,7 +5,7 @@ from collections.abc import Callable
 import copy
 from dataclasses import field
 import math
-from typing import Annotated, Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
 from pydantic import Field, StrictBool, StrictFloat
@@ -28,7 +28,6 @@ from hunav_drake.systems.planning.costmap.costmap_config import (
     ObstacleLayer,
     SocialLayer,
 )
-from hunav_drake.systems.planning.costmap.grid import Costmap
 from hunav_drake.systems.planning.navigation.memory import (
     Control,
     LocalPlan,
@@ -46,6 +45,10 @@ from hunav_drake.systems.planning.planner import (
     PlanningTask,
     View,
 )
+from hunav_drake.systems.world.maps.costs import NO_MAP, Costmap
+
+if TYPE_CHECKING:
+    from hunav_drake.systems.planning.navigation.maps import Maps
 
 Seconds = Annotated[StrictFloat, within(0, 3600, "s")]
 Replanning = Annotated[StrictFloat, within(0, 3600, "s", low_open=True)]
@@ -262,16 +265,55 @@ class NavigationPlanner(Planner):
 
         return navigate(self, task, view, memory)
 
+    def local_map(
+        self, task: PlanningTask, view: View, memory: NavigationMemory
+    ) -> Costmap:
+        """Returns the local map, around the robot.
+
+        Args:
+            task: What does not change.
+            view: What the planner sees now.
+            memory: What the last cycle remembered.
+
+        Returns:
+            The map that this cycle judged commands on, or would have; one
+            without cells before it has looked.
+        """
+        if memory.sight.cycle < 0:
+            return NO_MAP
+        maps: Maps = self.setup(task).maps
+        return maps.local_map(view.robot, memory.sight)
+
+    def global_map(
+        self, task: PlanningTask, view: View, memory: NavigationMemory
+    ) -> Costmap:
+        """Returns the global map, of the whole world.
+
+        Args:
+            task: What does not change.
+            view: What the planner sees now.
+            memory: What the last cycle remembered.
+
+        Returns:
+            The map that a global plan would be found on now.
+        """
+        maps: Maps = self.setup(task).maps
+        return maps.global_map(view.robot, view.humans, view.goal, memory.marks)
+
     def MakeSystem(self, task: PlanningTask) -> Any:
-        """Makes a `LocalPlanner` that decides by `plan`.
+        """Makes a `NavigationSystem`, which decides by `plan`.
 
         Raises:
             ValueError: If a map of the world would be too large.
         """
+        from hunav_drake.systems.planning.navigation.navigation_system import (
+            NavigationSystem,
+        )
+
         # Parameters that are changed later are those of later systems.
         planner = copy.deepcopy(self)
         planner.setup(task)
-        return super(NavigationPlanner, planner).MakeSystem(task)
+        return NavigationSystem(planner, task)
 
     # (The class variable of Planner hangs on a parameter here.)
     @property

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 from hunav_drake.systems.common.layout import YAW
 from hunav_drake.systems.common.poses import wrap_angle
 from hunav_drake.systems.planning.costmap.footprint import footprint_cost
-from hunav_drake.systems.planning.costmap.grid import LETHAL, UNKNOWN
 from hunav_drake.systems.planning.navigation.memory import (
     NavigationMemory,
     Recovery,
@@ -23,6 +22,7 @@ from hunav_drake.systems.planning.planner import (
     PlanningTask,
     View,
 )
+from hunav_drake.systems.world.maps.costs import LETHAL, UNKNOWN
 
 if TYPE_CHECKING:
     from hunav_drake.systems.planning.navigation.navigation_planner import (

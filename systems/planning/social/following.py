@@ -8,9 +8,9 @@ from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import YAW, X, Y
 from hunav_drake.systems.common.poses import wrap_angle
 from hunav_drake.systems.planning.costmap.footprint import footprint_cost
-from hunav_drake.systems.planning.costmap.grid import LETHAL, Costmap
 from hunav_drake.systems.planning.navigation.memory import Control, LocalPlan
 from hunav_drake.systems.planning.planner import PlanningTask, View
+from hunav_drake.systems.world.maps.costs import LETHAL, Costmap
 
 # Within this part of the tolerance it stands: it is not to end on the edge.
 _INSIDE = 0.8

@@ -17,7 +17,6 @@ from hunav_drake.systems.common.schema import (
     within,
 )
 from hunav_drake.systems.planning.costmap.costmap_config import Period
-from hunav_drake.systems.planning.costmap.grid import Costmap
 from hunav_drake.systems.planning.navigation.memory import Control, LocalPlan
 from hunav_drake.systems.planning.navigation.navigation_planner import (
     NavigationPlanner,
@@ -28,6 +27,7 @@ from hunav_drake.systems.planning.planner import (
     register_planner,
 )
 from hunav_drake.systems.planning.scanned_bodies import bodies
+from hunav_drake.systems.world.maps.costs import Costmap
 
 
 @register_planner("orca")

@@ -12,7 +12,6 @@ from hunav_drake.systems.people.parameters import (
     PARAMETERS,
     SocialForceParameters,
 )
-from hunav_drake.systems.planning.costmap.grid import Costmap
 from hunav_drake.systems.planning.costmap.obstacle_layer import scan_ends
 from hunav_drake.systems.planning.navigation.memory import Control, LocalPlan
 from hunav_drake.systems.planning.planner import PlanningTask, View
@@ -20,6 +19,7 @@ from hunav_drake.systems.planning.social import prediction
 from hunav_drake.systems.planning.social.following import carrot_at
 from hunav_drake.systems.planning.social.obstacle_points import wall_points
 from hunav_drake.systems.planning.social.sfw_memory import SfwMemory
+from hunav_drake.systems.world.maps.costs import Costmap
 
 if TYPE_CHECKING:
     from hunav_drake.systems.planning.social.sfw import SfwPlanner

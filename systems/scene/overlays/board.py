@@ -23,8 +23,10 @@ from hunav_drake.systems.scene.palette import (
     TOPS,
 )
 from hunav_drake.systems.scene.scene_config import (
+    COSTMAPS,
     OVERLAYS,
     PROXEMIC_RADII,
+    Costmaps,
     Overlay,
 )
 from hunav_drake.systems.world.shapes import World
@@ -45,6 +47,10 @@ MAX_SCAN_DOTS = 90
 # each person: surfaces at one height would flicker.
 _RING_Z, _REACTION_Z, _WALKED_Z = 0.020, 0.026, 0.032
 PLAN_Z, _FORCE_Z, SCAN_Z = 0.039, 0.041, 0.2
+COSTMAP_Z: dict[Costmaps, float] = {
+    "global_costmap": 0.012,
+    "local_costmap": 0.016,
+}
 _LIFT, _LEVELS = 0.0005, 12
 
 # Under the floor, where nobody sees it.
@@ -134,7 +140,7 @@ class Board:
 
     def Paths(self, overlay: Overlay) -> list[str]:
         """Returns the paths to hide so that an overlay is hidden."""
-        if overlay in ("walked", "plan", "scan", "clock"):
+        if overlay in ("walked", "plan", "scan", "clock", *COSTMAPS):
             return [self.OfAll(overlay)]
         if overlay == "goals":
             goals = [

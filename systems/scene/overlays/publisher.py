@@ -4,12 +4,13 @@ from collections.abc import Callable, Sequence
 import math
 
 import numpy as np
-from pydrake.common.value import Value
+from pydrake.common.value import AbstractValue, Value
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.systems.framework import (
     Context,
     DiagramBuilder,
     EventStatus,
+    InputPort,
     LeafSystem,
 )
 
@@ -32,6 +33,7 @@ from hunav_drake.systems.common.layout import (
 )
 from hunav_drake.systems.scene.overlays.board import (
     ACTIVITIES,
+    COSTMAP_Z,
     HIDDEN_Z,
     MAX_SCAN_DOTS,
     PLAN_DOTS,
@@ -41,17 +43,27 @@ from hunav_drake.systems.scene.overlays.board import (
     Board,
     force_scale,
 )
+from hunav_drake.systems.scene.overlays.costmaps import (
+    RecordCostmap,
+    ShowCostmap,
+)
 from hunav_drake.systems.scene.overlays.tags import TAG_Z
 from hunav_drake.systems.scene.scene_config import (
+    COSTMAPS,
     STANDING_SPEED,
     WALKED_TIME,
+    Costmaps,
     Overlay,
 )
+from hunav_drake.systems.world.maps.costs import NO_MAP
 
 # So many frames are between two pictures of what people do and of forces, and
 # between two of plans and scans: a replay grows with each.
 _FEW = 2
 _MANY = 4
+
+# The time between two pictures of costmaps, in seconds.
+_COSTMAP_PERIOD = 0.5
 
 _SMALL = [1e-3, 1e-3, 1.0]
 _FULL = [1.0, 1.0, 1.0]
@@ -64,6 +76,7 @@ def AddOverlayPublisher(
     *,
     period: float,
     is_due: Callable[[Context], bool],
+    is_recording: Callable[[], bool],
     scan_angles: Array | None = None,
 ) -> None:
     """Adds an `OverlayPublisher`, and exports its inputs, to a builder.
@@ -74,7 +87,12 @@ def AddOverlayPublisher(
     system = builder.AddNamedSystem(
         "overlays",
         OverlayPublisher(
-            board, shown, period=period, is_due=is_due, scan_angles=scan_angles
+            board,
+            shown,
+            period=period,
+            is_due=is_due,
+            is_recording=is_recording,
+            scan_angles=scan_angles,
         ),
     )
     for i in range(system.num_input_ports()):
@@ -98,14 +116,17 @@ class OverlayPublisher(LeafSystem):
         - behavior_status
         - forces
         - planner_path
+        - local_costmap
+        - global_costmap
         - scan
 
     Port `human_states` takes the states of `n` people (size 7n), `robot_state`
-    that of the robot (7; without a robot there is none, nor a
-    `planner_path`), `behavior_status` n numbers, 0 for who does not react,
-    `forces` 16n numbers (see `layout.FORCES`), `planner_path`, abstract, an
-    array (k, 2) or (k, 3) of points in W, and `scan` the distances of the rays
-    of a lidar (only if there are rays). All but the states may be unconnected.
+    that of the robot (7; without a robot there is none, and nothing of its
+    planner), `behavior_status` n numbers, 0 for who does not react, `forces`
+    16n numbers (see `layout.FORCES`), `planner_path`, abstract, an array
+    (k, 2) or (k, 3) of points in W, `local_costmap` and `global_costmap`,
+    abstract, a `Costmap` each, and `scan` the distances of the rays of a lidar
+    (only if there are rays). All but the states may be unconnected.
 
     It has no state: what it has drawn, Meshcat knows. It publishes every
     `period`, if that is due (see `MeshcatViewer`), and where Meshcat records,
@@ -119,6 +140,7 @@ class OverlayPublisher(LeafSystem):
         *,
         period: float,
         is_due: Callable[[Context], bool] = lambda context: True,
+        is_recording: Callable[[], bool] = lambda: False,
         scan_angles: Array | None = None,
     ) -> None:
         """Constructs an OverlayPublisher.
@@ -129,6 +151,7 @@ class OverlayPublisher(LeafSystem):
             period: The time between two frames, in seconds.
             is_due: Tells whether the frame of a Context is to be drawn, if it
                 is not forced to be.
+            is_recording: Tells whether Meshcat records.
             scan_angles: The angles of the lidar's rays to the heading of the
                 robot, in radians; the rays begin at its center.
         """
@@ -137,11 +160,13 @@ class OverlayPublisher(LeafSystem):
         self._shown = tuple(shown)
         self._period = period
         self._is_due = is_due
+        self._is_recording = is_recording
         self._angles = scan_angles
         n = len(board.names)
         declare = self.DeclareVectorInputPort
         self._humans = declare("human_states", STATE_SIZE * n)
         self._robot = self._path = self._scan = None
+        self._costmaps: dict[Costmaps, InputPort] = {}
         self._status = declare("behavior_status", n)
         self._forces = declare("forces", FORCES_SIZE * n)
         if board.has_robot:
@@ -149,6 +174,12 @@ class OverlayPublisher(LeafSystem):
             self._path = self.DeclareAbstractInputPort(
                 "planner_path", Value(np.zeros((0, 3)))
             )
+            self._costmaps = {
+                name: self.DeclareAbstractInputPort(
+                    name, AbstractValue.Make(NO_MAP)
+                )
+                for name in COSTMAPS
+            }
             if scan_angles is not None:
                 self._scan = declare("scan", len(scan_angles))
         self.DeclareInitializationPublishEvent(self._Draw)
@@ -187,6 +218,10 @@ class OverlayPublisher(LeafSystem):
         if frame % _MANY == 0:
             self._PublishPath(context, time)
             self._PublishScan(context, time, robot)
+        every = max(round(_COSTMAP_PERIOD / self._period), 1)
+        if frame % every == 0:
+            until = time + every * self._period
+            self._PublishCostmaps(context, time, frame // every, until)
         return EventStatus.Succeeded()
 
     def _LayDots(
@@ -279,6 +314,24 @@ class OverlayPublisher(LeafSystem):
             self._board.meshcat.SetProperty(
                 self._board.Plan(k), "position", place, time
             )
+
+    def _PublishCostmaps(
+        self, context: Context, time: float, count: int, until: float
+    ) -> None:
+        board, meshcat = self._board, self._board.meshcat
+        records = self._is_recording()
+        live = not records and meshcat.GetNumActiveConnections() > 0
+        for name, port in self._costmaps.items():
+            if not port.HasValue(context):
+                continue
+            if name not in self._shown and not live:
+                continue
+            place = (meshcat, board.OfAll(name), count)
+            picture = (port.Eval(context), COSTMAP_Z[name])
+            if records:
+                RecordCostmap(*place, *picture, (time, until))
+            else:
+                ShowCostmap(*place, *picture)
 
     def _PublishScan(
         self, context: Context, time: float, robot: Array | None

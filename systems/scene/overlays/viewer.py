@@ -104,6 +104,10 @@ class MeshcatViewer(LeafSystem):
             or round(context.get_time() / self._period) % _UNSEEN == 0
         )
 
+    def is_recording(self) -> bool:
+        """Returns whether each frame is recorded."""
+        return self._records
+
     def StartRecording(self, **options: bool) -> None:
         """Begins to record each frame; see Drake's MeshcatVisualizer."""
         self._visualizer.StartRecording(**options)

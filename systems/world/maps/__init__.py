@@ -1,1 +1,1 @@
-"""Maps of cells, as robots make them, and the walls in them."""
+"""Maps of cells: those that robots make, with the walls in them, and costs."""

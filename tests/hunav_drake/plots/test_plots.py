@@ -15,6 +15,7 @@ from hunav_drake.plots import (
     find_approaches,
     plot_behavior_activity,
     plot_comparison,
+    plot_costmap,
     plot_distance_to_people,
     plot_robot_speed,
     plot_trajectories,
@@ -23,6 +24,7 @@ from hunav_drake.plots import (
 from hunav_drake.plots.style import shown
 from hunav_drake.results.statistics import summarize
 from hunav_drake.systems.evaluation.recording import Recording
+from hunav_drake.systems.world.maps.costs import NO_MAP, Costmap
 from hunav_drake.systems.world.obstacles import Obstacles
 from tests.hunav_drake.passing_trials import make_recording, make_result
 
@@ -358,6 +360,21 @@ def test_rates_are_in_percent():
     )
     assert ax.get_xlabel() == "completed (%)"
     ax.figure.canvas.draw()
+
+
+def test_a_costmap_lies_where_it_is_in_the_world():
+    costs = np.zeros((30, 20), dtype=np.uint8)
+    costs[12, 3] = 254
+    costmap = Costmap(costs, (-4.0, 1.0), 0.1)
+    ax = plot_costmap(costmap, legend=True)
+    (image,) = ax.images
+    assert image.get_extent() == pytest.approx([-4.0, -2.0, 1.0, 4.0])
+    assert np.asarray(image.get_array())[29 - 12, 3, 3] > 0
+    assert legend_texts(ax) == [
+        *("cheap", "dear", "robot would touch", "occupied")
+    ]
+    ax.figure.canvas.draw()
+    assert not plot_costmap(NO_MAP).images
 
 
 def test_every_plot_is_exported():

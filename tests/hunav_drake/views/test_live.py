@@ -5,6 +5,7 @@ import pytest
 from hunav_drake.replay import StartMeshcatLocal
 from hunav_drake.scenario import LoadScenario
 from hunav_drake.simulation import MakeTrialSimulator, RunTrial
+from hunav_drake.systems.scene.scene_config import COSTMAPS
 from hunav_drake.trial_diagram import MakeTrialDiagram
 from hunav_drake.views import live as mut
 
@@ -157,3 +158,20 @@ def test_a_trial_tells_its_scene_what_overlays_show(trial):
     assert forces == pytest.approx(
         trial.diagram.GetOutputPort("forces").Eval(trial.context)
     )
+
+
+def test_costmaps_have_buttons_if_the_planner_has_them(meshcat, monkeypatch):
+    added = []
+    monkeypatch.setattr(
+        type(meshcat), "AddButton", lambda self, name, *_: added.append(name)
+    )
+    for planner in ("pursuit", "dwb"):
+        scenario = LoadScenario(
+            filename="passing", overrides=[f"planner={planner}"]
+        )
+        diagram = MakeTrialDiagram(scenario, meshcat)
+        added.clear()
+        meshcat.DeleteAddedControls()
+        mut.LiveControls(meshcat, scenario, diagram)
+        shown = [f"Show / hide: {name}" in added for name in COSTMAPS]
+        assert shown == [planner == "dwb"] * 2

@@ -9,7 +9,6 @@ import pytest
 from hunav_drake.systems.crowd.social_force.numpy_forces import pair_force
 from hunav_drake.systems.people.parameters import SocialForceParameters
 from hunav_drake.systems.planning import PLANNERS, View
-from hunav_drake.systems.planning.costmap.grid import Costmap
 from hunav_drake.systems.planning.mppi import MppiMemory, MppiPlanner
 from hunav_drake.systems.planning.mppi.improving import average, improve
 from hunav_drake.systems.planning.mppi.mppi import CriticSettings, CriticWeights
@@ -24,6 +23,7 @@ from hunav_drake.systems.planning.mppi.parameters import CONTROL, CRITICS
 from hunav_drake.systems.planning.mppi.rollouts import smooth
 from hunav_drake.systems.planning.navigation.memory import LocalPlan
 from hunav_drake.systems.robot import RobotLimits
+from hunav_drake.systems.world.maps.costs import Costmap
 from tests.systems.planning.test_local_planner import make_task
 
 DT = 0.05

@@ -4,15 +4,12 @@ import re
 import numpy as np
 import pytest
 
-from hunav_drake.systems.planning.costmap import (
-    Costmap,
-    inflate,
-    inflation_costs,
-)
+from hunav_drake.systems.planning.costmap import inflate, inflation_costs
 from hunav_drake.systems.planning.global_planner import plan_path
 from hunav_drake.systems.planning.global_planner.navfn_kernel import (
     navfn_potential,
 )
+from hunav_drake.systems.world.maps.costs import Costmap
 
 
 def free_map(rows=41, columns=61, resolution=0.1):

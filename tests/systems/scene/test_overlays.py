@@ -1,7 +1,11 @@
+import base64
+import io
 import itertools
+import json
 
 import numpy as np
-from pydrake.common.value import Value
+from PIL import Image
+from pydrake.common.value import AbstractValue, Value
 from pydrake.geometry import Meshcat, MeshcatParams
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
@@ -12,10 +16,16 @@ from hunav_drake.systems.robot import DifferentialDriveConfig
 from hunav_drake.systems.scene import AddScene, SceneConfig, gait
 from hunav_drake.systems.scene.human_body import disc_height
 from hunav_drake.systems.scene.overlays import board as mut
+from hunav_drake.systems.scene.overlays.costmaps import (
+    CostmapBoard,
+    ShowCostmap,
+)
 from hunav_drake.systems.scene.overlays.publisher import spread
 from hunav_drake.systems.scene.overlays.tags import tag_picture, tag_text
 from hunav_drake.systems.scene.palette import TOPS
-from hunav_drake.systems.scene.scene_config import OVERLAYS
+from hunav_drake.systems.scene.scene_config import COSTMAPS, OVERLAYS
+from hunav_drake.systems.world.maps.cost_picture import cost_colors
+from hunav_drake.systems.world.maps.costs import LETHAL, NO_MAP, Costmap
 from hunav_drake.systems.world.shapes import World
 
 HUMANS = [
@@ -161,6 +171,94 @@ def test_a_scan_is_drawn_where_its_rays_end(meshcat, monkeypatch):
     )
     # What meets nothing is not seen.
     assert places[2, 2] < 0
+
+
+def a_costmap():
+    costs = np.zeros((30, 20), dtype=np.uint8)
+    costs[12, 3] = LETHAL
+    return Costmap(costs, (-4.0, 1.0), 0.1)
+
+
+@pytest.mark.parametrize("name", COSTMAPS)
+def test_a_costmap_that_is_shown_is_recorded_twice_per_second(
+    meshcat, monkeypatch, name
+):
+    dut = RecordingMeshcat(meshcat, monkeypatch)
+    costmap = AbstractValue.Make(a_costmap())
+    shown = SceneConfig(overlays=[name])
+    run(meshcat, seconds=1.2, config=shown, **{name: costmap})
+    place = f"{mut.PLACE}/overlay_{name}"
+    assert [meshcat.HasPath(f"{place}/{k}") for k in range(4)] == [
+        *([True] * 3),
+        False,
+    ]
+    # Each until the next one.
+    for k in range(3):
+        told = dict(dut.told[f"{place}/{k}", "visible"])
+        when = {round(time, 6): visible for time, visible in told.items()}
+        steps = {0.5 * k: True, 0.5 * k + 0.5: False}
+        assert when == {0.0: k == 0} | steps
+
+
+def test_a_costmap_that_is_hidden_is_not_made_for_a_recording(meshcat):
+    run(meshcat, local_costmap=AbstractValue.Make(a_costmap()))
+    assert not meshcat.HasPath(f"{mut.PLACE}/overlay_local_costmap/0")
+
+
+def test_a_map_without_cells_is_not_drawn(meshcat):
+    shown = SceneConfig(overlays=["local_costmap"])
+    run(meshcat, config=shown, local_costmap=AbstractValue.Make(NO_MAP))
+    assert not meshcat.HasPath(f"{mut.PLACE}/overlay_local_costmap/0")
+
+
+def test_a_live_view_shows_each_costmap_in_the_place_of_the_last(
+    meshcat, monkeypatch
+):
+    drawn = []
+    monkeypatch.setattr(
+        Meshcat, "SetObject", lambda _, path, *rest: drawn.append(path)
+    )
+    place = f"{mut.PLACE}/overlay_local_costmap"
+    for count in range(3):
+        ShowCostmap(meshcat, place, count, a_costmap(), 0.01)
+    assert drawn.count(f"{place}/shown") == 3
+    # The others are there for browsers that fetch them late; nobody sees them.
+    dut = RecordingMeshcat(meshcat, monkeypatch)
+    ShowCostmap(meshcat, place, 3, a_costmap(), 0.01)
+    assert dut.last(f"{place}/kept") is False
+    ShowCostmap(meshcat, place, 4, NO_MAP, 0.01)
+    assert not meshcat.HasPath(f"{place}/shown")
+
+
+def content(uri):
+    return base64.b64decode(uri.partition(",")[2])
+
+
+def test_a_board_lies_where_its_map_does_with_rows_up_along_y():
+    costmap = a_costmap()
+    mesh = CostmapBoard(costmap, 0.02)
+    gltf = json.loads(mesh.source().in_memory().mesh_file.contents())
+    data = content(gltf["buffers"][0]["uri"])
+    places = np.frombuffer(data, "<f4", 12).reshape(4, 3)
+    uv = np.frombuffer(data, "<f4", 8, 48).reshape(4, 2)
+    # glTF has y up; z is away from the world's y.
+    p_WC = np.column_stack([places[:, 0], -places[:, 2], places[:, 1]])
+    x, y = costmap.center_of(12, 3)
+    low, high = p_WC[:, :2].min(axis=0), p_WC[:, :2].max(axis=0)
+    np.testing.assert_allclose(low, [-4.0, 1.0])
+    np.testing.assert_allclose(high, [-2.0, 4.0])
+    np.testing.assert_allclose(p_WC[:, 2], 0.02)
+    # A picture begins at its top left, as its coordinates do.
+    np.testing.assert_allclose(uv[:, 0], (p_WC[:, 0] - low[0]) / 2.0)
+    np.testing.assert_allclose(uv[:, 1], (high[1] - p_WC[:, 1]) / 3.0)
+    picture = Image.open(io.BytesIO(content(gltf["images"][0]["uri"])))
+    pixels = np.array(picture.convert("RGBA"))
+    row = int((high[1] - y) / 0.1)
+    column = int((x - low[0]) / 0.1)
+    np.testing.assert_array_equal(pixels[row, column], cost_colors()[LETHAL])
+    # All but the edge and this cell is clear.
+    assert np.count_nonzero(pixels[1:-1, 1:-1, 3]) == 1
+    assert pixels[0, 0, 3] > 0
 
 
 def test_dots_of_walked_paths_lie_where_people_were(meshcat, monkeypatch):

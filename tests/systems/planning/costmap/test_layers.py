@@ -12,13 +12,12 @@ from hunav_drake.systems.planning.costmap import (
     inflate,
     inflation_costs,
     make_costs,
-    region_around,
-    region_of,
     social_parameters,
     static_map,
     walls_on,
 )
 from hunav_drake.systems.planning.costmap.obstacle_layer import person_discs
+from hunav_drake.systems.world.maps.costs import region_around, region_of
 from hunav_drake.systems.world.obstacles import Obstacles
 
 GRADED = inflation_costs(

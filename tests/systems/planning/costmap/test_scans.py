@@ -2,7 +2,6 @@ import math
 
 import numpy as np
 
-from hunav_drake.systems.planning.costmap import region_around
 from hunav_drake.systems.planning.costmap.marks import Marks
 from hunav_drake.systems.planning.costmap.obstacle_layer import (
     free_disc,
@@ -11,6 +10,7 @@ from hunav_drake.systems.planning.costmap.obstacle_layer import (
     see,
 )
 from hunav_drake.systems.sensing import LidarConfig
+from hunav_drake.systems.world.maps.costs import region_around
 
 # Ahead, left, back, right.
 FOUR = LidarConfig(

@@ -8,9 +8,9 @@ import pytest
 from hunav_drake.systems.planning.costmap import (
     SocialLayer,
     add_social_costs,
-    region_around,
     social_parameters,
 )
+from hunav_drake.systems.world.maps.costs import region_around
 
 RESOLUTION = 0.05
 

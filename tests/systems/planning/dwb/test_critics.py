@@ -7,7 +7,6 @@ import pytest
 from scipy import ndimage
 
 from hunav_drake.systems.planning import PlanningTask, View
-from hunav_drake.systems.planning.costmap import Costmap
 from hunav_drake.systems.planning.dwb import (
     DwbMemory,
     DwbPlanner,
@@ -20,6 +19,7 @@ from hunav_drake.systems.planning.dwb.map_grid import path_distances, plan_span
 from hunav_drake.systems.planning.dwb.scoring import CRITICS, roll_out
 from hunav_drake.systems.planning.navigation import LocalPlan
 from hunav_drake.systems.robot import RobotLimits
+from hunav_drake.systems.world.maps.costs import Costmap
 from hunav_drake.systems.world.obstacles import Obstacles
 
 TASK = PlanningTask(

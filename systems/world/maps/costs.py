@@ -1,4 +1,4 @@
-"""Costmaps: costs on a grid, as Nav2's costmap_2d has them."""
+"""Costmaps: maps of what cells cost, as Nav2's costmap_2d has them."""
 
 import math
 from typing import NamedTuple
@@ -58,6 +58,13 @@ class Costmap(NamedTuple):
         if 0 <= row < rows and 0 <= column < columns:
             return int(self.costs[row, column])
         return UNKNOWN
+
+
+NO_COSTS: Costs = np.zeros((0, 0), dtype=np.uint8)
+NO_COSTS.setflags(write=False)
+
+# A map without cells: that of who has none.
+NO_MAP = Costmap(NO_COSTS, (0.0, 0.0), 1.0)
 
 
 class Region(NamedTuple):

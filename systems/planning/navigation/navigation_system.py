@@ -1,0 +1,92 @@
+"""The LeafSystem of planners with maps: its ports give the maps as well."""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import Context, OutputPort
+
+from hunav_drake.systems.common.ports import weakly
+from hunav_drake.systems.planning.local_planner import LocalPlanner
+from hunav_drake.systems.planning.planner import PlanningTask, View
+from hunav_drake.systems.world.maps.costs import NO_MAP, Costmap
+
+if TYPE_CHECKING:
+    from hunav_drake.systems.planning.navigation.navigation_planner import (
+        NavigationPlanner,
+    )
+
+MapFunction = Callable[[PlanningTask, View, Any], Costmap]
+
+
+class NavigationSystem(LocalPlanner):
+    """Drives a robot to a goal with a planner that has costmaps.
+
+    .. pydrake_system::
+
+        name: NavigationSystem
+        input_ports:
+        - robot_state
+        - human_states
+        - goal
+        - scan
+        output_ports:
+        - velocity_command
+        - status
+        - path
+        - local_costmap
+        - global_costmap
+
+    Ports ``local_costmap`` and ``global_costmap`` give a `Costmap` each: that
+    on which commands are judged, of what was seen last, and that on which a
+    way would be found now. They have no cells while there is no goal, or
+    nothing was decided yet. A map is made when its port is evaluated, and costs
+    nothing otherwise. All else is as in a `LocalPlanner`.
+    """
+
+    def __init__(
+        self, planner: "NavigationPlanner", task: PlanningTask
+    ) -> None:
+        """Constructs a NavigationSystem: see `LocalPlanner`."""
+        super().__init__(planner, task)
+        self._navigation = planner
+        self._local_costmap = self._DeclareMap(
+            "local_costmap", self._CalcLocalCostmap
+        )
+        self._global_costmap = self._DeclareMap(
+            "global_costmap", self._CalcGlobalCostmap
+        )
+
+    def get_local_costmap_output_port(self) -> OutputPort:
+        """Returns the port with the map around the robot."""
+        return self._local_costmap
+
+    def get_global_costmap_output_port(self) -> OutputPort:
+        """Returns the port with the map of the whole world."""
+        return self._global_costmap
+
+    def _DeclareMap(
+        self, name: str, calc: Callable[[Context, AbstractValue], None]
+    ) -> OutputPort:
+        return self.DeclareAbstractOutputPort(
+            name, alloc=lambda: AbstractValue.Make(NO_MAP), calc=weakly(calc)
+        )
+
+    def _CalcLocalCostmap(
+        self, context: Context, output: AbstractValue
+    ) -> None:
+        output.set_value(self._Map(context, self._navigation.local_map))
+
+    def _CalcGlobalCostmap(
+        self, context: Context, output: AbstractValue
+    ) -> None:
+        output.set_value(self._Map(context, self._navigation.global_map))
+
+    def _Map(self, context: Context, make: MapFunction) -> Costmap:
+        """Returns a map as the planner has it now, with read-only costs."""
+        memory = self._Decided(context).memory
+        if not self._goal.HasValue(context) or not memory.goal:
+            return NO_MAP
+        costmap = make(self._task, self._Look(context), memory)
+        costmap.costs.setflags(write=False)
+        return costmap
