@@ -18,13 +18,20 @@ from hunav_drake.benchmark.suite_result import SuiteResult
 from hunav_drake.report.suite_page import suite_page
 from hunav_drake.systems.common.files import atomic_write
 
+# What is written; the last tells that all the others are there.
+_FILES = (
+    *("runs.csv", "runs_by_behavior.csv", "summary.csv", "costs.csv"),
+    *("relations.csv", "tables.tex", "report.html"),
+)
+_LAST = "suite.json"
+
 
 def WriteSuite(
     result: SuiteResult,
     folder: str | Path,
     judgements: Sequence[Judgement] | None = None,
 ) -> Path:
-    """Writes the files of a suite: each in one piece.
+    """Writes the files of a suite, each in one piece.
 
     Args:
         result: What the suite has given.
@@ -32,7 +39,8 @@ def WriteSuite(
         judgements: What became of its relations; by default they are tested.
 
     They are `runs.csv`, `runs_by_behavior.csv`, `summary.csv`, `costs.csv`,
-    `relations.csv`, `tables.tex`, `suite.json` and `report.html`.
+    `relations.csv`, `tables.tex`, `report.html`, and, when all others are
+    there, `suite.json`. Nothing is written where these say the same already.
 
     Returns:
         The path of the report.
@@ -42,8 +50,12 @@ def WriteSuite(
     """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    summary = result.summary().reset_index()
     judgements = judge(result) if judgements is None else judgements
+    report = folder / "report.html"
+    about = suite_json(result, judgements) + "\n"
+    if _is_written(folder, about):
+        return report
+    summary = result.summary().reset_index()
     relations = pd.DataFrame([vars(it) for it in judgements])
     for name, table in (
         ("runs", result.runs()),
@@ -54,16 +66,28 @@ def WriteSuite(
     ):
         _write(folder / f"{name}.csv", table.to_csv(index=False))
     tables = (*scenario_tables(result), *behavior_tables(result))
-    about = (
+    preamble = (
         f"% Suite {result.suite.name}, version {result.suite.version},"
         f" {len(result.rows)} runs; the hashes of its cells are in suite.json."
         f"\n% In the preamble: \\usepackage{{{','.join(PACKAGES)}}}\n\n"
     )
-    _write(folder / "tables.tex", about + "\n".join(map(to_latex, tables)))
-    _write(folder / "suite.json", suite_json(result, judgements) + "\n")
-    report = folder / "report.html"
+    _write(folder / "tables.tex", preamble + "\n".join(map(to_latex, tables)))
     _write(report, suite_page(result, judgements))
+    _write(folder / _LAST, about)
     return report
+
+
+def _is_written(folder: Path, about: str) -> bool:
+    """Returns whether all files are there, made from what they would be."""
+    paths = [folder / name for name in (*_FILES, _LAST)]
+    if not all(path.is_file() for path in paths):
+        return False
+    # The runs, whose times are in it, and the replays that the report links to.
+    sources = [*folder.glob("runs.jsonl"), *folder.glob("replays/*")]
+    last = paths[-1].stat().st_mtime
+    if any(path.stat().st_mtime > last for path in sources):
+        return False
+    return paths[-1].read_text() == about
 
 
 def suite_json(result: SuiteResult, judgements: Sequence[Judgement]) -> str:

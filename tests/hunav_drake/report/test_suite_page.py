@@ -1,4 +1,5 @@
 import dataclasses
+import os
 import re
 
 import pytest
@@ -137,3 +138,25 @@ def test_the_page_is_no_wider_than_the_window(page, width, browser):
     )
     assert all(right <= width for right in boxes)
     window.close()
+
+
+def test_files_are_written_again_only_if_they_would_differ(result, tmp_path):
+    folder = tmp_path / "written"
+    report = WriteSuite(result, folder)
+    (folder / "runs.jsonl").touch()
+    report = WriteSuite(result, folder)
+    stamps = {path: path.stat().st_mtime_ns for path in folder.iterdir()}
+    assert WriteSuite(result, folder) == report
+    assert stamps == {p: p.stat().st_mtime_ns for p in folder.iterdir()}
+    # One is missing, or there is a run or a replay more.
+    (folder / "costs.csv").unlink()
+    WriteSuite(result, folder)
+    assert (folder / "costs.csv").exists()
+    now = (folder / "suite.json").stat().st_mtime
+    (folder / "replays").mkdir()
+    replay = folder / "replays" / "one.html"
+    replay.touch()
+    os.utime(replay, (now + 10, now + 10))
+    report.write_text("old")
+    WriteSuite(result, folder)
+    assert report.read_text() != "old"
