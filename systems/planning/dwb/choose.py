@@ -224,7 +224,7 @@ def _weigh(
     state = robot_state(view)
     x, y, _, v, _ = state.tolist()
     to_goal = math.hypot(local.goal[0] - x, local.goal[1] - y)
-    in_window = memory.in_window or to_goal <= task.goal_tolerance
+    in_window = memory.in_window or to_goal < task.goal_tolerance
     rotating = memory.rotating or (
         in_window and abs(v) <= planner.critics.trans_stopped_velocity
     )

@@ -121,8 +121,12 @@ def test_scl_leaves_more_room_than_dwb():
     assert room[1] > 0.8
 
 
-def test_turns_at_the_goal():
-    poses, plans = drive(DwbPlanner(), make_task(), goal=(3, 0, 2.0))
+# One begins as far from the goal as does not count as at it any more.
+@pytest.mark.parametrize("x", [0.0, 2.75])
+def test_turns_at_the_goal(x):
+    poses, plans = drive(
+        DwbPlanner(), make_task(), start=(x, 0, 0), goal=(3, 0, 2.0)
+    )
     assert plans[-1].status == PlannerStatus.ARRIVED
     assert plans[-1].v == plans[-1].omega == 0.0
     assert poses[-1, 2] == pytest.approx(2.0, abs=0.25)
