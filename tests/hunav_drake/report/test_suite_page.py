@@ -137,6 +137,10 @@ def test_the_page_is_no_wider_than_the_window(page, width, browser):
         " !t.closest('.wide')).map(t => t.getBoundingClientRect().right)"
     )
     assert all(right <= width for right in boxes)
+    # What goes on for pages is not printed: the files have it.
+    window.emulate_media(media="print")
+    shown = [it.is_visible() for it in window.locator("details").all()]
+    assert shown == [False] * len(shown) != []
     window.close()
 
 
