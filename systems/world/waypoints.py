@@ -25,6 +25,7 @@ from hunav_drake.systems.common.kernels import (
     unowned,
 )
 from hunav_drake.systems.common.layout import Command
+from hunav_drake.systems.common.sorting import heap_between, pop_least
 from hunav_drake.systems.world.sweep import crosses
 from hunav_drake.systems.world.visibility_graph import (
     SQUEEZED,
@@ -245,22 +246,6 @@ def _leading(x, y, to_place, hiders, vertices):
 
 
 @jit
-def _pop_least(keys, places, count):
-    """Takes the place with the least key, the first of equals, from a list.
-
-    The list is the first `count` of `places`, in their order, and stays so.
-    """
-    least = 0
-    for i in range(1, count):
-        if keys[places[i]] < keys[places[least]]:
-            least = i
-    place = places[least]
-    for i in range(least + 1, count):
-        places[i - 1] = places[i]
-    return place
-
-
-@jit
 def _choice(x, y, leading, clearance, vertices, known, walls):
     """Returns which vertex in sight of (x, y) has the shortest way, or -1.
 
@@ -278,29 +263,20 @@ def _choice(x, y, leading, clearance, vertices, known, walls):
     ):
         shortest = ways[nearest]
     # Of the others with shorter ways, the first in sight is the one.
-    places = np.empty(len(ways), dtype=np.int64)
-    count = 0
-    for i in range(len(ways)):
-        if ways[i] < shortest:
-            places[count] = i
-            count += 1
-    for left in range(count, 0, -1):
-        i = _pop_least(ways, places, left)
+    heap = np.empty(len(ways), dtype=np.int64)
+    for count in range(heap_between(0.0, shortest, ways, heap), 0, -1):
+        i = pop_least(ways, heap, count)
         if not _is_hidden(x, y, numbers[i], clearance, vertices, known, walls):
             shortest = ways[i]
             break
     if shortest == math.inf:
         return -1
-    count = 0
-    for i in range(len(ways)):
-        if shortest <= ways[i] <= shortest + 1e3 * _SAME:
-            places[count] = i
-            count += 1
-    if count == 1:
-        return places[0]
+    alike = heap_between(shortest, shortest + 1e3 * _SAME, ways, heap)
+    if alike == 1:
+        return heap[0]
     choice = -1
-    for left in range(count, 0, -1):
-        i = _pop_least(ways, places, left)
+    for count in range(alike, 0, -1):
+        i = pop_least(ways, heap, count)
         if choice >= 0 and ways[i] > ways[choice] + _SAME:
             break
         # Of equal ways the one with the farther waypoint: a person who
