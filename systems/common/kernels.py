@@ -15,6 +15,9 @@ import secrets
 
 import numba
 from numba.core.bytecode import FunctionIdentity
+from numba.core.cgutils import get_null_value
+from numba.extending import intrinsic, overload
+from numba.np.arrayobj import make_array
 
 _FOLDER = Path(__file__).parents[1]
 _STAMP = _FOLDER / "__pycache__" / "kernels.sha256"
@@ -93,6 +96,7 @@ jit_generator = numba.njit(error_model="numpy")
 # are compiled once, whether or not Drake hands out read-only arrays.
 VECTOR = numba.types.Array(numba.float64, 1, "C", readonly=True)
 MATRIX = numba.types.Array(numba.float64, 2, "C", readonly=True)
+INTEGERS = numba.types.Array(numba.int64, 1, "C", readonly=True)
 CHANGED = numba.types.Array(numba.float64, 2, "C")  # It is written to.
 WALLS = VECTOR  # `Obstacles.table`: `opened` by `systems/world/walls.py`.
 REAL = numba.float64
@@ -148,3 +152,33 @@ def _compiled_when_used(kernel, signature):
     kernel._compile_for_args = compile_for_args
     kernel.get_call_template = get_call_template
     return kernel
+
+
+def unowned(array):
+    """Returns an array of an argument's numbers that counts no references.
+
+    Each time that compiled code hands an array on, it counts one more reference
+    to its memory, and later one less, which takes longer than a short loop over
+    its numbers. Views of this one need not count. They must all be gone when
+    the kernel returns: from then on, nothing keeps the memory alive.
+    """
+    return array
+
+
+@intrinsic
+def _without_owner(typing_context, array):
+    def generate(context, builder, signature, arguments):
+        view = make_array(array)(context, builder, arguments[0])
+        view.meminfo = get_null_value(view.meminfo.type)
+        view.parent = get_null_value(view.parent.type)
+        return view._getvalue()
+
+    return array(array), generate
+
+
+@overload(unowned)
+def _compiled_unowned(array):
+    def compiled(array):
+        return _without_owner(array)
+
+    return compiled

@@ -53,3 +53,62 @@ def stable_order(values):
         order, merged = merged, order
         width *= 2
     return order
+
+
+@jit
+def heap_between(low, high, keys, heap):
+    """Makes a heap of the places whose keys are in [low, high).
+
+    A few of many places are found so in less time than all are sorted.
+
+    Args:
+        low: The least key that counts.
+        high: Those from here on do not.
+        keys: Shape (n,).
+        heap: Shape (n,), of integers; the places are written to its start.
+
+    Returns:
+        How many places are in the heap.
+    """
+    count = 0
+    for i in range(len(keys)):
+        if low <= keys[i] < high:
+            heap[count] = i
+            count += 1
+    for i in range(count // 2 - 1, -1, -1):
+        _sink(keys, heap, i, count)
+    return count
+
+
+@jit
+def pop_least(keys, heap, count):
+    """Takes the place with the least key from a heap of `count` places.
+
+    Of equal keys, the least place comes first.
+    """
+    least = heap[0]
+    heap[0] = heap[count - 1]
+    _sink(keys, heap, 0, count - 1)
+    return least
+
+
+@jit
+def _sink(keys, heap, at, count):
+    """Brings the place at `at` down to where it belongs in a heap."""
+    place = heap[at]
+    while 2 * at + 1 < count:
+        child = 2 * at + 1
+        if child + 1 < count and _is_before(keys, heap[child + 1], heap[child]):
+            child += 1
+        if not _is_before(keys, heap[child], place):
+            break
+        heap[at] = heap[child]
+        at = child
+    heap[at] = place
+
+
+@jit
+def _is_before(keys, one, other):
+    if keys[one] == keys[other]:
+        return one < other
+    return keys[one] < keys[other]

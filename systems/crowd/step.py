@@ -149,8 +149,9 @@ class CrowdStep:
             eased = _OWN
             wanted = command
             if self._room.leads:
-                wanted = self._room.guide(limited(states), limited(command))
-                eased = self._room.ease(limited(states), wanted, parameters)
+                within = limited(states)
+                wanted = self._room.guide(within, limited(command))
+                eased = self._room.ease(within, wanted, parameters)
             after, stood, holds = whole_step(
                 states, wanted, stances, robots, parameters, eased, *self._whole
             )

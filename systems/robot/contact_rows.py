@@ -7,13 +7,9 @@ from hunav_drake.systems.common.layout import (
     CONTACT_GAP,
     CONTACT_PAUSE,
     CONTACT_SIZE,
-    RADIUS,
-    VX,
-    VY,
     Contact,
-    X,
-    Y,
 )
+from hunav_drake.systems.robot.discs import closing_speeds, gaps
 
 # Speeds of approach that differ by less are equal, in m/s.
 SPEED_RESOLUTION = 1e-6
@@ -23,28 +19,6 @@ SPEED_RESOLUTION = 1e-6
 # on each other of late, in m/s.
 SINCE, ROBOT_SPEED, PERSON_SPEED = range(CONTACT_SIZE, CONTACT_SIZE + 3)
 MEMORY_SIZE = CONTACT_SIZE + 3
-
-
-def closing_speeds(robot: Array, humans: Array) -> tuple[Array, Array]:
-    """Returns how fast a robot and each person move towards each other.
-
-    With n the unit vector from robot to person, these are a = v_r . n and
-    b = -v_i . n. Who stand on one another have no n; theirs are 0.
-
-    Args:
-        robot: Shape (7,), a row of ``robot_state``.
-        humans: Shape (n, 6) or more columns, rows of ``human_states``.
-
-    Returns:
-        Two arrays of shape (n,), in m/s.
-    """
-    dx = humans[:, X] - robot[X]
-    dy = humans[:, Y] - robot[Y]
-    distance = np.hypot(dx, dy)
-    distance[distance == 0] = np.inf
-    a = (robot[VX] * dx + robot[VY] * dy) / distance
-    b = -(humans[:, VX] * dx + humans[:, VY] * dy) / distance
-    return a, b
 
 
 def remember_speeds(memory: Array, robot: Array, humans: Array) -> None:
@@ -58,22 +32,6 @@ def remember_speeds(memory: Array, robot: Array, humans: Array) -> None:
     memory[:, ROBOT_SPEED], memory[:, PERSON_SPEED] = closing_speeds(
         robot, humans
     )
-
-
-def gaps(robot: Array, humans: Array, bodies: Array) -> Array:
-    """Returns the gaps between the disc of a robot and bodies of people.
-
-    Args:
-        robot: Shape (7,), a row of ``robot_state``.
-        humans: Shape (n, 6) or more columns, rows of ``human_states``.
-        bodies: Shape (n,), the radii of the bodies, in meters.
-
-    Returns:
-        Shape (n,), in meters, negative where they overlap.
-    """
-    distance = np.hypot(humans[:, X] - robot[X], humans[:, Y] - robot[Y])
-    result: Array = distance - (robot[RADIUS] + bodies)
-    return result
 
 
 def count_contacts(

@@ -18,9 +18,9 @@ from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.robot.contact_rows import (
     MEMORY_SIZE,
     count_contacts,
-    gaps,
     remember_speeds,
 )
+from hunav_drake.systems.robot.discs import gaps
 
 # Discs that are nearer to each other than this touch, in meters: kept apart,
 # they are so to less than that.
@@ -117,5 +117,7 @@ class DiscContacts(LeafSystem):
             self._time_step,
         )
         present = np.isfinite(gap)
-        remember_speeds(after, robot, np.where(present[:, None], humans, robot))
+        if not present.all():
+            humans = np.where(present[:, None], humans, robot)
+        remember_speeds(after, robot, humans)
         discrete_state.set_value(self._memory, after.ravel())

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.common.layout import Command
+from hunav_drake.systems.common.layout import COMMAND_SIZE, Command
 from hunav_drake.systems.world import visibility_graph, waypoints
 from hunav_drake.systems.world.corners import corner_vertices
 from hunav_drake.systems.world.obstacles import Obstacles
@@ -57,12 +57,21 @@ class RouteMap:
         self.ways.setflags(write=False)
 
     @functools.cached_property
-    def _goal(self) -> Callable[[float, float], tuple[Array, float, Array]]:
+    def _goal(self) -> Callable[[float, float], Array]:
         """What `_ways_to` gives for a goal, kept for those asked for last."""
         ways_to = functools.partial(
             _ways_to, self.sight, self.vertices, self.ways, self.obstacles.table
         )
         return functools.lru_cache(maxsize=_MOST_GOALS)(ways_to)
+
+    @functools.cached_property
+    def _goals(self) -> Callable[[bytes], Array]:
+        """What `_goal` gives for some, as rows (x, y), kept for the last ones.
+
+        In most steps, nobody has a new goal.
+        """
+        all_ways_to = functools.partial(_all_ways_to, self._goal)
+        return functools.lru_cache(maxsize=1)(all_ways_to)
 
     @functools.cached_property
     def _hidden(self) -> waypoints.Hidden:
@@ -97,11 +106,11 @@ class RouteMap:
         no way. A goal inside a solid is approached from the nearest place
         outside of it, and is the waypoint itself near that place.
         """
-        start, end = np.array(p, dtype=float), np.array(goal, dtype=float)
-        way = start[None], end[None], self.sight, self.obstacles.table
-        if visibility_graph.blocked(*way)[0]:
-            return np.array(self._waypoint(*start, *end))
-        return end
+        command = np.zeros((1, COMMAND_SIZE))
+        x_and_y = slice(Command.GOAL_X, Command.GOAL_Y + 1)
+        command[0, x_and_y] = goal
+        command[0, Command.HAS_GOAL] = 1.0
+        return self.guide(np.array([p], dtype=float), command)[0, x_and_y]
 
     def guide(self, positions: ArrayLike, command: Array) -> Array:
         """Returns commands whose goals are the next waypoints.
@@ -115,26 +124,15 @@ class RouteMap:
         blocked = visibility_graph.needs_way(
             p, command, self.sight, self.obstacles.table
         )
-        if not blocked.any():
+        (who,) = blocked.nonzero()
+        if not len(who):
             return command
-        result = command.copy()
-        for i in np.flatnonzero(blocked):
-            goal = command[i, Command.GOAL_X], command[i, Command.GOAL_Y]
-            waypoint = self._waypoint(p[i, 0], p[i, 1], *goal)
-            if waypoint != goal:
-                result[i, Command.GOAL_X], result[i, Command.GOAL_Y] = waypoint
-                result[i, Command.GOAL_RADIUS] = 0.0
-        return result
-
-    def _waypoint(
-        self, x: float, y: float, goal_x: float, goal_y: float
-    ) -> tuple[float, float]:
-        """Returns the next waypoint from a place that does not see the goal."""
-        result: tuple[float, float] = waypoints.waypoint(
-            *(x, y, goal_x, goal_y, *self._goal(goal_x, goal_y)),
-            *(self.sight, self.vertices, self._hidden, self.obstacles.table),
+        goals = command[who, Command.GOAL_X : Command.GOAL_Y + 1]
+        guided: Array = waypoints.guided(
+            *(p, command, who, self._goals(goals.tobytes()), self.sight),
+            *(self.vertices, *self._hidden, self.obstacles.table),
         )
-        return result
+        return guided
 
 
 @functools.lru_cache(maxsize=_MOST_MAPS)
@@ -165,11 +163,11 @@ def _without_points(obstacles: Obstacles) -> Obstacles:
 
 def _ways_to(
     sight: float, vertices: Array, ways: Array, table: Array, x: float, y: float
-) -> tuple[Array, float, Array]:
+) -> Array:
     """Returns what is the same on all ways to a goal (x, y).
 
     The place to go to, the clearance of the last leg, and the length of the way
-    from each vertex, infinite where there is none.
+    from each vertex, infinite where there is none: see `waypoints.guided`.
     """
     place: Array = visibility_graph.standing_place(x, y, sight, table)
     for last in (sight, visibility_graph.SQUEEZED * sight):
@@ -177,8 +175,17 @@ def _ways_to(
             *(*place, last, vertices, table)
         )
         if np.isfinite(legs).any():
-            return place, last, _shortest(legs, ways)
-    return place, last, legs
+            legs = _shortest(legs, ways)
+            break
+    return np.concatenate([place, [last], legs])
+
+
+def _all_ways_to(
+    ways_to: Callable[[float, float], Array], goals: bytes
+) -> Array:
+    """Returns what `ways_to` gives for goals, the bytes of rows (x, y)."""
+    rows = np.frombuffer(goals).reshape(-1, 2).tolist()
+    return np.array([ways_to(x, y) for x, y in rows])
 
 
 def _shortest(legs: Array, ways: Array) -> Array:

@@ -11,6 +11,7 @@ import numpy as np
 
 from hunav_drake.systems.common.kernels import MATRIX, REAL, WALLS, jit, jit_as
 from hunav_drake.systems.common.layout import Command
+from hunav_drake.systems.common.sorting import stable_order
 from hunav_drake.systems.world.sweep import (
     crosses,
     distance_to,
@@ -209,10 +210,16 @@ def straight_lengths(x, y, clearance, points, table):
     They are infinite for points that one does not see.
     """
     walls = opened(table)
-    result = np.full(len(points), np.inf)
-    for i in range(len(points)):
+    m = len(points)
+    result = np.full(m, np.inf)
+    angles = np.empty(m)
+    for i in range(m):
+        angles[i] = math.atan2(points[i, 1] - y, points[i, 0] - x)
+    hiders = np.full(_HIDERS + 1, -1)
+    # What hides a point mostly hides the next one to the left, too.
+    for i in stable_order(angles):
         px, py = points[i, 0], points[i, 1]
-        if sees(x, y, px, py, clearance, walls):
+        if _sees_past(x, y, px, py, clearance, walls, hiders):
             result[i] = math.hypot(x - px, y - py)
     return result
 

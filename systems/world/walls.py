@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hunav_drake.systems.common.kernels import jit, jit_generator
+from hunav_drake.systems.common.kernels import jit, jit_generator, unowned
 from hunav_drake.systems.common.sorting import stable_order
 
 # The part of coordinates that rounding may change.
@@ -43,7 +43,8 @@ class Walls(NamedTuple):
 
 @jit
 def opened(table):
-    """Returns the parts of a table, as views."""
+    """Returns the parts of a table, as views: see `unowned`."""
+    table = unowned(table)
     sizes = table[:4].view(np.int64)
     segments = 4 + 4 * sizes[0]
     boxes = segments + 4 * sizes[3]

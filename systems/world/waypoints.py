@@ -16,13 +16,16 @@ from numba import float64
 import numpy as np
 
 from hunav_drake.systems.common.kernels import (
+    INTEGERS,
     MATRIX,
     REAL,
-    VECTOR,
     WALLS,
     jit,
     jit_as,
+    unowned,
 )
+from hunav_drake.systems.common.layout import Command
+from hunav_drake.systems.common.sorting import heap_between, pop_least
 from hunav_drake.systems.world.sweep import crosses
 from hunav_drake.systems.world.visibility_graph import (
     SQUEEZED,
@@ -79,11 +82,6 @@ def nothing_hidden(vertices: int) -> Hidden:
         np.zeros((places, 2), dtype=np.int64),
         np.zeros((places, vertices), dtype=np.int32),
     )
-
-
-_HIDDEN_TYPE = numba.types.NamedTuple(
-    (numba.int64[:, ::1], numba.int32[:, ::1]), Hidden
-)
 
 
 @jit
@@ -227,114 +225,150 @@ def _turns_back(x, y, vx, vy, ox, oy, clearance):
 
 
 @jit
-def _choice(x, y, legs, ways, clearance, vertices, known, walls):
-    """Returns the vertex in sight of (x, y) with the shortest way, or -1.
+def _leading(x, y, to_place, hiders, vertices):
+    """Returns the vertices that may be seen from (x, y) and lead to the place.
 
-    `legs` (m,) are the distances to the vertices (m, 2), `ways` (m,) those to
-    the place by way of them, in meters; infinite where that is known to be
-    hidden. `known` is what `_remembered` gives.
+    Returns:
+        Arrays (c,): the vertices, in their order; how far they are; and how
+        long the way to the place is by way of them, in meters.
     """
+    numbers = np.empty(len(vertices), dtype=np.int64)
+    legs = np.empty(len(vertices))
+    ways = np.empty(len(vertices))
+    count = 0
+    for v in range(len(vertices)):
+        if hiders[v] != _HIDDEN and to_place[v] < math.inf:
+            numbers[count] = v
+            legs[count] = math.hypot(vertices[v, 0] - x, vertices[v, 1] - y)
+            ways[count] = legs[count] + to_place[v]
+            count += 1
+    return numbers[:count], legs[:count], ways[:count]
+
+
+@jit
+def _choice(x, y, leading, clearance, vertices, known, walls):
+    """Returns which vertex in sight of (x, y) has the shortest way, or -1.
+
+    It is a place in the arrays of `leading`, which is what `_leading` gives;
+    `known` is what `_remembered` gives.
+    """
+    numbers, legs, ways = leading
     if len(ways) == 0:
         return -1
     # One that is near is likely to be seen, and spares a look at many others.
     shortest = math.inf
     nearest = np.argmin(legs)
-    if ways[nearest] < math.inf and not _is_hidden(
-        x, y, nearest, clearance, vertices, known, walls
+    if not _is_hidden(
+        x, y, numbers[nearest], clearance, vertices, known, walls
     ):
         shortest = ways[nearest]
     # Of the others with shorter ways, the first in sight is the one.
-    shorter = np.flatnonzero(ways < shortest)
-    for v in shorter[np.argsort(ways[shorter])]:
-        if not _is_hidden(x, y, v, clearance, vertices, known, walls):
-            shortest = ways[v]
+    heap = np.empty(len(ways), dtype=np.int64)
+    for count in range(heap_between(0.0, shortest, ways, heap), 0, -1):
+        i = pop_least(ways, heap, count)
+        if not _is_hidden(x, y, numbers[i], clearance, vertices, known, walls):
+            shortest = ways[i]
             break
     if shortest == math.inf:
         return -1
+    alike = heap_between(shortest, shortest + 1e3 * _SAME, ways, heap)
+    if alike == 1:
+        return heap[0]
     choice = -1
-    alike = np.flatnonzero(
-        (ways >= shortest) & (ways <= shortest + 1e3 * _SAME)
-    )
-    if len(alike) == 1:
-        return alike[0]
-    for v in alike[np.argsort(ways[alike], kind="mergesort")]:
-        if choice >= 0 and ways[v] > ways[choice] + _SAME:
+    for count in range(alike, 0, -1):
+        i = pop_least(ways, heap, count)
+        if choice >= 0 and ways[i] > ways[choice] + _SAME:
             break
         # Of equal ways the one with the farther waypoint: a person who
         # stands on a vertex looks on to the next.
-        if (choice < 0 or legs[v] > legs[choice]) and not _is_hidden(
-            x, y, v, clearance, vertices, known, walls
+        if (choice < 0 or legs[i] > legs[choice]) and not _is_hidden(
+            x, y, numbers[i], clearance, vertices, known, walls
         ):
-            choice = v
+            choice = i
     return choice
 
 
-@jit_as(
-    numba.types.UniTuple(float64, 2),
-    *(REAL, REAL, REAL, REAL, VECTOR, REAL, VECTOR, REAL, MATRIX),
-    *(_HIDDEN_TYPE, WALLS),
-)
-def waypoint(
-    x,
-    y,
-    goal_x,
-    goal_y,
-    place,
-    last_clearance,
-    to_place,
-    clearance,
-    vertices,
-    hidden,
-    table,
+@jit
+def _waypoint(
+    x, y, goal_x, goal_y, ways_to, clearance, vertices, hidden, walls
 ):
     """Returns the point to walk to next from (x, y), on the way to a goal.
 
-    The goal itself is not in sight, with the clearance.
-
-    Args:
-        x: In meters, like all places and lengths.
-        y: See there.
-        goal_x: Where to go.
-        goal_y: See there.
-        place: What `standing_place` gives for the goal, shape (2,).
-        last_clearance: That of the last leg.
-        to_place: Shape (m,): the length of the shortest way from each vertex
-            to the place; infinity where there is none.
-        clearance: That of the other legs.
-        vertices: Shape (m, 2).
-        hidden: What hides vertices, as far as is known; it learns.
-        table: `Obstacles.table`.
+    The goal itself is not in sight, with the clearance. The other arguments
+    are those of `guided`.
     """
-    walls = opened(table)
-    elsewhere = place[0] != goal_x or place[1] != goal_y
+    place_x, place_y, last_clearance = ways_to[:3]
+    elsewhere = place_x != goal_x or place_y != goal_y
     if (elsewhere or last_clearance != clearance) and sees(
-        x, y, place[0], place[1], last_clearance, walls
+        x, y, place_x, place_y, last_clearance, walls
     ):
         # In front of the furniture that the goal is in, people lean towards
         # the goal, and come to rest there.
-        if math.hypot(place[0] - x, place[1] - y) < 2 * clearance:
+        if math.hypot(place_x - x, place_y - y) < 2 * clearance:
             return goal_x, goal_y
-        return place[0], place[1]
+        return place_x, place_y
     known = _remembered(x, y, hidden)
-    hiders = known[2]
-    count = len(vertices)
-    legs = np.full(count, np.inf)
-    ways = np.full(count, np.inf)
-    for v in range(count):
-        if hiders[v] != _HIDDEN:
-            legs[v] = math.hypot(vertices[v, 0] - x, vertices[v, 1] - y)
-            ways[v] = legs[v] + to_place[v]
-    choice = _choice(x, y, legs, ways, clearance, vertices, known, walls)
+    leading = _leading(x, y, ways_to[3:], known[2], vertices)
+    numbers, legs, _ = leading
+    choice = _choice(x, y, leading, clearance, vertices, known, walls)
     if choice >= 0 and legs[choice] < 2 * clearance:
         slack = _SLACK * clearance
-        vx, vy = vertices[choice]
-        other = _choice(x, y, legs, ways, slack, vertices, known, walls)
-        ox, oy = vertices[other]
+        vx, vy = vertices[numbers[choice]]
+        other = _choice(x, y, leading, slack, vertices, known, walls)
+        ox, oy = vertices[numbers[other]]
         if _turns_back(x, y, vx, vy, ox, oy, clearance):
             choice = other
     if choice < 0:
         squeezed = SQUEEZED * clearance
-        choice = _choice(x, y, legs, ways, squeezed, vertices, known, walls)
+        choice = _choice(x, y, leading, squeezed, vertices, known, walls)
     if choice < 0:
         return goal_x, goal_y
-    return vertices[choice, 0], vertices[choice, 1]
+    return vertices[numbers[choice], 0], vertices[numbers[choice], 1]
+
+
+@jit_as(
+    float64[:, ::1],
+    *(MATRIX, MATRIX, INTEGERS, MATRIX, REAL, MATRIX),
+    *(numba.int64[:, ::1], numba.int32[:, ::1], WALLS),
+)
+def guided(
+    positions, command, who, ways_to, clearance, vertices, cells, hiders, table
+):
+    """Returns commands with the next waypoints, for who does not see the goal.
+
+    A waypoint that is not the goal has a radius of zero.
+
+    Args:
+        positions: Shape (n, 2 or more): x, y, ..., in meters.
+        command: Shape (n, COMMAND_SIZE).
+        who: Shape (k,): the rows of those who do not see the goal, with the
+            clearance.
+        ways_to: Shape (k, 3 + m): for the goal of each, x and y of the place
+            that `standing_place` gives; the clearance of the last leg; and the
+            length of the shortest way from each vertex to the place, infinity
+            where there is none.
+        clearance: That of the other legs.
+        vertices: Shape (m, 2).
+        cells: What hides vertices, as far as is known: see `Hidden`. It
+            learns.
+        hiders: See there.
+        table: `Obstacles.table`.
+    """
+    walls = opened(table)
+    hidden = Hidden(unowned(cells), unowned(hiders))
+    vertices = unowned(vertices)
+    ways_to = unowned(ways_to)
+    result = command.copy()
+    for k in range(len(who)):
+        i = who[k]
+        goal_x = command[i, Command.GOAL_X]
+        goal_y = command[i, Command.GOAL_Y]
+        x, y = _waypoint(
+            *(positions[i, 0], positions[i, 1], goal_x, goal_y, ways_to[k]),
+            *(clearance, vertices, hidden, walls),
+        )
+        if x != goal_x or y != goal_y:
+            result[i, Command.GOAL_X] = x
+            result[i, Command.GOAL_Y] = y
+            result[i, Command.GOAL_RADIUS] = 0.0
+    return result

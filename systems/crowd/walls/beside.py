@@ -164,8 +164,9 @@ def _widths_of_side(px, py, ex, ey, sign, limits, beside, walls):
     dy = np.empty(STEPS)
     d2 = np.empty(STEPS)
     felt = np.full(STEPS, np.inf)
+    farthest = limits.max()
     for i in range(len(near)):
-        if left[i] * sign < 0 or least[i] >= limits.max():
+        if left[i] * sign < 0 or least[i] >= farthest:
             continue
         _offsets(px, py, walls.segments, near[i], dx, dy, d2)
         for step in range(STEPS):
@@ -177,6 +178,7 @@ def _widths_of_side(px, py, ex, ey, sign, limits, beside, walls):
                 seems = away * math.sqrt(math.sqrt(away / aside))
                 felt[step] = min(felt[step], seems)
                 limits[step] = min(limits[step], felt[step])
+        farthest = limits.max()
     return felt
 
 

@@ -12,6 +12,7 @@ from hunav_drake.systems.common.kernels import (
     jit,
     jit_as,
     number_functions_apart,
+    unowned,
 )
 
 
@@ -35,6 +36,22 @@ def test_it_is_compiled_at_the_first_call_once(scaled_sum):
     rows.flags.writeable = False
     assert scaled_sum(rows, 2.0) == 30.0
     assert len(scaled_sum.overloads) == 1
+
+
+def test_views_of_unowned_arrays_are_of_the_same_numbers():
+    @jit
+    def lowered(rows):
+        rows = unowned(rows)
+        for row in rows:
+            row -= row[0]
+        return rows.sum()
+
+    rows = np.arange(6.0).reshape(2, 3)
+    held = sys.getrefcount(rows)
+    assert lowered(rows) == 6.0
+    np.testing.assert_array_equal(rows, [[0, 1, 2], [0, 1, 2]])
+    assert sys.getrefcount(rows) == held
+    assert unowned(rows) is rows
 
 
 def test_whole_numbers_are_converted_at_any_call(scaled_sum):

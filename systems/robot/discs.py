@@ -1,0 +1,54 @@
+"""How the discs of a robot and of people lie and move, compiled by numba."""
+
+import math
+
+from numba import float64
+import numpy as np
+
+from hunav_drake.systems.common.kernels import MATRIX, VECTOR, jit_as
+from hunav_drake.systems.common.layout import RADIUS, VX, VY, X, Y
+
+
+@jit_as(float64[:, ::1], VECTOR, MATRIX)
+def closing_speeds(robot, humans):
+    """Returns how fast a robot and each person move towards each other.
+
+    With n the unit vector from robot to person, these are a = v_r . n and
+    b = -v_i . n. Who stand on one another have no n; theirs are 0.
+
+    Args:
+        robot: Shape (7,), a row of ``robot_state``.
+        humans: Shape (n, 6) or more columns, rows of ``human_states``.
+
+    Returns:
+        Shape (2, n), a and b, in m/s.
+    """
+    speeds = np.empty((2, len(humans)))
+    for i in range(len(humans)):
+        dx = humans[i, X] - robot[X]
+        dy = humans[i, Y] - robot[Y]
+        distance = math.hypot(dx, dy)
+        if distance == 0:
+            distance = math.inf
+        speeds[0, i] = (robot[VX] * dx + robot[VY] * dy) / distance
+        speeds[1, i] = -(humans[i, VX] * dx + humans[i, VY] * dy) / distance
+    return speeds
+
+
+@jit_as(float64[::1], VECTOR, MATRIX, VECTOR)
+def gaps(robot, humans, bodies):
+    """Returns the gaps between the disc of a robot and bodies of people.
+
+    Args:
+        robot: Shape (7,), a row of ``robot_state``.
+        humans: Shape (n, 6) or more columns, rows of ``human_states``.
+        bodies: Shape (n,), the radii of the bodies, in meters.
+
+    Returns:
+        Shape (n,), in meters, negative where they overlap.
+    """
+    result = np.empty(len(humans))
+    for i in range(len(humans)):
+        distance = math.hypot(humans[i, X] - robot[X], humans[i, Y] - robot[Y])
+        result[i] = distance - (robot[RADIUS] + bodies[i])
+    return result
