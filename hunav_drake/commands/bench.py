@@ -169,11 +169,12 @@ def _bench(options: argparse.Namespace) -> int:
         if options.replays:
             _write_replays(result, out, options)
         judgements = judge(result)
-        _print(result, judgements, options)
+        # First, for who reads what is printed may have enough of it early.
         with input_errors(place=out):
             report = WriteSuite(result, out, judgements)
         if options.markdown:
             _write_markdown(result, options)
+    _print(result, judgements, options)
     print(f"Tables, CSV and LaTeX: {out}", file=sys.stderr)
     print(f"Report, for a browser: {report}", file=sys.stderr)
     return FAILED if result.failures else DONE

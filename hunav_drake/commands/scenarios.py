@@ -10,6 +10,7 @@ from hunav_drake.commands.errors import (
     DONE,
     InputError,
     check_each,
+    check_output,
     input_errors,
     write_output,
 )
@@ -191,10 +192,11 @@ def _new(options: argparse.Namespace) -> int:
             f" {', '.join(templates)}"
         )
     path: Path = options.name
+    if path.name in ("", ".."):
+        raise InputError(f"{path}: give the file a name, such as my_office")
     if path.suffix not in (".yaml", ".yml"):
         path = path.with_name(f"{path.name}.yaml")
-    if path.exists() and not options.force:
-        raise InputError(f"{path} already exists; overwrite it with --force")
+    check_output(path, options.force)
     text = template_text(name).replace("FILE", path.name)
     with input_errors(place=path), atomic_write(path) as file:
         file.write(text.encode())
