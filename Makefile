@@ -48,7 +48,7 @@ $(READY): pyproject.toml .python-version
 	    rm -rf $(VENV) && $$python -m venv $(VENV) || { \
 	    echo "Could not create $(VENV): on Debian and Ubuntu, install python3-venv."; exit 1; }; \
 	fi
-	@echo "Installing hunav_drake and what it needs (about 1.2 GB, a minute or two)"
+	@echo "Installing hunav_drake and what it needs (about 0.8 GB, a minute or two)"
 	@$(INSTALL) --editable .
 	@touch $@
 

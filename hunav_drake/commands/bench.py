@@ -147,8 +147,10 @@ def _bench(options: argparse.Namespace) -> int:
     from hunav_drake.scenario import ScenarioError
 
     if options.suite is None:
-        for name, description in ListSuites().items():
-            print(f"{name}: {description}")
+        suites = ListSuites()
+        width = max(map(len, suites))
+        for name, description in suites.items():
+            print(f"{name:{width}}  {description}")
         return DONE
     with input_errors(ScenarioError, ValueError, UnfitWorkerError):
         suite = _suite(options)

@@ -138,6 +138,26 @@ def test_run_waits_for_no_browser_where_nobody_is(hunav):
     assert "Waiting" not in out
 
 
+def test_ctrl_c_closes_a_view_whose_run_is_written(
+    hunav, tmp_path, monkeypatch
+):
+    def closed(_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("builtins.input", closed)
+    monkeypatch.setattr(sys.stdin, "isatty", lambda: True, raising=False)
+    monkeypatch.setattr(
+        "hunav_drake.views.live.WaitForBrowser", lambda meshcat: None
+    )
+    code, _, err = hunav(
+        *("run", "passing", "--set", "simulation.duration=0.2", "--meshcat"),
+        *("--out", tmp_path, "--no-replay"),
+    )
+    assert code == 1
+    assert not err
+    assert list(tmp_path.glob("runs/*/report.html"))
+
+
 def test_run_can_leave_the_replay_out(hunav, tmp_path):
     code, _, _ = hunav("run", "passing", "--out", tmp_path, "--no-replay")
     assert code == 0

@@ -1,6 +1,8 @@
 """A newcomer's first steps: a scenario of one's own, examples, completion."""
 
 import shlex
+import shutil
+import subprocess
 import sys
 import time
 
@@ -104,6 +106,39 @@ def test_completion_knows_commands_and_options(hunav, shell):
     assert code == 0
     for word in ("run", "doctor", "planner"):
         assert word in out
+
+
+@pytest.mark.skipif(shutil.which("bash") is None, reason="there is no bash")
+def test_a_shell_completes_commands_options_and_names(hunav, tmp_path):
+    pytest.importorskip("shtab", reason="the extra `completion` is not here")
+    (tmp_path / "script").write_text(hunav("completion", "bash")[1])
+    for line, wanted in (
+        ("hunav re", "report render"),
+        ("hunav run passing --pl", "--planner"),
+        ("hunav run passing --planner d", "dwb"),
+        ("hunav run cor", "corridor_dense"),
+        ("hunav run my_own", ""),
+        ("hunav bench pa", "paper"),
+        ("hunav new mine --template co", "corridor"),
+        ("hunav validate --model or", "orca"),
+        ("hunav metrics show path_l", "path_length"),
+    ):
+        words = shlex.split(line)
+        done = subprocess.run(
+            [
+                *("bash", "-c"),
+                f"source {tmp_path}/script; COMP_WORDS=({line});"
+                f" COMP_CWORD={len(words) - 1}; _shtab_hunav;"
+                ' echo "${COMPREPLY[*]}"',
+            ],
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        assert done.stdout.strip() == wanted
+    # To parse, there are more names: those of users.
+    options = _make_parser().parse_args(["run", "x", "--planner", "mine:Own"])
+    assert options.planner == "mine:Own"
 
 
 def test_after_ctrl_c_it_says_how_to_go_on(tmp_path):
