@@ -32,11 +32,8 @@ COMMANDS = {
     "run": ("run passing --out OUT", "run it again"),
     "evaluate": ("evaluate RUN/recording.npz --out OUT", "the same command"),
     "bench": (
-        "bench HERE/tiny.yaml --out OUT --workers 1 --markdown OUT/page.md",
-        "goes on from there",
-    ),
-    "replays": (
-        "bench HERE/tiny.yaml --out OUT --workers 1 --replays",
+        "bench HERE/tiny.yaml --out OUT --workers 1 --replays"
+        " --markdown OUT/page.md",
         "goes on from there",
     ),
     "validate": (
@@ -248,3 +245,18 @@ def test_ctrl_c_ends_workers_whatever_they_do(words, tmp_path):
     for worker in workers:
         with pytest.raises(ProcessLookupError):
             os.kill(worker, 0)
+
+
+@pytest.mark.slow
+def test_ctrl_c_ends_the_editor(here):
+    pytest.importorskip("tornado", reason="the extra `editor` is not here")
+    file = here / "mine.yaml"
+    file.write_text("robot: {goal: [2, 0, 0]}\n")
+    process = start_hunav("edit", file, "--no-browser", "--port", 0)
+    for line in process.stdout:
+        if line == "Ctrl-C ends it.\n":
+            break
+    code, err = press_ctrl_c(process)
+    assert (code, err) == (0, "")
+    assert file.read_text() == "robot: {goal: [2, 0, 0]}\n"
+    assert not list(here.glob(".*"))
