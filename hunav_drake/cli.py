@@ -24,6 +24,7 @@ from hunav_drake.commands.errors import (
     FAILED,
     INTERRUPTED,
     InputError,
+    os_error_text,
     print_import_hint,
 )
 from hunav_drake.commands.metrics import add_metric_commands
@@ -45,9 +46,10 @@ from hunav_drake.commands.user_code import (
 from hunav_drake.commands.validate import add_validate_command
 from hunav_drake.systems.common.suggest import did_you_mean
 
-_UNKNOWN_COMMAND = re.compile(
-    r"argument {.*invalid choice: '([^']*)' \(choose from (.*)\)"
+_INVALID_CHOICE = re.compile(
+    r"argument (.*): invalid choice: '([^']*)' \(choose from (.*)\)"
 )
+_MISSING = "the following arguments are required: "
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -59,9 +61,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
-    options = _make_parser().parse_args(arguments)
-    imports = getattr(options, "imports", ())
+    options = argparse.Namespace()
+    imports: Sequence[str] = ()
     try:
+        options = _make_parser().parse_args(arguments)
+        imports = getattr(options, "imports", ())
         with warnings.catch_warnings():
             # Only the message is used, so its type does not name the rest.
             warnings.showwarning = _show_warning  # type: ignore[assignment]
@@ -70,7 +74,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         sys.stdout.flush()
     except KeyboardInterrupt:
         words = sys.argv[1:] if arguments is None else arguments
-        hint = next((h for w in words if (h := AFTER_INTERRUPT.get(w))), "")
+        command = next((word for word in words if word in EXAMPLES), "")
+        hint = AFTER_INTERRUPT.get(command, "")
         print(
             f"hunav: interrupted{f': {hint}' if hint else ''}", file=sys.stderr
         )
@@ -89,7 +94,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         # What is still to be written would fail again when Python ends.
         if isinstance(sys.stdout, io.TextIOWrapper):
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        print(f"hunav: {error}", file=sys.stderr)
+        print(f"hunav: {os_error_text(error)}", file=sys.stderr)
         return BAD_INPUT
     except Exception as error:
         if getattr(options, "debug", False):
@@ -126,12 +131,24 @@ class _Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """Prints what is wrong, and exits."""
-        if match := _UNKNOWN_COMMAND.search(message):
-            word, names = match[1], re.findall(r"[\w-]+", match[2])
+        commands = [
+            name
+            for action in self._actions
+            if isinstance(action, argparse._SubParsersAction)
+            for name in action.choices
+        ]
+        if match := _INVALID_CHOICE.search(message):
+            option, word = match[1], match[2]
+            names = re.findall(r"[\w-]+", match[3])
             message = (
                 f"there is no command {word!r}{did_you_mean(word, names)};"
                 f" valid: {', '.join(names)}"
+                if names == commands
+                else f"{option}: must be one of {', '.join(names)}, got"
+                f" {word!r}{did_you_mean(word, names)}"
             )
+        elif commands and message.startswith(_MISSING):
+            message = f"name a command: {', '.join(commands)}"
         message = message.removeprefix("argument ")
         self.exit(
             BAD_INPUT, f"{self.prog}: {message}; see `{self.prog} --help`\n"
@@ -166,7 +183,9 @@ def _make_parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--version", action=_Version, help="show the version and exit"
     )
-    commands = parser.add_subparsers(title="commands", required=True)
+    commands = parser.add_subparsers(
+        title="commands", required=True, metavar="COMMAND"
+    )
     add_run_command(commands)
     add_scenario_commands(commands)
     add_edit_command(commands)

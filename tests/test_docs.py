@@ -6,7 +6,7 @@ import textwrap
 
 import pytest
 
-from hunav_drake import LoadScenario, MakeTrialDiagram, RunTrial
+from hunav_drake import LoadScenario, MakeTrialDiagram, RunTrial, cli
 from hunav_drake.benchmark import LoadSuite
 from hunav_drake.benchmark.comparison.paper import (
     PLANNERS as PAPER_PLANNERS,
@@ -197,6 +197,33 @@ def test_the_readme_counts_what_there_is():
         p for p in PLANNERS.values() if p.__module__.startswith("hunav_drake.")
     ]
     assert f"| {len(planners)}, among them DWB" in README
+    folder = ROOT / "systems" / "behavior" / "trees"
+    trees = {path.stem for path in folder.glob("*.xml")}
+    # What trees have in common, and what editors know of nodes.
+    trees -= {"let_pass", "node_models"}
+    own = {"distracted", "cooperative"}
+    assert own <= trees
+    told = f"| HuNavSim's {len(trees - own)}, distracted, cooperative |"
+    assert told in README
+    # Social forces, ORCA, the headed social force, and two by their speeds.
+    models = {name for name in MOTION_MODELS if "speed" in name}
+    models |= {name for name in MOTION_MODELS if "velocity" in name}
+    assert len(models) == 2
+    assert "ORCA, headed social force, two speed models" in README
+    assert len(MOTION_MODELS) == 5
+
+
+@pytest.mark.slow
+def test_the_readme_shows_how_a_run_ends(capsys, tmp_path, monkeypatch):
+    """But for how long it takes."""
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(["run", "passing", "--out", "out/demo"]) == 0
+    out = capsys.readouterr().out
+    (block,) = re.findall(r"^```text\n(passing,.*?)^```", README, re.M | re.S)
+    begin, end = block.split("  ...\n")
+    times = r"Simulated in [\d.]+ s, \d+ times"
+    assert out.startswith(begin)
+    assert re.sub(times, "", out).endswith("\n" + re.sub(times, "", end))
 
 
 def test_the_code_about_planners_runs(capsys, monkeypatch):

@@ -11,6 +11,7 @@ from hunav_drake.benchmark.running.pool import InlineExecutor, WorkerPool
 from hunav_drake.benchmark.running.recordings import replay_path
 from hunav_drake.benchmark.running.run_row import FAILED
 from hunav_drake.benchmark.suite_result import SuiteResult
+from hunav_drake.systems.common.files import remove_drafts
 
 
 def WriteReplays(
@@ -66,17 +67,23 @@ def WriteReplays(
     workers = min(workers or os.cpu_count() or 1, len(missing))
     pool = InlineExecutor if workers == 1 else WorkerPool
     arguments = (imports,) if workers == 1 else (workers, imports)
-    with pool(*arguments) as executor:
-        futures = {
-            executor.submit(
-                *(_write, cell, seeds[cell.name], path),
-                json.dumps(firsts[cell.name]),
-            ): path
-            for cell, path in missing
-        }
-        for done, future in enumerate(as_completed(futures), start=1):
-            future.result()
-            progress(done, len(futures))
+    try:
+        with pool(*arguments) as executor:
+            futures = {
+                executor.submit(
+                    *(_write, cell, seeds[cell.name], path),
+                    json.dumps(firsts[cell.name]),
+                ): path
+                for cell, path in missing
+            }
+            for done, future in enumerate(as_completed(futures), start=1):
+                future.result()
+                progress(done, len(futures))
+    except BaseException:
+        # The workers were ended, whatever they were doing.
+        for _, path in missing:
+            remove_drafts(path)
+        raise
     return [path for _, path in missing]
 
 

@@ -147,8 +147,10 @@ def _bench(options: argparse.Namespace) -> int:
     from hunav_drake.scenario import ScenarioError
 
     if options.suite is None:
-        for name, description in ListSuites().items():
-            print(f"{name}: {description}")
+        suites = ListSuites()
+        width = max(map(len, suites))
+        for name, description in suites.items():
+            print(f"{name:{width}}  {description}")
         return DONE
     with input_errors(ScenarioError, ValueError, UnfitWorkerError):
         suite = _suite(options)
@@ -169,11 +171,12 @@ def _bench(options: argparse.Namespace) -> int:
         if options.replays:
             _write_replays(result, out, options)
         judgements = judge(result)
-        _print(result, judgements, options)
+        # First, for who reads what is printed may have enough of it early.
         with input_errors(place=out):
             report = WriteSuite(result, out, judgements)
         if options.markdown:
             _write_markdown(result, options)
+    _print(result, judgements, options)
     print(f"Tables, CSV and LaTeX: {out}", file=sys.stderr)
     print(f"Report, for a browser: {report}", file=sys.stderr)
     return FAILED if result.failures else DONE

@@ -27,6 +27,13 @@ def print_import_hint(error: Exception, options: argparse.Namespace) -> None:
         )
 
 
+def os_error_text(error: OSError, place: str | Path = "") -> str:
+    """Returns what is wrong at a place, by default the file it names."""
+    place = place or error.filename or ""
+    fault = error.strerror or str(error)
+    return f"{place}: {fault}" if place else fault
+
+
 @contextmanager
 def input_errors(
     *kinds: type[Exception], place: str | Path = ""
@@ -38,9 +45,7 @@ def input_errors(
     try:
         yield
     except OSError as error:
-        place = place or error.filename
-        text = f"{place}: {error.strerror}" if place else str(error)
-        raise InputError(text) from error
+        raise InputError(os_error_text(error, place)) from error
     except kinds as error:
         raise InputError(str(error)) from error
 
@@ -75,12 +80,21 @@ def write_output(text: str, options: argparse.Namespace, done: str) -> int:
     if output is None:
         print(text, end="")
         return DONE
-    if output.exists() and not options.force:
-        raise InputError(f"{output} already exists; overwrite it with --force")
+    check_output(output, options.force)
     with input_errors(place=output), atomic_write(output) as file:
         file.write(text.encode())
     print(done)
     return DONE
+
+
+def check_output(path: Path, force: bool = True) -> None:
+    """Checks that a file is not there yet, unless by force, but its folder."""
+    if path.exists() and not force:
+        raise InputError(f"{path} already exists; overwrite it with --force")
+    if not path.resolve().parent.is_dir():
+        raise InputError(
+            f"{path}: there is no folder {path.parent}; make it first"
+        )
 
 
 def check_out(directory: Path) -> None:

@@ -13,6 +13,7 @@ from hunav_drake.commands.errors import (
     InputError,
     check_out,
     input_errors,
+    os_error_text,
 )
 from hunav_drake.commands.options import add_format_option, add_import_option
 
@@ -107,7 +108,10 @@ def _evaluate(options: argparse.Namespace) -> int:
     if options.out is not None:
         try:
             folder = WriteResult(result, options.out, format=options.format)
-        except (OSError, ValueError) as error:
+        except OSError as error:
+            place = f"--out {options.out}"
+            raise InputError(os_error_text(error, place)) from error
+        except ValueError as error:
             raise InputError(f"--out {options.out}: {error}") from error
     if options.json:
         from hunav_drake.results.run_summary import make_summary

@@ -146,6 +146,7 @@ EXAMPLES = {
 # After an interrupt, files that are there are whole; what is left to say.
 AFTER_INTERRUPT = {
     "run": "nothing was written of this run; run it again",
+    "evaluate": "no run was written; the same command writes it",
     "bench": "what is done is kept; the same command goes on from there",
     "validate": "nothing was written; --case and --model choose fewer cases",
     "render": "no film was written; --from and --to film a part",

@@ -7,7 +7,12 @@ from pathlib import Path
 import re
 from typing import TYPE_CHECKING, Any
 
-from hunav_drake.commands.errors import DONE, InputError, input_errors
+from hunav_drake.commands.errors import (
+    DONE,
+    InputError,
+    check_output,
+    input_errors,
+)
 from hunav_drake.commands.options import add_import_option, overlay_names
 
 if TYPE_CHECKING:
@@ -131,13 +136,7 @@ def _render(options: argparse.Namespace) -> int:
             f"--at {options.at:g}: is for a .png alone, got --output {output};"
             " films have --from and --to"
         )
-    if output.exists() and not options.force:
-        raise InputError(f"{output} already exists; overwrite it with --force")
-    if not output.resolve().parent.is_dir():
-        raise InputError(
-            f"--output {output}: there is no folder {output.parent}; make it"
-            " first"
-        )
+    check_output(output, options.force)
     if not options.run.exists():
         raise InputError(
             f"{options.run}: there is no such file or folder; `hunav run"

@@ -5,7 +5,12 @@ from pathlib import Path
 import sys
 from typing import Any
 
-from hunav_drake.commands.errors import DONE, InputError, input_errors
+from hunav_drake.commands.errors import (
+    DONE,
+    InputError,
+    check_output,
+    input_errors,
+)
 from hunav_drake.commands.options import add_import_option
 
 # How many of the runs that are left out are named in the terminal.
@@ -39,6 +44,8 @@ def _report(options: argparse.Namespace) -> int:
     from hunav_drake.results.files import LoadResults
 
     directory: Path = options.directory
+    if options.output is not None:
+        check_output(options.output)
     left_out: dict[str, str] = {}
     with input_errors():
         results = LoadResults(directory, damaged=left_out)

@@ -16,6 +16,7 @@ from hunav_drake.commands.errors import (
     InputError,
     check_out,
     input_errors,
+    os_error_text,
 )
 from hunav_drake.commands.options import (
     add_format_option,
@@ -170,7 +171,9 @@ def _run(options: argparse.Namespace) -> int:
     for line in written:
         print(line, file=sys.stderr if options.json else sys.stdout)
     if options.meshcat and _somebody_waits(options):
-        input("Press Enter to close the view. ")
+        # Or Ctrl-C, or Ctrl-D: what is to be written is.
+        with contextlib.suppress(KeyboardInterrupt, EOFError):
+            input("Press Enter to close the view. ")
     completed = result.end_reason == "goal" or scenario.robot.goal is None
     return DONE if completed and not failed else FAILED
 
@@ -292,7 +295,10 @@ def _keep(
         folder = WriteResult(
             result, options.out, format=options.format, add=add_pages
         )
-    except (OSError, ValueError) as error:
+    except OSError as error:
+        place = f"--out {options.out}"
+        raise InputError(os_error_text(error, place)) from error
+    except ValueError as error:
         raise InputError(f"--out {options.out}: {error}") from error
     lines = [
         f"Wrote the run to {folder}",

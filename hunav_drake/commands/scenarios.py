@@ -10,6 +10,7 @@ from hunav_drake.commands.errors import (
     DONE,
     InputError,
     check_each,
+    check_output,
     input_errors,
     write_output,
 )
@@ -191,10 +192,11 @@ def _new(options: argparse.Namespace) -> int:
             f" {', '.join(templates)}"
         )
     path: Path = options.name
+    if path.name in ("", ".."):
+        raise InputError(f"{path}: give the file a name, such as my_office")
     if path.suffix not in (".yaml", ".yml"):
         path = path.with_name(f"{path.name}.yaml")
-    if path.exists() and not options.force:
-        raise InputError(f"{path} already exists; overwrite it with --force")
+    check_output(path, options.force)
     text = template_text(name).replace("FILE", path.name)
     with input_errors(place=path), atomic_write(path) as file:
         file.write(text.encode())
@@ -209,5 +211,44 @@ def _completion(options: argparse.Namespace) -> int:
         raise InputError(
             "completion needs shtab: pip install 'hunav_drake[completion]'"
         ) from error
+    _name_choices(options.whole, is_bash=options.shell == "bash")
     print(shtab.complete(options.whole, shell=options.shell))
     return DONE
+
+
+def _name_choices(whole: argparse.ArgumentParser, is_bash: bool) -> None:
+    """Gives options and arguments the names that a shell is to complete.
+
+    For parsing they would be too narrow: what users register has names, too.
+    """
+    from hunav_drake.benchmark import ListSuites
+    from hunav_drake.scenario import ListScenarios
+    from hunav_drake.scenario.templates import list_templates
+    from hunav_drake.systems.crowd.models import MOTION_MODELS
+    from hunav_drake.systems.evaluation.metrics import METRICS
+    from hunav_drake.systems.planning import PLANNERS
+    from hunav_drake.validation.cases import CASES
+
+    names: dict[str, list[str]] = {
+        "planner": list(PLANNERS),
+        "template": list(list_templates()),
+        "model": list(MOTION_MODELS),
+        "case": list(CASES),
+        "metrics": list(METRICS),
+    }
+    if is_bash:
+        # Which completes files as well, where no name fits.
+        names |= {
+            "scenario": list(ListScenarios()),
+            "suite": list(ListSuites()),
+        }
+    todo = [whole]
+    while todo:
+        parser = todo.pop()
+        for action in parser._actions:
+            if isinstance(action, argparse._SubParsersAction):
+                todo += action.choices.values()
+            elif parser.prog.endswith("metrics show") and action.dest == "name":
+                action.choices = names["metrics"]
+            elif action.dest in names and action.type is not Path:
+                action.choices = names[action.dest]

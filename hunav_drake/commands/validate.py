@@ -1,14 +1,12 @@
 """The command `hunav validate`."""
 
 import argparse
-import functools
 from pathlib import Path
 import sys
 from typing import TYPE_CHECKING, Any
 
 from hunav_drake.commands.errors import DONE, input_errors
 from hunav_drake.commands.options import add_import_option, whole_number
-from hunav_drake.commands.user_code import import_user_code
 
 if TYPE_CHECKING:
     from hunav_drake.validation.case import Outcome
@@ -86,17 +84,19 @@ def _validate(options: argparse.Namespace) -> int:
         return DONE
     _check_places(options)
     settings = [Setting(m, options.seed, options.quick) for m in models]
-    imports = tuple(getattr(options, "imports", ()))
     with _Progress(len(cases) * len(settings)) as progress:
         outcomes = run_cases(
             cases,
             settings,
             workers=options.workers,
-            prepare=functools.partial(import_user_code, imports),
+            imports=tuple(getattr(options, "imports", ())),
             progress=progress.show,
         )
+    # First, for who reads what is printed may have enough of it early.
+    written = _write(outcomes, options)
     print(outcomes_json(outcomes) if options.json else format_table(outcomes))
-    _write(outcomes, options)
+    for path in written:
+        print(f"Wrote {path}", file=sys.stderr)
     return DONE
 
 
@@ -120,8 +120,10 @@ def _check_places(options: argparse.Namespace) -> None:
                 pass
 
 
-def _write(outcomes: "list[Outcome]", options: argparse.Namespace) -> None:
-    """Writes the files that were asked for, and says so on standard error."""
+def _write(
+    outcomes: "list[Outcome]", options: argparse.Namespace
+) -> list[Path]:
+    """Writes the files that were asked for, and returns where they are."""
     written: list[Path] = []
     if options.out is not None:
         from hunav_drake.report.validation_page import WriteValidationPage
@@ -145,8 +147,7 @@ def _write(outcomes: "list[Outcome]", options: argparse.Namespace) -> None:
 
         with input_errors():
             written.append(WriteValidationMarkdown(outcomes, options.markdown))
-    for path in written:
-        print(f"Wrote {path}", file=sys.stderr)
+    return written
 
 
 class _Progress:

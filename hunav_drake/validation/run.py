@@ -1,9 +1,8 @@
 """Runs cases for models, in one process or several."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
-import multiprocessing
 
+from hunav_drake.benchmark.running.pool import WorkerPool
 from hunav_drake.systems.common.suggest import did_you_mean
 from hunav_drake.systems.crowd.models import MOTION_MODELS
 from hunav_drake.validation.case import Outcome, Setting, judge
@@ -46,7 +45,7 @@ def run_cases(
     settings: Sequence[Setting],
     *,
     workers: int = 1,
-    prepare: Callable[[], object] | None = None,
+    imports: Sequence[str] = (),
     progress: Callable[[Outcome], object] = lambda outcome: None,
 ) -> list[Outcome]:
     """Measures each case with each setting.
@@ -57,8 +56,8 @@ def run_cases(
         cases: The names of cases.
         settings: The models, with seed and size.
         workers: How many processes to use; 1 for this one alone.
-        prepare: Called in each other process first, as to import models; it
-            must be fit to be pickled.
+        imports: Modules and files that each other process imports first, as
+            with `--import`.
         progress: Called with each outcome, in order.
 
     Returns:
@@ -66,27 +65,20 @@ def run_cases(
     """
     tasks = [(case, setting) for case in cases for setting in settings]
     outcomes = []
-    for outcome in _outcomes(tasks, min(workers, len(tasks)), prepare):
+    for outcome in _outcomes(tasks, min(workers, len(tasks)), imports):
         progress(outcome)
         outcomes.append(outcome)
     return outcomes
 
 
 def _outcomes(
-    tasks: list[_Task], workers: int, prepare: Callable[[], object] | None
+    tasks: list[_Task], workers: int, imports: Sequence[str]
 ) -> Iterator[Outcome]:
     if workers <= 1:
         yield from map(_judge, tasks)
         return
-    # Drake has threads, which a forked process would lack.
-    with ProcessPoolExecutor(
-        workers, multiprocessing.get_context("spawn"), prepare
-    ) as pool:
-        try:
-            yield from pool.map(_judge, tasks)
-        except BaseException:
-            pool.shutdown(cancel_futures=True)
-            raise
+    with WorkerPool(workers, imports) as pool:
+        yield from pool.map(_judge, tasks)
 
 
 def _judge(task: _Task) -> Outcome:

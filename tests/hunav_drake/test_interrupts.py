@@ -8,6 +8,14 @@ from hunav_drake import LoadScenario, RunTrial
 from hunav_drake.interrupts import interrupts_between_steps
 
 
+@pytest.fixture(autouse=True)
+def interrupts_are_heard():
+    """Also where the tests were started with SIGINT ignored."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
 def interrupt():
     os.kill(os.getpid(), signal.SIGINT)
 

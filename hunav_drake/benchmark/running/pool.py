@@ -1,6 +1,6 @@
 """Who runs tasks: worker processes, or this one."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import (
     BrokenExecutor,
     Executor,
@@ -9,8 +9,10 @@ from concurrent.futures import (
 )
 import contextlib
 import multiprocessing
-from multiprocessing.connection import wait
+from multiprocessing import resource_tracker
+from multiprocessing.connection import Connection, wait
 import os
+import signal
 import threading
 from typing import Any
 
@@ -37,24 +39,39 @@ class InlineExecutor(Executor):
 
 
 class WorkerPool(Executor):
-    """Worker processes; when one dies, they all are started anew."""
+    """Worker processes; when one dies, they all are started anew.
+
+    As a context manager it waits for what they do, but not if the block ends
+    with an exception, such as KeyboardInterrupt: they end at once then.
+    """
 
     def __init__(self, workers: int, imports: Sequence[str] = ()) -> None:
         """Prepares so many processes, which begin with the first tasks."""
         self._workers = workers
         self._imports = tuple(imports)
+        # Drake has threads, which a forked process would lack.
+        self._spawning = multiprocessing.get_context("spawn")
+        # Workers end when the other end of this is closed.
+        self._told, self._leash = self._spawning.Pipe(duplex=False)
         self._pool = self._start()
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        """Ends the workers, if by an exception before they are done."""
+        if kind is not None:
+            self._leash.close()
+        self.shutdown()
 
     def submit(
         self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any
     ) -> "Future[Any]":
         """Gives a task to a worker."""
-        try:
-            return self._pool.submit(fn, *args, **kwargs)
-        except BrokenExecutor:
-            self._pool.shutdown(wait=False, cancel_futures=True)
-            self._pool = self._start()
-            return self._pool.submit(fn, *args, **kwargs)
+        with _interrupts_held():
+            try:
+                return self._pool.submit(fn, *args, **kwargs)
+            except BrokenExecutor:
+                self._pool.shutdown(wait=False, cancel_futures=True)
+                self._pool = self._start()
+                return self._pool.submit(fn, *args, **kwargs)
 
     def shutdown(
         self, wait: bool = True, *, cancel_futures: bool = False
@@ -63,24 +80,24 @@ class WorkerPool(Executor):
         self._pool.shutdown(wait=wait, cancel_futures=True)
 
     def _start(self) -> ProcessPoolExecutor:
-        # Drake has threads, which a forked process would lack.
         return ProcessPoolExecutor(
-            self._workers,
-            multiprocessing.get_context("spawn"),
-            _prepare,
-            (self._imports,),
+            self._workers, self._spawning, _prepare, (self._imports, self._told)
         )
 
 
-def _prepare(imports: Sequence[str]) -> None:
-    """Prepares a worker: it ends with its driver, however that ends."""
+def _prepare(imports: Sequence[str], leash: Connection) -> None:
+    """Prepares a worker.
+
+    It ends with its driver, however that ends, or when that closes the other
+    end of the leash.
+    """
     parent = multiprocessing.parent_process()
     if parent is not None:
-        sentinel = parent.sentinel
+        ends: list[Any] = [parent.sentinel, leash]
 
         def end_with_driver() -> None:
             with contextlib.suppress(OSError):
-                wait([sentinel])
+                wait(ends)
             os._exit(1)
 
         threading.Thread(target=end_with_driver, daemon=True).start()
@@ -91,8 +108,19 @@ def _prepare(imports: Sequence[str]) -> None:
     import_user_code(imports)
 
 
+@contextlib.contextmanager
+def _interrupts_held() -> Iterator[None]:
+    """Holds Ctrl-C back, also in processes that are started meanwhile."""
+    # It lets Ctrl-C through as it starts, so that comes first.
+    resource_tracker.ensure_running()
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
 def _ignore_interrupts() -> None:
     """Leaves Ctrl-C, which all processes of a terminal get, to the driver."""
-    import signal
-
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})

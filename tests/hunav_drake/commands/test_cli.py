@@ -138,6 +138,26 @@ def test_run_waits_for_no_browser_where_nobody_is(hunav):
     assert "Waiting" not in out
 
 
+def test_ctrl_c_closes_a_view_whose_run_is_written(
+    hunav, tmp_path, monkeypatch
+):
+    def closed(_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("builtins.input", closed)
+    monkeypatch.setattr(sys.stdin, "isatty", lambda: True, raising=False)
+    monkeypatch.setattr(
+        "hunav_drake.views.live.WaitForBrowser", lambda meshcat: None
+    )
+    code, _, err = hunav(
+        *("run", "passing", "--set", "simulation.duration=0.2", "--meshcat"),
+        *("--out", tmp_path, "--no-replay"),
+    )
+    assert code == 1
+    assert not err
+    assert list(tmp_path.glob("runs/*/report.html"))
+
+
 def test_run_can_leave_the_replay_out(hunav, tmp_path):
     code, _, _ = hunav("run", "passing", "--out", tmp_path, "--no-replay")
     assert code == 0
@@ -282,17 +302,18 @@ def test_a_closed_pipe_is_no_error(tmp_path):
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
-def test_an_output_that_is_full_is_told():
+@pytest.mark.parametrize("word", ["list", "--version"])
+def test_an_output_that_is_full_is_told(word):
     with open("/dev/full", "w") as full:
         done = subprocess.run(
-            [sys.executable, "-m", "hunav_drake.cli", "list"],
+            [sys.executable, "-m", "hunav_drake.cli", word],
             stdout=full,
             stderr=subprocess.PIPE,
             text=True,
             check=False,
         )
     assert done.returncode == 2
-    assert done.stderr == "hunav: [Errno 28] No space left on device\n"
+    assert done.stderr == "hunav: No space left on device\n"
 
 
 def test_a_name_in_another_script_needs_no_unicode():

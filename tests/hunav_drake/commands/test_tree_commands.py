@@ -111,7 +111,7 @@ def test_convert_writes_a_file_and_not_over_another(hunav, old, tmp_path):
 def test_convert_to_a_place_that_is_not_there(hunav, old, tmp_path):
     code, _, err = hunav("tree", "convert", old, "-o", tmp_path / "a" / "b.xml")
     assert code == 2
-    assert "No such file or directory" in err
+    assert "there is no folder" in err
 
 
 def test_tree_needs_a_command(hunav):

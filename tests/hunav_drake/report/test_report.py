@@ -389,7 +389,8 @@ def test_the_command_says_where_the_page_cannot_be(
     WriteResult(make_result(), tmp_path)
     assert cli.main(["report", ".", "-o", "no/r.html"]) == 2
     error = capsys.readouterr().err
-    assert error == "hunav: no/r.html: No such file or directory\n"
+    told = "hunav: no/r.html: there is no folder no; make it first\n"
+    assert error == told
 
 
 def test_each_run_writes_its_own_report(tmp_path, capsys):

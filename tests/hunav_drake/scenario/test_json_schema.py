@@ -85,8 +85,14 @@ def test_what_a_scenario_may_hold_fits_and_nothing_else(dut, right, wrong):
 
 
 def test_fields_are_described(schema):
-    forms = schema["properties"]["robot"]["oneOf"]
-    fields = next(f for f in forms if "properties" in f)["properties"]
+    # (Old versions of pydantic keep each form among the definitions.)
+    forms = [
+        schema["$defs"][form["$ref"].rpartition("/")[2]]
+        if "$ref" in form
+        else form
+        for form in schema["properties"]["robot"]["oneOf"]
+    ]
+    fields = next(form for form in forms if "properties" in form)["properties"]
     assert fields["model"] == {"const": "differential_drive"}
     assert fields["goal"]["description"] == (
         "The pose (x, y, yaw) to reach, in W, in meters and radians; without"

@@ -107,7 +107,7 @@ def make_map(walls, clearance=CLEARANCE):
 def lengths(dut):
     """The lengths of the shortest ways between the vertices."""
     m = len(dut.vertices)
-    i, j = dut.ways[:, :2].astype(int).T
+    i, j = dut.ways[:, :2].astype(np.int32).T
     graph = coo_array((dut.ways[:, 2], (i, j)), shape=(m, m))
     return dijkstra(graph.tocsr(), directed=False)
 
@@ -162,7 +162,7 @@ def grid_length(dut, start, goal, clearance, spacing=0.1):
     free = clearances(dut, points.reshape(-1, 2)) >= clearance
     free &= ~inside(obstacles, points.reshape(-1, 2)).any(axis=-1)
     free = free.reshape(shape)
-    number = np.arange(free.size).reshape(shape)
+    number = np.arange(free.size, dtype=np.int32).reshape(shape)
     rows, columns, lengths = [], [], []
     moves = [
         (a, b)
