@@ -149,6 +149,8 @@ def predict(robot, v, omega, humans, goals, points, grid, polygon, p, k):
     footprints = 0.0
     ax = np.empty(n + 1)
     ay = np.empty(n + 1)
+    # Who has once been at their goal has none any more.
+    arrived = np.zeros(n + 1, np.bool_)
     for _ in range(int(p[STEPS])):
         cost = outline_cost(costs, ox, oy, resolution, rx, ry, yaw, polygon)
         if cost < 0 or cost >= _LETHAL:
@@ -161,9 +163,10 @@ def predict(robot, v, omega, humans, goals, points, grid, polygon, p, k):
         on_robot += math.sqrt(wall_x * wall_x + wall_y * wall_y)
         for i in range(1, n + 1):
             fx, fy = _social_force(i, x, y, vx, vy, k)
+            reach = math.inf if arrived[i] else p[PERSON_RADIUS]
             gx, gy = _desired_force(
                 *(x[i], y[i], vx[i], vy[i], goals[i, 0], goals[i, 1]),
-                *(p[PERSON_RADIUS], p[PEOPLE_VELOCITY], k),
+                *(reach, p[PEOPLE_VELOCITY], k),
             )
             wx, wy = _obstacle_force(x[i], y[i], p[PERSON_RADIUS], points, k)
             ax[i] = fx + gx + wx
@@ -177,6 +180,8 @@ def predict(robot, v, omega, humans, goals, points, grid, polygon, p, k):
                 vy[i] *= p[PEOPLE_VELOCITY] / pace
             x[i] += vx[i] * dt
             y[i] += vy[i] * dt
+            left = math.hypot(goals[i, 0] - x[i], goals[i, 1] - y[i])
+            arrived[i] = arrived[i] or left <= p[PERSON_RADIUS]
         # The robot moves with its heading of before.
         speed = _toward(speed, v, p[MAX_TRANS_ACC] * dt)
         turn = _toward(turn, omega, p[MAX_ROT_ACC] * dt)

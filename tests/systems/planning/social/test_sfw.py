@@ -124,6 +124,39 @@ def test_the_work_of_one_step_by_hand():
     assert cost == pytest.approx(2 * force, rel=1e-5)
 
 
+def test_who_was_at_their_goal_is_not_drawn_back_to_it():
+    """Pushed along a line, somebody only brakes: lightsfm drops the goal."""
+    steps, dt = 40, 0.25
+    planner = SfwPlanner(
+        sim_time=steps * dt,
+        velocity_weight=0.0,
+        distance_weight=0.0,
+        angle_weight=0.0,
+        costmap_weight=0.0,
+        social_weight=1.0,
+    )
+
+    def push(r, v):
+        # At the robot, at rest, from r away from it at the speed v.
+        length = abs(1 - 2 * v)
+        return 2.1 * math.exp(-r / (0.35 * length))
+
+    place, speed, work = 0.5, 0.0, 0.0
+    for _ in range(steps):
+        force = push(place, speed)
+        speed += (force - speed / 0.5) * dt
+        place += speed * dt
+        work += force + push(place, speed)
+    # It is beyond the radius of the goal, 0.35 m.
+    assert place - 0.5 > 0.4
+    robot = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.35])
+    view = View(robot, person(0.5, 0.0), np.array([5.0, 0.0, 0.0]))
+    (cost,) = weigh(
+        planner, task(1), view, (1.0, 0.0), FREE, np.array([[0.0, 0.0]])
+    ).costs
+    assert cost == pytest.approx(work, rel=1e-9)
+
+
 def test_the_frame_of_the_original_depends_on_the_heading():
     humans = person(1.5, 0.3, -0.3, 0.0)
     turned = humans.copy()
