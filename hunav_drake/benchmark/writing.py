@@ -87,7 +87,7 @@ def _is_written(folder: Path, about: str) -> bool:
     last = paths[-1].stat().st_mtime
     if any(path.stat().st_mtime > last for path in sources):
         return False
-    return paths[-1].read_text() == about
+    return paths[-1].read_text(encoding="utf-8") == about
 
 
 def suite_json(result: SuiteResult, judgements: Sequence[Judgement]) -> str:

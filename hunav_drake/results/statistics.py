@@ -75,7 +75,7 @@ def summarize(
     names = _metric_columns(runs, by, metrics)
     rates = set(_listed(rates))
     rows = {}
-    for kind, part in _groups(_plain(runs), by):
+    for kind, part in _groups(runs, by):
         for name in names:
             values = part[name].to_numpy(dtype=float)
             values = values[np.isfinite(values)]
@@ -157,13 +157,6 @@ def compare(
     return table
 
 
-def _plain(runs: pd.DataFrame) -> pd.DataFrame:
-    """Returns a table without `attrs`, which pandas copies at every step."""
-    table = runs.copy(deep=False)
-    table.attrs = {}
-    return table
-
-
 def _groups(table: pd.DataFrame, by: list[str]) -> Any:
     """Returns the kinds of rows that columns tell apart, and their rows."""
     return table.groupby(by, sort=False, dropna=False) if by else [((), table)]
@@ -180,7 +173,6 @@ def _pairs(
     if sides[0] == sides[1]:
         raise ValueError(f"{sides[0]!r} cannot be compared with itself")
     tables = []
-    runs = _plain(runs)
     for side in sides:
         part = runs[runs[on] == side]
         if part.empty:

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from typing import Any
-import weakref
+from weakref import WeakMethod
 
 from pydrake.systems.framework import Context, InputPort, PortDataType, System
 
@@ -104,13 +104,11 @@ def weakly(method: Callable[..., Any]) -> Callable[..., Any]:
     where Python's garbage collector does not see them: a bound method there
     would keep its system, and the whole diagram, alive for ever.
     """
-    function = method.__func__  # type: ignore[attr-defined]
-    reference = weakref.ref(method.__self__)  # type: ignore[attr-defined]
+    reference = WeakMethod(method)
 
-    # (In fewer steps than `weakref.WeakMethod`, for it is called in each step.)
     def call(*arguments: Any) -> Any:
-        owner = reference()
-        assert owner is not None, "Drake calls back only while it is alive"
-        return function(owner, *arguments)
+        bound = reference()
+        assert bound is not None, "Drake calls back only while it is alive"
+        return bound(*arguments)
 
     return call

@@ -43,18 +43,11 @@ SHOWN: tuple[Overlay, ...] = (
     "clock",
 )
 
-# What recordings of trials do not hold, and films of them do not show.
-NOT_RECORDED: tuple[Overlay, ...] = (
-    "plan",
-    "local_costmap",
-    "global_costmap",
-    "forces",
-    "scan",
-)
-
 # What a replay holds only if it is shown to begin with: it is large.
-Costmaps = Literal["local_costmap", "global_costmap"]
-COSTMAPS: tuple[Costmaps, ...] = get_args(Costmaps)
+COSTMAPS: tuple[Overlay, ...] = ("local_costmap", "global_costmap")
+
+# What recordings of trials do not hold, and films of them do not show.
+NOT_RECORDED: tuple[Overlay, ...] = ("plan", *COSTMAPS, "forces", "scan")
 
 # The edges of the intimate, personal and social space, in meters.
 PROXEMIC_RADII = (0.45, 1.2, 3.6)

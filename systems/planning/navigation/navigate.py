@@ -130,9 +130,8 @@ def replan(
     marks = memory.marks
     if view.scan is not None:
         marks = maps.global_marks(marks, view.robot, view.scan, view.goal)
-    whole = maps.global_map(view.robot, view.humans, view.goal, marks)
-    found = _find(planner, whole, view)
     memory = memory._replace(planned=memory.cycle, marks=marks)
+    found = _find(planner, planner.global_map(task, view, memory), view)
     if not found.fault and found.misses == 0:
         return _planned(memory, found), ""
     # Would it be so without people?
@@ -240,7 +239,7 @@ def follow(
     local = LocalPlan(path[begin:end], tuple(path[-1].tolist()), memory.is_new)
     costmap = NO_MAP
     if planner.uses_local_map:
-        costmap = planner.setup(task).maps.local_map(view.robot, memory.sight)
+        costmap = planner.local_map(task, view, memory)
     command = planner.control(task, view, local, costmap, memory.control)
     if not isinstance(command, Control):
         raise TypeError(

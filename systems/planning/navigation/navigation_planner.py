@@ -287,15 +287,9 @@ class NavigationPlanner(Planner):
     def global_map(
         self, task: PlanningTask, view: View, memory: NavigationMemory
     ) -> Costmap:
-        """Returns the global map, of the whole world.
+        """Returns the global map: that on which a way would be found now.
 
-        Args:
-            task: What does not change.
-            view: What the planner sees now.
-            memory: What the last cycle remembered.
-
-        Returns:
-            The map that a global plan would be found on now.
+        The arguments are those of `local_map`.
         """
         maps: Maps = self.setup(task).maps
         return maps.global_map(view.robot, view.humans, view.goal, memory.marks)

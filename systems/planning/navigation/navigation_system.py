@@ -44,12 +44,13 @@ class NavigationSystem(LocalPlanner):
     nothing otherwise. All else is as in a `LocalPlanner`.
     """
 
+    _planner: "NavigationPlanner"
+
     def __init__(
         self, planner: "NavigationPlanner", task: PlanningTask
     ) -> None:
         """Constructs a NavigationSystem: see `LocalPlanner`."""
         super().__init__(planner, task)
-        self._navigation = planner
         self._local_costmap = self._DeclareMap(
             "local_costmap", self._CalcLocalCostmap
         )
@@ -75,12 +76,12 @@ class NavigationSystem(LocalPlanner):
     def _CalcLocalCostmap(
         self, context: Context, output: AbstractValue
     ) -> None:
-        output.set_value(self._Map(context, self._navigation.local_map))
+        output.set_value(self._Map(context, self._planner.local_map))
 
     def _CalcGlobalCostmap(
         self, context: Context, output: AbstractValue
     ) -> None:
-        output.set_value(self._Map(context, self._navigation.global_map))
+        output.set_value(self._Map(context, self._planner.global_map))
 
     def _Map(self, context: Context, make: MapFunction) -> Costmap:
         """Returns a map as the planner has it now, with read-only costs."""

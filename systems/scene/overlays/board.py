@@ -26,7 +26,6 @@ from hunav_drake.systems.scene.scene_config import (
     COSTMAPS,
     OVERLAYS,
     PROXEMIC_RADII,
-    Costmaps,
     Overlay,
 )
 from hunav_drake.systems.world.shapes import World
@@ -47,7 +46,7 @@ MAX_SCAN_DOTS = 90
 # each person: surfaces at one height would flicker.
 _RING_Z, _REACTION_Z, _WALKED_Z = 0.020, 0.026, 0.032
 PLAN_Z, _FORCE_Z, SCAN_Z = 0.039, 0.041, 0.2
-COSTMAP_Z: dict[Costmaps, float] = {
+COSTMAP_Z: dict[Overlay, float] = {
     "global_costmap": 0.012,
     "local_costmap": 0.016,
 }

@@ -52,7 +52,6 @@ from hunav_drake.systems.scene.scene_config import (
     COSTMAPS,
     STANDING_SPEED,
     WALKED_TIME,
-    Costmaps,
     Overlay,
 )
 from hunav_drake.systems.world.maps.costs import NO_MAP
@@ -166,7 +165,7 @@ class OverlayPublisher(LeafSystem):
         declare = self.DeclareVectorInputPort
         self._humans = declare("human_states", STATE_SIZE * n)
         self._robot = self._path = self._scan = None
-        self._costmaps: dict[Costmaps, InputPort] = {}
+        self._costmaps: dict[Overlay, InputPort] = {}
         self._status = declare("behavior_status", n)
         self._forces = declare("forces", FORCES_SIZE * n)
         if board.has_robot:

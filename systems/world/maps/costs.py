@@ -60,11 +60,11 @@ class Costmap(NamedTuple):
         return UNKNOWN
 
 
-NO_COSTS: Costs = np.zeros((0, 0), dtype=np.uint8)
-NO_COSTS.setflags(write=False)
+_NO_COSTS: Costs = np.zeros((0, 0), dtype=np.uint8)
+_NO_COSTS.setflags(write=False)
 
 # A map without cells: that of who has none.
-NO_MAP = Costmap(NO_COSTS, (0.0, 0.0), 1.0)
+NO_MAP = Costmap(_NO_COSTS, (0.0, 0.0), 1.0)
 
 
 class Region(NamedTuple):
