@@ -70,9 +70,10 @@ NO_MAP = Costmap(_NO_COSTS, (0.0, 0.0), 1.0)
 class Region(NamedTuple):
     """A part of the lattice that all maps of one resolution share.
 
-    Cell (i, j) of the lattice spans from ``resolution * (j, i)``, in W, to one
-    resolution more. So maps of one resolution are parts of each other, and
-    those that move with a robot move by whole cells.
+    The middle of cell (i, j) of the lattice is at ``resolution * (j, i)``, in
+    W. So maps of one resolution are parts of each other, those that move with
+    a robot move by whole cells, and lines of a map of half the cells lie on
+    middles, not on edges, where either side would be a matter of rounding.
 
     Attributes:
         row: The first row.
@@ -91,7 +92,10 @@ class Region(NamedTuple):
     @property
     def origin(self) -> tuple[float, float]:
         """The lower left corner (x, y), in W, in meters."""
-        return (self.column * self.resolution, self.row * self.resolution)
+        return (
+            (self.column - 0.5) * self.resolution,
+            (self.row - 0.5) * self.resolution,
+        )
 
     def as_map(self, costs: Costs) -> Costmap:
         """Returns costs on this region as a map."""
@@ -110,8 +114,8 @@ def region_around(x: float, y: float, side: float, resolution: float) -> Region:
     cells = max(1, round(side / resolution))
     half = 0.5 * cells * resolution
     return Region(
-        math.floor((y - half) / resolution + 0.5),
-        math.floor((x - half) / resolution + 0.5),
+        math.floor((y - half) / resolution + 1.0),
+        math.floor((x - half) / resolution + 1.0),
         cells,
         cells,
         resolution,
@@ -131,9 +135,9 @@ def region_of(
     Raises:
         ValueError: If it has more than 25 million cells.
     """
-    column, row = (math.floor(c / resolution + 1e-9) for c in low)
-    columns = math.ceil(high[0] / resolution - 1e-9) - column
-    rows = math.ceil(high[1] / resolution - 1e-9) - row
+    column, row = (math.floor(c / resolution + 0.5 + 1e-9) for c in low)
+    columns = math.ceil(high[0] / resolution + 0.5 - 1e-9) - column
+    rows = math.ceil(high[1] / resolution + 0.5 - 1e-9) - row
     columns, rows = max(columns, 1), max(rows, 1)
     if columns * rows > MOST_CELLS:
         raise ValueError(

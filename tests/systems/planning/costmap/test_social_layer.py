@@ -17,13 +17,13 @@ RESOLUTION = 0.05
 
 def social_costs(*, speed=0.0, heading=0.0, old=0, **config):
     """Returns the costs around a person in the middle of a cell, 10 m wide."""
-    region = region_around(0.025, 0.025, 10.05, RESOLUTION)
+    region = region_around(0.0, 0.0, 10.05, RESOLUTION)
     costs = np.full((region.rows, region.columns), old, np.uint8)
-    human = [0.025, 0.025, 0, *(0, 0), 0, 0.4]
+    human = [0.0, 0.0, 0, *(0, 0), 0, 0.4]
     human[3:5] = speed * math.cos(heading), speed * math.sin(heading)
     parameters = social_parameters(SocialLayer(**config))
     add_social_costs(costs, region, np.array([human]), parameters)
-    i, j = region.as_map(costs).cell_at(0.025, 0.025)
+    i, j = region.as_map(costs).cell_at(0.0, 0.0)
     return costs, i, j
 
 

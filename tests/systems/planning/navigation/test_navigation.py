@@ -94,6 +94,21 @@ def test_cruises_as_fast_as_its_profile_does(profile, speed):
     assert np.median(cruise) == pytest.approx(speed, rel=0.03)
 
 
+@pytest.mark.parametrize("quarter", range(4))
+def test_is_as_fast_in_all_directions(quarter):
+    """Points of plans lie on middles of cells, not between them."""
+    yaw = 0.5 * math.pi * quarter
+    ahead = np.array([math.cos(yaw), math.sin(yaw)])
+    square = Obstacles.from_shapes([box(-8, -8, 8, 8)], solid=[False])
+    start, goal = np.append(-6 * ahead, yaw), np.append(6 * ahead, yaw)
+    _, plans = drive(
+        DwbPlanner(), make_task(square), start=start, goal=goal, time=60.0
+    )
+    assert plans[-1].status == PlannerStatus.ARRIVED
+    cruise = [plan.v for plan in plans[60:-60]]
+    assert np.mean(cruise) == pytest.approx(11 / 19, rel=0.005)
+
+
 @pytest.mark.parametrize("planner", [DwbPlanner(), SclPlanner()])
 def test_drives_around_what_stands_in_the_way(planner):
     task = make_task(walls(box(2, -0.6, 3, 0.8)), 1)
