@@ -12,6 +12,8 @@ import sys
 
 import pandas as pd
 
+from hunav_drake.benchmark.comparison.relations import HELD
+
 FILE = Path(__file__).parent / "data" / "paper_results.json"
 
 # The rows of the README's table: scenario, behavior ("" for all) and metric.
@@ -53,7 +55,11 @@ def main(folder: Path) -> None:
     """Writes the file, from the folder of a finished suite."""
     relations = pd.read_csv(folder / "relations.csv")
     holds = {
-        strength: [int((some["verdict"] == "holds").sum()), len(some)]
+        strength: [
+            int(some["verdict"].isin(HELD).sum()),
+            int((some["verdict"] == "holds").sum()),
+            len(some),
+        ]
         for strength, some in relations.groupby("strength")
     }
     values = values_of(

@@ -7,7 +7,7 @@ from typing import Any, get_args
 
 import pandas as pd
 
-from hunav_drake.benchmark.comparison.relations import Judgement
+from hunav_drake.benchmark.comparison.relations import HELD, Judgement
 from hunav_drake.benchmark.comparison.tables import Table as SuiteTable
 from hunav_drake.benchmark.suite import Strength
 from hunav_drake.benchmark.suite_result import KEYS, SuiteResult
@@ -22,7 +22,12 @@ _PRINTED = "paper"
 _MOST_RUNS = 300
 
 # The colors of verdicts.
-_KINDS = {"holds": "passes", "fails": "fails", "not tested": "inapplicable"}
+_KINDS = {
+    "holds": "passes",
+    "mean only": "partly",
+    "fails": "fails",
+    "not tested": "inapplicable",
+}
 
 # How formulas are written by people.
 _SIGNS = {
@@ -95,18 +100,19 @@ def tallies(judgements: Sequence[Judgement]) -> list[dict[str, Any]]:
     found = []
     for strength in get_args(Strength):
         tested = [
-            it.verdict == "holds"
+            it.verdict
             for it in judgements
             if it.strength == strength and it.verdict != "not tested"
         ]
         if tested:
-            share = 100 * sum(tested) / len(tested)
+            held = sum(verdict in HELD for verdict in tested)
             found.append(
                 {
                     "strength": strength,
                     "tested": len(tested),
-                    "hold": sum(tested),
-                    "percent": f"{share:.0f} %",
+                    "hold": held,
+                    "percent": f"{100 * held / len(tested):.0f} %",
+                    "surely": tested.count("holds"),
                 }
             )
     return found

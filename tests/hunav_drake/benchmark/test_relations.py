@@ -86,16 +86,19 @@ def test_the_published_tables_hold_their_relations():
     assert share_that_holds(judge(result)) == 1
 
 
-def test_what_hangs_on_chance_does_not_hold():
+def test_what_hangs_on_chance_holds_for_the_means_only():
     result = published_result(noise=0.5)
     result.suite.identities = False
-    verdicts = {it.number: it for it in judge(result)}
-    # 0.98 against 1.04: far below the noise.
-    assert verdicts[23].share < 0.9 or verdicts[23].verdict == "holds"
-    assert 0 < verdicts[9].share <= 1
-    assert verdicts[9].verdict == (
-        "holds" if verdicts[9].share >= 0.9 else "fails"
-    )
+    judgements = judge(result)
+    found = {it.verdict for it in judgements}
+    assert {"holds", "mean only", "fails"} <= found
+    for it in judgements:
+        if it.verdict == "holds":
+            assert it.share >= 0.9
+        elif it.verdict == "mean only":
+            assert it.share < 0.9
+    held = share_that_holds(judgements)
+    assert share_that_holds(judgements, verdicts=["holds"]) < held < 1
 
 
 def test_without_a_planner_nothing_is_tested():
