@@ -3,8 +3,8 @@
     python -m tests.paper_places passing
 
 drives DWB, SCL and SFW along many lines, and prints those whose means are
-nearest to the table of the paper, which does not tell the places: 5 minutes on
-two processors, `crossing` 2. `combined` tries random places of its three
+nearest to the table of the paper, which does not tell the places: 6 minutes on
+two processors, `crossing` 3. `combined` tries random places of its three
 people, then places near the best ones (20 minutes).
 """
 

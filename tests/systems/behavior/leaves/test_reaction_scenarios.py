@@ -358,6 +358,7 @@ def test_three_behaviors_meet_in_the_combined_scenario(model):
     assert result.end_reason == "goal"
     # (2 is to make way.)
     active = (result.recording.behavior_status == 1).sum(axis=0) * 0.1
-    # The robot is at its goal before the threatening one has had enough.
-    assert active[:2] == pytest.approx([0, 30], abs=0.15)
+    # The robot may be at its goal before they have had enough.
+    assert active[0] == 0
+    assert 20 < active[1] <= 30.15
     assert 20 < active[2] <= 40.15
