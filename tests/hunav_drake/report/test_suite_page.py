@@ -72,7 +72,10 @@ def test_verdicts_are_told_by_word_and_color(page):
         ("inapplicable", "not tested"),
     ]
     text = visible(html)
-    assert "Of 1 strong relations that were tested, 1 hold for the means (100 %), 1 also in nine of ten resamples" in text
+    assert (
+        "Of 1 strong relations that were tested, 1 hold for the means (100 %),"
+        " 1 also in nine of ten resamples" in text
+    )
     assert f"pursuit 1.0 ≤ 0.5 {LONG}" in text
 
 

@@ -361,4 +361,4 @@ def test_three_behaviors_meet_in_the_combined_scenario(model):
     # The robot may be at its goal before they have had enough.
     assert active[0] == 0
     assert 20 < active[1] <= 30.15
-    assert 20 < active[2] <= 40.15
+    assert 15 < active[2] <= 40.15
