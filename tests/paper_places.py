@@ -3,9 +3,9 @@
     python -m tests.paper_places passing
 
 drives DWB, SCL and SFW along many lines, and prints those whose means are
-nearest to the table of the paper, which does not tell the places: 6 minutes on
-two processors, `crossing` 3. `combined` tries random places of its three
-people, then places near the best ones (20 minutes).
+nearest to the table of the paper, which does not tell the places; `crossing`
+takes 150 s on two processors, `passing` longer. `combined` tries random places
+of its three people, then places near the best ones, and takes longest.
 """
 
 from collections.abc import Sequence
@@ -163,10 +163,15 @@ def errors(
         names.remove("social_work")
         means = runs.groupby([*by, "behavior"])[names].mean().stack()
         found = [
-            (setting, planner, error(value, published, unit))
+            (
+                *(setting, planner),
+                error(
+                    value,
+                    PUBLISHED_BY_BEHAVIOR[behavior][planner][name],
+                    _unit(name, " by behavior"),
+                ),
+            )
             for (setting, planner, behavior, name), value in means.items()
-            for published in [PUBLISHED_BY_BEHAVIOR[behavior][planner][name]]
-            for unit in [_unit(name, " by behavior")]
         ]
     else:
         runs = result.runs()

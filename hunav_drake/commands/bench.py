@@ -287,7 +287,7 @@ def _print(
     judgements: "list[Judgement]",
     options: argparse.Namespace,
 ) -> None:
-    from hunav_drake.benchmark.comparison.relations import share_that_holds
+    from hunav_drake.benchmark.comparison.relations import tally
     from hunav_drake.benchmark.comparison.tables import (
         behavior_tables,
         scenario_tables,
@@ -304,12 +304,11 @@ def _print(
         print(f"{it.verdict:10}  {it.number:2}  {it.scenarios}: {it.text}")
         if it.verdict != "holds":
             print(f"                {it.numbers}")
-    if judgements:
-        held = 100 * share_that_holds(judgements)
-        surely = 100 * share_that_holds(judgements, verdicts=["holds"])
+    if (strong := tally(judgements)).tested:
+        held, surely = strong.shares
         print(
-            f"\nOf the strong relations {held:.0f} % hold for the means,"
-            f" {surely:.0f} % also in nine of ten resamples."
+            f"\nOf the strong relations {100 * held:.0f} % hold for the means,"
+            f" {100 * surely:.0f} % also in nine of ten resamples."
         )
     for row in result.failures[:20]:
         print(f"{row.cell}, seed {row.seed}: {row.end_message}")

@@ -7,7 +7,7 @@ from typing import Any, get_args
 
 import pandas as pd
 
-from hunav_drake.benchmark.comparison.relations import HELD, Judgement
+from hunav_drake.benchmark.comparison.relations import Judgement, tally
 from hunav_drake.benchmark.comparison.tables import Table as SuiteTable
 from hunav_drake.benchmark.suite import Strength
 from hunav_drake.benchmark.suite_result import KEYS, SuiteResult
@@ -97,25 +97,16 @@ def relation_table(judgements: Sequence[Judgement]) -> Table | None:
 
 def tallies(judgements: Sequence[Judgement]) -> list[dict[str, Any]]:
     """Returns how many relations of each strength hold."""
-    found = []
-    for strength in get_args(Strength):
-        tested = [
-            it.verdict
-            for it in judgements
-            if it.strength == strength and it.verdict != "not tested"
-        ]
-        if tested:
-            held = sum(verdict in HELD for verdict in tested)
-            found.append(
-                {
-                    "strength": strength,
-                    "tested": len(tested),
-                    "hold": held,
-                    "percent": f"{100 * held / len(tested):.0f} %",
-                    "surely": tested.count("holds"),
-                }
-            )
-    return found
+    found = {it: tally(judgements, it) for it in get_args(Strength)}
+    return [
+        {
+            "strength": strength,
+            **counts._asdict(),
+            "percent": f"{100 * counts.shares[0]:.0f} %",
+        }
+        for strength, counts in found.items()
+        if counts.tested
+    ]
 
 
 def pair_tables(result: SuiteResult, scenario: str) -> list[dict[str, Any]]:

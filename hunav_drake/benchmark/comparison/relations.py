@@ -7,8 +7,9 @@ these means only, and more runs may decide otherwise.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+import math
 import re
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -20,9 +21,6 @@ from hunav_drake.benchmark.suite_result import SuiteResult
 from hunav_drake.systems.common.arrays import Array
 
 Verdict = Literal["holds", "mean only", "fails", "not tested"]
-
-# What a relation is called that holds for the means.
-HELD: tuple[Verdict, ...] = ("holds", "mean only")
 
 _SHARE = 0.9
 
@@ -49,6 +47,27 @@ class Judgement:
     verdict: Verdict
     share: float
     numbers: str
+
+
+class Tally(NamedTuple):
+    """How many relations hold.
+
+    Attributes:
+        tested: How many were tested.
+        held: How many of these hold for the means.
+        surely: How many of these do so also in nine of ten resamples.
+    """
+
+    tested: int
+    held: int
+    surely: int
+
+    @property
+    def shares(self) -> tuple[float, float]:
+        """The parts of `held` and `surely`, from 0 to 1; NaN of none."""
+        if not self.tested:
+            return math.nan, math.nan
+        return self.held / self.tested, self.surely / self.tested
 
 
 def judge(result: SuiteResult) -> list[Judgement]:
@@ -106,25 +125,14 @@ def _judge(result: SuiteResult, means: Means) -> list[Judgement]:
     return judgements
 
 
-def share_that_holds(
-    judgements: Sequence[Judgement],
-    strength: Strength = "strong",
-    *,
-    verdicts: Sequence[Verdict] = HELD,
-) -> float:
-    """Returns how many of the tested relations hold, from 0 to 1.
-
-    Args:
-        judgements: What became of the relations.
-        strength: Of which of them.
-        verdicts: What counts: by default all that hold for the means.
-    """
-    tested = [
-        judgement.verdict in verdicts
-        for judgement in judgements
-        if judgement.strength == strength and judgement.verdict != "not tested"
-    ]
-    return sum(tested) / len(tested) if tested else float("nan")
+def tally(
+    judgements: Sequence[Judgement], strength: Strength = "strong"
+) -> Tally:
+    """Returns how many of the relations of a strength hold."""
+    verdicts = [it.verdict for it in judgements if it.strength == strength]
+    tested = [it for it in verdicts if it != "not tested"]
+    surely = tested.count("holds")
+    return Tally(len(tested), surely + tested.count("mean only"), surely)
 
 
 def _untested(error: KeyError) -> tuple[Verdict, float, str]:

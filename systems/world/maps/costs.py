@@ -71,9 +71,9 @@ class Region(NamedTuple):
     """A part of the lattice that all maps of one resolution share.
 
     The middle of cell (i, j) of the lattice is at ``resolution * (j, i)``, in
-    W. So maps of one resolution are parts of each other, those that move with
-    a robot move by whole cells, and lines of a map of half the cells lie on
-    middles, not on edges, where either side would be a matter of rounding.
+    W. So maps of one resolution are parts of each other, and those that move
+    with a robot move by whole cells. Ways on a map that is twice as coarse lie
+    on middles of cells, not on edges, where rounding would choose the side.
 
     Attributes:
         row: The first row.

@@ -10,7 +10,7 @@ from hunav_drake.benchmark.comparison.paper import (
     PUBLISHED,
     PUBLISHED_BY_BEHAVIOR,
 )
-from hunav_drake.benchmark.comparison.relations import judge, share_that_holds
+from hunav_drake.benchmark.comparison.relations import judge, tally
 from hunav_drake.benchmark.comparison.tables import (
     behavior_tables,
     scenario_tables,
@@ -83,7 +83,7 @@ def test_the_published_tables_hold_their_relations():
             assert "min_dist_to_person" in it.numbers or "speed" in it.numbers
         else:
             assert it.verdict == "holds", (it.number, it.text, it.numbers)
-    assert share_that_holds(judge(result)) == 1
+    assert tally(judge(result)).shares == (1, 1)
 
 
 def test_what_hangs_on_chance_holds_for_the_means_only():
@@ -97,8 +97,9 @@ def test_what_hangs_on_chance_holds_for_the_means_only():
             assert it.share >= 0.9
         elif it.verdict == "mean only":
             assert it.share < 0.9
-    held = share_that_holds(judgements)
-    assert share_that_holds(judgements, verdicts=["holds"]) < held < 1
+    strong = tally(judgements)
+    assert strong.surely < strong.held < strong.tested
+    assert 0 < strong.shares[1] < strong.shares[0] < 1
 
 
 def test_without_a_planner_nothing_is_tested():
@@ -107,7 +108,7 @@ def test_without_a_planner_nothing_is_tested():
     part = SuiteResult(result.suite, cells, result.rows)
     verdicts = {it.number: it.verdict for it in judge(part)}
     assert verdicts[9] == "not tested"
-    assert math.isnan(share_that_holds([]))
+    assert all(map(math.isnan, tally([]).shares))
 
 
 def test_tables_show_the_paper_beside_the_means():

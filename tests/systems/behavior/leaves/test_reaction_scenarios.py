@@ -357,8 +357,11 @@ def test_three_behaviors_meet_in_the_combined_scenario(model):
     result = RunTrial(scenario)
     assert result.end_reason == "goal"
     # (2 is to make way.)
-    active = (result.recording.behavior_status == 1).sum(axis=0) * 0.1
-    # The robot may be at its goal before they have had enough.
+    status = result.recording.behavior_status == 1
+    active = status.sum(axis=0) * 0.1
     assert active[0] == 0
-    assert 20 < active[1] <= 30.15
-    assert 15 < active[2] <= 40.15
+    # The robot may be at its goal before they have had enough.
+    for person, enough in ((1, 30), (2, 40)):
+        assert active[person] == pytest.approx(enough, abs=0.15) or (
+            status[-1, person] and 15 < active[person] < enough
+        )
