@@ -208,6 +208,13 @@ class Editor:
         """Waits until the data hold a value at a path."""
         self.wait(lambda session: at(session.data, path) == value)
 
+    def expect(self, locator):
+        """Returns Playwright's assertions, which wait until they hold."""
+        from playwright.sync_api import expect
+
+        expect.set_options(timeout=1000 * PATIENCE)
+        return expect(locator)
+
     def metrics(self):
         """Returns the texts of the first column of the table of runs."""
         rows = self.page.locator(".run-table [data-metric]")

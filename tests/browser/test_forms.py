@@ -1,5 +1,7 @@
 """Forms, the text, problems and files."""
 
+import re
+
 from tests.agents import AGENTS
 from tests.browser.driver import SMALL, at, near
 
@@ -11,9 +13,10 @@ def test_a_range_is_told_at_its_field(open_editor):
     field.locator("input").fill("12")
     editor.wait(lambda it: len(it.faults) == 1)
     fault = field.locator(".field-fault")
-    fault.wait_for()
-    assert "[0, 10] m/s" in fault.inner_text()
-    assert field.locator("input").get_attribute("aria-invalid") == "true"
+    editor.expect(fault).to_contain_text("[0, 10] m/s")
+    editor.expect(field.locator("input")).to_have_attribute(
+        "aria-invalid", "true"
+    )
     field.locator("input").fill("1.3")
     editor.wait(lambda it: it.faults == [])
     fault.wait_for(state="hidden")
@@ -24,10 +27,10 @@ def test_fields_show_unit_range_and_help(open_editor):
     editor.click(-3, 0)
     field = editor.field("desired_speed")
     field.locator("input").focus()
-    assert field.locator(".unit").inner_text() == "m/s"
-    words = editor.page.locator(".help-strip:visible").inner_text()
-    assert "prefers" in words
-    assert "0 to 10 m/s" in words
+    editor.expect(field.locator(".unit")).to_have_text("m/s")
+    words = editor.page.locator(".help-strip:visible")
+    editor.expect(words).to_contain_text("prefers")
+    editor.expect(words).to_contain_text("0 to 10 m/s")
 
 
 def test_angles_may_be_typed_in_degrees_and_keys_reset(open_editor):
@@ -41,10 +44,9 @@ def test_angles_may_be_typed_in_degrees_and_keys_reset(open_editor):
     )
     editor.field("desired_speed").get_by_role("button").click()
     editor.wait(lambda it: "desired_speed" not in it.data["humans"][1])
-    assert editor.field("desired_speed").locator("input").input_value() == ""
-    assert "1.2" in editor.field("desired_speed").locator(
-        "input"
-    ).get_attribute("placeholder")
+    speed = editor.field("desired_speed").locator("input")
+    editor.expect(speed).to_have_value("")
+    editor.expect(speed).to_have_attribute("placeholder", re.compile(r"1\.2"))
 
 
 def test_typed_text_moves_the_map(open_editor):
@@ -63,15 +65,39 @@ def test_broken_text_is_told_and_the_map_kept(open_editor):
     area = editor.page.locator("textarea.yaml")
     area.fill(SMALL.replace("goals: [[1, 2]]", "goals: [[1, 2]"))
     banner = editor.page.locator(".banner")
-    banner.wait_for()
-    assert "line" in banner.inner_text()
-    assert editor.page.locator(".map .person").count() == 2
+    editor.expect(banner).to_contain_text("line 20: is not YAML")
+    editor.expect(editor.page.locator(".map .person")).to_have_count(2)
     # Edits on the map wait.
     editor.drag((-3, 0), (-2, 1))
     editor.page.locator(".toast", has_text="mend it first").wait_for()
     assert at(editor.session.data, ["humans", 0, "pose"]) == [-3, 0, 0]
     area.fill(SMALL)
     banner.wait_for(state="hidden")
+
+
+def test_a_broken_text_is_told_together_with_its_reason(open_editor):
+    wrong = SMALL.replace("desired_speed: 1.1", "desired_speed: 99")
+    editor = open_editor(wrong)
+    editor.tab("yaml")
+    editor.page.evaluate(
+        """() => {
+          window.told = [];
+          const banner = document.querySelector(".banner");
+          const note = () => banner.hidden || told.push(banner.textContent);
+          new MutationObserver(note).observe(banner,
+            {attributes: true, childList: true});
+        }"""
+    )
+    area = editor.page.locator("textarea.yaml")
+    for text in (wrong.replace("[1, 2]]", "[1, 2]"), "just words", wrong):
+        area.fill(text)
+        editor.wait(lambda it, text=text: it.text == text)
+        editor.settle()
+    # Never without a reason, never with what was wrong before.
+    told = list(dict.fromkeys(editor.page.evaluate("told")))
+    assert len(told) == 2
+    assert "line 20: is not YAML" in told[0]
+    assert "line 1: a scenario is a mapping" in told[1]
 
 
 def test_selection_marks_lines_and_the_caret_selects(open_editor):
@@ -115,8 +141,7 @@ def test_agents_of_hunavsim_are_imported(open_editor, tmp_path):
     editor.part("humans/0").wait_for()
     # What has no counterpart is told; the import is one step.
     notes = editor.page.locator("dialog[open] .notes")
-    notes.wait_for()
-    assert "skin" in notes.inner_text()
+    editor.expect(notes).to_contain_text("skin")
     editor.press("Escape")
     editor.page.locator(".step").first.click()
     editor.wait(lambda it: it.text == "robot: {start: [5, 5, 0]}\n")
@@ -144,9 +169,8 @@ def test_a_faulty_import_is_told_with_its_line(open_editor, tmp_path):
     choose_file(editor, "Import agents.yaml", agents)
     editor.page.get_by_role("button", name="Replace them").click()
     told = editor.page.locator(".toast", has_text="max_vel")
-    told.wait_for()
     line = AGENTS.splitlines().index("      max_vel: 1.5") + 1
-    assert f"agents.yaml:{line}" in told.inner_text()
+    editor.expect(told).to_contain_text(f"agents.yaml:{line}")
     assert editor.session.text == SMALL
 
 
@@ -178,8 +202,7 @@ def test_a_file_changed_by_another_is_asked_for(open_editor, tmp_path):
     )
     (tmp_path / "scene.yaml").write_text(SMALL.replace("bruno", "berta"))
     dialog = editor.page.locator("dialog[open]")
-    dialog.wait_for()
-    assert "changed by another program" in dialog.inner_text()
+    editor.expect(dialog).to_contain_text("changed by another program")
     dialog.get_by_role("button", name="Yes").click()
     editor.wait(lambda it: at(it.data, ["humans", 1, "name"]) == "berta")
 
@@ -201,8 +224,7 @@ def test_what_was_not_saved_outlives_the_server(open_editor, tmp_path):
     assert editor.server.page.port == port
     assert editor.session.text == SMALL
     dialog = editor.page.locator("dialog[open]")
-    dialog.wait_for()
-    assert "not saved" in dialog.inner_text()
+    editor.expect(dialog).to_contain_text("not saved")
     # Whoever does not answer is asked again.
     editor.page.reload()
     dialog.get_by_role("button", name="Restore").click()

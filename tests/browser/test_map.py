@@ -13,7 +13,8 @@ def test_a_dragged_person_is_there_in_data_text_and_form(open_editor):
     editor.wait(lambda it: "pose: [ -1, 1,0 ]" in it.text)
     editor.settle()
     values = editor.field("pose").locator("input")
-    assert [float(it.input_value()) for it in values.all()] == [-1, 1, 0]
+    for value, wanted in zip(values.all(), ("-1", "1", "0"), strict=True):
+        editor.expect(value).to_have_value(wanted)
     assert "# at the door" in editor.session.text
     # One step, with a name.
     undo = editor.page.locator(".step").first
@@ -192,10 +193,9 @@ def test_escape_takes_a_drag_back(open_editor):
         editor.press("Escape")
     editor.settle()
     assert editor.session.text == SMALL
-    assert editor.part("humans/0").locator("> g").get_attribute(
-        "transform"
-    ) == ("translate(-3 0)")
-    assert editor.page.locator(".faults").inner_text() == "No problems"
+    place = editor.part("humans/0").locator("> g")
+    editor.expect(place).to_have_attribute("transform", "translate(-3 0)")
+    editor.expect(editor.page.locator(".faults")).to_have_text("No problems")
 
 
 def test_copies_are_dragged_off_with_control(open_editor):

@@ -134,8 +134,7 @@ def test_the_editor_in_a_cell(lab, browser, tmp_path):
     page.mouse.down()
     page.mouse.move(*end, steps=5)
     page.mouse.up()
-    page.wait_for_timeout(1000)
-    assert _x_of_bruno(page) == -1.0
+    _wait_for_bruno(page, -1.0)
 
     # Keys are for the map: cells stay, and Ctrl+Z is the editor's.
     cells = page.locator(".jp-Notebook .jp-Cell").count()
@@ -148,9 +147,8 @@ def test_the_editor_in_a_cell(lab, browser, tmp_path):
     page.keyboard.press("Control+z")
     page.locator(".hunav-editor [data-key='humans/1']").wait_for()
     page.keyboard.press("Control+z")
-    page.wait_for_timeout(1000)
+    _wait_for_bruno(page, -3.0)
     assert page.locator(".jp-Notebook .jp-Cell").count() == cells
-    assert _x_of_bruno(page) == -3.0
     sources = page.locator(".jp-Cell .cm-content").all_inner_texts()
     assert "EditScenario" in sources[0]
     # Nothing is written unasked.
@@ -174,6 +172,13 @@ def test_the_editor_in_a_cell(lab, browser, tmp_path):
 def _run_cell(page, index):
     page.locator(".jp-Cell .cm-content").nth(index).click()
     page.keyboard.press("Control+Enter")
+
+
+def _wait_for_bruno(page, x):
+    """Waits until Bruno's place has come to the kernel."""
+    end = time.monotonic() + PATIENCE
+    while (now := _x_of_bruno(page)) != x:
+        assert time.monotonic() < end, now
 
 
 def _x_of_bruno(page):

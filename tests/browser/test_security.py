@@ -204,7 +204,8 @@ def test_a_name_of_html_is_text(open_editor):
     editor = open_editor(SMALL.replace("name: alba", f'name: "{name}"'))
     editor.click(-3, 0)
     editor.tab("problems")
-    assert editor.page.locator(".row-item .row-name").first.inner_text() == name
-    assert editor.page.locator(".panel-title").first.inner_text() == name
-    assert editor.page.locator("img").count() == 0
+    row = editor.page.locator(".row-item .row-name").first
+    editor.expect(row).to_have_text(name)
+    editor.expect(editor.page.locator(".panel-title").first).to_have_text(name)
+    editor.expect(editor.page.locator("img")).to_have_count(0)
     assert editor.page.evaluate("window.hacked") is None

@@ -66,9 +66,9 @@ DRAG = """([key, milliseconds]) => new Promise((done) => {
 def test_a_hundred_people_are_dragged_as_smoothly_as_frames_come(open_editor):
     editor = open_editor(big_text(), view={"width": 1920, "height": 1080})
     page = editor.page
-    assert page.locator(".map .person").count() == PEOPLE
-    assert page.locator(".map .goal").count() == 3 * PEOPLE
-    assert page.locator(".map .fixture").count() == WALLS
+    editor.expect(page.locator(".map .person")).to_have_count(PEOPLE)
+    editor.expect(page.locator(".map .goal")).to_have_count(3 * PEOPLE)
+    editor.expect(page.locator(".map .fixture")).to_have_count(WALLS)
     page.wait_for_timeout(500)
     ratios = []
     for _ in range(3):
@@ -218,9 +218,11 @@ def test_axe_finds_nothing_against_accessibility(open_editor):
 def test_parts_say_what_they_are(open_editor):
     editor = open_editor(SMALL)
     person = editor.part("humans/0")
-    assert person.get_attribute("aria-label") == "alba, regular, 2 goals"
+    editor.expect(person).to_have_attribute(
+        "aria-label", "alba, regular, 2 goals"
+    )
     goal = editor.part("humans/0/goals/1")
-    assert goal.get_attribute("aria-label") == "alba, goal 2 of 2"
+    editor.expect(goal).to_have_attribute("aria-label", "alba, goal 2 of 2")
 
 
 def test_below_1100_pixels_the_outline_is_a_tab(open_editor):

@@ -1,5 +1,7 @@
 """Walls, furniture and templates."""
 
+import re
+
 import pytest
 
 from tests.browser.driver import SMALL, at, near
@@ -111,16 +113,18 @@ def test_a_person_in_a_table_is_told_everywhere_and_put_right(open_editor):
         assert at(editor.session.data, ["humans", 0, "pose"]) == [-3, 0, 0]
     editor.wait(lambda it: len(it.faults) == 1)
     person = editor.part("humans/0")
-    assert "is inside" in person.get_attribute("aria-description")
-    assert (
-        editor.part("world/furniture/0").get_attribute("class").split()[-1]
-        == "used"
-    )
-    message = editor.field("pose").locator(".field-fault").inner_text()
-    assert "is inside" in message
+    inside = re.compile("is inside")
+    editor.expect(person).to_have_attribute("aria-description", inside)
+    desk = editor.part("world/furniture/0")
+    editor.expect(desk).to_contain_class("used")
+    message = editor.field("pose").locator(".field-fault")
+    editor.expect(message).to_contain_text("is inside")
     editor.tab("yaml")
-    line = editor.page.locator(".gutter .faulty").inner_text()
-    assert "pose" in editor.session.text.splitlines()[int(line) - 1]
+    editor.settle()
+    lines = editor.session.text.splitlines()
+    (line,) = (i for i, it in enumerate(lines, 1) if "at the door" in it)
+    faulty = editor.page.locator(".gutter .faulty")
+    editor.expect(faulty).to_have_text(str(line))
     editor.tab("problems")
     editor.page.locator(".fix").click()
     editor.wait(lambda it: it.faults == [])
@@ -140,9 +144,8 @@ def test_a_template_is_made_by_its_form(open_editor):
     editor.wait(lambda it: it.data.get("humans"))
     assert editor.session.faults == []
     editor.settle()
-    assert editor.page.locator(".map .person").count() == len(
-        editor.session.data["humans"]
-    )
+    people = editor.page.locator(".map .person")
+    editor.expect(people).to_have_count(len(editor.session.data["humans"]))
 
 
 def test_a_map_of_ros_lies_in_its_place_and_is_traced(open_editor, tmp_path):

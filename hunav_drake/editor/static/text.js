@@ -57,6 +57,10 @@ export function makeTextPanel(store) {
       gutter.children[line - 1]?.classList.add("faulty");
       gutter.children[line - 1]?.setAttribute("title", message);
     }
+  }
+
+  // Not before the faults of a state are there: one of them is the reason.
+  function warn() {
     const broken = !store.readable;
     banner.hidden = !broken;
     const first = store.faults.find((it) => it.line) ?? store.faults[0];
@@ -110,10 +114,13 @@ export function makeTextPanel(store) {
       area.scrollTop = scrollTop;
     }
     number();
+    warn();
     mark();
   });
-  store.listen("faults", faulty);
-  store.listen("state", faulty);
+  store.listen("faults", () => {
+    faulty();
+    warn();
+  });
   store.listen("selection", mark);
   element.addEventListener("shown", mark);
   return element;
