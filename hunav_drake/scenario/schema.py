@@ -45,10 +45,11 @@ class SimulationConfig:
     y, in meters."""
 
     stuck_time: Annotated[StrictFloat, within(0, 86400, "s", low_open=True)] = (
-        15.0
+        30.0
     )
     """The trial ends as stuck once the robot, with a goal, has not moved
-    `stuck_distance` in this time, in seconds."""
+    `stuck_distance` in this time, in seconds. Planners with maps need some 18 s
+    to notice that they get nowhere and to recover for the first time."""
 
     stuck_distance: Annotated[
         StrictFloat, within(0, 100, "m", low_open=True)

@@ -72,7 +72,7 @@ class TrialMonitor(LeafSystem):
         *,
         goal_tolerance: float,
         goal_yaw_tolerance: float,
-        stuck_time: float = 15.0,
+        stuck_time: float = 30.0,
         stuck_distance: float = 0.5,
         time_step: float = 0.05,
     ) -> None:
