@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from tests.browser.driver import SMALL, serve
+from tests.browser.driver import PATIENCE, SMALL, serve
 
 pytest.importorskip("tornado", reason="the extra `editor` is not here")
 
@@ -22,7 +22,7 @@ def server(tmp_path):
 def get(server, path, *, host=None, cookie=None, **headers):
     """Asks a server for a path; returns the answer, with its text."""
     port = server.page.port
-    connection = HTTPConnection("127.0.0.1", port, timeout=5)
+    connection = HTTPConnection("127.0.0.1", port, timeout=PATIENCE)
     headers["Host"] = host or f"127.0.0.1:{port}"
     if cookie is not None:
         headers["Cookie"] = cookie
