@@ -8,14 +8,15 @@ from pathlib import Path
 from queue import Empty, SimpleQueue
 
 from hunav_drake.benchmark.running.cell import make_cells
+from hunav_drake.benchmark.running.code_hash import hash_code, hash_of_all
 from hunav_drake.benchmark.running.plan import CellPlan
 from hunav_drake.benchmark.running.pool import InlineExecutor, WorkerPool
 from hunav_drake.benchmark.running.recordings import keep_recording
 from hunav_drake.benchmark.running.run_log import RunLog
 from hunav_drake.benchmark.running.run_row import RunRow, failed_row
 from hunav_drake.benchmark.running.run_table import RunTable
+from hunav_drake.benchmark.running.task import Task
 from hunav_drake.benchmark.running.worker import (
-    Task,
     UnfitWorkerError,
     do_task,
     warm_up,
@@ -59,30 +60,34 @@ def RunSuite(
             down.
         folder: Where relative paths of scenarios begin, as in a suite file.
         imports: Modules and files that each worker imports first, as with
-            `--import`. A file must be at the same place for all of them.
+            `--import`. A file must be at the same place for all of them. If
+            one of them has changed since, the runs in `out` do not count;
+            changes of what they import in turn are not noticed.
         fresh: Runs everything. What `out` holds is kept as `runs_old.jsonl`.
         progress: Called with each run that ends.
 
     Raises:
         ScenarioError: If a scenario of a cell is not sound: all faults.
-        ValueError: If `out` holds runs of these cells by other scenarios or
-            another version of this package.
+        ValueError: If `out` holds runs of these cells by other scenarios,
+            versions or code.
         OSError: If `out` cannot be written, or is in use.
-        UnfitWorkerError: If a worker has other versions than this process.
+        UnfitWorkerError: If a worker has other versions or code than this
+            process.
         ConnectionError: If the executor has given its tasks up.
     """
     cells = make_cells(suite, Path(folder) if folder is not None else None)
     workers = workers or os.cpu_count() or 1
     # The pools of this package import them as they start.
     remote = () if executor is None else _absolute(imports)
+    code = hash_code(_absolute(imports))
     with contextlib.ExitStack() as stack:
         log = None
         done = RunTable()
-        plans = [CellPlan(cell, suite, remote) for cell in cells]
+        plans = [CellPlan(cell, suite, code, remote) for cell in cells]
         if out is not None:
             out = Path(out)
             log = stack.enter_context(RunLog(out, fresh=fresh))
-            done = _take_done(log, plans)
+            done = _take_done(log, plans, hash_of_all(code))
         if all(plan.is_done for plan in plans):
             return SuiteResult(suite, cells, done, out)
         window = 2 * workers + 2
@@ -97,7 +102,7 @@ def RunSuite(
         done = RunTable()
         _Driver(executor, plans, log, rows, progress).run(window)
         if log is not None:
-            rows = RunTable(log.read(cells))
+            rows = RunTable(log.read(cells, hash_of_all(code)))
         return SuiteResult(suite, cells, rows or done, out)
 
 
@@ -109,11 +114,13 @@ def _absolute(imports: Sequence[str]) -> tuple[str, ...]:
     )
 
 
-def _take_done(log: RunLog, plans: Sequence[CellPlan]) -> RunTable:
+def _take_done(
+    log: RunLog, plans: Sequence[CellPlan], code_sha256: str
+) -> RunTable:
     """Notes the runs of a log in the plans, and returns them."""
     by_name = {plan.cell.name: plan for plan in plans}
     done = RunTable()
-    for row in log.read([plan.cell for plan in plans]):
+    for row in log.read([plan.cell for plan in plans], code_sha256):
         by_name[row.cell].take(row)
         done.append(row)
     return done
@@ -228,9 +235,7 @@ class _Driver:
                 f"its worker process died {_ATTEMPTS} times"
                 f" ({type(error).__name__}: {error})"
             )
-            failed.append(
-                failed_row(task.cell, task.sha256, seed, repetition, reason)
-            )
+            failed.append(failed_row(task, seed, repetition, reason))
         return failed
 
 

@@ -50,6 +50,11 @@ class SuiteResult:
         self.rows = table.sorted(self._order(table))
 
     @property
+    def code_sha256(self) -> str:
+        """The hash of the code that has run it; empty if nothing was run."""
+        return self.rows[0].code_sha256 if len(self.rows) else ""
+
+    @property
     def failures(self) -> list[RunRow]:
         """The runs that gave no result."""
         reasons = self.rows.texts("end_reason")

@@ -96,6 +96,7 @@ def suite_json(result: SuiteResult, judgements: Sequence[Judgement]) -> str:
     data = {
         "suite": result.suite.name,
         "version": result.suite.version,
+        "code_sha256": result.code_sha256,
         "cells": [
             {"name": cell.name, "sha256": cell.sha256} for cell in result.cells
         ],

@@ -48,6 +48,7 @@ def suite_page(result: SuiteResult, judgements: Sequence[Judgement]) -> str:
     provenance = MakeProvenance(suite.name, seed=0)
     for key in ("seed", "planner", "scenario_sha256"):
         provenance.pop(key, None)
+    provenance["code_sha256"] = result.code_sha256
     cells = {f"{cell.name} (SHA-256)": cell.sha256 for cell in result.cells}
     costs = result.costs()
     sections: dict[str, Any] = {

@@ -7,8 +7,9 @@ import math
 import numpy as np
 
 from hunav_drake.benchmark.running.cell import Cell
+from hunav_drake.benchmark.running.code_hash import CodeHashes
 from hunav_drake.benchmark.running.run_row import RunRow
-from hunav_drake.benchmark.running.worker import Task
+from hunav_drake.benchmark.running.task import Task
 from hunav_drake.benchmark.suite import Suite
 
 # So many runs go to a worker at once: it makes the diagram of a cell only when
@@ -23,10 +24,15 @@ class CellPlan:
     """
 
     def __init__(
-        self, cell: Cell, suite: Suite, imports: tuple[str, ...] = ()
+        self,
+        cell: Cell,
+        suite: Suite,
+        code: CodeHashes,
+        imports: tuple[str, ...] = (),
     ) -> None:
         """Makes the plan of a cell of which nothing is done."""
         self.cell = cell
+        self._code = code
         self._imports = imports
         self._repetitions = suite.repetitions
         seeds = suite.seeds_of.get(cell.scenario, suite.seeds)
@@ -101,6 +107,7 @@ class CellPlan:
             cell=self.cell.name,
             sha256=self.cell.sha256,
             text=self.cell.text,
+            code=self._code,
             runs=tuple(runs),
             keep=self._seeds[0],
             imports=self._imports,

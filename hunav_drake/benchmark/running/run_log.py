@@ -63,26 +63,27 @@ class RunLog:
             self._file.flush()
             os.fsync(self._file.fileno())
 
-    def read(self, cells: Iterable[Cell]) -> Iterator[RunRow]:
-        """Yields the runs of these cells, one by one.
+    def read(self, cells: Iterable[Cell], code_sha256: str) -> Iterator[RunRow]:
+        """Yields the runs of these cells by this code, one by one.
 
         Raises:
             ValueError: If a line is damaged, or a cell has runs of another
-                scenario or version.
+                scenario, version or code.
         """
         hashes = {cell.name: cell.sha256 for cell in cells}
         others: dict[str, int] = {}
         for row in read_rows(self.path):
-            if hashes.get(row.cell) == row.sha256:
+            made = hashes.get(row.cell), code_sha256
+            if made == (row.sha256, row.code_sha256):
                 yield row
             elif row.cell in hashes:
                 others[row.cell] = others.get(row.cell, 0) + 1
         if others:
             told = ", ".join(f"{n} of {cell}" for cell, n in others.items())
             raise ValueError(
-                f"{self.path}: holds runs of other scenarios, behavior trees or"
-                f" versions ({told}): choose another folder, or --fresh, which"
-                " keeps them as runs_old.jsonl"
+                f"{self.path}: holds runs of other scenarios, behavior trees,"
+                f" code or versions ({told}): choose another folder, or"
+                " --fresh, which keeps them as runs_old.jsonl"
             )
 
     def _lock(self) -> None:

@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from hunav_drake.benchmark.running.code_hash import hash_of_all
 from hunav_drake.benchmark.running.extras import extra_values
 
 if TYPE_CHECKING:
+    from hunav_drake.benchmark.running.task import Task
     from hunav_drake.results.trial_result import TrialResult
     from hunav_drake.systems.evaluation.recording import Recording
 
@@ -26,6 +28,7 @@ class RunRow(NamedTuple):
     Attributes:
         cell: The name of the cell.
         sha256: The hash of the cell.
+        code_sha256: The hash of the code that has run it: see `hash_of_all`.
         seed: Its seed.
         repetition: Which of the runs of that seed it is, from 0.
         end_reason: As in `TrialResult`, or "error".
@@ -42,6 +45,7 @@ class RunRow(NamedTuple):
 
     cell: str
     sha256: str
+    code_sha256: str
     seed: int
     repetition: int
     end_reason: str
@@ -61,18 +65,17 @@ class RunRow(NamedTuple):
 
 def make_row(
     result: "TrialResult",
-    *,
-    cell: str,
-    sha256: str,
+    task: "Task",
     seed: int,
     repetition: int,
     cost: dict[str, float],
-    with_recording: bool,
 ) -> RunRow:
     """Returns the row of a trial that has ended."""
+    is_kept = task.keep == seed and repetition == 0
     return RunRow(
-        cell=cell,
-        sha256=sha256,
+        cell=task.cell,
+        sha256=task.sha256,
+        code_sha256=hash_of_all(task.code),
         seed=seed,
         repetition=repetition,
         end_reason=result.end_reason,
@@ -85,7 +88,7 @@ def make_row(
         },
         cost=cost,
         extras=extra_values(result.recording),
-        recording=result.recording if with_recording else None,
+        recording=result.recording if is_kept else None,
     )
 
 
@@ -97,13 +100,12 @@ def cycle_cost(cycles: Sequence[float]) -> dict[str, float]:
     return {"cycle_median": median, "cycle_p95": p95}
 
 
-def failed_row(
-    cell: str, sha256: str, seed: int, repetition: int, reason: str
-) -> RunRow:
+def failed_row(task: "Task", seed: int, repetition: int, reason: str) -> RunRow:
     """Returns the row of a run that has given no result."""
     return RunRow(
-        cell=cell,
-        sha256=sha256,
+        cell=task.cell,
+        sha256=task.sha256,
+        code_sha256=hash_of_all(task.code),
         seed=seed,
         repetition=repetition,
         end_reason=ERROR,

@@ -25,6 +25,7 @@ class _Head(NamedTuple):
 
     cell: str
     sha256: str
+    code_sha256: str
     end_reason: str
     end_message: str
 
@@ -55,7 +56,10 @@ class RunTable(Sequence[RunRow]):
 
     def append(self, row: RunRow) -> None:
         """Adds a run."""
-        head = _Head(row.cell, row.sha256, row.end_reason, row.end_message)
+        head = _Head(
+            *(row.cell, row.sha256, row.code_sha256),
+            *(row.end_reason, row.end_message),
+        )
         if head not in self._heads:
             head = _Head(*map(intern, head))
             self._heads[head] = len(self._head_list)
@@ -102,6 +106,7 @@ class RunTable(Sequence[RunRow]):
         return RunRow(
             cell=head.cell,
             sha256=head.sha256,
+            code_sha256=head.code_sha256,
             seed=self._seed[index],
             repetition=self._repetition[index],
             end_reason=head.end_reason,

@@ -1,47 +1,23 @@
 """What a worker process does: runs of one cell, one seed after the other."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
 import functools
 import platform
 import threading
 import time
-from typing import Any, Self
+from typing import Any
 
+from hunav_drake.benchmark.running.code_hash import code_sha256
 from hunav_drake.benchmark.running.run_row import (
     RunRow,
     cycle_cost,
     failed_row,
     make_row,
 )
+from hunav_drake.benchmark.running.task import Task
 from hunav_drake.commands.errors import InputError
 from hunav_drake.commands.user_code import fault_of_user_code, import_user_code
 from hunav_drake.results.provenance import program_versions
-
-
-@dataclass(frozen=True, kw_only=True)
-class Task:
-    """Some runs of one cell.
-
-    Attributes:
-        cell: The name of the cell.
-        sha256: The hash of the cell.
-        text: Its scenario.
-        runs: Pairs of a seed and a repetition.
-        keep: The seed of which the recording comes with the row, if any.
-        imports: Modules and files of the user that the worker imports first.
-    """
-
-    cell: str
-    sha256: str
-    text: str
-    runs: tuple[tuple[int, int], ...]
-    keep: int | None = None
-    imports: tuple[str, ...] = ()
-
-    def one(self, seed: int, repetition: int) -> Self:
-        """Returns the task of one of its runs."""
-        return replace(self, runs=((seed, repetition),))
 
 
 class UnfitWorkerError(RuntimeError):
@@ -59,8 +35,8 @@ def do_task(task: Task) -> list[RunRow]:
     """Runs the trials of a task; what fails becomes a row that says why.
 
     Raises:
-        UnfitWorkerError: If versions or behavior trees are not those of the
-            driver, or user code cannot be imported here.
+        UnfitWorkerError: If versions, code or behavior trees are not those of
+            the driver, or user code cannot be imported here.
     """
     _import(task.imports)
     _check_version(task)
@@ -92,20 +68,13 @@ def _run(task: Task, seed: int, repetition: int) -> RunRow:
         raise
     except Exception as error:
         reason = fault_of_user_code(error) or f"{type(error).__name__}: {error}"
-        return failed_row(task.cell, task.sha256, seed, repetition, reason)
-    return make_row(
-        result,
-        cell=task.cell,
-        sha256=task.sha256,
-        seed=seed,
-        repetition=repetition,
-        cost={
-            "wall": time.perf_counter() - wall,
-            "cpu": time.process_time() - cpu,
-            **cycle_cost(cycles),
-        },
-        with_recording=task.keep == seed and repetition == 0,
-    )
+        return failed_row(task, seed, repetition, reason)
+    cost = {
+        "wall": time.perf_counter() - wall,
+        "cpu": time.process_time() - cpu,
+        **cycle_cost(cycles),
+    }
+    return make_row(result, task, seed, repetition, cost)
 
 
 def _prepared(task: Task) -> tuple[Any, Any]:
@@ -141,8 +110,24 @@ def _sha256_here(text: str) -> str:
     return cell_sha256(text, LoadScenario(data=text))
 
 
+@functools.lru_cache(maxsize=64)
+def _has_code(name: str, sha256: str) -> bool:
+    """Returns whether code is here what it is where the suite is."""
+    try:
+        return code_sha256(name) == sha256
+    except (OSError, ImportError):
+        return False
+
+
 def _check_version(task: Task) -> None:
     """Holds that runs follow from the same here as where the suite is."""
+    for name, sha256 in task.code:
+        if not _has_code(name, sha256):
+            raise UnfitWorkerError(
+                f"{_place()}: has other code of {name} than the suite: it was"
+                " changed meanwhile, or differs there; install the same on all"
+                " workers, and start the suite again"
+            )
     try:
         here = _sha256_here(task.text)
     except Exception as error:

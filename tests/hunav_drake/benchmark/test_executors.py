@@ -248,6 +248,22 @@ def test_a_worker_that_came_later_with_another_version_ends_the_suite(
     assert not (tmp_path / NAME).read_bytes()
 
 
+def test_code_that_is_changed_while_a_suite_runs_ends_it(tmp_path):
+    file = tmp_path / "mine.py"
+    file.write_text("SPEED = 0.1\n")
+
+    class Edited(ThreadPoolExecutor):
+        def submit(self, fn, /, *args, **kwargs):
+            file.write_text("SPEED = 0.2\n")
+            return super().submit(fn, *args, **kwargs)
+
+    with (
+        Edited(1) as executor,
+        pytest.raises(UnfitWorkerError, match=r"other code of .*mine\.py than"),
+    ):
+        RunSuite(LoadSuite(data=SUITE), executor=executor, imports=[str(file)])
+
+
 def test_workers_import_user_code_first_and_once(tmp_path):
     suite = LoadSuite(data=SUITE)
     cell = make_cells(suite)[0]
@@ -257,6 +273,7 @@ def test_workers_import_user_code_first_and_once(tmp_path):
     task = Task(
         cell=cell.name,
         sha256=cell.sha256,
+        code=(),
         text=cell.text,
         runs=((0, 0),),
         imports=(str(code),),

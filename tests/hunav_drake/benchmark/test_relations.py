@@ -59,6 +59,7 @@ def published_result(seeds=10, noise=0.0):
                     RunRow(
                         cell=name,
                         sha256=name,
+                        code_sha256="",
                         seed=seed,
                         repetition=0,
                         end_reason="goal",

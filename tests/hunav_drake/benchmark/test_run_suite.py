@@ -8,8 +8,10 @@ import pandas as pd
 import pytest
 
 from hunav_drake.benchmark import LoadSuite, RunSuite, Suite
+from hunav_drake.benchmark.running import code_hash
+from hunav_drake.benchmark.running.code_hash import hash_code
 from hunav_drake.benchmark.running.run_log import NAME, RunLog, read_rows
-from hunav_drake.benchmark.running.worker import Task
+from hunav_drake.benchmark.running.task import Task
 from hunav_drake.scenario import ScenarioError
 from hunav_drake.systems.planning import (
     Plan,
@@ -113,6 +115,56 @@ def test_a_changed_scenario_is_noticed(suite, tmp_path):
     result = RunSuite(changed, out=tmp_path, workers=1, fresh=True)
     assert (result.runs().end_time == 1.0).all()
     assert len(list(read_rows(tmp_path / "runs_old.jsonl"))) == 8
+
+
+PLANNER = """
+from hunav_drake.systems.planning import (
+    Plan,
+    Planner,
+    PlannerStatus,
+    register_planner,
+)
+
+
+@register_planner("NAME")
+class Edited(Planner):
+    def plan(self, task, view, memory):
+        return Plan(SPEED, 0.0, PlannerStatus.DRIVING)
+"""
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_changed_code_of_the_user_is_noticed(workers, tmp_path, hunav):
+    file, out = tmp_path / "mine.py", tmp_path / "out"
+    suite = tmp_path / "suite.yaml"
+    # What was registered stays for the tests to come.
+    name = f"edited_{workers}"
+    suite.write_text(SUITE.replace("[pursuit, {", f"[{name}, {{"))
+    command = "bench", suite, "--import", file, "--workers", workers
+    ways = []
+    for speed in (0.1, 0.3):
+        text = PLANNER.replace("SPEED", str(speed)).replace("NAME", name)
+        file.write_text(text)
+        if ways:
+            code, _, err = hunav(*command, "--out", out)
+            assert code != 0
+            assert "other scenarios, behavior trees, code or versions" in err
+            assert f"4 of crossing/{name}, 4 of crossing/slow" in err
+            code, _, err = hunav(*command, "--out", out, "--fresh")
+        else:
+            code, _, err = hunav(*command, "--out", out)
+        assert code == 0, err
+        runs = pd.read_csv(out / "small" / "runs.csv")
+        ways.append(runs[runs.planner == name].path_length.mean())
+    assert ways[1] > 2 * ways[0]
+
+
+def test_changed_code_of_the_package_is_noticed(suite, tmp_path, monkeypatch):
+    result = RunSuite(suite, out=tmp_path, workers=1)
+    assert {row.code_sha256 for row in result.rows} == {result.code_sha256}
+    monkeypatch.setattr(code_hash, "_KINDS", (".xml",))
+    with pytest.raises(ValueError, match=r"code or versions .4 of crossing/"):
+        RunSuite(suite, out=tmp_path, workers=1)
 
 
 def test_two_drivers_cannot_share_a_folder(suite, tmp_path):
@@ -314,7 +366,13 @@ def test_killed_at_any_instant_and_resumed(suite, tmp_path):
 def test_tasks_are_small_enough_to_send(suite):
     import pickle
 
-    task = Task(cell="a/b", sha256="0" * 64, text="x" * 5000, runs=((0, 0),))
+    task = Task(
+        cell="a/b",
+        sha256="0" * 64,
+        text="x" * 5000,
+        code=hash_code(),
+        runs=((0, 0),),
+    )
     assert len(pickle.dumps(task)) < 6000
     assert task.one(3, 1).runs == ((3, 1),)
 

@@ -16,6 +16,7 @@ rows = st.builds(
     RunRow,
     cell=st.sampled_from(["x/dwb", "x/sfw"]),
     sha256=st.sampled_from(["0", "1"]),
+    code_sha256=st.sampled_from(["a", "b"]),
     seed=st.integers(0, 2**63 - 1),
     repetition=st.integers(0, 3),
     end_reason=st.sampled_from(["goal", "error"]),
@@ -71,7 +72,8 @@ def test_takes_little_memory():
     def row(seed):
         metrics = {f"metric_{i}": seed + i / 7 for i in range(60)}
         return RunRow(
-            "cell", "0" * 64, seed, 0, "goal", "done", 1.0, metrics, {}, {}, {}
+            *("cell", "0" * 64, "1" * 64, seed, 0, "goal", "done", 1.0),
+            *(metrics, {}, {}, {}),
         )
 
     import tracemalloc

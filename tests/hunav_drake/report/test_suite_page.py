@@ -111,7 +111,7 @@ def test_a_trial_that_does_not_repeat_itself_has_no_replay(result, tmp_path):
 
 def test_failures_come_first(result, tmp_path):
     row = RunRow(
-        *(result.cells[0].name, result.cells[0].sha256, 0, 0),
+        *(result.cells[0].name, result.cells[0].sha256, "", 0, 0),
         *("error", "it broke <b>", float("nan"), {}, {}, {}, {}),
     )
     suite = dataclasses.replace(result.suite, relations=[])
