@@ -62,7 +62,8 @@ def RunSuite(
         imports: Modules and files that each worker imports first, as with
             `--import`. A file must be at the same place for all of them. If
             one of them has changed since, the runs in `out` do not count;
-            changes of what they import in turn are not noticed.
+            changes of what they import in turn, or of what is registered
+            elsewhere, as in a notebook, are not noticed: see `fresh`.
         fresh: Runs everything. What `out` holds is kept as `runs_old.jsonl`.
         progress: Called with each run that ends.
 
