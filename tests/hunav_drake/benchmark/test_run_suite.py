@@ -133,7 +133,9 @@ class Edited(Planner):
 """
 
 
-@pytest.mark.parametrize("workers", [1, 2])
+@pytest.mark.parametrize(
+    "workers", [1, pytest.param(2, marks=pytest.mark.slow)]
+)
 def test_changed_code_of_the_user_is_noticed(workers, tmp_path, hunav):
     file, out = tmp_path / "mine.py", tmp_path / "out"
     suite = tmp_path / "suite.yaml"
