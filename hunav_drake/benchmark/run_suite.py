@@ -78,9 +78,10 @@ def RunSuite(
     """
     cells = make_cells(suite, Path(folder) if folder is not None else None)
     workers = workers or os.cpu_count() or 1
+    imported = _absolute(imports)
+    code = hash_code(imported)
     # The pools of this package import them as they start.
-    remote = () if executor is None else _absolute(imports)
-    code = hash_code(_absolute(imports))
+    remote = () if executor is None else imported
     with contextlib.ExitStack() as stack:
         log = None
         done = RunTable()

@@ -50,7 +50,8 @@ def code_sha256(name: str) -> str:
     spec = importlib.util.find_spec(name)
     if spec is None:
         raise ModuleNotFoundError(f"No module named {name!r}", name=name)
-    for folder in map(Path, spec.submodule_search_locations or ()):
+    if spec.submodule_search_locations:
+        folder = Path(spec.submodule_search_locations[0])
         return _hash(folder, _below(folder))
     origin = Path(spec.origin or "")
     return _hash(origin.parent, [origin] if origin.is_file() else [])
