@@ -135,6 +135,7 @@ def row_from_json(line: str | bytes) -> RunRow:
     """
     data: Any = json.loads(line)
     try:
-        return RunRow(**data)
+        # Rows of before there was a hash of the code are of other code.
+        return RunRow(**{"code_sha256": "", **data})
     except TypeError as error:
         raise ValueError(f"is not a run: {error}") from error

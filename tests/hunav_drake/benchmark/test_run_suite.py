@@ -169,6 +169,17 @@ def test_changed_code_of_the_package_is_noticed(suite, tmp_path, monkeypatch):
         RunSuite(suite, out=tmp_path, workers=1)
 
 
+def test_runs_of_before_code_had_a_hash_are_of_other_code(suite, tmp_path):
+    RunSuite(suite, out=tmp_path, workers=1)
+    rows = [json.loads(it) for it in (tmp_path / NAME).open()]
+    for row in rows:
+        del row["code_sha256"]
+    lines = (json.dumps(row) + "\n" for row in rows)
+    (tmp_path / NAME).write_text("".join(lines))
+    with pytest.raises(ValueError, match=r"code or versions .*--fresh"):
+        RunSuite(suite, out=tmp_path, workers=1)
+
+
 def test_two_drivers_cannot_share_a_folder(suite, tmp_path):
     with (
         RunLog(tmp_path),
