@@ -80,7 +80,7 @@ def explain_end(recording: Recording, scenario: Scenario) -> str:
 def _time_of_stop(recording: Recording) -> float:
     """Returns for how long the robot has stayed where it is, in seconds."""
     places = recording.robot[:, [X, Y]]
-    away = np.linalg.norm(places - places[-1], axis=1) > _STANDS
+    away = np.hypot(*(places - places[-1]).T) > _STANDS
     return _time_since_last(recording, away)
 
 
@@ -97,15 +97,16 @@ def _blocked_by(recording: Recording, stands: float) -> str:
         return ""
     robot, people = recording.robot[:, None], recording.humans
     between = people[..., [X, Y]] - robot[..., [X, Y]]
-    gaps = np.linalg.norm(between, axis=-1)
+    gaps = np.hypot(between[..., 0], between[..., 1])
     gaps = gaps - people[..., RADIUS] - robot[..., RADIUS]
     near = gaps < _IN_THE_WAY
     # Ahead is where the robot faces, or where its goal is.
     assert recording.goal is not None
     yaw = recording.robot[-1, YAW]
-    facing = np.array([math.cos(yaw), math.sin(yaw)])
     to_goal = np.subtract(recording.goal[:2], recording.robot[-1, [X, Y]])
-    ahead = (between[-1] @ facing > 0) | (between[-1] @ to_goal > 0)
+    dx, dy = between[-1].T
+    faced = dx * math.cos(yaw) + dy * math.sin(yaw) > 0
+    ahead = faced | (dx * to_goal[0] + dy * to_goal[1] > 0)
     found = np.flatnonzero(near[-1] & ahead)
     if not len(found):
         return ""

@@ -7,24 +7,23 @@ must do so says why.
 import hashlib
 import json
 from pathlib import Path
-import platform
 
 import numpy as np
 import pytest
 
 from hunav_drake import ListScenarios, LoadScenario, RunTrial
+from hunav_drake.results.machine import machine_traits
+from hunav_drake.results.provenance import program_versions
 
 GOLDEN = Path(__file__).parent / "data" / "golden.json"
 SEEDS = (0, 1, 2)
 
 
-def machine() -> str:
-    """What the last bits depend on: NumPy's loops differ between processors."""
-    from numpy._core._multiarray_umath import __cpu_features__ as features
-
-    having = ",".join(sorted(name for name, on in features.items() if on))
-    text = f"{platform.machine()} {platform.libc_ver()} {having}"
-    return hashlib.sha256(text.encode()).hexdigest()[:16]
+def machine() -> dict[str, str]:
+    """What the last bits depend on, but for this package."""
+    told = program_versions() | machine_traits()
+    del told["hunav_drake"]
+    return told
 
 
 def facts(scenario: str, seed: int) -> dict[str, object]:
@@ -70,7 +69,7 @@ def test_a_trial_is_as_ever(golden, scenario, seed):
     expected = golden["trials"][f"{scenario} {seed}"]
     got = facts(scenario, seed)
     assert got["end"] == expected["end"]
-    # On another processor the last bits differ, and grow with the time.
+    # On another machine the last bits differ, and grow with the time.
     assert got["robot"] == pytest.approx(expected["robot"], abs=1e-4)
     assert np.array(got["humans"]) == pytest.approx(
         np.array(expected["humans"]), abs=1e-4, nan_ok=True

@@ -5,7 +5,15 @@ from importlib import metadata
 from pathlib import Path
 import platform
 
+from hunav_drake.results.machine import machine_traits
+
 Provenance = dict[str, str | int]
+
+# What computes: this package, and others that give numbers to it.
+_COMPUTES = (
+    *("hunav_drake", "drake", "numpy", "numba", "llvmlite", "scipy"),
+    "shapely",
+)
 
 
 def MakeProvenance(
@@ -25,13 +33,14 @@ def MakeProvenance(
             scenario tells only the names. It is left out if empty.
 
     Returns:
-        The versions of this package, Drake, NumPy, Numba and Python, the type
-        of machine, the SHA-256 hashes of the scenario and of the behavior
-        trees, the seed, the planner.
+        The versions of this package and of what it computes with, what of the
+        machine matters (`MACHINE_TRAITS`), the SHA-256 hashes of the scenario
+        and of the behavior trees, the seed, the planner.
     """
     behavior = {"behavior_sha256": behavior_sha256} if behavior_sha256 else {}
     return {
         **program_versions(),
+        **machine_traits(),
         "scenario_sha256": hashlib.sha256(scenario_text.encode()).hexdigest(),
         **behavior,
         "seed": seed,
@@ -51,6 +60,7 @@ def MakeSourceProvenance(filename: str | Path) -> Provenance:
     path = Path(filename)
     return {
         **program_versions(),
+        **machine_traits(),
         "source": path.name,
         "source_sha256": hashlib.sha256(path.read_bytes()).hexdigest(),
     }
@@ -64,15 +74,20 @@ def MakeValidationProvenance(seed: int, quick: bool) -> Provenance:
         quick: Whether it was the short form.
     """
     form = "quick" if quick else "full"
-    return {**program_versions(), "seed": seed, "form": form}
-
-
-def program_versions() -> Provenance:
-    """Returns the versions that results follow from, and the machine."""
-    versions = {
-        name: metadata.version(name)
-        for name in ("hunav_drake", "drake", "numpy", "numba")
+    return {
+        **program_versions(),
+        **machine_traits(),
+        "seed": seed,
+        "form": form,
     }
+
+
+def program_versions() -> dict[str, str]:
+    """Returns the versions that results follow from, and the kind of machine.
+
+    On another processor of that kind results agree to rounding.
+    """
+    versions = {name: metadata.version(name) for name in _COMPUTES}
     return {
         **versions,
         "python": platform.python_version(),

@@ -72,7 +72,7 @@ def _without_unreadable(scenario: Scenario) -> World:
 
 
 def _repeated(points: Array) -> list[int]:
-    steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    steps = np.hypot(*np.diff(points, axis=0).T)
     return [int(k) for k in np.flatnonzero(steps <= _SAME)]
 
 
@@ -93,7 +93,7 @@ def _polygon_fault(corners: bytes) -> Finding | None:
         k = repeated[0]
         return Finding((k + 1,), f"repeats points[{k}]")
     last = len(points) - 1
-    if np.linalg.norm(points[last] - points[0]) <= _SAME:
+    if np.hypot(*(points[last] - points[0])) <= _SAME:
         return Finding(
             (last,),
             "repeats points[0]; the last corner joins the first by itself",

@@ -1,5 +1,7 @@
 """Cases of people who belong together, or differ."""
 
+from statistics import linear_regression
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -33,7 +35,7 @@ def walking_groups(setting: Setting) -> Numbers:
     return {
         "distance": float(np.hypot(apart[:, 0], apart[:, 1]).mean()),
         "angle": float(angles.mean()),
-        "slower": -float(np.polyfit(sizes, speeds, 1)[0]),
+        "slower": -linear_regression(sizes, speeds).slope,
         "size": sizes,
         "speed": speeds,
     }

@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import ArrayLike, NDArray
 
 from hunav_drake.validation.places import Area
@@ -73,8 +74,7 @@ def peak_density(walk: Walk, area: Area, seconds: float = 1.0) -> float:
     """
     counts = (area.holds(walk.states) & walk.present).sum(axis=1) / area.size
     window = min(len(counts), round(seconds / TIME_STEP))
-    means = np.convolve(counts, np.full(window, 1 / window), mode="valid")
-    return float(means.max())
+    return float(sliding_window_view(counts, window).mean(axis=1).max())
 
 
 def lane_order(states: Array, to_right: NDArray[np.bool_]) -> float:

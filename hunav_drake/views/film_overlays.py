@@ -24,6 +24,7 @@ from hunav_drake.systems.scene.scene_config import (
     WALKED_TIME,
     Overlay,
 )
+from hunav_drake.systems.world.solids import turned
 from hunav_drake.views.film_scene import Shot
 from hunav_drake.views.recorded_trial import RecordedTrial
 
@@ -102,14 +103,12 @@ class FilmOverlays:
         robot = self._trial.robot
         if robot.goal is None:
             return
-        x, y, yaw = robot.goal
-        place, r = np.array([x, y]), robot.radius
+        place, r = np.array(robot.goal[:2]), robot.radius
         floor.Band(place, 0.84 * r, r, ROBOT_ACCENT)
-        c, s = math.cos(yaw), math.sin(yaw)
         head = r * np.array(
             [[0.62, 0], [-0.30, 0.42], [-0.10, 0], [-0.30, -0.42]]
         )
-        floor.Fill(place + head @ np.array([[c, s], [-s, c]]), ROBOT_ACCENT)
+        floor.Fill(turned(head, robot.goal), ROBOT_ACCENT)
 
     def _DrawWalked(self, floor: "_FloorLayer", shot: Shot) -> None:
         ages = np.arange(0.0, WALKED_TIME, _WALKED_STEP)

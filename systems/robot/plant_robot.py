@@ -3,7 +3,6 @@
 import math
 from typing import TYPE_CHECKING
 
-import numpy as np
 from pydrake.geometry import CollisionFilterDeclaration, GeometrySet, SceneGraph
 from pydrake.multibody.plant import (
     ContactModel,
@@ -241,7 +240,7 @@ def _reach(
             if box is None:
                 return math.inf
             X_BC = X_BL @ inspector.GetPoseInFrame(shape) @ box.pose()
-            size = float(np.linalg.norm(box.half_width()))
+            size = math.hypot(*box.half_width())
             reach = max(reach, size + math.hypot(*X_BC.translation()[:2]))
     return reach
 

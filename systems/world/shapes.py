@@ -26,7 +26,7 @@ from hunav_drake.systems.common.schema import (
 )
 from hunav_drake.systems.world.furniture import FURNITURE, Furniture
 from hunav_drake.systems.world.obstacles import Obstacles
-from hunav_drake.systems.world.solids import Fixture, Prism
+from hunav_drake.systems.world.solids import Fixture, Prism, turned
 
 # How high the eyes of people are, in meters.
 EYE_HEIGHT = 1.6
@@ -85,9 +85,7 @@ class Box(Wall):
         """Returns the four corners, counter-clockwise, shape (4, 2)."""
         half = np.array(self.size) / 2
         corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * half
-        c, s = np.cos(self.yaw), np.sin(self.yaw)
-        vertices = np.array(self.center) + corners @ [[c, s], [-s, c]]
-        return np.asarray(vertices, dtype=float)
+        return turned(corners, (*self.center, self.yaw))
 
 
 @register_wall("polygon")

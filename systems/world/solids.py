@@ -136,7 +136,8 @@ def disc(x: float, y: float, radius: float) -> Array:
 
 def turned(points: ArrayLike, pose: tuple[float, float, float]) -> Array:
     """Returns points (k, 2) of a frame with the pose (x, y, yaw), in W."""
-    x, y, yaw = pose
-    c, s = np.cos(yaw), np.sin(yaw)
-    result: Array = np.array([x, y]) + np.asarray(points) @ [[c, s], [-s, c]]
-    return result
+    x, y = np.asarray(points, dtype=float).T
+    c, s = np.cos(pose[2]), np.sin(pose[2])
+    return np.column_stack(
+        [pose[0] + (x * c - y * s), pose[1] + (x * s + y * c)]
+    )

@@ -7,7 +7,7 @@ import json
 from pathlib import Path
 
 from hunav_drake.benchmark.suite import Suite, planner_overrides
-from hunav_drake.results.provenance import MakeProvenance
+from hunav_drake.results.provenance import program_versions
 from hunav_drake.scenario import (
     CheckScenario,
     Fault,
@@ -30,7 +30,7 @@ class Cell:
         setting: The name of the setting; empty if there is only one.
         text: The scenario with both, as `SaveScenario` writes it.
         sha256: A hash of all that its runs follow from, but for the seed:
-            scenario, behavior trees, versions and machine.
+            scenario, behavior trees, versions and the kind of machine.
     """
 
     scenario: str
@@ -96,15 +96,14 @@ def _make_cell(scenario: Scenario, label: str, setting: str) -> Cell:
 def cell_sha256(text: str, scenario: Scenario) -> str:
     """Returns the hash of all that runs follow from, but for the seed.
 
+    Nor does it tell the processor, so that machines can share a suite.
+
     Args:
         text: The scenario, as `SaveScenario` writes it.
         scenario: The same.
     """
-    provenance = MakeProvenance(
-        text, seed=0, behavior_sha256=behavior_sha256(scenario)
-    )
-    stable = json.dumps(provenance, sort_keys=True).encode()
-    return hashlib.sha256(stable).hexdigest()
+    follows = program_versions(), text, behavior_sha256(scenario)
+    return hashlib.sha256(json.dumps(follows).encode()).hexdigest()
 
 
 def _find(entry: str, folder: Path | None) -> str:

@@ -17,6 +17,7 @@ from hunav_drake.systems.common.schema import Pose
 from hunav_drake.systems.people.area import Area
 from hunav_drake.systems.world.furniture import FURNITURE
 from hunav_drake.systems.world.shapes import WALL_HEIGHT, WALLS
+from hunav_drake.systems.world.solids import turned
 
 Outline = dict[str, Any]
 
@@ -134,13 +135,11 @@ def _model(
 ) -> list[Outline]:
     name = get(data, ("file",))
     try:
-        x, y, yaw = _POSE.validate_python(get(data, ("pose",), (0.0, 0.0, 0.0)))
+        pose = _POSE.validate_python(get(data, ("pose",), (0.0, 0.0, 0.0)))
     except ValidationError:
         return []
-    c, s = np.cos(yaw), np.sin(yaw)
-    turn = np.array([[c, s], [-s, c]])
     return [
-        _outline(np.asarray(points) @ turn + (x, y), "model", WALL_HEIGHT)
+        _outline(turned(points, pose), "model", WALL_HEIGHT)
         for points in (models.get(name, ()) if isinstance(name, str) else ())
     ]
 

@@ -162,9 +162,11 @@ class Bodies:
                     snapshot.robots.ravel(),
                 ]
             )
-            gradient = np.hstack(
-                [slopes.before, slopes.after, slopes.robots]
-            ) @ ExtractGradient(inputs)
+            gradient = np.einsum(
+                "ij,jk->ik",
+                np.hstack([slopes.before, slopes.after, slopes.robots]),
+                ExtractGradient(inputs),
+            )
             column = states[slopes.rows].reshape(-1, 1)
             result[slopes.rows] = InitializeAutoDiff(column, gradient).reshape(
                 -1, MOTION_SIZE
@@ -207,7 +209,9 @@ class Bodies:
         own = (
             MOTION_SIZE * slopes.rows[:, None] + np.arange(MOTION_SIZE)
         ).ravel()
-        derivatives[own] = slopes.after @ derivatives[own]
+        derivatives[own] = np.einsum(
+            "ij,jk->ik", slopes.after, derivatives[own]
+        )
         derivatives[np.ix_(own, own)] += slopes.before
         derivatives[own, snapshot.states.size :] += slopes.robots
 

@@ -22,7 +22,7 @@ def time_average(series: Array, times: Array) -> float:
     if not known.any():
         return mean(series)
     dt = np.diff(times)[known]
-    return float(np.dot(middle[known], dt) / dt.sum())
+    return float((middle[known] * dt).sum() / dt.sum())
 
 
 def total(series: Array) -> float:

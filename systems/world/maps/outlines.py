@@ -162,7 +162,7 @@ def _straight(ring: Array) -> Array:
             return False
         # How far they are to the right, where it is free.
         right = (between[:, 0] * along[1] - between[:, 1] * along[0]) / length
-        ahead = between @ along / length
+        ahead = (between * along).sum(axis=1) / length
         return bool(
             (right <= _LOST).all()
             and (right >= -_GAINED).all()

@@ -1,0 +1,104 @@
+"""What of a machine the last bits of a result depend on: one list.
+
+Results carry it in their provenance, `docs/repeatability.md` shows it, and the
+tests compare results bit for bit only where it is equal.
+"""
+
+from collections.abc import Callable
+import functools
+import hashlib
+import os
+import platform
+from typing import NamedTuple
+
+
+class Trait(NamedTuple):
+    """One thing that the last bits of results depend on.
+
+    Attributes:
+        read: Returns what it is here.
+        about: What it is, and why it matters; a sentence of the docs.
+    """
+
+    read: Callable[[], str]
+    about: str
+
+
+def _c_library() -> str:
+    """Returns the C library, and what chooses among its functions."""
+    name, version = platform.libc_ver()
+    tunables = os.environ.get("GLIBC_TUNABLES", "")
+    return " ".join(part for part in (name, version, tunables) if part)
+
+
+def _processor() -> str:
+    """Returns what LLVM calls the processor, and a hash of what it can do."""
+    from llvmlite import binding
+
+    features = binding.get_host_cpu_features().flatten()
+    return f"{binding.get_host_cpu_name()} {_short_hash(features)}"
+
+
+def _numpy_simd() -> str:
+    """Returns the instruction sets that NumPy chooses functions by."""
+    from numpy._core._multiarray_umath import (  # type: ignore[attr-defined]
+        __cpu_dispatch__ as known,
+        __cpu_features__ as features,
+    )
+
+    return " ".join(name for name in known if features[name]) or "baseline"
+
+
+def _numba_target() -> str:
+    """Returns what Numba compiles for, and a hash of how it does."""
+    from numba.core import config
+    from numba.core.registry import cpu_target
+
+    target = cpu_target.target_context.codegen().magic_tuple()
+    names = "OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE", "DISABLE_JIT"
+    options = [str(getattr(config, name)) for name in (*names, "USING_SVML")]
+    return f"{target[1]} {_short_hash(' '.join([*target, *options]))}"
+
+
+def _short_hash(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()[:12]
+
+
+MACHINE_TRAITS = {
+    "machine": Trait(platform.machine, "The type of machine, such as x86_64."),
+    "system": Trait(platform.system, "The operating system."),
+    "c_library": Trait(
+        _c_library,
+        "The C library, whose `exp`, `sin`, `pow` and the like Python, Numba"
+        " and others call, with `GLIBC_TUNABLES` where that is set: glibc has"
+        " several of each, and takes one by what the processor can do.",
+    ),
+    "processor": Trait(
+        _processor,
+        "The processor, and a hash of its instruction sets. The C library and"
+        " Drake choose by them, for instance whether a product is rounded"
+        " before it is added.",
+    ),
+    "numpy_simd": Trait(
+        _numpy_simd,
+        "The instruction sets for which NumPy has `exp`, `sin` and the like of"
+        " its own; `NPY_DISABLE_CPU_FEATURES` takes some away.",
+    ),
+    "numba_target": Trait(
+        _numba_target,
+        "The processor for which Numba compiles, and a hash of its instruction"
+        " sets and Numba's options: the fast forces between people add in the"
+        " order that fits its vectors. `NUMBA_CPU_NAME` and"
+        " `NUMBA_CPU_FEATURES` set it.",
+    ),
+}
+
+
+@functools.cache
+def _read() -> tuple[tuple[str, str], ...]:
+    return tuple((name, trait.read()) for name, trait in MACHINE_TRAITS.items())
+
+
+def machine_traits() -> dict[str, str]:
+    """Returns what of this machine the last bits of results depend on."""
+    return dict(_read())
