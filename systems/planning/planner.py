@@ -96,6 +96,14 @@ class PlannerConfig(ABC):
     """Whom the planner sees: everything, visible, or lidar for nobody but what
     a lidar meets."""
 
+    def reaction_time(self, task: PlanningTask) -> float:
+        """Returns the time from a decision until the next one is in effect.
+
+        A robot that would come to its goal, or turn to where it is to face,
+        within less, would be carried beyond it.
+        """
+        return self.period + task.time_step
+
     @abstractmethod
     def MakeSystem(self, task: PlanningTask) -> Any:
         """Makes the planner: a LeafSystem or a Diagram with these ports.

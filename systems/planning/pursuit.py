@@ -79,7 +79,7 @@ class PursuitPlanner(Planner):
             return self._turn_at_goal(task, wrap_angle(goal_yaw - yaw))
 
         bearing = wrap_angle(math.atan2(goal_y - y, goal_x - x) - yaw)
-        omega = _clip(self.heading_gain * bearing, task.limits.max_turn_rate)
+        omega = self._turn_rate(task, bearing)
         if abs(bearing) > self.turn_in_place_angle:
             return Plan(0.0, omega, PlannerStatus.DRIVING)
 
@@ -87,6 +87,7 @@ class PursuitPlanner(Planner):
         wanted = min(self.cruise_speed, task.limits.max_speed)
         wanted *= math.cos(bearing)
         wanted = min(wanted, math.sqrt(2 * braking * distance))
+        wanted = min(wanted, distance / self.reaction_time(task))
         free = self._free_way(task, view) - self.stop_distance
         # What it drives on before the next command counts as used up.
         free = max(free - wanted * self.period, 0.0)
@@ -101,8 +102,14 @@ class PursuitPlanner(Planner):
         """Turns to the heading of the goal, if that matters."""
         if abs(error) <= 0.5 * task.goal_yaw_tolerance:
             return Plan(0.0, 0.0, PlannerStatus.ARRIVED)
-        omega = _clip(self.heading_gain * error, task.limits.max_turn_rate)
+        omega = self._turn_rate(task, error)
         return Plan(0.0, omega, PlannerStatus.DRIVING)
+
+    def _turn_rate(self, task: PlanningTask, error: float) -> float:
+        """Returns how fast it turns by what is left of an angle, in rad/s."""
+        gain = min(self.heading_gain, 1 / self.reaction_time(task))
+        most = task.limits.max_turn_rate
+        return min(max(gain * error, -most), most)
 
     def _free_way(self, task: PlanningTask, view: View) -> float:
         """Returns how far the robot can drive straight on, in meters."""
@@ -117,7 +124,3 @@ class PursuitPlanner(Planner):
             bodies(task, view, self.lookahead + BODY_RADIUS),
         )
         return min(free, people)
-
-
-def _clip(value: float, most: float) -> float:
-    return min(max(value, -most), most)

@@ -31,7 +31,8 @@ def inflation_costs(
 
     With d the distance between the middles of cells: 254 at d = 0, 253 up to
     the inscribed radius r, ``floor(252 exp(-k (d - r)))`` up to the inflation
-    radius, 0 beyond (costmap_2d's `InflationLayer::computeCost`).
+    radius, 0 beyond (costmap_2d's `InflationLayer::computeCost`). There, the
+    inflation radius is in whole cells, rounded up (`Costmap2D::cellDistance`).
 
     Args:
         resolution: The side of a cell, in meters.
@@ -43,7 +44,7 @@ def inflation_costs(
     Returns:
         The costs by squared distances in cells, 0 to the last that counts.
     """
-    reach = math.floor(inflation_radius / resolution + _ROUNDING)
+    reach = math.ceil(inflation_radius / resolution - _ROUNDING)
     squares = np.arange(reach * reach + 1)
     d = np.sqrt(squares) * resolution
     decay = np.exp(-cost_scaling_factor * (d - inscribed_radius))

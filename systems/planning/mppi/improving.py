@@ -22,7 +22,7 @@ from hunav_drake.systems.planning.mppi.parameters import (
     GOAL_ANGLE,
     GOAL_ANGLE_NEAR,
     GOAL_NEAR,
-    HOLDS_FIRST,
+    HOLD,
     NUM_SCORES,
     PATH_ALIGN,
     PATH_ANGLE,
@@ -34,7 +34,13 @@ from hunav_drake.systems.planning.mppi.parameters import (
     STD_V,
     TEMPERATURE,
 )
-from hunav_drake.systems.planning.mppi.rollouts import limit, roll_out, smooth
+from hunav_drake.systems.planning.mppi.rollouts import (
+    command_of,
+    held,
+    limit,
+    roll_out,
+    smooth,
+)
 
 _CUBE = numba.types.Array(numba.float64, 3, "C", readonly=True)
 
@@ -192,16 +198,17 @@ def improve(
     velocities = np.empty((count, steps, 2))
     ends = np.empty((count, 2))
     scores = np.empty((count, NUM_SCORES))
-    # The first control is on its way to the robot already.
-    first = 1 if p[HOLDS_FIRST] != 0 else 0
+    hold = int(p[HOLD])
     for i in range(count):
         for k in range(steps):
-            scale = 1.0 if k >= first else 0.0
+            # The first control is on its way to the robot already.
+            scale = 0.0 if k == 0 and hold > 0 else 1.0
+            draw = command_of(k, hold)
             sampled[i, k, 0] = (
-                controls[k, 0] + scale * p[STD_V] * noise[i, k, 0]
+                controls[k, 0] + scale * p[STD_V] * noise[i, draw, 0]
             )
             sampled[i, k, 1] = (
-                controls[k, 1] + scale * p[STD_TURN] * noise[i, k, 1]
+                controls[k, 1] + scale * p[STD_TURN] * noise[i, draw, 1]
             )
         roll_out(state, sampled[i], p, poses[i], velocities[i])
         ends[i] = poses[i, -1, :2]
@@ -228,5 +235,5 @@ def improve(
             out[0] += out[critic]
     new = average(sampled, scores[:, 0], p[TEMPERATURE])
     limit(new, state, p)
-    new = smooth(new, past)
+    new = held(smooth(new, past), hold)
     return alive, new, scores, poses

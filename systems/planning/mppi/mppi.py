@@ -154,11 +154,13 @@ class MppiPlanner(NavigationPlanner):
     initial_control: ClassVar[Any] = MppiMemory()
 
     time_steps: Annotated[Integer, Field(ge=2, le=1000)] = 56
-    """How many steps it looks ahead."""
+    """How many steps of `model_dt` it looks ahead: with 0.05 s each, 2.8 s,
+    whatever the period of the planner."""
 
     model_dt: Annotated[StrictFloat, within(1e-3, 1, "s")] = 0.05
-    """How long each of these steps is, in seconds; at least the period of the
-    planner."""
+    """How long each of these steps is, in seconds. Where a command holds for
+    longer, they are a bit shorter, so that it holds for whole steps, but never
+    shorter than a step of the trial."""
 
     batch_size: Annotated[Integer, Field(ge=1, le=100_000)] = 1000
     """How many rollouts there are in a cycle."""

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.checks import count_steps
 from hunav_drake.systems.common.layout import OMEGA
 from hunav_drake.systems.planning.mppi import parameters
 from hunav_drake.systems.planning.mppi.improving import improve
@@ -32,13 +33,16 @@ class Setting(NamedTuple):
     Attributes:
         p: The parameters of `improve`.
         forces: Those of the social force.
-        shifts: Whether a step of a rollout takes as long as a cycle, so that
-            the controls move on by one.
+        steps: How many steps a rollout has.
+        hold: For how many of them a command holds: the controls move on by
+            as many in a cycle. 0 for steps longer than a cycle, in which they
+            stay where they are.
     """
 
     p: Array
     forces: Array
-    shifts: bool
+    steps: int
+    hold: int
 
 
 class Rollouts(NamedTuple):
@@ -46,11 +50,11 @@ class Rollouts(NamedTuple):
 
     Attributes:
         alive: How many of them do not collide.
-        controls: Shape (time_steps, 2): the average, rows (v, omega).
+        controls: Shape (steps, 2): the average, rows (v, omega).
         scores: Shape (batch_size, 11): the total, the scaled scores of the
             critics, `CRITICS` in their order, and how far they leave the last
             controls.
-        poses: Shape (batch_size, time_steps, 3), rows (x, y, yaw).
+        poses: Shape (batch_size, steps, 3), rows (x, y, yaw).
     """
 
     alive: int
@@ -62,8 +66,14 @@ class Rollouts(NamedTuple):
 def setting(planner: "MppiPlanner", task: PlanningTask) -> Setting:
     """Returns what follows from the parameters of MPPI and the task."""
     limits, critics = task.limits, planner.critics
-    dt = max(planner.model_dt, planner.period)
-    shifts = math.isclose(dt, planner.period)
+    dt, hold = planner.model_dt, 0
+    if planner.period > dt * (1 - 1e-9):
+        hold = min(
+            math.ceil(planner.period / dt - 1e-9),
+            count_steps(planner.period, task.time_step),
+        )
+        dt = planner.period / hold
+    steps = max(2, round(planner.time_steps * planner.model_dt / dt))
     p = np.zeros(parameters.NUM_PARAMETERS)
     for place, value in {
         parameters.DT: dt,
@@ -96,7 +106,7 @@ def setting(planner: "MppiPlanner", task: PlanningTask) -> Setting:
         parameters.COST_EVERY: critics.cost_step,
         parameters.ALIGN_EVERY: critics.path_align_step,
         parameters.SOCIAL_EVERY: critics.social_step,
-        parameters.HOLDS_FIRST: float(shifts),
+        parameters.HOLD: hold,
     }.items():
         p[place] = value
     for place, name in enumerate(parameters.CRITICS, start=1):
@@ -104,7 +114,7 @@ def setting(planner: "MppiPlanner", task: PlanningTask) -> Setting:
     p.setflags(write=False)
     forces = np.array(astuple(planner.social_force))
     forces.setflags(write=False)
-    return Setting(p, forces, shifts)
+    return Setting(p, forces, steps, hold)
 
 
 @functools.lru_cache(maxsize=2)
@@ -172,10 +182,10 @@ def roll_out_all(
     """
     made = _setting(planner, task)
     controls = memory.controls
-    if len(controls) != planner.time_steps:
-        controls = np.zeros((planner.time_steps, 2))
+    if len(controls) != made.steps:
+        controls = np.zeros((made.steps, 2))
     noise = draw_noise(
-        planner.noise_seed, number, planner.batch_size, planner.time_steps
+        planner.noise_seed, number, planner.batch_size, made.steps
     )
     result = improve(
         *(robot_state(view), controls, memory.past, noise),
@@ -222,17 +232,20 @@ def optimize(
 
 def _command(memory: MppiMemory, made: Setting) -> Control:
     """Returns the command that new controls begin with, and what is kept."""
-    controls = memory.controls
-    place = 1 if made.shifts else 0
+    controls, hold = memory.controls, made.hold
+    # The first control is that of the last command.
+    place = min(hold, 1)
     v = min(
         max(controls[place, 0], made.p[parameters.MIN_V]),
         made.p[parameters.MAX_V],
     )
     most = made.p[parameters.MAX_TURN]
     omega = min(max(controls[place, 1], -most), most)
-    past = np.vstack([memory.past[1:], controls[:1]])
-    if made.shifts:
-        controls = np.vstack([controls[1:], controls[-1:]])
+    passed = controls[: max(hold, 1)]
+    past = np.vstack([memory.past, passed])[-len(memory.past) :]
+    if hold:
+        rest = np.repeat(controls[-1:], min(hold, len(controls)), axis=0)
+        controls = np.vstack([controls[hold:], rest])
     for array in (past, controls):
         array.setflags(write=False)
     memory = MppiMemory(controls, past, memory.cycle + 1)

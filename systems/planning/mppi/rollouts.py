@@ -9,6 +9,7 @@ from hunav_drake.systems.planning.mppi.parameters import (
     ACC_TURN,
     ACC_V,
     DT,
+    HOLD,
     MAX_TURN,
     MAX_V,
     MIN_V,
@@ -27,6 +28,15 @@ SMOOTHING = (
     14 / 231,
     -21 / 231,
 )
+
+
+@jit
+def command_of(step, hold):
+    """Returns which command a step belongs to, when each holds for `hold`.
+
+    The first step has the last command of all; 0 for one command per step.
+    """
+    return step if hold <= 1 else (step + hold - 1) // hold
 
 
 @jit
@@ -72,15 +82,22 @@ def roll_out(state, controls, p, poses, velocities):
 
 @jit
 def limit(controls, state, p):
-    """Keeps controls, in place, within what the robot can do."""
+    """Keeps controls, in place, within what the robot can do.
+
+    Of a command that holds for several steps, it is what the robot can reach
+    by its end.
+    """
+    hold = int(p[HOLD])
     dt = p[DT]
     v = state[3]
     omega = state[4]
     for k in range(len(controls)):
-        wanted = min(max(controls[k, 0], p[MIN_V]), p[MAX_V])
-        v = toward(v, wanted, p[ACC_V] * dt)
-        wanted = min(max(controls[k, 1], -p[MAX_TURN]), p[MAX_TURN])
-        omega = toward(omega, wanted, p[ACC_TURN] * dt)
+        if k == 0 or command_of(k, hold) != command_of(k - 1, hold):
+            reach = dt if k == 0 else dt * max(hold, 1)
+            wanted = min(max(controls[k, 0], p[MIN_V]), p[MAX_V])
+            v = toward(v, wanted, p[ACC_V] * reach)
+            wanted = min(max(controls[k, 1], -p[MAX_TURN]), p[MAX_TURN])
+            omega = toward(omega, wanted, p[ACC_TURN] * reach)
         controls[k, 0] = v
         controls[k, 1] = omega
 
@@ -102,4 +119,27 @@ def smooth(controls, past):
             for c in range(2):
                 value = past[before + i, c] if i < 0 else controls[i, c]
                 result[k, c] += SMOOTHING[j] * value
+    return result
+
+
+@jit
+def held(controls, hold):
+    """Returns controls that are constant while a command holds: their means.
+
+    Args:
+        controls: Shape (n, 2).
+        hold: For how many steps a command holds: see `command_of`.
+    """
+    if hold <= 1:
+        return controls
+    result = np.empty_like(controls)
+    for first in range(1 - hold, len(controls), hold):
+        begin = max(first, 0)
+        end = min(first + hold, len(controls))
+        for c in range(2):
+            total = 0.0
+            for k in range(begin, end):
+                total += controls[k, c]
+            for k in range(begin, end):
+                result[k, c] = total / (end - begin)
     return result

@@ -98,7 +98,8 @@ class Maps:
         points = obstacles.segments.reshape(-1, 2)
         self._low = points.min(axis=0) if len(points) else np.full(2, math.inf)
         self._high = points.max(axis=0) if len(points) else -self._low
-        near = inflation[0] + self._resolution
+        # (It is inflated by up to one cell more than the radius.)
+        near = inflation[0] + 2 * self._resolution
         low, high = (0.0, 0.0), (0.0, 0.0)
         if len(points):
             low = tuple((self._low - near).tolist())

@@ -9,7 +9,9 @@ from hunav_drake.systems.robot.robot_config import RobotLimits
 _BRAKES = 0.5
 
 
-def brakable(omega: float, error: float, acceleration: float) -> float:
+def brakable(
+    omega: float, error: float, acceleration: float, reaction: float
+) -> float:
     """Returns a turn rate that can end within the angle that is left.
 
     Faster, it would turn too far, then back, and so on.
@@ -18,13 +20,20 @@ def brakable(omega: float, error: float, acceleration: float) -> float:
         omega: The wanted turn rate, in rad/s.
         error: The angle that is left, in radians.
         acceleration: How fast the turn rate changes at most, in rad/s^2.
+        reaction: The time until another rate is in effect, in seconds.
     """
     most = math.sqrt(2.0 * _BRAKES * acceleration * abs(error))
+    most = min(most, abs(error) / reaction)
     return min(max(omega, -most), most)
 
 
 def steer(
-    vx: float, vy: float, yaw: float, turn_time: float, limits: RobotLimits
+    vx: float,
+    vy: float,
+    yaw: float,
+    turn_time: float,
+    limits: RobotLimits,
+    reaction: float,
 ) -> tuple[float, float]:
     """Returns the command (v, omega) that follows a velocity in W.
 
@@ -37,6 +46,7 @@ def steer(
         yaw: The heading of the robot, in radians.
         turn_time: In seconds.
         limits: How fast the robot turns.
+        reaction: The time until another command is in effect, in seconds.
     """
     speed = math.hypot(vx, vy)
     if speed < 1e-6:
@@ -44,5 +54,5 @@ def steer(
     error = wrap_angle(math.atan2(vy, vx) - yaw)
     most = limits.max_turn_rate
     omega = min(max(error / turn_time, -most), most)
-    omega = brakable(omega, error, limits.max_turn_acceleration)
+    omega = brakable(omega, error, limits.max_turn_acceleration, reaction)
     return speed * max(math.cos(error), 0.0), omega

@@ -13,7 +13,7 @@ from hunav_drake.systems.planning.planner import PlanningTask, View
 from hunav_drake.systems.world.maps.costs import LETHAL, Costmap
 
 # Within this part of the tolerance it stands: it is not to end on the edge.
-_INSIDE = 0.8
+INSIDE = 0.8
 
 # How fast it turns on the spot, in rad/s, and how much of the error in a
 # second.
@@ -47,16 +47,22 @@ def carrot_at(
     return x, y
 
 
-def at_end(task: PlanningTask, view: View, local: LocalPlan) -> Control | None:
-    """Returns the turn to the heading of the goal, once it is there."""
+def at_end(
+    task: PlanningTask, view: View, local: LocalPlan, reaction: float
+) -> Control | None:
+    """Returns the turn to the heading of the goal, once it is there.
+
+    `reaction` is the time until another command is in effect, in seconds.
+    """
     x, y, yaw = view.robot[: YAW + 1].tolist()
     left = math.hypot(local.goal[X] - x, local.goal[Y] - y)
-    if left > _INSIDE * task.goal_tolerance:
+    if left > INSIDE * task.goal_tolerance:
         return None
     error = wrap_angle(local.goal[YAW] - yaw)
     if abs(error) < 0.5 * task.goal_yaw_tolerance:
         return Control(0.0, 0.0)
-    return Control(0.0, min(max(_GAIN * error, -_TURN), _TURN))
+    omega = min(_GAIN, 1 / reaction) * error
+    return Control(0.0, min(max(omega, -_TURN), _TURN))
 
 
 def is_free(

@@ -9,6 +9,7 @@ from pydantic.dataclasses import dataclass
 
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import OMEGA, VX, VY, YAW, X, Y
+from hunav_drake.systems.common.poses import wrap_angle
 from hunav_drake.systems.common.schema import (
     CONFIG,
     Length,
@@ -86,7 +87,8 @@ class OrcaPlanner(NavigationPlanner):
             avoiding_velocity,
         )
 
-        if (stop := at_end(task, view, local)) is not None:
+        reaction = self.reaction_time(task)
+        if (stop := at_end(task, view, local, reaction)) is not None:
             return stop
         p = self.once(task, "orca", lambda: self._parameters(task))
         robot = view.robot
@@ -95,12 +97,15 @@ class OrcaPlanner(NavigationPlanner):
         swing = self.offset * robot[OMEGA]
         own = np.array([x, y, robot[VX] - swing * s, robot[VY] + swing * c])
         gx, gy = carrot_at(view, local, self.carrot_distance)
-        away = math.hypot(gx - x, gy - y)
         left = math.hypot(local.goal[0] - robot[X], local.goal[1] - robot[Y])
-        speed = min(p[0], max(left, 0.15))
-        scale = speed / away if away > 1e-9 else 0.0
+        speed = min(p[0], max(left, 0.15), left / reaction)
+        # It is the axle that is to get there. What is behind is turned to:
+        # to its side, the point can move while the axle stands.
+        error = math.atan2(gy - robot[Y], gx - robot[X]) - robot[YAW]
+        error = min(max(wrap_angle(error), -math.pi / 2), math.pi / 2)
+        bearing = robot[YAW] + error
         velocity = avoiding_velocity(
-            *(own, (gx - x) * scale, (gy - y) * scale),
+            *(own, speed * math.cos(bearing), speed * math.sin(bearing)),
             *(bodies(task, view), task.obstacles.table, p),
         )
         v = c * velocity[0] + s * velocity[1]
@@ -110,6 +115,7 @@ class OrcaPlanner(NavigationPlanner):
             aside / self.offset,
             math.atan2(aside, v),
             task.limits.max_turn_acceleration,
+            reaction,
         )
         low = -task.limits.max_reverse_speed
         return Control(

@@ -88,7 +88,8 @@ class SfmPlanner(NavigationPlanner):
         )
         from hunav_drake.systems.planning.social.forces import robot_force
 
-        if (stop := at_end(task, view, local)) is not None:
+        reaction = self.reaction_time(task)
+        if (stop := at_end(task, view, local, reaction)) is not None:
             return stop
         setup = self.setup(task)
         x, y = carrot_at(view, local, self.carrot_distance)
@@ -97,6 +98,7 @@ class SfmPlanner(NavigationPlanner):
         )
         speed = self.desired_speed * min(1.0, left / self.slow_distance)
         speed = max(min(speed, task.limits.max_speed), 0.1)
+        speed = min(speed, left / reaction)
         force = robot_force(
             *(np.ascontiguousarray(view.robot), np.array([x, y, speed])),
             *(bodies(task, view), task.obstacles.table),
@@ -108,14 +110,15 @@ class SfmPlanner(NavigationPlanner):
         if fast > speed:
             vx, vy = vx * speed / fast, vy * speed / fast
         yaw = float(view.robot[YAW])
-        v, omega = steer(vx, vy, yaw, self.turn_time, task.limits)
+        how = self.turn_time, task.limits, reaction
+        v, omega = steer(vx, vy, yaw, *how)
         free = is_free(setup.footprint, costmap, view, v, omega)
         if free and v > 0:
             return Control(v, omega)
         # It faces where it wants to go. (Turned to where it is pushed, it would
         # sway with whoever steps in front of it.)
         dx, dy = x - float(view.robot[X]), y - float(view.robot[Y])
-        _, omega = steer(dx, dy, yaw, self.turn_time, task.limits)
+        _, omega = steer(dx, dy, yaw, *how)
         if free or abs(wrap_angle(math.atan2(dy, dx) - yaw)) > 0.1:
             return Control(0.0, omega)
         return Control(0.0, 0.0, fault="something is in the way")

@@ -16,7 +16,7 @@ from hunav_drake.systems.planning.costmap.obstacle_layer import scan_ends
 from hunav_drake.systems.planning.navigation.memory import Control, LocalPlan
 from hunav_drake.systems.planning.planner import PlanningTask, View
 from hunav_drake.systems.planning.social import prediction
-from hunav_drake.systems.planning.social.following import carrot_at
+from hunav_drake.systems.planning.social.following import INSIDE, carrot_at
 from hunav_drake.systems.planning.social.obstacle_points import wall_points
 from hunav_drake.systems.planning.social.sfw_memory import SfwMemory
 from hunav_drake.systems.world.maps.costs import Costmap
@@ -120,11 +120,17 @@ def choose(
         odometry_yaw = memory.odometry_yaw or 0.0
     end = local.poses[-1]
     left = math.hypot(end[X] - x, end[Y] - y)
-    if left < planner.xy_goal_tolerance:
+    # Where the robot counts as at its goal only nearer, it is to come nearer.
+    if left < min(planner.xy_goal_tolerance, INSIDE * task.goal_tolerance):
         error = wrap_angle(float(end[YAW]) - yaw)
-        if abs(error) < planner.yaw_goal_tolerance:
+        if abs(error) < min(
+            planner.yaw_goal_tolerance, INSIDE * task.goal_yaw_tolerance
+        ):
             return Control(0.0, 0.0, memory.anew())
-        turn = planner.min_in_place_rot_vel
+        turn = min(
+            planner.min_in_place_rot_vel,
+            abs(error) / planner.reaction_time(task),
+        )
         return Control(0.0, math.copysign(turn, error), memory.anew())
     if not memory.cycles or math.hypot(memory.x - x, memory.y - y) > _SPOT:
         memory = memory.anew(x, y)
