@@ -271,6 +271,15 @@ _SERVICES = (
         here="the same, but a goal radius of 0.001 m; a start must be given",
         why="the import says what it took for granted",
     ),
+    Difference(
+        area="services",
+        name="random reactions in agents.yaml",
+        original="draws duration, speed and distance of a reaction anew at each"
+        " start",
+        here="the import draws them once, by the person's number, and writes"
+        " them into the scenario",
+        why="a scenario says what happens in it",
+    ),
 )
 
 _BODIES = (
