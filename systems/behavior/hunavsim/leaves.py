@@ -37,6 +37,7 @@ from hunav_drake.systems.common.layout import (
     X,
     Y,
 )
+from hunav_drake.systems.common.poses import wrap_angle
 from hunav_drake.systems.common.schema import within
 from hunav_drake.systems.people.single_precision import (
     bearing,
@@ -77,7 +78,8 @@ def _bearing(
 ) -> float:
     """Returns where a robot is, from the heading, in [-pi, pi]."""
     dx, dy = _offset(context, robot)
-    yaw = context.state[YAW]
+    # (In single precision, pi is beyond pi.)
+    yaw = wrap_angle(context.state[YAW])
     found: float = (
         bearing(dx, dy, yaw) if rounded_yaw else bearing_in_view(dx, dy, yaw)
     )

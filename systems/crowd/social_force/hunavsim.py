@@ -287,7 +287,8 @@ def _move(state, force, command, time_step, out):
     hold = int(command[Command.HOLD])
     vx = state[VX]
     vy = state[VY]
-    yaw = state[YAW]
+    # (In single precision, pi is beyond pi.)
+    yaw = wrap(state[YAW])
     omega = state[OMEGA]
     x = state[X]
     y = state[Y]
