@@ -1,6 +1,6 @@
 import copy
-import gzip
 import dataclasses
+import gzip
 import json
 import math
 
