@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping
 from types import MappingProxyType
 from typing import Any
 
+from hunav_drake.hunavsim.reactions import REACTION_KEYS
 from hunav_drake.systems.common.checks import is_multiple
 
 # The behaviors by their numbers in HuNavSim.
@@ -84,7 +85,7 @@ def left_out_of_agent(
             for part in sorted(value.keys() - {"x", "y", "h"}, key=str):
                 yield (key, part), "people stand on the floor"
         elif key == "behavior" and isinstance(value, dict):
-            known = {"type", "configuration", *FORCE_FIELDS}
+            known = {"type", "configuration", *FORCE_FIELDS, *REACTION_KEYS}
             for part in value:
                 if part not in known:
                     yield (key, part), "set ports of the behavior instead"

@@ -33,9 +33,11 @@ def ImportAgents(
     same names. Whether they are available is not asked here: a scenario is
     checked for that when it is loaded or run. Of HuNavSim 2.0's settings of a
     behavior, the configuration becomes the `forces_mode`, and the factors of
-    the forces are taken if that is custom (1); the others belong to reactions
-    and are left out. What is missing is what HuNavSim takes for it: goals are
-    cyclic, and `max_vel` is 1.0 m/s.
+    the forces are taken if that is custom (1), whatever they are. Durations,
+    speeds and distances of reactions become ports of the behavior: as written
+    (1), HuNavSim's (0), or drawn once by the person's number (2 and 3): see
+    `hunav_drake.hunavsim.reactions`. What is missing is what HuNavSim takes for
+    it: goals are cyclic, and `max_vel` is 1.0 m/s.
 
     The world of the result is the map that the file names, if there is such a
     file of map_server beside it, or the one that is given. The file says

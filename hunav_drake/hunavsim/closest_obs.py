@@ -6,15 +6,23 @@ In HuNavSim, each agent of a request brings the points of obstacles near it,
 
 from collections.abc import Sequence
 import dataclasses as dc
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.systems.framework import Context, Diagram
 
-from hunav_drake.systems.common.layout import STATE_SIZE
+from hunav_drake.systems.common.layout import (
+    COMMAND_SIZE,
+    MOTION_SIZE,
+    STATE_SIZE,
+    Command,
+    Hold,
+    RobotRole,
+)
 from hunav_drake.systems.common.schema import MAX_COORDINATE
-from hunav_drake.systems.crowd import CrowdConfig, HumanCrowd
+from hunav_drake.systems.crowd import CrowdConfig
+from hunav_drake.systems.crowd.motion_model import Snapshot
+from hunav_drake.systems.crowd.step import CrowdStep
 from hunav_drake.systems.people import HumanConfig
 from hunav_drake.systems.people.names import name_people
 from hunav_drake.systems.people.profile import complete_people
@@ -24,7 +32,7 @@ Array = NDArray[np.float64]
 
 
 class PeopleAtPoints:
-    """Steps of people who feel given points instead of the walls.
+    """Steps of people some of whom feel given points instead of the walls.
 
     All of a person's points push, however far they are; the walls do not, nor
     do they lead the person around or stop the person. What hides the robot
@@ -36,59 +44,138 @@ class PeopleAtPoints:
         diagram: Diagram,
         humans: Sequence[HumanConfig],
         *,
+        obstacles: Obstacles | None,
         config: CrowdConfig | None,
-        num_robots: int,
         time_step: float,
     ) -> None:
         """Takes a diagram of `MakeHumans` and what it was made of."""
         config = config or CrowdConfig()
         self._crowd = diagram.GetSubsystemByName("crowd")
         self._humans = complete_people(name_people(humans), config.profile)
-        self._options: dict[str, Any] = {
-            "config": dc.replace(
-                config,
-                obstacle_range=MAX_COORDINATE,
-                max_obstacles=0,
-                keep_out_of_walls=False,
-                route_planning=False,
-            ),
-            "num_robots": num_robots,
-            "time_step": time_step,
-        }
+        self._walls = obstacles or Obstacles.from_points([])
+        self._config = config
+        self._time_step = time_step
 
     def CalcNext(
         self, context: Context, points: Sequence[Array | None]
-    ) -> dict[int, Array]:
-        """Returns the rows of those people one step later who have points.
+    ) -> Array | None:
+        """Returns where all people are one step later, if any have points.
 
         Args:
             context: Of the diagram; it is not changed.
             points: As `read_closest_obs` gives them.
 
         Returns:
-            By the indices of these people, (x, y, yaw, vx, vy, omega, radius).
+            Shape (n, 6), rows (x, y, yaw, vx, vy, omega).
         """
-        return {
-            index: self._Step(context, index, own)
-            for index, own in enumerate(points)
-            if own is not None
-        }
-
-    def _Step(self, root: Context, index: int, points: Array) -> Array:
-        """Returns the row of a person, if the world was made of points."""
-        crowd = HumanCrowd(
-            self._humans,
-            obstacles=Obstacles.from_points(points),
-            **self._options,
+        if all(own is None for own in points):
+            return None
+        own = self._crowd.GetMyContextFromRoot(context)
+        states, stances = (
+            own.get_discrete_state(k).CopyToVector() for k in range(2)
         )
-        given = self._crowd.GetMyContextFromRoot(root)
-        own = crowd.CreateDefaultContext()
-        own.get_mutable_discrete_state().SetFrom(given.get_discrete_state())
-        crowd.SetWeights(own, self._crowd.GetWeights(given))
-        for port in range(crowd.num_input_ports()):
-            value = self._crowd.get_input_port(port).Eval(given)
-            crowd.get_input_port(port).FixValue(own, value)
-        own.SetDiscreteState(crowd.EvalUniquePeriodicDiscreteUpdate(own))
-        states = crowd.get_human_states_output_port().Eval(own)
-        row: Array = states.reshape(-1, STATE_SIZE)[index].copy()
-        return row
+        commands = self._crowd.get_commands_input_port().Eval(own)
+        robots = np.zeros((0, STATE_SIZE))
+        if self._crowd.HasInputPort("robot_states"):
+            robots = self._crowd.get_robot_states_input_port().Eval(own)
+        now = _Now(
+            states.reshape(-1, MOTION_SIZE),
+            commands.reshape(-1, COMMAND_SIZE),
+            robots.reshape(-1, STATE_SIZE),
+            self._crowd.GetWeights(own),
+        )
+        steps = self._steps(points)
+        if getattr(self._config.model, "kernel", "") == "hunavsim":
+            return _move_in_turn(steps, now, stances.reshape(len(points), -1))
+        return _move_at_once(steps, now, stances.reshape(len(points), -1))
+
+    def _steps(self, points: Sequence[Array | None]) -> list[CrowdStep]:
+        """Returns for each person a step of a crowd who feel the same."""
+        among_walls = self._step(self._walls, self._config)
+        at_points = dc.replace(
+            self._config,
+            obstacle_range=MAX_COORDINATE,
+            max_obstacles=0,
+            keep_out_of_walls=False,
+            route_planning=False,
+        )
+        return [
+            among_walls
+            if own is None
+            else self._step(Obstacles.from_points(own), at_points)
+            for own in points
+        ]
+
+    def _step(self, obstacles: Obstacles, config: CrowdConfig) -> CrowdStep:
+        return CrowdStep(
+            self._humans,
+            obstacles=obstacles,
+            config=config,
+            time_step=self._time_step,
+        )
+
+
+@dc.dataclass(frozen=True)
+class _Now:
+    """What `CrowdStep.look` takes."""
+
+    states: Array
+    command: Array
+    robots: Array
+    parameters: Array
+
+    def look(self, step: CrowdStep) -> Snapshot:
+        return step.look(
+            self.states, self.command, self.robots, self.parameters
+        )
+
+
+def _move_at_once(
+    steps: Sequence[CrowdStep], now: _Now, stances: Array
+) -> Array:
+    """Returns the states after a step that all take from one snapshot.
+
+    So everybody is moved by the own forces in each of the steps: bodies keep
+    apart where they really are.
+    """
+    looks = [now.look(step) for step in steps]
+    forces = np.array(
+        [
+            step.forces(look)[i]
+            for i, (step, look) in enumerate(zip(steps, looks, strict=True))
+        ]
+    )
+    after = [
+        step.advance(look, forces, stances)[0][i]
+        for i, (step, look) in enumerate(zip(steps, looks, strict=True))
+    ]
+    return np.array(after)
+
+
+def _move_in_turn(
+    steps: Sequence[CrowdStep], now: _Now, stances: Array
+) -> Array:
+    """Returns the states after a step by HuNavSim's rules.
+
+    Who reacts to the robot moves once those have whose turn it was before, by
+    their own points; so all others stay while a person moves.
+    """
+    turns = now.look(steps[0]).turns
+    rows = np.arange(len(steps)) if turns is None else turns
+    after = now.states.copy()
+    for i in rows[::-1]:
+        in_turn = now.command[i, Command.ROBOT_ROLE] == RobotRole.UNSEEN_IN_TURN
+        command = now.command.copy()
+        others = np.arange(len(rows)) != i
+        command[others, Command.HOLD] = Hold.STAY
+        command[others, Command.TURN_RATE] = 0.0
+        command[others, Command.ROBOT_ROLE] = RobotRole.UNSEEN
+        moved, _ = steps[i].take(
+            after if in_turn else now.states,
+            command,
+            now.robots,
+            now.parameters,
+            stances,
+        )
+        after[i] = moved[i]
+    return after

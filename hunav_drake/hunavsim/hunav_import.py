@@ -19,6 +19,7 @@ from hunav_drake.hunavsim.agents_keys import (
     left_out_of_agent,
     steps_for,
 )
+from hunav_drake.hunavsim.reactions import reaction_ports
 from hunav_drake.scenario.building import (
     Check,
     Places,
@@ -228,11 +229,12 @@ class HunavImport:
     def _add_behavior(
         self, agent: dict[str, Any], human: dict[str, Any], loc: Loc, here: Loc
     ) -> None:
-        number = agent.get("behavior", 1)
+        number = given = agent.get("behavior", 1)
         loc = (*loc, "behavior")
-        if isinstance(number, dict):
+        at = loc
+        if isinstance(given, dict):
             mode = self._choice(
-                number.get("configuration", 0),
+                given.get("configuration", 0),
                 FORCES_MODES,
                 (*loc, "configuration"),
             )
@@ -241,13 +243,31 @@ class HunavImport:
                 forces = human["forces"] = {}
                 for key, field in FORCE_FIELDS.items():
                     self._origin((*here, "forces", field), (*loc, key))
-                    if key in number:
-                        forces[field] = number[key]
-            number = number.get("type", 1)
-            loc = (*loc, "type")
-        self._origin((*here, "behavior"), loc)
-        if behavior := self._choice(number, BEHAVIOR_NAMES, loc):
+                    if key in given:
+                        forces[field] = given[key]
+            number = given.get("type", 1)
+            at = (*loc, "type")
+        self._origin((*here, "behavior"), at)
+        if behavior := self._choice(number, BEHAVIOR_NAMES, at):
             human["behavior"] = behavior
+            if isinstance(given, dict):
+                self._add_reaction(given, human, loc, (*here, "behavior"))
+
+    def _add_reaction(
+        self, given: dict[str, Any], human: dict[str, Any], loc: Loc, here: Loc
+    ) -> None:
+        """Adds what HuNavSim 2.0's files say of a reaction."""
+
+        def tell(key: str, message: str) -> None:
+            self._leave_out((*loc, key), message)
+
+        count = len(self.data["humans"])
+        ports = reaction_ports(human, given, count, tell)
+        for port, (key, _) in ports.items():
+            self._origin((*here, port), (*loc, key))
+        if ports:
+            values = {port: value for port, (_, value) in ports.items()}
+            human["behavior"] = {"tree": human["behavior"], **values}
 
     def _choice(
         self, number: Any, names: Mapping[int, str], loc: Loc

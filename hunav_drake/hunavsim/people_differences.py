@@ -84,6 +84,15 @@ _FORCES = (
         key=_KERNEL,
         by_profile=True,
     ),
+    Difference(
+        area="forces",
+        name="numbers of groups",
+        original="people with the same number, -1 aside, are a group",
+        here="a group has a number from 0 on",
+        why="no number is needed for each who walks alone",
+        key=_KERNEL,
+        by_profile=True,
+    ),
 )
 
 _BEHAVIORS = (
@@ -200,7 +209,7 @@ _STEPS = (
         area="steps",
         name="one after the other",
         original="who reacts moves by where people are who have moved already:"
-        " those with higher numbers, up to 13",
+        " those whose turn it was before",
         here="all see one snapshot, and nothing hangs on the order but the last"
         " digits of sums",
         why="who is listed first must not be ahead",
@@ -209,10 +218,11 @@ _STEPS = (
     Difference(
         area="steps",
         name="order of people",
-        original="that of a hash table: from the last to the first for the"
-        " numbers 1 to n, n <= 13, and another one else",
-        here="with the profile, from the last to the first",
-        why="it hangs on a library",
+        original="that of a hash table of their numbers, as GCC's library has"
+        " it",
+        here="that of the scenario, on which only last digits hang",
+        why="numbers are names",
+        by_profile=True,
     ),
     Difference(
         area="steps",
@@ -227,18 +237,10 @@ _STEPS = (
         area="steps",
         name="single precision",
         original="yaw, radius, goal radius, speeds, and where the robot is for"
-        " those who react are rounded to it",
+        " those who react are rounded to it, and bearings computed in it",
         here="double precision",
         why="there is no reason for less",
         by_profile=True,
-    ),
-    Difference(
-        area="steps",
-        name="sines in single precision",
-        original="bearings of who turns to the robot are of the C library's",
-        here="with the profile, of rounded ones: in a few of 100 steps the last"
-        " digit of a yaw (1e-7 rad) is another",
-        why="they differ from library to library",
     ),
     Difference(
         area="steps",
@@ -270,6 +272,15 @@ _SERVICES = (
         original="have defaults: max_vel 1.0, goal_radius 0.0, init_pose 0",
         here="the same, but a goal radius of 0.001 m; a start must be given",
         why="the import says what it took for granted",
+    ),
+    Difference(
+        area="services",
+        name="random reactions in agents.yaml",
+        original="draws duration, speed and distance of a reaction anew at each"
+        " start",
+        here="the import draws them once, by the person's number, and writes"
+        " them into the scenario",
+        why="a scenario says what happens in it",
     ),
 )
 

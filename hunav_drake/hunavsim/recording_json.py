@@ -157,7 +157,7 @@ def _bodies(steps: list[Any], place: str, ids: list[Any]) -> dict[str, Any]:
     points: dict[tuple[int, int], Array] = {}
     for k, step in enumerate(steps):
         where = f"{place}[{k}]"
-        robot[k] = _state(step["robot"], f"{where}.robot", forward=True)
+        robot[k] = _state(step["robot"], f"{where}.robot")
         _add_points(points, (k, 0), step["robot"], f"{where}.robot")
         for a, agent in enumerate(step["agents"]):
             at = f"{where}.agents[{a}]"
@@ -195,19 +195,21 @@ def _add_points(
         )
 
 
-def _state(
-    body: Mapping[str, Any], place: str, *, forward: bool = False
-) -> list[float]:
+def _state(body: Mapping[str, Any], place: str) -> list[float]:
     """Returns the row of a robot or a person.
 
     HuNavSim takes speeds from a field of their own, which is rounded to single
-    precision: the velocity gets that length. That of the robot is along its
-    heading.
+    precision, and forces from the velocity: so this gets that length. Who has
+    a speed and no velocity moves along the heading.
     """
     x, y, yaw, vx, vy, speed, omega, radius = (
         _number(body[key], f"{place}.{key}") for key in _STATE_KEYS
     )
-    along = yaw if forward or vx == vy == 0 else math.atan2(vy, vx)
+    if vx == vy == 0:
+        along = yaw
+    else:
+        along = math.atan2(vy, vx)
+        speed = abs(speed)
     return [
         *(x, y, yaw, speed * math.cos(along), speed * math.sin(along)),
         *(omega, radius),

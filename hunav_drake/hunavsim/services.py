@@ -133,8 +133,12 @@ class AgentServices:
         self._at_points = PeopleAtPoints(
             self._diagram,
             humans,
+            obstacles=(
+                obstacles.obstacles()
+                if isinstance(obstacles, World)
+                else obstacles
+            ),
             config=config,
-            num_robots=num_robots,
             time_step=time_step,
         )
         self._ids = people_ids(humans)
@@ -346,13 +350,10 @@ class AgentServices:
         self._people.FixRobots(context, robots)
         self._people.SetStates(context, states)
 
-    def _put(self, context: Context, rows: dict[int, Array]) -> None:
-        """Sets where some people are."""
-        if rows:
-            states = self._people.GetStates(context)
-            for index, row in rows.items():
-                states[index] = row
-            self._people.SetStates(context, states)
+    def _put(self, context: Context, rows: Array | None) -> None:
+        """Sets where people are, if it is said."""
+        if rows is not None:
+            self._people.SetStates(context, rows)
 
     def _begin(
         self, given: _Given | None, points: Sequence[Array | None]

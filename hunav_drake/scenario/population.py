@@ -65,7 +65,7 @@ def _draw(scenario: Scenario) -> Drawn:
         scenario.population,
         scenario.world.obstacles(),
         taken=taken,
-        first_group_id=max(groups, default=-1) + 1,
+        first_group_id=max([-1, *groups]) + 1,
     )
 
 

@@ -51,7 +51,6 @@ def is_sound(context: TickContext, memory: Sequence[float]) -> bool:
             and command[Command.TURN_RATE] >= 0
             and command[Command.HAS_GOAL] in (0, 1)
             and command[Command.HOLD] in _HOLDS
-            and command[Command.GROUP_ID] >= -1
             and command[Command.GROUP_ID] % 1 == 0
             and type(context.behavior_status) in _PLAIN
             and 0 <= context.behavior_status <= MAX_BEHAVIOR_STATUS
@@ -83,8 +82,8 @@ def find_fault(
             return f"{what} must be 0 or 1, got {value!r}"
         if name is Command.HOLD and value not in _HOLDS:
             return f"{what} must be a Hold, got {value!r}"
-        if name is Command.GROUP_ID and (value < -1 or value % 1 != 0):
-            return f"{what} must be a whole number, -1 or more, got {value!r}"
+        if name is Command.GROUP_ID and value % 1 != 0:
+            return f"{what} must be a whole number, got {value!r}"
     status = context.behavior_status
     if (
         not _is_number(status)

@@ -115,7 +115,8 @@ class Command(IntEnum):
     person looks at it at once."""
 
     GROUP_ID = 11
-    """The group that the person belongs to now, or -1."""
+    """The group that the person belongs to now, or -1: see `group_id` of
+    HumanConfig."""
 
 
 COMMAND_SIZE = len(Command)

@@ -32,6 +32,7 @@ class Purpose(IntEnum):
     SOURCE_PLACE = 12
     ARRIVAL_TIME = 13
     ARRIVAL_PLACE = 14
+    REACTION = 15
     LIDAR_NOISE = 20
 
 

@@ -29,6 +29,9 @@ class Snapshot(NamedTuple):
         max_obstacles: How many walls are felt at most; 0 for all in range.
         time_step: In seconds.
         eased: What `at_walls` gives; None without narrow passages.
+        turns: Shape (n,): the rows of people by whose turn it is with the
+            rules of HuNavSim, who moves last before the others; None if they
+            stand in that order.
     """
 
     states: Array
@@ -41,6 +44,7 @@ class Snapshot(NamedTuple):
     max_obstacles: int
     time_step: float
     eased: Array | None = None
+    turns: NDArray[np.intp] | None = None
 
     @property
     def at_walls(self) -> Array:

@@ -20,9 +20,11 @@ from hunav_drake.systems.crowd.motion_model import (
     Snapshot,
     checked,
 )
+from hunav_drake.systems.crowd.social_force.hash_order import hash_order
 from hunav_drake.systems.crowd.social_force.model import SocialForceModel
 from hunav_drake.systems.crowd.walls.room import Room
 from hunav_drake.systems.people.human_config import HumanConfig
+from hunav_drake.systems.people.names import people_ids
 from hunav_drake.systems.world.obstacles import Obstacles
 
 # Of floats, or of scalars with derivatives.
@@ -97,6 +99,7 @@ class CrowdStep:
         self.radii = np.array([human.radius for human in humans])
         # Models that are not ours get these, too.
         self.radii.setflags(write=False)
+        self._turns = _turns(humans, model)
         self._bodies = Bodies(humans, obstacles, config)
         self._time_gap, self._speed_matching = (
             getattr(model, name) if model.follows else 0.0
@@ -169,6 +172,9 @@ class CrowdStep:
         part = copy.copy(self)
         part.radii = self.radii[rows]
         part.radii.setflags(write=False)
+        if self._turns is not None:
+            # Those of them who are left, in the same order.
+            part._turns = np.argsort(np.argsort(self._turns)[rows])
         part._bodies = self._bodies.of(rows)
         if self._whole is not None:
             sizes, *rest = self._whole
@@ -209,6 +215,7 @@ class CrowdStep:
             max_obstacles=self._max_obstacles,
             time_step=self._time_step,
             eased=eased,
+            turns=self._turns,
         )
 
     def _follow(
@@ -341,6 +348,16 @@ class CrowdStep:
             self._name,
             "advance",
         )
+
+
+def _turns(
+    humans: Sequence[HumanConfig], model: MotionModel
+) -> NDArray[np.intp] | None:
+    """Returns whose turn it is when: see `Snapshot.turns`."""
+    if getattr(model, "kernel", "") != "hunavsim":
+        return None
+    rows = hash_order(people_ids(humans))[::-1]
+    return None if (rows == np.arange(len(rows))).all() else rows
 
 
 def _is_fast(model: MotionModel) -> TypeGuard[SocialForceModel]:

@@ -154,7 +154,7 @@ def look_around(
             row[WISH_Y] = wanted[j, 1]
             count += 1
     role = int(command[i, Command.ROBOT_ROLE])
-    if role == RobotRole.UNSEEN:
+    if role != RobotRole.PEDESTRIAN and role != RobotRole.OBSTACLE:
         return count
     for j in range(len(robots)):
         # What is taken for an obstacle is not expected to move.

@@ -62,8 +62,10 @@ class HumanConfig:
     """The radius of the body, which nobody else's overlaps, in meters; by
     default the radius above, but at most 0.25 m."""
 
-    group_id: Annotated[Integer, Field(ge=-1, le=2**31 - 1)] = -1
-    """People with the same number (>= 0) walk together; -1 walks alone."""
+    group_id: Annotated[Integer, Field(ge=-(2**31), le=2**31 - 1)] = -1
+    """People with the same number (>= 0) walk together; -1 walks alone, and so
+    do those below, but by HuNavSim's rules (its kernel of the forces), for
+    which they are groups as any other."""
 
     goals: Points = field(default_factory=list)
     """The points to walk to, one after the other, in meters."""

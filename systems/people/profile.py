@@ -24,7 +24,8 @@ class Profile(NamedTuple):
         crowd: By the fields of CrowdConfig; those not here are as written
             there.
         human: By the fields of HumanConfig that are None if left out.
-        single: The fields of HumanConfig that are rounded to single precision.
+        single: The fields of HumanConfig that are rounded to single precision,
+            and if there are any, so is the yaw of the pose.
     """
 
     crowd: Mapping[str, Any]
@@ -80,5 +81,8 @@ def complete_people(
         for name in single:
             if (value := getattr(human, name)) is not None:
                 values[name] = float(np.float32(value))
+        if single:
+            x, y, yaw = human.pose
+            values["pose"] = (x, y, float(np.float32(yaw)))
         result.append(dataclasses.replace(human, **values))
     return result

@@ -37,7 +37,14 @@ from hunav_drake.systems.common.layout import (
     X,
     Y,
 )
+from hunav_drake.systems.common.poses import wrap_angle
 from hunav_drake.systems.common.schema import within
+from hunav_drake.systems.people.single_precision import (
+    bearing,
+    bearing_in_view,
+    cosine,
+    sine,
+)
 
 _Speed = Annotated[float, within(0, 10, "m/s")]
 _Distance = Annotated[float, within(0, 1e5, "m")]
@@ -46,6 +53,10 @@ _PositiveDistance = Annotated[float, within(0, 1e5, "m", low_open=True)]
 
 def _single(value: float) -> float:
     return float(np.float32(value))
+
+
+# HuNavSim's largest turn rate, in rad/s.
+_SINGLE_PI = _single(math.pi)
 
 
 def _turn_at_once(context: TickContext, yaw: float) -> None:
@@ -65,24 +76,14 @@ def _offset(context: TickContext, robot: Row) -> tuple[Any, Any]:
 def _bearing(
     context: TickContext, robot: Row, *, rounded_yaw: bool = True
 ) -> float:
-    """Returns where a robot is, from the heading, in [-pi, pi].
-
-    It is that of the functions of C++ for single precision, which turn the
-    offset by the yaw; sines are rounded as theirs are, in all but few cases.
-    """
+    """Returns where a robot is, from the heading, in [-pi, pi]."""
     dx, dy = _offset(context, robot)
-    yaw = context.state[YAW]
-    ahead: Any
-    left: Any
-    if rounded_yaw:
-        yaw = _single(yaw)
-        c, s = np.float32(math.cos(yaw)), np.float32(math.sin(yaw))
-        ahead, left = dx * c + dy * s, -dx * s + dy * c
-    else:
-        a, b = float(dx), float(dy)
-        u, v = math.cos(yaw), math.sin(yaw)
-        ahead, left = np.float32(a * u + b * v), np.float32(-a * v + b * u)
-    return _single(math.atan2(float(left), float(ahead)))
+    # (In single precision, pi is beyond pi.)
+    yaw = wrap_angle(context.state[YAW])
+    found: float = (
+        bearing(dx, dy, yaw) if rounded_yaw else bearing_in_view(dx, dy, yaw)
+    )
+    return found
 
 
 def _distance(context: TickContext, robot: Row) -> float:
@@ -155,7 +156,7 @@ def _update_goal(context: TickContext) -> NodeStatus:
 def _surprised_nav(
     context: TickContext,
     *,
-    turn: Annotated[float, within(0, math.pi, "rad")] = math.pi * 0.01,
+    turn: Annotated[float, within(0, math.pi, "rad")] = _SINGLE_PI * 0.01,
 ) -> NodeStatus:
     """Stops, and turns by `turn` a step, beyond a robot on the right."""
     robot = context.robot
@@ -219,8 +220,8 @@ def _threatening_nav(
     if robot is None:
         return NodeStatus.FAILURE
     yaw = _single(math.remainder(_single(robot[YAW]), 2 * math.pi))
-    x = _single(robot[X]) + goal_distance * math.sin(yaw)
-    y = _single(robot[Y]) + goal_distance * math.cos(yaw)
+    x = _single(robot[X]) + goal_distance * sine(yaw)
+    y = _single(robot[Y]) + goal_distance * cosine(yaw)
     _react(context, speed)
     _head_for(context, _single(x), _single(y), goal_radius)
     # Where the person looks after the step.

@@ -12,12 +12,13 @@ same bit for bit, and its rules where those of `kernel.py` differ:
 - the push away from a robot is not bounded, and turns round inside the body;
 - people who stop may keep their velocity, for others to see; who rests looks
   along x;
-- people who react to the robot move one after the other, from the last to the
-  first: the forces on them are those once the people after them have moved;
-- when they do not react, their time step has six decimals.
+- people who react to the robot move one after the other, from the last row to
+  the first: the forces on them are those once the people after them have moved;
+- when they do not react, their time step has six decimals;
+- a group has any number but -1.
 
-HuNavSim keeps people in a hash table, which goes through those with the numbers
-1 to n, n <= 13, from the last to the first; so do the sums here.
+HuNavSim keeps people in a hash table; so do the sums here go, from the last row
+to the first. Rows come in that order: see `hash_order`.
 """
 
 import math
@@ -72,6 +73,7 @@ from hunav_drake.systems.people.parameters import (
     SIGMA,
     N,
 )
+from hunav_drake.systems.people.single_precision import bearing
 from hunav_drake.systems.world.walls import opened
 
 # Nearer to a robot than this is as near as this, in meters: forces are finite.
@@ -171,7 +173,7 @@ def _add_robot_forces(x, y, radius, command, k, robots, out):
 def _add_group_forces(i, ex, ey, states, radii, command, k, out):
     """Adds the three forces of the group that a person belongs to."""
     group = command[i, Command.GROUP_ID]
-    if group < 0:
+    if group == -1:
         return
     x = states[i, X]
     y = states[i, Y]
@@ -285,7 +287,8 @@ def _move(state, force, command, time_step, out):
     hold = int(command[Command.HOLD])
     vx = state[VX]
     vy = state[VY]
-    yaw = state[YAW]
+    # (In single precision, pi is beyond pi.)
+    yaw = wrap(state[YAW])
     omega = state[OMEGA]
     x = state[X]
     y = state[Y]
@@ -310,8 +313,7 @@ def _move(state, force, command, time_step, out):
         omega = wrap(yaw - state[YAW]) / time_step
     out[X] = x
     out[Y] = y
-    # (In HuNavSim's messages, the yaw is in single precision.)
-    out[YAW] = np.float32(yaw)
+    out[YAW] = yaw
     out[VX] = vx
     out[VY] = vy
     out[OMEGA] = omega
@@ -321,13 +323,15 @@ def _move(state, force, command, time_step, out):
 def _look_at_robot(robots, distance, out):
     """Turns a person who has moved to the nearest robot within a distance."""
     nearest = math.inf
+    yaw = out[YAW]
     for j in range(len(robots)):
-        dx = robots[j, X] - out[X]
-        dy = robots[j, Y] - out[Y]
-        away = math.sqrt(dx * dx + dy * dy)
+        dx = np.float32(robots[j, X]) - np.float32(out[X])
+        dy = np.float32(robots[j, Y]) - np.float32(out[Y])
+        away = np.sqrt(dx * dx + dy * dy)
         if away <= distance and away < nearest:
             nearest = away
-            out[YAW] = np.float32(_angle(dx, dy))
+            turn = bearing(dx, dy, yaw)
+            out[YAW] = wrap(yaw + turn)
 
 
 @jit_as(
@@ -389,4 +393,6 @@ def advance(
         looks = command[i, Command.TURN_RATE] == 0
         if role == RobotRole.UNSEEN_IN_TURN and looks:
             _look_at_robot(robots, command[i, Command.YAW_TARGET], result[i])
+        # (In HuNavSim's messages, the yaw is in single precision.)
+        result[i, YAW] = np.float32(result[i, YAW])
     return result

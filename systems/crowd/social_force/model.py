@@ -3,6 +3,7 @@
 from types import SimpleNamespace
 from typing import Annotated, Any, ClassVar, Literal
 
+import numpy as np
 from pydantic import StrictBool, StrictFloat
 from pydantic.dataclasses import dataclass
 
@@ -72,16 +73,18 @@ class SocialForceModel(MotionModel):
         """Returns the forces: see `MotionModel.forces`."""
         if self.kernel == "numpy":
             return numpy_model.social_forces(snapshot)
-        arguments = _arguments(snapshot)
         forces: Array
         if self.kernel == "fast":
-            forces = kernel.fast_social_forces(*arguments, self.error_bound)
+            forces = kernel.fast_social_forces(
+                *_arguments(snapshot), self.error_bound
+            )
         elif self.kernel == "hunavsim":
-            forces = hunavsim.social_forces(*arguments)
+            ordered, _, places = _in_turn(snapshot)
+            forces = hunavsim.social_forces(*_arguments(ordered))[places]
             if self.robot_obstacle_radius > 0:
                 _add_pushes(forces, snapshot, self.robot_obstacle_radius)
         else:
-            forces = kernel.social_forces(*arguments)
+            forces = kernel.social_forces(*_arguments(snapshot))
         return forces
 
     def advance(self, snapshot: Snapshot, forces: Array) -> Array:
@@ -90,9 +93,10 @@ class SocialForceModel(MotionModel):
             return numpy_model.advance(snapshot, forces)
         states: Array
         if self.kernel == "hunavsim":
+            ordered, rows, places = _in_turn(snapshot)
             states = hunavsim.advance(
-                *_arguments(snapshot), forces, snapshot.time_step
-            )
+                *_arguments(ordered), forces[rows], snapshot.time_step
+            )[places]
             if self.measured_velocities:
                 stays = snapshot.command[:, Command.HOLD] == Hold.STAY
                 states[stays, VX : VY + 1] = 0.0
@@ -116,6 +120,27 @@ def _add_pushes(forces: Array, snapshot: Snapshot, radius: float) -> None:
         for c in range(2):
             forces[:, OBSTACLE_FORCE + c] += push[c]
             forces[:, TOTAL_FORCE + c] += push[c]
+
+
+def _in_turn(snapshot: Snapshot) -> tuple[Snapshot, Any, Any]:
+    """Returns a snapshot whose rows are in turn: see `Snapshot.turns`.
+
+    Returns:
+        The snapshot, which rows of the given one it has, and where in it those
+        of the given one are.
+    """
+    rows = snapshot.turns
+    if rows is None:
+        return snapshot, slice(None), slice(None)
+    ordered = snapshot._replace(
+        states=snapshot.states[rows],
+        radii=snapshot.radii[rows],
+        command=snapshot.command[rows],
+        parameters=snapshot.parameters[rows],
+        eased=snapshot.at_walls[rows],
+        turns=None,
+    )
+    return ordered, rows, np.argsort(rows)
 
 
 def _arguments(snapshot: Snapshot) -> tuple[Any, ...]:

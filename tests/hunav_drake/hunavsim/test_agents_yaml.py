@@ -4,9 +4,11 @@ import dataclasses as dc
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from hunav_drake import RunTrial
-from hunav_drake.hunavsim.agents_yaml import ImportAgents
+from hunav_drake.hunavsim.agents_yaml import BEHAVIOR_NAMES, ImportAgents
+from hunav_drake.hunavsim.reactions import SETTINGS, reaction_ports
 from hunav_drake.scenario import (
     DifferentialDriveConfig,
     LoadScenario,
@@ -260,6 +262,110 @@ def test_custom_forces_of_a_behavior(write):
         write(AGENTS.replace("behavior: 1\n", default))
     ).humans[0]
     assert human.forces.social_factor == 5.0
+
+
+def import_behavior(write, settings, told=None):
+    """The first person of the file, with settings of HuNavSim 2.0."""
+    block = f"behavior: {settings}\n"
+    file = write(AGENTS.replace("behavior: 1\n", block))
+    return ImportAgents(file, left_out=told).humans[0]
+
+
+def test_custom_factors_are_kept_and_unusual_ones_told(write):
+    """HuNavSim limits those that are not custom: to what, is said."""
+    told = []
+    human = import_behavior(
+        write,
+        "{type: 1, configuration: 1, goal_force_factor: 1.0,"
+        " obstacle_force_factor: 80.0, social_force_factor: 20.0}",
+        told,
+    )
+    forces = human.forces
+    factors = forces.goal_factor, forces.obstacle_factor, forces.social_factor
+    assert factors == (1.0, 80.0, 20.0)
+    lines = [f"{it.line}: {it.path}: {it.message}" for it in told]
+    lines = [line for line in lines if "factor" in line]
+    assert len(lines) == 2
+    rule = "is kept, but beyond"
+    start = "11: ana.behavior"
+    assert lines[0].startswith(f"{start}.goal_force_factor: {rule} [2, 5]")
+    assert lines[1].startswith(f"{start}.obstacle_force_factor: {rule} [2, 50]")
+
+
+def test_custom_settings_of_a_reaction_are_ports(write):
+    told = []
+    human = import_behavior(
+        write,
+        "{type: 4, configuration: 1, duration: 12.0, once: false, vel: 2.5,"
+        " dist: 5.0}",
+        told,
+    )
+    assert human.behavior.tree == "scared"
+    assert human.behavior.ports == {
+        "duration": 12.0,
+        "only_once": False,
+        "speed": 1.8,
+        "distance": 5.0,
+        "push": 20.0,
+    }
+    told = [f"{it.path}: {it.message}" for it in told]
+    assert "ana.behavior.vel: is limited to 1.8 m/s, as in HuNavSim" in told
+    assert (
+        "ana.behavior.other_force_factor: is missing; as in HuNavSim, 20.0"
+        in told
+    )
+    with pytest.raises(ScenarioError, match=r":11: ana\.behavior\.dist: "):
+        LoadScenario(
+            filename=write(
+                AGENTS.replace(
+                    "behavior: 1\n",
+                    "behavior: {type: 4, configuration: 1, dist: -1.0}\n",
+                )
+            )
+        )
+
+
+@pytest.mark.parametrize(
+    ("number", "ports"),
+    [
+        (3, {"duration": 30.0, "distance": 4.0}),
+        (4, {"duration": 40, "distance": 3.0, "speed": 0.6, "push": 20.0}),
+        (5, {"duration": 40.0, "speed": 1.5, "stop_distance": 1.5}),
+        (6, {"duration": 40.0, "goal_distance": 1.4}),
+    ],
+)
+def test_the_default_configuration_has_the_usual_reaction(write, number, ports):
+    human = import_behavior(write, f"{{type: {number}, configuration: 0}}")
+    assert human.behavior.ports == {"only_once": True, **ports}
+
+
+@pytest.mark.parametrize("number", [3, 4, 5, 6])
+@pytest.mark.parametrize("mode", ["random_normal", "random_uniform"])
+def test_reactions_are_drawn_as_in_hunavsim(number, mode):
+    """The distributions, and that a draw belongs to a person's number."""
+    behavior = BEHAVIOR_NAMES[number]
+
+    def draw(number):
+        human = {"forces_mode": mode, "behavior": behavior, "id": number}
+        ports = reaction_ports(human, {}, 1, lambda *_: None)
+        return [ports[it.port][1] for it in SETTINGS[behavior].values()]
+
+    assert draw(5) == draw(5)
+    drawn = np.array([draw(number) for number in range(1000)])
+    for values, it in zip(drawn.T, SETTINGS[behavior].values(), strict=True):
+        if mode == "random_uniform":
+            expected = stats.uniform(it.low, it.high - it.low)
+        else:
+            expected = stats.norm(it.mean, it.deviation)
+            assert values.min() >= it.least
+            values = values[values > it.least]
+            expected = stats.truncnorm(
+                *((it.least - it.mean) / it.deviation, np.inf),
+                *(it.mean, it.deviation),
+            )
+        assert stats.kstest(values, expected.cdf).pvalue > 1e-3
+    correlation = np.corrcoef(drawn.T) - np.eye(len(drawn.T))
+    assert abs(correlation).max() < 0.12
 
 
 @pytest.mark.parametrize(

@@ -84,7 +84,7 @@ def test_the_command_prints_the_list(hunav):
     assert code == 0
     assert all(row.here in out for row in DIFFERENCES)
     code, out, _ = hunav("differences", "--left")
-    assert "order of people" in out
+    assert "the robot's number" in out
     assert "occlusion" not in out
 
 

@@ -1,4 +1,5 @@
 import copy
+import dataclasses
 import gzip
 import json
 import math
@@ -262,6 +263,29 @@ def test_a_repeated_stamp_is_moved_on_by_a_hair(write):
     dut = ReadRecording(write("a.json", steps))
     assert dut.times == pytest.approx([0, 0, 0, 1], abs=1e-8)
     assert (np.diff(dut.times) > 0).all()
+
+
+def test_a_robot_moves_where_its_velocity_says(write):
+    """Not along its heading: in Gazebo, robots slip and drive backwards."""
+    velocities = [(0.3, 0.4), (-0.5, 0.0), (0.0, 0.0)]
+    steps = [
+        recorded_step(k, robot=agent(yaw=1.0, vx=vx, vy=vy, linear_vel=0.5))
+        for k, (vx, vy) in enumerate(velocities)
+    ]
+    dut = ReadRecording(write("a.json", steps))
+    expected = [*velocities[:2], (0.5 * math.cos(1.0), 0.5 * math.sin(1.0))]
+    np.testing.assert_allclose(dut.robot[:, 3:5], expected, atol=1e-12)
+    # So the heading has no part in the forces that HuNavSim computes.
+    forces = []
+    for yaw in (0.0, 1.0, -2.5):
+        for step in steps[:2]:
+            step["robot"]["yaw"] = yaw
+        recording = ReadRecording(write("b.json", steps[:2]))
+        recording = dataclasses.replace(recording, hunavsim_forces=True)
+        values = compute_metrics(recording, ["social_force_on_agents"])
+        forces.append(values.iloc[0])
+    assert forces[0] > 0
+    assert forces == pytest.approx([forces[0]] * 3, rel=1e-12)
 
 
 def speeding_up(first, *, repeat=None):

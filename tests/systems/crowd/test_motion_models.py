@@ -126,6 +126,18 @@ def test_nobody_is_a_crowd_too(dut, make_snapshot):
     assert dut.advance(nobody, forces).shape == (0, 6)
 
 
+def test_a_robot_that_is_unseen_in_turn_is_unseen(dut, crowd):
+    forces = []
+    for role in (RobotRole.UNSEEN, RobotRole.UNSEEN_IN_TURN):
+        command = crowd.command.copy()
+        command[:, Command.ROBOT_ROLE] = role
+        forces.append(dut.forces(crowd._replace(command=command)))
+    np.testing.assert_array_equal(*forces)
+    command[:, Command.ROBOT_ROLE] = RobotRole.PEDESTRIAN
+    seen = dut.forces(crowd._replace(command=command))
+    assert (seen != forces[0]).any()
+
+
 def test_it_changes_nothing_and_repeats_itself(dut, crowd):
     arrays = [
         *(crowd.states, crowd.radii, crowd.command, crowd.parameters),

@@ -1,0 +1,90 @@
+"""The page of the validation tells what the command finds.
+
+`hunav validate --markdown docs/validation.md --workers 2` writes it anew.
+"""
+
+from pathlib import Path
+import re
+
+import numpy as np
+import pytest
+
+from hunav_drake.report.validation_page import _overview, _section
+from hunav_drake.systems.crowd import MOTION_MODELS
+from hunav_drake.validation.case import VERDICTS, Outcome, Setting, judge
+from hunav_drake.validation.cases import CASES
+from hunav_drake.validation.diagrams import fundamental_diagram
+from hunav_drake.validation.measures import weidmann
+
+PAGE = (Path(__file__).parents[3] / "docs/validation.md").read_text()
+
+# Those that take the least time, and yet tell if people walk otherwise.
+FAST = ("kept_speed", "own_times", "population_speeds", "corner_effect")
+MEASURED = [name for name, case in CASES.items() if case.measure is not None]
+
+ROW = re.compile(rf"\| (\w+) \| ({'|'.join(VERDICTS)}) \| (.*) \|")
+
+
+def rows_of(name):
+    """The rows of a case in the page, as (model, verdict, text)."""
+    _, _, rest = PAGE.partition(f"\n### {name}\n")
+    return ROW.findall(rest.partition("\n#")[0])
+
+
+def told_by_page():
+    """The outcomes as the page has them; their numbers are only text."""
+    models = [model for model, _, _ in rows_of(MEASURED[0])]
+    for name, case in CASES.items():
+        rows = rows_of(name)
+        if case.measure is None:
+            rows = [(model, "not applicable", "") for model in models]
+        for model, verdict, text in rows:
+            yield Outcome(name, model, verdict, text.replace(r"\|", "|"))
+
+
+def test_the_page_has_the_cases_as_they_are():
+    """Questions and rules, all models, and an overview of just these rows."""
+    outcomes = list(told_by_page())
+    overview = "\n".join(_overview(outcomes, sorted(MOTION_MODELS)))
+    assert f"\n{overview}\n" in PAGE
+    for name, case in CASES.items():
+        own = [outcome for outcome in outcomes if outcome.case == name]
+        assert [outcome.model for outcome in own] == sorted(MOTION_MODELS)
+        section = "\n".join(_section(case, own))
+        assert f"\n{section}" in PAGE
+
+
+def assert_up_to_date(name):
+    found = []
+    for model in sorted(MOTION_MODELS):
+        outcome = judge(CASES[name], Setting(model))
+        found += ROW.findall("\n".join(_section(CASES[name], [outcome])))
+    assert rows_of(name) == found, (
+        "hunav validate --markdown docs/validation.md --workers 2"
+        " writes the page anew"
+    )
+
+
+@pytest.mark.parametrize("name", FAST)
+def test_the_page_tells_what_the_command_finds(name):
+    assert_up_to_date(name)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [it for it in MEASURED if it not in FAST])
+def test_the_whole_page_tells_what_the_command_finds(name):
+    assert_up_to_date(name)
+
+
+@pytest.mark.parametrize("place", range(5))
+@pytest.mark.parametrize("off", [-0.16, 0.16])
+def test_the_speed_at_each_density_counts(place, off):
+    """However near the others are to what was measured in people."""
+    densities = [0.5, 1.0, 1.5, 2.0, 3.0]
+    difference = np.zeros(5)
+    numbers = {"speed": weidmann(densities), "difference": difference}
+    assert fundamental_diagram.accepts(numbers)
+    difference[place] = 0.9 * off
+    assert fundamental_diagram.accepts(numbers)
+    difference[place] = off
+    assert not fundamental_diagram.accepts(numbers)
