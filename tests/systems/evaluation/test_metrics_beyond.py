@@ -98,15 +98,19 @@ def test_the_shortest_way_leads_around_walls():
     # One that walks around the corner at a distance of 1 m.
     points = [(0, 0), (1, 3), (3, 3), (4, 0)]
     dut = along(points, goal=(4, 0, 0), obstacles=walls, r=0.3)
-    way = dut.path_features.shortest_to_goal
-    assert len(way) > 2
     length = 2 * math.sqrt(10) + 2
-    # A taut string around the end of the wall, and one with room for r.
-    taut = 2 * math.hypot(2, 2)
-    polygon = 2 * math.hypot(2 - 0.3, 2.3) + 0.6
-    shortest = value(dut, "spl") * length
-    assert taut < shortest < polygon + 0.05
-    assert value(dut, "path_efficiency") == pytest.approx(value(dut, "spl"))
+    # Two tangents and an arc around the end of the wall.
+    tangent = math.sqrt(8 - 0.3**2)
+    arc = 2 * (PI / 4 + math.asin(0.3 / math.sqrt(8)))
+    expected = (2 * tangent + 0.3 * arc) / length
+    assert value(dut, "spl") == pytest.approx(expected)
+    assert value(dut, "path_efficiency") == pytest.approx(expected)
+    # Up, along the wall's end and down it turns; the way does less.
+    turned = 2 * math.atan2(3, 1)
+    before_and_after = math.atan2(3, 1) - arc / 2
+    assert value(dut, "path_irregularity") == pytest.approx(
+        (turned - arc - 2 * before_and_after) / length, abs=1e-12
+    )
 
 
 def with_slit(width, points, **kwargs):
