@@ -104,6 +104,7 @@ class Evaluator(LeafSystem):
         time_step: float = 0.05,
         goal_tolerance: float = 0.25,
         goal_yaw_tolerance: float = 0.25,
+        robot_max_speed: float | None = None,
         obstacles: Obstacles | None = None,
         feels_forces: bool = False,
     ) -> None:
@@ -116,6 +117,8 @@ class Evaluator(LeafSystem):
             time_step: The time step that all systems share, in seconds.
             goal_tolerance: How near to the goal is at the goal, in meters.
             goal_yaw_tolerance: The same for the heading, in radians.
+            robot_max_speed: The largest speed of the robot, in m/s, if it is
+                known.
             obstacles: The walls, for the metrics of forces.
             feels_forces: Whether the forces of ``contacts`` are computed.
 
@@ -131,6 +134,7 @@ class Evaluator(LeafSystem):
             **_describe(humans),
             "goal_tolerance": goal_tolerance,
             "goal_yaw_tolerance": goal_yaw_tolerance,
+            "robot_max_speed": robot_max_speed,
             "obstacles": obstacles or Obstacles.from_points([]),
         }
         self._feels_forces = feels_forces

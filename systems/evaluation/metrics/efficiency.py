@@ -9,6 +9,7 @@ from hunav_drake.systems.common.layout import YAW
 from hunav_drake.systems.common.poses import wrap_angle
 from hunav_drake.systems.evaluation.metric import register_metric
 from hunav_drake.systems.evaluation.metrics import reduce
+from hunav_drake.systems.evaluation.metrics.goal import time_to_reach_goal
 from hunav_drake.systems.evaluation.metrics.path import since_previous
 from hunav_drake.systems.evaluation.metrics.speeds import STILL_SPEED
 from hunav_drake.systems.evaluation.path_features import Way
@@ -101,6 +102,33 @@ def success_weighted_path_length(recording: Recording) -> float:
     shortest = path.shortest_to_goal[0].length
     longest = max(path.length, shortest)
     return float(shortest / longest) if longest else 1.0
+
+
+@_metric(
+    unit="-",
+    direction="higher",
+    source=f"iGibson Challenge 2021; {FRANCIS}",
+    aliases=["stl"],
+)
+def success_weighted_time_length(recording: Recording) -> float:
+    """STL: how soon a robot was at the goal, S T* / max(T, T*), in [0, 1].
+
+    S is `completed`, T is `time_to_reach_goal`, and T* = L* / v the time in
+    which it would be there if it went the shortest way of
+    `success_weighted_path_length` at its largest speed v; in the challenge it
+    is that of an oracle that runs beside. 1 for a robot that starts and stays
+    at the goal; NaN without a goal, where there is no L*, and if v is not
+    known.
+    """
+    path = recording.path_features
+    speed = recording.robot_max_speed
+    if not path.shortest_to_goal or speed is None:
+        return np.nan
+    if not recording.features.at_goal[-1]:
+        return 0.0
+    least = path.shortest_to_goal[0].length / speed
+    longest = max(time_to_reach_goal(recording), least)
+    return float(least / longest) if longest else 1.0
 
 
 @_metric(unit="s", direction="lower", source=FRANCIS, reduce=reduce.total)
