@@ -117,6 +117,8 @@ def test_the_trial_is_eventful(recording):
         "min_dist_to_people",
         "public_space_intrusions",
         "success_weighted_path_length",
+        "success_weighted_time_length",
+        "cusps",
         "stalled_time",
         "min_time_to_collision",
         "min_clearance",
