@@ -129,9 +129,7 @@ class _Search:
     def _leads_to(self, other: _Step, step: _Step) -> bool:
         """Tells whether one gets to a step from another one, no later."""
         arc = self._arc(other, step.angle)
-        return arc is not None and (
-            other.length + self._r * arc <= step.length + _SAME
-        )
+        return arc is not None and (other.length + self._r * arc <= step.length)
 
     def _arc(self, step: _Step, angle: float) -> float | None:
         """Returns the angle of the arc from a step on; None if walls stop it.
@@ -141,7 +139,7 @@ class _Search:
         direction of the nearest point of that wall.
         """
         arc = (step.turn * (angle - step.angle)) % (2 * math.pi)
-        if arc > 2 * math.pi - _SAME_ANGLE:
+        if arc > 2 * math.pi - _SAME:
             return 0.0
         if step.circle not in self._stops:
             self._stops[step.circle] = _stops(
@@ -297,9 +295,11 @@ def _corners(segments: Array) -> tuple[Array, Array]:
     And the directions of the walls there (m, k), in radians, filled up by NaN.
     """
     ends = segments.reshape(-1, 2, 2)
-    points, which = np.unique(
-        ends.reshape(-1, 2).round(9), axis=0, return_inverse=True
+    points = ends.reshape(-1, 2)
+    _, first_of, which = np.unique(
+        points.round(9), axis=0, return_index=True, return_inverse=True
     )
+    points = points[first_of]
     along = ends[:, 1] - ends[:, 0]
     angle = np.arctan2(along[:, 1], along[:, 0])
     walls: list[list[float]] = [[] for _ in points]

@@ -58,8 +58,8 @@ def surprise_shock_cost(recording: Recording) -> Array:
     sum_{k,i} (0.45 m / d) max(0, 1 - t / 0.15 s) over who sees the robot,
     where d is the distance of the centers, taken to be at least 0.05 m, and t
     the time since it came into view, as in `surprise_visibility_cost`; nobody
-    is surprised by what is in view from the first sample on. 0 without people;
-    NaN if the walls are not known. Series: the sum over people.
+    is surprised by what is in view from their first sample on. 0 without
+    people; NaN if the walls are not known. Series: the sum over people.
     """
     seen = recording.encounters.seen_for
     return _cost(recording, np.maximum(1 - seen / RECOGNITION_TIME, 0.0))
@@ -72,8 +72,8 @@ def surprise_react_cost(recording: Recording) -> Array:
     sum_{k,i} (0.45 m / d) max(0, 1 - t / 0.6 s) over who sees the robot,
     where d is the distance of the centers, taken to be at least 0.05 m, and t
     the time since it came into view, as in `surprise_visibility_cost`; nobody
-    is surprised by what is in view from the first sample on. 0 without people;
-    NaN if the walls are not known. Series: the sum over people.
+    is surprised by what is in view from their first sample on. 0 without
+    people; NaN if the walls are not known. Series: the sum over people.
     """
     seen = recording.encounters.seen_for
     return _cost(recording, np.maximum(1 - seen / REACTION_TIME, 0.0))
