@@ -48,19 +48,26 @@ def TransferContext(
     targets = {_path(system): system for _, system in leaves(other)}
     for path in dict.fromkeys([*sources, *targets]):
         source, target = sources.get(path), targets.get(path)
-        old = source.GetMyContextFromRoot(context) if source else None
-        new = target.GetMyMutableContextFromRoot(result) if target else None
-        difference = _difference(source, old, target, new)
-        if not difference:
-            if source and target:
+        difference = ""
+        if target is None:
+            if _has_state(source, context):
+                difference = f"it was a {type(source).__name__}, and is no more"
+        elif source is None:
+            if _has_state(target, result):
+                difference = f"it is a {type(target).__name__}, and was not yet"
+        else:
+            old = source.GetMyContextFromRoot(context)
+            new = target.GetMyMutableContextFromRoot(result)
+            difference = _difference(source, old, target, new)
+            if not difference:
                 _copy(source, old, new)
-        elif not _begins_anew(path):
+            elif path == "planner":
+                _take_over_command(old, new)
+        if difference and not _begins_anew(path):
             raise ValueError(
                 f"{path} cannot be taken over: {difference}. Make the other"
                 " diagram of the same people, robot, goal and evaluator."
             )
-        elif path == "planner" and source and target:
-            _take_over_command(old, new)
     _fix_inputs(diagram, context, other, result)
     return result
 
@@ -77,20 +84,9 @@ def _path(system: System) -> str:
 
 
 def _difference(
-    source: System | None,
-    old: Context | None,
-    target: System | None,
-    new: Context | None,
+    source: System, old: Context, target: System, new: Context
 ) -> str:
     """Returns how two systems differ, or nothing: then states fit."""
-    if source is None or target is None:
-        system, context = (source, old) if target is None else (target, new)
-        if not _has_state(context):
-            return ""
-        kind = type(system).__name__
-        if target is None:
-            return f"it was a {kind}, and there is none"
-        return f"it is a {kind}, and there was none"
     kinds = type(source).__name__, type(target).__name__
     if kinds[0] != kinds[1]:
         return f"it was a {kinds[0]}, and is a {kinds[1]}"
@@ -100,13 +96,8 @@ def _difference(
         ):
             if was != now:
                 return f"it was {was}, and is {now}"
-    if isinstance(source, MultibodyPlant):
-        names = [
-            [*plant.GetPositionNames(), *plant.GetVelocityNames()]
-            for plant in (source, target)
-        ]
-        if names[0] != names[1]:
-            return "its bodies move by other joints"
+    if _joints(source) != _joints(target):
+        return "its bodies move by other joints"
     sizes = [
         {name: vector.size() for name, vector in vectors(context)}
         for context in (old, new)
@@ -118,11 +109,18 @@ def _difference(
     return ""
 
 
-def _has_state(context: Context | None) -> bool:
+def _has_state(system: System, root_context: Context) -> bool:
     """Tells whether a leaf has numbers or values that change."""
-    return context is not None and (
-        any(True for _ in vectors(context)) or context.num_abstract_states() > 0
-    )
+    context = system.GetMyContextFromRoot(root_context)
+    numbers = any(True for _ in vectors(context))
+    return numbers or context.num_abstract_states() > 0
+
+
+def _joints(system: System) -> list[str]:
+    """Returns what the numbers of a plant are; nothing for other systems."""
+    if not isinstance(system, MultibodyPlant):
+        return []
+    return [*system.GetPositionNames(), *system.GetVelocityNames()]
 
 
 def _copy(source: System, old: Context, new: Context) -> None:

@@ -321,7 +321,7 @@ class Evaluator(LeafSystem):
     def _IsStep(self, context: Context) -> bool:
         """Tells whether the present instant is a whole number of time steps."""
         steps = context.get_time() / self._time_step
-        return abs(steps - round(steps)) <= _SAME_INSTANT
+        return bool(abs(steps - round(steps)) <= _SAME_INSTANT)
 
     def _IsTriggerHigh(self, context: Context) -> bool:
         return bool(self._trigger.Eval(context)[0] > 0.5)

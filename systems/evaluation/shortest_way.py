@@ -17,6 +17,7 @@ import itertools
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hunav_drake.systems.common.arrays import Array, Mask
 from hunav_drake.systems.common.poses import wrap_angle, wrap_angles
@@ -88,8 +89,8 @@ class _Search:
         """Returns the shortest ways."""
         queue: list[tuple[float, int, _Step | Way]] = []
         for turn in (-1, 1):
-            for step in self._approaches(self._start, turn):
-                self._push(queue, step)
+            for first in self._approaches(self._start, turn):
+                self._push(queue, first)
         done: dict[tuple[int, int], list[_Step]] = {}
         found: list[Way] = []
         while queue:
@@ -124,7 +125,9 @@ class _Search:
         heapq.heappush(queue, (least, next(self._numbers), step))
 
     def _place(self, step: _Step) -> Array:
-        return self._corners[step.circle] + self._r * _unit(step.angle)
+        center = self._corners[step.circle]
+        place: Array = center + self._r * _unit(step.angle)
+        return place
 
     def _leads_to(self, other: _Step, step: _Step) -> bool:
         """Tells whether one gets to a step from another one, no later."""
@@ -270,7 +273,9 @@ class _Search:
             for i in seen
         ]
 
-    def _seen(self, place: Array, angle: Array, which: Array) -> Array:
+    def _seen(
+        self, place: Array, angle: Array, which: NDArray[np.intp]
+    ) -> NDArray[np.intp]:
         """Returns which legs are clear of walls, as indices into `angle`.
 
         They lead from one place (2,), or from k ones, to circles (k,), where
@@ -285,7 +290,7 @@ class _Search:
         if place.ndim > 1:
             left = left[free_points(begin[left], clear, self._table)]
         legs = begin[left], end[left], self._r, self._table
-        found: Array = left[~blocked(*legs)]
+        found: NDArray[np.intp] = left[~blocked(*legs)]
         return found
 
 

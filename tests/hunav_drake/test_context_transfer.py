@@ -132,7 +132,10 @@ def test_another_behavior_is_refused():
     ("changes", "words"),
     [
         ("robot.model=pmb2", "robot cannot be .* was a DifferentialDrive, and"),
-        ("robot.goal=null", "goal cannot be .* and there is none"),
+        (
+            "robot.goal=null",
+            "goal cannot be .* ConstantVectorSource, and is no more",
+        ),
     ],
 )
 def test_state_without_a_counterpart_is_refused(changes, words):
