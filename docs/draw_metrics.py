@@ -182,7 +182,15 @@ def draw_forces(axes: Axes) -> None:
 def draw_efficiency(axes: Axes) -> None:
     """The path driven, and the shortest one around the wall."""
     axes.fill([2.5, 3.5, 3.5, 2.5], [-1.0, -1.0, 0.5, 0.5], color=WALL)
-    axes.plot([0, 2.4, 3.6, 6], [0, 0.75, 0.75, 0], "--", color=MARK)
+    # Tangents, and arcs of the robot's radius around the corners of the wall.
+    up = np.arctan2(0.5, 2.5) + np.arcsin(0.25 / np.hypot(2.5, 0.5))
+    arc = np.linspace(np.pi / 2 + up, np.pi / 2, 12)
+    left = np.array([2.5, 0.5]) + 0.25 * np.column_stack(
+        [np.cos(arc), np.sin(arc)]
+    )
+    right = ([6, 0] + left * [-1, 1])[::-1]
+    shortest = np.vstack([[0, 0], left, right, [6, 0]])
+    axes.plot(*shortest.T, "--", color=MARK)
     x = np.linspace(0, 6, 60)
     axes.plot(
         x,

@@ -1,10 +1,14 @@
 """Takes the state of one trial over into the diagram of another."""
 
-from pydrake.systems.framework import Context, Diagram, System
+from collections.abc import Iterator
+
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.systems.framework import Context, Diagram, InputPort, System
 
 from hunav_drake.context_layout import (
     Remembering,
     abstract_states,
+    free_ports,
     leaves,
     vectors,
 )
@@ -17,46 +21,61 @@ def TransferContext(
 
     So a trial goes on with another planner, other walls or another motion
     model: what if? People, robot, recording and goal are as they were, bit for
-    bit. A planner of the same kind and parameters goes on as it was; another
-    one begins anew, with the command that the robot has just got.
+    bit, and so are the fixed values of input ports. Planner, perception and
+    sensors of the same kind and parameters go on as they were; others begin
+    anew, a planner with the command that the robot has just got.
 
     Args:
         diagram: The diagram of the trial, by `MakeTrialDiagram`.
         context: Its root Context; it is not changed.
-        other: The diagram to go on with: of the same people, robot and
+        other: The diagram to go on with: of the same people, robot, goal and
             evaluator.
 
     Returns:
-        A root Context of `other`, with the time, state and parameters of the
-        systems that both have by name.
+        A root Context of `other`, with the time, state, parameters and fixed
+        inputs of the systems that both have by name.
 
     Raises:
-        ValueError: If a system of both, but for the planner, is another one,
-            so that its state has no meaning there, or if `context` is not of
-            `diagram`.
+        ValueError: If a system with a state, but for planner, perception and
+            sensors, is in one of the diagrams alone, or is another one, so
+            that its state has no meaning there; if an input port with a fixed
+            value is; or if `context` is not of `diagram`.
     """
     diagram.ValidateContext(context)
     result = other.CreateDefaultContext()
     result.SetTime(context.get_time())
-    known = {_path(system): system for _, system in leaves(diagram)}
-    for _, target in leaves(other):
-        path = _path(target)
-        source = known.get(path)
-        if source is None:
-            continue
-        old = source.GetMyContextFromRoot(context)
-        new = target.GetMyMutableContextFromRoot(result)
-        difference = _difference(source, old, target, new)
-        if not difference:
-            _copy(source, old, new)
-        elif path.split("/")[0] == "planner":
-            _take_over_command(old, new)
+    sources = {_path(system): system for _, system in leaves(diagram)}
+    targets = {_path(system): system for _, system in leaves(other)}
+    for path in dict.fromkeys([*sources, *targets]):
+        source, target = sources.get(path), targets.get(path)
+        difference = ""
+        if target is None:
+            if _has_state(source, context):
+                difference = f"it was a {type(source).__name__}, and is no more"
+        elif source is None:
+            if _has_state(target, result):
+                difference = f"it is a {type(target).__name__}, and was not yet"
         else:
+            old = source.GetMyContextFromRoot(context)
+            new = target.GetMyMutableContextFromRoot(result)
+            difference = _difference(source, old, target, new)
+            if not difference:
+                _copy(source, old, new)
+            elif path == "planner":
+                _take_over_command(old, new)
+        if difference and not _begins_anew(path):
             raise ValueError(
                 f"{path} cannot be taken over: {difference}. Make the other"
-                " diagram of the same people, robot and evaluator."
+                " diagram of the same people, robot, goal and evaluator."
             )
+    _fix_inputs(diagram, context, other, result)
     return result
+
+
+def _begins_anew(path: str) -> bool:
+    """Tells whether a system may be another one, without the state it had."""
+    part = path.split("/")[0]
+    return part in ("planner", "perception") or part.startswith("sensor_")
 
 
 def _path(system: System) -> str:
@@ -77,6 +96,8 @@ def _difference(
         ):
             if was != now:
                 return f"it was {was}, and is {now}"
+    if _joints(source) != _joints(target):
+        return "its bodies move by other joints"
     sizes = [
         {name: vector.size() for name, vector in vectors(context)}
         for context in (old, new)
@@ -86,6 +107,20 @@ def _difference(
     if old.num_abstract_states() != new.num_abstract_states():
         return "it remembers other things"
     return ""
+
+
+def _has_state(system: System, root_context: Context) -> bool:
+    """Tells whether a leaf has numbers or values that change."""
+    context = system.GetMyContextFromRoot(root_context)
+    numbers = any(True for _ in vectors(context))
+    return numbers or context.num_abstract_states() > 0
+
+
+def _joints(system: System) -> list[str]:
+    """Returns what the numbers of a plant are; nothing for other systems."""
+    if not isinstance(system, MultibodyPlant):
+        return []
+    return [*system.GetPositionNames(), *system.GetVelocityNames()]
 
 
 def _copy(source: System, old: Context, new: Context) -> None:
@@ -107,3 +142,38 @@ def _take_over_command(old: Context, new: Context) -> None:
     if all(groups):
         command = old.get_discrete_state(0).value()[:2]
         new.get_mutable_discrete_state(0).get_mutable_value()[:2] = command
+
+
+def _fix_inputs(
+    diagram: Diagram, context: Context, other: Diagram, result: Context
+) -> None:
+    """Gives the input ports of the other diagram the values fixed in one."""
+    targets = dict(_ports(other))
+    for name, port in _ports(diagram):
+        own = port.get_system().GetMyContextFromRoot(context)
+        if not port.HasValue(own) or _begins_anew(name):
+            continue
+        target = targets.get(name)
+        if target is None or (
+            (target.get_data_type(), target.size())
+            != (port.get_data_type(), port.size())
+        ):
+            raise ValueError(
+                f"the input {name} has a fixed value, and the other diagram no"
+                " such input; make it alike, or do not fix the input"
+            )
+        target.FixValue(
+            target.get_system().GetMyMutableContextFromRoot(result),
+            port.Eval(own),
+        )
+
+
+def _ports(diagram: Diagram) -> Iterator[tuple[str, InputPort]]:
+    """Yields the input ports that may have a fixed value, each with its path.
+
+    Inputs of the diagram itself have their bare name.
+    """
+    for _, port in free_ports(diagram):
+        system = port.get_system()
+        prefix = "" if system is diagram else f"{_path(system)}/"
+        yield prefix + port.get_name(), port

@@ -7,6 +7,7 @@ import hashlib
 import math
 from typing import TYPE_CHECKING, Literal
 
+import numpy as np
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, Diagram, EventStatus
 
@@ -29,8 +30,10 @@ from hunav_drake.scenario.schema import Scenario
 from hunav_drake.seeds import GetTrialSeed, SetTrialSeed
 from hunav_drake.systems.behavior import LoadBehavior
 from hunav_drake.systems.behavior.fingerprint import tree_fingerprint
+from hunav_drake.systems.common.layout import STATE_SIZE, is_outside
 from hunav_drake.systems.common.plain_errors import ConfigError
 from hunav_drake.systems.common.registry import name_of
+from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.systems.evaluation.trial_monitor import TrialStatus
 from hunav_drake.trial_diagram import CheckTrialDiagram, MakeTrialDiagram
 from hunav_drake.trial_end import explain_end
@@ -264,7 +267,7 @@ def _result(
         ),
         end_reason=reason,
         end_message=message,
-        end_time=float(recording.times[-1]),
+        end_time=_time_of(context, recording),
     )
 
 
@@ -279,10 +282,47 @@ def _end_message(
     if hasattr(planner, "GetReason"):
         words = planner.GetReason(planner.GetMyContextFromRoot(context))
         parts += [f"the planner: {words}"] if words else []
-    evaluator = diagram.GetSubsystemByName("evaluator")
-    recording = evaluator.GetRecording(evaluator.GetMyContextFromRoot(context))
-    why = explain_end(recording, scenario)
+    why = explain_end(_recording_until_now(diagram, context), scenario)
     return "; ".join([*parts, why] if why else parts)
+
+
+def _recording_until_now(diagram: Diagram, context: Context) -> Recording:
+    """Returns a trial's recording, with the present also if it has ended."""
+    evaluator = diagram.GetSubsystemByName("evaluator")
+    recording: Recording = evaluator.GetRecording(
+        evaluator.GetMyContextFromRoot(context)
+    )
+    now = _time_of(context, recording)
+    if recording.times[-1] == now:
+        return recording
+    rows = np.concatenate(
+        [
+            diagram.GetOutputPort(name).Eval(context)
+            for name in ("robot_state", "human_states")
+        ]
+    ).reshape(-1, STATE_SIZE)
+    rows[is_outside(rows)] = np.nan
+    return dataclasses.replace(
+        recording,
+        times=np.append(recording.times, now),
+        robot=np.vstack([recording.robot, rows[:1]]),
+        humans=np.concatenate([recording.humans, rows[None, 1:]]),
+        # How one ends has nothing to do with these.
+        behavior_status=None,
+        contacts=None,
+        contact_forces_known=False,
+    )
+
+
+def _time_of(context: Context, recording: Recording) -> float:
+    """Returns the present, that of the last sample to the bit if it is it.
+
+    A simulator may begin just after an instant: see `_skip_done_updates`.
+    """
+    last, now = float(recording.times[-1]), context.get_time()
+    return (
+        last if math.isclose(last, now, rel_tol=1e-12, abs_tol=1e-12) else now
+    )
 
 
 def behavior_sha256(scenario: Scenario) -> str:

@@ -107,6 +107,7 @@ def MakeTrialDiagram(
         Evaluator(
             scenario.humans,
             config=scenario.evaluator,
+            robot_max_speed=robot_config.limits.max_speed,
             obstacles=obstacles,
             feels_forces=contacts is robot,
             **shared,

@@ -26,7 +26,7 @@ _SERIES = 2.3
 
 # Metrics that do not depend on people, so that they are the same for any
 # behavior. Of metrics that users have registered this is not known.
-_ROBOT_FAMILIES = ("path", "goal", "efficiency", "clearance")
+_ROBOT_FAMILIES = ("path", "goal", "efficiency", "smoothness", "clearance")
 _ROBOT_METRICS = (
     "time_not_moving",
     "avg_robot_linear_speed",

@@ -40,7 +40,12 @@ _FEW = 11
 
 # The metrics that can be negative, and those in [0, 1].
 _SIGNED = ("avg_robot_linear_speed",)
-_FRACTIONS = ("completed", "path_efficiency", "success_weighted_path_length")
+_FRACTIONS = (
+    "completed",
+    "path_efficiency",
+    "success_weighted_path_length",
+    "success_weighted_time_length",
+)
 
 
 def headline_of(table: pd.Series | pd.DataFrame) -> list[str]:

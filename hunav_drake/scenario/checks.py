@@ -171,33 +171,39 @@ def check_jitter(scenario: Scenario) -> Iterator[Finding]:
 
 
 def check_times(scenario: Scenario) -> Iterator[Finding]:
-    """Looks for periods that the simulation's steps cannot keep."""
+    """Looks for times that the simulation's steps cannot keep."""
     step = scenario.simulation.time_step
     step_loc: Loc = ("simulation", "time_step")
-    periods: list[tuple[Loc, float]] = [
-        (("planner",), scenario.planner.period),
-        (("evaluator",), scenario.evaluator.period),
+    # Between two steps there is no state that the last sample could be of.
+    times: list[tuple[Loc, float]] = [
+        (("planner", "period"), scenario.planner.period),
+        (("evaluator", "period"), scenario.evaluator.period),
+        (("simulation", "duration"), scenario.simulation.duration),
     ]
-    periods += [
-        (("sensors", i), sensor.period)
+    times += [
+        (("sensors", i, "period"), sensor.period)
         for i, sensor in enumerate(scenario.sensors)
         if hasattr(sensor, "period")
     ]
-    for part, period in periods:
-        if not is_multiple(period, step):
+    for loc, time in times:
+        if not is_multiple(time, step):
             yield Finding(
-                (*part, "period"),
+                loc,
                 f"must be a multiple of simulation.time_step ({step:g} s),"
-                f" got {period:g}; nearest: {nearest_multiples(period, step)}",
+                f" got {time:g}; nearest: {nearest_multiples(time, step)}",
                 uses=(step_loc,),
             )
-    duration = scenario.simulation.duration
-    if duration < step:
+
+
+def check_start(scenario: Scenario) -> Iterator[Finding]:
+    """Looks for a recording that would never begin."""
+    start = scenario.evaluator.start
+    if start == "at_goal_command" and scenario.robot.goal is None:
         yield Finding(
-            ("simulation", "duration"),
-            f"must be at least simulation.time_step ({step:g} s),"
-            f" got {duration:g}",
-            uses=(step_loc,),
+            ("evaluator", "start"),
+            f"must not be {shown(start)} where the robot has no goal: nothing"
+            " would be recorded; set robot.goal, or let it start at_once",
+            uses=(("robot", "goal"),),
         )
 
 
@@ -376,6 +382,7 @@ OWN_CHECKS: tuple[Check, ...] = (
     check_areas,
     check_bodies,
     check_times,
+    check_start,
     check_sensors,
     check_scan,
 )

@@ -34,7 +34,8 @@ class SimulationConfig:
     duration: Annotated[StrictFloat, within(0, 86400, "s", low_open=True)] = (
         60.0
     )
-    """The trial ends after this time at the latest, in seconds."""
+    """The trial ends after this time at the latest, in seconds: a multiple of
+    the step."""
 
     seed: Annotated[Integer, Field(ge=0, le=2**63 - 1)] = 0
     """All that is drawn at random in the trial follows from this number; who

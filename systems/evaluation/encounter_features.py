@@ -140,12 +140,14 @@ class EncounterFeatures:
     def seen_for(self) -> Array:
         """How long people have seen the robot, shape (N + 1, n), in seconds.
 
-        Infinity for who has since the first sample: when the robot came into
-        view is not known. It means nothing where `visible` is false.
+        Infinity for who has since they came, at their own first sample: when
+        the robot came into view is not known. It means nothing where `visible`
+        is false.
         """
         times = self._recording.times[:, None]
         since = np.full(self.visible.shape, -np.inf)
-        entered = self.visible[1:] & ~self.visible[:-1]
+        there = ~np.isnan(self.distance)
+        entered = self.visible[1:] & ~self.visible[:-1] & there[:-1]
         since[1:] = np.where(entered, times[1:], -np.inf)
         seen: Array = times - np.maximum.accumulate(since, axis=0)
         return seen

@@ -104,6 +104,7 @@ class Evaluator(LeafSystem):
         time_step: float = 0.05,
         goal_tolerance: float = 0.25,
         goal_yaw_tolerance: float = 0.25,
+        robot_max_speed: float | None = None,
         obstacles: Obstacles | None = None,
         feels_forces: bool = False,
     ) -> None:
@@ -116,6 +117,8 @@ class Evaluator(LeafSystem):
             time_step: The time step that all systems share, in seconds.
             goal_tolerance: How near to the goal is at the goal, in meters.
             goal_yaw_tolerance: The same for the heading, in radians.
+            robot_max_speed: The largest speed of the robot, in m/s, if it is
+                known.
             obstacles: The walls, for the metrics of forces.
             feels_forces: Whether the forces of ``contacts`` are computed.
 
@@ -131,6 +134,7 @@ class Evaluator(LeafSystem):
             **_describe(humans),
             "goal_tolerance": goal_tolerance,
             "goal_yaw_tolerance": goal_yaw_tolerance,
+            "robot_max_speed": robot_max_speed,
             "obstacles": obstacles or Obstacles.from_points([]),
         }
         self._feels_forces = feels_forces
@@ -216,10 +220,12 @@ class Evaluator(LeafSystem):
     def GetRecording(self, context: Context) -> Recording:
         """Returns the recording until now.
 
-        If the context's time is later than that of the last sample, and the
-        recording has not ended, its present instant is the last of the
-        recording: the end of a trial is always in it. The goal is the one of
-        the present instant, or of that at which the recording ended.
+        If the context's time is a whole number of time steps, and later than
+        that of the last sample, and the recording has not ended, its present
+        instant is the last of the recording: the end of a trial is always in
+        it. (Between two steps, states are those of the next already.) The goal
+        is the one of the present instant, or of that at which the recording
+        ended.
 
         Args:
             context: This system's own context.
@@ -233,7 +239,7 @@ class Evaluator(LeafSystem):
         self.ValidateContext(context)
         last = context.get_abstract_state(self._samples).get_value()
         window = context.get_discrete_state(self._window).value()
-        if self._IsOn(context, last, window):
+        if self._IsStep(context) and self._IsOn(context, last, window):
             last = self._Sample(context, last)
         if not last.count:
             what = (
@@ -311,6 +317,11 @@ class Evaluator(LeafSystem):
         """Tells whether the present instant is later than a sample."""
         now = context.get_time()
         return bool(now > last.time + _SAME_INSTANT * self._time_step)
+
+    def _IsStep(self, context: Context) -> bool:
+        """Tells whether the present instant is a whole number of time steps."""
+        steps = context.get_time() / self._time_step
+        return bool(abs(steps - round(steps)) <= _SAME_INSTANT)
 
     def _IsTriggerHigh(self, context: Context) -> bool:
         return bool(self._trigger.Eval(context)[0] > 0.5)

@@ -1,7 +1,9 @@
 """Features of the robot's path: its length, and its gap to walls."""
 
+from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+import math
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
@@ -16,6 +18,30 @@ if TYPE_CHECKING:
 # The shortest ways keep at least this far from walls, in meters, also those
 # of a robot without extent.
 _LEAST_CLEARANCE = 0.05
+
+
+@dataclass(frozen=True)
+class Way:
+    """A shortest way.
+
+    Attributes:
+        length: In meters.
+        first_heading: Where it leads at first, in radians.
+        last_heading: Where it leads in the end, in radians.
+        turning: How much it turns between the two, not signed, in radians.
+    """
+
+    length: float
+    first_heading: float
+    last_heading: float
+    turning: float
+
+    @classmethod
+    def straight(cls, start: Array, end: Array) -> Self:
+        """Returns the straight way between two positions (2,), in meters."""
+        x, y = (end - start).tolist()
+        heading = math.atan2(y, x)
+        return cls(math.hypot(x, y), heading, heading, 0.0)
 
 
 class PathFeatures:
@@ -60,61 +86,37 @@ class PathFeatures:
         return gap
 
     @cached_property
-    def shortest_to_end(self) -> Array | None:
-        """The shortest way from the first to the last position.
+    def shortest_to_end(self) -> list[Way]:
+        """The shortest ways from the first to the last position.
 
-        Shape (m, 2), in meters, both included; None if there is none, or if
-        the walls are not known. It keeps the robot's radius from walls, but
-        where it leaves those near its start and draws near to those by its
-        end.
+        Several if they are equally long; none if there is no way, or if the
+        walls are not known. They keep the robot's radius from walls, but where
+        they leave those near its start and draw near to those by its end.
         """
         robot = self._recording.robot
-        return self._shortest(robot[0, : Y + 1], robot[-1, : Y + 1])
+        return self._shortest(robot[-1, : Y + 1])
 
     @cached_property
-    def shortest_to_goal(self) -> Array | None:
-        """The shortest way from the first position to the goal.
+    def shortest_to_goal(self) -> list[Way]:
+        """The shortest ways from the first position to the goal.
 
-        Like `shortest_to_end`; None also without a goal.
+        Like `shortest_to_end`; none also without a goal.
         """
-        recording = self._recording
-        if recording.goal is None:
-            return None
-        goal = np.array(recording.goal[:2])
-        return self._shortest(recording.robot[0, : Y + 1], goal)
+        goal = self._recording.goal
+        return [] if goal is None else self._shortest(np.array(goal[:2]))
 
-    @property
-    def _clearance(self) -> float:
-        radius = float(self._recording.robot[0, RADIUS])
-        return max(radius, _LEAST_CLEARANCE)
-
-    def _shortest(self, start: Array, goal: Array) -> Array | None:
+    def _shortest(self, end: Array) -> list[Way]:
         recording = self._recording
         if not recording.walls_known:
-            return None
+            return []
+        start = recording.robot[0, : Y + 1]
         if not len(recording.obstacles):
-            return np.array([start, goal])
-        from hunav_drake.systems.world.visibility_graph import blocked
+            return [Way.straight(start, end)]
+        # Only who has walls waits for compiled code to be loaded.
+        from hunav_drake.systems.evaluation.shortest_way import shortest_ways
 
-        # Only who has walls in the way needs to know about corners.
-        straight = start[None], goal[None], self._clearance
-        if not blocked(*straight, recording.obstacles.table)[0]:
-            return np.array([start, goal])
-        from hunav_drake.systems.world.routes import RouteMap
-
-        route = RouteMap.from_obstacles(
-            recording.obstacles, clearance=self._clearance
-        )
-        points = [start]
-        for _ in range(len(route.vertices) + 1):
-            points.append(route.next_waypoint(points[-1], goal))
-            if (points[-1] == goal).all():
-                way = np.array(points)
-                # The map names the goal itself where there is no way to it,
-                # and lets people squeeze through where a robot cannot.
-                legs = way[:-1], way[1:], route.sight, route.obstacles.table
-                return None if blocked(*legs).any() else way
-        return None
+        radius = max(float(recording.robot[0, RADIUS]), _LEAST_CLEARANCE)
+        return shortest_ways(start, end, radius, recording.obstacles)
 
 
 def polyline_length(points: Array) -> float:

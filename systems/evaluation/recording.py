@@ -57,6 +57,8 @@ class Recording:
             0.2 by default.
         goal_yaw_tolerance: The same for the heading, in radians. By default
             any heading will do.
+        robot_max_speed: The largest speed that the robot can go at, in m/s;
+            None where nothing tells, as in recordings from elsewhere.
         obstacles: The walls.
         walls_known: Whether `obstacles` are all walls. Recordings from
             elsewhere may not tell; what depends on walls has no value then.
@@ -91,6 +93,7 @@ class Recording:
     goal: tuple[float, float, float] | None = None
     goal_tolerance: float = 0.2
     goal_yaw_tolerance: float = math.pi
+    robot_max_speed: float | None = None
     obstacles: Obstacles = field(
         default_factory=lambda: Obstacles.from_points([])
     )
@@ -153,14 +156,16 @@ class Recording:
             ("group_ids", [-1] * n),
         ):
             self._set(**{name: per_human(name, getattr(self, name), default)})
-        for name in ("goal_tolerance", "goal_yaw_tolerance"):
-            tolerance = float(checked_array(name, getattr(self, name), ()))
-            if not 0 < tolerance <= LARGEST:
+        for name in ("goal_tolerance", "goal_yaw_tolerance", "robot_max_speed"):
+            if getattr(self, name) is None and name == "robot_max_speed":
+                continue
+            number = float(checked_array(name, getattr(self, name), ()))
+            if not 0 < number <= LARGEST:
                 raise ValueError(
                     f"recording.{name}: must be positive, and at most"
-                    f" {LARGEST:g}, got {tolerance}"
+                    f" {LARGEST:g}, got {number}"
                 )
-            self._set(**{name: tolerance})
+            self._set(**{name: number})
 
     def _set(self, **values: Any) -> None:
         # The way of dataclasses themselves to fill in a frozen one.

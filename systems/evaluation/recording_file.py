@@ -38,6 +38,7 @@ _OPTIONAL = {
     "goal": (_NUMBER, 1),
     "nearest_walls": (_NUMBER, 4),
     "reference_path": (_NUMBER, 2),
+    "robot_max_speed": (_NUMBER, 0),
     "walls_known": (_YES_NO, 0),
     "contacts": (_NUMBER, 3),
     "contact_forces_known": (_YES_NO, 0),

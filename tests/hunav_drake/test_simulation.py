@@ -409,8 +409,39 @@ def test_a_scenario_says_what_part_of_a_trial_is_recorded(passing):
     result = RunTrial(scenario)
     assert result.end_reason == "goal"
     assert result.recording.times[-1] == pytest.approx(5.0)
+    whole = RunTrial(passing)
+    assert result.end_time == whole.end_time == whole.recording.times[-1]
     scenario = change(passing, evaluator={"stop_at_goal": True})
     assert RunTrial(scenario).recording.features.at_goal[-1]
+
+
+def test_why_a_trial_ended_is_told_of_its_own_end(passing):
+    ends = {}
+    for timeout in (None, 3.0):
+        changes = {"evaluator": {"timeout": timeout}}
+        scenario = change(passing, simulation={"duration": 9.0}, **changes)
+        ends[timeout] = RunTrial(scenario)
+    assert ends[3.0].recording.times[-1] == pytest.approx(3.0)
+    assert ends[3.0].end_time == ends[None].end_time == 9.0
+    assert ends[3.0].end_message == ends[None].end_message
+    assert "on its way at" in ends[None].end_message
+
+
+def test_between_two_steps_nothing_is_recorded(passing, diagram):
+    simulator = MakeTrialSimulator(diagram)
+    simulator.AdvanceTo(3.051)
+    context = simulator.get_context()
+    result = GetTrialResult(passing, diagram, context)
+    assert result.end_time == context.get_time() == 3.051
+    recording = result.recording
+    assert recording.times[-1] == pytest.approx(3.0)
+    # A last sample at the end of a step is of its own instant.
+    simulator.AdvanceTo(3.15)
+    recording = GetTrialResult(passing, diagram, context).recording
+    assert recording.times[-1] == pytest.approx(3.15)
+    steps = np.diff(recording.robot[-3:, 0]) / np.diff(recording.times[-3:])
+    assert abs(steps).max() < 1.1 * passing.robot.limits.max_speed
+    assert steps[1] == pytest.approx(steps[0], rel=0.2)
 
 
 def test_a_recording_begun_by_a_trigger_is_for_a_diagram(passing):

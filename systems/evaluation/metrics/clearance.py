@@ -21,7 +21,11 @@ _metric = partial(register_metric, family="clearance")
 
 @_metric(unit="m", direction="higher", source=FRANCIS)
 def min_clearance(recording: Recording) -> float:
-    """The smallest gap to a wall, min_k c_k; NaN without walls."""
+    """The smallest gap to a wall, min_k c_k; NaN without walls.
+
+    It is 0 where the robot's disc overlaps a wall, or its center is inside of
+    a solid.
+    """
     return float(np.fmin.reduce(recording.path_features.wall_gap))
 
 
@@ -29,7 +33,8 @@ def min_clearance(recording: Recording) -> float:
 def avg_clearance(recording: Recording) -> Array:
     """The mean over the samples of the gap to the nearest wall, mean_k c_k.
 
-    NaN without walls. Series: that gap.
+    The gap is 0 where they overlap, also inside of a solid. NaN without walls.
+    Series: that gap.
     """
     return recording.path_features.wall_gap
 

@@ -86,10 +86,10 @@ def final_displacement_error(recording: Recording) -> float:
 def asymmetric_dtw(recording: Recording) -> float:
     """The distance of two paths whatever the speeds along them.
 
-    Each point of the shorter path (of the robot's, if they are equal) is
-    matched to a segment of the other, in the order of both, so that the mean
-    of the distances between them is least; the distance is that mean. With
-    j the points and i the segments, the sum is the last
+    Each point of the path that is shorter, in meters (of the robot's, if they
+    are equal), is matched to a segment of the other, in the order of both, so
+    that the mean of the distances between them is least; the distance is that
+    mean. With j the points and i the segments, the sum is the last
     C(i, j) = min(C(i - 1, j), C(i, j - 1) + dist(segment_i, point_j)). NaN
     without a reference.
     """
@@ -104,9 +104,10 @@ def asymmetric_dtw(recording: Recording) -> float:
 def topological_complexity(recording: Recording) -> float:
     """How entangled the paths of robot and people are: sum_{i<j} |w_ij|.
 
-    w_ij is the winding number of a pair of the n + 1 bodies: the total change
-    of the bearing from i to j, divided by 2 pi, between samples at which both
-    are there. Two who pass each other on straight lines, from far to far,
+    By winding, which stands for the entropy of the paths as a braid: w_ij is
+    the winding number of a pair of the n + 1 bodies, the total change of the
+    bearing from i to j, divided by 2 pi, between samples at which both are
+    there. Two who pass each other on straight lines, from far to far,
     have 1/2; 0 without people.
     """
     from hunav_drake.systems.evaluation import curves

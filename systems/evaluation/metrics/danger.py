@@ -64,13 +64,13 @@ def danger_panic_cost(recording: Recording) -> Array:
 
     sum_{k,i} |V| / ((d - R) |sin a|), where a is the angle between P and V
     and d = |P| |sin a| the distance at which the centers pass. Only where
-    d > R: who is on a collision course is counted by the fear. d - R is taken
-    to be at least 0.05 m, and |sin a| 1e-9. 0 without people. Series: the sum
-    over people.
+    P . V > 0, for who recedes has passed, and d > R: who is on a collision
+    course is counted by the fear. d - R is taken to be at least 0.05 m, and
+    |sin a| 1e-9. 0 without people. Series: the sum over people.
     """
     pairs = recording.encounters
     passing = pairs.passing_distance
-    passes = passing > pairs.reach
+    passes = (passing > pairs.reach) & (pairs.closing > 0)
     miss = np.maximum(passing - pairs.reach, LEAST_DISTANCE)
     sine = np.where(passes, passing / np.where(passes, pairs.distance, 1), 1)
     sine = np.maximum(sine, LEAST_SINE)

@@ -6,12 +6,13 @@ import numpy as np
 
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import YAW
-from hunav_drake.systems.common.poses import wrap_angles
+from hunav_drake.systems.common.poses import wrap_angle
 from hunav_drake.systems.evaluation.metric import register_metric
 from hunav_drake.systems.evaluation.metrics import reduce
+from hunav_drake.systems.evaluation.metrics.goal import time_to_reach_goal
 from hunav_drake.systems.evaluation.metrics.path import since_previous
 from hunav_drake.systems.evaluation.metrics.speeds import STILL_SPEED
-from hunav_drake.systems.evaluation.path_features import polyline_length
+from hunav_drake.systems.evaluation.path_features import Way
 from hunav_drake.systems.evaluation.recording import Recording
 
 _metric = partial(register_metric, family="efficiency")
@@ -19,8 +20,8 @@ _metric = partial(register_metric, family="efficiency")
 GAO_HUANG = "Gao & Huang 2022"
 FRANCIS = "Francis et al. 2025"
 
-# For shorter legs of a way nobody has to turn, in meters.
-_LEG = 0.01
+# For a shorter way nobody has to turn, in meters.
+_SHORT = 0.01
 
 # A path that is shorter is rounding, in meters.
 _STILL = 1e-9
@@ -36,21 +37,27 @@ def path_irregularity(recording: Recording) -> float:
 
     max(0, sum |wrap(yaw_{k+1} - yaw_k)| - A) / L, where L is the length of
     the path and A the least rotation of a robot that drives forward: from the
-    first heading into the shortest way around the walls to the last position,
-    along it, and from there to the last heading. Legs of less than 1 cm need
-    no rotation. NaN if the robot never moved (1e-9 m), if walls leave no way,
-    or if they are not known.
+    first heading into the shortest way to the last position, L* of
+    `path_efficiency`, along it, and from there to the last heading. Along a
+    way of less than 1 cm it needs none. NaN if the robot never moved (1e-9 m),
+    and where there is no L*.
     """
-    way = recording.path_features
-    if way.length < _STILL or way.shortest_to_end is None:
+    path = recording.path_features
+    if path.length < _STILL or not path.shortest_to_end:
         return np.nan
-    legs = np.diff(way.shortest_to_end, axis=0)
-    legs = legs[np.hypot(legs[:, 0], legs[:, 1]) >= _LEG]
-    yaw = recording.robot[:, YAW]
-    headings = [yaw[:1], np.arctan2(legs[:, 1], legs[:, 0]), yaw[-1:]]
-    least = np.abs(wrap_angles(np.diff(np.concatenate(headings)))).sum()
+    first, last = recording.robot[[0, -1], YAW].tolist()
+    least = min(_rotation(first, way, last) for way in path.shortest_to_end)
     turned = recording.features.heading_changes.sum()
-    return float(max(turned - least, 0.0) / way.length)
+    return float(max(turned - least, 0.0) / path.length)
+
+
+def _rotation(first: float, way: Way, last: float) -> float:
+    """Returns by what a robot turns from heading to heading along a way."""
+    if way.length < _SHORT:
+        return abs(wrap_angle(last - first))
+    into = abs(wrap_angle(way.first_heading - first))
+    out = abs(wrap_angle(last - way.last_heading))
+    return into + way.turning + out
 
 
 @_metric(unit="-", direction="higher", source=GAO_HUANG)
@@ -58,15 +65,19 @@ def path_efficiency(recording: Recording) -> float:
     """How direct the robot's path was, L* / max(L, L*), in [0, 1].
 
     L is the length of the path, and L* that of the shortest way from its
-    first to its last position: straight, or around the walls at the distance
-    of the robot's radius. NaN if the robot never moved, if walls leave no
-    way, or if they are not known.
+    first to its last position: a string pulled taut around the walls made
+    wider by the robot's radius (0.05 m at least), straight, and in arcs of
+    that radius around corners. Where the robot overlaps a wall at the start,
+    the way leaves it on a straight leg, and so it draws near to one at the
+    end. NaN if the robot never moved, if walls leave no way, as where its
+    center is inside of a solid at the start or the end, or if they are not
+    known.
     """
-    way = recording.path_features
-    if not way.length or way.shortest_to_end is None:
+    path = recording.path_features
+    if not path.length or not path.shortest_to_end:
         return np.nan
-    shortest = polyline_length(way.shortest_to_end)
-    return float(shortest / max(way.length, shortest))
+    shortest = path.shortest_to_end[0].length
+    return float(shortest / max(path.length, shortest))
 
 
 @_metric(
@@ -79,19 +90,45 @@ def success_weighted_path_length(recording: Recording) -> float:
     """SPL: how direct a way to the goal was, S L* / max(L, L*), in [0, 1].
 
     S is `completed`, L the length of the path, and L* that of the shortest
-    way from the first position to the goal: straight, or around the walls at
-    the distance of the robot's radius. 1 for a robot that starts and stays at
-    the goal; NaN without a goal, if walls leave no way to it, or if they are
-    not known.
+    way from the first position to the goal, as in `path_efficiency`. 1 for a
+    robot that starts and stays at the goal; NaN without a goal, and where
+    there is no L*.
     """
-    way = recording.path_features
-    if recording.goal is None or way.shortest_to_goal is None:
+    path = recording.path_features
+    if not path.shortest_to_goal:
         return np.nan
     if not recording.features.at_goal[-1]:
         return 0.0
-    shortest = polyline_length(way.shortest_to_goal)
-    longest = max(way.length, shortest)
+    shortest = path.shortest_to_goal[0].length
+    longest = max(path.length, shortest)
     return float(shortest / longest) if longest else 1.0
+
+
+@_metric(
+    unit="-",
+    direction="higher",
+    source=f"iGibson Challenge 2021; {FRANCIS}",
+    aliases=["stl"],
+)
+def success_weighted_time_length(recording: Recording) -> float:
+    """STL: how soon a robot was at the goal, S T* / max(T, T*), in [0, 1].
+
+    S is `completed`, T is `time_to_reach_goal`, and T* = L* / v the time in
+    which it would be there if it went the shortest way of
+    `success_weighted_path_length` at its largest speed v; in the challenge it
+    is that of an oracle that runs beside. 1 for a robot that starts and stays
+    at the goal; NaN without a goal, where there is no L*, and if v is not
+    known.
+    """
+    path = recording.path_features
+    speed = recording.robot_max_speed
+    if not path.shortest_to_goal or speed is None:
+        return np.nan
+    if not recording.features.at_goal[-1]:
+        return 0.0
+    least = path.shortest_to_goal[0].length / speed
+    longest = max(time_to_reach_goal(recording), least)
+    return float(least / longest) if longest else 1.0
 
 
 @_metric(unit="s", direction="lower", source=FRANCIS, reduce=reduce.total)

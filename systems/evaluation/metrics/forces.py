@@ -44,9 +44,10 @@ def social_force_on_robot(recording: Recording) -> Array:
 def obstacle_force_on_agents(recording: Recording) -> Array:
     """The forces of the walls on people: sum_k mean_i |f_k^{o->i}|.
 
-    The forces of all walls on one person add up as vectors. The mean is over
-    the people present; NaN without people, or if the walls are not known.
-    Series: that mean.
+    The forces of all walls on one person add up as vectors. Who is inside of a
+    solid is pushed away from the nearest point of its outline, farther in. The
+    mean is over the people present; NaN without people, or if the walls are
+    not known. Series: that mean.
     """
     return mean_of_present(recording.features.obstacle_force_on_humans)
 
@@ -55,8 +56,9 @@ def obstacle_force_on_agents(recording: Recording) -> Array:
 def obstacle_force_on_robot(recording: Recording) -> Array:
     """The force of the walls on the robot: sum_k |f_k^{o->r}|.
 
-    The forces of all walls add up as vectors. NaN if the walls are not known.
-    Series: the force.
+    The forces of all walls add up as vectors. Inside of a solid, the robot is
+    pushed away from the nearest point of its outline, farther in. NaN if the
+    walls are not known. Series: the force.
     """
     return recording.features.obstacle_force_on_robot
 

@@ -16,7 +16,8 @@ _RATE = """
     integral s dt / integral dt, where the series s goes straight from
     sample to sample: other than the sum, it does not grow with the
     number of samples, and samples that are close in time count less.
-    Intervals at one end of which there is no value are left out.
+    Intervals at one end of which there is no value are left out. NaN if that
+    leaves none, as of a single sample.
     """
 
 

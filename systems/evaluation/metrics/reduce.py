@@ -14,13 +14,13 @@ def mean(series: Array) -> float:
 def time_average(series: Array, times: Array) -> float:
     """Returns the mean over time, straight from sample to sample.
 
-    Intervals at one end of which there is no value are left out; of a single
-    value, or of single ones, it is the mean.
+    Intervals at one end of which there is no value are left out. NaN if that
+    leaves none, as of a single value, or of single ones: no time passes.
     """
     middle = (series[1:] + series[:-1]) / 2
     known = ~np.isnan(middle)
     if not known.any():
-        return mean(series)
+        return np.nan
     dt = np.diff(times)[known]
     return float((middle[known] * dt).sum() / dt.sum())
 

@@ -41,9 +41,11 @@ def _cost(recording: Recording, factor: Array) -> Array:
 def surprise_visibility_cost(recording: Recording) -> Array:
     """How far from where they look people see the robot.
 
-    sum_{k,i} (0.45 m / d) (a / 60 deg) over who sees the robot, where a is
-    the angle between their heading and the direction to it. 0 without people;
-    NaN if the walls are not known. Series: the sum over people.
+    sum_{k,i} (0.45 m / d) (a / 60 deg) over who sees the robot, where d is
+    the distance of the centers, taken to be at least 0.05 m, and a the angle
+    between their heading and the direction to it. People see 60 degrees to
+    either side, but not through walls. 0 without people; NaN if the walls are
+    not known. Series: the sum over people.
     """
     angle = recording.encounters.angle_of_view
     return _cost(recording, angle / HALF_FIELD_OF_VIEW)
@@ -54,9 +56,10 @@ def surprise_shock_cost(recording: Recording) -> Array:
     """The shock at a robot before it is recognized.
 
     sum_{k,i} (0.45 m / d) max(0, 1 - t / 0.15 s) over who sees the robot,
-    where t is the time since it came into view; nobody is surprised by what
-    is in view from the first sample on. 0 without people; NaN if the walls are
-    not known. Series: the sum over people.
+    where d is the distance of the centers, taken to be at least 0.05 m, and t
+    the time since it came into view, as in `surprise_visibility_cost`; nobody
+    is surprised by what is in view from their first sample on. 0 without
+    people; NaN if the walls are not known. Series: the sum over people.
     """
     seen = recording.encounters.seen_for
     return _cost(recording, np.maximum(1 - seen / RECOGNITION_TIME, 0.0))
@@ -67,9 +70,10 @@ def surprise_react_cost(recording: Recording) -> Array:
     """The surprise at a robot before there was time to react to it.
 
     sum_{k,i} (0.45 m / d) max(0, 1 - t / 0.6 s) over who sees the robot,
-    where t is the time since it came into view; nobody is surprised by what
-    is in view from the first sample on. 0 without people; NaN if the walls are
-    not known. Series: the sum over people.
+    where d is the distance of the centers, taken to be at least 0.05 m, and t
+    the time since it came into view, as in `surprise_visibility_cost`; nobody
+    is surprised by what is in view from their first sample on. 0 without
+    people; NaN if the walls are not known. Series: the sum over people.
     """
     seen = recording.encounters.seen_for
     return _cost(recording, np.maximum(1 - seen / REACTION_TIME, 0.0))

@@ -34,6 +34,7 @@ FAMILIES = {
     "efficiency",
     "clearance",
     "comparison",
+    "smoothness",
     "danger",
     "surprise",
 }

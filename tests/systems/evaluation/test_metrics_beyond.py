@@ -98,15 +98,19 @@ def test_the_shortest_way_leads_around_walls():
     # One that walks around the corner at a distance of 1 m.
     points = [(0, 0), (1, 3), (3, 3), (4, 0)]
     dut = along(points, goal=(4, 0, 0), obstacles=walls, r=0.3)
-    way = dut.path_features.shortest_to_goal
-    assert len(way) > 2
     length = 2 * math.sqrt(10) + 2
-    # A taut string around the end of the wall, and one with room for r.
-    taut = 2 * math.hypot(2, 2)
-    polygon = 2 * math.hypot(2 - 0.3, 2.3) + 0.6
-    shortest = value(dut, "spl") * length
-    assert taut < shortest < polygon + 0.05
-    assert value(dut, "path_efficiency") == pytest.approx(value(dut, "spl"))
+    # Two tangents and an arc around the end of the wall.
+    tangent = math.sqrt(8 - 0.3**2)
+    arc = 2 * (PI / 4 + math.asin(0.3 / math.sqrt(8)))
+    expected = (2 * tangent + 0.3 * arc) / length
+    assert value(dut, "spl") == pytest.approx(expected)
+    assert value(dut, "path_efficiency") == pytest.approx(expected)
+    # Up, along the wall's end and down it turns; the way does less.
+    turned = 2 * math.atan2(3, 1)
+    before_and_after = math.atan2(3, 1) - arc / 2
+    assert value(dut, "path_irregularity") == pytest.approx(
+        (turned - arc - 2 * before_and_after) / length, abs=1e-12
+    )
 
 
 def with_slit(width, points, **kwargs):
@@ -183,6 +187,94 @@ def test_no_way_to_the_goal_has_no_spl():
 def test_spl_is_0_short_of_the_goal_and_nothing_without():
     assert value(along([(0, 0), (3, 0)], goal=(4, 0, 0)), "spl") == 0
     assert math.isnan(value(along([(0, 0), (3, 0)]), "spl"))
+
+
+def test_stl_is_the_least_time_over_that_to_the_goal():
+    # 5 m at 1 m/s, and 2 s at the goal, by a robot that can do 1.5 m/s.
+    t = np.linspace(0, 7, 71)
+    x = np.minimum(t, 5.0)
+    facts = {"goal": (5.0, 0, 0), "goal_tolerance": 0.05}
+    dut = make(t, rows(71, x=x), robot_max_speed=1.5, **facts)
+    assert value(dut, "stl") == pytest.approx((5 / 1.5) / 5)
+    # Nobody is faster than the fastest.
+    dut = make(t / 10, rows(71, x=x), robot_max_speed=1.5, **facts)
+    assert value(dut, "stl") == 1
+    assert math.isnan(value(make(t, rows(71, x=x), **facts), "stl"))
+    short = make(t, rows(71, x=0.9 * x), robot_max_speed=1.5, **facts)
+    assert value(short, "stl") == 0
+    here = make(t, rows(71, x=5.0), robot_max_speed=1.5, **facts)
+    assert value(here, "stl") == 1
+    assert math.isnan(value(make(t, rows(71), robot_max_speed=1.5), "stl"))
+
+
+def test_the_least_time_is_that_around_walls():
+    walls = wall_through((2, -50), (2, 2))
+    points = [(0, 0), (1, 3), (3, 3), (4, 0)]
+    dut = along(points, goal=(4, 0, 0), obstacles=walls, r=0.3)
+    dut = dataclasses.replace(dut, robot_max_speed=2.0)
+    time = value(dut, "time_to_reach_goal")
+    length = value(dut, "spl") * dut.path_features.length
+    assert value(dut, "stl") == pytest.approx(length / 2 / time)
+
+
+def smoothness(*points, yaw=0.0):
+    p = np.array(points, dtype=float)
+    dut = make(np.arange(len(p)), rows(len(p), p[:, 0], p[:, 1], yaw))
+    names = (
+        "angle_over_length",
+        "cusps",
+        "normalized_curvature",
+        "max_curvature",
+    )
+    return [value(dut, name) for name in names]
+
+
+def test_a_straight_path_is_smooth():
+    x = np.linspace(0, 3, 31)
+    assert smoothness(*zip(x, 2 * x, strict=True)) == pytest.approx([0] * 4)
+
+
+@pytest.mark.parametrize("radius", [0.5, 2.0])
+def test_a_circle_has_the_curvature_of_its_radius(radius):
+    angle = np.linspace(0, 2 * PI, 2001)
+    x, y = radius * np.cos(angle), radius * np.sin(angle)
+    aol, cusps, total, most = smoothness(*zip(x, y, strict=True))
+    assert aol == pytest.approx(1 / radius, rel=1e-3)
+    assert cusps == 0
+    assert most == pytest.approx(1 / radius)
+    # Chords of 0.3 m and a little, from the middle of the first to the last's.
+    step = 2 * math.asin(0.15 / radius)
+    assert total == pytest.approx((2 * PI // step - 1) * step, rel=0.03)
+
+
+def test_a_corner_of_the_path_is_angle_and_curvature():
+    legs = [(0.5 * k, 0) for k in range(5)]
+    legs += [(2 + 0.5 * k * 0.8, 0.5 * k * 0.6) for k in range(1, 5)]
+    turn = math.atan2(0.6, 0.8)
+    aol, cusps, total, most = smoothness(*legs)
+    assert aol == pytest.approx(turn / 4)
+    assert cusps == 0
+    # The circle through the corner and the points 0.5 m beside.
+    circle = 2 * math.sin(turn / 2) / 0.5
+    assert most == pytest.approx(circle)
+    assert total == pytest.approx(circle * 0.5)
+
+
+def test_a_reversal_is_a_cusp_and_no_curvature():
+    back = [(k / 10, 0) for k in range(21)] + [(2 - k / 10, 0) for k in (1, 9)]
+    assert smoothness(*back) == pytest.approx([PI / 2.9, 1, 0, 0])
+    # To turn on the spot or to stand is no path.
+    on_the_spot = smoothness(*[(1, 1)] * 9, yaw=np.arange(9.0))
+    assert math.isnan(on_the_spot[0])
+    assert on_the_spot[1:] == [0, 0, 0]
+
+
+def test_smoothness_does_not_hang_on_the_speed_or_the_sampling():
+    angle = np.linspace(0, PI, 1001) ** 2 / PI
+    fine = smoothness(*zip(np.cos(angle), np.sin(angle), strict=True))
+    angle = np.linspace(0, PI, 501)
+    even = smoothness(*zip(np.cos(angle), np.sin(angle), strict=True))
+    assert fine == pytest.approx(even, rel=0.02)
 
 
 def test_stalled_time_is_that_of_getting_nowhere():
@@ -295,6 +387,19 @@ def test_panic_is_at_who_passes_closely():
     assert value(still, "danger_panic_cost") == 0
 
 
+def test_nobody_panics_at_a_robot_that_recedes():
+    # It passes at 4 m, from 3 m before to 3 m after.
+    x = np.linspace(0, 6, 13)
+    dut = make(np.arange(13.0), rows(13, x, vx=1.5), [rows(13, x=3.0, y=4.0)])
+    steps = compute_steps(dut, ["danger_panic_cost"]).iloc[:, 0].to_numpy()
+    before = np.arange(13) < 6
+    sine = 4 / np.hypot(3 - x, 4)
+    expected = np.where(before, 1.5 / ((4 - 2 * R) * sine), 0.0)
+    assert steps == pytest.approx(expected)
+    away = make([0.0], rows(1, vx=-1.5), [rows(1, x=3.0, y=4.0)])
+    assert value(away, "danger_panic_cost") == 0
+
+
 @pytest.mark.parametrize(
     ("distance", "counts"), [(0.03, 0.05), (0.0499, 0.05), (0.06, 0.06)]
 )
@@ -311,8 +416,8 @@ def test_fear_and_surprise_are_bounded_at_5_cm(distance, counts):
     ("miss", "counts"), [(0.001, 0.05), (0.03, 0.05), (0.06, 0.06)]
 )
 def test_panic_is_bounded_at_5_cm(miss, counts):
-    # It passes at a right angle just now, so the sine is 1.
-    human = rows(1, y=2 * R + miss)
+    # It passes at a right angle in a moment, so the sine is 1.
+    human = rows(1, x=1e-9, y=2 * R + miss)
     dut = make([0.0], rows(1, vx=1.5), [human])
     assert value(dut, "danger_panic_cost") == pytest.approx(1.5 / counts)
 
@@ -325,7 +430,7 @@ def test_what_depends_on_walls_has_no_value_without_them():
     lost = {
         *("min_clearance", "avg_clearance", "static_obstacle_collisions"),
         *("path_irregularity", "path_efficiency"),
-        "success_weighted_path_length",
+        *("success_weighted_path_length", "success_weighted_time_length"),
     } | {
         name + end
         for name in (
@@ -373,7 +478,7 @@ def test_a_rate_leaves_out_what_has_no_value():
     times = np.array([0, 1, 4, 5, 6, 7.0])
     assert reduce.time_average(series, times) == 2
     alone = np.array([np.nan, 4, np.nan])
-    assert reduce.time_average(alone, np.arange(3.0)) == 4
+    assert math.isnan(reduce.time_average(alone, np.arange(3.0)))
     assert math.isnan(reduce.time_average(alone[:1], np.zeros(1)))
 
 
@@ -417,6 +522,12 @@ def test_surprise_fades_while_the_robot_is_seen():
 
 def test_what_is_in_view_from_the_start_is_no_surprise():
     dut = make(np.arange(9) * 0.1, rows(9), [rows(9, x=3.0, yaw=PI)])
+    assert value(dut, "surprise_shock_cost") == 0
+    assert value(dut, "surprise_react_cost") == 0
+    # Nor is it to who comes, and sees it at once.
+    human = rows(9, x=3.0, yaw=PI)
+    human[:4] = np.nan
+    dut = make(np.arange(9) * 0.1, rows(9), [human])
     assert value(dut, "surprise_shock_cost") == 0
     assert value(dut, "surprise_react_cost") == 0
 
@@ -526,6 +637,7 @@ def test_behaviors_have_the_same_way():
         humans=[rows(142, y=2.0), rows(142, y=5.0)],
         behaviors=("a", "b"),
         goal=(3, 4, 0),
+        robot_max_speed=1.0,
         obstacles=wall_through((1, 1), (2, 2)),
     )
     table = compute_by_behavior(dut, ["efficiency", "clearance"])

@@ -57,6 +57,7 @@ def recording():
         goal=(0.5, 0.5, 1.0),
         goal_tolerance=0.6,
         goal_yaw_tolerance=2.0,
+        robot_max_speed=1.5,
         obstacles=Obstacles.from_shapes(WALLS, solid=[True, False]),
         reference_path=np.column_stack([t, np.sin(t), np.cos(2 * t)]),
     )
@@ -116,6 +117,8 @@ def test_the_trial_is_eventful(recording):
         "min_dist_to_people",
         "public_space_intrusions",
         "success_weighted_path_length",
+        "success_weighted_time_length",
+        "cusps",
         "stalled_time",
         "min_time_to_collision",
         "min_clearance",

@@ -1,0 +1,366 @@
+"""The shortest way of a disc around walls: straight legs, and arcs.
+
+A disc of radius r is clear of the walls where its center is outside of all
+walls that are made wider by r. Around these, the shortest way is a string
+pulled taut: it bends on circles of radius r around corners of the walls, and
+goes straight along common tangents of two circles between them. A search by
+A* over the tangents finds it. (The ways of people are others: `routes.py`
+asks for the next step of many people quickly, and cuts no arcs.)
+
+Angles at a circle are directions from its center, in radians; a turn is 1
+against the clock, -1 with it.
+"""
+
+from dataclasses import dataclass, replace
+import heapq
+import itertools
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hunav_drake.systems.common.arrays import Array, Mask
+from hunav_drake.systems.common.poses import wrap_angle, wrap_angles
+from hunav_drake.systems.evaluation.path_features import Way
+from hunav_drake.systems.world.obstacles import Obstacles
+from hunav_drake.systems.world.visibility_graph import blocked, free_points
+
+# Lengths that differ less are the same, in meters; points so near to each
+# other are one corner; and angles, in radians.
+_SAME = 1e-9
+_ONE_CORNER = 1e-6
+_SAME_ANGLE = 1e-6
+
+
+@dataclass(frozen=True)
+class _Step:
+    """Where a way comes to a circle, and how it came there."""
+
+    circle: int
+    turn: int
+    angle: float
+    length: float
+    turning: float
+    first_heading: float
+
+
+def shortest_ways(
+    start: Array, goal: Array, radius: float, obstacles: Obstacles
+) -> list[Way]:
+    """Returns the shortest ways of a disc; several if they are equally long.
+
+    A disc that overlaps a wall at the start may leave it, and at the goal draw
+    near to it, on a straight leg along which the distance only grows, or only
+    falls.
+
+    Args:
+        start: The first position of the center (2,), in W, in meters.
+        goal: The last position (2,).
+        radius: That of the disc, positive, in meters.
+        obstacles: The walls; a point is a wall without length.
+
+    Returns:
+        The ways; none if there is no way, as from or to the inside of a solid.
+    """
+    if not blocked(start[None], goal[None], radius, obstacles.table)[0]:
+        return [Way.straight(start, goal)]
+    # From outside of all solids nobody gets into one.
+    if not free_points(np.array([start, goal]), 0.0, obstacles.table).all():
+        return []
+    return _Search(start, goal, radius, obstacles).ways()
+
+
+class _Search:
+    """One search of a way; the arguments are those of `shortest_ways`."""
+
+    def __init__(
+        self, start: Array, goal: Array, radius: float, obstacles: Obstacles
+    ) -> None:
+        self._start, self._goal, self._r = start, goal, radius
+        self._segments = obstacles.segments
+        self._table = obstacles.table
+        self._corners, self._walls = _corners(obstacles.segments)
+        self._departures: dict[tuple[int, int], list[tuple[float, _Step]]] = {}
+        self._stops: dict[int, Array] = {}
+        self._numbers = itertools.count()
+        self._ends = self._tangents_to_goal()
+
+    def ways(self) -> list[Way]:
+        """Returns the shortest ways."""
+        queue: list[tuple[float, int, _Step | Way]] = []
+        for turn in (-1, 1):
+            for first in self._approaches(self._start, turn):
+                self._push(queue, first)
+        done: dict[tuple[int, int], list[_Step]] = {}
+        found: list[Way] = []
+        while queue:
+            least, _, step = heapq.heappop(queue)
+            if found and least > found[0].length + _SAME:
+                break
+            if isinstance(step, Way):
+                found.append(step)
+                continue
+            key = step.circle, step.turn
+            arrived = done.setdefault(key, [])
+            if any(self._leads_to(other, step) for other in arrived):
+                continue
+            arrived.append(step)
+            for angle, leg in self._leaves(*key):
+                self._push(queue, self._extended(step, angle, leg))
+            for leg in self._ends.get(key, ()):
+                self._push(queue, self._ended(step, leg))
+        return found
+
+    def _push(
+        self,
+        queue: list[tuple[float, int, "_Step | Way"]],
+        step: "_Step | Way | None",
+    ) -> None:
+        """Puts a way into the queue, by the least that its whole can have."""
+        if step is None:
+            return
+        least = step.length
+        if isinstance(step, _Step):
+            least += math.hypot(*(self._goal - self._place(step)))
+        heapq.heappush(queue, (least, next(self._numbers), step))
+
+    def _place(self, step: _Step) -> Array:
+        center = self._corners[step.circle]
+        place: Array = center + self._r * _unit(step.angle)
+        return place
+
+    def _leads_to(self, other: _Step, step: _Step) -> bool:
+        """Tells whether one gets to a step from another one, no later."""
+        arc = self._arc(other, step.angle)
+        return arc is not None and (other.length + self._r * arc <= step.length)
+
+    def _arc(self, step: _Step, angle: float) -> float | None:
+        """Returns the angle of the arc from a step on; None if walls stop it.
+
+        Both ends of the arc are clear of walls. The circle is not around a
+        wall within 2 r of its center on one connected arc, which holds the
+        direction of the nearest point of that wall.
+        """
+        arc = (step.turn * (angle - step.angle)) % (2 * math.pi)
+        if arc > 2 * math.pi - _SAME:
+            return 0.0
+        if step.circle not in self._stops:
+            self._stops[step.circle] = _stops(
+                self._corners[step.circle], self._segments, 2 * self._r
+            )
+        ahead = step.turn * (self._stops[step.circle] - step.angle)
+        return None if (ahead % (2 * math.pi) < arc).any() else arc
+
+    def _extended(
+        self, step: _Step, angle: float, leg: _Step
+    ) -> "_Step | None":
+        """Returns a step with the arc up to an angle and the leg from there."""
+        arc = self._arc(step, angle)
+        if arc is None:
+            return None
+        return _Step(
+            leg.circle,
+            leg.turn,
+            leg.angle,
+            step.length + self._r * arc + leg.length,
+            step.turning + arc,
+            step.first_heading,
+        )
+
+    def _ended(self, step: _Step, leg: _Step) -> Way | None:
+        """Returns the whole way of a step, an arc, and a leg to the goal.
+
+        The leg is told as from the goal.
+        """
+        arc = self._arc(step, leg.angle)
+        if arc is None:
+            return None
+        return Way(
+            step.length + self._r * arc + leg.length,
+            step.first_heading,
+            leg.first_heading + math.pi,
+            step.turning + arc + leg.turning,
+        )
+
+    def _approaches(self, p: Array, turn: int) -> list[_Step]:
+        """Returns the ways from a place straight to circles.
+
+        From inside of a circle, where there are no tangents, a leg leaves at a
+        right angle to its radius. Where a disc overlaps walls, it may also
+        leave them to where the arc at the end of a wall begins.
+        """
+        to_corner = self._corners - p
+        distance = np.hypot(to_corner[:, 0], to_corner[:, 1])
+        least = np.minimum(distance, self._r)
+        most = np.maximum(distance, self._r)
+        which = np.arange(len(distance))
+        back = np.arctan2(-to_corner[:, 1], -to_corner[:, 0])
+        angle = back + turn * np.arccos(least / most)
+        if not free_points(p[None], self._r, self._table)[0]:
+            beside, _ = ends = np.nonzero(~np.isnan(self._walls))
+            which = np.concatenate([which, beside])
+            angle = np.concatenate(
+                [angle, self._walls[ends] + turn * math.pi / 2]
+            )
+        steps = []
+        for i in self._seen(p, angle, which):
+            step = _Step(int(which[i]), turn, float(angle[i]), 0.0, 0.0, 0.0)
+            leg = (self._place(step) - p).tolist()
+            length = math.hypot(*leg)
+            along = step.angle + turn * math.pi / 2
+            # Nobody gets to a circle that is touched already.
+            bend = 0.0
+            if length > _SAME:
+                bend = turn * wrap_angle(along - math.atan2(leg[1], leg[0]))
+            if bend > -_SAME_ANGLE:
+                heading = along - turn * bend
+                steps.append(
+                    replace(
+                        step, length=length, turning=bend, first_heading=heading
+                    )
+                )
+        return steps
+
+    def _tangents_to_goal(self) -> dict[tuple[int, int], list[_Step]]:
+        """Returns the last legs, as from the goal, by circle and turn."""
+        legs: dict[tuple[int, int], list[_Step]] = {}
+        for turn in (-1, 1):
+            # Backward, a way turns the other way.
+            for leg in self._approaches(self._goal, -turn):
+                legs.setdefault((leg.circle, turn), []).append(leg)
+        return legs
+
+    def _leaves(self, circle: int, turn: int) -> list[tuple[float, _Step]]:
+        """Returns the legs to other circles, with the angles they leave at."""
+        key = circle, turn
+        if key not in self._departures:
+            self._departures[key] = [
+                leg
+                for other_turn in (-1, 1)
+                for leg in self._legs(circle, turn, other_turn)
+            ]
+        return self._departures[key]
+
+    def _legs(
+        self, circle: int, turn: int, other_turn: int
+    ) -> list[tuple[float, _Step]]:
+        center = self._corners[circle]
+        to_corner = self._corners - center
+        distance = np.hypot(to_corner[:, 0], to_corner[:, 1])
+        cross = turn != other_turn
+        # Tangents on two sides of circles that overlap there are none.
+        crossing = 2 * self._r if cross else 0.0
+        apart = distance > crossing
+        (which,) = np.nonzero(apart)
+        to_corner, distance = to_corner[which], distance[which]
+        half = np.arccos(crossing / distance)
+        angle = np.arctan2(to_corner[:, 1], to_corner[:, 0]) - turn * half
+        arrival = angle + np.pi if cross else angle
+        tangent = _at_corner(angle, self._walls[circle])
+        which, angle, arrival = which[tangent], angle[tangent], arrival[tangent]
+        distance = distance[tangent]
+        length = np.sqrt(distance**2 - crossing**2)
+        place = center + self._r * _unit(angle)
+        seen = self._seen(place, arrival, which)
+        return [
+            (
+                float(angle[i]),
+                _Step(
+                    *(int(which[i]), other_turn, float(arrival[i])),
+                    *(float(length[i]), 0.0, 0.0),
+                ),
+            )
+            for i in seen
+        ]
+
+    def _seen(
+        self, place: Array, angle: Array, which: NDArray[np.intp]
+    ) -> NDArray[np.intp]:
+        """Returns which legs are clear of walls, as indices into `angle`.
+
+        They lead from one place (2,), or from k ones, to circles (k,), where
+        they come at some angles (k,).
+        """
+        end = self._corners[which] + self._r * _unit(angle)
+        begin = np.ascontiguousarray(np.broadcast_to(place, end.shape))
+        # What is clear in the first place, for that is soon told.
+        (left,) = np.nonzero(_at_corner(angle, self._walls[which]))
+        clear = self._r - _SAME
+        left = left[free_points(end[left], clear, self._table)]
+        if place.ndim > 1:
+            left = left[free_points(begin[left], clear, self._table)]
+        legs = begin[left], end[left], self._r, self._table
+        found: NDArray[np.intp] = left[~blocked(*legs)]
+        return found
+
+
+def _corners(segments: Array) -> tuple[Array, Array]:
+    """Returns the corners that a way may bend around, shape (m, 2).
+
+    And the directions of the walls there (m, k), in radians, filled up by NaN.
+    """
+    ends = segments.reshape(-1, 2, 2)
+    points = ends.reshape(-1, 2)
+    _, first_of, which = np.unique(
+        points.round(9), axis=0, return_index=True, return_inverse=True
+    )
+    points = points[first_of]
+    along = ends[:, 1] - ends[:, 0]
+    angle = np.arctan2(along[:, 1], along[:, 0])
+    walls: list[list[float]] = [[] for _ in points]
+    for s in np.flatnonzero((along != 0).any(axis=1)):
+        first, last = which.reshape(-1, 2)[s]
+        walls[first].append(float(angle[s]))
+        walls[last].append(float(angle[s]) + math.pi)
+    # Around others, walls leave less than half a turn: no way bends there.
+    kept = [i for i, own in enumerate(walls) if _widest(own) > math.pi]
+    most = max((len(walls[i]) for i in kept), default=0)
+    directions = np.full((len(kept), most), np.nan)
+    for row, i in enumerate(kept):
+        directions[row, : len(walls[i])] = walls[i]
+    return points[kept], directions
+
+
+def _widest(angles: list[float]) -> float:
+    """Returns the widest angle between directions that holds none of them."""
+    if not angles:
+        return 2 * math.pi
+    order = sorted(angle % (2 * math.pi) for angle in angles)
+    order.append(order[0] + 2 * math.pi)
+    widest = max(b - a for a, b in itertools.pairwise(order))
+    return widest - _SAME_ANGLE
+
+
+def _at_corner(angle: Array, walls: Array) -> Mask:
+    """Tells which angles (k,) at corners are not beside a wall that ends there.
+
+    The walls at each corner have the directions (k, j), or those (j,).
+    """
+    between = np.abs(wrap_angles(angle[:, None] - walls))
+    beside: Mask = between < math.pi / 2 - _SAME_ANGLE
+    clear: Mask = ~beside.any(axis=1)
+    return clear
+
+
+def _stops(center: Array, segments: Array, reach: float) -> Array:
+    """Returns the directions of the nearest points of walls within a reach.
+
+    Of a wall through the center, they are the directions along it.
+    """
+    start, along = segments[:, :2], segments[:, 2:] - segments[:, :2]
+    length2 = (along**2).sum(axis=1)
+    part = ((center - start) * along).sum(axis=1) / np.where(
+        length2 > 0, length2, 1.0
+    )
+    nearest = start + np.clip(part, 0.0, 1.0)[:, None] * along - center
+    distance = np.hypot(nearest[:, 0], nearest[:, 1])
+    beside = (distance > _ONE_CORNER) & (distance < reach)
+    ends = segments[distance <= _ONE_CORNER].reshape(-1, 2) - center
+    ends = ends[np.hypot(ends[:, 0], ends[:, 1]) > _ONE_CORNER]
+    found = np.concatenate([nearest[beside], ends])
+    directions: Array = np.arctan2(found[:, 1], found[:, 0])
+    return directions
+
+
+def _unit(angle: "Array | float") -> Array:
+    return np.stack([np.cos(angle), np.sin(angle)], axis=-1)
