@@ -178,7 +178,8 @@ class Contact(IntEnum):
 
     PEAK_FORCE = 3
     """The largest horizontal force in this contact, or in the last one, in
-    newtons."""
+    newtons; in what an evaluator records, the largest in any contact that has
+    lasted since the recording began."""
 
     IMPULSE = 4
     """The magnitude of the force, integrated from the start of the trial, in N

@@ -9,6 +9,7 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import (
     BasicVector,
     Context,
+    DiscreteValues,
     InputPort,
     LeafSystem,
     OutputPort,
@@ -21,6 +22,7 @@ from hunav_drake.systems.common.layout import (
     CONTACT_SIZE,
     STATE_SIZE,
     YAW,
+    Contact,
     X,
     Y,
     is_outside,
@@ -140,6 +142,11 @@ class Evaluator(LeafSystem):
             AbstractValue.Make(Sample.start(self._n))
         )
         self._window = self.DeclareDiscreteState([0.0, *_NO_GOAL, 0.0])
+        if feels_forces:
+            self._peaks = self.DeclareDiscreteState(self._n)
+            self.DeclarePeriodicDiscreteUpdateEvent(
+                period_sec=time_step, offset_sec=0.0, update=self._KeepPeaks
+            )
         self._DeclareOutputs()
         exact = self._every & (self._every - 1) == 0
         self.DeclarePeriodicUnrestrictedUpdateEvent(
@@ -265,15 +272,39 @@ class Evaluator(LeafSystem):
 
     def _Sample(self, context: Context, last: Sample) -> Sample:
         # Eval() gives arrays of its own: nobody else will write to them.
-        status, contacts = self._behavior_status, self._contacts
+        status = self._behavior_status
         return Sample(
             last,
             context.get_time(),
             self._robot_state.Eval(context),
             self._EvalHumans(context) if self._n else np.zeros(0),
             status.Eval(context) if status.HasValue(context) else None,
-            contacts.Eval(context) if contacts.HasValue(context) else None,
+            self._EvalContacts(context),
         )
+
+    def _EvalContacts(self, context: Context) -> Array | None:
+        """Returns the rows of contacts, with the peaks of all until now."""
+        if not self._contacts.HasValue(context):
+            return None
+        contacts: Array = self._contacts.Eval(context)
+        if self._feels_forces:
+            rows = contacts.reshape(-1, CONTACT_SIZE)
+            # (What was over when the recording began is none of its peaks.)
+            lasts = rows[:, Contact.LASTS] > 0
+            rows[:, Contact.PEAK_FORCE] = np.maximum(
+                np.where(lasts, rows[:, Contact.PEAK_FORCE], 0.0),
+                context.get_discrete_state(self._peaks).value(),
+            )
+        return contacts
+
+    def _KeepPeaks(self, context: Context, state: DiscreteValues) -> None:
+        last = context.get_abstract_state(self._samples).get_value()
+        window = context.get_discrete_state(self._window).value()
+        if last.count and not window[_HAS_ENDED]:
+            contacts = self._EvalContacts(context)
+            if contacts is not None:
+                peaks = contacts.reshape(-1, CONTACT_SIZE)
+                state.set_value(self._peaks, peaks[:, Contact.PEAK_FORCE])
 
     def _EvalHumans(self, context: Context) -> Array:
         """Returns the rows of people, NaN for those who are outside."""

@@ -10,7 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.common.layout import CONTACT_SIZE, STATE_SIZE, X, Y
+from hunav_drake.systems.common.layout import (
+    CONTACT_SIZE,
+    STATE_SIZE,
+    Contact,
+    X,
+    Y,
+)
 from hunav_drake.systems.common.suggest import did_you_mean
 from hunav_drake.systems.evaluation import recording_file
 from hunav_drake.systems.evaluation.encounter_features import EncounterFeatures
@@ -252,15 +258,17 @@ class Recording:
         values = self._values()
         later = self.times[-1] + period * np.arange(1, count + 1)
         values["times"] = np.concatenate([self.times, later])
-        for name in ("robot", "humans", "behavior_status", "nearest_walls"):
+        for name in (
+            *("robot", "humans", "behavior_status", "nearest_walls"),
+            "contacts",
+        ):
             rows = values[name]
             if rows is not None:
                 stale = np.repeat(rows[-1:], count, axis=0)
+                if name == "contacts":
+                    # No step ends there. (Counts and sums stay as they are.)
+                    stale[..., Contact.FORCE_X : Contact.FORCE_Y + 1] = 0.0
                 values[name] = np.concatenate([rows, stale])
-        if self.contacts is not None:
-            # Nothing is met between samples that only repeat the last.
-            none = np.zeros((count, *self.contacts.shape[1:]))
-            values["contacts"] = np.concatenate([self.contacts, none])
         return type(self)(**values)
 
     def save(self, path: str | Path) -> None:

@@ -42,7 +42,8 @@ def max_contact_force(recording: Recording) -> tuple[float, Array]:
     if contacts is None:
         return _nothing(recording)
     impulse = contacts[..., Contact.IMPULSE]
-    # Not those of a contact that was over when the recording began.
+    # Not those of a contact that was over when the recording began, where its
+    # peaks are those of single contacts.
     counts = (impulse > impulse[0]) | (contacts[0, :, Contact.LASTS] > 0)
     peaks = contacts[..., Contact.PEAK_FORCE][counts]
     now = np.hypot(
