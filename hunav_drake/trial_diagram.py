@@ -145,6 +145,7 @@ def MakeTrialDiagram(
         "human_states": humans.human_states,
         "behavior_status": humans.behavior_status,
         "contacts": contacts.GetOutputPort("contacts"),
+        "robot_touches": humans.robot_touches,
     }
     if robot_config.goal is not None:
         goal = ConstantVectorSource(robot_config.goal)

@@ -127,7 +127,7 @@ def walk(model, starts, goals, walls, *, duration, until):
     history = [states]
     for _ in range(round(duration / TIME_STEP)):
         snapshot = step.look(states, command, np.zeros((0, 7)), weights)
-        states, _ = step.advance(
+        states, *_ = step.advance(
             snapshot, step.forces(snapshot), np.zeros((len(states), 3))
         )
         history.append(states)
