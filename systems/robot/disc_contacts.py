@@ -48,8 +48,8 @@ class DiscContacts(LeafSystem):
     overlap at the end of the step that begins now, if it did not. That is what
     port ``robot_touches`` takes: n rows of a `HumanCrowd`'s port of that name.
 
-    Port ``contacts`` gives n rows of `layout.Contact`, in which all forces are 0:
-    a robot that nothing stops feels none.
+    Port ``contacts`` gives n rows of `layout.Contact`, in which all forces are
+    0: a robot that nothing stops feels none.
 
     The discrete state holds for each person a row of `contact_rows`. It is
     updated every ``time_step``, with the states at that instant.

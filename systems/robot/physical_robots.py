@@ -56,7 +56,7 @@ class PhysicalRobot(RobotConfig):
 
         builder = DiagramBuilder()
         robot = AddPlantRobot(builder, self, task, "robot")
-        for name in ("velocity_command", "human_states", "robot_touches"):
+        for name in ("velocity_command", "human_states"):
             if robot.HasInputPort(name):
                 builder.ExportInput(robot.GetInputPort(name), name)
         for name in ("robot_state", "contacts"):

@@ -20,7 +20,6 @@ from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import (
     CONTACT_SIZE,
     STATE_SIZE,
-    TOUCH_SIZE,
     Contact,
     X,
     Y,
@@ -50,17 +49,18 @@ class PlantContacts(LeafSystem):
         - contact_results
         - robot_state
         - people_state
-        - robot_touches (optional)
         output_ports:
         - contacts
 
     Port ``contact_results`` takes what a discrete plant that does not sample
     its outputs computes of the step that begins now; ``robot_state`` the row
     of the robot, and ``people_state`` the state of the model instance
-    `PEOPLE`. Port ``robot_touches`` takes n rows of a `HumanCrowd`'s port of
-    that name: who is pushed by the crowd, as the disc of the robot is larger
-    than its shapes, say, is in a contact without force. Port ``contacts`` gives n rows of `layout.Contact`: with forces
+    `PEOPLE`. Port ``contacts`` gives n rows of `layout.Contact`: with forces
     of the plant's last step, counts and sums of all steps.
+
+    Who is in the disc of the robot is in a contact, too, even without a force:
+    the crowd keeps people out of the disc, also where it is larger than the
+    shapes of the robot, and moves them.
 
     The discrete state holds for each person a row of `contact_rows`; and, in a
     group of its own, 1 while anybody is near enough to touch. It is updated
@@ -102,9 +102,6 @@ class PlantContacts(LeafSystem):
             "robot_state", STATE_SIZE
         )
         self._people_state = self.DeclareVectorInputPort("people_state", 4 * n)
-        self._robot_touches = self.DeclareVectorInputPort(
-            "robot_touches", TOUCH_SIZE * n
-        )
         self._distances = self._radii + reach + _MARGIN + _FASTEST * time_step
         self._is_near = self.DeclareDiscreteState([1.0])
         self._memory = self.DeclareDiscreteState(MEMORY_SIZE * n)
@@ -130,10 +127,6 @@ class PlantContacts(LeafSystem):
     def get_people_state_input_port(self) -> InputPort:
         """Returns the port with the state of the bodies of people."""
         return self._people_state
-
-    def get_robot_touches_input_port(self) -> InputPort:
-        """Returns the port with how people and robot would meet."""
-        return self._robot_touches
 
     def get_contacts_output_port(self) -> OutputPort:
         """Returns the port with the contacts."""
@@ -176,15 +169,12 @@ class PlantContacts(LeafSystem):
         robot = self._robot_state.Eval(context)
         people = people_states(self._people_state.Eval(context))
         closing = closing_speeds(robot, people)
-        touching = np.zeros(len(people), dtype=np.bool_)
-        if step == 0 and self._robot_touches.HasValue(context):
-            touches = self._robot_touches.Eval(context).reshape(-1, TOUCH_SIZE)
-            touching |= touches[:, 0] > 0
+        gap = gaps(robot, people, self._radii)
+        touching = gap < 0
         if forces is not None or lasts or touching.any():
             if forces is None:
                 forces = np.zeros((len(people), 2))
             touching |= (forces != 0).any(axis=1)
-            gap = gaps(robot, people, self._radii)
             memory = count_contacts(
                 memory, touching, forces, gap, closing, self._plant_step
             )

@@ -65,7 +65,6 @@ def AddPlantRobot(
         - body_spatial_velocities
         - contact_results
         - people_state
-        - robot_touches
         output_ports:
         - robot_state
         - contacts
@@ -75,8 +74,8 @@ def AddPlantRobot(
     The builder gets the systems "plant" and "scene_graph", and the robot, a
     diagram of "driver" (`RobotDriver`), "state" (`BodyState`), "people"
     (`PeopleDriver`) and "contacts" (`PlantContacts`), all connected but for
-    ``velocity_command``, ``human_states`` and ``robot_touches``, which may be
-    left free. Without people there are no ports for them.
+    ``velocity_command`` and ``human_states``. Without people there is no
+    port for them.
 
     Args:
         builder: A DiagramBuilder.
@@ -159,7 +158,6 @@ def AddPlantRobot(
             people_driver.get_human_states_input_port(),
             contacts.get_contact_results_input_port(),
             contacts.get_people_state_input_port(),
-            contacts.get_robot_touches_input_port(),
         ]
         inner.ExportOutput(
             people_driver.get_desired_state_output_port(),

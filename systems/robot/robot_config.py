@@ -12,11 +12,7 @@ from pydantic.dataclasses import dataclass
 
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.field_docs import explain
-from hunav_drake.systems.common.layout import (
-    CONTACT_SIZE,
-    STATE_SIZE,
-    TOUCH_SIZE,
-)
+from hunav_drake.systems.common.layout import CONTACT_SIZE, STATE_SIZE
 from hunav_drake.systems.common.plain_errors import plain_errors
 from hunav_drake.systems.common.registry import Registry
 from hunav_drake.systems.common.schema import (
@@ -124,7 +120,7 @@ class RobotConfig(ABC):
         Input ``velocity_command`` takes (v, omega), in m/s and rad/s; output
         ``robot_state`` gives the row (x, y, yaw, vx, vy, omega, radius) in W.
         If there is an input ``human_states``, it is given such rows of all
-        people, and an input ``robot_touches`` those of `HumanCrowd`; and an output ``contacts``, of n rows of `layout.Contact`,
+        people; and an output ``contacts``, of n rows of `layout.Contact`,
         stands in for the contacts that a trial counts by itself.
 
         Args:
@@ -155,8 +151,6 @@ class RobotConfig(ABC):
         n = len(task.humans)
         if system.HasInputPort("human_states"):
             inputs["human_states"] = STATE_SIZE * n
-        if system.HasInputPort("robot_touches"):
-            inputs["robot_touches"] = TOUCH_SIZE * n
         if system.HasOutputPort("contacts"):
             outputs["contacts"] = CONTACT_SIZE * n
         CheckPorts(system, what, inputs=inputs, outputs=outputs)

@@ -48,9 +48,7 @@ def make_diagram(
         builder,
         humans,
         obstacles=obstacles,
-        config=CrowdConfig(
-            robots_stop=config.physical, keep_apart=keep_apart
-        ),
+        config=CrowdConfig(robots_stop=config.physical, keep_apart=keep_apart),
         time_step=time_step,
     )
     task = RobotTask(time_step=time_step, obstacles=obstacles, humans=humans)
@@ -59,6 +57,9 @@ def make_diagram(
     if not config.physical:
         contacts = builder.AddSystem(DiscContacts(humans, time_step=time_step))
         builder.Connect(
+            people.robot_touches, contacts.get_robot_touches_input_port()
+        )
+        builder.Connect(
             system.GetOutputPort("robot_state"),
             contacts.get_robot_state_input_port(),
         )
@@ -66,9 +67,6 @@ def make_diagram(
         if humans and taker.HasInputPort("human_states"):
             builder.Connect(
                 people.human_states, taker.GetInputPort("human_states")
-            )
-            builder.Connect(
-                people.robot_touches, taker.GetInputPort("robot_touches")
             )
     builder.Connect(system.GetOutputPort("robot_state"), people.robot_states)
     builder.ExportInput(system.GetInputPort("velocity_command"), "command")
