@@ -147,6 +147,8 @@ def MakeTrialDiagram(
         "contacts": contacts.GetOutputPort("contacts"),
         "robot_touches": humans.robot_touches,
     }
+    if robot.HasOutputPort("wall_contact"):
+        given["wall_contact"] = robot.GetOutputPort("wall_contact")
     if robot_config.goal is not None:
         goal = ConstantVectorSource(robot_config.goal)
         given["goal"] = builder.AddNamedSystem("goal", goal).get_output_port()

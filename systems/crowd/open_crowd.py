@@ -244,7 +244,7 @@ class OpenCrowd(HumanCrowd):
         rows, step, snapshot = self._LookAtPresent(context)
         stepped = step.advance(snapshot, step.forces(snapshot), stances[rows])
         states[rows], stances[rows], touched = stepped
-        touches[:, rows] = touched.reshape(len(robots), -1, TOUCH_SIZE)
+        touches[:, rows] = touched.reshape(len(robots), len(rows), TOUCH_SIZE)
         return Stepped(states, stances, touches.reshape(-1, TOUCH_SIZE))
 
     def _Update(self, context: Context, discrete_state: DiscreteValues) -> None:

@@ -30,14 +30,13 @@ from hunav_drake.systems.common.layout import (
 from hunav_drake.systems.common.ports import weakly
 from hunav_drake.systems.common.poses import is_at_goal
 from hunav_drake.systems.evaluation.evaluator_config import EvaluatorConfig
-from hunav_drake.systems.evaluation.recording import Recording
+from hunav_drake.systems.evaluation.recording import Recording, describe_people
 from hunav_drake.systems.evaluation.running_metrics import (
     RunningMetric,
     running_values,
 )
-from hunav_drake.systems.evaluation.samples import Sample
+from hunav_drake.systems.evaluation.samples import Sample, split_contacts
 from hunav_drake.systems.people.human_config import HumanConfig
-from hunav_drake.systems.people.names import name_people, people_ids
 from hunav_drake.systems.world.obstacles import Obstacles
 
 # Time that passes by rounding alone, as a part of the time step.
@@ -60,6 +59,7 @@ class Evaluator(LeafSystem):
         - human_states (optional if there is nobody)
         - behavior_status (optional)
         - contacts (optional)
+        - wall_contact (optional)
         - goal (optional)
         - trigger (optional)
         output_ports:
@@ -72,7 +72,8 @@ class Evaluator(LeafSystem):
     missing, and so is one of `layout.OUTSIDE`, of which a row of NaN is
     recorded. Port ``behavior_status`` takes ``n`` numbers that are 0 where a
     person's behavior does not react to the robot, and ``contacts`` ``n`` rows
-    of `layout.Contact`. Port ``goal`` takes the pose (x, y, yaw) that the
+    of `layout.Contact`; ``wall_contact`` one of the walls, which is recorded if
+    there are ``contacts``. Port ``goal`` takes the pose (x, y, yaw) that the
     robot is to reach; unconnected, or not finite, there is none.
 
     As `EvaluatorConfig` says, the recording begins at once; or, with ``start``
@@ -130,7 +131,7 @@ class Evaluator(LeafSystem):
         self._every = count_steps(self._config.period, time_step)
         self._time_step = time_step
         self._static: dict[str, Any] = {
-            **_describe(humans),
+            **describe_people(humans),
             "goal_tolerance": goal_tolerance,
             "goal_yaw_tolerance": goal_yaw_tolerance,
             "obstacles": obstacles or Obstacles.from_points([]),
@@ -161,6 +162,7 @@ class Evaluator(LeafSystem):
         self._human_states = declare("human_states", STATE_SIZE * self._n)
         self._behavior_status = declare("behavior_status", self._n)
         self._contacts = declare("contacts", CONTACT_SIZE * self._n)
+        self._wall_contact = declare("wall_contact", CONTACT_SIZE)
         self._goal = declare("goal", 3)
         self._trigger = declare("trigger", 1)
 
@@ -203,6 +205,10 @@ class Evaluator(LeafSystem):
     def get_contacts_input_port(self) -> InputPort:
         """Returns the port that takes the contacts of robot and people."""
         return self._contacts
+
+    def get_wall_contact_input_port(self) -> InputPort:
+        """Returns the port that takes the contact of robot and walls."""
+        return self._wall_contact
 
     def get_goal_input_port(self) -> InputPort:
         """Returns the port that takes the pose to reach."""
@@ -256,12 +262,9 @@ class Evaluator(LeafSystem):
         if arrays["has_status"][-1]:
             status = np.zeros((count, self._n))
             status[arrays["has_status"]] = arrays["status"]
-        contacts = arrays.get("contacts")
-        if contacts is not None:
-            contacts = contacts.reshape(count, self._n, CONTACT_SIZE)
         return Recording(
-            contacts=contacts,
-            contact_forces_known=contacts is not None and self._feels_forces,
+            **split_contacts(arrays.get("contacts"), self._n),
+            contact_forces_known=self._feels_forces and "contacts" in arrays,
             times=arrays["times"],
             robot=arrays["robot"],
             humans=arrays["humans"].reshape(count, self._n, STATE_SIZE),
@@ -295,6 +298,8 @@ class Evaluator(LeafSystem):
                 np.where(lasts, rows[:, Contact.PEAK_FORCE], 0.0),
                 context.get_discrete_state(self._peaks).value(),
             )
+        if self._wall_contact.HasValue(context):
+            contacts = np.append(contacts, self._wall_contact.Eval(context))
         return contacts
 
     def _KeepPeaks(self, context: Context, state: DiscreteValues) -> None:
@@ -303,8 +308,8 @@ class Evaluator(LeafSystem):
         if last.count and not window[_HAS_ENDED]:
             contacts = self._EvalContacts(context)
             if contacts is not None:
-                peaks = contacts.reshape(-1, CONTACT_SIZE)
-                state.set_value(self._peaks, peaks[:, Contact.PEAK_FORCE])
+                rows = contacts.reshape(-1, CONTACT_SIZE)[: self._n]
+                state.set_value(self._peaks, rows[:, Contact.PEAK_FORCE])
 
     def _EvalHumans(self, context: Context) -> Array:
         """Returns the rows of people, NaN for those who are outside."""
@@ -394,13 +399,3 @@ class Evaluator(LeafSystem):
 
     def _CalcRecording(self, context: Context, output: AbstractValue) -> None:
         output.set_value(self.GetRecording(context))
-
-
-def _describe(humans: Sequence[HumanConfig]) -> dict[str, Any]:
-    """Returns what a Recording tells of people that does not change."""
-    return {
-        "human_names": tuple(h.name for h in name_people(humans)),
-        "human_ids": tuple(people_ids(humans)),
-        "behaviors": tuple(h.behavior_name for h in humans),
-        "group_ids": tuple(h.group_id for h in humans),
-    }

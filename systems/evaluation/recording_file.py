@@ -40,6 +40,7 @@ _OPTIONAL = {
     "reference_path": (_NUMBER, 2),
     "walls_known": (_YES_NO, 0),
     "contacts": (_NUMBER, 3),
+    "wall_contact": (_NUMBER, 2),
     "contact_forces_known": (_YES_NO, 0),
     "hunavsim_forces": (_YES_NO, 0),
 }

@@ -99,8 +99,7 @@ class Bodies:
         """
         self.radii = np.array([human.contact_radius for human in humans])
         self.radii.setflags(write=False)
-        margins = wall_margins([human.radius for human in humans])
-        self.sizes = np.column_stack([self.radii, margins])
+        self.sizes = np.column_stack([self.radii, wall_margins(self.radii)])
         self._is_walled = config.keep_out_of_walls and len(obstacles) > 0
         self._table = obstacles.table
         acceleration, turn_rate = (

@@ -75,6 +75,22 @@ def _begun(recording: Recording, column: Contact) -> tuple[float, Array]:
     return float(series[-1]), series
 
 
+@_metric(unit="-", source=HUNAV_DRAKE)
+def contacts_with_walls(recording: Recording) -> tuple[float, Array]:
+    """How often the robot ran into walls.
+
+    A contact begins where a wall stops the robot's disc, or would if walls
+    stopped it, and is over once it has not, and has been 0.02 m away, for 0.25
+    s. NaN where nothing tells of contacts with walls. Series: how many have
+    begun by each sample.
+    """
+    if recording.wall_contact is None:
+        return _nothing(recording)
+    count = recording.wall_contact[:, Contact.BY_ROBOT]
+    series = count - count[0]
+    return float(series[-1]), series
+
+
 for _who, _other, _column in (
     ("robot", "person", Contact.BY_ROBOT),
     ("person", "robot", Contact.BY_PERSON),

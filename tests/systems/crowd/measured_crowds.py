@@ -13,6 +13,7 @@ from hunav_drake.systems.crowd.walls.keep_out import (
     wall_margins,
 )
 from hunav_drake.systems.people import HumanConfig, SocialForceParameters
+from hunav_drake.systems.people.human_config import LARGEST_BODY
 from hunav_drake.systems.world.obstacles import Obstacles
 from hunav_drake.systems.world.shapes import World
 from tests.systems.crowd.crowds import box_between
@@ -90,12 +91,16 @@ def walk_in_ring(model, density, *, time, seed=0):
             max_obstacles=0,
             time_step=TIME_STEP,
         )
+        bodies = np.minimum(snapshot.radii, LARGEST_BODY)
         after = model.advance(snapshot, model.forces(snapshot))
         states = (
             laps
             + (
                 keep_out_of_walls(
-                    rows, after, wall_margins(snapshot.radii), obstacles.table
+                    rows,
+                    after,
+                    wall_margins(np.minimum(snapshot.radii, LARGEST_BODY)),
+                    obstacles.table,
                 )[:n]
             )
         )

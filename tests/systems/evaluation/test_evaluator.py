@@ -113,6 +113,7 @@ def test_ports_and_their_sizes():
         "human_states": 14,
         "behavior_status": 2,
         "contacts": 16,
+        "wall_contact": 8,
         "goal": 3,
         "trigger": 1,
     }
