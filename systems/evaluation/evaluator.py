@@ -72,8 +72,8 @@ class Evaluator(LeafSystem):
     missing, and so is one of `layout.OUTSIDE`, of which a row of NaN is
     recorded. Port ``behavior_status`` takes ``n`` numbers that are 0 where a
     person's behavior does not react to the robot, and ``contacts`` ``n`` rows
-    of `layout.Contact`; ``wall_contact`` one of the walls, which is recorded if
-    there are ``contacts``. Port ``goal`` takes the pose (x, y, yaw) that the
+    of `layout.Contact`; ``wall_contact`` one of the walls, recorded besides.
+    Port ``goal`` takes the pose (x, y, yaw) that the
     robot is to reach; unconnected, or not finite, there is none.
 
     As `EvaluatorConfig` says, the recording begins at once; or, with ``start``
@@ -293,9 +293,8 @@ class Evaluator(LeafSystem):
         if self._feels_forces:
             rows = contacts.reshape(-1, CONTACT_SIZE)
             # (What was over when the recording began is none of its peaks.)
-            lasts = rows[:, Contact.LASTS] > 0
             rows[:, Contact.PEAK_FORCE] = np.maximum(
-                np.where(lasts, rows[:, Contact.PEAK_FORCE], 0.0),
+                rows[:, Contact.PEAK_FORCE] * (rows[:, Contact.LASTS] > 0),
                 context.get_discrete_state(self._peaks).value(),
             )
         if self._wall_contact.HasValue(context):

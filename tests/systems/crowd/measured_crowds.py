@@ -91,19 +91,10 @@ def walk_in_ring(model, density, *, time, seed=0):
             max_obstacles=0,
             time_step=TIME_STEP,
         )
-        bodies = np.minimum(snapshot.radii, LARGEST_BODY)
         after = model.advance(snapshot, model.forces(snapshot))
-        states = (
-            laps
-            + (
-                keep_out_of_walls(
-                    rows,
-                    after,
-                    wall_margins(np.minimum(snapshot.radii, LARGEST_BODY)),
-                    obstacles.table,
-                )[:n]
-            )
-        )
+        margins = wall_margins(np.minimum(snapshot.radii, LARGEST_BODY))
+        kept = keep_out_of_walls(rows, after, margins, obstacles.table)
+        states = laps + kept[:n]
         history.append(states)
     return np.array(history)
 
