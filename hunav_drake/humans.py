@@ -41,6 +41,8 @@ class HumanPorts(NamedTuple):
         forces: Gives the forces on each person: see `layout.FORCES`.
         traffic: Gives how many people have come and gone: see `OpenCrowd`.
             None if nobody comes or goes.
+        robot_touches: Gives how people and robots would meet, were they not
+            kept apart: see `HumanCrowd`. None if there are no robots.
         labels: The label of each person in label images, if their figures
             were added to a SceneGraph.
     """
@@ -51,6 +53,7 @@ class HumanPorts(NamedTuple):
     forces: OutputPort
     traffic: OutputPort | None = None
     labels: tuple[int, ...] = ()
+    robot_touches: OutputPort | None = None
 
 
 class HumanOptions(TypedDict, total=False):
@@ -187,6 +190,9 @@ def MakeHumans(
         )
     if num_robots:
         builder.ExportInput(crowd.get_robot_states_input_port(), "robot_states")
+        builder.ExportOutput(
+            crowd.get_robot_touches_output_port(), "robot_touches"
+        )
         for system in systems:
             builder.ConnectInput(
                 "robot_states", system.GetInputPort("robot_states")
@@ -317,10 +323,10 @@ def AddHumans(
         human_states=diagram.GetOutputPort("human_states"),
         behavior_status=diagram.GetOutputPort("behavior_status"),
         forces=diagram.GetOutputPort("forces"),
-        traffic=(
-            diagram.GetOutputPort("traffic")
-            if diagram.HasOutputPort("traffic")
-            else None
-        ),
         labels=labels,
+        **{
+            name: diagram.GetOutputPort(name)
+            for name in ("traffic", "robot_touches")
+            if diagram.HasOutputPort(name)
+        },
     )

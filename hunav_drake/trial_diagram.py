@@ -146,7 +146,10 @@ def MakeTrialDiagram(
         "human_states": humans.human_states,
         "behavior_status": humans.behavior_status,
         "contacts": contacts.GetOutputPort("contacts"),
+        "robot_touches": humans.robot_touches,
     }
+    if robot.HasOutputPort("wall_contact"):
+        given["wall_contact"] = robot.GetOutputPort("wall_contact")
     if robot_config.goal is not None:
         goal = ConstantVectorSource(robot_config.goal)
         given["goal"] = builder.AddNamedSystem("goal", goal).get_output_port()

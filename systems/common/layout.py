@@ -158,6 +158,12 @@ FORCES_SIZE = 2 * len(FORCES)
 ) = range(0, FORCES_SIZE, 2)
 
 
+TOUCH_SIZE = 2
+"""A row of `robot_touches` is (depth, speed), in meters and m/s: how deep a
+robot and a person would be in each other at the end of the step that begins
+now if they were not kept apart, and how fast the person comes nearer."""
+
+
 @explain
 class Contact(IntEnum):
     """The elements of a row of `contacts`: the robot and one person.
@@ -179,7 +185,8 @@ class Contact(IntEnum):
 
     PEAK_FORCE = 3
     """The largest horizontal force in this contact, or in the last one, in
-    newtons."""
+    newtons; in what an evaluator records, the largest in any contact that has
+    lasted since the recording began."""
 
     IMPULSE = 4
     """The magnitude of the force, integrated from the start of the trial, in N

@@ -50,8 +50,9 @@ class CrowdConfig:
 
     keep_out_of_walls: StrictBool = True
     """Whether walls stop people who are pushed into them: at the end of a step
-    nobody's center is inside a wall, or nearer to one than 0.1 m (or the
-    radius, if that is less). Who meets no wall moves as without."""
+    nobody's body is deeper in a wall than 5 mm, of bodies of up to 0.3 m, but
+    for who was so before, and comes no nearer. Who meets no wall moves as
+    without."""
 
     keep_apart: StrictBool = True
     """Whether bodies are kept apart: at the end of a step nobody's overlaps

@@ -5,8 +5,9 @@ import sys
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from pydrake.autodiffutils import AutoDiffXd
+from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import (
     BasicVector,
     BasicVector_,
@@ -16,6 +17,7 @@ from pydrake.systems.framework import (
     LeafSystem_,
     NumericParameterIndex,
     OutputPort,
+    ValueProducer,
 )
 from pydrake.systems.scalar_conversion import TemplateSystem
 
@@ -30,20 +32,21 @@ from hunav_drake.systems.common.layout import (
     MOTION_SIZE,
     RADIUS,
     STATE_SIZE,
-    Y,
+    TOUCH_SIZE,
 )
-from hunav_drake.systems.common.ports import DeclareRobotStates, RequirePort
+from hunav_drake.systems.common.ports import (
+    DeclareRobotStates,
+    RequirePort,
+    weakly,
+)
 from hunav_drake.systems.crowd.bodies.standing import STANCE_SIZE
 from hunav_drake.systems.crowd.crowd_config import CrowdConfig
 from hunav_drake.systems.crowd.limits import lifted
 from hunav_drake.systems.crowd.motion_model import Snapshot
 from hunav_drake.systems.crowd.seed_and_weights import SeedAndWeights
-from hunav_drake.systems.crowd.step import CrowdJacobian, CrowdStep
+from hunav_drake.systems.crowd.step import CrowdJacobian, CrowdStep, Stepped
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.world.obstacles import Obstacles
-
-# Who is put elsewhere by more than this does not come back, in meters.
-_SHIFT = 0.5
 
 
 @TemplateSystem.define(
@@ -68,6 +71,7 @@ def HumanCrowd_(T: Any) -> type:
             - human_states
             - forces
             - overlaps
+            - robot_touches
 
         Every ``time_step``, the forces on all people are computed from one
         snapshot, and everybody moves at once: the order of people does not
@@ -83,6 +87,11 @@ def HumanCrowd_(T: Any) -> type:
         `layout.FORCES`. Port ``overlaps`` gives for each person how deep other
         bodies and robots are in theirs now, in meters: 0 but where people are
         squeezed, or not kept apart. Both are computed when someone asks.
+        Port ``robot_touches`` gives for each robot n rows of the step that
+        begins now, (depth, speed): how deep robot and person would be in each
+        other at its end if they were not kept apart, in meters, else 0; and
+        how fast the person comes nearer to the robot by that, in m/s. Without
+        robots there is no such port.
 
         The discrete state holds n rows (x, y, yaw, vx, vy, omega), and in a
         second vector n rows (x, y, 1) of where people stand, zeros for who
@@ -179,34 +188,47 @@ def HumanCrowd_(T: Any) -> type:
 
         def _DeclareOutputs(self) -> None:
             n = len(self._humans)
-            state_ticket = self.discrete_state_ticket(self._state)
-            self._human_states = self.DeclareVectorOutputPort(
-                "human_states",
-                n * STATE_SIZE,
-                self._CalcHumanStates,
-                prerequisites_of_calc={state_ticket},
+            state = self.discrete_state_ticket(self._state)
+            inputs = self.all_input_ports_ticket()
+            weights = self.numeric_parameter_ticket(
+                NumericParameterIndex(self._weights)
             )
-            self._forces = self.DeclareVectorOutputPort(
-                "forces",
-                n * FORCES_SIZE,
-                self._CalcForces,
+            # The one step that begins at an instant, for update and port.
+            step = self.DeclareCacheEntry(
+                "step",
+                ValueProducer(
+                    allocate=lambda: Value(object()),
+                    calc=weakly(self._CalcStep),
+                ),
                 prerequisites_of_calc={
-                    state_ticket,
-                    self.numeric_parameter_ticket(
-                        NumericParameterIndex(self._weights)
-                    ),
-                    self.all_input_ports_ticket(),
+                    *(self.xd_ticket(), self.pn_ticket(), inputs)
                 },
             )
-            self._overlaps = self.DeclareVectorOutputPort(
-                "overlaps",
-                n,
-                self._CalcOverlaps,
-                prerequisites_of_calc={
-                    state_ticket,
-                    self.all_input_ports_ticket(),
-                },
+            self._stepped = step.cache_index()
+
+            def declare(
+                name: str, size: int, calc: Any, *prerequisites: Any
+            ) -> OutputPort:
+                return self.DeclareVectorOutputPort(
+                    name, size, calc, prerequisites_of_calc={*prerequisites}
+                )
+
+            self._human_states = declare(
+                "human_states", n * STATE_SIZE, self._CalcHumanStates, state
             )
+            self._forces = declare(
+                *("forces", n * FORCES_SIZE, self._CalcForces),
+                *(state, weights, inputs),
+            )
+            self._overlaps = declare(
+                "overlaps", n, self._CalcOverlaps, state, inputs
+            )
+            self._touches = None
+            if (port := self._robot_states) is not None:
+                size = port.size() // STATE_SIZE * n * TOUCH_SIZE
+                self._touches = declare(
+                    "robot_touches", size, self._CalcTouches, step.ticket()
+                )
 
         def _construct_copy(self, other: Any, converter: Any = None) -> None:
             """Constructs the same crowd for another scalar type.
@@ -244,30 +266,15 @@ def HumanCrowd_(T: Any) -> type:
             """Returns the port with how deep bodies overlap."""
             return self._overlaps
 
-        def SetStates(self, context: Context, states: ArrayLike) -> None:
-            """Sets where people are, and how they move.
-
-            Args:
-                context: Of this system, changed.
-                states: Shape (n, 6 or 7): rows of ``human_states``; radii are
-                    not read.
+        def get_robot_touches_output_port(self) -> OutputPort:
+            """Returns the port with how people and robots would meet.
 
             Raises:
-                ValueError: If the array does not have that shape.
+                ValueError: If the crowd was made with no robots.
             """
-            rows = np.asarray(states)
-            n = len(self._humans)
-            if rows.shape not in ((n, STATE_SIZE), (n, MOTION_SIZE)):
-                raise ValueError(
-                    f"states must have shape ({n}, {STATE_SIZE}) or"
-                    f" ({n}, {MOTION_SIZE}), got {rows.shape}"
-                )
-            stances = self._GetStances(context).copy()
-            was = self._GetState(context)
-            moved = rows[:, : Y + 1] - was[:, : Y + 1]
-            stances[(abs(moved) > _SHIFT).any(axis=1)] = 0.0
-            context.SetDiscreteState(self._state, rows[:, :MOTION_SIZE].ravel())
-            context.SetDiscreteState(self._stances, stances.ravel())
+            return RequirePort(
+                self, self._touches, "robot_touches", "num_robots=0"
+            )
 
         def CalcJacobian(self, context: Context) -> CrowdJacobian:
             """Computes the derivatives of the next discrete state.
@@ -325,17 +332,20 @@ def HumanCrowd_(T: Any) -> type:
             robots.setflags(write=False)
             return robots
 
-        def _Look(self, context: Context) -> Snapshot:
-            """Returns the snapshot of a Context."""
-            commands = self._commands.Eval(context)
+        def _Present(self, context: Context) -> tuple[NDArray[Any], ...]:
+            """Returns states, commands, robots and weights of a Context."""
             weights = self.GetWeights(context)
             weights.setflags(write=False)
-            return self._step.look(
+            return (
                 self._GetState(context),
-                commands.reshape(-1, COMMAND_SIZE),
+                self._commands.Eval(context).reshape(-1, COMMAND_SIZE),
                 self._GetRobots(context),
                 weights,
             )
+
+        def _Look(self, context: Context) -> Snapshot:
+            """Returns the snapshot of a Context."""
+            return self._step.look(*self._Present(context))
 
         def _CalcHumanStates(
             self, context: Context, output: BasicVector
@@ -356,17 +366,27 @@ def HumanCrowd_(T: Any) -> type:
             )
             output.SetFromVector(overlaps if T is float else lifted(overlaps))
 
+        def _CalcStep(self, context: Context, value: AbstractValue) -> None:
+            value.set_value(self._TakeStep(context))
+
+        def _TakeStep(self, context: Context) -> Stepped:
+            return self._step.take(
+                *self._Present(context), self._GetStances(context)
+            )
+
+        def _EvalStep(self, context: Context) -> Stepped:
+            """Returns the step that begins now, not to be written to."""
+            stepped: Stepped = self.get_cache_entry(self._stepped).Eval(context)
+            return stepped
+
+        def _CalcTouches(self, context: Context, output: BasicVector) -> None:
+            touches = self._EvalStep(context).touches.ravel()
+            output.SetFromVector(touches if T is float else lifted(touches))
+
         def _Update(
             self, context: Context, discrete_state: DiscreteValues
         ) -> None:
-            commands = self._commands.Eval(context)
-            states, stances = self._step.take(
-                self._GetState(context),
-                commands.reshape(-1, COMMAND_SIZE),
-                self._GetRobots(context),
-                self.GetWeights(context),
-                self._GetStances(context),
-            )
+            states, stances, _ = self._EvalStep(context)
             discrete_state.set_value(self._state, states.ravel())
             discrete_state.set_value(self._stances, stances.ravel())
 

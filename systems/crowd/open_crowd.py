@@ -18,6 +18,7 @@ from hunav_drake.systems.common.layout import (
     FORCES_SIZE,
     RADIUS,
     STATE_SIZE,
+    TOUCH_SIZE,
     is_outside,
 )
 from hunav_drake.systems.crowd.doors import (
@@ -32,7 +33,7 @@ from hunav_drake.systems.crowd.doors import (
 )
 from hunav_drake.systems.crowd.human_crowd import HumanCrowd
 from hunav_drake.systems.crowd.motion_model import Snapshot
-from hunav_drake.systems.crowd.step import CrowdStep
+from hunav_drake.systems.crowd.step import CrowdStep, Stepped
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.people.traffic import Traffic
 
@@ -75,6 +76,7 @@ class OpenCrowd(HumanCrowd):
         - human_states
         - forces
         - overlaps
+        - robot_touches
         - traffic
 
     The people are always the same n, some of whom are outside. Nobody feels
@@ -234,13 +236,19 @@ class OpenCrowd(HumanCrowd):
             np.concatenate([per_source.ravel(), departures[:, LEFT]])
         )
 
-    def _Update(self, context: Context, discrete_state: DiscreteValues) -> None:
+    def _TakeStep(self, context: Context) -> Stepped:
         states = self._GetState(context).copy()
         stances = self._GetStances(context).copy()
+        robots = self._GetRobots(context)
+        touches = np.zeros((len(robots), len(states), TOUCH_SIZE))
         rows, step, snapshot = self._LookAtPresent(context)
-        states[rows], stances[rows] = step.advance(
-            snapshot, step.forces(snapshot), stances[rows]
-        )
+        stepped = step.advance(snapshot, step.forces(snapshot), stances[rows])
+        states[rows], stances[rows], touched = stepped
+        touches[:, rows] = touched.reshape(len(robots), len(rows), TOUCH_SIZE)
+        return Stepped(states, stances, touches.reshape(-1, TOUCH_SIZE))
+
+    def _Update(self, context: Context, discrete_state: DiscreteValues) -> None:
+        states, stances, _ = map(np.copy, self._EvalStep(context))
         after = self._doors.step(
             Passage(
                 states=states,

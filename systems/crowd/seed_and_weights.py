@@ -1,11 +1,13 @@
-"""What of a crowd follows from its seed, in the Context."""
+"""What is set in the Context of a crowd: by its seed, or by hand."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydrake.systems.framework import Context
 
+from hunav_drake.systems.common.layout import MOTION_SIZE, STATE_SIZE, Y
 from hunav_drake.systems.common.random_streams import (
     halves_to_seed,
     seed_to_halves,
@@ -17,9 +19,12 @@ from hunav_drake.systems.people.parameters import NUM_PARAMETERS
 from hunav_drake.systems.people.starts import draw_starts
 from hunav_drake.systems.people.weights import check_weights, draw_weights
 
+# Who is put elsewhere by more than this does not come back, in meters.
+_SHIFT = 0.5
+
 
 class SeedAndWeights:
-    """Sets and tells the seed, and the weights of the forces on people.
+    """Sets the states of people; sets and tells seed and weights of forces.
 
     A part of `HumanCrowd`, which declares the parameters and the state.
     """
@@ -31,6 +36,9 @@ class SeedAndWeights:
     _stances: int
     _weights: int
     _seed: int
+    # Return the rows of the state, and of where people stand.
+    _GetState: Callable[[Context], NDArray[Any]]
+    _GetStances: Callable[[Context], NDArray[Any]]
 
     def _Draw(self, seed: int) -> Sequence[NDArray[np.float64]]:
         """Returns the state, the weights and the seed of a seed's start."""
@@ -103,3 +111,28 @@ class SeedAndWeights:
         """Returns a copy of a numeric parameter, without derivatives."""
         vector = context.get_numeric_parameter(index).CopyToVector()
         return plain(vector).ravel()
+
+    def SetStates(self, context: Context, states: ArrayLike) -> None:
+        """Sets where people are, and how they move.
+
+        Args:
+            context: Of this system, changed.
+            states: Shape (n, 6 or 7): rows of ``human_states``; radii are
+                not read.
+
+        Raises:
+            ValueError: If the array does not have that shape.
+        """
+        rows = np.asarray(states)
+        n = len(self._humans)
+        if rows.shape not in ((n, STATE_SIZE), (n, MOTION_SIZE)):
+            raise ValueError(
+                f"states must have shape ({n}, {STATE_SIZE}) or"
+                f" ({n}, {MOTION_SIZE}), got {rows.shape}"
+            )
+        stances = self._GetStances(context).copy()
+        was = self._GetState(context)
+        moved = rows[:, : Y + 1] - was[:, : Y + 1]
+        stances[(abs(moved) > _SHIFT).any(axis=1)] = 0.0
+        context.SetDiscreteState(self._state, rows[:, :MOTION_SIZE].ravel())
+        context.SetDiscreteState(self._stances, stances.ravel())

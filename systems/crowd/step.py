@@ -54,6 +54,21 @@ class CrowdJacobian(NamedTuple):
     robots: NDArray[np.float64]
 
 
+class Stepped(NamedTuple):
+    """What a step of a crowd leads to.
+
+    Attributes:
+        states: Shape (n, 6), where people are, and how they move.
+        stances: Shape (n, 3), where they stand: see `standing`.
+        touches: Shape (mn, 2), how they would meet robots in the step, were
+            they not kept apart: see `robot_touches`. Without derivatives.
+    """
+
+    states: Array
+    stances: Array
+    touches: NDArray[np.float64]
+
+
 class CrowdStep:
     """What people of given bodies do in a step, in a given room.
 
@@ -140,8 +155,8 @@ class CrowdStep:
         robots: Array,
         parameters: NDArray[np.float64],
         stances: Array,
-    ) -> tuple[Array, Array]:
-        """Returns the states and stances at the end of a step.
+    ) -> Stepped:
+        """Returns what a step leads to.
 
         The arguments are those of `look` and `advance`.
 
@@ -155,11 +170,11 @@ class CrowdStep:
                 within = limited(states)
                 wanted = self._room.guide(within, limited(command))
                 eased = self._room.ease(within, wanted, parameters)
-            after, stood, holds = whole_step(
+            *stepped, holds = whole_step(
                 states, wanted, stances, robots, parameters, eased, *self._whole
             )
             if holds:
-                return after, stood
+                return Stepped(*stepped)
         snapshot = self.look(states, command, robots, parameters)
         return self.advance(snapshot, self.forces(snapshot), stances)
 
@@ -266,7 +281,7 @@ class CrowdStep:
 
     def advance(
         self, snapshot: Snapshot, forces: Array, stances: Array
-    ) -> tuple[Array, Array]:
+    ) -> Stepped:
         """Returns where forces bring the people, as far as bodies allow.
 
         Args:
@@ -274,15 +289,13 @@ class CrowdStep:
             forces: What `forces` gave for it.
             stances: Shape (n, 3), where people stand: see `standing`.
 
-        Returns:
-            The states, shape (n, 6), like ``snapshot.states``, and the
-            stances.
-
         Raises:
             ValueError: If the model gives something else.
         """
-        return self._bodies.finish(
-            snapshot, forces, self._move(snapshot, forces), stances
+        return Stepped(
+            *self._bodies.finish(
+                snapshot, forces, self._move(snapshot, forces), stances
+            )
         )
 
     def overlaps(self, states: Array, robots: Array) -> Array:

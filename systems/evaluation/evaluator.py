@@ -9,6 +9,7 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import (
     BasicVector,
     Context,
+    DiscreteValues,
     InputPort,
     LeafSystem,
     OutputPort,
@@ -21,6 +22,7 @@ from hunav_drake.systems.common.layout import (
     CONTACT_SIZE,
     STATE_SIZE,
     YAW,
+    Contact,
     X,
     Y,
     is_outside,
@@ -28,14 +30,13 @@ from hunav_drake.systems.common.layout import (
 from hunav_drake.systems.common.ports import weakly
 from hunav_drake.systems.common.poses import is_at_goal
 from hunav_drake.systems.evaluation.evaluator_config import EvaluatorConfig
-from hunav_drake.systems.evaluation.recording import Recording
+from hunav_drake.systems.evaluation.recording import Recording, describe_people
 from hunav_drake.systems.evaluation.running_metrics import (
     RunningMetric,
     running_values,
 )
-from hunav_drake.systems.evaluation.samples import Sample
+from hunav_drake.systems.evaluation.samples import Sample, split_contacts
 from hunav_drake.systems.people.human_config import HumanConfig
-from hunav_drake.systems.people.names import name_people, people_ids
 from hunav_drake.systems.world.obstacles import Obstacles
 
 # Time that passes by rounding alone, as a part of the time step.
@@ -58,6 +59,7 @@ class Evaluator(LeafSystem):
         - human_states (optional if there is nobody)
         - behavior_status (optional)
         - contacts (optional)
+        - wall_contact (optional)
         - goal (optional)
         - trigger (optional)
         output_ports:
@@ -70,7 +72,8 @@ class Evaluator(LeafSystem):
     missing, and so is one of `layout.OUTSIDE`, of which a row of NaN is
     recorded. Port ``behavior_status`` takes ``n`` numbers that are 0 where a
     person's behavior does not react to the robot, and ``contacts`` ``n`` rows
-    of `layout.Contact`. Port ``goal`` takes the pose (x, y, yaw) that the
+    of `layout.Contact`; ``wall_contact`` one of the walls, recorded besides.
+    Port ``goal`` takes the pose (x, y, yaw) that the
     robot is to reach; unconnected, or not finite, there is none.
 
     As `EvaluatorConfig` says, the recording begins at once; or, with ``start``
@@ -131,7 +134,7 @@ class Evaluator(LeafSystem):
         self._every = count_steps(self._config.period, time_step)
         self._time_step = time_step
         self._static: dict[str, Any] = {
-            **_describe(humans),
+            **describe_people(humans),
             "goal_tolerance": goal_tolerance,
             "goal_yaw_tolerance": goal_yaw_tolerance,
             "robot_max_speed": robot_max_speed,
@@ -144,6 +147,11 @@ class Evaluator(LeafSystem):
             AbstractValue.Make(Sample.start(self._n))
         )
         self._window = self.DeclareDiscreteState([0.0, *_NO_GOAL, 0.0])
+        if feels_forces:
+            self._peaks = self.DeclareDiscreteState(self._n)
+            self.DeclarePeriodicDiscreteUpdateEvent(
+                period_sec=time_step, offset_sec=0.0, update=self._KeepPeaks
+            )
         self._DeclareOutputs()
         exact = self._every & (self._every - 1) == 0
         self.DeclarePeriodicUnrestrictedUpdateEvent(
@@ -158,6 +166,7 @@ class Evaluator(LeafSystem):
         self._human_states = declare("human_states", STATE_SIZE * self._n)
         self._behavior_status = declare("behavior_status", self._n)
         self._contacts = declare("contacts", CONTACT_SIZE * self._n)
+        self._wall_contact = declare("wall_contact", CONTACT_SIZE)
         self._goal = declare("goal", 3)
         self._trigger = declare("trigger", 1)
 
@@ -200,6 +209,10 @@ class Evaluator(LeafSystem):
     def get_contacts_input_port(self) -> InputPort:
         """Returns the port that takes the contacts of robot and people."""
         return self._contacts
+
+    def get_wall_contact_input_port(self) -> InputPort:
+        """Returns the port that takes the contact of robot and walls."""
+        return self._wall_contact
 
     def get_goal_input_port(self) -> InputPort:
         """Returns the port that takes the pose to reach."""
@@ -255,12 +268,9 @@ class Evaluator(LeafSystem):
         if arrays["has_status"][-1]:
             status = np.zeros((count, self._n))
             status[arrays["has_status"]] = arrays["status"]
-        contacts = arrays.get("contacts")
-        if contacts is not None:
-            contacts = contacts.reshape(count, self._n, CONTACT_SIZE)
         return Recording(
-            contacts=contacts,
-            contact_forces_known=contacts is not None and self._feels_forces,
+            **split_contacts(arrays.get("contacts"), self._n),
+            contact_forces_known=self._feels_forces and "contacts" in arrays,
             times=arrays["times"],
             robot=arrays["robot"],
             humans=arrays["humans"].reshape(count, self._n, STATE_SIZE),
@@ -271,15 +281,40 @@ class Evaluator(LeafSystem):
 
     def _Sample(self, context: Context, last: Sample) -> Sample:
         # Eval() gives arrays of its own: nobody else will write to them.
-        status, contacts = self._behavior_status, self._contacts
+        status = self._behavior_status
         return Sample(
             last,
             context.get_time(),
             self._robot_state.Eval(context),
             self._EvalHumans(context) if self._n else np.zeros(0),
             status.Eval(context) if status.HasValue(context) else None,
-            contacts.Eval(context) if contacts.HasValue(context) else None,
+            self._EvalContacts(context),
         )
+
+    def _EvalContacts(self, context: Context) -> Array | None:
+        """Returns the rows of contacts, with the peaks of all until now."""
+        if not self._contacts.HasValue(context):
+            return None
+        contacts: Array = self._contacts.Eval(context)
+        if self._feels_forces:
+            rows = contacts.reshape(-1, CONTACT_SIZE)
+            # (What was over when the recording began is none of its peaks.)
+            rows[:, Contact.PEAK_FORCE] = np.maximum(
+                rows[:, Contact.PEAK_FORCE] * (rows[:, Contact.LASTS] > 0),
+                context.get_discrete_state(self._peaks).value(),
+            )
+        if self._wall_contact.HasValue(context):
+            contacts = np.append(contacts, self._wall_contact.Eval(context))
+        return contacts
+
+    def _KeepPeaks(self, context: Context, state: DiscreteValues) -> None:
+        last = context.get_abstract_state(self._samples).get_value()
+        window = context.get_discrete_state(self._window).value()
+        if last.count and not window[_HAS_ENDED]:
+            contacts = self._EvalContacts(context)
+            if contacts is not None:
+                rows = contacts.reshape(-1, CONTACT_SIZE)[: self._n]
+                state.set_value(self._peaks, rows[:, Contact.PEAK_FORCE])
 
     def _EvalHumans(self, context: Context) -> Array:
         """Returns the rows of people, NaN for those who are outside."""
@@ -374,13 +409,3 @@ class Evaluator(LeafSystem):
 
     def _CalcRecording(self, context: Context, output: AbstractValue) -> None:
         output.set_value(self.GetRecording(context))
-
-
-def _describe(humans: Sequence[HumanConfig]) -> dict[str, Any]:
-    """Returns what a Recording tells of people that does not change."""
-    return {
-        "human_names": tuple(h.name for h in name_people(humans)),
-        "human_ids": tuple(people_ids(humans)),
-        "behaviors": tuple(h.behavior_name for h in humans),
-        "group_ids": tuple(h.group_id for h in humans),
-    }

@@ -1,5 +1,6 @@
 """A recorded trial, as arrays: all that a metric is computed from."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 import math
@@ -10,7 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.common.layout import CONTACT_SIZE, STATE_SIZE, X, Y
+from hunav_drake.systems.common.layout import (
+    CONTACT_SIZE,
+    STATE_SIZE,
+    Contact,
+    X,
+    Y,
+)
 from hunav_drake.systems.common.suggest import did_you_mean
 from hunav_drake.systems.evaluation import recording_file
 from hunav_drake.systems.evaluation.encounter_features import EncounterFeatures
@@ -26,6 +33,8 @@ from hunav_drake.systems.evaluation.recording_checks import (
     checked_path,
     per_human,
 )
+from hunav_drake.systems.people.human_config import HumanConfig
+from hunav_drake.systems.people.names import name_people, people_ids
 from hunav_drake.systems.world.obstacles import Obstacles
 
 # How near to the goal's heading is at the goal where the goal has one and
@@ -72,6 +81,8 @@ class Recording:
         contacts: Shape (N + 1, n, 8), rows of `layout.Contact`: how the robot
             and each person touch, by what moves the robot. None where nothing
             tells, as in recordings from elsewhere.
+        wall_contact: Shape (N + 1, 8), such rows of all walls together. None
+            where nothing tells.
         contact_forces_known: Whether their forces are computed, as for a robot
             that is a body of a plant; else they are 0.
         hunavsim_forces: Whether metrics of forces are as HuNavSim's evaluator
@@ -101,6 +112,7 @@ class Recording:
     nearest_walls: Array | None = None
     reference_path: Array | None = None
     contacts: Array | None = None
+    wall_contact: Array | None = None
     contact_forces_known: bool = False
     hunavsim_forces: bool = False
 
@@ -139,8 +151,15 @@ class Recording:
                 "contacts", contacts, (samples, n, CONTACT_SIZE)
             )
             check_numbers("contacts", contacts)
+        walls = self.wall_contact
+        if walls is not None:
+            walls = checked_array(
+                "wall_contact", walls, (samples, CONTACT_SIZE)
+            )
+            check_numbers("wall_contact", walls)
         self._set(
             contacts=contacts,
+            wall_contact=walls,
             times=times,
             robot=robot,
             humans=humans,
@@ -257,15 +276,17 @@ class Recording:
         values = self._values()
         later = self.times[-1] + period * np.arange(1, count + 1)
         values["times"] = np.concatenate([self.times, later])
-        for name in ("robot", "humans", "behavior_status", "nearest_walls"):
+        for name in (
+            *("robot", "humans", "behavior_status", "nearest_walls"),
+            *("contacts", "wall_contact"),
+        ):
             rows = values[name]
             if rows is not None:
                 stale = np.repeat(rows[-1:], count, axis=0)
+                if "contact" in name:
+                    # No step ends there. (Counts and sums stay as they are.)
+                    stale[..., Contact.FORCE_X : Contact.FORCE_Y + 1] = 0.0
                 values[name] = np.concatenate([rows, stale])
-        if self.contacts is not None:
-            # Nothing is met between samples that only repeat the last.
-            none = np.zeros((count, *self.contacts.shape[1:]))
-            values["contacts"] = np.concatenate([self.contacts, none])
         return type(self)(**values)
 
     def save(self, path: str | Path) -> None:
@@ -317,6 +338,16 @@ class Recording:
     def __reduce__(self) -> Any:
         # The derived quantities stay behind: they are larger than the rest.
         return _restore, (type(self), self._values())
+
+
+def describe_people(humans: Sequence[HumanConfig]) -> dict[str, Any]:
+    """Returns what a Recording tells of people that does not change."""
+    return {
+        "human_names": tuple(h.name for h in name_people(humans)),
+        "human_ids": tuple(people_ids(humans)),
+        "behaviors": tuple(h.behavior_name for h in humans),
+        "group_ids": tuple(h.group_id for h in humans),
+    }
 
 
 def _restore(cls: type[Recording], values: dict[str, Any]) -> Recording:

@@ -41,6 +41,7 @@ _OPTIONAL = {
     "robot_max_speed": (_NUMBER, 0),
     "walls_known": (_YES_NO, 0),
     "contacts": (_NUMBER, 3),
+    "wall_contact": (_NUMBER, 2),
     "contact_forces_known": (_YES_NO, 0),
     "hunavsim_forces": (_YES_NO, 0),
 }

@@ -48,8 +48,9 @@ class Sample:
     robot: Array
     humans: Array
     status: Array | None
-    # The rows of contacts, shape (8n,), if there are any. They seldom change,
-    # so samples share them while they do not.
+    # The rows of contacts, shape (8n,), if there are any, and maybe one of the
+    # walls after them. They seldom change, so samples share them while they do
+    # not.
     contacts: Array | None = None
     # How many samples there are up to this one, and the time of the first.
     count: int = field(init=False, default=0)
@@ -92,8 +93,7 @@ class Sample:
         status = [node.status for node in nodes if node.status is not None]
         given: dict[str, Array] = {}
         if nodes and all(node.contacts is not None for node in nodes):
-            contacts = np.array([node.contacts for node in nodes])
-            given["contacts"] = contacts.reshape(len(nodes), n * CONTACT_SIZE)
+            given["contacts"] = np.array([node.contacts for node in nodes])
         return given | {
             "times": np.array([node.time for node in nodes]),
             "robot": robot.reshape(-1, STATE_SIZE),
@@ -139,17 +139,18 @@ class Sample:
         """Checks that a list can be made of arrays, for as many people."""
         n = self._num_humans
         count = arrays["times"].size
+        none = np.zeros((count, n * CONTACT_SIZE))
+        given = {"contacts": none} | arrays
+        walls = given["contacts"].shape[1:] == ((n + 1) * CONTACT_SIZE,)
         for name, dtype, shape in (
             ("times", np.float64, (count,)),
             ("robot", np.float64, (count, STATE_SIZE)),
             ("humans", np.float64, (count, n * STATE_SIZE)),
             ("has_status", np.bool_, (count,)),
             ("status", np.float64, (np.sum(arrays["has_status"]), n)),
-            ("contacts", np.float64, (count, n * CONTACT_SIZE)),
+            ("contacts", np.float64, (count, (n + walls) * CONTACT_SIZE)),
         ):
-            if name == "contacts" and name not in arrays:
-                continue
-            got = arrays[name]
+            got = given[name]
             if got.dtype != dtype or got.shape != shape:
                 raise ValueError(
                     f"recording.{name}: must be {np.dtype(dtype)} of shape"
@@ -162,9 +163,7 @@ class Sample:
                 times=arrays["times"],
                 robot=arrays["robot"],
                 humans=arrays["humans"].reshape(count, n, STATE_SIZE),
-                contacts=arrays["contacts"].reshape(count, n, CONTACT_SIZE)
-                if "contacts" in arrays
-                else None,
+                **split_contacts(arrays.get("contacts"), n),
             )
 
     def nodes(self) -> list[Self]:
@@ -195,6 +194,15 @@ class Sample:
             running = after._running = _advance(running, node, after)
             node = after
         return running
+
+
+def split_contacts(contacts: Array | None, n: int) -> dict[str, Any]:
+    """Returns what samples have of contacts, as fields of a Recording."""
+    if contacts is None:
+        return {}
+    rows = contacts.reshape(len(contacts), -1, CONTACT_SIZE)
+    walls = rows[:, n] if rows.shape[1] > n else None
+    return {"contacts": rows[:, :n], "wall_contact": walls}
 
 
 def _advance(running: Running, before: Sample, after: Sample) -> Running:

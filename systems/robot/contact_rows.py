@@ -9,7 +9,6 @@ from hunav_drake.systems.common.layout import (
     CONTACT_SIZE,
     Contact,
 )
-from hunav_drake.systems.robot.discs import closing_speeds, gaps
 
 # Speeds of approach that differ by less are equal, in m/s.
 SPEED_RESOLUTION = 1e-6
@@ -21,44 +20,33 @@ SINCE, ROBOT_SPEED, PERSON_SPEED = range(CONTACT_SIZE, CONTACT_SIZE + 3)
 MEMORY_SIZE = CONTACT_SIZE + 3
 
 
-def remember_speeds(memory: Array, robot: Array, humans: Array) -> None:
-    """Writes how fast robot and people close in now, for contacts to come.
-
-    Args:
-        memory: Shape (n, MEMORY_SIZE), changed.
-        robot: As for `closing_speeds`.
-        humans: See there.
-    """
-    memory[:, ROBOT_SPEED], memory[:, PERSON_SPEED] = closing_speeds(
-        robot, humans
-    )
-
-
 def count_contacts(
     memory: Array,
     touching: Mask,
     forces: Array | None,
-    robot: Array,
-    humans: Array,
-    bodies: Array,
+    gaps: Array,
+    closing: Array,
     duration: float,
 ) -> Array:
     """Returns the memory of contacts at the end of a step.
 
     Where a contact begins, it is charged to who closed in faster, or to both
-    if they are equally fast (the rule of SEAN), but to nobody who did not
-    close in. What counts is the larger of the speeds now and those that
-    `remember_speeds` wrote: bodies are stopped, or pushed, in the very step in
-    which they touch.
+    if they are equally fast (the rule of SEAN). What counts is the larger of
+    the speeds now and those of late: bodies are stopped, or pushed, in the very
+    step in which they touch. Who goes away counts as at rest: so who grazes
+    the other is charged, however slowly the two closed in, and of two who did
+    not (they stood in each other at the start), both are. Each contact is
+    charged to somebody.
 
     Args:
         memory: Shape (n, MEMORY_SIZE), at the start of the step.
         touching: Shape (n,): who touches the robot in this step.
         forces: Shape (n, 2): the forces of people on the robot in W, in
             newtons; None where nothing computes them.
-        robot: Shape (7,), a row of ``robot_state`` at the start of the step.
-        humans: Shape (n, 6) or more columns, rows of ``human_states`` then.
-        bodies: Shape (n,), the radii of their bodies, in meters.
+        gaps: Shape (n,), from the robot's disc to the bodies at the start of
+            the step, in meters.
+        closing: Shape (2, n), how fast robot and people then close in on each
+            other, in m/s: see `closing_speeds`.
         duration: The length of the step, in seconds.
 
     Returns:
@@ -68,23 +56,19 @@ def count_contacts(
     if not (touching.any() or lasted.any()):
         return memory
     after = memory.copy()
-    stay = touching | (lasted & (gaps(robot, humans, bodies) < CONTACT_GAP))
+    stay = touching | (lasted & (gaps < CONTACT_GAP))
     after[:, SINCE] = np.where(stay, 0.0, memory[:, SINCE] + duration)
     lasts = stay | (lasted & (after[:, SINCE] < CONTACT_PAUSE))
     after[:, Contact.LASTS] = lasts
     begins = touching & ~lasted
     if begins.any():
-        now = closing_speeds(robot, humans)
-        a = np.maximum(memory[:, ROBOT_SPEED], now[0])
-        b = np.maximum(memory[:, PERSON_SPEED], now[1])
-        least = SPEED_RESOLUTION
-        after[:, Contact.BY_ROBOT] += begins & (a > least) & (a >= b - least)
-        after[:, Contact.BY_PERSON] += begins & (b > least) & (b >= a - least)
+        late = memory[:, ROBOT_SPEED], memory[:, PERSON_SPEED]
+        a, b = np.maximum(np.maximum(late, closing), 0.0)
+        after[:, Contact.BY_ROBOT] += begins & (a >= b - SPEED_RESOLUTION)
+        after[:, Contact.BY_PERSON] += begins & (b >= a - SPEED_RESOLUTION)
         # (Both speeds of one instant, as one may step back from the other.)
-        closing = np.maximum(
-            now[0] + now[1], memory[:, ROBOT_SPEED] + memory[:, PERSON_SPEED]
-        )
-        after[begins, Contact.RELATIVE_SPEED] = np.maximum(closing, 0)[begins]
+        speed = np.maximum(closing[0] + closing[1], late[0] + late[1])
+        after[begins, Contact.RELATIVE_SPEED] = np.maximum(speed, 0)[begins]
         after[begins, Contact.PEAK_FORCE] = 0.0
     if forces is not None:
         size = np.hypot(forces[:, 0], forces[:, 1])

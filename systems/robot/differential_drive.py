@@ -13,10 +13,25 @@ from pydrake.systems.framework import (
     OutputPort,
 )
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.checks import check_time_step
-from hunav_drake.systems.common.layout import STATE_SIZE
+from hunav_drake.systems.common.layout import (
+    CONTACT_SIZE,
+    MOTION_SIZE,
+    STATE_SIZE,
+    Contact,
+    X,
+    Y,
+)
 from hunav_drake.systems.common.poses import wrap_angle
+from hunav_drake.systems.crowd.walls.keep_out import (
+    LEANING,
+    LEAST_MARGIN,
+    keep_out_of_walls,
+)
+from hunav_drake.systems.robot.contact_rows import MEMORY_SIZE, count_contacts
 from hunav_drake.systems.robot.robot_config import RobotConfig
+from hunav_drake.systems.world.obstacles import Obstacles, nearest_wall
 
 
 class DifferentialDrive(LeafSystem):
@@ -29,6 +44,7 @@ class DifferentialDrive(LeafSystem):
         - velocity_command
         output_ports:
         - robot_state
+        - wall_contact
 
     Every ``time_step``, the speed and the turn rate move towards the command,
     no faster than the limits allow; the robot then drives an exact arc. The
@@ -38,15 +54,31 @@ class DifferentialDrive(LeafSystem):
     the turn rate in rad/s, counter-clockwise. Port ``robot_state`` gives the
     row (x, y, yaw, vx, vy, omega, radius) in W, in SI units.
 
-    The discrete state holds (x, y, yaw, v, omega).
+    Walls stop the disc of the robot: it goes as far as it can, and then along
+    the wall, as `keep_out_of_walls` tells; the speed is then what is left of it
+    forwards. Port ``wall_contact`` gives a row of `layout.Contact` of all walls
+    together: the robot is in a contact where it is stopped, or would be if
+    walls did so. Forces are 0.
+
+    The discrete state holds (x, y, yaw, v, omega), and in a second vector a row
+    of `contact_rows`.
     """
 
-    def __init__(self, config: RobotConfig, *, time_step: float = 0.05) -> None:
+    def __init__(
+        self,
+        config: RobotConfig,
+        *,
+        time_step: float = 0.05,
+        obstacles: Obstacles | None = None,
+        walls_stop: bool = True,
+    ) -> None:
         """Constructs a DifferentialDrive that starts at rest.
 
         Args:
             config: The radius, the limits and the start of the robot.
             time_step: The time between two updates, in seconds.
+            obstacles: The walls; none by default.
+            walls_stop: Whether they stop it.
 
         Raises:
             ValueError: If ``time_step`` is not positive.
@@ -54,7 +86,10 @@ class DifferentialDrive(LeafSystem):
         super().__init__()
         self._time_step = check_time_step(time_step)
         self._radius = config.radius
+        self._margin = np.array([max(config.radius - LEANING, LEAST_MARGIN)])
         self._limits = config.limits
+        self._obstacles = obstacles
+        self._walls_stop = walls_stop
 
         self._velocity_command = self.DeclareVectorInputPort(
             "velocity_command", 2
@@ -65,6 +100,13 @@ class DifferentialDrive(LeafSystem):
             STATE_SIZE,
             self._CalcRobotState,
             prerequisites_of_calc={self.discrete_state_ticket(self._state)},
+        )
+        self._memory = self.DeclareDiscreteState(MEMORY_SIZE)
+        self._wall_contact = self.DeclareVectorOutputPort(
+            "wall_contact",
+            CONTACT_SIZE,
+            self._CalcWallContact,
+            prerequisites_of_calc={self.discrete_state_ticket(self._memory)},
         )
         self.DeclarePeriodicDiscreteUpdateEvent(
             period_sec=time_step, offset_sec=0.0, update=self._Update
@@ -77,6 +119,10 @@ class DifferentialDrive(LeafSystem):
     def get_robot_state_output_port(self) -> OutputPort:
         """Returns the port with the state of the robot."""
         return self._robot_state
+
+    def get_wall_contact_output_port(self) -> OutputPort:
+        """Returns the port with the contact with walls."""
+        return self._wall_contact
 
     def SetPose(self, context: Context, pose: ArrayLike) -> None:
         """Puts the robot at rest at a pose (x, y, yaw), in meters, radians."""
@@ -119,10 +165,58 @@ class DifferentialDrive(LeafSystem):
         # sin(turn/2) / (turn/2), and it points half the turn ahead.
         half = turn / 2
         chord = v * dt * (math.sin(half) / half if abs(half) > 1e-9 else 1.0)
+        start = np.array([x, y])
         x += chord * math.cos(yaw + half)
         y += chord * math.sin(yaw + half)
+        if self._obstacles is not None and len(self._obstacles):
+            place = self._MeetWalls(
+                context, discrete_state, start, np.array([x, y])
+            )
+            if self._walls_stop and (place != (x, y)).any():
+                x, y = place.tolist()
+                way = (place - start) / dt
+                v = float(
+                    way[X] * math.cos(yaw + half)
+                    + way[Y] * math.sin(yaw + half)
+                )
         yaw = wrap_angle(yaw + turn)
         discrete_state.set_value(self._state, np.array([x, y, yaw, v, omega]))
+
+    def _MeetWalls(
+        self,
+        context: Context,
+        discrete_state: DiscreteValues,
+        start: Array,
+        end: Array,
+    ) -> Array:
+        """Counts contacts in a step; returns the end that walls allow, (2,)."""
+        before = np.zeros((1, MOTION_SIZE))
+        after = before.copy()
+        before[0, : Y + 1] = start
+        after[0, : Y + 1] = end
+        place: Array = keep_out_of_walls(
+            before, after, self._margin, self._obstacles.table
+        )[0, : Y + 1]
+        stopped = (place != end).any()
+        memory = context.get_discrete_state(self._memory).CopyToVector()
+        if stopped or memory[Contact.LASTS]:
+            gap = math.dist(start, nearest_wall(self._obstacles, start))
+            gap -= self._radius
+            lost = math.hypot(*(end - place)) / self._time_step
+            memory = count_contacts(
+                memory[None],
+                np.array([stopped]),
+                None,
+                np.array([gap]),
+                np.array([[lost], [0.0]]),
+                self._time_step,
+            )
+            discrete_state.set_value(self._memory, memory.ravel())
+        return place
+
+    def _CalcWallContact(self, context: Context, output: BasicVector) -> None:
+        memory = context.get_discrete_state(self._memory).value()
+        output.SetFromVector(memory[:CONTACT_SIZE])
 
 
 def _clip(value: float, low: float, high: float) -> float:

@@ -13,18 +13,19 @@ from pydrake.systems.framework import (
 )
 
 from hunav_drake.systems.common.checks import check_time_step
-from hunav_drake.systems.common.layout import CONTACT_SIZE, STATE_SIZE
+from hunav_drake.systems.common.layout import (
+    CONTACT_SIZE,
+    STATE_SIZE,
+    TOUCH_SIZE,
+)
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.robot.contact_rows import (
     MEMORY_SIZE,
+    PERSON_SPEED,
+    ROBOT_SPEED,
     count_contacts,
-    remember_speeds,
 )
-from hunav_drake.systems.robot.discs import gaps
-
-# Discs that are nearer to each other than this touch, in meters: kept apart,
-# they are so to less than that.
-TOUCHING_GAP = 1e-3
+from hunav_drake.systems.robot.discs import closing_speeds, gaps
 
 
 class DiscContacts(LeafSystem):
@@ -36,14 +37,19 @@ class DiscContacts(LeafSystem):
         input_ports:
         - robot_state
         - human_states
+        - robot_touches (optional)
         output_ports:
         - contacts
 
     The ports take the rows (x, y, yaw, vx, vy, omega, radius) of the robot and
     of n people in W, in SI units. The disc of the robot has the radius of its
-    row, those of people are their bodies (`HumanConfig.contact_radius`). Port
-    ``contacts`` gives n rows of `layout.Contact`, in which all forces are 0:
-    a robot that nothing stops feels none.
+    row, those of people are their bodies (`HumanConfig.contact_radius`). They
+    touch where they overlap; and, as a crowd keeps them apart, where they would
+    overlap at the end of the step that begins now, if it did not. That is what
+    port ``robot_touches`` takes: n rows of a `HumanCrowd`'s port of that name.
+
+    Port ``contacts`` gives n rows of `layout.Contact`, in which all forces are
+    0: a robot that nothing stops feels none.
 
     The discrete state holds for each person a row of `contact_rows`. It is
     updated every ``time_step``, with the states at that instant.
@@ -71,6 +77,9 @@ class DiscContacts(LeafSystem):
         self._human_states = self.DeclareVectorInputPort(
             "human_states", STATE_SIZE * n
         )
+        self._robot_touches = self.DeclareVectorInputPort(
+            "robot_touches", TOUCH_SIZE * n
+        )
         self._memory = self.DeclareDiscreteState(MEMORY_SIZE * n)
         self._contacts = self.DeclareVectorOutputPort(
             "contacts",
@@ -91,6 +100,10 @@ class DiscContacts(LeafSystem):
         """Returns the port with the states of the people."""
         return self._human_states
 
+    def get_robot_touches_input_port(self) -> InputPort:
+        """Returns the port with how people and robot would meet."""
+        return self._robot_touches
+
     def get_contacts_output_port(self) -> OutputPort:
         """Returns the port with the contacts."""
         return self._contacts
@@ -105,19 +118,18 @@ class DiscContacts(LeafSystem):
         humans = self._human_states.Eval(context).reshape(-1, STATE_SIZE)
         memory = context.get_discrete_state(self._memory).CopyToVector()
         memory = memory.reshape(-1, MEMORY_SIZE)
-        gap = gaps(robot, humans, self._bodies)
         # (Who is missing, a row of NaN, touches nobody.)
+        gap = np.nan_to_num(gaps(robot, humans, self._bodies), nan=np.inf)
+        closing = np.nan_to_num(closing_speeds(robot, humans))
+        touching = gap < 0
+        met = closing.copy()
+        if self._robot_touches.HasValue(context):
+            touches = self._robot_touches.Eval(context).reshape(-1, TOUCH_SIZE)
+            touching |= touches[:, 0] > 0
+            # (In the step itself: people change their velocities at once.)
+            met[1] = touches[:, 1]
         after = count_contacts(
-            memory,
-            gap < TOUCHING_GAP,
-            None,
-            robot,
-            humans,
-            self._bodies,
-            self._time_step,
+            memory, touching, None, gap, met, self._time_step
         )
-        present = np.isfinite(gap)
-        if not present.all():
-            humans = np.where(present[:, None], humans, robot)
-        remember_speeds(after, robot, humans)
+        after[:, [ROBOT_SPEED, PERSON_SPEED]] = closing.T
         discrete_state.set_value(self._memory, after.ravel())

@@ -27,9 +27,11 @@ from hunav_drake.systems.common.layout import (
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.robot.contact_rows import (
     MEMORY_SIZE,
+    PERSON_SPEED,
+    ROBOT_SPEED,
     count_contacts,
-    remember_speeds,
 )
+from hunav_drake.systems.robot.discs import closing_speeds, gaps
 from hunav_drake.systems.robot.plant_people import people_states
 
 # How fast a robot and a person close in on each other at most, in m/s, and how
@@ -55,6 +57,10 @@ class PlantContacts(LeafSystem):
     of the robot, and ``people_state`` the state of the model instance
     `PEOPLE`. Port ``contacts`` gives n rows of `layout.Contact`: with forces
     of the plant's last step, counts and sums of all steps.
+
+    Who is in the disc of the robot is in a contact, too, even without a force:
+    the crowd keeps people out of the disc, also where it is larger than the
+    shapes of the robot, and moves them.
 
     The discrete state holds for each person a row of `contact_rows`; and, in a
     group of its own, 1 while anybody is near enough to touch. It is updated
@@ -162,21 +168,18 @@ class PlantContacts(LeafSystem):
             return
         robot = self._robot_state.Eval(context)
         people = people_states(self._people_state.Eval(context))
-        if forces is not None or lasts:
+        closing = closing_speeds(robot, people)
+        gap = gaps(robot, people, self._radii)
+        touching = gap < 0
+        if forces is not None or lasts or touching.any():
             if forces is None:
                 forces = np.zeros((len(people), 2))
-            touching = (forces != 0).any(axis=1)
+            touching |= (forces != 0).any(axis=1)
             memory = count_contacts(
-                memory,
-                touching,
-                forces,
-                robot,
-                people,
-                self._radii,
-                self._plant_step,
+                memory, touching, forces, gap, closing, self._plant_step
             )
         if step == 0:
-            remember_speeds(memory, robot, people)
+            memory[:, [ROBOT_SPEED, PERSON_SPEED]] = closing.T
             away = np.hypot(people[:, X] - robot[X], people[:, Y] - robot[Y])
             near = bool((away < self._distances).any())
             discrete_state.set_value(self._is_near, [float(near)])

@@ -7,7 +7,7 @@ from dataclasses import field
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
-from pydantic import StrictFloat
+from pydantic import StrictBool, StrictFloat
 from pydantic.dataclasses import dataclass
 
 from hunav_drake.systems.common.arrays import Array
@@ -121,7 +121,8 @@ class RobotConfig(ABC):
         ``robot_state`` gives the row (x, y, yaw, vx, vy, omega, radius) in W.
         If there is an input ``human_states``, it is given such rows of all
         people; and an output ``contacts``, of n rows of `layout.Contact`,
-        stands in for the contacts that a trial counts by itself.
+        stands in for the contacts that a trial counts by itself. An output
+        ``wall_contact`` gives one such row of all walls.
 
         Args:
             task: What it is to know of the world and the people.
@@ -153,6 +154,8 @@ class RobotConfig(ABC):
             inputs["human_states"] = STATE_SIZE * n
         if system.HasOutputPort("contacts"):
             outputs["contacts"] = CONTACT_SIZE * n
+        if system.HasOutputPort("wall_contact"):
+            outputs["wall_contact"] = CONTACT_SIZE
         CheckPorts(system, what, inputs=inputs, outputs=outputs)
         return builder.AddNamedSystem(name, system)
 
@@ -196,6 +199,11 @@ register_robot = ROBOTS.register
 class DifferentialDriveConfig(RobotConfig):
     """A kinematic robot that follows (v, omega) within its limits."""
 
+    walls_stop: StrictBool = True
+    """Whether walls stop it: then its disc gets no deeper into one than 5 mm,
+    and it slides along; else it goes on, as it does through people. Contacts
+    with walls are counted in either case."""
+
     def MakeSystem(self, task: RobotTask) -> Any:
         """Makes a `DifferentialDrive`."""
         # Reading a scenario does without Drake.
@@ -203,4 +211,9 @@ class DifferentialDriveConfig(RobotConfig):
             DifferentialDrive,
         )
 
-        return DifferentialDrive(self, time_step=task.time_step)
+        return DifferentialDrive(
+            self,
+            time_step=task.time_step,
+            obstacles=task.obstacles,
+            walls_stop=self.walls_stop,
+        )

@@ -17,12 +17,13 @@ from hunav_drake.systems.common.layout import (
     VY,
     YAW,
 )
-from hunav_drake.systems.crowd.bodies.contacts import deepest
+from hunav_drake.systems.crowd.bodies.contacts import deepest, robot_touches
 from hunav_drake.systems.crowd.bodies.finish import (
     ACCELERATION,
     KEEP_APART,
     STANDING,
     TURN_RATE,
+    for_each_robot,
 )
 from hunav_drake.systems.crowd.bodies.keep_apart import keep_apart, would_meet
 from hunav_drake.systems.crowd.bodies.rate_limits import limit_rates
@@ -98,8 +99,7 @@ class Bodies:
         """
         self.radii = np.array([human.contact_radius for human in humans])
         self.radii.setflags(write=False)
-        margins = wall_margins([human.radius for human in humans])
-        self.sizes = np.column_stack([self.radii, margins])
+        self.sizes = np.column_stack([self.radii, wall_margins(self.radii)])
         self._is_walled = config.keep_out_of_walls and len(obstacles) > 0
         self._table = obstacles.table
         acceleration, turn_rate = (
@@ -132,7 +132,7 @@ class Bodies:
 
     def finish(
         self, snapshot: Snapshot, forces: Array, after: Array, stances: Array
-    ) -> tuple[Array, Array]:
+    ) -> tuple[Array, Array, NDArray[np.float64]]:
         """Returns the states and stances of people at the end of a step.
 
         Args:
@@ -142,16 +142,18 @@ class Bodies:
             stances: Shape (n, 3): see `standing`.
 
         Returns:
-            The states, shape (n, 6), and the stances. These are without
-            derivatives, and forces count as constant for who stands.
+            The states, shape (n, 6), the stances, and how people would meet
+            robots, shape (mn, 2): see `robot_touches`. But for the states,
+            these are without derivatives, and forces count as constant for who
+            stands.
         """
-        if not self._is_on:
-            return after, stances
         if after.dtype != object:
             return self._finish(snapshot, forces, after, stances)
         values = _plain_snapshot(snapshot)
         arguments = values, plain(forces), plain(after), plain(stances)
-        states, held = self._finish(*arguments)
+        states, held, touches = self._finish(*arguments)
+        if not self._is_on:
+            return after, stances, touches
         slopes = self._slopes(*arguments)
         result = after.copy()
         if len(slopes.rows) > 0:
@@ -171,7 +173,7 @@ class Bodies:
             result[slopes.rows] = InitializeAutoDiff(column, gradient).reshape(
                 -1, MOTION_SIZE
             )
-        return result, lifted(held)
+        return result, lifted(held), touches
 
     def overlaps(
         self, states: NDArray[np.float64], robots: NDArray[np.float64]
@@ -222,7 +224,7 @@ class Bodies:
         after: Array,
         stances: Array,
         iterations: int = ITERATIONS,
-    ) -> tuple[Array, Array]:
+    ) -> tuple[Array, Array, NDArray[np.float64]]:
         # What `finish` does, but only what is needed here is compiled.
         before, command = snapshot.states, snapshot.command
         time_step = snapshot.time_step
@@ -239,16 +241,31 @@ class Bodies:
         margins = self.sizes[:, 1].copy()
         if self._is_walled:
             after = keep_out_of_walls(before, after, margins, self._table)
+        free = for_each_robot(after, len(robots))
         if self.options[KEEP_APART] and would_meet(
             before, after, self.sizes, robots, time_step
         ):
             keep_apart(
                 *(before, after, self.sizes, command, robots, self._table),
-                *(self._is_walled, time_step, iterations, _NO_PAIRS, -1.0),
+                *(
+                    self._is_walled,
+                    time_step,
+                    iterations,
+                    _NO_PAIRS,
+                    -1.0,
+                    free,
+                ),
             )
             if self._is_walled:
                 after = keep_out_of_walls(before, after, margins, self._table)
-        return after, stances
+        # (As large as they are met, but wherever they go.)
+        met = snapshot.robots.copy()
+        met[:, RADIUS] = robots[:, RADIUS]
+        return (
+            after,
+            stances,
+            robot_touches(before, free, self.radii, met, time_step),
+        )
 
     def _as_met(self, robots: Array) -> Array:
         """Returns the robots (m, 7) that people make way for in a step."""
@@ -267,7 +284,7 @@ class Bodies:
 
         They are good to 1e-7 between the steps where the result has a kink.
         """
-        finished, _ = self._finish(snapshot, forces, after, stances, _MANY)
+        finished, *_ = self._finish(snapshot, forces, after, stances, _MANY)
         rows = np.flatnonzero((finished != after).any(axis=1))
         inputs = [snapshot.states.copy(), after.copy(), snapshot.robots.copy()]
 
@@ -281,7 +298,7 @@ class Bodies:
                 for change in (-_DIFFERENCE, _DIFFERENCE):
                     inputs[which][place] = kept + change
                     states, moved, robots = inputs
-                    end, _ = self._finish(
+                    end, *_ = self._finish(
                         snapshot._replace(states=states, robots=robots),
                         *(forces, moved, stances, _MANY),
                     )

@@ -11,7 +11,7 @@ import math
 from numba import float64
 import numpy as np
 
-from hunav_drake.systems.common.kernels import MATRIX, VECTOR, jit, jit_as
+from hunav_drake.systems.common.kernels import MATRIX, REAL, VECTOR, jit, jit_as
 from hunav_drake.systems.common.layout import RADIUS, VX, VY, X, Y
 from hunav_drake.systems.crowd.bodies.pairs import near_pairs
 from hunav_drake.systems.world.nearest import nearest_on_segments
@@ -21,7 +21,8 @@ from hunav_drake.systems.world.walls import runs_in
 _ON_WALL = 1e-6
 
 # The columns of a contact: the normal, the distance kept along it, the person,
-# and the other person or -1.
+# and the other: a person's number, WALL, or that of a robot, from ROBOT down.
+WALL, ROBOT = -1, -2
 NORMAL_X, NORMAL_Y, DISTANCE, PERSON, OTHER = range(5)
 
 
@@ -101,6 +102,47 @@ def deepest(states, bodies, robots):
     return depths
 
 
+@jit_as(float64[:, ::1], MATRIX, MATRIX, VECTOR, MATRIX, REAL)
+def robot_touches(before, free, bodies, robots, time_step):
+    """Returns how people and robots would meet, were they not kept apart.
+
+    Robots are where they get to in the step at their present velocity.
+
+    Args:
+        before: Shape (n, 6): x, y, yaw, vx, vy, omega.
+        free: Shape (mn, 2): for each robot, where people get to in the step
+            without being pushed by that robot, in meters.
+        bodies: Shape (n,), radii in meters.
+        robots: Shape (m, 7): rows of `robot_states`.
+        time_step: In seconds.
+
+    Returns:
+        Shape (mn, 2), for each robot the rows of people: how deep it would be
+        in the body, in meters, and at least 0; and how fast the person comes
+        nearer to where the robot was, in m/s, which is negative for who goes
+        away, and 0 for who stands on it.
+    """
+    n = len(before)
+    touches = np.zeros((len(free), 2))
+    for row in range(len(free)):
+        i = row % n
+        k = row // n
+        dx = before[i, X] - robots[k, X]
+        dy = before[i, Y] - robots[k, Y]
+        distance = math.hypot(dx, dy)
+        if distance > 0:
+            closing = (before[i, X] - free[row, X]) * dx
+            closing += (before[i, Y] - free[row, Y]) * dy
+            touches[row, 1] = closing / (distance * time_step)
+        gap = math.hypot(
+            free[row, X] - robots[k, X] - robots[k, VX] * time_step,
+            free[row, Y] - robots[k, Y] - robots[k, VY] * time_step,
+        )
+        depth = bodies[i] + robots[k, RADIUS] - gap
+        touches[row, 0] = max(depth, 0.0)
+    return touches
+
+
 @jit
 def find_contacts(
     before,
@@ -162,7 +204,7 @@ def find_contacts(
                 contacts[count, NORMAL_Y] = ny
                 contacts[count, DISTANCE] = both + nx * rx + ny * ry
                 contacts[count, PERSON] = i
-                contacts[count, OTHER] = -1
+                contacts[count, OTHER] = ROBOT - k
                 near[i] = True
                 count += 1
     contacts = contacts[:count]
@@ -214,6 +256,6 @@ def _walls_near(i, before, margins, reach, walls):
                 min(margins[i], distance) + nx * px + ny * py
             )
             contacts[count, PERSON] = i
-            contacts[count, OTHER] = -1
+            contacts[count, OTHER] = WALL
             count += 1
     return contacts[:count]

@@ -2,7 +2,12 @@
 
 import math
 
-from hunav_drake.systems.common.kernels import jit
+from numba import float64
+import numpy as np
+
+from hunav_drake.systems.common.kernels import INTEGER, MATRIX, jit, jit_as
+from hunav_drake.systems.common.layout import X, Y
+from hunav_drake.systems.crowd.bodies.contacts import robot_touches
 from hunav_drake.systems.crowd.bodies.keep_apart import keep_apart
 from hunav_drake.systems.crowd.bodies.rate_limits import limit_rates
 from hunav_drake.systems.crowd.bodies.standing import stand
@@ -10,6 +15,17 @@ from hunav_drake.systems.crowd.walls.keep_out import keep_out_of_walls
 
 # What is switched on: the fields of `options`, in order. Limits may be inf.
 STANDING, KEEP_APART, ACCELERATION, TURN_RATE, WALLED = range(5)
+
+
+@jit_as(float64[:, ::1], MATRIX, INTEGER)
+def for_each_robot(states, robots):
+    """Returns the places (n, 2) of people once for each robot, (mn, 2)."""
+    n = len(states)
+    places = np.empty((robots * n, 2))
+    for row in range(len(places)):
+        places[row, X] = states[row % n, X]
+        places[row, Y] = states[row % n, Y]
+    return places
 
 
 @jit
@@ -29,6 +45,8 @@ def finish(
     known,
 ):
     """Returns the states (n, 6) of n people at the end of a step.
+
+    And how they would meet robots, were they not kept apart: `robot_touches`.
 
     People stand where they want to, change their velocity and heading at a
     limited rate, enter no wall, and overlap nobody. `Bodies` does the same in
@@ -66,11 +84,13 @@ def finish(
     is_walled = options[WALLED] != 0
     if is_walled:
         after = keep_out_of_walls(before, after, sizes[:, 1].copy(), table)
+    free = for_each_robot(after, len(robots))
     if options[KEEP_APART] != 0:
         is_moved = keep_apart(
             *(before, after, sizes, command, robots, table, is_walled),
-            *(time_step, iterations, pairs, known),
+            *(time_step, iterations, pairs, known, free),
         )
         if is_moved and is_walled:
             after = keep_out_of_walls(before, after, sizes[:, 1].copy(), table)
-    return after
+    bodies = sizes[:, 0].copy()
+    return after, robot_touches(before, free, bodies, robots, time_step)

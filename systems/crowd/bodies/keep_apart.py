@@ -29,6 +29,7 @@ from hunav_drake.systems.crowd.bodies.contacts import (
     NORMAL_Y,
     OTHER,
     PERSON,
+    ROBOT,
     do_bodies_meet,
     find_contacts,
 )
@@ -84,7 +85,8 @@ def project(contacts, places, iterations):
         iterations: How many there are at most.
 
     Returns:
-        Shape (n, 2), in meters.
+        The places, shape (n, 2), and how far each contact pushes, shape (c,);
+        in meters.
     """
     count = len(contacts)
     degree = np.zeros(len(places))
@@ -136,7 +138,7 @@ def project(contacts, places, iterations):
         if change < _TOLERANCE:
             break
     _apply(pushes, contacts, places, moved)
-    return moved
+    return moved, pushes
 
 
 @jit
@@ -178,7 +180,7 @@ def _longest(before, after):
 @jit_as(
     numba.boolean,
     *(MATRIX, CHANGED, MATRIX, MATRIX, MATRIX, WALLS, numba.boolean),
-    *(REAL, INTEGER, numba.int64[:, ::1], REAL),
+    *(REAL, INTEGER, numba.int64[:, ::1], REAL, CHANGED),
 )
 def keep_apart(
     before,
@@ -192,6 +194,7 @@ def keep_apart(
     iterations,
     pairs,
     known,
+    free,
 ):
     """Moves people at the end of a step so that no bodies overlap.
 
@@ -214,6 +217,9 @@ def keep_apart(
         pairs: Shape (p, 2): all whose bodies were less than 2 `known` apart
             before, in the order of `near_pairs`; maybe others.
         known: In meters; negative if no pairs are known.
+        free: Shape (mn, 2): for each robot, the places (n, 2) proposed, in
+            meters; changed to those where people get to without the pushes of
+            that robot, but with all others.
 
     Returns:
         Whether anybody is not where the step proposed.
@@ -236,7 +242,7 @@ def keep_apart(
             *(before, after, bodies, margins, robots, walls, is_walled),
             *(time_step, slack, pairs),
         )
-        places = project(contacts, proposed, iterations)
+        places, pushes = project(contacts, proposed, iterations)
         farthest = 0.0
         for i in range(len(places)):
             dx = places[i, X] - proposed[i, X]
@@ -244,6 +250,16 @@ def keep_apart(
             farthest = max(farthest, dx * dx + dy * dy)
         if farthest <= slack * slack:
             break
+    n = len(after)
+    for row in range(len(free)):
+        free[row, X] = places[row % n, X]
+        free[row, Y] = places[row % n, Y]
+    for c in range(len(contacts)):
+        if contacts[c, OTHER] <= ROBOT and pushes[c] > 0:
+            k = ROBOT - int(contacts[c, OTHER])
+            row = k * n + int(contacts[c, PERSON])
+            free[row, X] -= pushes[c] * contacts[c, NORMAL_X]
+            free[row, Y] -= pushes[c] * contacts[c, NORMAL_Y]
     deep = _deep(before, bodies, pairs)
     for i in range(len(after)):
         dx = places[i, X] - proposed[i, X]

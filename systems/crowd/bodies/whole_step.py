@@ -32,7 +32,9 @@ REACH, MOST, ERROR, TIME_GAP, MATCHING, TIME_STEP, ITERATIONS = range(
 
 
 @jit_as(
-    numba.types.Tuple((float64[:, ::1], float64[:, ::1], numba.boolean)),
+    numba.types.Tuple(
+        (float64[:, ::1], float64[:, ::1], float64[:, ::1], numba.boolean)
+    ),
     *(MATRIX, MATRIX, MATRIX, MATRIX, MATRIX, MATRIX, MATRIX, WALLS, VECTOR),
 )
 def whole_step(
@@ -54,14 +56,16 @@ def whole_step(
         numbers: Shape (12,): see the fields above.
 
     Returns:
-        The states and the stances, in shapes as given, and whether they hold:
+        The states and the stances, in shapes as given, what `robot_touches`
+        returns of the step, and whether they hold:
         not if a number is so large that `limited` would change it, or a force
         is not finite.
     """
     n = len(states)
     stance = stances.copy()
+    touches = np.zeros((n * len(robots), 2))
     if not (is_within(states) and is_within(command) and is_within(robots)):
-        return states.copy(), stance, False
+        return states.copy(), stance, touches, False
     bodies = np.empty(n)
     radii = np.empty(n)
     felt = np.empty((n, 2))
@@ -95,10 +99,10 @@ def whole_step(
         for c in range(after.shape[1]):
             total += after[i, c]
     if not math.isfinite(total):
-        return after, stance, False
-    after = finish(
+        return after, stance, touches, False
+    after, touches = finish(
         *(states, after, forces, wanted, stance, robots, sizes, table),
         *(numbers[:OPTIONS], numbers[TIME_STEP], int(numbers[ITERATIONS])),
         *(pairs, known),
     )
-    return after, stance, True
+    return after, stance, touches, True

@@ -21,6 +21,7 @@ from hunav_drake.systems.common.kernels import (
 )
 from hunav_drake.systems.common.layout import VX, VY, X, Y
 from hunav_drake.systems.world.nearest import inside_any, nearest_on_segments
+from hunav_drake.systems.world.route_clearance import LARGEST_CLEARANCE
 from hunav_drake.systems.world.sweep import (
     distance_to,
     nearest_free,
@@ -28,12 +29,11 @@ from hunav_drake.systems.world.sweep import (
 )
 from hunav_drake.systems.world.walls import opened, out_of_box, runs_in
 
-# The distance that centers of large bodies keep from walls, in meters: it lets
-# everybody through a door of 0.8 m, which is as wide as a large body.
-_MARGIN = 0.1
+# How far bodies may reach into walls, in meters, which they lean on.
+LEANING = 0.005
 
 # No body is so small that its center comes nearer than this, in meters.
-_LEAST_MARGIN = 0.01
+LEAST_MARGIN = 0.01
 
 # A center nearer to a wall than this stands on it, in meters.
 _SKIN = 1e-6
@@ -45,15 +45,18 @@ _LEGS = 6
 _TILT = 1e-12
 
 
-def wall_margins(radii: ArrayLike) -> Array:
-    """Returns how far from walls people with some radii are kept, in meters.
+def wall_margins(bodies: ArrayLike) -> Array:
+    """Returns how far from walls centers of bodies are kept, in meters.
 
-    It is the radius, but at most 0.1 m: walls that people only lean on are left
-    to the forces.
+    It is the radius of the body but for 5 mm. Larger ones than of 0.3 m, for
+    which there are ways through doors of 0.7 m, are kept off like those: who is
+    so large turns sideways.
+
+    Args:
+        bodies: Shape (n,), their radii, in meters.
     """
-    margins: Array = np.clip(
-        np.asarray(radii, dtype=float), _LEAST_MARGIN, _MARGIN
-    )
+    sizes = np.minimum(np.asarray(bodies, dtype=float), LARGEST_CLEARANCE)
+    margins: Array = np.maximum(sizes - LEANING, LEAST_MARGIN)
     return margins
 
 

@@ -42,7 +42,8 @@ def max_contact_force(recording: Recording) -> tuple[float, Array]:
     if contacts is None:
         return _nothing(recording)
     impulse = contacts[..., Contact.IMPULSE]
-    # Not those of a contact that was over when the recording began.
+    # Not those of a contact that was over when the recording began, where its
+    # peaks are those of single contacts.
     counts = (impulse > impulse[0]) | (contacts[0, :, Contact.LASTS] > 0)
     peaks = contacts[..., Contact.PEAK_FORCE][counts]
     now = np.hypot(
@@ -71,6 +72,22 @@ def _begun(recording: Recording, column: Contact) -> tuple[float, Array]:
         return _nothing(recording)
     count = recording.contacts[..., column]
     series = (count - count[0]).sum(axis=1)
+    return float(series[-1]), series
+
+
+@_metric(unit="-", source=HUNAV_DRAKE)
+def contacts_with_walls(recording: Recording) -> tuple[float, Array]:
+    """How often the robot ran into walls.
+
+    A contact begins where a wall stops the robot's disc, or would if walls
+    stopped it, and is over once it has not, and has been 0.02 m away, for 0.25
+    s. NaN where nothing tells of contacts with walls. Series: how many have
+    begun by each sample.
+    """
+    if recording.wall_contact is None:
+        return _nothing(recording)
+    count = recording.wall_contact[:, Contact.BY_ROBOT]
+    series = count - count[0]
     return float(series[-1]), series
 
 

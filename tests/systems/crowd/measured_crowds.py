@@ -13,6 +13,7 @@ from hunav_drake.systems.crowd.walls.keep_out import (
     wall_margins,
 )
 from hunav_drake.systems.people import HumanConfig, SocialForceParameters
+from hunav_drake.systems.people.human_config import LARGEST_BODY
 from hunav_drake.systems.world.obstacles import Obstacles
 from hunav_drake.systems.world.shapes import World
 from tests.systems.crowd.crowds import box_between
@@ -91,14 +92,9 @@ def walk_in_ring(model, density, *, time, seed=0):
             time_step=TIME_STEP,
         )
         after = model.advance(snapshot, model.forces(snapshot))
-        states = (
-            laps
-            + (
-                keep_out_of_walls(
-                    rows, after, wall_margins(snapshot.radii), obstacles.table
-                )[:n]
-            )
-        )
+        margins = wall_margins(np.minimum(snapshot.radii, LARGEST_BODY))
+        kept = keep_out_of_walls(rows, after, margins, obstacles.table)
+        states = laps + kept[:n]
         history.append(states)
     return np.array(history)
 
@@ -127,7 +123,7 @@ def walk(model, starts, goals, walls, *, duration, until):
     history = [states]
     for _ in range(round(duration / TIME_STEP)):
         snapshot = step.look(states, command, np.zeros((0, 7)), weights)
-        states, _ = step.advance(
+        states, *_ = step.advance(
             snapshot, step.forces(snapshot), np.zeros((len(states), 3))
         )
         history.append(states)

@@ -9,6 +9,7 @@ from pydrake.systems.primitives import TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 import pytest
 
+from hunav_drake.systems.common.layout import Contact
 from hunav_drake.systems.evaluation import (
     Evaluator,
     EvaluatorConfig,
@@ -112,6 +113,7 @@ def test_ports_and_their_sizes():
         "human_states": 14,
         "behavior_status": 2,
         "contacts": 16,
+        "wall_contact": 8,
         "goal": 3,
         "trigger": 1,
     }
@@ -466,3 +468,65 @@ def test_a_recording_outlives_its_context():
     del context
     assert isinstance(recording, Recording)
     assert recording.robot[0, 0] == 0
+
+
+class Knocks(LeafSystem):
+    """Two people: one is hit three times, the other once, before all that."""
+
+    def __init__(self, time_step):
+        super().__init__()
+        self._time_step = time_step
+        self.DeclareVectorOutputPort("contacts", 16, self._Calc)
+
+    def _Calc(self, context, output):
+        step = round(context.get_time() / self._time_step)
+        rows = np.zeros((2, 8))
+        # From which step to which, how hard, and on whom.
+        for begin, end, force, who in (
+            *((2, 8, 900.0, 1), (41, 46, 100.0, 0)),
+            *((50, 55, 5.0, 0), (90, 95, 20.0, 0)),
+        ):
+            if step >= begin:
+                rows[who, Contact.LASTS] = step < end
+                rows[who, Contact.PEAK_FORCE] = force
+                rows[who, Contact.IMPULSE] += 1
+        output.SetFromVector(rows.ravel())
+
+
+@pytest.mark.parametrize("period", [0.05, 0.1, 1.0, 2.05])
+@pytest.mark.parametrize("pause", [0.0, 2.4])
+def test_peaks_of_contacts_between_samples_count(period, pause):
+    """Whatever the period; but not those from before the recording."""
+    builder = DiagramBuilder()
+    knocks = builder.AddSystem(Knocks(0.05))
+    evaluator = builder.AddSystem(
+        Evaluator(
+            HUMANS,
+            config=EvaluatorConfig(period=period, start="at_goal_command"),
+            feels_forces=True,
+        )
+    )
+    builder.Connect(
+        knocks.get_output_port(), evaluator.get_contacts_input_port()
+    )
+    builder.ExportInput(evaluator.get_goal_input_port())
+    diagram = builder.Build()
+    simulator = Simulator(diagram)
+    context = simulator.get_mutable_context()
+    fix_evaluator_inputs(
+        evaluator, evaluator.GetMyMutableContextFromRoot(context)
+    )
+    goal = diagram.get_input_port()
+    goal.FixValue(context, np.full(3, np.nan))
+    simulator.AdvanceTo(1.99)
+    goal.FixValue(context, np.zeros(3))
+    simulator.AdvanceTo(1.99 + pause)
+    fork = Simulator(diagram, context.Clone())
+    for run in (simulator, fork):
+        run.AdvanceTo(5.0)
+    recording = recording_of(evaluator, context)
+    assert compute_metrics(recording)["max_contact_force"] == 100.0
+    peaks = recording.contacts[..., Contact.PEAK_FORCE]
+    np.testing.assert_array_equal(peaks[-1], [100.0, 0.0])
+    assert (np.diff(peaks, axis=0) >= 0).all()
+    assert recording == recording_of(evaluator, fork.get_context())

@@ -31,7 +31,7 @@ class Drive(NamedTuple):
 
 
 def make_diagram(
-    robot, humans=(), *, obstacles=NOBODY, time_step=0.05
+    robot, humans=(), *, obstacles=NOBODY, time_step=0.05, keep_apart=True
 ) -> Diagram:
     """Returns a diagram of a robot and people; its input is the command.
 
@@ -40,6 +40,7 @@ def make_diagram(
         humans: The people.
         obstacles: The walls.
         time_step: In seconds.
+        keep_apart: Whether bodies are kept apart.
     """
     config = ROBOTS.make(robot)
     builder = DiagramBuilder()
@@ -47,7 +48,7 @@ def make_diagram(
         builder,
         humans,
         obstacles=obstacles,
-        config=CrowdConfig(robots_stop=config.physical),
+        config=CrowdConfig(robots_stop=config.physical, keep_apart=keep_apart),
         time_step=time_step,
     )
     task = RobotTask(time_step=time_step, obstacles=obstacles, humans=humans)
@@ -55,6 +56,9 @@ def make_diagram(
     contacts = system
     if not config.physical:
         contacts = builder.AddSystem(DiscContacts(humans, time_step=time_step))
+        builder.Connect(
+            people.robot_touches, contacts.get_robot_touches_input_port()
+        )
         builder.Connect(
             system.GetOutputPort("robot_state"),
             contacts.get_robot_state_input_port(),

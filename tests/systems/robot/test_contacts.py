@@ -9,37 +9,35 @@ from hunav_drake import HumanConfig
 from hunav_drake.systems.common.layout import CONTACT_PAUSE, Contact
 from hunav_drake.systems.robot.contact_rows import (
     MEMORY_SIZE,
+    PERSON_SPEED,
+    ROBOT_SPEED,
     count_contacts,
-    remember_speeds,
 )
+from hunav_drake.systems.robot.discs import closing_speeds, gaps
 from tests.systems.robot.driven_robots import drive, make_diagram
 
 STEP = 0.05
-# With the robot's 0.3 m, they do not reach the 0.55 m between centers.
-BODIES = np.array([0.2, 0.2])
 
 
-def robot(v=0.0, yaw=0.0):
-    return np.array([0, 0, yaw, v * np.cos(yaw), v * np.sin(yaw), 0, 0.3])
-
-
-def person(v=0.0, bearing=0.0):
-    """Somebody at 0.55 m who comes towards the robot at a speed."""
+def count(memory, touching, speeds, bearing=0.7, *, body=0.2, **options):
+    """Counts contacts with somebody at 0.55 m; who closes in at speeds."""
+    v, u = speeds
     c, s = np.cos(bearing), np.sin(bearing)
-    return np.array([[0.55 * c, 0.55 * s, 0, -v * c, -v * s, 0, 0.35]])
-
-
-def contact(robot_speed, person_speed, bearing=0.7):
-    memory = np.zeros((1, MEMORY_SIZE))
+    robot = np.array([0, 0, 0, v * c, v * s, 0, 0.3])
+    people = np.array([[0.55 * c, 0.55 * s, 0, -u * c, -u * s, 0, 0.35]])
     return count_contacts(
         memory,
-        np.array([True]),
-        None,
-        robot(robot_speed, bearing),
-        person(person_speed, bearing),
-        BODIES[:1],
-        STEP,
-    )[0]
+        np.array([touching]),
+        options.get("forces"),
+        gaps(robot, people, np.array([body])),
+        closing_speeds(robot, people),
+        options.get("duration", STEP),
+    )
+
+
+def contact(robot_speed, person_speed):
+    memory = np.zeros((1, MEMORY_SIZE))
+    return count(memory, True, (robot_speed, person_speed))[0]
 
 
 @pytest.mark.parametrize(
@@ -50,7 +48,12 @@ def contact(robot_speed, person_speed, bearing=0.7):
         (0.3, 0.3, 1, 1),
         (0.5, -0.1, 1, 0),
         (-0.1, 0.5, 0, 1),
-        (0.0, 0.0, 0, 0),
+        # Grazing: the two close in, however slowly.
+        (2e-6, 0.0, 1, 0),
+        (0.5, -0.499, 1, 0),
+        # They stand in each other, or part already.
+        (0.0, 0.0, 1, 1),
+        (-0.3, -0.1, 1, 1),
     ],
 )
 def test_who_closes_in_faster_is_charged(v, u, by_robot, by_person):
@@ -63,16 +66,8 @@ def test_who_closes_in_faster_is_charged(v, u, by_robot, by_person):
 
 def test_the_speed_before_counts_though_the_contact_stops_it():
     memory = np.zeros((1, MEMORY_SIZE))
-    remember_speeds(memory, robot(0.2), person(1.3))
-    row = count_contacts(
-        memory,
-        np.array([True]),
-        None,
-        robot(0.2),
-        person(0.0),
-        BODIES[:1],
-        STEP,
-    )[0]
+    memory[0, [ROBOT_SPEED, PERSON_SPEED]] = 0.2, 1.3
+    row = count(memory, True, (0.2, 0.0))[0]
     assert row[Contact.BY_PERSON] == 1
     assert row[Contact.BY_ROBOT] == 0
     assert row[Contact.RELATIVE_SPEED] == pytest.approx(1.5)
@@ -81,16 +76,8 @@ def test_the_speed_before_counts_though_the_contact_stops_it():
 def test_who_stays_near_is_in_the_same_contact():
     memory = np.zeros((1, MEMORY_SIZE))
     for touches in [True] + [False] * 20 + [True]:
-        memory = count_contacts(
-            memory,
-            np.array([touches]),
-            None,
-            robot(0.5),
-            person(),
-            # 1 cm apart.
-            np.array([0.24]),
-            STEP,
-        )
+        # 1 cm apart.
+        memory = count(memory, touches, (0.5, 0.0), body=0.24)
         assert memory[0, Contact.LASTS] == 1
     assert memory[0, Contact.BY_ROBOT] == 1
 
@@ -100,15 +87,7 @@ def test_a_pause_parts_two_contacts(pause):
     memory = np.zeros((1, MEMORY_SIZE))
     steps = round(pause / STEP)
     for touches in [True] * 3 + [False] * steps + [True]:
-        memory = count_contacts(
-            memory,
-            np.array([touches]),
-            None,
-            robot(0.5),
-            person(),
-            BODIES[:1],
-            STEP,
-        )
+        memory = count(memory, touches, (0.5, 0.0))
     expected = 1 if pause < CONTACT_PAUSE else 2
     assert memory[0, Contact.BY_ROBOT] == expected
 
@@ -123,9 +102,8 @@ def test_forces_add_up_and_the_peak_is_of_a_contact():
             memory,
             np.array([touching, False]),
             np.array([force, [0, 0]], dtype=float),
-            robot(0.5),
-            np.vstack([person(), person(bearing=3.0)]),
-            BODIES,
+            np.array([0.05, 0.05]),
+            np.array([[0.5, -0.5], [0.0, 0.0]]),
             # A pause of one step is long enough.
             0.3,
         )

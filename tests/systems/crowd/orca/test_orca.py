@@ -290,7 +290,9 @@ def test_thirty_people_leave_a_room(width, radius, make_snapshot):
         snapshot = step.look(
             states, wanted.command, wanted.robots, wanted.parameters
         )
-        states, stances = step.advance(snapshot, step.forces(snapshot), stances)
+        states, stances, _ = step.advance(
+            snapshot, step.forces(snapshot), stances
+        )
         if (states[:, 0] > 6.2).all():
             break
     assert (states[:, 0] > 6.2).all()

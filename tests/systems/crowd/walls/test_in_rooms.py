@@ -13,6 +13,7 @@ from hunav_drake.systems.crowd.walls.keep_out import (
     wall_margins,
 )
 from hunav_drake.systems.people import SocialForceParameters
+from hunav_drake.systems.people.human_config import LARGEST_BODY
 from hunav_drake.systems.world.obstacles import (
     Obstacles,
     inside,
@@ -82,7 +83,7 @@ class CrowdInRoom:
             self.states = keep_out_of_walls(
                 before,
                 self.states,
-                wall_margins(self.radii),
+                wall_margins(np.minimum(self.radii, LARGEST_BODY)),
                 self.obstacles.table,
             )
         return before
@@ -102,7 +103,7 @@ class CrowdInRoom:
         Returns:
             The time, or infinity if someone has not arrived.
         """
-        most = wall_margins(self.radii)
+        most = wall_margins(np.minimum(self.radii, LARGEST_BODY))
         for k in range(round(time / dt)):
             least = np.minimum(self.clearances(), most) - 1e-9
             before = self.step(dt)
