@@ -45,7 +45,7 @@ from hunav_drake.systems.behavior.nodes.registry import (
     register_action,
     register_condition,
 )
-from hunav_drake.systems.behavior.nodes.tick_context import TickContext
+from hunav_drake.systems.behavior.nodes.tick_context import Row, TickContext
 from hunav_drake.systems.common.layout import RADIUS, VX, VY, Command, X, Y
 from hunav_drake.systems.common.schema import within
 
@@ -239,7 +239,7 @@ def make_way(
     elif own[_STAGE] == _GO_PAST:
         goes = _goes_past(context, own, pace)
     else:
-        goes = _goes_to_spot(context, own, pace, deceleration)
+        goes = _goes_to_spot(context, own, row, pace, deceleration)
     if not goes:
         come_to_rest(context, deceleration)
         face(context, row[X], row[Y], turn_rate)
@@ -313,7 +313,11 @@ def _stands_near(drive: Drive) -> bool:
 
 
 def _goes_to_spot(
-    context: TickContext, own: list[float], pace: float, deceleration: float
+    context: TickContext,
+    own: list[float],
+    robot: Row,
+    pace: float,
+    deceleration: float,
 ) -> bool:
     """Walks to the spot, first back and then aside; tells whether it does."""
     state, command = context.state, context.command
@@ -328,6 +332,12 @@ def _goes_to_spot(
         near = _ON_WAY if stage == _GO_BACK else _ARRIVED
         if left > (_NEAR if held else near):
             own[_STAGE] = stage
+            # (Around a robot that is too near.)
+            rx, ry = state[X] - robot[X], state[Y] - robot[Y]
+            away = max(math.hypot(rx, ry), 1e-9)
+            both = state[RADIUS] + robot[RADIUS]
+            out = left * max(both + _LEAST - away, 0.0) / (2 * _LEAST * away)
+            x, y = x + out * rx, y + out * ry
             head_for(context, x, y, near / 2)
             walk_at(context, pace, deceleration)
             if stage == _GO_ASIDE:
@@ -411,7 +421,7 @@ def keep_place(
 
     The place is where somebody without a goal came to rest when this was
     ticked. Who is more than 0.3 m off walks back at `speed` at most, unless a
-    robot or somebody is there. The action fails if there is nothing to do.
+    robot or somebody is on the way. The action fails if there is nothing to do.
     """
     state, command = context.state, context.command
     if context.goal is not None:
@@ -423,9 +433,8 @@ def keep_place(
         return NodeStatus.FAILURE
     x, y = own[1], own[2]
     left = math.hypot(x - state[X], y - state[Y])
-    if left <= (_ARRIVED if own[0] > 1 else _NEAR) or _is_occupied(
-        context, x, y
-    ):
+    there = left <= (_ON_WAY if own[0] > 1 else _NEAR)
+    if there or _is_blocked(context, x, y):
         own[0] = 1.0
         return NodeStatus.FAILURE
     own[0] = 2.0
@@ -434,15 +443,18 @@ def keep_place(
     return NodeStatus.SUCCESS
 
 
-def _is_occupied(context: TickContext, x: float, y: float) -> bool:
-    """Tells whether a robot or somebody else is at a place."""
-    radius, index = context.state[RADIUS], context.person.index
+def _is_blocked(context: TickContext, x: float, y: float) -> bool:
+    """Tells whether a robot or somebody else is on the way to a place."""
+    state, index = context.state, context.person.index
     rows = context.robots + [
         it for i, it in enumerate(context.humans) if i != index
     ]
-    return any(
-        [
-            math.hypot(it[X] - x, it[Y] - y) < radius + it[RADIUS] + _ENOUGH
-            for it in rows
-        ]
-    )
+    dx, dy = x - state[X], y - state[Y]
+    length = max(math.hypot(dx, dy), 1e-9)
+    for it in rows:
+        rx, ry = it[X] - state[X], it[Y] - state[Y]
+        part = min(max((rx * dx + ry * dy) / length**2, 0.0), 1.0)
+        near = math.hypot(rx - part * dx, ry - part * dy)
+        if near < state[RADIUS] + it[RADIUS] + _ENOUGH:
+            return True
+    return False

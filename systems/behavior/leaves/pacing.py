@@ -24,7 +24,7 @@ RESPONSE_TIME = 0.25
 # as the forces of walls keep people off as hard as that; and who walks along
 # a wall heads for a point only so far ahead, in meters, so that they do not
 # drive the person off.
-PRESSING = 4.0
+PRESSING = 6.0
 AIM = 0.06
 
 # Someone slower than this stands, in m/s.

@@ -26,6 +26,7 @@ from hunav_drake.systems.behavior.leaves.robot_conditions import (
 )
 from hunav_drake.systems.behavior.leaves.spots import SQUEEZE, WALL_GAP
 from hunav_drake.systems.behavior.leaves.walking import (
+    GOAL_MARGIN,
     IGNORED,
     ROLES,
     BehaviorStatus,
@@ -120,7 +121,9 @@ def pass_by(
     """
     state, command = context.state, context.command
     clearance = between(context, clearance, gap)
-    robots = before_goal(context, distance + _LEEWAY, clearance)
+    # (Who leaned on a wall cuts in no sooner than that.)
+    behind = clearance if room and own[0] else 0.0
+    robots = before_goal(context, distance + _LEEWAY, clearance, behind)
     if not robots:
         own[0] = 0.0
         return NodeStatus.SUCCESS
@@ -160,6 +163,28 @@ def pass_by(
     return NodeStatus.RUNNING
 
 
+@register_action("KeepOff", ignored=IGNORED)
+def keep_off(context: TickContext, *, distance: Distance = 2.5) -> NodeStatus:
+    """Keeps off a robot right ahead on the way to the goal, or at the goal.
+
+    The person comes no nearer to it than 0.5 m, body to body, and goes along
+    with it. The action fails if there is no robot for which to slow down, at
+    most `distance` away, or the person is at the goal.
+    """
+    goal, state = context.goal, context.state
+    if goal is None or (
+        math.hypot(goal[0] - state[X], goal[1] - state[Y])
+        <= context.person.goal_radius + GOAL_MARGIN
+    ):
+        return NodeStatus.FAILURE
+    most = context.command[Command.MAX_SPEED]
+    robots = before_goal(context, distance, 0.0)
+    _keeps_off(context, robots, 0.0, _KEEP_OFF)
+    held = context.command[Command.HOLD] != 0
+    slower = context.command[Command.MAX_SPEED] < most
+    return NodeStatus.SUCCESS if held or slower else NodeStatus.FAILURE
+
+
 def _keeps_off(
     context: TickContext, robots: list[OnWay], lane: float, room: float
 ) -> bool:
@@ -172,7 +197,7 @@ def _keeps_off(
         along = row[VX] * gx + row[VY] * gy
         stands = math.hypot(row[VX], row[VY]) < SLOW
         needed = min(room, SQUEEZE) if stands else room
-        if abs(lane - it.beside) - both >= needed:
+        if it.ahead <= 0 or abs(lane - it.beside) - both >= needed:
             continue
         speed = along + (it.ahead - both - _KEEP_OFF)
         if speed <= 0:
