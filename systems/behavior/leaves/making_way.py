@@ -196,7 +196,7 @@ def make_way(
     away before the robot until there is room; and also where it leaves less
     than 0.3 m and the robot stands nearby for 3 s. It walks at `speed` at most,
     or as much as keeps ahead of the robot. It waits until the robot has passed
-    or turned elsewhere; for `seconds` at most, in which the robot would not be
+    or turned elsewhere, or stood far off for 3 s; for `seconds` at most, in which the robot would not be
     there within that time. It has the behavior status `status` meanwhile. The
     action fails if there is no robot.
     """
@@ -226,7 +226,11 @@ def make_way(
             _look_past(context, own, drive)
     elif own[_STAGE] != _GO_PAST and _is_held(context, own, drive, clearance):
         own[_HELD] = 0.0
-        if abs(drive.beside) > _elsewhere(drive, clearance):
+        is_far = drive.along > drive.both + _NEARBY
+        if own[_STAGE] == _WAIT and (
+            abs(drive.beside) > _elsewhere(drive, clearance)
+            or (is_far and drive.speed < SLOW)
+        ):
             own[_STAGE] = 0.0
             return NodeStatus.SUCCESS
         least = max(min(_gap(drive) + _MORE, clearance), _LEAST)
@@ -300,7 +304,11 @@ def _is_held(
     elif gap < _LEAST / 2 or gap > _elsewhere(drive, clearance) - drive.both:
         # The robot has turned.
         seconds = _HELD_OFF
-    elif gap < min(clearance, _ENOUGH) - _CLOSE and _stands_near(drive):
+    elif drive.speed < SLOW and (
+        drive.along > drive.both + _NEARBY
+        or gap < min(clearance, _ENOUGH) - _CLOSE
+    ):
+        # It does not come.
         seconds = _STUCK
     own[_HELD] = own[_HELD] + 1 if seconds else 0.0
     step = context.person.time_step

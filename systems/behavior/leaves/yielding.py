@@ -35,7 +35,7 @@ from hunav_drake.systems.behavior.leaves.walking import (
 from hunav_drake.systems.behavior.nodes.decorators import steps_reach
 from hunav_drake.systems.behavior.nodes.node import NodeStatus
 from hunav_drake.systems.behavior.nodes.registry import register_action
-from hunav_drake.systems.behavior.nodes.tick_context import TickContext
+from hunav_drake.systems.behavior.nodes.tick_context import Row, TickContext
 from hunav_drake.systems.common.layout import RADIUS, VX, VY, Command, X, Y
 from hunav_drake.systems.common.schema import within
 
@@ -188,7 +188,15 @@ def keep_off(context: TickContext, *, distance: Distance = 2.5) -> NodeStatus:
 def _keeps_off(
     context: TickContext, robots: list[OnWay], lane: float, room: float
 ) -> bool:
-    """Stays away from a robot beside which there is no room; tells whether."""
+    """Stays away from a robot beside which there is no room; tells whether.
+
+    Args:
+        context: The tick context.
+        robots: Those that count.
+        lane: The lane to walk in, to the left of the way; 0 is straight on.
+        room: How much there must be between the bodies, in meters; beside a
+            robot that stands 0.05 m will do.
+    """
     body = context.person.body_radius
     gx, gy = way(context)
     for it in robots:
@@ -197,7 +205,14 @@ def _keeps_off(
         along = row[VX] * gx + row[VY] * gy
         stands = math.hypot(row[VX], row[VY]) < SLOW
         needed = min(room, SQUEEZE) if stands else room
-        if it.ahead <= 0 or abs(lane - it.beside) - both >= needed:
+        is_free = abs(lane - it.beside) - both >= needed
+        if lane:
+            # (A lane is not quite along the walls, which are asked, too.)
+            off = abs(lane - it.beside) - both
+            is_free = off >= needed - _WORTH and _fits(
+                context, row, lane - it.beside, needed
+            )
+        if it.ahead <= 0 or is_free:
             continue
         speed = along + (it.ahead - both - _KEEP_OFF)
         if speed <= 0:
@@ -206,6 +221,17 @@ def _keeps_off(
             walk_at(context, speed, _BRAKING)
         return True
     return False
+
+
+def _fits(
+    context: TickContext, robot: Row, side: float, room: float
+) -> bool:
+    """Tells whether a body fits between a robot and the wall beside it."""
+    gx, gy = way(context)
+    reach = 2 * context.person.body_radius + WALL_GAP + room + robot[RADIUS]
+    reach = math.copysign(reach, side)
+    x, y = robot[X] - reach * gy, robot[Y] + reach * gx
+    return context.cast_ray(x, y, robot) > 1
 
 
 def _find_lane(
