@@ -7,6 +7,8 @@ import math
 from typing import Annotated
 
 from hunav_drake.systems.behavior.leaves.pacing import (
+    AIM,
+    PRESSING,
     STANDING,
     Deceleration,
     PortDistance,
@@ -21,8 +23,16 @@ from hunav_drake.systems.behavior.leaves.pacing import (
 )
 from hunav_drake.systems.behavior.leaves.reactions import TURN_RATE
 from hunav_drake.systems.behavior.leaves.robot_conditions import (
+    SLOW,
     Distance,
     course,
+)
+from hunav_drake.systems.behavior.leaves.spots import (
+    Drive,
+    drive_of,
+    find_spot,
+    way_off,
+    way_past,
 )
 from hunav_drake.systems.behavior.leaves.walking import (
     IGNORED,
@@ -36,32 +46,47 @@ from hunav_drake.systems.behavior.nodes.registry import (
     register_condition,
 )
 from hunav_drake.systems.behavior.nodes.tick_context import Row, TickContext
-from hunav_drake.systems.common.layout import RADIUS, Command, X, Y
+from hunav_drake.systems.common.layout import RADIUS, VX, VY, Command, X, Y
 from hunav_drake.systems.common.schema import within
 
 # Whoever moves less than this in the time of waiting stands, in meters:
 # people who would like to walk on do not stand quite still.
 _STILL = 0.3
 
-# How far back along the robot's way people look for room, and in what steps,
+# A gap between the discs at which robots pass, in meters; one that gets at
+# least so much more stands for other reasons.
+_LEAST = 0.1
+_ENOUGH = 0.3
+
+# Whoever moves for more room moves by so much at least, and gets so much more,
 # in meters.
-_BACK = 6.0
-_STEP = 0.25
-
-# What is left free between the body and a wall, in meters.
-_WALL_GAP = 0.15
-
-# So little less than the whole way aside is enough, in meters.
-_ENOUGH = 0.02
-
-# The room that is worth going for, in meters more than where one is.
 _WORTH = 0.2
+_MORE = 0.1
 
-# Where the person counts as there, in meters; and where someone does who
-# comes no nearer, having had time to start, in seconds.
-_ARRIVED = 0.1
+# Where the person counts as there, on the way and at the spot, in meters; and
+# where someone does who comes no nearer.
+_ON_WAY = 0.1
+_ARRIVED = 0.05
 _NEAR = 0.3
-_START = 1.0
+
+# For so long somebody comes no nearer to the spot, or the robot has turned; or
+# it stands nearby, though there is room for it: then something else is done.
+# In seconds; and how near that is, in meters, body to body; and how much less
+# than enough room is none, in meters.
+_HELD_OFF = 1.0
+_STUCK = 3.0
+_NEARBY = 1.5
+_CLOSE = 0.02
+
+# People who go away from a robot are no farther than this from it, in meters,
+# body to body.
+_LEAD = 3.0
+
+# Who goes away walks so much faster than the robot.
+_FASTER = 1.2
+
+# Walls keep nobody off a spot that is so near, in meters.
+_AT_WALL = 0.6
 
 _WAITING = {
     "ticks": 0.0,
@@ -133,6 +158,11 @@ def _nearest_ahead(context: TickContext, distance: float, margin: float) -> int:
     return found
 
 
+# The stages of making way, and the slots of memory.
+_GO_BACK, _GO_ASIDE, _WAIT, _GO_AWAY, _GO_PAST = 1.0, 2.0, 3.0, 4.0, 5.0
+_STAGE, _PLACES, _WAITED, _ROBOT, _HELD = 0, 1, 5, 6, 7
+
+
 @register_action(
     "MakeWay",
     memory={
@@ -141,8 +171,9 @@ def _nearest_ahead(context: TickContext, distance: float, margin: float) -> int:
         "back y": 0.0,
         "spot x": 0.0,
         "spot y": 0.0,
-        "ticks": 0.0,
+        "waited": 0.0,
         "robot": 0.0,
+        "held": 0.0,
     },
     ignored=IGNORED,
 )
@@ -159,115 +190,279 @@ def make_way(
 ) -> NodeStatus:
     """Steps aside, or back and aside, and waits while the robot passes.
 
-    The spot is beside the robot's way, with `clearance` between the bodies
-    when it passes, and as far back along it as walls demand, as in a door; it
-    is chosen once. The person walks at `speed` at most, waits there until the
-    robot has passed, in all for `seconds` at most, and has the behavior status
-    `status` meanwhile. The action fails if there is no robot, or no such spot
-    to be reached.
+    The spot is beside the robot's way, with `clearance` between the discs when
+    it passes, or what room there is, and as far back along the way as walls
+    demand, as in a door. Where that leaves less than 0.1 m, the person goes
+    away before the robot until there is room; and also where it leaves less
+    than 0.3 m and the robot stands nearby for 3 s. It walks at `speed` at most,
+    or as much as keeps ahead of the robot. It waits until the robot has passed
+    or turned elsewhere, or stood far off for 3 s; for `seconds` at most, in which the robot would not be
+    there within that time. It has the behavior status `status` meanwhile. The
+    action fails if there is no robot.
     """
     row = context.robot
     if row is None:
         return NodeStatus.FAILURE
-    if not own[0]:
-        spot = _find_spot(context, row, clearance)
-        if spot is None:
-            return NodeStatus.FAILURE
-        own[:] = [1.0, *spot, 0.0, float(context.robots.index(row))]
-    elif own[6] < len(context.robots):
+    if own[_STAGE] and own[_ROBOT] < len(context.robots):
         # (Another one may be nearer now.)
-        context.notice(int(own[6]))
-        row = context.robots[int(own[6])]
-    own[5] += 1
-    if steps_reach(own[5], context.person.time_step, seconds):
-        own[0] = 0.0
+        context.notice(int(own[_ROBOT]))
+        row = context.robots[int(own[_ROBOT])]
+    else:
+        own[:] = [0.0] * len(own)
+        own[_ROBOT] = float(context.robots.index(row))
+    drive = drive_of(row, context.state)
+    own[_WAITED] += drive.speed * seconds <= drive.along
+    if drive.along < -drive.both or steps_reach(
+        own[_WAITED], context.person.time_step, seconds
+    ):
+        own[_STAGE] = 0.0
         return NodeStatus.SUCCESS
-    if _has_passed(context, row):
-        own[0] = 0.0
-        return NodeStatus.SUCCESS
-    state, command = context.state, context.command
+    most = context.command[Command.MAX_SPEED]
+    pace = min(max(speed, _FASTER * drive.speed), most)
+    if own[_STAGE] in (0.0, _GO_AWAY):
+        least, away = _LEAST, _WORTH if drive.speed < SLOW else 0.0
+        _choose(context, own, drive, (clearance, least, pace, away))
+        if own[_STAGE] == _GO_AWAY and _stands_near(drive):
+            _look_past(context, own, drive)
+    elif own[_STAGE] != _GO_PAST and _is_held(context, own, drive, clearance):
+        own[_HELD] = 0.0
+        is_far = drive.along > drive.both + _NEARBY
+        if own[_STAGE] == _WAIT and (
+            abs(drive.beside) > _elsewhere(drive, clearance)
+            or (is_far and drive.speed < SLOW)
+        ):
+            own[_STAGE] = 0.0
+            return NodeStatus.SUCCESS
+        least = max(min(_gap(drive) + _MORE, clearance), _LEAST)
+        _choose(context, own, drive, (clearance, least, pace, _WORTH))
     context.behavior_status = status
     # (The way leads clear of it.)
-    command[Command.ROBOT_ROLE] = ROLES["unseen"]
-    # (Others or walls may keep the person off the spot.)
-    can_go = (
-        own[5] * context.person.time_step < _START
-        or speed_of(context) > STANDING
-    )
-    for stage in range(int(own[0]), 3):
-        x, y = own[2 * stage - 1], own[2 * stage]
-        left = math.hypot(x - state[X], y - state[Y])
-        if left > _ARRIVED and (can_go or left > _NEAR):
-            own[0] = float(stage)
-            head_for(context, x, y, _ARRIVED / 2)
-            speed = min(speed, command[Command.MAX_SPEED])
-            walk_at(context, speed, deceleration)
-            if stage == 2 and deceleration:
-                slow_down_before(context, left, deceleration)
-            return NodeStatus.RUNNING
-    own[0] = 3.0
-    come_to_rest(context, deceleration)
-    face(context, row[X], row[Y], turn_rate)
+    context.command[Command.ROBOT_ROLE] = ROLES["unseen"]
+    if own[_STAGE] == _GO_AWAY:
+        goes = _goes_away(context, drive, pace, deceleration)
+    elif own[_STAGE] == _GO_PAST:
+        goes = _goes_past(context, own, pace)
+    else:
+        goes = _goes_to_spot(context, own, row, pace, deceleration)
+    if not goes:
+        come_to_rest(context, deceleration)
+        face(context, row[X], row[Y], turn_rate)
     return NodeStatus.RUNNING
 
 
-def _has_passed(context: TickContext, robot: Row) -> bool:
-    """Returns whether a robot is past the person, or away."""
-    state = context.state
-    rx, ry = state[X] - robot[X], state[Y] - robot[Y]
-    hx, hy = course(robot)
-    body = state[RADIUS] + robot[RADIUS]
-    return rx * hx + ry * hy < -body or math.hypot(rx, ry) > 3 * body + 1.0
+def _gap(drive: Drive) -> float:
+    """Returns the gap at which a robot would pass the person now."""
+    return abs(drive.beside) - drive.both
 
 
-def _find_spot(
-    context: TickContext, robot: Row, clearance: float
-) -> tuple[float, float, float, float] | None:
-    """Returns where to go back to, and from there aside; None if nowhere."""
-    state = context.state
-    x, y, radius = state[X], state[Y], state[RADIUS]
-    hx, hy = course(robot)
-    # From the robot's way to the person, to the left.
-    beside = hx * (y - robot[Y]) - hy * (x - robot[X])
-    clear = robot[RADIUS] + radius + clearance
-    sides = (1.0, -1.0) if beside >= 0 else (-1.0, 1.0)
-    best, spot = -math.inf, None
-    back = 0.0
-    while back <= _BACK and best < -_ENOUGH:
-        ahead = back + radius
-        if back and context.cast_ray(x + ahead * hx, y + ahead * hy) <= 1:
-            break
-        place = (x + back * hx, y + back * hy)
-        for side in sides:
-            way = max(clear - side * beside, 0.0)
-            left = (-side * hy, side * hx)
-            free = _free_way(context, place, left, way)
-            # (Nearer is better, where there is hardly more room.)
-            if free - way > best + _WORTH or best < -_ENOUGH <= free - way:
-                best = free - way
-                aside = (place[0] + free * left[0], place[1] + free * left[1])
-                spot = (*place, *aside)
-        back += _STEP
-    if spot is None or math.hypot(spot[2] - x, spot[3] - y) < _WORTH:
-        return None
-    return spot
+def _elsewhere(drive: Drive, clearance: float) -> float:
+    """Returns how far beside its way people are whom a robot is not to pass."""
+    return drive.both + clearance + _ENOUGH
 
 
-def _free_way(
+def _choose(
     context: TickContext,
-    place: tuple[float, float],
-    direction: tuple[float, float],
-    way: float,
-) -> float:
-    """Returns how much of a straight way the body has room on, in meters."""
-    radius = context.state[RADIUS]
-    dx, dy = direction
-    reach = way + radius + _WALL_GAP
-    free = way
-    # Along the middle of the body, and along its sides.
-    for shift in (0.0, radius, -radius):
-        start = (place[0] - shift * dy, place[1] + shift * dx)
-        end = (start[0] + reach * dx, start[1] + reach * dy)
-        part = context.cast_ray(*end, start)
-        free = min(free, reach * part - radius - _WALL_GAP)
-    return max(free, 0.0)
+    own: list[float],
+    drive: Drive,
+    wanted: tuple[float, float, float, float],
+) -> None:
+    """Chooses the spot to go to, or to go away from the robot.
+
+    Args:
+        context: The tick context.
+        own: The memory of the action.
+        drive: How the robot drives.
+        wanted: See `find_spot`: the gap, the least one, the pace, and how far
+            away it is.
+    """
+    person = context.person
+    others = [
+        (it[X], it[Y])
+        for i, it in enumerate(context.humans)
+        if i != person.index and math.hypot(it[VX], it[VY]) < STANDING
+    ]
+    gap, least, pace, away = wanted
+    spot = find_spot(
+        *(context.state, person.body_radius, drive, gap, least, pace, away),
+        *(others, person.walls),
+    )
+    own[_STAGE] = _GO_AWAY
+    if spot is not None:
+        own[_STAGE] = _GO_BACK
+        own[_PLACES : _PLACES + 4] = spot[:4]
+
+
+def _is_held(
+    context: TickContext, own: list[float], drive: Drive, clearance: float
+) -> bool:
+    """Tells whether the spot has been no good for too long."""
+    gap = _gap(drive)
+    seconds = 0.0
+    if own[_STAGE] != _WAIT:
+        # Others or walls keep the person off it.
+        seconds = _HELD_OFF if speed_of(context) < STANDING else 0.0
+    elif gap < _LEAST / 2 or gap > _elsewhere(drive, clearance) - drive.both:
+        # The robot has turned.
+        seconds = _HELD_OFF
+    elif drive.speed < SLOW and (
+        drive.along > drive.both + _NEARBY
+        or gap < min(clearance, _ENOUGH) - _CLOSE
+    ):
+        # It does not come.
+        seconds = _STUCK
+    own[_HELD] = own[_HELD] + 1 if seconds else 0.0
+    step = context.person.time_step
+    return seconds > 0 and steps_reach(own[_HELD], step, seconds)
+
+
+def _stands_near(drive: Drive) -> bool:
+    """Tells whether the robot stands where it may want to pass."""
+    return drive.speed < SLOW and drive.along < drive.both + _NEARBY
+
+
+def _goes_to_spot(
+    context: TickContext,
+    own: list[float],
+    robot: Row,
+    pace: float,
+    deceleration: float,
+) -> bool:
+    """Walks to the spot, first back and then aside; tells whether it does."""
+    state, command = context.state, context.command
+    for stage in (_GO_BACK, _GO_ASIDE):
+        if own[_STAGE] > stage:
+            continue
+        first = _PLACES + 2 * int(stage - _GO_BACK)
+        x, y = own[first : first + 2]
+        dx, dy = x - state[X], y - state[Y]
+        left = math.hypot(dx, dy)
+        held = own[_HELD] * context.person.time_step > _HELD_OFF / 2
+        near = _ON_WAY if stage == _GO_BACK else _ARRIVED
+        if left > (_NEAR if held else near):
+            own[_STAGE] = stage
+            # (Around a robot that is too near.)
+            rx, ry = state[X] - robot[X], state[Y] - robot[Y]
+            away = max(math.hypot(rx, ry), 1e-9)
+            both = state[RADIUS] + robot[RADIUS]
+            out = left * max(both + _LEAST - away, 0.0) / (2 * _LEAST * away)
+            x, y = x + out * rx, y + out * ry
+            head_for(context, x, y, near / 2)
+            walk_at(context, pace, deceleration)
+            if stage == _GO_ASIDE:
+                if deceleration:
+                    slow_down_before(context, left, deceleration)
+                _press(context, dx / left, dy / left, left)
+            return True
+    own[_STAGE] = _WAIT
+    return False
+
+
+def _goes_away(
+    context: TickContext, drive: Drive, pace: float, deceleration: float
+) -> bool:
+    """Walks away before the robot; tells whether it does."""
+    if drive.along - drive.both > _LEAD:
+        return False
+    person, state = context.person, context.state
+    dx, dy, free = way_off(state, person.body_radius, drive, person.walls)
+    if free <= _ARRIVED:
+        return False
+    head_for(context, state[X] + free * dx, state[Y] + free * dy, _ARRIVED / 2)
+    walk_at(context, pace, deceleration)
+    if deceleration:
+        slow_down_before(context, free, deceleration)
+    _press(context, dx, dy, free)
+    return True
+
+
+def _look_past(
+    context: TickContext, own: list[float], drive: Drive
+) -> None:
+    """Decides to go past a robot that stands, where no other way is left."""
+    person, state = context.person, context.state
+    _, _, free = way_off(state, person.body_radius, drive, person.walls)
+    if free > _ON_WAY:
+        return
+    spot = way_past(state, person.body_radius, drive, person.walls)
+    if spot is not None:
+        own[_STAGE] = _GO_PAST
+        own[_PLACES : _PLACES + 4] = spot[:4]
+
+
+def _goes_past(context: TickContext, own: list[float], pace: float) -> bool:
+    """Walks past a robot along a wall; tells whether it does."""
+    state = context.state
+    ax, ay, bx, by = own[_PLACES : _PLACES + 4]
+    length = math.hypot(bx - ax, by - ay)
+    ex, ey = (bx - ax) / length, (by - ay) / length
+    along = (state[X] - ax) * ex + (state[Y] - ay) * ey
+    if math.hypot(ax - state[X], ay - state[Y]) <= _ON_WAY:
+        own[_HELD] = -1.0
+    along = min(along + AIM, length) if own[_HELD] < 0 else 0.0
+    head_for(context, ax + along * ex, ay + along * ey, 0.0)
+    walk_at(context, pace)
+    context.command[Command.DESIRED_SPEED] = PRESSING
+    return True
+
+
+def _press(context: TickContext, dx: float, dy: float, left: float) -> None:
+    """Lets nobody be kept off a spot at a wall by the forces of walls.
+
+    The spot is `left` meters away in the direction of (dx, dy).
+    """
+    if left > _AT_WALL:
+        return
+    state = context.state
+    reach = left + state[RADIUS] + _NEAR
+    x, y = state[X] + reach * dx, state[Y] + reach * dy
+    if context.cast_ray(x, y) <= 1:
+        context.command[Command.DESIRED_SPEED] = PRESSING
+
+
+@register_action(
+    "KeepPlace", memory={"state": 0.0, "x": 0.0, "y": 0.0}, ignored=IGNORED
+)
+def keep_place(
+    context: TickContext, own: list[float], *, speed: PortSpeed = 0.6
+) -> NodeStatus:
+    """Goes back to where the person stood with no goal left.
+
+    The place is where somebody without a goal came to rest when this was
+    ticked. Who is more than 0.3 m off walks back at `speed` at most, unless a
+    robot or somebody is on the way. The action fails if there is nothing to do.
+    """
+    state, command = context.state, context.command
+    if context.goal is not None:
+        own[0] = 0.0
+        return NodeStatus.FAILURE
+    if not own[0]:
+        if speed_of(context) < STANDING:
+            own[:] = [1.0, state[X], state[Y]]
+        return NodeStatus.FAILURE
+    x, y = own[1], own[2]
+    left = math.hypot(x - state[X], y - state[Y])
+    there = left <= (_ON_WAY if own[0] > 1 else _NEAR)
+    if there or _is_blocked(context, x, y):
+        own[0] = 1.0
+        return NodeStatus.FAILURE
+    own[0] = 2.0
+    head_for(context, x, y, _ARRIVED / 2)
+    walk_at(context, min(speed, command[Command.MAX_SPEED]))
+    return NodeStatus.SUCCESS
+
+
+def _is_blocked(context: TickContext, x: float, y: float) -> bool:
+    """Tells whether a robot or somebody else is on the way to a place."""
+    state, index = context.state, context.person.index
+    rows = context.robots + [
+        it for i, it in enumerate(context.humans) if i != index
+    ]
+    dx, dy = x - state[X], y - state[Y]
+    length = max(math.hypot(dx, dy), 1e-9)
+    for it in rows:
+        rx, ry = it[X] - state[X], it[Y] - state[Y]
+        part = min(max((rx * dx + ry * dy) / length**2, 0.0), 1.0)
+        near = math.hypot(rx - part * dx, ry - part * dy)
+        if near < state[RADIUS] + it[RADIUS] + _ENOUGH:
+            return True
+    return False

@@ -20,6 +20,13 @@ Deceleration = Annotated[float, within(0, 100, "m/s^2")]
 # relaxation_time / goal_factor of SocialForceParameters.
 RESPONSE_TIME = 0.25
 
+# Who presses into a place at a wall wishes to go there at this speed, in m/s,
+# as the forces of walls keep people off as hard as that; and who walks along
+# a wall heads for a point only so far ahead, in meters, so that they do not
+# drive the person off.
+PRESSING = 6.0
+AIM = 0.06
+
 # Someone slower than this stands, in m/s.
 STANDING = 0.05
 

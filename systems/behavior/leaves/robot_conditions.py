@@ -124,6 +124,7 @@ def is_robot_approaching(
     standing_distance: Distance = 0.0,
     at_rest: bool = False,
     passed: Distance = 0.0,
+    with_goal: bool = True,
 ) -> bool:
     """Holds if a robot is about to pass near the person.
 
@@ -131,8 +132,11 @@ def is_robot_approaching(
     beside it. With `head_on`, the person faces it, too; with `at_rest` a person
     who stands need not. A robot that stands counts only up to
     `standing_distance`, as if it were to drive on. It still counts until the
-    person is so far behind it as `passed`.
+    person is so far behind it as `passed`. Without `with_goal` it does not hold
+    for people who have a goal to walk to.
     """
+    if not with_goal and context.goal is not None:
+        return False
     state = context.state
     head_on = head_on and not (
         at_rest and math.hypot(state[VX], state[VY]) < SLOW
@@ -216,7 +220,10 @@ class OnWay(NamedTuple):
 
 
 def before_goal(
-    context: TickContext, distance: float, clearance: float
+    context: TickContext,
+    distance: float,
+    clearance: float,
+    behind: float = 0.0,
 ) -> list[OnWay]:
     """Returns the robots between the person and the goal.
 
@@ -225,6 +232,7 @@ def before_goal(
         distance: How far away robots are at most, in meters.
         clearance: How near to the goal those are that cannot be passed, and
             do not count, in meters.
+        behind: How far behind the person they still count, in meters.
     """
     state, goal = context.state, context.goal
     if goal is None:
@@ -238,7 +246,7 @@ def before_goal(
     for i, robot in enumerate(context.robots):
         dx, dy = robot[X] - state[X], robot[Y] - state[Y]
         ahead, beside = dx * gx + dy * gy, gx * dy - gy * dx
-        if math.hypot(dx, dy) > distance or not 0 < ahead < length:
+        if math.hypot(dx, dy) > distance or not -behind < ahead < length:
             continue
         if math.hypot(length - ahead, beside) >= clearance:
             found.append(OnWay(ahead, beside, i))

@@ -1,28 +1,32 @@
-"""Actions that make way for robots: StandStill, StepAside, PassBy."""
+"""Actions of people whom robots meet: StandStill, PassBy."""
 
 import itertools
 import math
-from typing import Annotated, NamedTuple
+from typing import Annotated
 
 from hunav_drake.systems.behavior.leaves.pacing import (
+    AIM,
+    PRESSING,
     Deceleration,
     PortDistance,
     TurnRate,
     come_to_rest,
     face,
     head_for,
-    slow_down_before,
+    walk_at,
 )
 from hunav_drake.systems.behavior.leaves.reactions import TURN_RATE
 from hunav_drake.systems.behavior.leaves.robot_conditions import (
+    SLOW,
     Distance,
     OnWay,
     before_goal,
     between,
-    course,
     way,
 )
+from hunav_drake.systems.behavior.leaves.spots import SQUEEZE, WALL_GAP
 from hunav_drake.systems.behavior.leaves.walking import (
+    GOAL_MARGIN,
     IGNORED,
     ROLES,
     BehaviorStatus,
@@ -32,14 +36,11 @@ from hunav_drake.systems.behavior.nodes.decorators import steps_reach
 from hunav_drake.systems.behavior.nodes.node import NodeStatus
 from hunav_drake.systems.behavior.nodes.registry import register_action
 from hunav_drake.systems.behavior.nodes.tick_context import Row, TickContext
-from hunav_drake.systems.common.layout import RADIUS, Command, X, Y
+from hunav_drake.systems.common.layout import RADIUS, VX, VY, Command, X, Y
 from hunav_drake.systems.common.schema import within
 
 # What is left free between the body and a wall, in meters.
 _WALL_GAP = 0.15
-
-# The person has arrived this near to the spot, in meters.
-_ARRIVED = 0.05
 
 # Someone less far beside the robot's course is on it, in meters.
 _BESIDE = 0.1
@@ -50,6 +51,11 @@ _WORTH = 0.1
 # How far ahead the point is that someone who passes the robot walks to, in
 # meters.
 _AHEAD = 0.2
+
+# How far people keep off a robot that they do not pass, body to body, in
+# meters, and how fast they slow down for it, in m/s^2.
+_KEEP_OFF = 0.5
+_BRAKING = 2.5
 
 # How much farther away a robot must be when passing ends, in meters: else it
 # would begin again at once.
@@ -85,47 +91,6 @@ def stand_still(
 
 
 @register_action(
-    "StepAside",
-    memory={"chosen": 0.0, "spot x": 0.0, "spot y": 0.0},
-    ignored=IGNORED,
-)
-def step_aside(
-    context: TickContext,
-    own: list[float],
-    *,
-    clearance: PortDistance = 1.0,
-    deceleration: Deceleration = 0.0,
-) -> NodeStatus:
-    """Walks to a spot `clearance` beside the robot's course.
-
-    The side is the one where the person is, the right-hand side on the course
-    itself, and the other one where walls leave more room on that. The spot is
-    chosen once; the action runs until the person is there, and fails if there
-    is no robot. The person slows down before the spot by `deceleration` at
-    most, or stops at once if it is 0.
-    """
-    robot = context.robot
-    if robot is None:
-        return NodeStatus.FAILURE
-    if not own[0]:
-        aside = _way_aside(context, robot, course(robot), clearance)
-        x = context.state[X] + aside.free * aside.nx
-        y = context.state[Y] + aside.free * aside.ny
-        own[:] = [1.0, x, y]
-    state = context.state
-    context.behavior_status = 1
-    left = math.hypot(own[1] - state[X], own[2] - state[Y])
-    if left <= _ARRIVED:
-        own[0] = 0.0
-        come_to_rest(context, deceleration)
-        return NodeStatus.SUCCESS
-    head_for(context, own[1], own[2], _ARRIVED / 2)
-    if deceleration:
-        slow_down_before(context, left, deceleration)
-    return NodeStatus.RUNNING
-
-
-@register_action(
     "PassBy",
     memory={"chosen": 0.0, "point x": 0.0, "point y": 0.0},
     ignored=IGNORED,
@@ -137,6 +102,7 @@ def pass_by(
     distance: Distance,
     clearance: PortDistance = 1.0,
     gap: PortDistance = 0.0,
+    room: PortDistance = 0.0,
     robot: Role = "obstacle",
     status: BehaviorStatus = 1,
 ) -> NodeStatus:
@@ -147,13 +113,17 @@ def pass_by(
     right-hand side of a robot right ahead, and is kept. Where walls or robots
     leave less room, the person passes where there is most: first the nearest
     robots, then those behind them. The point to walk to is never beyond a
-    wall; where two bodies hardly fit in, the body touches the wall there. The
-    action runs until no robot is between the person and the goal, at most
+    wall; where two bodies hardly fit in, the body touches the wall there. With
+    a `room` above 0, nobody passes a robot that drives with less than that
+    between the bodies, or one that stands with less than 0.05 m, but keeps
+    0.5 m off it, and leans on walls to have that room. The action runs until no robot is between the person and the goal, at most
     0.5 m farther away than `distance`; its behavior status is `status`.
     """
     state, command = context.state, context.command
     clearance = between(context, clearance, gap)
-    robots = before_goal(context, distance + _LEEWAY, clearance)
+    # (Who leaned on a wall cuts in no sooner than that.)
+    behind = clearance if room and own[0] else 0.0
+    robots = before_goal(context, distance + _LEEWAY, clearance, behind)
     if not robots:
         own[0] = 0.0
         return NodeStatus.SUCCESS
@@ -163,16 +133,28 @@ def pass_by(
     usual = -_BESIDE
     if own[0]:
         usual = gx * (own[2] - state[Y]) - gy * (own[1] - state[X])
-    lane = _find_lane(context, robots, clearance, usual)
+    off = context.person.body_radius + WALL_GAP if room else state[RADIUS]
+    lane = _find_lane(context, robots, clearance, usual, off)
     # (Before the robot it may be narrower than beside it.)
-    reach = abs(lane) + state[RADIUS]
+    reach = abs(lane) + off
     part = context.cast_ray(
         state[X] - math.copysign(reach, lane) * gy,
         state[Y] + math.copysign(reach, lane) * gx,
     )
-    free = max(reach * part - state[RADIUS], 0.0)
+    free = max(reach * part - off, 0.0)
     lane = math.copysign(min(abs(lane), free), lane)
-    dx, dy = _AHEAD * gx - lane * gy, _AHEAD * gy + lane * gx
+    ahead = _AHEAD
+    if room:
+        if _keeps_off(context, robots, lane, room):
+            return NodeStatus.RUNNING
+        wall = abs(lane) + state[RADIUS]
+        if context.cast_ray(
+            state[X] - math.copysign(wall, lane) * gy,
+            state[Y] + math.copysign(wall, lane) * gx,
+        ) <= 1:
+            ahead = min(max(abs(lane), AIM), _AHEAD)
+            command[Command.DESIRED_SPEED] = PRESSING
+    dx, dy = ahead * gx - lane * gy, ahead * gy + lane * gx
     x, y = state[X] + dx, state[Y] + dy
     # (The way around a wall across leads to the goal itself.)
     if context.cast_ray(x + state[RADIUS] * gx, y + state[RADIUS] * gy) > 1:
@@ -181,24 +163,103 @@ def pass_by(
     return NodeStatus.RUNNING
 
 
+@register_action("KeepOff", ignored=IGNORED)
+def keep_off(context: TickContext, *, distance: Distance = 2.5) -> NodeStatus:
+    """Keeps off a robot right ahead on the way to the goal, or at the goal.
+
+    The person comes no nearer to it than 0.5 m, body to body, and goes along
+    with it. The action fails if there is no robot for which to slow down, at
+    most `distance` away, or the person is at the goal.
+    """
+    goal, state = context.goal, context.state
+    if goal is None or (
+        math.hypot(goal[0] - state[X], goal[1] - state[Y])
+        <= context.person.goal_radius + GOAL_MARGIN
+    ):
+        return NodeStatus.FAILURE
+    most = context.command[Command.MAX_SPEED]
+    robots = before_goal(context, distance, 0.0)
+    _keeps_off(context, robots, 0.0, _KEEP_OFF)
+    held = context.command[Command.HOLD] != 0
+    slower = context.command[Command.MAX_SPEED] < most
+    return NodeStatus.SUCCESS if held or slower else NodeStatus.FAILURE
+
+
+def _keeps_off(
+    context: TickContext, robots: list[OnWay], lane: float, room: float
+) -> bool:
+    """Stays away from a robot beside which there is no room; tells whether.
+
+    Args:
+        context: The tick context.
+        robots: Those that count.
+        lane: The lane to walk in, to the left of the way; 0 is straight on.
+        room: How much there must be between the bodies, in meters; beside a
+            robot that stands 0.05 m will do.
+    """
+    body = context.person.body_radius
+    gx, gy = way(context)
+    for it in robots:
+        row = context.robots[it.row]
+        both = body + row[RADIUS]
+        along = row[VX] * gx + row[VY] * gy
+        stands = math.hypot(row[VX], row[VY]) < SLOW
+        needed = min(room, SQUEEZE) if stands else room
+        is_free = abs(lane - it.beside) - both >= needed
+        if lane:
+            # (A lane is not quite along the walls, which are asked, too.)
+            off = abs(lane - it.beside) - both
+            is_free = off >= needed - _WORTH and _fits(
+                context, row, lane - it.beside, needed
+            )
+        if it.ahead <= 0 or is_free:
+            continue
+        speed = along + (it.ahead - both - _KEEP_OFF)
+        if speed <= 0:
+            come_to_rest(context, _BRAKING)
+        elif speed < context.command[Command.MAX_SPEED]:
+            walk_at(context, speed, _BRAKING)
+        return True
+    return False
+
+
+def _fits(
+    context: TickContext, robot: Row, side: float, room: float
+) -> bool:
+    """Tells whether a body fits between a robot and the wall beside it."""
+    gx, gy = way(context)
+    reach = 2 * context.person.body_radius + WALL_GAP + room + robot[RADIUS]
+    reach = math.copysign(reach, side)
+    x, y = robot[X] - reach * gy, robot[Y] + reach * gx
+    return context.cast_ray(x, y, robot) > 1
+
+
 def _find_lane(
-    context: TickContext, robots: list[OnWay], clearance: float, usual: float
+    context: TickContext,
+    robots: list[OnWay],
+    clearance: float,
+    usual: float,
+    body: float,
 ) -> float:
     """Returns the lane past robots: how far left of the line to the goal."""
     blocking = [it.ahead for it in robots if abs(it.beside) < clearance]
     if not blocking:
         return 0.0
-    room, lane = _widest_lane(context, robots, clearance, usual)
+    room, lane = _widest_lane(context, robots, clearance, usual, body)
     if room < clearance - _WORTH:
         # Not past all of them at once, but past those that are side by side.
         first = min(blocking)
         abreast = [it for it in robots if abs(it.ahead - first) < clearance]
-        _, lane = _widest_lane(context, abreast, clearance, usual)
+        _, lane = _widest_lane(context, abreast, clearance, usual, body)
     return lane
 
 
 def _widest_lane(
-    context: TickContext, robots: list[OnWay], clearance: float, usual: float
+    context: TickContext,
+    robots: list[OnWay],
+    clearance: float,
+    usual: float,
+    body: float,
 ) -> tuple[float, float]:
     """Returns the widest lane, after the room in it, up to `clearance`."""
     beside = sorted(it.beside for it in robots)
@@ -206,7 +267,7 @@ def _widest_lane(
     right, right_gap = _wall_beside(context, robots, clearance, -1.0)
     # Where two bodies hardly fit in, one touches the wall, on either side.
     narrow = min(left_gap, right_gap) < 2 * (context.state[RADIUS] + _WALL_GAP)
-    off = context.state[RADIUS] + (0.0 if narrow else _WALL_GAP)
+    off = body if narrow else context.state[RADIUS] + _WALL_GAP
     left, right = max(left - off, beside[-1]), min(right + off, beside[0])
     lanes = [
         *(b - clearance for b in beside),
@@ -240,44 +301,3 @@ def _wall_beside(
         row[X] - side * reach * gy, row[Y] + side * reach * gx, row
     )
     return outermost.beside + side * wall, wall - row[RADIUS]
-
-
-class _Aside(NamedTuple):
-    """The way to one side of a robot's course."""
-
-    # Its direction in W, a unit vector.
-    nx: float
-    ny: float
-    # Its length, and how much of it is free of walls, in meters.
-    way: float
-    free: float
-
-
-def _way_aside(
-    context: TickContext,
-    robot: Row,
-    course: tuple[float, float],
-    clearance: float,
-) -> _Aside:
-    """Returns the way to a place `clearance` beside a robot's course."""
-    state = context.state
-    x, y = state[X], state[Y]
-    hx, hy = course
-    # The left of the robot: the right of someone who faces it.
-    nx, ny = -hy, hx
-    beside = (x - robot[X]) * nx + (y - robot[Y]) * ny
-    side = -1.0 if beside < -_BESIDE else 1.0
-
-    def aside(side: float) -> _Aside:
-        way = max(clearance - side * beside, 0.0)
-        gap = state[RADIUS] + _WALL_GAP
-        reach = way + gap
-        free = reach * context.cast_ray(
-            x + side * reach * nx, y + side * reach * ny
-        )
-        return _Aside(side * nx, side * ny, way, min(way, max(free - gap, 0.0)))
-
-    near, far = aside(side), aside(-side)
-    # How much farther off the course the other side leads.
-    gain = (far.free - side * beside) - (near.free + side * beside)
-    return far if near.free < near.way and gain > _WORTH else near

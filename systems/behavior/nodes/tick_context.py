@@ -14,7 +14,10 @@ from hunav_drake.systems.common.layout import (
     X,
     Y,
 )
-from hunav_drake.systems.people.human_config import HumanConfig
+from hunav_drake.systems.people.human_config import (
+    LARGEST_BODY,
+    HumanConfig,
+)
 from hunav_drake.systems.world.obstacles import Obstacles
 from hunav_drake.systems.world.ray_cast import ray_cast
 
@@ -62,6 +65,7 @@ class Person:
         walls: What the person cannot walk through: `Obstacles.table`. None if
             there is nothing of the kind.
         hiding: What the person cannot see through, likewise.
+        body_radius: That of the body itself, in meters.
     """
 
     index: int
@@ -73,6 +77,7 @@ class Person:
     commands: tuple[tuple[float, ...], ...]
     walls: Array | None = field(default=None, compare=False)
     hiding: Array | None = field(default=None, compare=False)
+    body_radius: float = LARGEST_BODY
 
     @classmethod
     def from_config(
@@ -113,6 +118,7 @@ class Person:
             ),
             walls=obstacles.table if obstacles else None,
             hiding=sight_obstacles.table if sight_obstacles else None,
+            body_radius=human.contact_radius,
         )
 
 

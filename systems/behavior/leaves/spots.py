@@ -1,0 +1,258 @@
+"""Where there is room to let a robot pass: functions on numbers and walls.
+
+Walls are `Obstacles.table`, or None for nowhere. A robot comes as how it
+drives: see `Drive`. Everything is in W, in meters and m/s.
+"""
+
+import math
+from typing import NamedTuple
+
+from hunav_drake.systems.behavior.leaves.robot_conditions import course
+from hunav_drake.systems.behavior.nodes.tick_context import Row
+from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.layout import RADIUS, VX, VY, X, Y
+from hunav_drake.systems.world.ray_cast import ray_cast
+
+# How far back along the robot's way people look for room, and in what steps.
+_BACK = 6.0
+_STEP = 0.25
+
+# What is left free between the body and a wall: hardly anything, as walls are
+# leaned on to let somebody pass.
+WALL_GAP = 0.03
+
+# So little less than what is asked for is enough.
+_ENOUGH = 0.02
+
+# Someone less far beside the robot's way is on it.
+_BESIDE = 0.1
+
+# The room that is worth going to the other side for; and how far people go
+# for more room: so much more per meter.
+_OTHER_SIDE = 0.1
+_PER_METER = 0.1
+
+# Nobody crosses before a robot that would be nearer than this then.
+_CROSSING = 0.5
+
+# People do not go to where somebody stands nearer than this to the middle of
+# the spot, over the body's own diameter.
+_APART = 0.05
+
+# Between the bodies there is more than this when somebody squeezes past a robot
+# that stands, and no more than this is needed between the discs; and so far
+# behind it is past.
+SQUEEZE = 0.05
+_LEAST_PAST = 0.1
+_BEHIND = 0.3
+
+# Who goes away from a robot looks so far for a free way, and takes the
+# straightest one that is so long.
+_SIGHT = 3.0
+_FREE = 1.0
+_TURN = math.pi / 6
+
+
+class Drive(NamedTuple):
+    """Where a robot drives, and where a person is on its way.
+
+    Attributes:
+        hx: The direction, a unit vector.
+        hy: Its y.
+        along: How far ahead of it the person is.
+        beside: How far to its left.
+        both: The radii of both.
+        speed: How fast it drives.
+    """
+
+    hx: float
+    hy: float
+    along: float
+    beside: float
+    both: float
+    speed: float
+
+
+def drive_of(robot: Row, state: Row) -> Drive:
+    """Returns where a robot drives, seen by a person; rows of states."""
+    hx, hy = course(robot)
+    rx, ry = state[X] - robot[X], state[Y] - robot[Y]
+    return Drive(
+        hx,
+        hy,
+        rx * hx + ry * hy,
+        hx * ry - hy * rx,
+        robot[RADIUS] + state[RADIUS],
+        math.hypot(robot[VX], robot[VY]),
+    )
+
+
+class Spot(NamedTuple):
+    """Where to go back to, and from there aside; and the gap that leaves."""
+
+    back_x: float
+    back_y: float
+    x: float
+    y: float
+    gap: float
+
+
+def find_spot(
+    state: Row,
+    body: float,
+    drive: Drive,
+    gap: float,
+    least: float,
+    pace: float,
+    away: float,
+    others: list[tuple[float, float]],
+    walls: Array | None,
+) -> Spot | None:
+    """Returns the spot beside a robot's way to let it pass; None if nowhere.
+
+    It is abreast of where the person is, or farther back along the way, where
+    that leaves more room: a gap of 0.1 m more is worth a meter. It is on the
+    person's side, else where there is more room, if time is left to cross; the
+    left of the robot, which is the right of someone who faces it, if in doubt.
+
+    Args:
+        state: The person's row of `human_states`.
+        body: The radius of the body itself.
+        drive: How the robot drives.
+        gap: What is wanted between the two discs as the robot passes.
+        least: What there must be at least.
+        pace: How fast the person walks.
+        away: Spots nearer than this to the person do not count.
+        others: Where people are who stand.
+        walls: What people cannot walk through.
+    """
+    x, y, radius = state[X], state[Y], state[RADIUS]
+    hx, hy = drive.hx, drive.hy
+    near = -1.0 if drive.beside < -_BESIDE else 1.0
+    best, spot = -math.inf, None
+    back = 0.0
+    while back <= _BACK:
+        if back and free_way(walls, x, y, hx, hy, back, body, 0.0) < back:
+            break
+        px, py = x + back * hx, y + back * hy
+        for side in (near, -near):
+            way = max(drive.both + gap - side * drive.beside, 0.0)
+            if side != near and not _can_cross(drive, back, way, pace):
+                continue
+            nx, ny = -side * hy, side * hx
+            free = free_way(walls, px, py, nx, ny, way, body, radius)
+            room = side * drive.beside + free - drive.both
+            sx, sy = px + free * nx, py + free * ny
+            if (
+                room < least - _ENOUGH
+                or math.hypot(sx - x, sy - y) < away
+                or _is_taken(sx, sy, body, others)
+            ):
+                continue
+            worth = min(room, gap) - _PER_METER * back
+            worth -= _OTHER_SIDE if side != near else 0.0
+            if worth > best:
+                best, spot = worth, Spot(px, py, sx, sy, room)
+        # (Nothing farther back can be better.)
+        if best >= gap - _ENOUGH - _PER_METER * (back + _STEP):
+            break
+        back += _STEP
+    return spot
+
+
+def _can_cross(drive: Drive, back: float, way: float, pace: float) -> bool:
+    """Tells whether someone gets to the other side before a robot comes."""
+    if drive.speed == 0:
+        return True
+    driven = drive.speed * (back + way) / max(pace, 1e-3)
+    return drive.along + back - driven > drive.both + _CROSSING
+
+
+def _is_taken(
+    x: float, y: float, body: float, others: list[tuple[float, float]]
+) -> bool:
+    """Tells whether somebody is where a body is to stand."""
+    apart = 2 * body + _APART
+    return any([math.hypot(x - ox, y - oy) < apart for ox, oy in others])
+
+
+def free_way(
+    walls: Array | None,
+    x: float,
+    y: float,
+    dx: float,
+    dy: float,
+    way: float,
+    body: float,
+    beside: float,
+) -> float:
+    """Returns how much of a straight way a body has room on, in meters.
+
+    Args:
+        walls: See above.
+        x: Where it starts.
+        y: Its y.
+        dx: The direction, a unit vector.
+        dy: Its y.
+        way: How long it is.
+        body: The radius of the body.
+        beside: What must be free on either side of its middle.
+    """
+    if walls is None or way <= 0:
+        return max(way, 0.0)
+    off = body + WALL_GAP
+    reach = way + off
+    free = way
+    for shift in (0.0, beside, -beside) if beside else (0.0,):
+        sx, sy = x - shift * dy, y + shift * dx
+        part = ray_cast(sx, sy, sx + reach * dx, sy + reach * dy, walls)
+        free = min(free, reach * part - off)
+    return max(free, 0.0)
+
+
+def way_off(
+    state: Row, body: float, drive: Drive, walls: Array | None
+) -> tuple[float, float, float]:
+    """Returns where to walk away from a robot: a direction, and how far.
+
+    It leads straight on along the robot's way; where that is blocked, to the
+    side as little as need be; and where all is, straight on as far as it goes.
+    """
+    first = 1.0 if drive.beside >= 0 else -1.0
+    ways = []
+    for k in range(7):
+        # 0, and 30, 60 and 90 degrees to either side.
+        turn = first * ((k + 1) // 2) * _TURN * (1.0 if k % 2 else -1.0)
+        c, s = math.cos(turn), math.sin(turn)
+        dx, dy = c * drive.hx - s * drive.hy, s * drive.hx + c * drive.hy
+        free = free_way(walls, state[X], state[Y], dx, dy, _SIGHT, body, body)
+        if free >= _FREE:
+            return dx, dy, free
+        ways.append((dx, dy, free))
+    return ways[0]
+
+
+def way_past(
+    state: Row, body: float, drive: Drive, walls: Array | None
+) -> Spot | None:
+    """Returns the way past a robot that stands; None if bodies do not fit.
+
+    It leads to the wall, on the side with more room, and along it to behind
+    the robot. The arguments are those of `find_spot`.
+    """
+    hx, hy = drive.hx, drive.hy
+    behind = drive.along + drive.both + _BEHIND
+    radius = drive.both - state[RADIUS]
+    best, spot = SQUEEZE, None
+    for side in (1.0, -1.0):
+        way = max(drive.both + _LEAST_PAST - side * drive.beside, 0.0)
+        nx, ny = -side * hy, side * hx
+        x, y = state[X], state[Y]
+        free = free_way(walls, x, y, nx, ny, way, body, 0.0)
+        room = side * drive.beside + free - radius - body
+        x, y = x + free * nx, y + free * ny
+        far = free_way(walls, x, y, -hx, -hy, behind, body, 0.0)
+        if room > best and far >= behind:
+            best = room
+            spot = Spot(x, y, x - behind * hx, y - behind * hy, room)
+    return spot
