@@ -54,7 +54,7 @@ class Until:
     """Half the width of its interval of 95 %, in the unit of the metric."""
 
     least: Annotated[Integer, Field(ge=3, le=MAX_SEEDS)] = 6
-    """How many runs there are at least: an interval of few says little."""
+    """How many seeds there are at least: an interval of few says little."""
 
 
 # What a formula may be made of.
@@ -149,7 +149,7 @@ class Suite:
 
     repetitions: Annotated[Integer, Field(ge=1, le=1000)] = 1
     """How often each seed is run: more than once only shows whether a planner
-    of one's own repeats itself."""
+    of one's own repeats itself. The mean of a seed counts once."""
 
     until: Until | None = None
     """When a cell has enough runs; by default it has all seeds."""

@@ -12,6 +12,7 @@ from typing import BinaryIO, Self
 
 from hunav_drake.benchmark.running.cell import Cell
 from hunav_drake.benchmark.running.run_row import (
+    LOST,
     RunRow,
     row_from_json,
     row_to_json,
@@ -66,15 +67,24 @@ class RunLog:
     def read(self, cells: Iterable[Cell], code_sha256: str) -> Iterator[RunRow]:
         """Yields the runs of these cells by this code, one by one.
 
+        Those whose workers have died come last, but for those that were done
+        afterwards.
+
         Raises:
             ValueError: If a line is damaged, or a cell has runs of another
                 scenario, version or code.
         """
         hashes = {cell.name: cell.sha256 for cell in cells}
         others: dict[str, int] = {}
+        lost: dict[tuple[str, int, int], RunRow] = {}
         for row in read_rows(self.path):
             made = hashes.get(row.cell), code_sha256
             if made == (row.sha256, row.code_sha256):
+                key = row.cell, row.seed, row.repetition
+                if row.end_reason == LOST:
+                    lost[key] = row
+                    continue
+                lost.pop(key, None)
                 yield row
             elif row.cell in hashes:
                 others[row.cell] = others.get(row.cell, 0) + 1
@@ -85,6 +95,7 @@ class RunLog:
                 f" code or versions ({told}): choose another folder, or"
                 " --fresh, which keeps them as runs_old.jsonl"
             )
+        yield from lost.values()
 
     def _lock(self) -> None:
         try:
