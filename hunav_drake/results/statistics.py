@@ -30,7 +30,7 @@ RATES = ("completed",)
 
 # What counts the runs that do not arrive in; all other metrics of these are of
 # another way, or another time, than of those that do.
-_OF_ALL_RUNS = (*RATES, "success_weighted_path_length")
+OF_ALL_RUNS = (*RATES, "success_weighted_path_length")
 
 # What tells independent runs apart, where a table has such columns.
 _RUN = ("scenario", "planner", "setting", "seed", "behavior")
@@ -137,12 +137,12 @@ def compare(
     Returns:
         A row for each kind and metric, indexed by both, with the columns `n`
         (pairs in which both have a finite value), `pairs` (which ones: "all"
-        or "both arrive"), `a` and `b` (the means over those pairs), `difference` (b - a; rounding counts as 0), `sd` and
-        `median` of the differences, `low` and `high` (the interval of the mean
-        difference, `paired_rate_interval` for `RATES`, else `mean_interval`
-        over pairs), and `better`: a or b, if there are at least `LEAST_PAIRS`
-        pairs, the interval leaves out 0, and the metric says what is better;
-        else None.
+        or "both arrive"), `a` and `b` (the means over those pairs),
+        `difference` (b - a; rounding counts as 0), `sd` and `median` of the
+        differences, `low` and `high` (the interval of the mean difference,
+        `paired_rate_interval` for `RATES`, else `mean_interval` over pairs),
+        and `better`: a or b, if there are at least `LEAST_PAIRS` pairs, the
+        interval leaves out 0, and the metric says what is better; else None.
 
     Raises:
         ValueError: If a column is missing, a and b are the same, a run comes
@@ -165,7 +165,7 @@ def compare(
         both = _both_arrive(xs, ys)
         for name in names:
             x, y = (it[name].to_numpy(dtype=float) for it in (xs, ys))
-            some = both is not None and name not in _OF_ALL_RUNS
+            some = both is not None and name not in OF_ALL_RUNS
             if some:
                 x, y = x[both], y[both]
             row = _describe_pairs(x, y, name in RATES, confidence)
