@@ -274,6 +274,11 @@ def _write_markdown(result: "SuiteResult", options: argparse.Namespace) -> None:
         words += ["--set", change]
     for change in options.beside:
         words += ["--beside", change]
+    if options.until:
+        metric, width = options.until
+        words += ["--until", f"{metric}={width}"]
+    for name in getattr(options, "imports", ()):
+        words += ["--import", name]
     words += ["--markdown", str(options.markdown)]
     page = to_markdown(result, shlex.join(words))
     with input_errors(place=options.markdown):
@@ -289,6 +294,7 @@ def _print(
 ) -> None:
     from hunav_drake.benchmark.comparison.relations import tally
     from hunav_drake.benchmark.comparison.tables import (
+        NOTE,
         behavior_tables,
         scenario_tables,
         to_text,
@@ -298,8 +304,11 @@ def _print(
     if options.json:
         print(suite_json(result, judgements))
         return
-    for table in (*scenario_tables(result), *behavior_tables(result)):
+    tables = (*scenario_tables(result), *behavior_tables(result))
+    for table in tables:
         print(to_text(table), end="\n\n")
+    if tables:
+        print(NOTE, end="\n\n")
     for it in judgements:
         print(f"{it.verdict:10}  {it.number:2}  {it.scenarios}: {it.text}")
         if it.verdict != "holds":

@@ -7,6 +7,7 @@ column `repetition` alone are no independent ones: their mean counts once.
 """
 
 from collections.abc import Hashable, Iterable
+import math
 from typing import Any
 
 import numpy as np
@@ -71,7 +72,8 @@ def summarize(
         finite value), `mean`, `sd` (of the
         sample, dividing by n - 1), `median`, and `low` and `high`: the
         interval of the mean, `wilson_interval` for rates, else
-        `mean_interval`. What too few runs do not give is NaN.
+        `mean_interval`; and `arrived`: how many of the `n` reach the goal, NaN
+        if that is not known. What too few runs do not give is NaN.
 
     Raises:
         ValueError: If a column is missing, there is nothing to describe, or
@@ -85,11 +87,16 @@ def summarize(
     rates = set(_listed(rates))
     for name in rates.intersection(names):
         _check_rate(name, runs)
+    known = RATES[0] if RATES[0] in runs else None
+    columns = list(dict.fromkeys([*names, *([known] if known else [])]))
     rows = {}
-    for kind, part in _groups(_once(runs, by, names), by):
+    for kind, part in _groups(_once(runs, by, columns), by):
+        done = part[known].to_numpy(dtype=float) if known else np.zeros(0)
+        has_goals = bool(np.isfinite(done).any())
         for name in names:
             values = part[name].to_numpy(dtype=float)
-            values = values[np.isfinite(values)]
+            finite = np.isfinite(values)
+            values = values[finite]
             if name in rates:
                 successes = float(values.sum())
                 ends = wilson_interval(successes, len(values), confidence)
@@ -97,9 +104,9 @@ def summarize(
                 ends = mean_interval(values, confidence, seed)
                 if bounded:
                     ends = _within(ends, values, bounds_of(name))
-            rows[(*kind, name)] = _describe(values) | dict(
-                zip(("low", "high"), ends, strict=True)
-            )
+            arrived = int((done[finite] == 1).sum()) if has_goals else math.nan
+            about = {"low": ends[0], "high": ends[1], "arrived": arrived}
+            rows[(*kind, name)] = _describe(values) | about
     return _table(runs, rows, [*by, "metric"])
 
 

@@ -123,7 +123,7 @@ def test_tables_show_the_paper_beside_the_means():
     lengths = {row[0]: row for row in crossing.rows}["path_length"]
     assert lengths == (
         "path_length",
-        *("4.90", "4.90", "5.70", "5.70", "4.90", "4.90"),
+        *("4.90 (10)", "4.90", "5.70 (10)", "5.70", "4.90 (10)", "4.90"),
         "m",
     )
     titles = [table.title for table in behavior_tables(result)]
