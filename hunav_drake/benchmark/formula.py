@@ -8,6 +8,7 @@ comparisons in brackets.
 import ast
 from collections.abc import Callable, Iterator, Mapping
 import operator
+import re
 import sys
 from typing import Any
 
@@ -42,6 +43,11 @@ _JOINTS: dict[type[ast.operator | ast.boolop], Callable[[Any, Any], Any]] = {
     ast.Or: np.logical_or,
     ast.BitOr: np.logical_or,
 }
+
+
+def formula_name(label: str) -> str:
+    """Returns a planner's label, or any other, as formulas call it."""
+    return re.sub(r"\W", "_", label)
 
 
 def names_in(formula: str) -> list[str]:

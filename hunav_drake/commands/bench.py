@@ -145,6 +145,7 @@ def _bench(options: argparse.Namespace) -> int:
     from hunav_drake.benchmark.running.worker import UnfitWorkerError
     from hunav_drake.benchmark.writing import WriteSuite
     from hunav_drake.scenario import ScenarioError
+    from hunav_drake.systems.evaluation.metrics import select_metrics
 
     if options.suite is None:
         suites = ListSuites()
@@ -153,6 +154,7 @@ def _bench(options: argparse.Namespace) -> int:
             print(f"{name:{width}}  {description}")
         return DONE
     with input_errors(ScenarioError, ValueError, UnfitWorkerError):
+        select_metrics([options.show])
         suite = _suite(options)
         out = options.out / suite.name
         path = Path(options.suite)

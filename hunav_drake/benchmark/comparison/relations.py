@@ -8,14 +8,13 @@ these means only, and more runs may decide otherwise. Of NaN nothing holds.
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 import math
-import re
 from typing import Literal, NamedTuple
 
 import numpy as np
 
 from hunav_drake.benchmark.comparison.identities import IDENTITIES
 from hunav_drake.benchmark.comparison.means import Means, Place, Sample
-from hunav_drake.benchmark.formula import holds, names_in
+from hunav_drake.benchmark.formula import formula_name, holds, names_in
 from hunav_drake.benchmark.suite import Relation, Strength
 from hunav_drake.benchmark.suite_result import SuiteResult
 
@@ -190,7 +189,7 @@ def _place_sets(relation: Relation, means: Means) -> list[dict[str, Place]]:
         several = len(scenarios) > 1
         return [
             {
-                _name(f"{p}_{s}" if several else p): (p, s)
+                formula_name(f"{p}_{s}" if several else p): (p, s)
                 for p in planners
                 for s in scenarios
             }
@@ -199,14 +198,11 @@ def _place_sets(relation: Relation, means: Means) -> list[dict[str, Place]]:
     if relation.by == "both":
         return [
             {
-                _name(f"{p}_{b}"): (p, first, b)
+                formula_name(f"{p}_{b}"): (p, first, b)
                 for p in planners
                 for b in behaviors
             }
         ]
-    return [{_name(b): (p, first, b) for b in behaviors} for p in planners]
-
-
-def _name(label: str) -> str:
-    """Returns a label as formulas call it."""
-    return re.sub(r"\W", "_", label)
+    return [
+        {formula_name(b): (p, first, b) for b in behaviors} for p in planners
+    ]

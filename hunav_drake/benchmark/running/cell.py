@@ -7,6 +7,7 @@ import json
 from pathlib import Path
 
 from hunav_drake.benchmark.suite import Suite, planner_overrides
+from hunav_drake.benchmark.suite_checks import name_faults
 from hunav_drake.results.provenance import MakeProvenance
 from hunav_drake.scenario import (
     CheckScenario,
@@ -55,10 +56,12 @@ def make_cells(suite: Suite, folder: Path | None = None) -> list[Cell]:
             current folder.
 
     Raises:
-        ScenarioError: It lists the faults of all scenarios, each once.
+        ScenarioError: It lists the faults of all scenarios, each once; or, if
+            they have none, the names in the suite that nothing has.
     """
     faults: dict[Fault, None] = {}
     cells: list[Cell] = []
+    scenarios: list[Scenario] = []
     choices = [planner_overrides(choice) for choice in suite.planners]
     settings = dict(suite.settings) or {"": []}
     for entry in suite.scenarios:
@@ -76,7 +79,10 @@ def make_cells(suite: Suite, folder: Path | None = None) -> list[Cell]:
                     faults |= dict.fromkeys(error.faults)
                     continue
                 cells.append(_make_cell(scenario, label, setting))
+                scenarios.append(scenario)
     faults |= dict.fromkeys(_same_names(cells))
+    # Of a scenario that is not sound nobody knows the name.
+    faults |= {} if faults else dict.fromkeys(name_faults(suite, scenarios))
     if faults:
         raise ScenarioError(suite.name, faults)
     return cells
