@@ -17,6 +17,7 @@ from hunav_drake.scenario import (
     Scenario,
     ScenarioError,
 )
+from hunav_drake.scenario.named_files import files_sha256
 from hunav_drake.simulation import behavior_sha256
 from hunav_drake.systems.common.registry import name_of
 
@@ -31,7 +32,8 @@ class Cell:
         setting: The name of the setting; empty if there is only one.
         text: The scenario with both, as `SaveScenario` writes it.
         sha256: A hash of all that its runs follow from, but for the seed:
-            scenario, behavior trees, versions and machine.
+            scenario, the content of the files that it names, behavior trees,
+            versions and machine.
     """
 
     scenario: str
@@ -107,7 +109,10 @@ def cell_sha256(text: str, scenario: Scenario) -> str:
         scenario: The same.
     """
     provenance = MakeProvenance(
-        text, seed=0, behavior_sha256=behavior_sha256(scenario)
+        text,
+        seed=0,
+        behavior_sha256=behavior_sha256(scenario),
+        files_sha256=files_sha256(scenario),
     )
     stable = json.dumps(provenance, sort_keys=True).encode()
     return hashlib.sha256(stable).hexdigest()
