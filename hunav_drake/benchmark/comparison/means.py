@@ -25,7 +25,7 @@ class Sample(NamedTuple):
 
     Attributes:
         means: By name: the mean over all seeds, then those of samples, shape
-            (1 + samples,); NaN where none of its seeds was drawn.
+            (1 + samples,).
         counts: Over how many seeds each of the first means is.
         note: Which seeds these are, if not all; or nothing.
     """
@@ -79,8 +79,9 @@ class Means:
     def sample(self, places: Mapping[str, Place], metric: str) -> Sample:
         """Returns the means of a metric in some places, by their names.
 
-        Where some of them arrive and others do not, it is over the seeds in
-        which all of them do, but for metrics that tell how often they arrive.
+        They are over the seeds in which all places have a value, and in which
+        all arrive, if some do and others do not and the metric does not tell
+        how often.
 
         Raises:
             KeyError: If a place has no value, or there is no such seed.
@@ -88,39 +89,51 @@ class Means:
         columns = {
             name: self._column(place, metric) for name, place in places.items()
         }
-        kinds = {name: self._kinds[place[1]] for name, place in places.items()}
-        note = ""
-        if metric not in OF_ALL_RUNS and not self._arrive_alike(places):
-            counts = []
-            for kind in dict.fromkeys(kinds.values()):
-                alike = [it for it in places if kinds[it] == kind]
-                arrived = np.logical_and.reduce(
-                    [self._arrived(places[it]) for it in alike]
-                )
-                counts.append(f"{arrived.sum()} of {len(arrived)}")
-                for name in alike:
-                    columns[name] = np.where(arrived, columns[name], np.nan)
-            note = f"on the {', '.join(counts)} seeds in which all arrive"
         for name, column in columns.items():
             if not np.isfinite(column).any():
-                raise KeyError(f"{metric} of {name} {note}".rstrip())
-        means = {name: [_mean(it[None])] for name, it in columns.items()}
+                raise KeyError(f"{metric} of {name}")
+        arrived = None
+        if metric not in OF_ALL_RUNS:
+            arrived = self._arrived(places)
+        rule = "all have a value" if arrived is None else "all arrive"
+        means: dict[str, Array] = {}
+        counts: dict[str, int] = {}
+        notes = []
         for number, kind in enumerate(self._seeds):
-            n = len(self._seeds[kind])
-            drawn = [name for name in columns if kinds[name] == kind]
-            random = np.random.default_rng([self._seed, number])
-            # A few samples at a time: all of many runs would fill the memory.
-            size = max(1, min(_RESAMPLES, _AT_ONCE // n))
-            for start in range(0, _RESAMPLES, size) if drawn else ():
-                count = min(size, _RESAMPLES - start)
-                draws = random.integers(n, size=(count, n))
-                for name in drawn:
-                    means[name].append(_mean(columns[name][draws]))
+            alike = [k for k, it in places.items() if self._kind(it) == kind]
+            if not alike:
+                continue
+            values = np.stack([columns[name] for name in alike])
+            known = np.isfinite(values)
+            whole = known.all(axis=0)
+            if arrived is not None:
+                whole &= np.logical_and.reduce([arrived[it] for it in alike])
+            n, most = int(whole.sum()), int(known.any(axis=0).sum())
+            if n < most:
+                notes.append(f"on the {n} of {most} seeds in which {rule}")
+            if not n:
+                raise KeyError(f"{metric} in seeds in which {rule}")
+            drawn = self._draw(values[:, whole], number)
+            means |= dict(zip(alike, drawn, strict=True))
+            counts |= dict.fromkeys(alike, n)
         return Sample(
-            {name: np.concatenate(parts) for name, parts in means.items()},
-            {k: int(np.isfinite(it).sum()) for k, it in columns.items()},
-            note,
+            {name: means[name] for name in places},
+            {name: counts[name] for name in places},
+            ", ".join(dict.fromkeys(notes)),
         )
+
+    def _draw(self, values: Array, number: int) -> Array:
+        """Returns the means of rows, then of samples of their columns."""
+        n = values.shape[1]
+        random = np.random.default_rng([self._seed, number])
+        means = [values.mean(axis=1, keepdims=True)]
+        # A few samples at a time: all of many runs would fill the memory.
+        size = max(1, min(_RESAMPLES, _AT_ONCE // n))
+        for start in range(0, _RESAMPLES, size):
+            count = min(size, _RESAMPLES - start)
+            draws = random.integers(n, size=(count, n))
+            means.append(np.stack([it[draws].mean(axis=1) for it in values]))
+        return np.concatenate(means, axis=1)
 
     def behaviors(self, scenario: str) -> list[str]:
         """Returns the behaviors of people in a scenario."""
@@ -146,34 +159,30 @@ class Means:
                 found[key] = counted[metric].to_numpy(float)
         return found
 
+    def _kind(self, place: Place) -> Hashable:
+        """Returns what places share whose seeds are drawn together."""
+        return self._kinds[place[1]]
+
     def _column(self, place: Place, metric: str) -> Array:
         """Returns the values by seed, or NaN: shape (seeds,)."""
         table = self._tables[place][metric]
-        found = table.reindex(self._seeds[self._kinds[place[1]]])
-        values: Array = found.to_numpy(float)
+        values: Array = table.reindex(self._seeds[self._kind(place)]).to_numpy(
+            float
+        )
         return np.where(np.isfinite(values), values, np.nan)
 
-    def _arrived(self, place: Place) -> Mask:
-        """Returns in which seeds all runs of a place arrive."""
-        found: Mask = self._column(place[:2], RATES[0]) == 1
-        return found
-
-    def _arrive_alike(self, places: Mapping[str, Place]) -> bool:
-        """Tells whether no place arrives where another does not."""
+    def _arrived(self, places: Mapping[str, Place]) -> dict[str, Mask] | None:
+        """Returns in which seeds each arrives; None if all do so alike."""
         if any(RATES[0] not in self._tables[it[:2]] for it in places.values()):
-            return True
-        columns = [self._column(it[:2], RATES[0]) for it in places.values()]
-        told = np.concatenate(columns)
-        return len(np.unique(told[np.isfinite(told)])) < 2
-
-
-def _mean(values: Array) -> Array:
-    """Returns means over the last axis, of what is not NaN."""
-    finite = np.isfinite(values)
-    counts = finite.sum(axis=-1)
-    sums = np.where(finite, values, 0.0).sum(axis=-1)
-    found: Array = np.where(counts > 0, sums / np.maximum(counts, 1), np.nan)
-    return found
+            return None
+        rates = {
+            name: self._column(place[:2], RATES[0])
+            for name, place in places.items()
+        }
+        told = np.concatenate(list(rates.values()))
+        if len(np.unique(told[np.isfinite(told)])) < 2:
+            return None
+        return {name: rate == 1 for name, rate in rates.items()}
 
 
 def _by_seed(runs: pd.DataFrame) -> pd.DataFrame:

@@ -37,7 +37,8 @@ negate: 0
 MODEL = """<?xml version="1.0"?>
 <sdf version="1.7"><model name="rack"><!-- it's small --><static>true</static>
 <link name="body"><pose>4 4 0.5 0 0 0</pose>
-<collision name="c"><geometry><mesh><uri>MESH</uri></mesh></geometry></collision>
+<collision name="c"><geometry><mesh><uri>MESH</uri></mesh></geometry>
+</collision>
 <visual name="v"><geometry><mesh><uri>MESH</uri></mesh></geometry></visual>
 </link></model></sdf>
 """
