@@ -33,6 +33,9 @@ RATES = ("completed",)
 # another way, or another time, than of those that do.
 OF_ALL_RUNS = (*RATES, "success_weighted_path_length")
 
+# What is less of a way that ends early.
+_OF_THE_WAY = ("path_length", "cumulative_heading_changes")
+
 # What tells independent runs apart, where a table has such columns.
 _RUN = ("scenario", "planner", "setting", "seed", "behavior")
 
@@ -184,6 +187,17 @@ def compare(
     verdicts = [row["better"] for row in rows.values()]
     table["better"] = pd.Series(verdicts, table.index, dtype=object)
     return table
+
+
+def early_mark(metric: str, described: pd.Series) -> str:
+    """Returns an asterisk if a mean is also of ways that end early.
+
+    Args:
+        metric: The metric.
+        described: Its row of `summarize`.
+    """
+    is_early = described["arrived"] < described["n"]
+    return "*" if metric in _OF_THE_WAY and is_early else ""
 
 
 def _once(

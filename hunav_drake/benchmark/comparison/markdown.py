@@ -43,7 +43,7 @@ def to_markdown(result: SuiteResult, command: str) -> str:
     lines = [
         f"# Results of the suite {suite.name}, version {suite.version}",
         "",
-        f"{suite.description} Made by",
+        f"{suite.description} Made by".strip(),
         "",
         f"    {command}",
         "",

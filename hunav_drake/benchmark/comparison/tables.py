@@ -14,13 +14,10 @@ from hunav_drake.benchmark.comparison.paper import (
 from hunav_drake.benchmark.suite_result import SuiteResult
 from hunav_drake.results.metric_facts import unit_of
 from hunav_drake.results.quantity_text import number_text, unit_text
-from hunav_drake.results.statistics import RATES, summarize
+from hunav_drake.results.statistics import RATES, early_mark, summarize
 
 # What the tables of a suite show: those of the paper, which most people know.
 PAPER_METRICS = tuple(name for name, _, _ in METRICS)
-
-# What is less of a way that ends early.
-OF_THE_WAY = ("path_length", "cumulative_heading_changes")
 
 # How a cell is to be read.
 NOTE = (
@@ -147,16 +144,16 @@ def mean_text(described: pd.Series, metric: str, unit: str) -> str:
         scale * float(described[key]) for key in ("mean", "low", "high")
     )
     half = (high - low) / 2
-    n, arrived = described["n"], described["arrived"]
     text = number_text(mean, unit)
     if metric in RATES and math.isfinite(half):
         # It does not reach as far to both sides.
         text = f"{text.removesuffix('.0')} [{low:.0f}, {high:.0f}]"
     elif math.isfinite(half) and half > 0:
         reach = number_text(half, unit, scale=abs(mean))
-        text += f" \N{PLUS-MINUS SIGN} {reach}"
-    mark = "*" if metric in OF_THE_WAY and arrived < n else ""
-    return f"{text} ({n:.0f}){mark}"
+        # What is only rounding says nothing.
+        text += f" \N{PLUS-MINUS SIGN} {reach}" * (reach != "0")
+    mark = early_mark(metric, described)
+    return f"{text} ({described['n']:.0f}){mark}"
 
 
 def to_text(table: Table) -> str:

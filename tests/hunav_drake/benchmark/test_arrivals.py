@@ -161,3 +161,55 @@ def test_the_page_of_markdown_tells_how_many_seeds_there_are():
     )
     text = to_markdown(twice, "hunav bench x")
     assert "with 2 seeds for each cell, each 2 times (" in text
+
+
+NAN = {"completed": math.nan, "path_length": math.nan}
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        {("hall", "a"): runs_of([10.0])},
+        {("hall", "a"): runs_of([10.0] * 7), ("hall", "b"): runs_of([9.0] * 7)},
+        {("hall", "a"): [None] * 7, ("hall", "b"): [None] * 7},
+        {("hall", "a"): [None] * 7, ("hall", "b"): runs_of([9.0] * 7)},
+        {("hall", "a"): [NAN] * 7, ("hall", "b"): runs_of([9.0] * 7)},
+        {("hall", "a"): [NAN] * 2, ("hall", "b"): [NAN] * 2},
+        {
+            ("hall", "a"): runs_of([10.0] * 7, [0.0] * 7),
+            ("hall", "b"): runs_of([9.0] * 7, [0.0] * 7),
+        },
+        # Cells without runs, as of a suite that was stopped.
+        {
+            ("hall", "a"): runs_of([10.0] * 7),
+            ("hall", "b"): [],
+            ("yard", "a"): [],
+        },
+        {("hall", "a"): [], ("yard", "a"): runs_of([10.0, 12.0])},
+    ],
+    ids=[
+        *("one run", "equal runs", "all failed", "one failed", "one NaN"),
+        *("all NaN", "none arrives", "missing cells", "first cell missing"),
+    ],
+)
+def test_whatever_the_runs_are_all_is_written(values, tmp_path):
+    relations = [
+        Relation(scenarios=["hall"], metric=metric, holds=f"a {sign} b")
+        for metric in ("path_length", "completed", "time_to_reach_goal")
+        for sign in ("<", ">=")
+    ]
+    made = make_result(values, relations=relations, identities=True)
+    judgements = judge(made)
+    for it in judgements[-6::2]:
+        assert it.verdict in ("holds", "mean only", "fails", "not tested")
+    for one, other in zip(judgements[-6::2], judgements[-5::2], strict=True):
+        # Not both, and of NaN neither.
+        assert {"holds"} != {one.verdict, other.verdict}
+        tested = [it.verdict != "not tested" for it in (one, other)]
+        assert tested[0] == tested[1]
+    WriteSuite(made, tmp_path, judgements)
+    page = to_markdown(made, "hunav bench x")
+    text = "\n".join(map(to_text, scenario_tables(made)))
+    tex = (tmp_path / "tables.tex").read_text()
+    for told in (page, text, tex):
+        assert not re.search(r"\bnan\b", told, re.IGNORECASE)
