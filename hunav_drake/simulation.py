@@ -25,6 +25,7 @@ from hunav_drake.results.trial_result import (
 )
 from hunav_drake.scenario import SaveScenario
 from hunav_drake.scenario.error import Fault, ScenarioError, shown
+from hunav_drake.scenario.named_files import files_sha256
 from hunav_drake.scenario.population import draw_people
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.seeds import GetTrialSeed, SetTrialSeed
@@ -264,6 +265,7 @@ def _result(
             seed=scenario.simulation.seed,
             planner=name_of(scenario.planner),
             behavior_sha256=behavior_sha256(scenario),
+            files_sha256=files_sha256(scenario),
         ),
         end_reason=reason,
         end_message=message,

@@ -7,13 +7,15 @@ import os
 from pathlib import Path
 from queue import Empty, SimpleQueue
 
+import numpy as np
+
 from hunav_drake.benchmark.running.cell import make_cells
 from hunav_drake.benchmark.running.code_hash import hash_code, hash_of_all
 from hunav_drake.benchmark.running.plan import CellPlan
 from hunav_drake.benchmark.running.pool import InlineExecutor, WorkerPool
 from hunav_drake.benchmark.running.recordings import keep_recording
 from hunav_drake.benchmark.running.run_log import RunLog
-from hunav_drake.benchmark.running.run_row import RunRow, failed_row
+from hunav_drake.benchmark.running.run_row import LOST, RunRow, failed_row
 from hunav_drake.benchmark.running.run_table import RunTable
 from hunav_drake.benchmark.running.task import Task
 from hunav_drake.benchmark.running.worker import (
@@ -91,7 +93,7 @@ def RunSuite(
             log = stack.enter_context(RunLog(out, fresh=fresh))
             done = _take_done(log, plans, hash_of_all(code))
         if all(plan.is_done for plan in plans):
-            return SuiteResult(suite, cells, done, out)
+            return SuiteResult(suite, cells, _counted(done, plans), out)
         window = 2 * workers + 2
         if executor is None and workers == 1:
             # What this process runs is written before it runs the next.
@@ -105,7 +107,7 @@ def RunSuite(
         _Driver(executor, plans, log, rows, progress).run(window)
         if log is not None:
             rows = RunTable(log.read(cells, hash_of_all(code)))
-        return SuiteResult(suite, cells, rows or done, out)
+        return SuiteResult(suite, cells, _counted(rows or done, plans), out)
 
 
 def _absolute(imports: Sequence[str]) -> tuple[str, ...]:
@@ -123,9 +125,31 @@ def _take_done(
     by_name = {plan.cell.name: plan for plan in plans}
     done = RunTable()
     for row in log.read([plan.cell for plan in plans], code_sha256):
-        by_name[row.cell].take(row)
-        done.append(row)
+        # Who has died may not do so again.
+        if row.end_reason != LOST:
+            by_name[row.cell].take(row)
+            done.append(row)
     return done
+
+
+def _counted(rows: RunTable, plans: Sequence[CellPlan]) -> RunTable:
+    """Returns the runs that a suite from the start would have, too.
+
+    A folder may have more, of other seeds, repetitions or an other `until`.
+    """
+    by_name = {plan.cell.name: plan for plan in plans}
+    runs = zip(
+        rows.texts("cell"),
+        rows.seeds.tolist(),
+        rows.repetitions.tolist(),
+        strict=True,
+    )
+    asked = [
+        i
+        for i, (cell, seed, repetition) in enumerate(runs)
+        if by_name[cell].counts(seed, repetition)
+    ]
+    return rows.sorted(np.array(asked, dtype=np.int64))
 
 
 class _Driver:
@@ -235,9 +259,10 @@ class _Driver:
                 continue
             reason = (
                 f"its worker process died {_ATTEMPTS} times"
-                f" ({type(error).__name__}: {error})"
+                f" ({type(error).__name__}: {error}); start the suite again,"
+                " and it is run again"
             )
-            failed.append(failed_row(task, seed, repetition, reason))
+            failed.append(failed_row(task, seed, repetition, reason, LOST))
         return failed
 
 

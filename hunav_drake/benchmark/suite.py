@@ -1,6 +1,5 @@
 """What a suite is: scenarios, planners, settings and seeds."""
 
-import ast
 from collections.abc import Mapping
 from dataclasses import field
 from typing import Annotated, Any, Literal
@@ -9,6 +8,7 @@ from pydantic import AfterValidator, Field, StrictBool, StrictFloat, StrictStr
 from pydantic.dataclasses import dataclass
 from pydantic_core import PydanticCustomError
 
+from hunav_drake.benchmark.formula import check_formula
 from hunav_drake.systems.common.plain_errors import plain_errors
 from hunav_drake.systems.common.schema import CONFIG, Integer, Name, within
 from hunav_drake.systems.common.suggest import shown
@@ -54,29 +54,16 @@ class Until:
     """Half the width of its interval of 95 %, in the unit of the metric."""
 
     least: Annotated[Integer, Field(ge=3, le=MAX_SEEDS)] = 6
-    """How many runs there are at least: an interval of few says little."""
-
-
-# What a formula may be made of.
-_FORMULA = (
-    *(ast.Expression, ast.Compare, ast.BinOp, ast.BoolOp, ast.UnaryOp),
-    *(ast.Name, ast.Constant, ast.Load, ast.cmpop, ast.operator, ast.boolop),
-    ast.unaryop,
-)
+    """How many seeds there are at least: an interval of few says little."""
 
 
 def _check_formula(value: str) -> str:
     try:
-        nodes = list(ast.walk(ast.parse(value, mode="eval")))
-    except (SyntaxError, ValueError, RecursionError, MemoryError):
-        nodes = []
-    if not nodes or not all(isinstance(node, _FORMULA) for node in nodes):
+        check_formula(value)
+    except ValueError as error:
         raise PydanticCustomError(
-            "rule",
-            "must compare names and numbers, as in sfw >= 1.15 * dwb, got"
-            " {value}",
-            {"value": repr(value)},
-        )
+            "rule", "{rule}, got {value}", {"rule": error, "value": repr(value)}
+        ) from None
     return value
 
 
@@ -104,7 +91,8 @@ class Relation:
     to hold with every planner; or both, as in dwb_curious."""
 
     holds: Annotated[StrictStr, AfterValidator(_check_formula)]
-    """A formula, as `pandas.eval` reads it: sfw >= 1.15 * dwb."""
+    """A comparison of names and numbers, or several of them with `and`, `or`
+    and `not`: sfw >= 1.15 * dwb and scl < sfw."""
 
     strength: Strength = "medium"
     """How sure it is that the relation should hold."""
@@ -149,7 +137,7 @@ class Suite:
 
     repetitions: Annotated[Integer, Field(ge=1, le=1000)] = 1
     """How often each seed is run: more than once only shows whether a planner
-    of one's own repeats itself."""
+    of one's own repeats itself. The mean of a seed counts once."""
 
     until: Until | None = None
     """When a cell has enough runs; by default it has all seeds."""

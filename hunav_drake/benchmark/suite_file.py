@@ -7,6 +7,7 @@ from typing import Any
 from pydantic import TypeAdapter, ValidationError
 
 from hunav_drake.benchmark.suite import Suite
+from hunav_drake.benchmark.suite_checks import formula_findings
 from hunav_drake.scenario.building import (
     Places,
     document_faults,
@@ -80,8 +81,11 @@ def _read(filename: str | Path) -> YamlDocument:
 
 def _build(plain: Any, places: Places, name: str) -> Suite:
     try:
-        return TypeAdapter(Suite).validate_python(plain)
+        suite = TypeAdapter(Suite).validate_python(plain)
     except ValidationError as error:
         findings = schema_findings(error, plain, Suite)
         faults = [places.fault(found, plain) for found in findings]
         raise ScenarioError(name, faults) from error
+    if faults := [places.fault(it, plain) for it in formula_findings(suite)]:
+        raise ScenarioError(name, faults)
+    return suite

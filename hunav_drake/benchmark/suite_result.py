@@ -1,7 +1,6 @@
 """What a suite has given: tables of runs, and their statistics."""
 
 from collections.abc import Iterable, Sequence
-import math
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from hunav_drake.benchmark.running.cell import Cell
-from hunav_drake.benchmark.running.run_row import FAILED, RunRow
+from hunav_drake.benchmark.running.run_row import FAILED, NO_RESULT, RunRow
 from hunav_drake.benchmark.running.run_table import (
     COST,
     EXTRAS,
@@ -19,7 +18,7 @@ from hunav_drake.benchmark.running.run_table import (
 )
 from hunav_drake.benchmark.suite import Suite
 from hunav_drake.results.metric_facts import FACTS, facts_of
-from hunav_drake.results.statistics import summarize
+from hunav_drake.results.statistics import RATES, summarize
 from hunav_drake.systems.evaluation.metrics import METRICS
 
 KEYS = ("scenario", "planner", "setting")
@@ -73,14 +72,15 @@ class SuiteResult:
         Returns:
             The columns scenario, planner, setting, seed, repetition,
             end_reason, end_message, end_time in seconds, with `by_behavior`
-            also behavior, and one per metric. What is known of the metrics is
-            in `attrs`.
+            also behavior, and one per metric. Of a run without a result they
+            are NaN, but it is not completed. What is known of the metrics is in
+            `attrs`.
         """
         about = self._about()
         if by_behavior:
             frame = self._by_behavior(about)
         else:
-            columns = self.rows.columns(METRIC_GROUP)
+            columns = self._metrics()
             if extras:
                 columns |= self.rows.columns(EXTRAS)
             frame = about.assign(**columns)
@@ -111,14 +111,17 @@ class SuiteResult:
             return pd.DataFrame()
         return summarize(runs, KEYS, metrics=names)
 
-    def mean(self, cell: str, metric: str) -> float:
-        """Returns the mean of a metric in a cell, over runs that have it."""
-        values = self.rows.columns(METRIC_GROUP).get(metric)
-        if values is None:
-            return math.nan
-        of_cell = np.array(self.rows.texts("cell")) == cell
-        finite = values[of_cell & np.isfinite(values)]
-        return math.fsum(finite) / len(finite) if len(finite) else math.nan
+    def _metrics(self) -> dict[str, Any]:
+        """Returns the metrics of all runs: who gives no result has failed."""
+        columns = self.rows.columns(METRIC_GROUP)
+        reasons = np.array(self.rows.texts("end_reason"), dtype=object)
+        failed = np.isin(reasons.astype(str), NO_RESULT)
+        for name in RATES:
+            # Whoever asks for other metrics has none of it.
+            if failed.any() and (name in columns or not columns):
+                told = columns.get(name, np.full(len(failed), np.nan))
+                columns[name] = np.where(failed, 0.0, told)
+        return columns
 
     def _order(self, table: RunTable) -> Any:
         """Returns the indices of the runs of the suite, in its order."""
@@ -139,6 +142,7 @@ class SuiteResult:
             index = by_value[np.minimum(found, len(chosen) - 1)]
             seeds[mine] = np.where(chosen[index] == drawn, index, -1)
         known = (cells >= 0) & (seeds >= 0)
+        known &= table.repetitions < self.suite.repetitions
         order = np.lexsort((table.repetitions, seeds, cells))
         return order[known[order]]
 

@@ -145,6 +145,7 @@ def _bench(options: argparse.Namespace) -> int:
     from hunav_drake.benchmark.running.worker import UnfitWorkerError
     from hunav_drake.benchmark.writing import WriteSuite
     from hunav_drake.scenario import ScenarioError
+    from hunav_drake.systems.evaluation.metrics import select_metrics
 
     if options.suite is None:
         suites = ListSuites()
@@ -153,6 +154,7 @@ def _bench(options: argparse.Namespace) -> int:
             print(f"{name:{width}}  {description}")
         return DONE
     with input_errors(ScenarioError, ValueError, UnfitWorkerError):
+        select_metrics([options.show])
         suite = _suite(options)
         out = options.out / suite.name
         path = Path(options.suite)
@@ -274,6 +276,11 @@ def _write_markdown(result: "SuiteResult", options: argparse.Namespace) -> None:
         words += ["--set", change]
     for change in options.beside:
         words += ["--beside", change]
+    if options.until:
+        metric, width = options.until
+        words += ["--until", f"{metric}={width}"]
+    for name in getattr(options, "imports", ()):
+        words += ["--import", name]
     words += ["--markdown", str(options.markdown)]
     page = to_markdown(result, shlex.join(words))
     with input_errors(place=options.markdown):
@@ -289,6 +296,7 @@ def _print(
 ) -> None:
     from hunav_drake.benchmark.comparison.relations import tally
     from hunav_drake.benchmark.comparison.tables import (
+        NOTE,
         behavior_tables,
         scenario_tables,
         to_text,
@@ -298,8 +306,11 @@ def _print(
     if options.json:
         print(suite_json(result, judgements))
         return
-    for table in (*scenario_tables(result), *behavior_tables(result)):
+    tables = (*scenario_tables(result), *behavior_tables(result))
+    for table in tables:
         print(to_text(table), end="\n\n")
+    if tables:
+        print(NOTE, end="\n\n")
     for it in judgements:
         print(f"{it.verdict:10}  {it.number:2}  {it.scenarios}: {it.text}")
         if it.verdict != "holds":

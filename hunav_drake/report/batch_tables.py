@@ -17,7 +17,7 @@ from hunav_drake.report.tables import (
 )
 from hunav_drake.results.metric_facts import headline_of, unit_of
 from hunav_drake.results.quantity_text import label_text
-from hunav_drake.results.statistics import RATES, compare, summarize
+from hunav_drake.results.statistics import RATES, compare, early_mark, summarize
 
 # With more contenders (planners with their settings) than this, only the first
 # is compared with each of the others: there would be too many pairs.
@@ -39,7 +39,7 @@ def headline_table(runs: pd.DataFrame) -> Table:
         row: list[Cell] = [contender or "all", str(count)]
         for name in metrics:
             described = statistics.loc[(scenario, contender, name)]
-            row.append(_estimate(described, "mean", *_unit(runs, name)))
+            row.append(_mean(described, name, *_unit(runs, name), count))
         groups.setdefault(scenario or "trials", []).append(row)
     head: list[Cell] = ["planner", "runs"]
     for name in metrics:
@@ -73,13 +73,11 @@ def planner_tables(runs: pd.DataFrame) -> tuple[Table, Table] | None:
         cells: list[Cell] = []
         for planner in planners:
             row = statistics.loc[(planner, name)]
-            n = f"{row['n']:.0f}"
-            mean = _estimate(row, "mean", unit, factor)
-            partial = 0 < row["n"] < counts[planner]
-            cells.append(mean._replace(n=n if partial else ""))
+            mean = _mean(row, name, unit, factor, counts[planner])
+            cells.append(mean)
             more: list[Cell] = [
-                n,
-                mean,
+                f"{row['n']:.0f}",
+                mean._replace(n=""),
                 _number(factor * row["sd"], unit),
                 _number(factor * row["median"], unit),
             ]
@@ -105,8 +103,10 @@ def paired_tables(
         Nothing for a single planner or without seeds.
     """
     seeded = runs[runs["seed"] != ""]
-    # It is unclear which of several runs of a seed to compare.
-    seeded = seeded[~seeded.duplicated(["contender", "seed"], keep=False)]
+    # It is unclear which of several runs of a seed to compare, but for those
+    # of a suite: its repetitions count by their mean.
+    keys = ["contender", "seed", *(["repetition"] * ("repetition" in runs))]
+    seeded = seeded[~seeded.duplicated(keys, keep=False)]
     planners = list(dict.fromkeys(seeded["contender"]))
     metrics = _metrics(runs)
     if len(planners) < 2 or not metrics:
@@ -171,7 +171,7 @@ def _differences(
             _number(factor * row["a"], unit),
             _number(factor * row["b"], unit),
             _estimate(row, "difference", unit, factor),
-            f"{row['n']:.0f}",
+            f"{row['n']:.0f}" + ("" if row["pairs"] == "all" else " arriving"),
             row["better"] or "",
         ]
         rows.add(str(name), cells, unit)
@@ -210,6 +210,15 @@ def _estimate(
         return Estimate(_number(ends[0], unit))
     scale = max(map(abs, ends))
     return Estimate(*(_number(end, unit, scale) for end in ends))
+
+
+def _mean(
+    row: pd.Series, name: str, unit: str, factor: float, count: int
+) -> Estimate:
+    """Returns a mean, with how many of the runs have a value if not all do."""
+    mean = _estimate(row, "mean", unit, factor)
+    n = f"{row['n']:.0f}" if 0 < row["n"] < count else ""
+    return mean._replace(text=mean.text + early_mark(name, row), n=n)
 
 
 def _number(value: float, unit: str, scale: float = 0.0) -> str:

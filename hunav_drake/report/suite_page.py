@@ -8,6 +8,7 @@ from urllib.parse import quote
 
 from hunav_drake.benchmark.comparison.relations import Judgement
 from hunav_drake.benchmark.comparison.tables import (
+    NOTE,
     Table as SuiteTable,
     behavior_tables,
     scenario_tables,
@@ -88,6 +89,7 @@ def suite_page(result: SuiteResult, judgements: Sequence[Judgement]) -> str:
             replay=None,
             left_out={},
             duplicates=[],
+            note=NOTE,
             contents=_contents(sections, bool(result.failures)),
             **sections,
             tallies=tallies(judgements),

@@ -21,6 +21,9 @@ _PRINTED = "paper"
 # Of more runs, what each has cost is not shown, but in a file.
 _MOST_RUNS = 300
 
+# What is compared at first sight.
+_COMPARED = ("completed", "time_to_reach_goal", "min_dist_to_people")
+
 # The colors of verdicts.
 _KINDS = {
     "holds": "passes",
@@ -36,6 +39,7 @@ _SIGNS = {
     "==": "=",
     " * ": " ",
     " & ": " and ",
+    " | ": " or ",
     " - ": " \N{MINUS SIGN} ",
 }
 
@@ -114,13 +118,13 @@ def pair_tables(result: SuiteResult, scenario: str) -> list[dict[str, Any]]:
     runs = result.runs()
     if runs.empty:
         return []
-    part = runs[(runs.scenario == scenario) & (runs.repetition == 0)]
+    part = runs[runs.scenario == scenario]
     names = part.planner + part.setting.map(lambda s: f", {s}" if s else "")
     part = part.assign(contender=names)
     part.attrs = runs.attrs
     if part["contender"].nunique() < 2:
         return []
-    return paired_tables(part, ["time_to_reach_goal", "min_dist_to_people"])
+    return paired_tables(part, _COMPARED)
 
 
 def cost_table(costs: pd.DataFrame) -> Table | None:

@@ -11,6 +11,7 @@ from hunav_drake.results.trial_result import TrialResult
 _SAME = (
     "scenario_sha256",
     "behavior_sha256",
+    "files_sha256",
     "source_sha256",
     "planner",
     "seed",

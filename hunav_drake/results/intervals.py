@@ -85,21 +85,26 @@ def bootstrap_interval(
 
 
 def wilson_interval(
-    successes: int, n: int, confidence: float = 0.95
+    successes: float, n: int, confidence: float = 0.95
 ) -> tuple[float, float]:
     """Returns the score interval of a rate (Wilson 1927).
 
     Args:
-        successes: How often it happened.
+        successes: How often it happened; not a whole number where one of the
+            times is itself a mean.
         n: Of how many times; for 0 the interval is NaN.
         confidence: In (0, 1).
     """
-    from scipy.stats import binomtest
+    from scipy.special import ndtri
 
     if n == 0:
         return math.nan, math.nan
-    low, high = binomtest(successes, n).proportion_ci(confidence, "wilson")
-    return float(low), float(high)
+    z = float(ndtri((1 + confidence) / 2))
+    p = successes / n
+    middle = (2 * n * p + z**2) / (2 * (n + z**2))
+    reach = z / (2 * (n + z**2)) * math.sqrt(4 * n * p * (1 - p) + z**2)
+    low = 0.0 if successes <= 0 else middle - reach
+    return low, 1.0 if successes >= n else middle + reach
 
 
 def paired_rate_interval(
@@ -114,16 +119,16 @@ def paired_rate_interval(
     width where all pairs are equal.
 
     Args:
-        a: Shape (n,), 0 or 1; for n = 0 the interval is NaN.
-        b: Shape (n,), 0 or 1, in the same order.
+        a: Shape (n,), in [0, 1]; for n = 0 the interval is NaN.
+        b: Shape (n,), in [0, 1], in the same order.
         confidence: In (0, 1).
     """
     n = len(a)
     if n == 0:
         return math.nan, math.nan
     p_a, p_b = float(a.mean()), float(b.mean())
-    low_a, high_a = wilson_interval(int(a.sum()), n, confidence)
-    low_b, high_b = wilson_interval(int(b.sum()), n, confidence)
+    low_a, high_a = wilson_interval(float(a.sum()), n, confidence)
+    low_b, high_b = wilson_interval(float(b.sum()), n, confidence)
     spread = math.sqrt(p_a * (1 - p_a) * p_b * (1 - p_b))
     together = float(np.mean(a * b)) - p_a * p_b
     if together > 0:

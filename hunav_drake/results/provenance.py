@@ -22,6 +22,7 @@ def MakeProvenance(
     *,
     planner: str = "",
     behavior_sha256: str = "",
+    files_sha256: str = "",
 ) -> Provenance:
     """Returns what must be equal for a trial to repeat bit for bit.
 
@@ -31,18 +32,22 @@ def MakeProvenance(
         planner: The name of the planner that drove the robot.
         behavior_sha256: The SHA-256 hash of the behavior trees, of which the
             scenario tells only the names. It is left out if empty.
+        files_sha256: That of the files that a scenario names, alike.
 
     Returns:
         The versions of this package and of what it computes with, what of the
-        machine matters (`MACHINE_TRAITS`), the SHA-256 hashes of the scenario
-        and of the behavior trees, the seed, the planner.
+        machine matters (`MACHINE_TRAITS`), the SHA-256 hashes of the scenario,
+        of the behavior trees and of the named files, the seed, the planner.
     """
-    behavior = {"behavior_sha256": behavior_sha256} if behavior_sha256 else {}
+    contents = {
+        "behavior_sha256": behavior_sha256,
+        "files_sha256": files_sha256,
+    }
     return {
         **program_versions(),
         **machine_traits(),
         "scenario_sha256": hashlib.sha256(scenario_text.encode()).hexdigest(),
-        **behavior,
+        **{name: sha256 for name, sha256 in contents.items() if sha256},
         "seed": seed,
         "planner": planner,
     }

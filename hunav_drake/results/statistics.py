@@ -2,10 +2,12 @@
 
 The tables of runs are those that `ReadRuns` gives: a row per run, with columns
 that tell it from others and a column per metric. What is NaN or infinite is no
-value: it is left out, and `n` tells how many are left.
+value: it is left out, and `n` tells how many are left. Runs that differ in the
+column `repetition` alone are no independent ones: their mean counts once.
 """
 
 from collections.abc import Hashable, Iterable
+import math
 from typing import Any
 
 import numpy as np
@@ -19,13 +21,23 @@ from hunav_drake.results.intervals import (
 from hunav_drake.results.metric_facts import bounds_of, direction_of, unit_of
 from hunav_drake.results.quantity_text import ROUNDING
 from hunav_drake.results.settings import has_settings
-from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.arrays import Array, Mask
 from hunav_drake.systems.evaluation.metric import ABOUT_RUNS
 
 Names = str | Iterable[str]
 
 # Metrics that are 0 or 1, whose mean is a rate.
 RATES = ("completed",)
+
+# What counts the runs that do not arrive in; all other metrics of these are of
+# another way, or another time, than of those that do.
+OF_ALL_RUNS = (*RATES, "success_weighted_path_length")
+
+# What is less of a way that ends early.
+_OF_THE_WAY = ("path_length", "cumulative_heading_changes")
+
+# What tells independent runs apart, where a table has such columns.
+_RUN = ("scenario", "planner", "setting", "seed", "behavior")
 
 # With fewer pairs of runs than this none is called better: even if all of 5
 # point the same way, that happens by chance once in 16 times.
@@ -59,10 +71,12 @@ def summarize(
 
     Returns:
         A row for each kind and metric, indexed by both, with the columns `n`
-        (runs in which the metric has a finite value), `mean`, `sd` (of the
+        (runs, or seeds that are run several times, in which the metric has a
+        finite value), `mean`, `sd` (of the
         sample, dividing by n - 1), `median`, and `low` and `high`: the
         interval of the mean, `wilson_interval` for rates, else
-        `mean_interval`. What too few runs do not give is NaN.
+        `mean_interval`; and `arrived`: how many of the `n` reach the goal, NaN
+        if that is not known. What too few runs do not give is NaN.
 
     Raises:
         ValueError: If a column is missing, there is nothing to describe, or
@@ -74,22 +88,28 @@ def summarize(
     _check_confidence(confidence)
     names = _metric_columns(runs, by, metrics)
     rates = set(_listed(rates))
+    for name in rates.intersection(names):
+        _check_rate(name, runs)
+    known = RATES[0] if RATES[0] in runs else None
+    columns = list(dict.fromkeys([*names, *([known] if known else [])]))
     rows = {}
-    for kind, part in _groups(runs, by):
+    for kind, part in _groups(_once(runs, by, columns), by):
+        done = part[known].to_numpy(dtype=float) if known else np.zeros(0)
+        has_goals = bool(np.isfinite(done).any())
         for name in names:
             values = part[name].to_numpy(dtype=float)
-            values = values[np.isfinite(values)]
+            finite = np.isfinite(values)
+            values = values[finite]
             if name in rates:
-                _check_rate(name, values)
-                successes = int(values.sum())
+                successes = float(values.sum())
                 ends = wilson_interval(successes, len(values), confidence)
             else:
                 ends = mean_interval(values, confidence, seed)
                 if bounded:
                     ends = _within(ends, values, bounds_of(name))
-            rows[(*kind, name)] = _describe(values) | dict(
-                zip(("low", "high"), ends, strict=True)
-            )
+            arrived = int((done[finite] == 1).sum()) if has_goals else math.nan
+            about = {"low": ends[0], "high": ends[1], "arrived": arrived}
+            rows[(*kind, name)] = _describe(values) | about
     return _table(runs, rows, [*by, "metric"])
 
 
@@ -109,6 +129,10 @@ def compare(
     Of many metrics that do not differ, 1 in 20 shows a difference all the
     same at a confidence of 0.95: choose beforehand the ones that matter.
 
+    A run that does not reach the goal has a shorter way than it needs, and no
+    time. So where only one of the two arrives in some pair, metrics are
+    compared in the pairs in which both do, but for those that tell how often.
+
     Args:
         runs: A row per run.
         a: What the runs of the one have in the column `on`.
@@ -122,13 +146,13 @@ def compare(
 
     Returns:
         A row for each kind and metric, indexed by both, with the columns `n`
-        (pairs in which both have a finite value), `a` and `b` (the means over
-        those pairs), `difference` (b - a; rounding counts as 0), `sd` and
-        `median` of the differences, `low` and `high` (the interval of the mean
-        difference, `paired_rate_interval` for `RATES`, else `mean_interval`
-        over pairs), and `better`: a or b, if there are at least `LEAST_PAIRS`
-        pairs, the interval leaves out 0, and the metric says what is better;
-        else None.
+        (pairs in which both have a finite value), `pairs` (which ones: "all"
+        or "both arrive"), `a` and `b` (the means over those pairs),
+        `difference` (b - a; rounding counts as 0), `sd` and `median` of the
+        differences, `low` and `high` (the interval of the mean difference,
+        `paired_rate_interval` for `RATES`, else `mean_interval` over pairs),
+        and `better`: a or b, if there are at least `LEAST_PAIRS` pairs, the
+        interval leaves out 0, and the metric says what is better; else None.
 
     Raises:
         ValueError: If a column is missing, a and b are the same, a run comes
@@ -138,23 +162,69 @@ def compare(
     by, pair = _listed(by), _listed(pair)
     _check_confidence(confidence)
     names = _metric_columns(runs, [*by, *pair, on], metrics)
-    one, other = _pairs(runs, (a, b), on, [*by, *pair], names)
+    columns = list(dict.fromkeys([*names, *(r for r in RATES if r in runs)]))
+    for name in RATES:
+        if name in runs:
+            _check_rate(name, runs)
+    told = _once(runs, [*by, *pair, on], columns)
+    one, other = _pairs(told, (a, b), on, [*by, *pair], columns)
     kinds = one.index.to_frame(index=False)
     rows = {}
     for kind, part in _groups(kinds, by):
+        xs, ys = (it.iloc[part.index] for it in (one, other))
+        both = _both_arrive(xs, ys)
         for name in names:
-            x = one[name].to_numpy(dtype=float)[part.index]
-            y = other[name].to_numpy(dtype=float)[part.index]
-            if name in RATES:
-                _check_rate(name, x, y)
+            x, y = (it[name].to_numpy(dtype=float) for it in (xs, ys))
+            some = both is not None and name not in OF_ALL_RUNS
+            if some:
+                x, y = x[both], y[both]
             row = _describe_pairs(x, y, name in RATES, confidence)
+            row["pairs"] = "both arrive" if some else "all"
             better = _better(direction_of(runs, name), row)
             rows[(*kind, name)] = row | {"better": {"a": a, "b": b}.get(better)}
     table = _table(runs, rows, [*by, "metric"])
     # pandas would make NaN of None among texts.
-    told = [row["better"] for row in rows.values()]
-    table["better"] = pd.Series(told, table.index, dtype=object)
+    verdicts = [row["better"] for row in rows.values()]
+    table["better"] = pd.Series(verdicts, table.index, dtype=object)
     return table
+
+
+def early_mark(metric: str, described: pd.Series) -> str:
+    """Returns an asterisk if a mean is also of ways that end early.
+
+    Args:
+        metric: The metric.
+        described: Its row of `summarize`.
+    """
+    is_early = described["arrived"] < described["n"]
+    return "*" if metric in _OF_THE_WAY and is_early else ""
+
+
+def _once(
+    runs: pd.DataFrame, keys: list[str], names: list[str]
+) -> pd.DataFrame:
+    """Returns a table in which the repetitions of a run are one row."""
+    if "repetition" not in runs or "repetition" in keys:
+        return runs
+    about = [*keys, *(key for key in _RUN if key in runs and key not in keys)]
+    if not runs.duplicated(about).any():
+        return runs
+    values = runs[names].where(np.isfinite(runs[names]))
+    parts = values.groupby(
+        [runs[key] for key in about], sort=False, dropna=False
+    )
+    return parts.mean().reset_index()
+
+
+def _both_arrive(one: pd.DataFrame, other: pd.DataFrame) -> Mask | None:
+    """Returns the pairs in which both arrive; None where all count."""
+    if RATES[0] not in one:
+        return None
+    x, y = (it[RATES[0]].to_numpy(dtype=float) for it in (one, other))
+    if not (np.isfinite(x) & np.isfinite(y) & (x != y)).any():
+        return None
+    found: Mask = (x == 1) & (y == 1)
+    return found
 
 
 def _groups(table: pd.DataFrame, by: list[str]) -> Any:
@@ -284,8 +354,8 @@ def _metric_columns(
     return names
 
 
-def _check_rate(name: str, *values: Array) -> None:
-    found = np.concatenate(values)
+def _check_rate(name: str, runs: pd.DataFrame) -> None:
+    found = runs[name].to_numpy(dtype=float)
     if not np.isin(found[np.isfinite(found)], (0, 1)).all():
         raise ValueError(
             f"the column {name!r} is not a rate: it has values other than 0"

@@ -2,7 +2,7 @@
 
 import re
 
-from hunav_drake.benchmark.comparison.tables import Table
+from hunav_drake.benchmark.comparison.tables import NOTE, Table
 
 # What a document needs in its preamble.
 PACKAGES = ("booktabs", "graphicx")
@@ -42,7 +42,7 @@ def to_latex(table: Table) -> str:
         [
             r"\begin{table*}",
             r"\centering\footnotesize\setlength{\tabcolsep}{3pt}",
-            rf"\caption{{{escaped(table.title)}}}",
+            rf"\caption{{{escaped(f'{table.title}. {NOTE}')}}}",
             rf"\sbox0{{\begin{{tabular}}{{{columns}}}",
             r"\toprule",
             head + r" \\",

@@ -1,24 +1,22 @@
 """Whether relations between planners hold, as tables of a paper show them.
 
 A relation holds if it does so for the means over runs, and in nine of ten
-samples that the bootstrap draws from the runs; in fewer of them, it holds for
-these means only, and more runs may decide otherwise.
+samples that the bootstrap draws from the seeds; in fewer of them, it holds for
+these means only, and more runs may decide otherwise. Of NaN nothing holds.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 import math
-import re
 from typing import Literal, NamedTuple
 
 import numpy as np
-import pandas as pd
 
 from hunav_drake.benchmark.comparison.identities import IDENTITIES
-from hunav_drake.benchmark.comparison.means import Means
+from hunav_drake.benchmark.comparison.means import Means, Place, Sample
+from hunav_drake.benchmark.formula import formula_name, holds, names_in
 from hunav_drake.benchmark.suite import Relation, Strength
 from hunav_drake.benchmark.suite_result import SuiteResult
-from hunav_drake.systems.common.arrays import Array
 
 Verdict = Literal["holds", "mean only", "fails", "not tested"]
 
@@ -143,22 +141,16 @@ def _untested(error: KeyError) -> tuple[Verdict, float, str]:
 
 
 def _test(relation: Relation, means: Means) -> tuple[Verdict, float, str]:
-    holds = []
-    told = []
-    used = set(re.findall(r"[A-Za-z_]\w*", relation.holds))
-    for names in _value_sets(relation, means, used):
-        if missing := sorted(used - set(names)):
+    held, told = [], []
+    used = names_in(relation.holds)
+    for places in _place_sets(relation, means):
+        if missing := sorted(set(used) - set(places)):
             raise KeyError(", ".join(missing))
-        holds.append(
-            np.broadcast_to(
-                pd.eval(relation.holds, engine="python", local_dict=names),
-                next(iter(names.values())).shape,
-            )
-        )
-        told.append(
-            ", ".join(f"{name} {array[0]:.3g}" for name, array in names.items())
-        )
-    both = np.all(holds, axis=0)
+        sample = means.sample({it: places[it] for it in used}, relation.metric)
+        size = len(sample.means[used[0]])
+        held.append(holds(relation.holds, sample.means, size))
+        told.append(_told(sample))
+    both = np.all(held, axis=0)
     share = float(both[1:].mean())
     verdict: Verdict = "holds" if share >= _SHARE else "mean only"
     if not both[0]:
@@ -166,54 +158,46 @@ def _test(relation: Relation, means: Means) -> tuple[Verdict, float, str]:
     return verdict, share, "; ".join(told)
 
 
-def _value_sets(
-    relation: Relation, means: Means, used: set[str]
-) -> list[dict[str, Array]]:
-    """Returns the means by the names in the formula.
+def _told(sample: Sample) -> str:
+    """Returns means, over how many seeds they are, and over which."""
+    counts = sample.counts
+    alike = len(set(counts.values())) == 1
+    words = [
+        f"{name} {values[0]:.3g}" + ("" if alike else f" (n = {counts[name]})")
+        for name, values in sample.means.items()
+    ]
+    text = ", ".join(words)
+    if alike:
+        text += f" (n = {next(iter(counts.values()))})"
+    return f"{text}, {sample.note}" if sample.note else text
+
+
+def _place_sets(relation: Relation, means: Means) -> list[dict[str, Place]]:
+    """Returns the places by what formulas call them.
 
     It is to hold for each of them.
     """
-    metric, scenarios = relation.metric, relation.scenarios
+    scenarios = relation.scenarios
     first = scenarios[0]
     planners = means.planners
-    if relation.by == "planner" and len(scenarios) == 1:
-        one = {p: (p, first) for p in planners}
-        return [_chosen(used, one, means, metric)]
     if relation.by == "planner":
-        both = {f"{p}_{s}": (p, s) for p in planners for s in scenarios}
-        return [_chosen(used, both, means, metric)]
+        several = len(scenarios) > 1
+        return [
+            {
+                formula_name(f"{p}_{s}" if several else p): (p, s)
+                for p in planners
+                for s in scenarios
+            }
+        ]
+    behaviors = means.behaviors(first)
     if relation.by == "both":
         return [
             {
-                name: means.of_behavior(p, first, b, metric)
+                formula_name(f"{p}_{b}"): (p, first, b)
                 for p in planners
-                for b in means.behaviors(first)
-                if (name := _name(f"{p}_{b}")) in used
+                for b in behaviors
             }
         ]
     return [
-        {
-            name: means.of_behavior(p, first, b, metric)
-            for b in means.behaviors(first)
-            if (name := _name(b)) in used
-        }
-        for p in planners
+        {formula_name(b): (p, first, b) for b in behaviors} for p in planners
     ]
-
-
-def _chosen(
-    used: set[str],
-    places: dict[str, tuple[str, str]],
-    means: Means,
-    metric: str,
-) -> dict[str, Array]:
-    return {
-        name: means.of(*place, metric)
-        for label, place in places.items()
-        if (name := _name(label)) in used
-    }
-
-
-def _name(label: str) -> str:
-    """Returns a label as formulas call it."""
-    return re.sub(r"\W", "_", label)

@@ -11,14 +11,19 @@ from hunav_drake.benchmark.comparison.paper import (
     PUBLISHED,
     PUBLISHED_BY_BEHAVIOR,
 )
-from hunav_drake.benchmark.comparison.relations import Judgement
 from hunav_drake.benchmark.suite_result import SuiteResult
 from hunav_drake.results.metric_facts import unit_of
 from hunav_drake.results.quantity_text import number_text, unit_text
-from hunav_drake.results.statistics import RATES, summarize
+from hunav_drake.results.statistics import RATES, early_mark, summarize
 
 # What the tables of a suite show: those of the paper, which most people know.
 PAPER_METRICS = tuple(name for name, _, _ in METRICS)
+
+# How a cell is to be read.
+NOTE = (
+    "In brackets: n, over how many seeds a mean is. * Not all of these runs"
+    " arrive, so the mean is also of ways that end early."
+)
 
 _BEHAVIOR_METRICS = tuple(PUBLISHED_BY_BEHAVIOR["regular"]["dwb"])
 
@@ -41,9 +46,8 @@ class Table:
 def scenario_tables(result: SuiteResult) -> list[Table]:
     """Returns a table for each scenario and setting: metrics by planner.
 
-    A cell is the mean and half the width of its 95 % interval, or, of rates,
-    the interval; beside it, for the paper's own suite, is the value that the
-    paper printed.
+    A cell is as `mean_text` tells; beside it, for the paper's own suite, is the
+    value that the paper printed.
     """
     runs = result.runs()
     if runs.empty:
@@ -53,6 +57,8 @@ def scenario_tables(result: SuiteResult) -> list[Table]:
     tables = []
     for scenario, setting in keys:
         part = runs[(runs.scenario == scenario) & (runs.setting == setting)]
+        if part.empty:
+            continue
         part.attrs = runs.attrs
         published = PUBLISHED.get(scenario, {}) if is_paper else {}
         title = " ".join(word for word in (scenario, setting) if word)
@@ -106,12 +112,10 @@ def _table(
         header += [planner] + (["paper"] if planner in published else [])
     rows = []
     for name in names:
-        unit = "%" if name == "completed" else unit_of(runs, name)
-        scale = 100.0 if name == "completed" else 1.0
+        unit = shown_unit(runs, name)
         row = [name]
         for planner in planners:
-            described = statistics.loc[planner, name]
-            row.append(_cell(described, unit, scale, is_rate=name in RATES))
+            row.append(mean_text(statistics.loc[planner, name], name, unit))
             if planner in published:
                 value = published[planner].get(name, math.nan)
                 row.append(number_text(value, unit))
@@ -119,40 +123,37 @@ def _table(
     return Table(title, (*header, "unit"), tuple(rows))
 
 
-def _cell(
-    described: pd.Series, unit: str, scale: float, *, is_rate: bool
-) -> str:
+def shown_unit(runs: pd.DataFrame, metric: str) -> str:
+    """Returns the unit that tables show a metric in: rates are in percent."""
+    return "%" if metric in RATES else unit_of(runs, metric)
+
+
+def mean_text(described: pd.Series, metric: str, unit: str) -> str:
+    """Returns what tables tell of a metric in a cell.
+
+    It is the mean, half the width of its 95 % interval, or, of rates, the
+    interval, and n in brackets; an asterisk as `NOTE` explains it.
+
+    Args:
+        described: A row of `summarize`.
+        metric: Its name.
+        unit: The unit to show it in.
+    """
+    scale = 100.0 if metric in RATES else 1.0
     mean, low, high = (
         scale * float(described[key]) for key in ("mean", "low", "high")
     )
     half = (high - low) / 2
     text = number_text(mean, unit)
-    if is_rate and math.isfinite(half):
+    if metric in RATES and math.isfinite(half):
         # It does not reach as far to both sides.
-        return f"{text} [{low:.0f}, {high:.0f}]"
-    if math.isfinite(half) and half > 0:
-        text += f" ± {number_text(half, unit, scale=abs(mean))}"
-    return text
-
-
-def relation_table(judgements: Sequence[Judgement]) -> Table:
-    """Returns the relations as a list of what holds and what fails."""
-    return Table(
-        "relations",
-        ("", "scenario", "relation", "strength", "verdict", "share", "numbers"),
-        tuple(
-            (
-                str(it.number),
-                it.scenarios,
-                " ".join(it.text.split()),
-                it.strength,
-                it.verdict,
-                "" if math.isnan(it.share) else f"{it.share:.2f}",
-                it.numbers,
-            )
-            for it in judgements
-        ),
-    )
+        text = f"{text.removesuffix('.0')} [{low:.0f}, {high:.0f}]"
+    elif math.isfinite(half) and half > 0:
+        reach = number_text(half, unit, scale=abs(mean))
+        # What is only rounding says nothing.
+        text += f" \N{PLUS-MINUS SIGN} {reach}" * (reach != "0")
+    mark = early_mark(metric, described)
+    return f"{text} ({described['n']:.0f}){mark}"
 
 
 def to_text(table: Table) -> str:

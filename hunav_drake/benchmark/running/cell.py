@@ -7,6 +7,7 @@ import json
 from pathlib import Path
 
 from hunav_drake.benchmark.suite import Suite, planner_overrides
+from hunav_drake.benchmark.suite_checks import name_faults
 from hunav_drake.results.provenance import program_versions
 from hunav_drake.scenario import (
     CheckScenario,
@@ -16,6 +17,7 @@ from hunav_drake.scenario import (
     Scenario,
     ScenarioError,
 )
+from hunav_drake.scenario.named_files import files_sha256
 from hunav_drake.simulation import behavior_sha256
 from hunav_drake.systems.common.registry import name_of
 
@@ -30,7 +32,8 @@ class Cell:
         setting: The name of the setting; empty if there is only one.
         text: The scenario with both, as `SaveScenario` writes it.
         sha256: A hash of all that its runs follow from, but for the seed:
-            scenario, behavior trees, versions and the kind of machine.
+            scenario, the content of the files that it names, behavior trees,
+            versions and the kind of machine.
     """
 
     scenario: str
@@ -55,10 +58,12 @@ def make_cells(suite: Suite, folder: Path | None = None) -> list[Cell]:
             current folder.
 
     Raises:
-        ScenarioError: It lists the faults of all scenarios, each once.
+        ScenarioError: It lists the faults of all scenarios, each once; or, if
+            they have none, the names in the suite that nothing has.
     """
     faults: dict[Fault, None] = {}
     cells: list[Cell] = []
+    scenarios: list[Scenario] = []
     choices = [planner_overrides(choice) for choice in suite.planners]
     settings = dict(suite.settings) or {"": []}
     for entry in suite.scenarios:
@@ -76,7 +81,10 @@ def make_cells(suite: Suite, folder: Path | None = None) -> list[Cell]:
                     faults |= dict.fromkeys(error.faults)
                     continue
                 cells.append(_make_cell(scenario, label, setting))
+                scenarios.append(scenario)
     faults |= dict.fromkeys(_same_names(cells))
+    # Of a scenario that is not sound nobody knows the name.
+    faults |= {} if faults else dict.fromkeys(name_faults(suite, scenarios))
     if faults:
         raise ScenarioError(suite.name, faults)
     return cells
@@ -102,7 +110,12 @@ def cell_sha256(text: str, scenario: Scenario) -> str:
         text: The scenario, as `SaveScenario` writes it.
         scenario: The same.
     """
-    follows = program_versions(), text, behavior_sha256(scenario)
+    follows = (
+        program_versions(),
+        text,
+        behavior_sha256(scenario),
+        files_sha256(scenario),
+    )
     return hashlib.sha256(json.dumps(follows).encode()).hexdigest()
 
 

@@ -53,10 +53,11 @@ class CellPlan:
         # Of the metric of `until`.
         self._values = array("d", [math.nan] * self._count * bool(suite.until))
         self._next = 0
-        # How many runs are enough, as far as is known.
+        # How many runs are enough, as far as is known: whole seeds.
         self._goal = self._count
         if suite.until:
-            self._goal = min(suite.until.least, self._count)
+            least = suite.until.least * suite.repetitions
+            self._goal = min(least, self._count)
 
     @property
     def kind(self) -> tuple[str, str]:
@@ -89,6 +90,11 @@ class CellPlan:
             self._values[index] = value
             self._raise_goal()
         return True
+
+    def counts(self, seed: int, repetition: int) -> bool:
+        """Tells whether a run is one of those that are asked for."""
+        index = self._index(seed, repetition)
+        return index is not None and index < self._goal
 
     def next_task(self) -> Task | None:
         """Returns the next runs to give out, if there are any."""
@@ -125,22 +131,27 @@ class CellPlan:
     def _raise_goal(self) -> None:
         """Finds out whether the runs that are there are enough.
 
-        It looks at the first n runs, for n one batch larger each time, so that
-        it does not matter which ended first.
+        It looks at the first n seeds, for n one batch larger each time, so
+        that it does not matter which ended first.
         """
         while self._goal < self._count:
             if self.done < self._goal or self._is_known():
                 return
-            self._goal = min(self._goal + _BATCH, self._count)
+            more = _BATCH * self._repetitions
+            self._goal = min(self._goal + more, self._count)
 
     def _is_known(self) -> bool:
         from scipy.stats import t
 
         assert self._until is not None
+        # Repetitions of a seed tell nothing new: their mean is one value.
         values = np.array(self._values[: self._goal])
-        finite = values[np.isfinite(values)]
-        n = len(finite)
+        table = values.reshape(-1, self._repetitions)
+        counts = np.isfinite(table).sum(axis=1)
+        sums = np.where(np.isfinite(table), table, 0.0).sum(axis=1)
+        means = sums[counts > 0] / counts[counts > 0]
+        n = len(means)
         if n < self._until.least:
             return False
-        reach = float(t.ppf(0.975, n - 1)) * float(finite.std(ddof=1))
+        reach = float(t.ppf(0.975, n - 1)) * float(means.std(ddof=1))
         return reach / math.sqrt(n) <= self._until.half_width

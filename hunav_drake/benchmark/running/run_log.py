@@ -8,10 +8,13 @@ from collections.abc import Iterable, Iterator
 import fcntl
 import os
 from pathlib import Path
+import shutil
 from typing import BinaryIO, Self
 
 from hunav_drake.benchmark.running.cell import Cell
+from hunav_drake.benchmark.running.recordings import FOLDER, REPLAYS
 from hunav_drake.benchmark.running.run_row import (
+    LOST,
     RunRow,
     row_from_json,
     row_to_json,
@@ -30,7 +33,8 @@ class RunLog:
 
         Args:
             folder: Where it is.
-            fresh: Begins a new one; what was there is `runs_old.jsonl`.
+            fresh: Begins a new one; what was there is `runs_old.jsonl`, and
+                recordings and replays are in `recordings_old`, `replays_old`.
 
         Raises:
             OSError: If it cannot be written.
@@ -39,11 +43,11 @@ class RunLog:
         """
         folder.mkdir(parents=True, exist_ok=True)
         self.path = folder / NAME
-        if fresh and self.path.exists():
-            self.path.replace(folder / "runs_old.jsonl")
         self._file: BinaryIO = self.path.open("a+b")
         try:
             self._lock()
+            if fresh:
+                self._begin_anew()
             self._cut()
         except BaseException:
             self._file.close()
@@ -66,15 +70,24 @@ class RunLog:
     def read(self, cells: Iterable[Cell], code_sha256: str) -> Iterator[RunRow]:
         """Yields the runs of these cells by this code, one by one.
 
+        Those whose workers have died come last, but for those that were done
+        afterwards.
+
         Raises:
             ValueError: If a line is damaged, or a cell has runs of another
                 scenario, version or code.
         """
         hashes = {cell.name: cell.sha256 for cell in cells}
         others: dict[str, int] = {}
+        lost: dict[tuple[str, int, int], RunRow] = {}
         for row in read_rows(self.path):
             made = hashes.get(row.cell), code_sha256
             if made == (row.sha256, row.code_sha256):
+                key = row.cell, row.seed, row.repetition
+                if row.end_reason == LOST:
+                    lost[key] = row
+                    continue
+                lost.pop(key, None)
                 yield row
             elif row.cell in hashes:
                 others[row.cell] = others.get(row.cell, 0) + 1
@@ -82,9 +95,24 @@ class RunLog:
             told = ", ".join(f"{n} of {cell}" for cell, n in others.items())
             raise ValueError(
                 f"{self.path}: holds runs of other scenarios, behavior trees,"
-                f" code or versions ({told}): choose another folder, or"
-                " --fresh, which keeps them as runs_old.jsonl"
+                f" code or versions ({told}), or their maps, models or other"
+                " files have changed: choose another folder, or --fresh, which"
+                " keeps them as runs_old.jsonl"
             )
+        yield from lost.values()
+
+    def _begin_anew(self) -> None:
+        """Sets aside what is there: replays of old runs are of other runs."""
+        folder = self.path.parent
+        if self.path.stat().st_size:
+            self._file.close()
+            self.path.replace(folder / "runs_old.jsonl")
+            self._file = self.path.open("a+b")
+            self._lock()
+        for name in (FOLDER, REPLAYS):
+            if (folder / name).is_dir():
+                shutil.rmtree(folder / f"{name}_old", ignore_errors=True)
+                (folder / name).rename(folder / f"{name}_old")
 
     def _lock(self) -> None:
         try:

@@ -18,8 +18,14 @@ if TYPE_CHECKING:
 # The reason of a run that raised an error.
 ERROR = "error"
 
+# That of a run whose worker has died: it is run again when its suite is.
+LOST = "worker_died"
+
+# The reasons of runs that have no metrics.
+NO_RESULT = (ERROR, LOST)
+
 # The reasons of runs that say nothing of a planner, but that it is broken.
-FAILED = (ERROR, "planner_failed")
+FAILED = (*NO_RESULT, "planner_failed")
 
 
 class RunRow(NamedTuple):
@@ -31,7 +37,7 @@ class RunRow(NamedTuple):
         code_sha256: The hash of the code that has run it: see `hash_of_all`.
         seed: Its seed.
         repetition: Which of the runs of that seed it is, from 0.
-        end_reason: As in `TrialResult`, or "error".
+        end_reason: As in `TrialResult`, or "error", or "worker_died".
         end_message: The same in words.
         end_time: In seconds of simulated time.
         metrics: The values by name.
@@ -100,7 +106,13 @@ def cycle_cost(cycles: Sequence[float]) -> dict[str, float]:
     return {"cycle_median": median, "cycle_p95": p95}
 
 
-def failed_row(task: "Task", seed: int, repetition: int, reason: str) -> RunRow:
+def failed_row(
+    task: "Task",
+    seed: int,
+    repetition: int,
+    reason: str,
+    end_reason: str = ERROR,
+) -> RunRow:
     """Returns the row of a run that has given no result."""
     return RunRow(
         cell=task.cell,
@@ -108,7 +120,7 @@ def failed_row(task: "Task", seed: int, repetition: int, reason: str) -> RunRow:
         code_sha256=hash_of_all(task.code),
         seed=seed,
         repetition=repetition,
-        end_reason=ERROR,
+        end_reason=end_reason,
         end_message=" ".join(reason.split()),
         end_time=math.nan,
         metrics={},

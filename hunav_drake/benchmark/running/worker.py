@@ -103,11 +103,17 @@ def _import(names: Iterable[str]) -> None:
 
 
 @functools.lru_cache(maxsize=64)
-def _sha256_here(text: str) -> str:
-    from hunav_drake.benchmark.running.cell import cell_sha256
+def _loaded(text: str) -> Any:
     from hunav_drake.scenario import LoadScenario
 
-    return cell_sha256(text, LoadScenario(data=text))
+    return LoadScenario(data=text)
+
+
+def _sha256_here(text: str) -> str:
+    """Returns the hash of a cell; the files that it names may change."""
+    from hunav_drake.benchmark.running.cell import cell_sha256
+
+    return cell_sha256(text, _loaded(text))
 
 
 @functools.lru_cache(maxsize=64)
@@ -138,8 +144,9 @@ def _check_version(task: Task) -> None:
     if here != task.sha256:
         told = ", ".join(f"{k} {v}" for k, v in program_versions().items())
         raise UnfitWorkerError(
-            f"{_place()}: has other versions or behavior trees than the suite"
-            f" ({told}): install the same on all workers"
+            f"{_place()}: has other versions, behavior trees or files than the"
+            f" suite ({told}): install the same on all workers; if a map or a"
+            " model was changed meanwhile, start the suite again"
         )
 
 

@@ -18,8 +18,9 @@ from hunav_drake.benchmark.comparison.tables import (
 )
 from hunav_drake.benchmark.running.cell import Cell
 from hunav_drake.benchmark.running.run_row import RunRow
-from hunav_drake.benchmark.suite import planner_overrides
+from hunav_drake.benchmark.suite import Relation, planner_overrides
 from hunav_drake.scenario import ScenarioError
+from tests.hunav_drake.benchmark.made_runs import make_result
 
 # The means of the paper's tables hold their own relations, but for these: two
 # that need what the tables do not have, and the social work of SFW and DWB.
@@ -123,7 +124,7 @@ def test_tables_show_the_paper_beside_the_means():
     lengths = {row[0]: row for row in crossing.rows}["path_length"]
     assert lengths == (
         "path_length",
-        *("4.90", "4.90", "5.70", "5.70", "4.90", "4.90"),
+        *("4.90 (10)", "4.90", "5.70 (10)", "5.70", "4.90 (10)", "4.90"),
         "m",
     )
     titles = [table.title for table in behavior_tables(result)]
@@ -156,3 +157,143 @@ def test_a_formula_compares_names_and_numbers(holds):
     text = "scenarios: [a]\nrelations:\n- scenarios: [a]\n  metric: b\n"
     with pytest.raises(ScenarioError, match=r"data:5: .*must compare names"):
         LoadSuite(data=text + f"  holds: {holds!r}\n")
+
+
+def paired(missing=()):
+    """Returns runs of two planners that differ by less than seeds do."""
+    random = np.random.default_rng(3)
+    ways = 30 + 10 * random.standard_normal(20)
+    slow = ways + 0.05 + 0.05 * random.random(20)
+    rows = [{"path_length": way} for way in slow]
+    for seed in missing:
+        rows[seed] = {"path_length": math.nan}
+    return make_result(
+        {
+            ("hall", "fast"): [{"path_length": way} for way in ways],
+            ("hall", "slow"): rows,
+        },
+        relations=[
+            Relation(
+                scenarios=["hall"], metric="path_length", holds="fast < slow"
+            )
+        ],
+    )
+
+
+def test_seeds_are_drawn_for_all_planners_together():
+    (judgement,) = judge(paired())
+    assert (judgement.verdict, judgement.share) == ("holds", 1.0)
+
+
+@pytest.mark.parametrize("missing", [(0,), (19,), (3, 4, 11)])
+def test_a_missing_value_leaves_the_pairs_together(missing):
+    (judgement,) = judge(paired(missing))
+    assert (judgement.verdict, judgement.share) == ("holds", 1.0)
+    n = 20 - len(missing)
+    words = f"on the {n} of 20 seeds in which all have a value"
+    assert words in judgement.numbers
+
+
+def test_the_share_does_not_hang_on_who_else_is_there():
+    first = paired()
+    rows = [row._replace(cell="hall/else") for row in first.rows[:20]]
+    cell = dataclasses.replace(first.cells[0], planner="else")
+    cells = [cell, *first.cells]
+    more = SuiteResult(first.suite, cells, [*rows, *first.rows])
+    assert judge(more) == judge(first)
+
+
+def test_repetitions_do_not_make_a_relation_surer():
+    a = np.arange(8.0)
+    b = a + np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -0.5])
+    shares = []
+    for times in (1, 25):
+        rows = {
+            ("hall", name): [
+                {"path_length": v} for v in it for _ in range(times)
+            ]
+            for name, it in (("a", a), ("b", b))
+        }
+        relation = Relation(
+            scenarios=["hall"], metric="path_length", holds="a < b"
+        )
+        result = make_result(rows, repetitions=times, relations=[relation])
+        (judgement,) = judge(result)
+        shares.append(judgement.share)
+        assert "(n = 8)" in judgement.numbers
+    assert 0.1 < shares[0] < 0.99
+    assert shares[1] == pytest.approx(shares[0], abs=0.005)
+
+
+@pytest.mark.parametrize(
+    ("metric", "numbers", "scenarios"),
+    [
+        ("social_work", [1], ("passing", "free_run")),
+        ("social_force_on_agents", [1, 2], ("passing", "free_run")),
+        ("intimate_space_intrusions", [3], ("passing", "crossing")),
+        ("final_dist_to_target", [4], ("passing", "crossing")),
+        ("avg_robot_linear_speed", [5], ("passing", "crossing")),
+        ("time_to_reach_goal", [5], ("passing", "crossing")),
+        ("walked_per_person", [6], ("passing", "crossing")),
+        ("completed", [7], ("passing", "crossing")),
+        ("robot_on_person_collisions", [7], ("passing", "crossing")),
+        ("cruising_speed", [8], ("free_run", "free_run")),
+    ],
+)
+@pytest.mark.parametrize("last", [False, True])
+def test_no_identity_holds_of_nan(metric, numbers, scenarios, last):
+    names = LoadSuite(filename="paper").scenarios
+    values = {
+        (scenario, planner): [identical(scenario) for _ in range(3)]
+        for scenario in names
+        for planner in ("dwb", "scl", "sfw")
+    }
+    whole = judge(make_result(values, identities=True))
+    assert {it.verdict for it in whole} == {"holds"}
+    run = values[scenarios[last], "sfw" if last else "dwb"][-last]
+    run[metric] = math.nan
+    verdicts = {
+        it.number: it.verdict
+        for it in judge(make_result(values, identities=True))
+    }
+    assert {verdicts[number] for number in numbers} == {"fails"}
+
+
+def identical(scenario):
+    """Returns the metrics of a run of which all identities hold."""
+    length = {"passing": 15.2, "crossing": 4.9}.get(scenario, 10.0)
+    walked = {"passing": 14.0, "crossing": 6.5}.get(scenario, 5.0)
+    return {
+        "social_work": 2.0,
+        "social_force_on_agents": 1.0,
+        "social_force_on_robot": 1.0,
+        "obstacle_force_on_robot": 0.5,
+        "intimate_space_intrusions": 10.0,
+        "personal_space_intrusions": 30.0,
+        "social+_space_intrusions": 60.0,
+        "final_dist_to_target": 0.2,
+        "min_dist_to_target": 0.2,
+        "path_length": length,
+        "avg_robot_linear_speed": length / 24,
+        "time_to_reach_goal": 20.0,
+        "walked_per_person": walked,
+        "completed": 1.0,
+        "robot_on_person_collisions": 0.0,
+        "person_on_robot_collisions": 0.0,
+        "cruising_speed": 0.6,
+    }
+
+
+def test_a_run_without_a_result_is_not_complete():
+    values = {
+        (scenario, planner): [identical(scenario)] * 3
+        for scenario in ("passing", "crossing")
+        for planner in ("dwb", "scl", "sfw")
+    }
+    values["crossing", "sfw"] = [*values["crossing", "sfw"][:2], None]
+    judgements = {
+        it.number: it for it in judge(make_result(values, identities=True))
+    }
+    assert judgements[7].verdict == "fails"
+    assert "17 of 18 complete" in judgements[7].numbers
+    assert judgements[5].verdict == "holds"

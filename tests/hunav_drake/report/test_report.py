@@ -103,11 +103,11 @@ def test_statistics_are_told_in_full(tmp_path):
     assert_stands_alone(html)
     text = visible(html)
     # Mean of 6, or of 4 where only so many have a value.
-    assert re.search(r"path_length ↓ 10.03 \[10.01, 10.05\] 10.53", text)
+    assert re.search(r"path_length ↓ 10.03\* \[10.01, 10.05\] 10.53\*", text)
     assert "time_to_reach_goal ↓ 21.50 [19.45, 23.55] n = 4" in text
     assert re.search(r"completed ↑ 83.3 \[43.6, 97.0\] 83.3 .*? %", text)
     # The spread: n, mean, standard deviation, median.
-    assert "path_length ↓ pursuit 6 10.03 [10.01, 10.05] 0.022 10.03 m" in text
+    assert "path_length ↓ pursuit 6 10.03* [10.01, 10.05] 0.022 10.03 m" in text
     # On equal seeds: both means, their difference, pairs, which is better.
     assert "social \N{MINUS SIGN} pursuit pairs better unit" in text
     assert re.search(

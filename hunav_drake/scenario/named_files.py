@@ -1,0 +1,173 @@
+"""The files that a scenario names, and those that these name in turn.
+
+A map has an image, a model has meshes, textures and other models. Behavior
+trees are left out: `tree_fingerprint` knows what of them matters.
+"""
+
+from collections.abc import Iterator, Mapping
+import contextlib
+import dataclasses as dc
+import hashlib
+from pathlib import Path
+import re
+from typing import Any
+
+from pydrake.multibody.parsing import PackageMap
+import yaml
+
+from hunav_drake.scenario.schema import Scenario
+from hunav_drake.scenario.writer import plain
+
+_YAML = (".yaml", ".yml")
+_WAVEFRONT = (".obj", ".mtl")
+_MARKUP = (".urdf", ".sdf", ".world", ".xml", ".xacro", ".config", ".dae")
+
+# Where a text may name a file: in quotes or between tags; in a mesh of
+# Wavefront's and its materials, after some words.
+_QUOTED = tuple(
+    re.compile(pattern)
+    for pattern in (
+        r"\"([^\"\n]{1,500})\"",
+        r"'([^'\n]{1,500})'",
+        r">([^<>]{1,500})<",
+    )
+)
+_REFERENCE = re.compile(
+    r"^[ \t]*(?:mtllib|map_\w+|bump|disp|decal|refl|norm)[ \t]([^\n]{1,500})$",
+    re.MULTILINE,
+)
+
+
+def files_sha256(scenario: Scenario) -> str:
+    """Returns a hash of the content of all named files; empty without any.
+
+    Where they are does not count.
+
+    Raises:
+        OSError: If one of them cannot be read.
+    """
+    lines = []
+    for path in named_files(scenario):
+        with path.open("rb") as file:
+            content = hashlib.file_digest(file, "sha256").hexdigest()
+        lines.append(f"{path.name} {content}\n")
+    if not lines:
+        return ""
+    return hashlib.sha256("".join(sorted(lines)).encode()).hexdigest()
+
+
+def named_files(scenario: Scenario) -> list[Path]:
+    """Returns all files that a scenario names, and those that they name.
+
+    Whatever text in a scenario is the name of a file counts, so also the
+    parameters of planners, robots and motion models of one's own.
+    """
+    parts = [
+        plain(getattr(scenario, field.name))
+        for field in dc.fields(scenario)
+        if field.name not in ("humans", "population")
+    ]
+    here = Path.cwd()
+    packages = _packages(plain(scenario.robot))
+    found: dict[Path, None] = {}
+    todo: list[Path] = []
+    for text in _texts(parts):
+        todo += _find(text, [here], packages)
+    while todo:
+        path = todo.pop()
+        if path not in found:
+            found[path] = None
+            todo += _named_in(path, packages)
+    return sorted(found)
+
+
+def _texts(data: Any) -> Iterator[str]:
+    """Yields all texts in plain data, but for the keys of mappings."""
+    if isinstance(data, str):
+        yield data
+    elif isinstance(data, Mapping):
+        data = list(data.values())
+    if isinstance(data, list | tuple):
+        for item in data:
+            yield from _texts(item)
+
+
+def _packages(robot: Any) -> dict[str, Path]:
+    """Returns the folders of packages, as models of robots and worlds do."""
+    known = PackageMap.MakeEmpty()
+    known.PopulateFromRosPackagePath()
+    given = robot.get("packages") if isinstance(robot, Mapping) else None
+    return {
+        **{name: Path(known.GetPath(name)) for name in known.GetPackageNames()},
+        "hunav_drake": Path(__file__).resolve().parents[1],
+        **{name: Path(it) for name, it in (given or {}).items()},
+    }
+
+
+def _named_in(path: Path, packages: Mapping[str, Path]) -> Iterator[Path]:
+    """Yields the files that the text of a file names."""
+    names = _names_in(path)
+    folders = [path.parent]
+    if path.suffix.lower() == ".xml":
+        # MJCF tells the folder of its meshes apart.
+        folders += [
+            folder
+            for name in names
+            if re.match(r"\w", name) and (folder := path.parent / name).is_dir()
+        ]
+    own = dict(packages)
+    for above in path.parents if names else ():
+        if (above / "package.xml").is_file():
+            known = PackageMap.MakeEmpty()
+            known.AddPackageXml(str(above / "package.xml"))
+            own = dict.fromkeys(known.GetPackageNames(), above) | own
+            break
+    for name in names:
+        yield from _find(name, folders, own)
+
+
+def _names_in(path: Path) -> list[str]:
+    """Returns what may be names in a file of text, each once."""
+    kind = path.suffix.lower()
+    if kind not in (*_YAML, *_WAVEFRONT, *_MARKUP, ".gltf"):
+        return []
+    text = path.read_text(encoding="utf-8", errors="replace")
+    names: list[str] = []
+    if kind in _YAML:
+        with contextlib.suppress(yaml.YAMLError, RecursionError):
+            tokens = yaml.scan(text)
+            names = [
+                it.value for it in tokens if isinstance(it, yaml.ScalarToken)
+            ]
+    elif kind in _WAVEFRONT:
+        for line in _REFERENCE.findall(text):
+            # There may be options before a name.
+            names += [line, line.split()[-1]]
+    else:
+        names = [it for pattern in _QUOTED for it in pattern.findall(text)]
+    return list(dict.fromkeys(filter(None, map(str.strip, names))))
+
+
+def _find(
+    text: str, folders: list[Path], packages: Mapping[str, Path]
+) -> Iterator[Path]:
+    """Yields the files that a text names, if it names any."""
+    scheme, mark, rest = text.partition("://")
+    if mark and scheme in ("package", "model"):
+        name, _, rest = rest.partition("/")
+        places = [packages[name] / rest] if name in packages else []
+    elif mark:
+        places = [Path(rest)] if scheme == "file" else []
+    elif re.search(r"\w[./]\w", text) and "\0" not in text:
+        places = [folder / text for folder in folders]
+    else:
+        places = []
+    for place in places:
+        # A folder is a model, of which another file tells.
+        for path in (place, place / "model.config"):
+            try:
+                if path.is_file():
+                    yield path.resolve()
+            except OSError:
+                # It is too long for a name.
+                pass

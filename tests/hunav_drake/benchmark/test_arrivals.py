@@ -1,0 +1,215 @@
+"""Who arrives seldom is not better for the way of those who do."""
+
+import math
+import re
+
+import numpy as np
+import pytest
+
+from hunav_drake.benchmark.comparison.latex import to_latex
+from hunav_drake.benchmark.comparison.markdown import to_markdown
+from hunav_drake.benchmark.comparison.relations import judge
+from hunav_drake.benchmark.comparison.tables import scenario_tables, to_text
+from hunav_drake.benchmark.suite import Relation
+from hunav_drake.benchmark.writing import WriteSuite
+from hunav_drake.report.suite_page import suite_page
+from hunav_drake.results.intervals import wilson_interval
+from hunav_drake.results.statistics import compare
+from tests.hunav_drake.benchmark.made_runs import make_result, runs_of
+
+SEEDS = 40
+
+# Every fourth seed is easy. One planner arrives always; the other is 2 %
+# slower, and arrives in those.
+EASY = np.arange(SEEDS) % 4 == 0
+TIMES = np.where(EASY, 18.0, 38.0) + 0.01 * np.arange(SEEDS)
+
+
+@pytest.fixture(scope="module")
+def result():
+    return make_result(
+        {
+            ("hall", "good"): runs_of(TIMES.tolist()),
+            ("hall", "seldom"): runs_of((1.02 * TIMES).tolist(), EASY * 1.0),
+        },
+        relations=[
+            Relation(
+                scenarios=["hall"],
+                metric="time_to_reach_goal",
+                holds="seldom < good",
+            ),
+            Relation(
+                scenarios=["hall"], metric="completed", holds="seldom < good"
+            ),
+        ],
+    )
+
+
+def test_planners_are_compared_where_both_arrive(result):
+    compared = compare(result.runs(), "good", "seldom").loc["hall"]
+    for name in ("time_to_reach_goal", "path_length"):
+        row = compared.loc[name]
+        assert (row["n"], row["pairs"]) == (10, "both arrive")
+        assert row["better"] == "good"
+        assert row["b"] == pytest.approx(1.02 * row["a"])
+    row = compared.loc["completed"]
+    assert (row["n"], row["pairs"], row["better"]) == (SEEDS, "all", "good")
+
+
+def test_where_hardly_any_pair_arrives_there_is_no_verdict():
+    never = make_result(
+        {
+            ("hall", "good"): runs_of(TIMES.tolist()),
+            ("hall", "never"): runs_of(TIMES.tolist(), [0.0] * SEEDS),
+        }
+    )
+    compared = compare(never.runs(), "good", "never").loc["hall"]
+    for name in ("time_to_reach_goal", "path_length"):
+        row = compared.loc[name]
+        assert (row["n"], row["pairs"], row["better"]) == (
+            0,
+            "both arrive",
+            None,
+        )
+        assert math.isnan(row["difference"])
+    assert compared.loc["completed", "better"] == "good"
+
+
+def test_where_both_arrive_alike_all_pairs_count():
+    both = make_result(
+        {
+            ("hall", "a"): runs_of(TIMES.tolist(), EASY * 1.0),
+            ("hall", "b"): runs_of((TIMES + 1).tolist(), EASY * 1.0),
+        }
+    )
+    compared = compare(both.runs(), "a", "b").loc["hall"]
+    assert set(compared["pairs"]) == {"all"}
+    assert compared.loc["path_length", "n"] == SEEDS
+
+
+def test_relations_are_judged_where_all_arrive_and_say_so(result):
+    times, rates = judge(result)
+    assert times.verdict == "fails"
+    assert "on the 10 of 40 seeds in which all arrive" in times.numbers
+    assert "(n = 10)" in times.numbers
+    assert (rates.verdict, rates.numbers) == (
+        "holds",
+        "seldom 0.25, good 1 (n = 40)",
+    )
+
+
+def test_each_cell_tells_n_and_marks_ways_that_end_early(result):
+    (table,) = scenario_tables(result)
+    rows = {row[0]: row[1:] for row in table.rows}
+    low, high = (100 * end for end in wilson_interval(10, 40))
+    assert rows["completed"][1] == f"25 [{low:.0f}, {high:.0f}] (40)"
+    good, seldom = rows["time_to_reach_goal"][:2]
+    assert good.endswith(" (40)")
+    assert seldom.endswith(" (10)")
+    good, seldom = rows["path_length"][:2]
+    assert good.endswith(" (40)")
+    assert seldom.endswith(" (40)*")
+    for row in rows.values():
+        for text in row[:-1]:
+            assert re.search(r" \(\d+\)\*?$", text)
+
+
+def test_all_tables_say_the_same(result, tmp_path):
+    (table,) = scenario_tables(result)
+    page = re.sub(r"\s+", " ", suite_page(result, judge(result)))
+    markdown = to_markdown(result, "hunav bench hall").replace(r"\*", "*")
+    latex = to_latex(table).replace(r"$\pm$", "±")
+    for row in table.rows:
+        for text in row[1:3]:
+            assert text in to_text(table)
+            assert text in latex
+            assert f"> {text} <" in page or f">{text}<" in page
+            assert f"| {text} |" in markdown
+    WriteSuite(result, tmp_path)
+    summary = (tmp_path / "summary.csv").read_text().splitlines()
+    header = summary[0].split(",")
+    for planner, arrived in (("good", 40), ("seldom", 10)):
+        (line,) = (
+            dict(zip(header, line.split(","), strict=True))
+            for line in summary
+            if f",{planner},," in line and ",path_length," in line
+        )
+        assert (line["n"], float(line["arrived"])) == ("40", arrived)
+
+
+def test_runs_without_a_result_have_not_arrived():
+    lost = make_result({("hall", "a"): [*runs_of([10.0, 11.0, 12.0]), None]})
+    summary = lost.summary().droplevel(["scenario", "planner", "setting"])
+    assert (summary.loc["completed", ["n", "mean"]] == [4, 0.75]).all()
+    assert summary.loc["time_to_reach_goal", "n"] == 3
+    none = make_result({("hall", "a"): [None, None]})
+    (table,) = scenario_tables(none)
+    assert [row[:2] for row in table.rows] == [("completed", "0 [0, 66] (2)")]
+
+
+def test_the_page_of_markdown_tells_how_many_seeds_there_are():
+    def page(seeds, **suite):
+        runs = {("hall", p): runs_of(TIMES[:n].tolist()) for p, n in seeds}
+        return to_markdown(make_result(runs, **suite), "hunav bench x")
+
+    assert "with 1 seed for each cell (" in page([("a", 1)])
+    assert "with 4 seeds for each cell (" in page([("a", 4), ("b", 4)])
+    # As where `until` has ended some.
+    assert "with 6 to 16 seeds for each" in page([("a", 6), ("b", 16)])
+    twice = make_result(
+        {("hall", "a"): runs_of([10.0, 10.0, 11.0, 11.0])}, repetitions=2
+    )
+    text = to_markdown(twice, "hunav bench x")
+    assert "with 2 seeds for each cell, each 2 times (" in text
+
+
+NAN = {"completed": math.nan, "path_length": math.nan}
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        {("hall", "a"): runs_of([10.0])},
+        {("hall", "a"): runs_of([10.0] * 7), ("hall", "b"): runs_of([9.0] * 7)},
+        {("hall", "a"): [None] * 7, ("hall", "b"): [None] * 7},
+        {("hall", "a"): [None] * 7, ("hall", "b"): runs_of([9.0] * 7)},
+        {("hall", "a"): [NAN] * 7, ("hall", "b"): runs_of([9.0] * 7)},
+        {("hall", "a"): [NAN] * 2, ("hall", "b"): [NAN] * 2},
+        {
+            ("hall", "a"): runs_of([10.0] * 7, [0.0] * 7),
+            ("hall", "b"): runs_of([9.0] * 7, [0.0] * 7),
+        },
+        # Cells without runs, as of a suite that was stopped.
+        {
+            ("hall", "a"): runs_of([10.0] * 7),
+            ("hall", "b"): [],
+            ("yard", "a"): [],
+        },
+        {("hall", "a"): [], ("yard", "a"): runs_of([10.0, 12.0])},
+    ],
+    ids=[
+        *("one run", "equal runs", "all failed", "one failed", "one NaN"),
+        *("all NaN", "none arrives", "missing cells", "first cell missing"),
+    ],
+)
+def test_whatever_the_runs_are_all_is_written(values, tmp_path):
+    relations = [
+        Relation(scenarios=["hall"], metric=metric, holds=f"a {sign} b")
+        for metric in ("path_length", "completed", "time_to_reach_goal")
+        for sign in ("<", ">=")
+    ]
+    made = make_result(values, relations=relations, identities=True)
+    judgements = judge(made)
+    for it in judgements[-6::2]:
+        assert it.verdict in ("holds", "mean only", "fails", "not tested")
+    for one, other in zip(judgements[-6::2], judgements[-5::2], strict=True):
+        # Not both, and of NaN neither.
+        assert {"holds"} != {one.verdict, other.verdict}
+        tested = [it.verdict != "not tested" for it in (one, other)]
+        assert tested[0] == tested[1]
+    WriteSuite(made, tmp_path, judgements)
+    page = to_markdown(made, "hunav bench x")
+    text = "\n".join(map(to_text, scenario_tables(made)))
+    tex = (tmp_path / "tables.tex").read_text()
+    for told in (page, text, tex):
+        assert not re.search(r"\bnan\b", told, re.IGNORECASE)

@@ -1,0 +1,193 @@
+"""Runs of a map or a model that has changed since are not taken for its own."""
+
+import os
+
+from PIL import Image
+from pydantic.dataclasses import dataclass
+import pytest
+
+from hunav_drake import LoadScenario
+from hunav_drake.benchmark import LoadSuite, RunSuite
+from hunav_drake.benchmark.running.cell import make_cells
+from hunav_drake.benchmark.running.task import Task
+from hunav_drake.benchmark.running.worker import UnfitWorkerError, do_task
+from hunav_drake.scenario.named_files import files_sha256, named_files
+from hunav_drake.systems.planning import (
+    Plan,
+    Planner,
+    PlannerStatus,
+    register_planner,
+)
+
+SCENARIO = """
+world: {map: maps/room.yaml, models: [{file: models/rack.sdf}]}
+robot: {start: [1.0, 1.0, 0.0], goal: [4.0, 1.0, 0.0]}
+humans: [{pose: [1.0, 4.0, 0.0]}]
+simulation: {duration: 10.0}
+"""
+MAP = """
+image: room.pgm # in gray
+resolution: 0.1
+origin: [0.0, 0.0, 0.0]
+occupied_thresh: 0.65
+free_thresh: 0.2
+negate: 0
+"""
+# The apostrophe begins no quotation.
+MODEL = """<?xml version="1.0"?>
+<sdf version="1.7"><model name="rack"><!-- it's small --><static>true</static>
+<link name="body"><pose>4 4 0.5 0 0 0</pose>
+<collision name="c"><geometry><mesh><uri>MESH</uri></mesh></geometry>
+</collision>
+<visual name="v"><geometry><mesh><uri>MESH</uri></mesh></geometry></visual>
+</link></model></sdf>
+"""
+MESH = """mtllib rack.mtl
+v 0 0 0
+v 0.1 0 0
+v 0 0.1 0
+v 0 0 0.1
+f 1 2 3
+f 1 2 4
+f 1 3 4
+f 2 3 4
+"""
+SUITE = """
+name: mapped
+scenarios: [trial.yaml]
+planners: [pursuit]
+seeds: 2
+"""
+
+
+def draw_map(path, wall):
+    picture = Image.new("L", (60, 60), 254)
+    picture.paste(0, (wall, 20, wall + 2, 40))
+    picture.save(path)
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """A scenario with a map, and with a model that has a mesh."""
+    for name in ("maps", "models"):
+        (tmp_path / name).mkdir()
+    (tmp_path / "trial.yaml").write_text(SCENARIO)
+    (tmp_path / "maps" / "room.yaml").write_text(MAP)
+    draw_map(tmp_path / "maps" / "room.pgm", 50)
+    models = tmp_path / "models"
+    (models / "rack.sdf").write_text(MODEL.replace("MESH", "rack.obj"))
+    (models / "rack.obj").write_text(MESH)
+    (models / "rack.mtl").write_text("newmtl x\nmap_Kd -s 1 1 1 rack.png\n")
+    Image.new("L", (2, 2)).save(models / "rack.png")
+    return tmp_path
+
+
+FILES = [
+    *("maps/room.yaml", "maps/room.pgm", "models/rack.sdf"),
+    *("models/rack.obj", "models/rack.mtl", "models/rack.png"),
+]
+
+
+def test_the_files_of_a_scenario_and_theirs_are_found(folder):
+    scenario = LoadScenario(filename=folder / "trial.yaml")
+    assert named_files(scenario) == sorted(folder / name for name in FILES)
+    assert files_sha256(LoadScenario(filename="crossing")) == ""
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_the_content_of_each_file_counts(folder, name):
+    scenario = LoadScenario(filename=folder / "trial.yaml")
+    before = files_sha256(scenario)
+    content = (folder / name).read_bytes()
+    (folder / name).write_bytes(content + b"\n")
+    assert files_sha256(scenario) != before
+    (folder / name).write_bytes(content)
+    os.utime(folder / name, (1.0, 1.0))
+    assert files_sha256(scenario) == before
+
+
+def test_files_of_packages_are_found(folder):
+    package = folder / "models"
+    (package / "package.xml").write_text(
+        '<?xml version="1.0"?><package format="2"><name>racks</name></package>'
+    )
+    model = package / "rack.sdf"
+    model.write_text(MODEL.replace("MESH", "package://racks/rack.obj"))
+    (package / "rack.xml").write_text(
+        '<mujoco><compiler meshdir="../models"/>'
+        '<asset><mesh file="rack.obj"/></asset></mujoco>'
+    )
+    for name in (model, package / "rack.xml"):
+        scenario = LoadScenario(data="{}", overrides=[f"description={name}"])
+        assert package / "rack.obj" in named_files(scenario)
+
+
+@register_planner("learned")
+@dataclass(kw_only=True)
+class Learned(Planner):
+    """Drives as fast as its policy says."""
+
+    policy: str = ""
+
+    def plan(self, task, view, memory):
+        with open(self.policy) as file:
+            return Plan(float(file.read()), 0.0, PlannerStatus.DRIVING)
+
+
+def test_the_policy_of_a_planner_counts(tmp_path):
+    policy = tmp_path / "policy.txt"
+    hashes = []
+    for speed in ("0.1", "0.2"):
+        policy.write_text(speed)
+        scenario = LoadScenario(
+            filename="crossing",
+            overrides=[f"planner={{name: learned, policy: {policy}}}"],
+        )
+        assert named_files(scenario) == [policy]
+        hashes.append(files_sha256(scenario))
+    assert hashes[0] != hashes[1]
+
+
+def test_runs_on_a_changed_map_are_not_those_of_before(folder):
+    suite = LoadSuite(data=SUITE)
+    out = folder / "out"
+    before = RunSuite(suite, folder=folder, out=out, workers=1).runs()
+    kept = {it.name: it.read_bytes() for it in (out / "recordings").iterdir()}
+    # Now there is a wall in the way.
+    picture = Image.open(folder / "maps" / "room.pgm")
+    picture.paste(0, (25, 40, 27, 60))
+    picture.save(folder / "maps" / "room.pgm")
+    with pytest.raises(ValueError, match=r"2 of .*maps, models or other files"):
+        RunSuite(suite, folder=folder, out=out, workers=1)
+    after = RunSuite(suite, folder=folder, out=out, workers=1, fresh=True)
+    assert (before.end_reason == "goal").all()
+    assert (after.runs().completed == 0).all()
+    # What was drawn of the old map is no longer of these runs.
+    aside = (out / "recordings_old").iterdir()
+    assert {it.name: it.read_bytes() for it in aside} == kept
+
+
+def test_a_file_that_is_changed_while_a_suite_runs_ends_it(folder):
+    suite = LoadSuite(data=SUITE)
+    cell = make_cells(suite, folder)[0]
+    task = Task(
+        cell=cell.name,
+        sha256=cell.sha256,
+        text=cell.text,
+        code=(),
+        runs=((0, 0),),
+    )
+    assert do_task(task)[0].end_reason == "goal"
+    draw_map(folder / "maps" / "room.pgm", 55)
+    with pytest.raises(UnfitWorkerError, match="if a map or a model was"):
+        do_task(task)
+
+
+def test_a_trial_tells_the_hash_of_its_files(folder):
+    result = RunSuite(LoadSuite(data=SUITE), folder=folder, workers=1)
+    assert len(result.rows) == 2
+    from hunav_drake import RunTrial
+
+    scenario = LoadScenario(filename=folder / "trial.yaml")
+    told = RunTrial(scenario).provenance["files_sha256"]
+    assert told == files_sha256(scenario)
