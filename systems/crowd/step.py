@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from hunav_drake.systems.common.layout import FORCES_SIZE, MOTION_SIZE
 from hunav_drake.systems.common.registry import name_of
 from hunav_drake.systems.crowd.bodies.bodies import ITERATIONS, Bodies
+from hunav_drake.systems.crowd.bodies.passing_robots import pass_robots
 from hunav_drake.systems.crowd.bodies.time_gap import keep_time_gap
 from hunav_drake.systems.crowd.bodies.whole_step import whole_step
 from hunav_drake.systems.crowd.crowd_config import CrowdConfig
@@ -93,6 +94,8 @@ class CrowdStep:
         self._obstacles = obstacles
         self._obstacle_range = config.obstacle_range
         self._max_obstacles = config.max_obstacles
+        self._robot_gap = config.robot_gap
+        self._robot_distance = config.robot_distance
         self._time_step = time_step
         self.radii = np.array([human.radius for human in humans])
         # Models that are not ours get these, too.
@@ -148,10 +151,15 @@ class CrowdStep:
         if self._whole is not None and states.dtype != object:
             eased = _OWN
             wanted = command
-            if self._room.leads:
+            passes = self._robot_gap > 0 and len(robots) > 0
+            if self._room.leads or passes:
                 within = limited(states)
                 wanted = self._room.guide(within, limited(command))
                 eased = self._room.ease(within, wanted, parameters)
+            if passes:
+                wanted, eased = self._pass_robots(
+                    within, wanted, command, parameters, robots, eased
+                )
             after, stood, holds = whole_step(
                 states, wanted, stances, robots, parameters, eased, *self._whole
             )
@@ -194,8 +202,14 @@ class CrowdStep:
                 floats, read-only.
         """
         states = limited(states)
-        command = self._room.guide(states, limited(command))
+        robots = limited(robots)
+        goals = limited(command)
+        command = self._room.guide(states, goals)
         eased = self._room.ease(states, command, parameters)
+        if self._robot_gap > 0 and len(robots) > 0:
+            command, eased = self._pass_robots(
+                states, command, goals, parameters, robots, eased
+            )
         if self._time_gap > 0:
             command, eased = self._follow(states, command, parameters, eased)
         return Snapshot(
@@ -203,7 +217,7 @@ class CrowdStep:
             radii=self.radii,
             command=command,
             parameters=parameters,
-            robots=limited(robots),
+            robots=robots,
             obstacles=self._obstacles,
             obstacle_range=self._obstacle_range,
             max_obstacles=self._max_obstacles,
@@ -222,24 +236,43 @@ class CrowdStep:
 
         See `keep_time_gap`. What changes has no derivatives.
         """
-        values = plain(command)
         wanted, felt = keep_time_gap(
             plain(states),
             self._bodies.radii,
-            values,
+            plain(command),
             parameters,
             eased,
             self._time_gap,
             self._speed_matching,
         )
-        for array in (wanted, felt):
-            array.setflags(write=False)
-        if command.dtype != object:
-            return wanted, felt
-        differs = wanted != values
-        command = command.copy()
-        command[differs] = lifted(wanted[differs])
-        return command, felt
+        return _as_wanted(command, wanted), _read_only(felt)
+
+    def _pass_robots(
+        self,
+        states: Array,
+        command: Array,
+        goals: Array,
+        parameters: NDArray[np.float64],
+        robots: Array,
+        eased: Array,
+    ) -> tuple[Array, Array]:
+        """Returns commands and feeling for walls in view of robots.
+
+        See `pass_robots`. What changes has no derivatives.
+        """
+        wanted, felt = pass_robots(
+            plain(states),
+            self._bodies.radii,
+            plain(command),
+            plain(goals),
+            parameters,
+            plain(robots),
+            eased,
+            self._obstacles.table,
+            self._robot_gap,
+            self._robot_distance,
+        )
+        return _as_wanted(command, wanted), _read_only(felt)
 
     def forces(self, snapshot: Snapshot) -> Array:
         """Returns what moves the people: see `layout.FORCES`.
@@ -341,6 +374,22 @@ class CrowdStep:
             self._name,
             "advance",
         )
+
+
+def _as_wanted(command: Array, wanted: NDArray[np.float64]) -> Array:
+    """Returns commands in which some are changed, without derivatives."""
+    if command.dtype != object:
+        return _read_only(wanted)
+    differs = wanted != plain(command)
+    command = command.copy()
+    command[differs] = lifted(wanted[differs])
+    return command
+
+
+def _read_only(array: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Returns an array after nobody can write to it any more."""
+    array.setflags(write=False)
+    return array
 
 
 def _is_fast(model: MotionModel) -> TypeGuard[SocialForceModel]:
