@@ -62,6 +62,11 @@ class CrowdConfig:
     else nobody is where a robot is going by the end of the step. By default as
     the robot of the trial is, and else not. See docs/robots.md."""
 
+    groups_part: StrictBool = True
+    """Whether people of a group walk together only as long as they go the same
+    way: who has another goal, or has arrived, does not hold back the others.
+    Without, as in HuNavSim, groups are held together whatever they want."""
+
     robot_gap: Annotated[StrictFloat, within(0, 10, "m")] = 0.6
     """The gap that people leave between their bodies and a robot that is one
     more pedestrian to them, in meters, where there is room: those who see it

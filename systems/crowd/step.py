@@ -150,11 +150,10 @@ class CrowdStep:
         """
         if self._whole is not None and states.dtype != object:
             eased = _OWN
-            wanted = command
+            within = limited(states)
+            wanted = self._room.guide(within, limited(command))
             passes = self._robot_gap > 0 and len(robots) > 0
             if self._room.leads or passes:
-                within = limited(states)
-                wanted = self._room.guide(within, limited(command))
                 eased = self._room.ease(within, wanted, parameters)
             if passes:
                 wanted, eased = self._pass_robots(
