@@ -69,11 +69,9 @@ class CrowdConfig:
 
     robot_gap: Annotated[StrictFloat, within(0, 10, "m")] = 0.6
     """The gap that people leave between their bodies and a robot that is one
-    more pedestrian to them, in meters, where there is room: those who see it
-    coming walk aside. 0 leaves it to the forces, as in HuNavSim."""
-
-    robot_distance: PositiveLength = 3.0
-    """How far away a robot is at most that they do so for, in meters."""
+    more pedestrian to them, in meters, where there is room: who sees one in the
+    way, within 3 m, walks past it. 0 leaves it to the forces, as in HuNavSim.
+    """
 
     standing: StrictBool = True
     """Whether people without a goal, or at it, stand: they stop, only strong

@@ -15,7 +15,7 @@ from hunav_drake.systems.crowd.bodies.passing_robots import pass_robots
 from hunav_drake.systems.crowd.bodies.time_gap import keep_time_gap
 from hunav_drake.systems.crowd.bodies.whole_step import whole_step
 from hunav_drake.systems.crowd.crowd_config import CrowdConfig
-from hunav_drake.systems.crowd.limits import lifted, limited, plain
+from hunav_drake.systems.crowd.limits import changed_to, limited, plain
 from hunav_drake.systems.crowd.motion_model import (
     MotionModel,
     Snapshot,
@@ -39,10 +39,11 @@ class CrowdJacobian(NamedTuple):
     A row is for an element of that state, (x, y, yaw, vx, vy, omega) of each
     person. Where the step has a jump or a kink, the derivatives are those of
     the side that it takes. What people make of who walks ahead of them (their
-    time gap) counts as constant. How people feel walls does, too, which
-    near doors under 1 m, with planned ways, is an approximation: there, the
-    derivative of v_x by x may be 0.3 where that of the step is 0. Without
-    route planning and time gap they are exact.
+    time gap) and of robots that they pass counts as constant. How people feel
+    walls does, too, which near doors under 1 m, with planned ways, is an
+    approximation: there, the derivative of v_x by x may be 0.3 where that of
+    the step is 0. Without route planning, time gap and robot gap they are
+    exact.
 
     Attributes:
         states: Shape (6n, 6n): by the present state, in the same order.
@@ -95,7 +96,6 @@ class CrowdStep:
         self._obstacle_range = config.obstacle_range
         self._max_obstacles = config.max_obstacles
         self._robot_gap = config.robot_gap
-        self._robot_distance = config.robot_distance
         self._time_step = time_step
         self.radii = np.array([human.radius for human in humans])
         # Models that are not ours get these, too.
@@ -244,7 +244,8 @@ class CrowdStep:
             self._time_gap,
             self._speed_matching,
         )
-        return _as_wanted(command, wanted), _read_only(felt)
+        felt.setflags(write=False)
+        return changed_to(command, wanted), felt
 
     def _pass_robots(
         self,
@@ -269,9 +270,9 @@ class CrowdStep:
             eased,
             self._obstacles.table,
             self._robot_gap,
-            self._robot_distance,
         )
-        return _as_wanted(command, wanted), _read_only(felt)
+        felt.setflags(write=False)
+        return changed_to(command, wanted), felt
 
     def forces(self, snapshot: Snapshot) -> Array:
         """Returns what moves the people: see `layout.FORCES`.
@@ -373,22 +374,6 @@ class CrowdStep:
             self._name,
             "advance",
         )
-
-
-def _as_wanted(command: Array, wanted: NDArray[np.float64]) -> Array:
-    """Returns commands in which some are changed, without derivatives."""
-    if command.dtype != object:
-        return _read_only(wanted)
-    differs = wanted != plain(command)
-    command = command.copy()
-    command[differs] = lifted(wanted[differs])
-    return command
-
-
-def _read_only(array: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Returns an array after nobody can write to it any more."""
-    array.setflags(write=False)
-    return array
 
 
 def _is_fast(model: MotionModel) -> TypeGuard[SocialForceModel]:

@@ -33,12 +33,16 @@ from hunav_drake.systems.people.parameters import EPSILON
 from hunav_drake.systems.world.ray_cast import first_hit
 from hunav_drake.systems.world.walls import opened
 
+# How far away a robot is at most that people walk aside for, from center to
+# center, in meters.
+_NOTICED = 3.0
+
 # How far ahead in time people expect a robot to move on as it does, in seconds.
 _HORIZON = 3.0
 
-# By how much people prefer to pass behind a robot that crosses their way, in
-# meters per m/s of it across.
-_BEHIND = 0.5
+# Robots this fast across the way, in m/s, are rather passed behind; slower
+# ones the more on the right.
+_CROSSING = 0.3
 
 # Nobody changes sides for less room than this, as part of the room wanted.
 _WORTH = 0.1
@@ -57,7 +61,7 @@ _TIME, _BESIDE, _CLEAR, _ACROSS = range(4)
 
 
 @jit
-def _find(i, states, way, body, command, goal, robots, walls, gap, reach, rows):
+def _find(i, states, way, body, goal, robots, walls, gap, rows):
     """Finds the robots that a person meets on the way; returns how many.
 
     The arguments are those of `pass_robots`, with the way (ex, ey, length,
@@ -70,7 +74,7 @@ def _find(i, states, way, body, command, goal, robots, walls, gap, reach, rows):
     for j in range(len(robots)):
         dx = robots[j, X] - x
         dy = robots[j, Y] - y
-        if dx * dx + dy * dy > reach * reach:
+        if dx * dx + dy * dy > _NOTICED * _NOTICED:
             continue
         vx = robots[j, VX]
         vy = robots[j, VY]
@@ -121,8 +125,8 @@ def _lane(rows, count, usual, left, right):
     That with the most room in it which is the nearest to the usual one.
     """
     lane = 0.0
-    best = -1.0
-    most = -1.0
+    best = math.inf
+    most = 0.0
     for pick in range(2):
         for k in range(2 * count):
             side = 1.0 - 2.0 * (k % 2)
@@ -134,33 +138,22 @@ def _lane(rows, count, usual, left, right):
                 free = min(free, off / rows[j, _CLEAR])
             if pick == 0:
                 most = max(most, free)
-            elif free >= most - _WORTH:
-                if best < 0 or abs(own - usual) < best:
-                    best = abs(own - usual)
-                    lane = own
+            elif free >= most - _WORTH and abs(own - usual) < best:
+                best = abs(own - usual)
+                lane = own
     return lane
 
 
 @jit_as(
     numba.types.UniTuple(float64[:, ::1], 2),
-    *(MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, MATRIX, MATRIX, WALLS),
-    *(REAL, REAL),
+    *(MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, MATRIX, MATRIX, WALLS, REAL),
 )
 def pass_robots(
-    states,
-    bodies,
-    command,
-    goals,
-    parameters,
-    robots,
-    at_walls,
-    table,
-    gap,
-    reach,
+    states, bodies, command, goals, parameters, robots, at_walls, table, gap
 ):
     """Returns what people want, and how they feel walls, in view of robots.
 
-    Those count that are `reach` away at most, ahead and not behind a wall, for
+    Those count that are 3 m away at most, ahead and not behind a wall, for
     people to whom they are pedestrians. Where one would be nearer than `gap`
     to the body of a person who walks straight on, while it moves on as it
     does, the person's goal is turned aside, so that the gap is left: to the
@@ -177,7 +170,6 @@ def pass_robots(
         at_walls: Shape (n, 2): see `Snapshot`.
         table: `Obstacles.table`.
         gap: In meters.
-        reach: In meters, between centers.
 
     Returns:
         The commands, and how walls are felt, in shapes as given.
@@ -205,8 +197,8 @@ def pass_robots(
         ey = gy / length
         body = bodies[i]
         count = _find(
-            *(i, states, (ex, ey, length, speed), body, command, goals[i]),
-            *(robots, walls, gap, reach, rows),
+            *(i, states, (ex, ey, length, speed), body, goals[i]),
+            *(robots, walls, gap, rows),
         )
         # Of those in the way, the first one that the person meets.
         first = -1
@@ -218,8 +210,10 @@ def pass_robots(
         if first < 0:
             continue
         way = speed * rows[first, _TIME]
-        usual = -DOUBT * np.sign(parameters[i, EPSILON])
-        usual -= _BEHIND * rows[first, _ACROSS]
+        turn = rows[first, _ACROSS] / _CROSSING
+        turn = min(max(turn, -1.0), 1.0)
+        turn += (1 - abs(turn)) * np.sign(parameters[i, EPSILON])
+        usual = -DOUBT * turn
         # And those that are beside that one then.
         clear = rows[first, _CLEAR]
         abreast = 0

@@ -5,15 +5,11 @@ from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.autodiffutils import AutoDiffXd
 
 from hunav_drake.systems.common.layout import Command
 from hunav_drake.systems.crowd.crowd_config import CrowdConfig
-from hunav_drake.systems.crowd.limits import plain
-from hunav_drake.systems.crowd.walls.parted_groups import (
-    parted,
-    walking_groups,
-)
+from hunav_drake.systems.crowd.limits import changed_to, plain
+from hunav_drake.systems.crowd.walls.parted_groups import parted, walking_groups
 from hunav_drake.systems.crowd.walls.passages import ease
 from hunav_drake.systems.people.parameters import K_OBSTACLE
 from hunav_drake.systems.world.obstacles import Obstacles
@@ -81,13 +77,8 @@ class Room:
         if self._routes is None and not (grouped and self._groups_part):
             return command
         guided = self._guide(plain(states), values, grouped)
-        if states.dtype != object:
-            return guided
-        # A waypoint does not move when people or goals do.
-        changed = guided != values
-        command = command.copy()
-        command[changed] = [AutoDiffXd(value) for value in guided[changed]]
-        return command
+        # (A waypoint does not move when people or goals do.)
+        return changed_to(command, guided)
 
     def _guide(self, states: Array, command: Array, grouped: bool) -> Array:
         guided = command
