@@ -79,7 +79,10 @@ def test_blocks_meet_through_ports(path):
             "from hunav_drake.systems.crowd.human_crowd import HumanCrowd",
             "another system",
         ),
-        ("def f():\n    import hunav_drake.systems.crowd.walls.room", "room"),
+        (
+            "def f():\n    import hunav_drake.systems.crowd.open_crowd",
+            "open_crowd",
+        ),
         ("from hunav_drake.humans import AddHumans", "the application"),
         ("from hunav_drake import AddHumans", "the application"),
     ],

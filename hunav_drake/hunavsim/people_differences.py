@@ -307,6 +307,27 @@ _BODIES = (
     ),
     Difference(
         area="forces",
+        name="passing robots",
+        original="who does not react to the robot feels it as one more person,"
+        " and grazes it",
+        here="who sees one in the way within 3 m walks past it with a gap of"
+        " 0.6 m, where there is room",
+        why="people do not graze robots",
+        key="crowd: {robot_gap: 0.0}",
+        by_profile=True,
+    ),
+    Difference(
+        area="forces",
+        name="groups",
+        original="pull their members together, wherever these walk to",
+        here="only those walk together who go the same way",
+        why="members with other goals, or who have arrived, hold back all the"
+        " others for ever",
+        key="crowd: {groups_part: false}",
+        by_profile=True,
+    ),
+    Difference(
+        area="forces",
         name="standing",
         original="forces move people who are at their goal or have none",
         here="they stand: only bodies and strong forces move them, and they"

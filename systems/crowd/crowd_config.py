@@ -63,6 +63,17 @@ class CrowdConfig:
     else nobody is where a robot is going by the end of the step. By default as
     the robot of the trial is, and else not. See docs/robots.md."""
 
+    groups_part: StrictBool = True
+    """Whether people of a group walk together only as long as they go the same
+    way: who has another goal, or has arrived, does not hold back the others.
+    Without, as in HuNavSim, groups are held together whatever they want."""
+
+    robot_gap: Annotated[StrictFloat, within(0, 10, "m")] = 0.6
+    """The gap that people leave between their bodies and a robot that is one
+    more pedestrian to them, in meters, where there is room: who sees one in the
+    way, within 3 m, walks past it. 0 leaves it to the forces, as in HuNavSim.
+    """
+
     standing: StrictBool = True
     """Whether people without a goal, or at it, stand: they stop, only strong
     forces and bodies move them, and they come back."""

@@ -52,3 +52,19 @@ def plain(scalars: NDArray[Any]) -> NDArray[np.float64]:
     if scalars.dtype != object:
         return scalars
     return np.ascontiguousarray(ExtractValue(scalars))
+
+
+def changed_to(
+    scalars: NDArray[Any], values: NDArray[np.float64]
+) -> NDArray[Any]:
+    """Returns numbers with other values, read-only.
+
+    With derivatives, if the scalars have some; those of what changes are 0.
+    """
+    if scalars.dtype != object:
+        values.setflags(write=False)
+        return values
+    differs = values != plain(scalars)
+    changed = scalars.copy()
+    changed[differs] = lifted(values[differs])
+    return changed

@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 from hunav_drake.systems.common.layout import FORCES_SIZE, MOTION_SIZE
 from hunav_drake.systems.common.registry import name_of
 from hunav_drake.systems.crowd.bodies.bodies import ITERATIONS, Bodies
+from hunav_drake.systems.crowd.bodies.passing_robots import pass_robots
 from hunav_drake.systems.crowd.bodies.time_gap import keep_time_gap
 from hunav_drake.systems.crowd.bodies.whole_step import whole_step
 from hunav_drake.systems.crowd.crowd_config import CrowdConfig
-from hunav_drake.systems.crowd.limits import lifted, limited, plain
+from hunav_drake.systems.crowd.limits import changed_to, limited, plain
 from hunav_drake.systems.crowd.motion_model import (
     MotionModel,
     Snapshot,
@@ -40,10 +41,11 @@ class CrowdJacobian(NamedTuple):
     A row is for an element of that state, (x, y, yaw, vx, vy, omega) of each
     person. Where the step has a jump or a kink, the derivatives are those of
     the side that it takes. What people make of who walks ahead of them (their
-    time gap) counts as constant. How people feel walls does, too, which
-    near doors under 1 m, with planned ways, is an approximation: there, the
-    derivative of v_x by x may be 0.3 where that of the step is 0. Without
-    route planning and time gap they are exact.
+    time gap) and of robots that they pass counts as constant. How people feel
+    walls does, too, which near doors under 1 m, with planned ways, is an
+    approximation: there, the derivative of v_x by x may be 0.3 where that of
+    the step is 0. Without route planning, time gap and robot gap they are
+    exact.
 
     Attributes:
         states: Shape (6n, 6n): by the present state, in the same order.
@@ -110,6 +112,7 @@ class CrowdStep:
         self._obstacles = obstacles
         self._obstacle_range = config.obstacle_range
         self._max_obstacles = config.max_obstacles
+        self._robot_gap = config.robot_gap
         self._time_step = time_step
         self.radii = np.array([human.radius for human in humans])
         # Models that are not ours get these, too.
@@ -165,11 +168,15 @@ class CrowdStep:
         """
         if self._whole is not None and states.dtype != object:
             eased = _OWN
-            wanted = command
-            if self._room.leads:
-                within = limited(states)
-                wanted = self._room.guide(within, limited(command))
+            within = limited(states)
+            wanted = self._room.guide(within, limited(command))
+            passes = self._robot_gap > 0 and len(robots) > 0
+            if self._room.leads or passes:
                 eased = self._room.ease(within, wanted, parameters)
+            if passes:
+                wanted, eased = self._pass_robots(
+                    within, wanted, command, parameters, robots, eased
+                )
             *stepped, holds = whole_step(
                 states, wanted, stances, robots, parameters, eased, *self._whole
             )
@@ -215,8 +222,14 @@ class CrowdStep:
                 floats, read-only.
         """
         states = limited(states)
-        command = self._room.guide(states, limited(command))
+        robots = limited(robots)
+        goals = limited(command)
+        command = self._room.guide(states, goals)
         eased = self._room.ease(states, command, parameters)
+        if self._robot_gap > 0 and len(robots) > 0:
+            command, eased = self._pass_robots(
+                states, command, goals, parameters, robots, eased
+            )
         if self._time_gap > 0:
             command, eased = self._follow(states, command, parameters, eased)
         return Snapshot(
@@ -224,7 +237,7 @@ class CrowdStep:
             radii=self.radii,
             command=command,
             parameters=parameters,
-            robots=limited(robots),
+            robots=robots,
             obstacles=self._obstacles,
             obstacle_range=self._obstacle_range,
             max_obstacles=self._max_obstacles,
@@ -244,24 +257,44 @@ class CrowdStep:
 
         See `keep_time_gap`. What changes has no derivatives.
         """
-        values = plain(command)
         wanted, felt = keep_time_gap(
             plain(states),
             self._bodies.radii,
-            values,
+            plain(command),
             parameters,
             eased,
             self._time_gap,
             self._speed_matching,
         )
-        for array in (wanted, felt):
-            array.setflags(write=False)
-        if command.dtype != object:
-            return wanted, felt
-        differs = wanted != values
-        command = command.copy()
-        command[differs] = lifted(wanted[differs])
-        return command, felt
+        felt.setflags(write=False)
+        return changed_to(command, wanted), felt
+
+    def _pass_robots(
+        self,
+        states: Array,
+        command: Array,
+        goals: Array,
+        parameters: NDArray[np.float64],
+        robots: Array,
+        eased: Array,
+    ) -> tuple[Array, Array]:
+        """Returns commands and feeling for walls in view of robots.
+
+        See `pass_robots`. What changes has no derivatives.
+        """
+        wanted, felt = pass_robots(
+            plain(states),
+            self._bodies.radii,
+            plain(command),
+            plain(goals),
+            parameters,
+            plain(robots),
+            eased,
+            self._obstacles.table,
+            self._robot_gap,
+        )
+        felt.setflags(write=False)
+        return changed_to(command, wanted), felt
 
     def forces(self, snapshot: Snapshot) -> Array:
         """Returns what moves the people: see `layout.FORCES`.

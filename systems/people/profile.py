@@ -51,6 +51,8 @@ PROFILES: Mapping[str, Profile] = MappingProxyType(
                 "keep_out_of_walls": False,
                 "route_planning": False,
                 "keep_apart": False,
+                "groups_part": False,
+                "robot_gap": 0.0,
                 "standing": False,
                 "max_acceleration": None,
                 "max_turn_rate": None,

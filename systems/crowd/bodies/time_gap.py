@@ -31,11 +31,11 @@ _SIDESTEP = 0.8
 
 # Who is off to one side by less than this is passed on the right, in meters;
 # on the left with a negative epsilon, the tie-breaker of the social force.
-_DOUBT = 0.3
+DOUBT = 0.3
 
 # Whoever passes somebody feels walls as a body of this radius, in meters, and
 # this part of their force.
-_SLIM, _SOFT = 0.12, 0.2
+SLIM, SOFT = 0.12, 0.2
 
 
 @jit
@@ -102,7 +102,7 @@ def follow(states, bodies, command, parameters, at_walls, time_gap, matching):
     _look_ahead(pairs, states, ways, bodies, time_gap, matching, wanted, room)
     for i in range(n):
         if room[i, 0] < _PASSING:
-            doubt = _DOUBT * np.sign(parameters[i, EPSILON])
+            doubt = DOUBT * np.sign(parameters[i, EPSILON])
             side = np.sign(room[i, 1] + doubt)
             turn = side * _SIDESTEP * (1 - room[i, 0] / _PASSING)
             gx = command[i, Command.GOAL_X] - states[i, X]
@@ -111,8 +111,8 @@ def follow(states, bodies, command, parameters, at_walls, time_gap, matching):
             s = math.sin(turn)
             wanted[i, Command.GOAL_X] = states[i, X] + c * gx + s * gy
             wanted[i, Command.GOAL_Y] = states[i, Y] + c * gy - s * gx
-            felt[i, 0] = min(felt[i, 0], _SLIM)
-            felt[i, 1] *= _SOFT
+            felt[i, 0] = min(felt[i, 0], SLIM)
+            felt[i, 1] *= SOFT
     return wanted, felt, pairs, ahead
 
 

@@ -1,14 +1,25 @@
-"""Who of a group goes through a door alone, compiled by numba.
+"""Who of a group goes on without the others, compiled by numba.
 
-People of a group pull each other to their center. In front of a door that is
-too narrow for two, that holds both beside it; and behind a wall it pulls into
-the wall. So for as long as that lasts, they go as if they were alone.
+People of a group pull each other to their center. Where they walk to different
+places, or where some have arrived, that holds all of them in between. In front
+of a door that is too narrow for two, it holds both beside it; and behind a wall
+it pulls into the wall. So for as long as that lasts, they go as if they were
+alone, or with those who have the same way.
 """
 
+import math
+
 import numba
+from numba import float64
 import numpy as np
 
-from hunav_drake.systems.common.kernels import MATRIX, VECTOR, WALLS, jit_as
+from hunav_drake.systems.common.kernels import (
+    MATRIX,
+    VECTOR,
+    WALLS,
+    jit,
+    jit_as,
+)
 from hunav_drake.systems.common.layout import Command, X, Y
 from hunav_drake.systems.crowd.walls.beside import (
     passage_width,
@@ -21,6 +32,90 @@ from hunav_drake.systems.world.walls import opened
 
 # Who touches a wall is not behind it, in meters.
 _TOUCH = 0.01
+
+# People walk together whose goals are so near to each other, in meters: the
+# pull of those who stand at theirs lets the others come to theirs. Or whose
+# directions differ by less than 60 degrees, while they are no farther apart.
+_SAME_PLACE = 1.0
+_SAME_WAY = 0.5
+_NEAR = 3.0
+
+# Numbers of groups begin here that no configuration has.
+_NEW_GROUPS = 2.0**31
+
+
+@jit
+def _root(roots, i):
+    """Returns the first person of those who walk with a person."""
+    while roots[i] != i:
+        i = roots[i]
+    return i
+
+
+@jit_as(float64[::1], MATRIX, MATRIX, MATRIX)
+def walking_groups(positions, command, guided):
+    """Returns with whom people (n,) walk: a number >= 0 for each group, or -1.
+
+    Of each group those walk together who go to the same place, or who are near
+    each other and go in the same direction; and those who go with one of them.
+    Who stands goes nowhere. The
+    first person of a group and those who walk along keep its number.
+
+    Args:
+        positions: Shape (n, 2 or more): x, y, ..., in meters.
+        command: Shape (n, COMMAND_SIZE), with the goals themselves.
+        guided: The same, with waypoints for goals.
+    """
+    n = len(positions)
+    result = command[:, Command.GROUP_ID].copy()
+    ends = np.empty((n, 2))
+    ways = np.zeros((n, 2))
+    roots = np.arange(n)
+    for i in range(n):
+        if result[i] < 0:
+            continue
+        for c in range(2):
+            ends[i, c] = positions[i, X + c]
+        dx = guided[i, Command.GOAL_X] - positions[i, X]
+        dy = guided[i, Command.GOAL_Y] - positions[i, Y]
+        far = math.hypot(dx, dy)
+        if (
+            guided[i, Command.HAS_GOAL] != 0
+            and far > guided[i, Command.GOAL_RADIUS]
+        ):
+            ends[i, 0] = command[i, Command.GOAL_X]
+            ends[i, 1] = command[i, Command.GOAL_Y]
+            ways[i, 0] = dx / far
+            ways[i, 1] = dy / far
+        for j in range(i):
+            if result[j] != result[i]:
+                continue
+            gap = math.hypot(
+                positions[i, X] - positions[j, X],
+                positions[i, Y] - positions[j, Y],
+            )
+            apart = math.hypot(ends[i, 0] - ends[j, 0], ends[i, 1] - ends[j, 1])
+            along = ways[i, 0] * ways[j, 0] + ways[i, 1] * ways[j, 1]
+            if apart <= _SAME_PLACE or (gap <= _NEAR and along >= _SAME_WAY):
+                a = _root(roots, i)
+                b = _root(roots, j)
+                roots[max(a, b)] = min(a, b)
+    groups = result.copy()
+    for i in range(n):
+        if groups[i] < 0:
+            continue
+        root = _root(roots, i)
+        alone = True
+        first = True
+        for j in range(n):
+            if j != i and groups[j] == groups[i]:
+                alone = alone and _root(roots, j) != root
+                first = first and j >= root
+        if alone:
+            result[i] = -1.0
+        elif not first:
+            result[i] = _NEW_GROUPS + root
+    return result
 
 
 @jit_as(numba.boolean[::1], MATRIX, MATRIX, VECTOR, WALLS)

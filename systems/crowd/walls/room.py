@@ -5,12 +5,11 @@ from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.autodiffutils import AutoDiffXd
 
 from hunav_drake.systems.common.layout import Command
 from hunav_drake.systems.crowd.crowd_config import CrowdConfig
-from hunav_drake.systems.crowd.limits import plain
-from hunav_drake.systems.crowd.walls.parted_groups import parted
+from hunav_drake.systems.crowd.limits import changed_to, plain
+from hunav_drake.systems.crowd.walls.parted_groups import parted, walking_groups
 from hunav_drake.systems.crowd.walls.passages import ease
 from hunav_drake.systems.people.parameters import K_OBSTACLE
 from hunav_drake.systems.world.obstacles import Obstacles
@@ -48,6 +47,7 @@ class Room:
         self._obstacles = obstacles
         self._radii = radii
         self._margin = margin
+        self._groups_part = config.groups_part
         self._reach = (config.obstacle_range, config.max_obstacles)
         self._routes = (
             RouteMap.from_obstacles(obstacles, clearance=route_clearance(radii))
@@ -64,34 +64,36 @@ class Room:
     def guide(self, states: Array, command: Array) -> Array:
         """Returns what people do with their commands among walls.
 
-        Their goals are the next waypoints, and who is parted from the group,
-        or goes through a door alone, is in no group: see `parted_groups`.
+        Their goals are the next waypoints, and who walks elsewhere than the
+        group, is parted from it, or goes through a door alone, is in no group:
+        see `parted_groups`.
 
         Args:
             states: Shape (n, 6).
             command: Shape (n, COMMAND_SIZE).
         """
-        if self._routes is None:
-            return command
-        if states.dtype != object:
-            return self._guide(self._routes, states, command)
         values = plain(command)
-        guided = self._guide(self._routes, plain(states), values)
-        # A waypoint does not move when people or goals do.
-        changed = guided != values
-        command = command.copy()
-        command[changed] = [AutoDiffXd(value) for value in guided[changed]]
-        return command
+        grouped = bool((values[:, Command.GROUP_ID] >= 0).any())
+        if self._routes is None and not (grouped and self._groups_part):
+            return command
+        guided = self._guide(plain(states), values, grouped)
+        # (A waypoint does not move when people or goals do.)
+        return changed_to(command, guided)
 
-    def _guide(self, routes: RouteMap, states: Array, command: Array) -> Array:
-        guided = routes.guide(states, command)
-        if (command[:, Command.GROUP_ID] < 0).all():
-            return guided
-        alone = parted(states, guided, self._radii, self._obstacles.table)
-        if not alone.any():
+    def _guide(self, states: Array, command: Array, grouped: bool) -> Array:
+        guided = command
+        if self._routes is not None:
+            guided = self._routes.guide(states, command)
+        if not grouped:
             return guided
         guided = guided.copy()
-        guided[alone, Command.GROUP_ID] = -1
+        if self._groups_part:
+            guided[:, Command.GROUP_ID] = walking_groups(
+                states, command, guided
+            )
+        if self._routes is not None:
+            alone = parted(states, guided, self._radii, self._obstacles.table)
+            guided[alone, Command.GROUP_ID] = -1
         return guided
 
     @property

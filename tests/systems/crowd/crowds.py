@@ -22,8 +22,13 @@ BODILESS = {
     "max_turn_rate": None,
 }
 
-# And who do not follow others.
-FREE = {**BODILESS, "model": {"name": "social_force", "time_gap": 0.0}}
+# And who do not follow others, nor walk around robots, nor leave a group.
+FREE = {
+    **BODILESS,
+    "model": {"name": "social_force", "time_gap": 0.0},
+    "robot_gap": 0.0,
+    "groups_part": False,
+}
 
 
 def box_between(x0, y0, x1, y1):

@@ -238,7 +238,9 @@ def test_derivatives_of_contact_are_those_of_finite_differences(seed):
     """Of people and a robot in touch, by AutoDiff and by `CalcJacobian`."""
     rng = np.random.default_rng(seed)
     humans = [HumanConfig(pose=(0.5 * i, 0.02 * i, 0.0)) for i in range(4)]
-    config = CrowdConfig(model={"name": "social_force", "time_gap": 0.0})
+    config = CrowdConfig(
+        model={"name": "social_force", "time_gap": 0.0}, robot_gap=0.0
+    )
     dut = HumanCrowd(humans, config=config)
     context = dut.CreateDefaultContext()
     states = np.zeros((4, 6))

@@ -34,9 +34,10 @@ both_steps = pytest.mark.parametrize(
 
 
 @functools.cache
-def run(reaction, time_step, behavior=None):
+def run(reaction, time_step, behavior=None, **crowd):
     """Returns the recording of a reaction's scenario, a row each 0.05 s."""
     overrides = [f"simulation.time_step={time_step}", "evaluator.period=0.05"]
+    overrides += [f"crowd.{key}={value}" for key, value in crowd.items()]
     if behavior:
         overrides.append(f"humans[0].behavior={behavior}")
     scenario = LoadScenario(
@@ -160,7 +161,7 @@ def test_distracted_person_notices_the_robot_late(time_step):
 @both_steps
 def test_cooperative_person_lets_the_robot_pass(time_step):
     cooperative = run("cooperative", time_step)
-    regular = run("cooperative", time_step, "regular")
+    regular = run("cooperative", time_step, "regular", robot_gap=0.0)
     _, last, starts = phases(cooperative)
     assert starts == 1
     assert distances(cooperative).min() > 0.8 > distances(regular).min()

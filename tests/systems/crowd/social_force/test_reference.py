@@ -71,6 +71,7 @@ def eval_forces(agents, index, *, epsilon, kernel="fast"):
             model={"name": "social_force", "kernel": kernel, "time_gap": 0.0},
             obstacle_range=1e5,
             route_planning=False,
+            groups_part=False,
         ),
         num_robots=0,
     )

@@ -1,11 +1,14 @@
 """People of a group go one behind the other where two have no room."""
 
 import numpy as np
+from pydrake.systems.analysis import Simulator
 import pytest
 
 from hunav_drake import HumanConfig
 from hunav_drake.systems.common.layout import COMMAND_SIZE, Command
-from hunav_drake.systems.crowd.walls.parted_groups import parted
+from hunav_drake.humans import MakeHumans
+from hunav_drake.systems.crowd import CrowdConfig
+from hunav_drake.systems.crowd.walls.parted_groups import parted, walking_groups
 from hunav_drake.systems.world.shapes import Polyline, World
 from tests.systems.crowd.walls.test_passages import (
     MODELS,
@@ -103,3 +106,140 @@ def test_it_does_not_depend_on_order_direction_or_place():
     for turn in ([[c, -s], [s, c]], [[1, 0], [0, -1]]):
         there = told(order, np.array(turn), np.array([3.0, -8.0]))
         np.testing.assert_array_equal(there, here[order])
+
+
+def together(positions, goals, groups=None, stands=()):
+    """Returns who walk together, as sets of people."""
+    n = len(positions)
+    command = np.zeros((n, COMMAND_SIZE))
+    command[:, [Command.GOAL_X, Command.GOAL_Y]] = goals
+    command[:, Command.GOAL_RADIUS] = 0.3
+    command[:, Command.HAS_GOAL] = 1
+    command[list(stands), Command.HAS_GOAL] = 0
+    command[:, Command.GROUP_ID] = [1] * n if groups is None else groups
+    found = walking_groups(np.array(positions, dtype=float), command, command)
+    # Numbers of groups are whole, and not those of others.
+    assert (found == np.round(found)).all()
+    return {
+        frozenset(np.flatnonzero(found == group).tolist())
+        for group in set(found[found >= 0])
+    }
+
+
+def test_who_goes_the_same_way_walks_together():
+    three = [(0, 0), (0, 0.8), (0, -0.8)]
+    everybody = {frozenset({0, 1, 2})}
+    assert together(three, [(9, 0), (9, 0.8), (9, -0.8)]) == everybody
+    assert together(three, [(9, 0), (9, 5), (9, -5)]) == everybody
+    # To one place from all sides, however far.
+    assert together([(0, 0), (9, 9), (9, -9)], [(8, 0)] * 3) == everybody
+    # The one in the middle is with both others, who are not with each other.
+    fan = [(9, 0), (5, 7), (5, -7)]
+    assert together(three, fan) == everybody
+    assert together(three[1:], fan[1:]) == set()
+
+
+def test_who_goes_elsewhere_or_has_arrived_goes_alone():
+    places = [(0, 0), (0, 0.8), (0, -0.8), (0.8, 0)]
+    ways = [(9, 0), (9, 0), (-9, 0), (-9, 0)]
+    assert together(places, ways) == {frozenset({0, 1}), frozenset({2, 3})}
+    assert together(places[1:], ways[1:]) == {frozenset({1, 2})}
+    assert together(places, ways, stands=[0]) == {frozenset({2, 3})}
+    # Who stands at the goal of others is with them, too.
+    goals = [(0.5, 0)] * 4
+    assert together(places, goals, stands=[0]) == {frozenset(range(4))}
+    # Far from each other people do not look who goes the same way.
+    far = [(0, 0), (0, 3.1)]
+    assert together(far, [(9, 0), (9, 3.1)]) == set()
+    assert together(far, [(9, 0), (9, 0.5)]) == {frozenset({0, 1})}
+
+
+def test_groups_keep_to_themselves():
+    places = [(0, 0), (0, 0.8), (0, -0.8), (0, 1.6), (0, 2.4)]
+    found = together(places, [(9, 0)] * 5, groups=[1, 2, 1, 2, -1])
+    assert found == {frozenset({0, 2}), frozenset({1, 3})}
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_the_order_of_people_does_not_matter(seed):
+    rng = np.random.default_rng(seed)
+    n = 9
+    places, goals = rng.uniform(-4, 4, (2, n, 2))
+    groups = rng.integers(-1, 3, n)
+    stands = np.flatnonzero(rng.random(n) < 0.3)
+    order = rng.permutation(n)
+    rank = np.argsort(order)
+    found = together(places, goals, groups, stands)
+    again = together(
+        places[order], goals[order], groups[order], rank[stands].tolist()
+    )
+    assert {frozenset(order[list(it)].tolist()) for it in again} == found
+
+
+def make_groups(seed):
+    """Returns people of three groups, each of whom has two goals of their own.
+
+    Everybody walks to and fro between the last two.
+    """
+    rng = np.random.default_rng([7, seed])
+    people = []
+    for group in range(3):
+        center = rng.uniform(-7, 7, 2)
+        size = int(rng.integers(2, 5))
+        for k in range(size):
+            turn = 2 * np.pi * k / size
+            place = center + 0.6 * np.array([np.cos(turn), np.sin(turn)])
+            goals = rng.uniform(-8, 8, (2, 2))
+            people.append(
+                HumanConfig(
+                    pose=(*place, rng.uniform(-3, 3)),
+                    goals=[tuple(goal) for goal in goals],
+                    group_id=group,
+                    cyclic=seed % 2 == 1,
+                )
+            )
+    return people
+
+
+def longest_halt(people, **crowd):
+    """Returns how long anybody stays within 1 m of a way to a goal, in s."""
+    diagram = MakeHumans(people, num_robots=0, config=CrowdConfig(**crowd))
+    simulator = Simulator(diagram)
+    context = simulator.get_context()
+    commands = diagram.GetSubsystemByName("crowd").get_commands_input_port()
+    crowd_context = diagram.GetSubsystemByName("crowd").GetMyContextFromRoot(
+        context
+    )
+    since = np.zeros(len(people))
+    place = np.full((len(people), 2), np.inf)
+    was = np.full((len(people), 2), np.inf)
+    longest = 0.0
+    for second in range(50):
+        simulator.AdvanceTo(second)
+        states = diagram.GetOutputPort("human_states").Eval(context)
+        now = states.reshape(-1, 7)[:, :2]
+        rows = commands.Eval(crowd_context).reshape(len(people), -1)
+        goal = rows[:, [Command.GOAL_X, Command.GOAL_Y]]
+        moved = np.hypot(*(now - place).T) > 1.0
+        moved |= (goal != was).any(axis=1) | (rows[:, Command.HAS_GOAL] == 0)
+        since[moved] = second
+        place[moved] = now[moved]
+        was = goal
+        longest = max(longest, float((second - since).max()))
+    return longest
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_groups_of_people_with_goals_of_their_own_get_there(seed):
+    assert longest_halt(make_groups(seed)) < 8.0
+
+
+def test_without_parting_such_groups_stand():
+    assert longest_halt(make_groups(0), groups_part=False) > 15.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("model", MODELS[:2] + MODELS[3:])
+@pytest.mark.parametrize("seed", range(3, 15))
+def test_more_groups_of_people_with_goals_of_their_own_get_there(seed, model):
+    assert longest_halt(make_groups(seed), model=model) < 15.0

@@ -1,0 +1,241 @@
+"""How people pass robots, compiled by numba.
+
+The forces of one more pedestrian let people graze a robot, which does not step
+aside as another person does. So whoever sees that the way leads too close to
+one walks past it in a lane of its own, from a few meters on.
+"""
+
+import math
+
+import numba
+from numba import float64
+import numpy as np
+
+from hunav_drake.systems.common.kernels import (
+    MATRIX,
+    REAL,
+    VECTOR,
+    WALLS,
+    jit,
+    jit_as,
+)
+from hunav_drake.systems.common.layout import (
+    RADIUS,
+    VX,
+    VY,
+    Command,
+    RobotRole,
+    X,
+    Y,
+)
+from hunav_drake.systems.crowd.bodies.time_gap import DOUBT, SLIM, SOFT
+from hunav_drake.systems.people.parameters import EPSILON
+from hunav_drake.systems.world.ray_cast import first_hit
+from hunav_drake.systems.world.walls import opened
+
+# How far away a robot is at most that people walk aside for, from center to
+# center, in meters.
+_NOTICED = 3.0
+
+# How far ahead in time people expect a robot to move on as it does, in seconds.
+_HORIZON = 3.0
+
+# Robots this fast across the way, in m/s, are rather passed behind; slower
+# ones the more on the right.
+_CROSSING = 0.3
+
+# Nobody changes sides for less room than this, as part of the room wanted.
+_WORTH = 0.1
+
+# What is left free between the body and a wall, in meters.
+_WALL_GAP = 0.1
+
+# People are in the lane this part of the way to the robot, which counts as so
+# long at least, in meters; and the sine of the steepest turn to it.
+_PART, _LEAST = 0.5, 0.5
+_STEEPEST = 0.9
+
+# What people know of a robot: the time until they are abreast of it, how far
+# it is to the left of their way then, and how far off they would like to be.
+_TIME, _BESIDE, _CLEAR, _ACROSS = range(4)
+
+
+@jit
+def _find(i, states, way, body, goal, robots, walls, gap, rows):
+    """Finds the robots that a person meets on the way; returns how many.
+
+    The arguments are those of `pass_robots`, with the way (ex, ey, length,
+    speed) to the next waypoint. Array `rows` receives what they are.
+    """
+    ex, ey, length, speed = way
+    x = states[i, X]
+    y = states[i, Y]
+    count = 0
+    for j in range(len(robots)):
+        dx = robots[j, X] - x
+        dy = robots[j, Y] - y
+        if dx * dx + dy * dy > _NOTICED * _NOTICED:
+            continue
+        vx = robots[j, VX]
+        vy = robots[j, VY]
+        ahead = dx * ex + dy * ey
+        closing = speed - (vx * ex + vy * ey)
+        # Abreast before the waypoint, and ever.
+        if ahead <= 0 or ahead * speed >= closing * length:
+            continue
+        time = ahead / closing
+        across = ex * vy - ey * vx
+        expected = min(time, _HORIZON)
+        clear = body + robots[j, RADIUS] + gap
+        # Who stops at the goal does not pass what is there.
+        if (
+            math.hypot(
+                robots[j, X] + expected * vx - goal[Command.GOAL_X],
+                robots[j, Y] + expected * vy - goal[Command.GOAL_Y],
+            )
+            < clear
+        ):
+            continue
+        if len(walls.solid) > 0:
+            hidden = first_hit(x, y, robots[j, X], robots[j, Y], walls)
+            if hidden <= 1:
+                continue
+        rows[count, _TIME] = time
+        rows[count, _BESIDE] = ex * dy - ey * dx + expected * across
+        # What crosses is nearest before or after it is abreast.
+        rows[count, _CLEAR] = clear * min(math.hypot(1.0, across / closing), 2)
+        rows[count, _ACROSS] = across
+        count += 1
+    return count
+
+
+@jit
+def _room(x, y, ex, ey, reach, walls):
+    """Returns how far a point may move to (ex, ey) before a wall."""
+    if len(walls.solid) == 0:
+        return reach
+    part = first_hit(x, y, x + reach * ex, y + reach * ey, walls)
+    return min(part, 1.0) * reach
+
+
+@jit
+def _lane(rows, count, usual, left, right):
+    """Returns the lane past robots: how far left of the way, in meters.
+
+    That with the most room in it which is the nearest to the usual one.
+    """
+    lane = 0.0
+    best = math.inf
+    most = 0.0
+    for pick in range(2):
+        for k in range(2 * count):
+            side = 1.0 - 2.0 * (k % 2)
+            own = rows[k // 2, _BESIDE] + side * rows[k // 2, _CLEAR]
+            own = min(max(own, -right), left)
+            free = 1.0
+            for j in range(count):
+                off = abs(own - rows[j, _BESIDE])
+                free = min(free, off / rows[j, _CLEAR])
+            if pick == 0:
+                most = max(most, free)
+            elif free >= most - _WORTH and abs(own - usual) < best:
+                best = abs(own - usual)
+                lane = own
+    return lane
+
+
+@jit_as(
+    numba.types.UniTuple(float64[:, ::1], 2),
+    *(MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, MATRIX, MATRIX, WALLS, REAL),
+)
+def pass_robots(
+    states, bodies, command, goals, parameters, robots, at_walls, table, gap
+):
+    """Returns what people want, and how they feel walls, in view of robots.
+
+    Those count that are 3 m away at most, ahead and not behind a wall, for
+    people to whom they are pedestrians. Where one would be nearer than `gap`
+    to the body of a person who walks straight on, while it moves on as it
+    does, the person's goal is turned aside, so that the gap is left: to the
+    side that is nearer, to the right if in doubt, rather behind than before a
+    robot that crosses, and where there is room.
+
+    Args:
+        states: Shape (n, 6): x, y, yaw, vx, vy, omega.
+        bodies: Shape (n,), radii in meters.
+        command: Shape (n, COMMAND_SIZE), with waypoints for goals.
+        goals: The same, with the goals themselves.
+        parameters: Shape (n, 13): the fields of SocialForceParameters.
+        robots: Shape (m, 7): rows of `robot_states`.
+        at_walls: Shape (n, 2): see `Snapshot`.
+        table: `Obstacles.table`.
+        gap: In meters.
+
+    Returns:
+        The commands, and how walls are felt, in shapes as given.
+    """
+    wanted = command.copy()
+    felt = at_walls.copy()
+    walls = opened(table)
+    rows = np.empty((len(robots), 4))
+    for i in range(len(states)):
+        if (
+            int(command[i, Command.ROBOT_ROLE]) != RobotRole.PEDESTRIAN
+            or command[i, Command.HAS_GOAL] == 0
+            or command[i, Command.HOLD] != 0
+        ):
+            continue
+        gx = command[i, Command.GOAL_X] - states[i, X]
+        gy = command[i, Command.GOAL_Y] - states[i, Y]
+        length = math.hypot(gx, gy)
+        speed = min(
+            command[i, Command.DESIRED_SPEED], command[i, Command.MAX_SPEED]
+        )
+        if length <= command[i, Command.GOAL_RADIUS] or speed <= 0:
+            continue
+        ex = gx / length
+        ey = gy / length
+        body = bodies[i]
+        count = _find(
+            *(i, states, (ex, ey, length, speed), body, goals[i]),
+            *(robots, walls, gap, rows),
+        )
+        # Of those in the way, the first one that the person meets.
+        first = -1
+        for j in range(count):
+            if abs(rows[j, _BESIDE]) < rows[j, _CLEAR] and (
+                first < 0 or rows[j, _TIME] < rows[first, _TIME]
+            ):
+                first = j
+        if first < 0:
+            continue
+        way = speed * rows[first, _TIME]
+        turn = rows[first, _ACROSS] / _CROSSING
+        turn = min(max(turn, -1.0), 1.0)
+        turn += (1 - abs(turn)) * np.sign(parameters[i, EPSILON])
+        usual = -DOUBT * turn
+        # And those that are beside that one then.
+        clear = rows[first, _CLEAR]
+        abreast = 0
+        for j in range(count):
+            if abs(speed * rows[j, _TIME] - way) < clear:
+                rows[abreast] = rows[j]
+                abreast += 1
+        widest = 0.0
+        for j in range(abreast):
+            widest = max(widest, abs(rows[j, _BESIDE]) + rows[j, _CLEAR])
+        off = body + _WALL_GAP
+        mx = states[i, X] + way * ex
+        my = states[i, Y] + way * ey
+        left = _room(mx, my, -ey, ex, widest + off, walls) - off
+        right = _room(mx, my, ey, -ex, widest + off, walls) - off
+        lane = _lane(rows, abreast, usual, max(left, 0.0), max(right, 0.0))
+        s = lane / max(_PART * way, _LEAST)
+        s = min(max(s, -_STEEPEST), _STEEPEST)
+        c = math.sqrt(1 - s * s)
+        wanted[i, Command.GOAL_X] = states[i, X] + c * gx - s * gy
+        wanted[i, Command.GOAL_Y] = states[i, Y] + c * gy + s * gx
+        if len(felt) > 0:
+            felt[i, 0] = min(felt[i, 0], SLIM)
+            felt[i, 1] *= SOFT
+    return wanted, felt
