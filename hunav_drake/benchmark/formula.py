@@ -162,11 +162,13 @@ def _number_faults(node: ast.expr) -> Iterator[str]:
     match node:
         case ast.Name():
             pass
-        case ast.Constant():
-            if type(node.value) not in (int, float):
-                yield f"must have numbers, not {node.value!r:.40}"
-            elif abs(node.value) > sys.float_info.max:
+        case ast.Constant(value=bool() as value):
+            yield f"must have numbers, not {value}"
+        case ast.Constant(value=int() | float() as value):
+            if abs(value) > sys.float_info.max:
                 yield "must have finite numbers"
+        case ast.Constant(value=value):
+            yield f"must have numbers, not {value!r:.40}"
         case ast.BinOp() if type(node.op) in _ARITHMETIC:
             yield from _number_faults(node.left)
             yield from _number_faults(node.right)

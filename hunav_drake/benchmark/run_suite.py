@@ -66,13 +66,15 @@ def RunSuite(
             one of them has changed since, the runs in `out` do not count;
             changes of what they import in turn, or of what is registered
             elsewhere, as in a notebook, are not noticed: see `fresh`.
-        fresh: Runs everything. What `out` holds is kept as `runs_old.jsonl`.
+        fresh: Runs everything. What `out` holds is kept as `runs_old.jsonl`,
+            `recordings_old` and `replays_old`.
         progress: Called with each run that ends.
 
     Raises:
-        ScenarioError: If a scenario of a cell is not sound: all faults.
+        ScenarioError: If a scenario of a cell is not sound, or a name in the
+            suite is that of nothing: all faults.
         ValueError: If `out` holds runs of these cells by other scenarios,
-            versions or code.
+            files that they name, versions or code.
         OSError: If `out` cannot be written, or is in use.
         UnfitWorkerError: If a worker has other versions or code than this
             process.

@@ -122,6 +122,38 @@ def test_files_of_packages_are_found(folder):
         assert package / "rack.obj" in named_files(scenario)
 
 
+URDF = """<robot name="cart"><link name="base"><inertial><mass value="9"/>
+<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>
+<visual><geometry><mesh filename="package://cart/hull.obj"/></geometry></visual>
+</link></robot>"""
+TREE = """<root BTCPP_format="4" main_tree_to_execute="mine">
+<BehaviorTree ID="mine"><AlwaysSuccess/></BehaviorTree></root>"""
+
+
+def test_robots_and_trees_of_ones_own_count(tmp_path):
+    robot, mesh, tree = (
+        tmp_path / name for name in ("cart.urdf", "hull.obj", "mine.xml")
+    )
+    robot.write_text(URDF)
+    mesh.write_text(MESH)
+    tree.write_text(TREE)
+    (tmp_path / "trial.yaml").write_text(
+        "robot: {model: urdf, file: cart.urdf, base: base, packages: {cart: .},"
+        " drive: {type: omnidirectional}}\n"
+        "humans: [{pose: [3.0, 0.0, 0.0], behavior: mine.xml}]\n"
+    )
+    suite = LoadSuite(data="{scenarios: [trial.yaml], planners: [pursuit]}")
+    hashes = [make_cells(suite, tmp_path)[0].sha256]
+    for path, old, new in (
+        (robot, "9", "8"),
+        (mesh, "0.1", "0.2"),
+        (tree, "Success", "Failure"),
+    ):
+        path.write_text(path.read_text().replace(old, new))
+        hashes.append(make_cells(suite, tmp_path)[0].sha256)
+    assert len(set(hashes)) == 4
+
+
 @register_planner("learned")
 @dataclass(kw_only=True)
 class Learned(Planner):
