@@ -359,6 +359,22 @@ def test_points_of_a_person_replace_the_walls_in_that_call():
     )
 
 
+def test_people_whom_points_push_together_keep_apart():
+    """Each of them knows that the other is pushed, too."""
+    people = [
+        HumanConfig(pose=[x, 0.0, 0.0], goals=[[9 - x, 0.0]])
+        for x in (0.0, 0.6)
+    ]
+    dut = AgentServices(people, num_robots=0)
+    states = dut.agents.states
+    points = [[[-0.3, 0.05]], [[0.9, 0.05]]]
+    for _ in range(10):
+        states = dut.compute_agents(states, closest_obs=points).states
+        apart = math.dist(states[0, :2], states[1, :2])
+        assert apart > 0.5 - 1e-3
+    assert apart < 0.55
+
+
 @pytest.mark.parametrize("steps", [1, 3])
 def test_points_count_for_one_who_is_moved_alone(steps):
     together = AgentServices(make_people())
