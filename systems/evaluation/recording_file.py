@@ -42,6 +42,7 @@ _OPTIONAL = {
     "contacts": (_NUMBER, 3),
     "contact_forces_known": (_YES_NO, 0),
     "hunavsim_forces": (_YES_NO, 0),
+    "told_velocities": (_NUMBER, 3),
 }
 
 
