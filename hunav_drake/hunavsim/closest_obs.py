@@ -6,6 +6,7 @@ In HuNavSim, each agent of a request brings the points of obstacles near it,
 
 from collections.abc import Sequence
 import dataclasses as dc
+import functools
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,18 +58,28 @@ class PeopleAtPoints:
         self._time_step = time_step
 
     def CalcNext(
-        self, context: Context, points: Sequence[Array | None]
+        self,
+        context: Context,
+        points: Sequence[Array | None] = (),
+        *,
+        one_by_one: bool = False,
     ) -> Array | None:
-        """Returns where all people are one step later, if any have points.
+        """Returns where all people are one step later.
 
         Args:
             context: Of the diagram; it is not changed.
-            points: As `read_closest_obs` gives them.
+            points: As `read_closest_obs` gives them; nobody has any by
+                default.
+            one_by_one: Whether nobody else has moved when a person does, also
+                by the rules of HuNavSim.
 
         Returns:
-            Shape (n, 6), rows (x, y, yaw, vx, vy, omega).
+            Shape (n, 6), rows (x, y, yaw, vx, vy, omega); None if that is what
+            a step of the diagram gives.
         """
-        if all(own is None for own in points):
+        points = points or [None] * len(self._humans)
+        in_turn = getattr(self._config.model, "kernel", "") == "hunavsim"
+        if all(own is None for own in points) and not (in_turn and one_by_one):
             return None
         own = self._crowd.GetMyContextFromRoot(context)
         states, stances = (
@@ -85,13 +96,13 @@ class PeopleAtPoints:
             self._crowd.GetWeights(own),
         )
         steps = self._steps(points)
-        if getattr(self._config.model, "kernel", "") == "hunavsim":
-            return _move_in_turn(steps, now, stances.reshape(len(points), -1))
-        return _move_at_once(steps, now, stances.reshape(len(points), -1))
+        stood = stances.reshape(len(points), -1)
+        if in_turn:
+            return _move_in_turn(steps, now, stood, one_by_one)
+        return _move_at_once(steps, now, stood)
 
     def _steps(self, points: Sequence[Array | None]) -> list[CrowdStep]:
         """Returns for each person a step of a crowd who feel the same."""
-        among_walls = self._step(self._walls, self._config)
         at_points = dc.replace(
             self._config,
             obstacle_range=MAX_COORDINATE,
@@ -100,11 +111,15 @@ class PeopleAtPoints:
             route_planning=False,
         )
         return [
-            among_walls
+            self._among_walls
             if own is None
             else self._step(Obstacles.from_points(own), at_points)
             for own in points
         ]
+
+    @functools.cached_property
+    def _among_walls(self) -> CrowdStep:
+        return self._step(self._walls, self._config)
 
     def _step(self, obstacles: Obstacles, config: CrowdConfig) -> CrowdStep:
         return CrowdStep(
@@ -153,18 +168,20 @@ def _move_at_once(
 
 
 def _move_in_turn(
-    steps: Sequence[CrowdStep], now: _Now, stances: Array
+    steps: Sequence[CrowdStep], now: _Now, stances: Array, one_by_one: bool
 ) -> Array:
     """Returns the states after a step by HuNavSim's rules.
 
     Who reacts to the robot moves once those have whose turn it was before, by
-    their own points; so all others stay while a person moves.
+    their own points, if not one by one; so all others stay while a person
+    moves.
     """
     turns = now.look(steps[0]).turns
     rows = np.arange(len(steps)) if turns is None else turns
     after = now.states.copy()
     for i in rows[::-1]:
-        in_turn = now.command[i, Command.ROBOT_ROLE] == RobotRole.UNSEEN_IN_TURN
+        role = now.command[i, Command.ROBOT_ROLE]
+        in_turn = role == RobotRole.UNSEEN_IN_TURN and not one_by_one
         command = now.command.copy()
         others = np.arange(len(rows)) != i
         command[others, Command.HOLD] = Hold.STAY

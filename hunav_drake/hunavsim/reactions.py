@@ -184,9 +184,9 @@ def _drawn(
 def _tell_factors(mode: str, given: Mapping[str, Any], tell: Tell) -> None:
     """Tells what is not usual, or has no part, of the factors of forces."""
     for key, (low, high) in FACTOR_RANGES.items():
-        value = given.get(key)
         if key not in given:
             continue
+        value: Any = given[key]
         if mode != "custom":
             tell(key, f"has no part with the configuration {mode}")
         elif type(value) in (int, float) and not low <= value <= high:

@@ -154,15 +154,18 @@ def _bodies(steps: list[Any], place: str, ids: list[Any]) -> dict[str, Any]:
     robot = np.empty((samples, STATE_SIZE))
     humans = np.full((samples, n, STATE_SIZE), np.nan)
     status = np.zeros((samples, n))
+    velocities = np.full((samples, 1 + n, 2), np.nan)
     points: dict[tuple[int, int], Array] = {}
     for k, step in enumerate(steps):
         where = f"{place}[{k}]"
         robot[k] = _state(step["robot"], f"{where}.robot")
+        velocities[k, 0] = _velocity(step["robot"])
         _add_points(points, (k, 0), step["robot"], f"{where}.robot")
         for a, agent in enumerate(step["agents"]):
             at = f"{where}.agents[{a}]"
             i = row[agent["id"]]
             humans[k, i] = _state(agent, at)
+            velocities[k, 1 + i] = _velocity(agent)
             status[k, i] = _number(agent.get("behavior_state", 0), at)
             _add_points(points, (k, 1 + i), agent, at)
     told = any(
@@ -179,7 +182,13 @@ def _bodies(steps: list[Any], place: str, ids: list[Any]) -> dict[str, Any]:
         "humans": humans,
         "behavior_status": status,
         "nearest_walls": walls if told else None,
+        "told_velocities": velocities,
     }
+
+
+def _velocity(body: Mapping[str, Any]) -> tuple[float, float]:
+    """Returns the velocity of a body that `_state` has read."""
+    return float(body["vx"]), float(body["vy"])
 
 
 def _add_points(
@@ -199,8 +208,8 @@ def _state(body: Mapping[str, Any], place: str) -> list[float]:
     """Returns the row of a robot or a person.
 
     HuNavSim takes speeds from a field of their own, which is rounded to single
-    precision, and forces from the velocity: so this gets that length. Who has
-    a speed and no velocity moves along the heading.
+    precision, and limited in Gazebo: the velocity gets that length. Who has a
+    speed and no velocity moves along the heading.
     """
     x, y, yaw, vx, vy, speed, omega, radius = (
         _number(body[key], f"{place}.{key}") for key in _STATE_KEYS

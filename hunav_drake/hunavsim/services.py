@@ -360,7 +360,10 @@ class AgentServices:
     ) -> _Round:
         """Returns the step of everybody that is to be taken one by one."""
         after = self._people.CalcNext(self._context)
-        self._put(after, self._at_points.CalcNext(self._context, points))
+        self._put(
+            after,
+            self._at_points.CalcNext(self._context, points, one_by_one=True),
+        )
         return _Round(
             given=given,
             after=after,

@@ -229,11 +229,15 @@ class Features:
         robot = self._recording.robot[sample]
         force = np.zeros(self.present.shape)
         law = pair_force
+        moving = humans[:, VX : VY + 1] - robot[:, VX : VY + 1]
         if self._recording.hunavsim_forces:
             law = hunavsim_pair_force
+            told = self._recording.told_velocities
+            if told is not None:
+                moving = told[sample, 1 + person] - told[sample, 0]
         for part in _blocks(len(sample)):
             dx, dy = (robot[part, i] - humans[part, i] for i in (X, Y))
-            dvx, dvy = (humans[part, i] - robot[part, i] for i in (VX, VY))
+            dvx, dvy = moving[part].T
             length = np.hypot(*law(dx, dy, dvx, dvy, FORCES))
             force[sample[part], person[part]] = length
         return force

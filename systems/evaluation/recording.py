@@ -87,6 +87,10 @@ class Recording:
             that is a body of a plant; else they are 0.
         hunavsim_forces: Whether metrics of forces are as HuNavSim's evaluator
             computes them: see `EvaluatorConfig.forces`.
+        told_velocities: Shape (N + 1, 1 + n, 2), for recordings of HuNavSim's
+            messages, which tell speeds and velocities that do not agree: the
+            velocities (vx, vy) of the robot (row 0) and of each person, NaN
+            where somebody is missing. Those forces follow from them.
 
     Raises:
         ValueError: If an array has a wrong shape, a number is not finite or
@@ -115,6 +119,7 @@ class Recording:
     wall_contact: Array | None = None
     contact_forces_known: bool = False
     hunavsim_forces: bool = False
+    told_velocities: Array | None = None
 
     def __post_init__(self) -> None:
         times = checked_array("times", self.times, (None,))
@@ -142,6 +147,10 @@ class Recording:
             )
             known = ~np.isnan(nearest).all(axis=-1)
             check_numbers("nearest_walls", nearest[known])
+        told = self.told_velocities
+        if told is not None:
+            told = checked_array("told_velocities", told, (samples, n + 1, 2))
+            check_numbers("told_velocities", told[~np.isnan(told)])
         reference = self.reference_path
         if reference is not None:
             reference = checked_path(reference)
@@ -165,6 +174,7 @@ class Recording:
             humans=humans,
             behavior_status=status,
             nearest_walls=nearest,
+            told_velocities=told,
             reference_path=reference,
             goal=checked_goal(self.goal),
         )
@@ -256,9 +266,10 @@ class Recording:
             values[name] = tuple(values[name][i] for i in chosen)
         if self.contacts is not None:
             values["contacts"] = self.contacts[:, chosen]
-        if self.nearest_walls is not None:
-            rows = [0, *(1 + i for i in chosen)]
-            values["nearest_walls"] = self.nearest_walls[:, rows]
+        rows = [0, *(1 + i for i in chosen)]
+        for name in ("nearest_walls", "told_velocities"):
+            if values[name] is not None:
+                values[name] = values[name][:, rows]
         part = type(self)(**values)
         # What has nothing to do with people is not computed again.
         part.__dict__["path_features"] = self.path_features
@@ -278,7 +289,7 @@ class Recording:
         values["times"] = np.concatenate([self.times, later])
         for name in (
             *("robot", "humans", "behavior_status", "nearest_walls"),
-            *("contacts", "wall_contact"),
+            *("contacts", "wall_contact", "told_velocities"),
         ):
             rows = values[name]
             if rows is not None:

@@ -44,6 +44,7 @@ _OPTIONAL = {
     "wall_contact": (_NUMBER, 2),
     "contact_forces_known": (_YES_NO, 0),
     "hunavsim_forces": (_YES_NO, 0),
+    "told_velocities": (_NUMBER, 3),
 }
 
 

@@ -359,6 +359,50 @@ def test_points_of_a_person_replace_the_walls_in_that_call():
     )
 
 
+def test_who_is_moved_alone_sees_nobody_moved():
+    """By HuNavSim's rules, the others have moved only if all are moved."""
+    people = [
+        HumanConfig(
+            id=i, pose=[1.0, 0.5 * i, 0.0], goals=[[9, 0]], behavior="scared"
+        )
+        for i in (1, 2)
+    ]
+    given = AgentServices(people).agents.states
+    given[:, 3] = 0.5
+
+    def moved(order, number=None):
+        """The row of the first person, of two who are listed in an order."""
+        services = AgentServices(
+            [people[i] for i in order], config=CrowdConfig(profile="hunavsim")
+        )
+        if number is not None:
+            return services.move_agent(given[order], ROBOT, number).states
+        return services.compute_agents(given[order], ROBOT).states[
+            order.index(0)
+        ]
+
+    # Whose number was put last into the hash table moves first.
+    np.testing.assert_array_equal(moved([1, 0]), moved([1, 0], 1))
+    np.testing.assert_array_equal(moved([1, 0], 1), moved([0, 1], 1))
+    assert (moved([0, 1]) != moved([0, 1], 1)).any()
+
+
+def test_people_whom_points_push_together_keep_apart():
+    """Each of them knows that the other is pushed, too."""
+    people = [
+        HumanConfig(pose=[x, 0.0, 0.0], goals=[[9 - x, 0.0]])
+        for x in (0.0, 0.6)
+    ]
+    dut = AgentServices(people, num_robots=0)
+    states = dut.agents.states
+    points = [[[-0.3, 0.05]], [[0.9, 0.05]]]
+    for _ in range(10):
+        states = dut.compute_agents(states, closest_obs=points).states
+        apart = math.dist(states[0, :2], states[1, :2])
+        assert apart > 0.5 - 1e-3
+    assert apart < 0.55
+
+
 @pytest.mark.parametrize("steps", [1, 3])
 def test_points_count_for_one_who_is_moved_alone(steps):
     together = AgentServices(make_people())

@@ -275,17 +275,33 @@ def test_a_robot_moves_where_its_velocity_says(write):
     dut = ReadRecording(write("a.json", steps))
     expected = [*velocities[:2], (0.5 * math.cos(1.0), 0.5 * math.sin(1.0))]
     np.testing.assert_allclose(dut.robot[:, 3:5], expected, atol=1e-12)
-    # So the heading has no part in the forces that HuNavSim computes.
-    forces = []
-    for yaw in (0.0, 1.0, -2.5):
-        for step in steps[:2]:
-            step["robot"]["yaw"] = yaw
-        recording = ReadRecording(write("b.json", steps[:2]))
+
+
+@pytest.mark.parametrize("key", ["yaw", "linear_vel"])
+def test_forces_of_hunavsim_follow_from_velocities_alone(write, key):
+    """Gazebo's robots slip, and its people tell no speed above the preferred.
+
+    Neither their headings nor the speeds beside the velocities count.
+    """
+
+    def forces(value):
+        steps = [
+            recorded_step(k, robot=agent(x=4.0, vx=0.3, vy=0.4, linear_vel=0.5))
+            for k in range(3)
+        ]
+        for step in steps:
+            for body in (step["robot"], *step["agents"]):
+                body[key] = value
+        recording = ReadRecording(write("a.json", steps))
         recording = dataclasses.replace(recording, hunavsim_forces=True)
-        values = compute_metrics(recording, ["social_force_on_agents"])
-        forces.append(values.iloc[0])
-    assert forces[0] > 0
-    assert forces == pytest.approx([forces[0]] * 3, rel=1e-12)
+        recording = recording.with_stale_samples(2, 1.0).only("scared")
+        file = write("a.npz", b"")
+        recording.save(file)
+        assert Recording.load(file) == recording
+        return compute_metrics(recording, ["social_force_on_agents"]).iloc[0]
+
+    assert forces(0.1) > 0
+    assert forces(0.4) == forces(0.1)
 
 
 def speeding_up(first, *, repeat=None):

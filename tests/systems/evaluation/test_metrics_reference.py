@@ -148,9 +148,8 @@ def test_forces_agree_where_they_are_asked_for_as_in_the_original(
     recording = dataclasses.replace(case.recording, hunavsim_forces=True)
     values = compute_metrics(recording)
     for name in ("social_force_on_agents", "social_force_on_robot"):
-        # (The original adds up in single precision.)
         assert values[name] == pytest.approx(
-            case.final[name], rel=1e-5, abs=1e-6
+            case.final[name], rel=1e-9, abs=1e-12
         ), request.node.name
     assert values["obstacle_force_on_robot"] == 0.0
 

@@ -479,7 +479,6 @@ WRONG = {
     "large status": (set_status(101), "behavior_status must be in.*101"),
     "flag": (set_command(Command.HAS_GOAL, 0.3), "HAS_GOAL.*0 or 1, got 0.3"),
     "hold": (set_command(Command.HOLD, -1), "HOLD.*a Hold, got -1"),
-    "group": (set_command(Command.GROUP_ID, -7.0), "GROUP_ID.*whole.*-7"),
     "half a group": (
         set_command(Command.GROUP_ID, 1.5),
         "GROUP_ID.*whole.*1.5",

@@ -9,6 +9,7 @@ import pytest
 
 from hunav_drake.systems.common.layout import COMMAND_SIZE, Command, RobotRole
 from hunav_drake.systems.crowd import CrowdConfig, HumanCrowd
+from hunav_drake.systems.crowd.social_force.hash_order import hash_order
 from hunav_drake.systems.people import HumanConfig, SocialForceParameters
 from hunav_drake.systems.world.obstacles import Obstacles
 from tests.recorded import read_recorded, recorded_names, single
@@ -120,13 +121,13 @@ def test_the_kernel_of_hunavsim_gives_the_bits_of_the_form_that_it_calls():
     for case in json.loads(read_recorded("forces"))["cases"]:
         agents = case["input"]["agents"]
         places = [tuple(agent["position"]) for agent in agents]
+        # It adds up in the order of a hash table, which shall be that of the
+        # recorded agents here.
+        rows = hash_order(range(1, len(agents) + 1))
+        listed = [agents[k] for k in np.argsort(rows)]
         for i, expected in enumerate(case["expected"]["single"]["forces"]):
-            # It adds up from the last to the first, as a hash table does.
             forces = eval_forces(
-                agents[::-1],
-                len(agents) - 1 - i,
-                epsilon=None,
-                kernel="hunavsim",
+                listed, rows[i], epsilon=None, kernel="hunavsim"
             )
             assert np.all(np.isfinite(forces))
             for component, name in COMPONENTS.items():
