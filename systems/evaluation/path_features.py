@@ -9,6 +9,7 @@ import numpy as np
 
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import RADIUS, Y
+from hunav_drake.systems.common.poses import wrap_angle
 from hunav_drake.systems.world.obstacles import inside, nearest_wall
 
 if TYPE_CHECKING:
@@ -42,6 +43,18 @@ class Way:
         x, y = (end - start).tolist()
         heading = math.atan2(y, x)
         return cls(math.hypot(x, y), heading, heading, 0.0)
+
+    def then(self, other: Self) -> Self:
+        """Returns this way with another one after it."""
+        if not self.length or not other.length:
+            return self if self.length else other
+        bend = abs(wrap_angle(other.first_heading - self.last_heading))
+        return type(self)(
+            self.length + other.length,
+            self.first_heading,
+            other.last_heading,
+            self.turning + bend + other.turning,
+        )
 
 
 class PathFeatures:
