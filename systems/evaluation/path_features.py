@@ -9,6 +9,7 @@ import numpy as np
 
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import RADIUS, Y
+from hunav_drake.systems.common.poses import wrap_angle, wrap_angles
 from hunav_drake.systems.world.obstacles import inside, nearest_wall
 
 if TYPE_CHECKING:
@@ -18,6 +19,10 @@ if TYPE_CHECKING:
 # The shortest ways keep at least this far from walls, in meters, also those
 # of a robot without extent.
 _LEAST_CLEARANCE = 0.05
+
+# Positions nearer to the one before are no new points of the path, in meters:
+# who hardly moves has no direction.
+LEAST_STEP = 1e-3
 
 
 @dataclass(frozen=True)
@@ -42,6 +47,18 @@ class Way:
         x, y = (end - start).tolist()
         heading = math.atan2(y, x)
         return cls(math.hypot(x, y), heading, heading, 0.0)
+
+    def then(self, other: Self) -> Self:
+        """Returns this way with another one after it."""
+        if not self.length or not other.length:
+            return self if self.length else other
+        bend = abs(wrap_angle(other.first_heading - self.last_heading))
+        return type(self)(
+            self.length + other.length,
+            self.first_heading,
+            other.last_heading,
+            self.turning + bend + other.turning,
+        )
 
 
 class PathFeatures:
@@ -86,6 +103,18 @@ class PathFeatures:
         return gap
 
     @cached_property
+    def turns(self) -> tuple[Array, Array]:
+        """The points of the path, and by what it turns at those between.
+
+        Shapes (m, 2), in meters, and (m - 2,), in radians, not signed: the
+        changes of the direction of motion.
+        """
+        points = thinned(self._recording.robot[:, : Y + 1], LEAST_STEP)
+        steps = np.diff(points, axis=0)
+        headings = np.arctan2(steps[:, 1], steps[:, 0])
+        return points, np.abs(wrap_angles(np.diff(headings)))
+
+    @cached_property
     def shortest_to_end(self) -> list[Way]:
         """The shortest ways from the first to the last position.
 
@@ -117,6 +146,17 @@ class PathFeatures:
 
         radius = max(float(recording.robot[0, RADIUS]), _LEAST_CLEARANCE)
         return shortest_ways(start, end, radius, recording.obstacles)
+
+
+def thinned(points: Array, spacing: float) -> Array:
+    """Returns those of some points (m, 2) that are so far from the last one."""
+    kept = [0]
+    x, y = points.T.tolist()
+    for k in range(1, len(points)):
+        dx, dy = x[k] - x[kept[-1]], y[k] - y[kept[-1]]
+        if dx * dx + dy * dy >= spacing * spacing:
+            kept.append(k)
+    return points[kept]
 
 
 def polyline_length(points: Array) -> float:

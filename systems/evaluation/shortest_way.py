@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from hunav_drake.systems.common.arrays import Array, Mask
 from hunav_drake.systems.common.poses import wrap_angle, wrap_angles
 from hunav_drake.systems.evaluation.path_features import Way
-from hunav_drake.systems.world.obstacles import Obstacles
+from hunav_drake.systems.world.obstacles import Obstacles, nearest_wall
 from hunav_drake.systems.world.visibility_graph import blocked, free_points
 
 # Lengths that differ less are the same, in meters; points so near to each
@@ -30,6 +30,9 @@ from hunav_drake.systems.world.visibility_graph import blocked, free_points
 _SAME = 1e-9
 _ONE_CORNER = 1e-6
 _SAME_ANGLE = 1e-6
+
+# So often a place is pushed away from the nearest wall, to be clear of all.
+_MOST_PUSHES = 20
 
 
 @dataclass(frozen=True)
@@ -49,9 +52,9 @@ def shortest_ways(
 ) -> list[Way]:
     """Returns the shortest ways of a disc; several if they are equally long.
 
-    A disc that overlaps a wall at the start may leave it, and at the goal draw
-    near to it, on a straight leg along which the distance only grows, or only
-    falls.
+    A disc that overlaps a wall at the start leaves it on a straight leg: one
+    along which the distance only grows, or the one to a place beside that is
+    clear. So it draws near to a wall at the goal.
 
     Args:
         start: The first position of the center (2,), in W, in meters.
@@ -62,11 +65,45 @@ def shortest_ways(
     Returns:
         The ways; none if there is no way, as from or to the inside of a solid.
     """
-    if not blocked(start[None], goal[None], radius, obstacles.table)[0]:
+    table = obstacles.table
+    if not blocked(start[None], goal[None], radius, table)[0]:
         return [Way.straight(start, goal)]
     # From outside of all solids nobody gets into one.
-    if not free_points(np.array([start, goal]), 0.0, obstacles.table).all():
+    if not free_points(np.array([start, goal]), 0.0, table).all():
         return []
+    ways = [
+        Way.straight(start, first).then(way).then(Way.straight(last, goal))
+        for first in _begins(start, radius, obstacles)
+        for last in _begins(goal, radius, obstacles)
+        for way in _ways_between(first, last, radius, obstacles)
+    ]
+    least = min((way.length for way in ways), default=0.0)
+    return [way for way in ways if way.length <= least + _SAME]
+
+
+def _begins(p: Array, radius: float, obstacles: Obstacles) -> list[Array]:
+    """Returns a place, and if it is not clear of walls one beside that is."""
+    place = p
+    for _ in range(_MOST_PUSHES):
+        if free_points(place[None], radius - _SAME, obstacles.table)[0]:
+            break
+        wall = nearest_wall(obstacles, place)
+        distance = math.hypot(*(place - wall))
+        if distance < _SAME:
+            return [p]
+        place = wall + (place - wall) * (radius / distance)
+    else:
+        return [p]
+    if place is p or blocked(p[None], place[None], 0.0, obstacles.table)[0]:
+        return [p]
+    return [p, place]
+
+
+def _ways_between(
+    start: Array, goal: Array, radius: float, obstacles: Obstacles
+) -> list[Way]:
+    if not blocked(start[None], goal[None], radius, obstacles.table)[0]:
+        return [Way.straight(start, goal)]
     return _Search(start, goal, radius, obstacles).ways()
 
 
@@ -234,11 +271,8 @@ class _Search:
         """Returns the legs to other circles, with the angles they leave at."""
         key = circle, turn
         if key not in self._departures:
-            self._departures[key] = [
-                leg
-                for other_turn in (-1, 1)
-                for leg in self._legs(circle, turn, other_turn)
-            ]
+            legs = self._legs(circle, turn, 1) + self._legs(circle, turn, -1)
+            self._departures[key] = legs
         return self._departures[key]
 
     def _legs(

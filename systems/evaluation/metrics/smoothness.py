@@ -10,19 +10,17 @@ import itertools
 import numpy as np
 
 from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.common.layout import Y
-from hunav_drake.systems.common.poses import wrap_angles
 from hunav_drake.systems.evaluation.metric import register_metric
-from hunav_drake.systems.evaluation.path_features import polyline_length
+from hunav_drake.systems.evaluation.path_features import (
+    LEAST_STEP,
+    polyline_length,
+    thinned,
+)
 from hunav_drake.systems.evaluation.recording import Recording
 
 _metric = partial(register_metric, family="smoothness")
 
 BENCH_MR = "Bench-MR, Heiden et al. 2021"
-
-# Positions nearer to the one before are no new points of the path, in meters:
-# who hardly moves has no direction.
-_STEP = 1e-3
 
 # The curvature is that of points at least so far apart, in meters.
 _SPACING = 0.3
@@ -31,31 +29,12 @@ _SPACING = 0.3
 _CUSP = np.pi / 3
 
 
-def _thinned(points: Array, spacing: float) -> Array:
-    """Returns those of some points (m, 2) that are so far from the last one."""
-    kept = [0]
-    x, y = points.T.tolist()
-    for k in range(1, len(points)):
-        dx, dy = x[k] - x[kept[-1]], y[k] - y[kept[-1]]
-        if dx * dx + dy * dy >= spacing * spacing:
-            kept.append(k)
-    return points[kept]
-
-
-def _turns(recording: Recording) -> tuple[Array, Array]:
-    """Returns the points (m, 2) of the path, and its turns (m - 2,) between."""
-    points = _thinned(recording.robot[:, : Y + 1], _STEP)
-    steps = np.diff(points, axis=0)
-    headings = np.arctan2(steps[:, 1], steps[:, 0])
-    return points, np.abs(wrap_angles(np.diff(headings)))
-
-
 def _curvature(recording: Recording) -> tuple[Array, Array]:
     """Returns the curvature at points of the path, and how far each counts."""
-    points, turns = _turns(recording)
+    points, turns = recording.path_features.turns
     cusps = (np.flatnonzero(turns > _CUSP) + 1).tolist()
     parts = [
-        _thinned(points[first : last + 1], _SPACING)
+        thinned(points[first : last + 1], _SPACING)
         for first, last in itertools.pairwise([0, *cusps, len(points) - 1])
     ]
     corners = [
@@ -66,9 +45,9 @@ def _curvature(recording: Recording) -> tuple[Array, Array]:
     p, q, r = np.array(corners).reshape(-1, 3, 2).transpose(1, 2, 0)
     pq, qr, pr = q - p, r - q, r - p
     a, b, c = np.hypot(*pq), np.hypot(*qr), np.hypot(*pr)
-    # No two of the points are one: the path has no cusp between them.
+    # (In a loop, a path may come back to where it was.)
     area = np.abs(pq[0] * qr[1] - pq[1] * qr[0]) / 2
-    return 4 * area / (a * b * np.maximum(c, _STEP)), (a + b) / 2
+    return 4 * area / (a * b * np.maximum(c, LEAST_STEP)), (a + b) / 2
 
 
 @_metric(unit="rad/m", direction="lower", source=BENCH_MR)
@@ -80,7 +59,7 @@ def angle_over_length(recording: Recording) -> float:
     are the positions at least 1 mm from the one before, and L is the length
     through them. NaN if there are none but the first.
     """
-    points, turns = _turns(recording)
+    points, turns = recording.path_features.turns
     if len(points) < 2:
         return np.nan
     return float(turns.sum() / polyline_length(points))
@@ -93,7 +72,7 @@ def cusps(recording: Recording) -> float:
     The number of points at which it turns by more than 60 degrees, as
     `angle_over_length` tells points and turns.
     """
-    return float(np.count_nonzero(_turns(recording)[1] > _CUSP))
+    return float(np.count_nonzero(recording.path_features.turns[1] > _CUSP))
 
 
 @_metric(unit="rad", direction="lower", source=BENCH_MR)

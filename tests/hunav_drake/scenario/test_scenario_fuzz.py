@@ -244,7 +244,7 @@ def scenarios(draw):
         ),
         simulation=SimulationConfig(
             time_step=step,
-            duration=draw(st.floats(1, 86400)),
+            duration=step * draw(st.integers(1, 10**5)),
             seed=draw(st.integers(0, 2**63 - 1)),
         ),
     )

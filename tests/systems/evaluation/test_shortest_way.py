@@ -132,6 +132,22 @@ def test_it_leaves_a_wall_that_it_overlaps():
     assert way.turning == pytest.approx(arc + 2 * out, abs=1e-12)
 
 
+@pytest.mark.parametrize("seed", range(12))
+def test_to_overlap_a_wall_costs_no_more_than_to_leave_it(seed):
+    _, goal, shapes = scene(seed)
+    walls = shapely.union_all([shapely.Polygon(p) for p in shapes])
+    ring = max(shapely.get_parts(walls.buffer(0.25)), key=shapely.area).exterior
+    along = np.random.default_rng(seed).uniform(0, ring.length)
+    line = shapely.shortest_line(ring.interpolate(along), walls)
+    clear, wall = shapely.get_coordinates(line)
+    inside, away = clear + 0.2 * (wall - clear), clear - 1e-6 * (wall - clear)
+    (outside,) = ways(away, goal, 0.25, *shapes)
+    for start, end in ((inside, goal), (goal, inside)):
+        way = ways(start, end, 0.25, *shapes)[0]
+        depth = math.dist(inside, away)
+        assert abs(way.length - outside.length) <= depth + 1e-3
+
+
 def test_there_is_none_out_of_a_room_or_a_solid():
     room = [(-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1)]
     assert ways((0, 0), (4, 0), 0.3, room, solid=False) == []
