@@ -86,7 +86,7 @@ class PursuitPlanner(Planner):
         braking = min(self.deceleration, task.limits.max_acceleration)
         wanted = min(self.cruise_speed, task.limits.max_speed)
         wanted *= math.cos(bearing)
-        wanted = min(wanted, math.sqrt(2 * braking * distance))
+        wanted = min(wanted, self._stoppable(task, distance, braking))
         wanted = min(wanted, distance / self.reaction_time(task))
         free = self._free_way(task, view) - self.stop_distance
         # What it drives on before the next command counts as used up.
@@ -109,7 +109,20 @@ class PursuitPlanner(Planner):
         """Returns how fast it turns by what is left of an angle, in rad/s."""
         gain = min(self.heading_gain, 1 / self.reaction_time(task))
         most = task.limits.max_turn_rate
+        if self.period > task.time_step:
+            braking = task.limits.max_turn_acceleration
+            most = min(most, self._stoppable(task, abs(error), braking))
         return min(max(gain * error, -most), most)
+
+    def _stoppable(
+        self, task: PlanningTask, way: float, braking: float
+    ) -> float:
+        """Returns the rate that can end on a way, though asked only so often.
+
+        For the time between two commands, but for a step, it goes on blindly.
+        """
+        blind = braking * (self.period - task.time_step)
+        return math.sqrt(blind * blind + 2 * braking * way) - blind
 
     def _free_way(self, task: PlanningTask, view: View) -> float:
         """Returns how far the robot can drive straight on, in meters."""

@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 # Slower measured speeds, in m/s, and turn rates, in rad/s, count as none.
 _STILL = 0.001
 
+# As many speeds are tried at most for the sake of a small goal.
+_MOST_SPEEDS = 100
+
 # Why there is no command, by what stands for the best sample.
 _FAULTS = {
     -1: "each way ahead leads into something",
@@ -103,13 +106,16 @@ def dynamics(planner: "DwbPlanner", task: PlanningTask) -> Dynamics:
     for place, name in enumerate(scoring.CRITICS, start=1):
         p[place] = getattr(planner.scales, name)
     p.setflags(write=False)
+    low = max(min(planner.min_vel_x, high), -task.limits.max_reverse_speed)
+    # Their ways must end close enough together for one to end at the goal.
+    apart = (high - low) * planner.sim_time / task.goal_tolerance
+    speeds = max(planner.vx_samples, min(math.ceil(apart) + 1, _MOST_SPEEDS))
     bounds = np.array(
         [
-            max(min(planner.min_vel_x, high), -task.limits.max_reverse_speed),
-            high,
+            *(low, high),
             min(turn, task.limits.max_turn_rate),
             planner.period if at_once else planner.sim_time,
-            planner.vx_samples,
+            speeds,
             planner.vtheta_samples,
         ]
     )

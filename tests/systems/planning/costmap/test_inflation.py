@@ -9,6 +9,7 @@ from hunav_drake.systems.planning.costmap.footprint import (
     footprint_cost,
     inscribed_radius,
 )
+from hunav_drake.systems.planning.costmap.raster import stamp_discs
 
 
 def costs_at(distances, *, scaling, inscribed=0.275):
@@ -56,6 +57,31 @@ def test_nothing_is_inflated_beyond_the_radius():
     inside = (d > 0.28) & (d <= 0.55 + 1e-9)
     formula = np.floor(252 * np.exp(-3.0 * (d - 0.28)))
     np.testing.assert_array_equal(result[inside], formula[inside])
+
+
+@pytest.mark.parametrize("resolution", [0.025, 0.04, 0.05, 0.06, 0.1, 0.3])
+@pytest.mark.parametrize("radius", [0.15, 0.5, 0.55, 0.7])
+def test_the_radius_is_in_whole_cells_rounded_up(resolution, radius):
+    """As costmap_2d has it; the cost of all of them is that of the formula."""
+    graded = inflation_costs(
+        resolution,
+        inscribed_radius=0.1,
+        inflation_radius=radius,
+        cost_scaling_factor=1.0,
+    )
+    cells = -(-round(1000 * radius) // round(1000 * resolution))
+    costs = np.zeros((75, 75), np.uint8)
+    costs[37, 37] = 254
+    i, j = np.indices(costs.shape) - 37
+    near = i * i + j * j <= cells * cells
+    np.testing.assert_array_equal(inflate(costs, graded) > 0, near)
+    # So it is for the discs of people, too.
+    stamped = np.zeros_like(costs)
+    middle = 37.5 * resolution
+    disc = np.array([[middle, middle, 0.4 * resolution]])
+    nowhere = np.array([0.0, 0.0, -1.0])
+    stamp_discs(stamped, 0.0, 0.0, resolution, disc, nowhere, graded)
+    np.testing.assert_array_equal(stamped, inflate(costs, graded))
 
 
 def test_unknown_cells_become_inscribed_or_stay():

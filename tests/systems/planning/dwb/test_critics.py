@@ -1,5 +1,6 @@
 """Each critic of DWB against its closed form."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -395,3 +396,16 @@ def test_a_plan_off_the_map_is_told():
     far = straight()._replace(poses=np.full((2, 3), 9.0))
     with pytest.raises(ValueError, match="plan is nowhere on the local map"):
         weigh(path_dist=1.0, local=far)
+
+
+@pytest.mark.parametrize("tolerance", [0.02, 0.05, 0.25])
+def test_some_speed_ends_at_a_goal_however_small(tolerance):
+    task = dataclasses.replace(TASK, goal_tolerance=tolerance)
+    found = candidates(
+        DwbPlanner(), task, make_view(v=0.0), straight(), make_map()
+    )
+    speeds = np.unique(found.velocities[:, 0])
+    apart = np.diff(speeds).max() * DwbPlanner().sim_time
+    assert apart <= tolerance + 1e-9
+    if tolerance == 0.25:
+        assert len(speeds) == DwbPlanner().vx_samples

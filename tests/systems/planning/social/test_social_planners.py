@@ -29,15 +29,15 @@ QUICK = RobotLimits(max_turn_rate=2.0, max_turn_acceleration=50.0)
 
 
 def test_steers_into_the_velocity():
-    assert steer(0.5, 0.0, 0.0, 0.4, QUICK) == (0.5, 0.0)
-    v, omega = steer(0.0, 0.5, 0.0, 0.4, QUICK)
+    assert steer(0.5, 0.0, 0.0, 0.4, QUICK, 0.1) == (0.5, 0.0)
+    v, omega = steer(0.0, 0.5, 0.0, 0.4, QUICK, 0.1)
     assert v == pytest.approx(0.0, abs=1e-12)
     assert omega == 2.0
     fast = RobotLimits(max_turn_rate=9.0, max_turn_acceleration=50.0)
-    v, omega = steer(-0.5, 0.0, 0.0, 0.4, fast)
+    v, omega = steer(-0.5, 0.0, 0.0, 0.4, fast, 0.1)
     assert v == 0.0
     assert abs(omega) == pytest.approx(math.pi / 0.4)
-    assert steer(0.0, 0.0, 1.0, 0.4, QUICK) == (0.0, 0.0)
+    assert steer(0.0, 0.0, 1.0, 0.4, QUICK, 0.1) == (0.0, 0.0)
 
 
 def test_a_turn_ends_where_it_is_to_though_turning_takes_time():
@@ -46,13 +46,19 @@ def test_a_turn_ends_where_it_is_to_though_turning_takes_time():
     yaw = omega = 0.0
     yaws = []
     for _ in range(100):
-        _, wanted = steer(0.0, 0.5, yaw, 0.1, limits)
+        _, wanted = steer(0.0, 0.5, yaw, 0.1, limits, 0.1)
         most = 0.05 * limits.max_turn_acceleration
         omega += min(max(wanted - omega, -most), most)
         yaw += 0.05 * omega
         yaws.append(yaw)
     assert max(yaws) < 0.5 * math.pi + 0.05
     np.testing.assert_allclose(yaws[-20:], 0.5 * math.pi, atol=0.02)
+
+
+@pytest.mark.parametrize("reaction", [0.1, 0.5, 2.0])
+def test_a_turn_is_not_faster_than_the_next_command_can_end_it(reaction):
+    _, omega = steer(0.3, 0.4, 0.0, 0.01, QUICK, reaction)
+    assert omega == pytest.approx(min(math.atan2(4, 3) / reaction, 2.0))
 
 
 def test_the_force_of_walls_is_none_in_the_middle_and_smooth_about_it():

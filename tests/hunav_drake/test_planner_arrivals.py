@@ -1,0 +1,118 @@
+"""Every planner arrives: however near, wherever it faces, however often asked.
+
+Alone on a free floor, so that nothing but the planner is to blame.
+"""
+
+import functools
+import math
+
+import numpy as np
+import pytest
+
+from hunav_drake import LoadScenario, RunTrial
+from tests.planners import NAMES
+
+GOALS = {
+    "ahead": (4.0, 0.0, 0.0),
+    "behind": (-4.0, 0.0, math.pi),
+    "left": (0.0, 4.0, math.pi / 2),
+    # On no cell's middle, and to be faced from another side.
+    "aside": (-1.2345, -2.0119, 2.5),
+}
+TOLERANCES = (0.05, 0.1, 0.2, 0.5)
+PERIODS = (0.05, 0.1, 0.2, 0.5)
+
+
+@functools.cache
+def run(name, goal, *, tolerance=0.25, yaw=0.25, period=0.05, step=0.05):
+    """Returns a trial of a planner, 60 s at most, and its speeds ahead."""
+    scenario = LoadScenario(
+        data=f"""
+            robot:
+              goal: {list(GOALS[goal])}
+              goal_tolerance: {tolerance}
+              goal_yaw_tolerance: {yaw}
+            simulation: {{duration: 60, time_step: {step}}}
+            evaluator: {{period: {step}}}
+            """,
+        overrides=[
+            f"planner={{name: {name}, period: {period}"
+            + (", batch_size: 200}" if name == "mppi" else "}")
+        ],
+    )
+    result = RunTrial(scenario)
+    x, y, heading, vx, vy = result.recording.robot[:, :5].T
+    away = math.hypot(x[-1] - GOALS[goal][0], y[-1] - GOALS[goal][1])
+    return result, away, vx * np.cos(heading) + vy * np.sin(heading)
+
+
+def arrives(name, goal, **how):
+    result, away, speeds = run(name, goal, **how)
+    assert result.end_reason == "goal", f"{goal}, {how}: {result.end_message}"
+    assert away < how.get("tolerance", 0.25)
+    # Somebody who does not get on recovers, and so may arrive after all.
+    at_most = 30.0 if (name, goal) == ("mppi", "aside") else 17.0
+    assert result.end_time < at_most, f"{goal}, {how}"
+    return result.end_time, speeds
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_arrives_within_a_small_tolerance(name):
+    arrives(name, "ahead", tolerance=0.05)
+    arrives(name, "behind", tolerance=0.1, yaw=0.05)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_goal_behind_is_turned_to_first(name):
+    _, speeds = arrives(name, "behind")
+    _, ahead = arrives(name, "ahead")
+    assert (ahead >= -1e-9).all()
+    # MPPI weighs turning against driving back, as Nav2's does.
+    assert (speeds < -1e-3).mean() < (0.4 if name == "mppi" else 0.01)
+
+
+def cruising(speeds):
+    """Returns the speed on the way, without its beginning and its end."""
+    return float(np.quantile(speeds, 0.75))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_longer_period_makes_no_slower(name):
+    time, speeds = arrives(name, "ahead")
+    later, speeds_later = arrives(name, "ahead", period=0.5)
+    assert abs(later - time) < 0.15 * time
+    assert cruising(speeds_later) == pytest.approx(cruising(speeds), rel=0.15)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("goal", GOALS)
+@pytest.mark.parametrize("tolerance", TOLERANCES)
+def test_arrives_at_every_period(name, goal, tolerance):
+    times = [
+        arrives(name, goal, tolerance=tolerance, period=period)[0]
+        for period in PERIODS
+    ]
+    assert max(times) < 1.35 * min(times) + 1.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize(
+    ("step", "period"),
+    [(0.01, 0.01), (0.01, 0.07), (0.02, 0.2), (0.1, 0.5), (0.2, 0.2)],
+)
+def test_arrives_at_every_step(name, step, period):
+    for tolerance in (0.05, 0.25):
+        how = {"tolerance": tolerance, "step": step, "period": period}
+        arrives(name, "ahead", **how)
+        arrives(name, "behind", **how)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("period", [0.05, 0.5])
+def test_arrives_at_every_heading(name, period):
+    for goal in GOALS:
+        for yaw in (0.02, 0.1):
+            arrives(name, goal, yaw=yaw, period=period)
