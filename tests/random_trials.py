@@ -94,9 +94,10 @@ def draw_trial(seed: int) -> dict[str, object]:
     }
 
 
-def run_trial(seed: int) -> Worst:
-    """Runs a random trial, and returns the worst of it."""
-    scenario = LoadScenario(data=json.dumps(draw_trial(seed)))
+def run_trial(seed: int, planner: str = "pursuit") -> Worst:
+    """Runs a random trial with a planner, and returns the worst of it."""
+    data = {**draw_trial(seed), "planner": planner}
+    scenario = LoadScenario(data=json.dumps(data))
     recording = RunTrial(scenario).recording
     humans, robot = recording.humans, recording.robot
     bodies = np.array([human.contact_radius for human in scenario.humans])

@@ -234,8 +234,8 @@ def body_reach(config: "PhysicalRobot") -> float:
     """Returns how far the shapes of a robot reach from its base, in meters.
 
     That is in the plane, and at most: spheres and capsules by their radius,
-    cylinders by prisms and others by boxes around them. It is infinite if it may change in a trial, as with
-    an arm.
+    cylinders by prisms and others by boxes around them. It is infinite if it
+    may change in a trial, as with an arm.
 
     Raises:
         ModelFault: If the model cannot be driven.

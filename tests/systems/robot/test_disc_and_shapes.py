@@ -53,7 +53,11 @@ def burger(tmp_path):
 def test_the_reach_is_that_of_the_shapes(burger, shape, reach):
     robot = ROBOTS.make(burger(0.2, shape))
     assert body_reach(robot) == pytest.approx(reach, rel=0.01)
-    assert body_reach(ROBOTS.make("pmb2")) == pytest.approx(0.27, abs=0.01)
+
+
+def test_the_balls_that_are_the_wheels_of_pmb2_reach_beyond_its_disc():
+    expected = 0.2022 + 0.0985
+    assert body_reach(ROBOTS.make("pmb2")) == pytest.approx(expected, abs=1e-6)
 
 
 @pytest.mark.parametrize("radius", [0.105, 0.11, 0.129, 0.131, 0.3])
