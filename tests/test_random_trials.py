@@ -17,3 +17,11 @@ def test_bodies_in_many_random_trials(first):
     for seed in range(first, first + 20):
         worst = run_trial(seed)
         assert is_good(worst), (seed, worst)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("planner", ["scl", "dwb", "sfm"])
+def test_bodies_with_other_planners(planner):
+    for seed in range(6):
+        worst = run_trial(seed, planner)
+        assert is_good(worst), (seed, worst)

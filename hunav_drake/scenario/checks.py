@@ -45,7 +45,8 @@ _MAX_UNKNOWN = 100
 def CheckScenario(scenario: Scenario, *, ways: bool = True) -> Scenario:
     """Checks a scenario, as `hunav check` does for a file.
 
-    A heading of more than a turn, which may be one in degrees, is a warning.
+    A heading of more than a turn, which may be one in degrees, is a warning,
+    and so is a robot whose model is smaller than its disc.
 
     Args:
         scenario: A scenario, perhaps one that was made or changed in Python.
@@ -75,20 +76,24 @@ def CheckScenario(scenario: Scenario, *, ways: bool = True) -> Scenario:
             "scenario", [places.fault(found, data) for found in findings]
         )
     if ways:
-        warn_of_angles(checked, lambda found: places.fault(found, data))
+        warn_of_doubts(checked, lambda found: places.fault(found, data))
     return checked
 
 
-def warn_of_angles(
+def warn_of_doubts(
     scenario: Scenario, place: Callable[[Finding], Fault]
 ) -> None:
-    """Warns of headings that may be in degrees.
+    """Warns of headings that may be in degrees, and of doubtful robots.
 
     Args:
         scenario: What is sound but for that.
         place: Gives a finding its place.
     """
-    for found in check_angles(scenario):
+    robot = (
+        Finding(("robot", *loc), message)
+        for loc, message in scenario.robot.find_doubts()
+    )
+    for found in (*check_angles(scenario), *robot):
         warnings.warn(str(place(found)), UserWarning, stacklevel=4)
 
 

@@ -14,7 +14,7 @@ from hunav_drake.scenario.building import (
     document_faults,
     override_place,
 )
-from hunav_drake.scenario.checks import ALL_CHECKS, warn_of_angles
+from hunav_drake.scenario.checks import ALL_CHECKS, warn_of_doubts
 from hunav_drake.scenario.error import (
     Fault,
     Loc,
@@ -47,7 +47,8 @@ def LoadScenario(
 ) -> Scenario:
     """Loads a scenario from a file or from text, and checks it.
 
-    A heading of more than a turn, which may be one in degrees, is a warning.
+    A heading of more than a turn, which may be one in degrees, is a warning,
+    and so is a robot whose model is smaller than its disc.
 
     Args:
         filename: A file, or the name of a shipped scenario, such as
@@ -118,7 +119,7 @@ def LoadScenario(
     faults += override_faults
     if scenario is None or faults:
         raise ScenarioError(document.name, faults)
-    warn_of_angles(scenario, lambda found: places.fault(found, plain))
+    warn_of_doubts(scenario, lambda found: places.fault(found, plain))
     return _name(scenario, filename, scenario_name)
 
 

@@ -50,7 +50,7 @@ class CrowdConfig:
 
     keep_out_of_walls: StrictBool = True
     """Whether walls stop people who are pushed into them: at the end of a step
-    nobody's body is deeper in a wall than 5 mm, of bodies of up to 0.3 m, but
+    nobody's body is deeper in a wall than 1 cm, of bodies of up to 0.3 m, but
     for who was so before, and comes no nearer. Who meets no wall moves as
     without."""
 

@@ -25,6 +25,10 @@ if TYPE_CHECKING:
     from hunav_drake.systems.robot.plant_model import ModelSource
 
 
+# A disc that is larger than the body by more than this is doubtful, in meters.
+_LARGER_DISC = 0.02
+
+
 @explain
 @dataclass(kw_only=True, config=CONFIG)
 class PhysicalRobot(RobotConfig):
@@ -99,6 +103,20 @@ class PhysicalRobot(RobotConfig):
             inspect_model(self.GetModel(), self.GetDrive())
         except ModelFault as fault:
             yield fault.place, str(fault)
+
+    def find_doubts(self) -> Iterator[tuple[tuple[str, ...], str]]:
+        """Looks whether people are kept off the disc and not the body."""
+        from hunav_drake.systems.robot.plant_robot import body_reach
+
+        reach = body_reach(self)
+        if self.radius - reach > _LARGER_DISC:
+            yield (
+                ("radius",),
+                f"is {self.radius:g} m, but the collision shapes of the model"
+                f" reach only {reach:.3g} m from its base: people are moved off"
+                " the disc without a force on the robot; for forces that count,"
+                f" set it to {reach:.3g}",
+            )
 
 
 @register_robot("pmb2")

@@ -1,9 +1,18 @@
 """A robot in a MultibodyPlant, with people whom it really hits."""
 
+import itertools
 import math
 from typing import TYPE_CHECKING
 
-from pydrake.geometry import CollisionFilterDeclaration, GeometrySet, SceneGraph
+import numpy as np
+from pydrake.geometry import (
+    Capsule,
+    CollisionFilterDeclaration,
+    Cylinder,
+    GeometrySet,
+    SceneGraph,
+    Sphere,
+)
 from pydrake.multibody.plant import (
     ContactModel,
     DiscreteContactApproximation,
@@ -31,6 +40,10 @@ from hunav_drake.systems.robot.robot_driver import RobotDriver
 
 if TYPE_CHECKING:
     from hunav_drake.systems.robot.physical_robots import PhysicalRobot
+
+
+# How many corners the prism has that stands for a cylinder.
+_CORNERS = 64
 
 
 def plant_step(time_step: float, longest: float) -> float:
@@ -217,13 +230,30 @@ def _Connect(
         builder.Connect(output, taker)
 
 
+def body_reach(config: "PhysicalRobot") -> float:
+    """Returns how far the shapes of a robot reach from its base, in meters.
+
+    That is in the plane, and at most: spheres and capsules by their radius,
+    cylinders by prisms and others by boxes around them. It is infinite if it
+    may change in a trial, as with an arm.
+
+    Raises:
+        ModelFault: If the model cannot be driven.
+    """
+    scene_graph = SceneGraph()
+    plant = MultibodyPlant(config.max_plant_step)
+    plant.RegisterAsSourceForSceneGraph(scene_graph)
+    model = AddDrivenModel(
+        plant, config.GetModel(), config.GetDrive(), config.start
+    )
+    plant.Finalize()
+    return _reach(plant, scene_graph, model)
+
+
 def _reach(
     plant: MultibodyPlant, scene_graph: SceneGraph, model: DrivenModel
 ) -> float:
-    """Returns how far a robot reaches from its base, in meters.
-
-    It is infinite if it has joints that are not of its drive.
-    """
+    """Returns how far a robot in a plant reaches: see `body_reach`."""
     joints = map(plant.get_joint, plant.GetJointIndices(model.instance))
     moving = {j.index() for j in joints if j.num_velocities() in range(1, 6)}
     if moving - {joint.index() for joint in model.motors}:
@@ -235,13 +265,33 @@ def _reach(
     for index in plant.GetBodyIndices(model.instance):
         body = plant.get_body(index)
         X_BL = plant.CalcRelativeTransform(context, base, body.body_frame())
-        for shape in plant.GetCollisionGeometriesForBody(body):
-            box = inspector.GetObbInGeometryFrame(shape)
-            if box is None:
-                return math.inf
-            X_BC = X_BL @ inspector.GetPoseInFrame(shape) @ box.pose()
-            size = math.hypot(*box.half_width())
-            reach = max(reach, size + math.hypot(*X_BC.translation()[:2]))
+        for geometry in plant.GetCollisionGeometriesForBody(body):
+            X_BG = X_BL @ inspector.GetPoseInFrame(geometry)
+            shape = inspector.GetShape(geometry)
+            radius = 0.0
+            if isinstance(shape, Sphere | Capsule):
+                radius = shape.radius()
+                half = 0.0 if isinstance(shape, Sphere) else shape.length() / 2
+                points = np.array([[0, 0, -half], [0, 0, half]])
+            elif isinstance(shape, Cylinder):
+                angles = np.arange(0, 2 * math.pi, 2 * math.pi / _CORNERS)
+                ring = shape.radius() / math.cos(math.pi / _CORNERS)
+                points = np.array(
+                    [
+                        [ring * math.cos(a), ring * math.sin(a), z]
+                        for a, z in itertools.product(
+                            angles, (-shape.length() / 2, shape.length() / 2)
+                        )
+                    ]
+                )
+            else:
+                box = inspector.GetObbInGeometryFrame(geometry)
+                if box is None:
+                    return math.inf
+                corners = list(itertools.product([-1, 1], repeat=3))
+                points = (box.pose() @ (corners * box.half_width()).T).T
+            x, y, _ = X_BG @ points.T
+            reach = max(reach, radius + float(np.hypot(x, y).max()))
     return reach
 
 

@@ -181,6 +181,14 @@ class RobotConfig(ABC):
         """
         return iter(())
 
+    def find_doubts(self) -> Iterator[tuple[tuple[str, ...], str]]:
+        """Looks for what works, but is hardly meant.
+
+        Yields:
+            As `find_faults`.
+        """
+        return iter(())
+
 
 # The robots by name.
 ROBOTS = Registry(
@@ -200,7 +208,7 @@ class DifferentialDriveConfig(RobotConfig):
     """A kinematic robot that follows (v, omega) within its limits."""
 
     walls_stop: StrictBool = True
-    """Whether walls stop it: then its disc gets no deeper into one than 5 mm,
+    """Whether walls stop it: then its disc gets no deeper into one than 1 cm,
     and it slides along; else it goes on, as it does through people. Contacts
     with walls are counted in either case."""
 

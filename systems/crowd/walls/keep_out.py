@@ -30,7 +30,7 @@ from hunav_drake.systems.world.sweep import (
 from hunav_drake.systems.world.walls import opened, out_of_box, runs_in
 
 # How far bodies may reach into walls, in meters, which they lean on.
-LEANING = 0.005
+LEANING = 0.01
 
 # No body is so small that its center comes nearer than this, in meters.
 LEAST_MARGIN = 0.01
@@ -48,7 +48,7 @@ _TILT = 1e-12
 def wall_margins(bodies: ArrayLike) -> Array:
     """Returns how far from walls centers of bodies are kept, in meters.
 
-    It is the radius of the body but for 5 mm. Larger ones than of 0.3 m, for
+    It is the radius of the body but for 1 cm. Larger ones than of 0.3 m, for
     which there are ways through doors of 0.7 m, are kept off like those: who is
     so large turns sideways.
 

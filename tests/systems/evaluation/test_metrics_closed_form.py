@@ -468,6 +468,7 @@ def test_without_people_sums_are_0_and_the_rest_has_no_value():
         "contact_impulse",
         "contacts_by_robot",
         "contacts_by_person",
+        "contacts_with_walls",
         # There are no walls either, and no reference.
         "min_clearance",
         "avg_clearance",
@@ -506,6 +507,12 @@ def test_contacts_are_those_of_the_recording():
     assert steps["max_contact_force"].tolist() == [0, 0, 50, 0]
     assert steps["contact_impulse"].tolist() == [0, 2, 14, 15]
     assert steps["contacts_by_robot"].tolist() == [0, 0, 1, 1]
+    # That with walls before the recording is not of it, either.
+    walls = np.zeros((4, 8))
+    walls[:, Contact.BY_ROBOT] = [2, 2, 3, 5]
+    walled = dataclasses.replace(recording, wall_contact=walls)
+    assert compute_metrics(walled)["contacts_with_walls"] == 3
+    assert np.isnan(v["contacts_with_walls"])
     kinematic = dataclasses.replace(recording, contact_forces_known=False)
     v = compute_metrics(kinematic, ["contacts"])
     assert np.isnan(v[["max_contact_force", "contact_impulse"]]).all()

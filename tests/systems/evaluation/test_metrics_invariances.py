@@ -51,6 +51,7 @@ def recording():
         robot=states[:, 0],
         humans=humans,
         contacts=contacts,
+        wall_contact=np.abs(contacts[:, 0]),
         contact_forces_known=True,
         group_ids=(-1, 1, 1, 2, 2, 2),
         behaviors=("a", "b", "a", "b", "c", "a"),

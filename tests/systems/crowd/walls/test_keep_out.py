@@ -427,5 +427,5 @@ def test_without_walls_or_people_nothing_happens():
 
 def test_margins_follow_the_body_up_to_that_of_a_door():
     np.testing.assert_allclose(
-        wall_margins([1e-4, 0.05, 0.25, 5.0]), [0.01, 0.045, 0.245, 0.295]
+        wall_margins([1e-4, 0.05, 0.25, 5.0]), [0.01, 0.04, 0.24, 0.29]
     )
