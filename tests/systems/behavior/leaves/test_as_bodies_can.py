@@ -113,7 +113,7 @@ def test_curious_person_slows_down_before_the_place():
 
 
 def test_stepping_aside_slows_down_before_the_spot():
-    dut = Ticks('<StepAside deceleration="2"/>')
+    dut = Ticks('<MakeWay deceleration="2" speed="9"/>')
     coming = row(4.0, 0.0, math.pi, -0.5)
     assert wish(dut(row(0, 0), coming))[Command.MAX_SPEED] == 1.2
     near = wish(dut(row(0, -0.92), coming))
