@@ -27,6 +27,7 @@ from hunav_drake.systems.behavior.leaves.reactions import TURN_RATE
 from hunav_drake.systems.behavior.leaves.robot_conditions import SLOW
 from hunav_drake.systems.behavior.leaves.spots import (
     Drive,
+    Wanted,
     drive_of,
     find_spot,
     way_off,
@@ -142,7 +143,7 @@ def make_way(
     pace = min(max(speed, _FASTER * drive.speed), most)
     if own[_STAGE] in (0.0, _GO_AWAY):
         least, away = _LEAST, _WORTH if drive.speed < SLOW else 0.0
-        _choose(context, own, drive, (clearance, least, pace, away))
+        _choose(context, own, drive, Wanted(clearance, least, pace, away))
         if own[_STAGE] == _GO_AWAY and _stands_near(drive):
             _look_past(context, own, drive)
     elif own[_STAGE] != _GO_PAST and _is_held(context, own, drive, clearance):
@@ -155,7 +156,7 @@ def make_way(
             own[_STAGE] = 0.0
             return NodeStatus.SUCCESS
         least = max(min(_gap(drive) + _MORE, clearance), _LEAST)
-        _choose(context, own, drive, (clearance, least, pace, _WORTH))
+        _choose(context, own, drive, Wanted(clearance, least, pace, _WORTH))
     context.behavior_status = status
     # (The way leads clear of it.)
     context.command[Command.ROBOT_ROLE] = ROLES["unseen"]
@@ -182,29 +183,17 @@ def _elsewhere(drive: Drive, clearance: float) -> float:
 
 
 def _choose(
-    context: TickContext,
-    own: list[float],
-    drive: Drive,
-    wanted: tuple[float, float, float, float],
+    context: TickContext, own: list[float], drive: Drive, wanted: Wanted
 ) -> None:
-    """Chooses the spot to go to, or to go away from the robot.
-
-    Args:
-        context: The tick context.
-        own: The memory of the action.
-        drive: How the robot drives.
-        wanted: See `find_spot`: the gap, the least one, the pace, and how far
-            away it is.
-    """
+    """Chooses the spot to go to, or to go away from the robot."""
     person = context.person
     others = [
         (it[X], it[Y])
         for i, it in enumerate(context.humans)
         if i != person.index and math.hypot(it[VX], it[VY]) < STANDING
     ]
-    gap, least, pace, away = wanted
     spot = find_spot(
-        *(context.state, person.body_radius, drive, gap, least, pace, away),
+        *(context.state, person.body_radius, drive, wanted),
         *(others, person.walls),
     )
     own[_STAGE] = _GO_AWAY

@@ -128,7 +128,6 @@ def is_robot_approaching(
     occlusion: bool = True,
     standing_distance: Distance = 0.0,
     at_rest: bool = False,
-    passed: Distance = 0.0,
     with_goal: bool = True,
 ) -> bool:
     """Holds if a robot is about to pass near the person.
@@ -136,9 +135,8 @@ def is_robot_approaching(
     The person is ahead of it, at most `distance` along its course and `width`
     beside it. With `head_on`, the person faces it, too; with `at_rest` a person
     who stands need not. A robot that stands counts only up to
-    `standing_distance`, as if it were to drive on. It still counts until the
-    person is so far behind it as `passed`. Without `with_goal` it does not hold
-    for people who have a goal to walk to.
+    `standing_distance`, as if it were to drive on. Without `with_goal` it does not
+    hold for people who have a goal to walk to.
     """
     if not with_goal and context.goal is not None:
         return False
@@ -152,7 +150,7 @@ def is_robot_approaching(
         hx, hy = course(robot)
         rx, ry = state[X] - robot[X], state[Y] - robot[Y]
         along = rx * hx + ry * hy
-        if not -passed < along <= (standing_distance if stands else distance):
+        if not 0 < along <= (standing_distance if stands else distance):
             continue
         facing = hx * math.cos(state[YAW]) + hy * math.sin(state[YAW])
         is_on_course = abs(hx * ry - hy * rx) <= width

@@ -97,14 +97,27 @@ class Spot(NamedTuple):
     gap: float
 
 
+class Wanted(NamedTuple):
+    """What a spot must have.
+
+    Attributes:
+        gap: What is wanted between the two discs as the robot passes.
+        least: What there must be at least, if no less is wanted.
+        pace: How fast the person walks.
+        away: Spots nearer than this to the person do not count.
+    """
+
+    gap: float
+    least: float
+    pace: float
+    away: float
+
+
 def find_spot(
     state: Row,
     body: float,
     drive: Drive,
-    gap: float,
-    least: float,
-    pace: float,
-    away: float,
+    wanted: Wanted,
     others: list[tuple[float, float]],
     walls: Array | None,
 ) -> Spot | None:
@@ -119,14 +132,12 @@ def find_spot(
         state: The person's row of `human_states`.
         body: The radius of the body itself.
         drive: How the robot drives.
-        gap: What is wanted between the two discs as the robot passes.
-        least: What there must be at least, if no less is wanted.
-        pace: How fast the person walks.
-        away: Spots nearer than this to the person do not count.
+        wanted: What the spot must have.
         others: Where people are who stand.
         walls: What people cannot walk through.
     """
     x, y, radius = state[X], state[Y], state[RADIUS]
+    gap, least, pace, away = wanted
     hx, hy = drive.hx, drive.hy
     near = -1.0 if drive.beside < -_BESIDE else 1.0
     least = min(least, gap) - _ENOUGH

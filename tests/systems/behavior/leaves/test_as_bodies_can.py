@@ -132,13 +132,6 @@ def test_who_stands_is_met_from_any_side():
     assert not Ticks(f'{xml} at_rest="true"/>').holds(walking, coming)
 
 
-def test_robot_counts_until_it_is_far_enough_past():
-    xml = '<IsRobotApproaching distance="5" passed="0.8"/>'
-    for x, expected in ((-0.7, True), (-0.9, False)):
-        robot = row(x, 0.0, math.pi, -0.5)
-        assert Ticks(xml).holds(row(0, 0), robot) == expected
-
-
 @pytest.mark.parametrize("radius", [0.35, 1.0])
 def test_gap_is_between_bodies_of_any_size(radius):
     robot = row(4.0, 0.1, math.pi, radius=radius)

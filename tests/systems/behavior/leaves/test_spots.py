@@ -8,6 +8,7 @@ import pytest
 
 from hunav_drake.systems.behavior.leaves.spots import (
     WALL_GAP,
+    Wanted,
     drive_of,
     find_spot,
     free_way,
@@ -46,9 +47,8 @@ def corridor(width, end=None):
 
 def spot(person, robot, table, gap=0.3, least=0.1, away=0.0, others=()):
     drive = drive_of(robot, person)
-    return find_spot(
-        *(person, BODY, drive, gap, least, 1.2, away, list(others), table)
-    )
+    wanted = Wanted(gap, least, 1.2, away)
+    return find_spot(person, BODY, drive, wanted, list(others), table)
 
 
 def test_free_way_ends_a_body_before_a_wall():
