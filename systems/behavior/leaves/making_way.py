@@ -1,6 +1,8 @@
-"""How people who stand in a robot's way let it pass: IsRobotWaiting, MakeWay.
+"""How people let a robot pass: MakeWay.
 
-Both are about the way ahead of the robot: along its heading, while it stands.
+It is about the way ahead of the robot: along its heading, while it stands. A
+person and a robot have discs, with the radii of their states; between those
+are all distances that say nothing else.
 """
 
 import math
@@ -22,13 +24,10 @@ from hunav_drake.systems.behavior.leaves.pacing import (
     walk_at,
 )
 from hunav_drake.systems.behavior.leaves.reactions import TURN_RATE
-from hunav_drake.systems.behavior.leaves.robot_conditions import (
-    SLOW,
-    Distance,
-    course,
-)
+from hunav_drake.systems.behavior.leaves.robot_conditions import SLOW
 from hunav_drake.systems.behavior.leaves.spots import (
     Drive,
+    Wanted,
     drive_of,
     find_spot,
     way_off,
@@ -41,17 +40,10 @@ from hunav_drake.systems.behavior.leaves.walking import (
 )
 from hunav_drake.systems.behavior.nodes.decorators import steps_reach
 from hunav_drake.systems.behavior.nodes.node import NodeStatus
-from hunav_drake.systems.behavior.nodes.registry import (
-    register_action,
-    register_condition,
-)
+from hunav_drake.systems.behavior.nodes.registry import register_action
 from hunav_drake.systems.behavior.nodes.tick_context import Row, TickContext
 from hunav_drake.systems.common.layout import RADIUS, VX, VY, Command, X, Y
 from hunav_drake.systems.common.schema import within
-
-# Whoever moves less than this in the time of waiting stands, in meters:
-# people who would like to walk on do not stand quite still.
-_STILL = 0.3
 
 # A gap between the discs at which robots pass, in meters; one that gets at
 # least so much more stands for other reasons.
@@ -71,15 +63,14 @@ _NEAR = 0.3
 
 # For so long somebody comes no nearer to the spot, or the robot has turned; or
 # it stands nearby, though there is room for it: then something else is done.
-# In seconds; and how near that is, in meters, body to body; and how much less
-# than enough room is none, in meters.
+# In seconds; and how near that is, and how much less than enough room is too
+# little, in meters.
 _HELD_OFF = 1.0
 _STUCK = 3.0
 _NEARBY = 1.5
 _CLOSE = 0.02
 
-# People who go away from a robot are no farther than this from it, in meters,
-# body to body.
+# People who go away from a robot are no farther than this from it, in meters.
 _LEAD = 3.0
 
 # Who goes away walks so much faster than the robot.
@@ -87,76 +78,6 @@ _FASTER = 1.2
 
 # Walls keep nobody off a spot that is so near, in meters.
 _AT_WALL = 0.6
-
-_WAITING = {
-    "ticks": 0.0,
-    "x": math.inf,
-    "y": math.inf,
-    "robot x": math.inf,
-    "robot y": math.inf,
-}
-
-
-@register_condition("IsRobotWaiting", memory=_WAITING, ignored=IGNORED)
-def is_robot_waiting(
-    context: TickContext,
-    own: list[float],
-    *,
-    distance: Distance = 1.0,
-    margin: Distance = 0.2,
-    seconds: Annotated[float, within(0, 1e9, "s")] = 5.0,
-    occlusion: bool = True,
-    with_goal: bool = False,
-) -> bool:
-    """Holds once a robot and the person have stood in each other's way.
-
-    The person is ahead of the robot, less than `margin` beside the way of its
-    body, their bodies are at most `distance` apart, and neither has moved more
-    than 0.3 m for `seconds`. With `with_goal`, only those count who have a
-    goal to walk to. It holds for one tick; then the time begins anew.
-    """
-    index = _nearest_ahead(context, distance, margin)
-    if index < 0 or (with_goal and context.goal is None):
-        if own[1] != math.inf:
-            own[:] = _WAITING.values()
-        return False
-    state = context.state
-    robot = context.robots[index]
-    moved = math.hypot(state[X] - own[1], state[Y] - own[2])
-    driven = math.hypot(robot[X] - own[3], robot[Y] - own[4])
-    if not (moved <= _STILL and driven <= _STILL):
-        own[:] = [0.0, state[X], state[Y], robot[X], robot[Y]]
-        return False
-    own[0] += 1
-    if not steps_reach(own[0], context.person.time_step, seconds):
-        return False
-    if occlusion and not context.sees(robot[X], robot[Y]):
-        return False
-    own[:] = _WAITING.values()
-    context.notice(index)
-    return True
-
-
-def _nearest_ahead(context: TickContext, distance: float, margin: float) -> int:
-    """Returns the row of the nearest robot that has the person ahead, or -1."""
-    state = context.state
-    x, y, radius = state[X], state[Y], state[RADIUS]
-    nearest, found = math.inf, -1
-    for i, robot in enumerate(context.robots):
-        rx, ry = x - robot[X], y - robot[Y]
-        body = robot[RADIUS] + radius
-        # (Most robots are far away, most of the time.)
-        reach = body + distance
-        if rx > reach or ry > reach or -rx > reach or -ry > reach:
-            continue
-        gap = math.hypot(rx, ry) - body
-        if gap > distance or gap >= nearest:
-            continue
-        hx, hy = course(robot)
-        if rx * hx + ry * hy > 0 and abs(hx * ry - hy * rx) <= body + margin:
-            nearest, found = gap, i
-    return found
-
 
 # The stages of making way, and the slots of memory.
 _GO_BACK, _GO_ASIDE, _WAIT, _GO_AWAY, _GO_PAST = 1.0, 2.0, 3.0, 4.0, 5.0
@@ -193,12 +114,13 @@ def make_way(
     The spot is beside the robot's way, with `clearance` between the discs when
     it passes, or what room there is, and as far back along the way as walls
     demand, as in a door. Where that leaves less than 0.1 m, the person goes
-    away before the robot until there is room; and also where it leaves less
-    than 0.3 m and the robot stands nearby for 3 s. It walks at `speed` at most,
-    or as much as keeps ahead of the robot. It waits until the robot has passed
-    or turned elsewhere, or stood far off for 3 s; for `seconds` at most, in which the robot would not be
-    there within that time. It has the behavior status `status` meanwhile. The
-    action fails if there is no robot.
+    away before the robot until there is room, or at an end past the robot,
+    should it stand and bodies fit; and so it does where less than 0.3 m is
+    left and the robot stands nearby for 3 s. It walks at `speed` at most, or
+    so that it keeps ahead of the robot. It waits until the robot has passed or
+    turned elsewhere, or stood far off for 3 s; and for `seconds` at most, not
+    counting when the robot is to be there within that time. It has the
+    behavior status `status` meanwhile. The action fails if there is no robot.
     """
     row = context.robot
     if row is None:
@@ -221,7 +143,7 @@ def make_way(
     pace = min(max(speed, _FASTER * drive.speed), most)
     if own[_STAGE] in (0.0, _GO_AWAY):
         least, away = _LEAST, _WORTH if drive.speed < SLOW else 0.0
-        _choose(context, own, drive, (clearance, least, pace, away))
+        _choose(context, own, drive, Wanted(clearance, least, pace, away))
         if own[_STAGE] == _GO_AWAY and _stands_near(drive):
             _look_past(context, own, drive)
     elif own[_STAGE] != _GO_PAST and _is_held(context, own, drive, clearance):
@@ -234,7 +156,7 @@ def make_way(
             own[_STAGE] = 0.0
             return NodeStatus.SUCCESS
         least = max(min(_gap(drive) + _MORE, clearance), _LEAST)
-        _choose(context, own, drive, (clearance, least, pace, _WORTH))
+        _choose(context, own, drive, Wanted(clearance, least, pace, _WORTH))
     context.behavior_status = status
     # (The way leads clear of it.)
     context.command[Command.ROBOT_ROLE] = ROLES["unseen"]
@@ -261,29 +183,17 @@ def _elsewhere(drive: Drive, clearance: float) -> float:
 
 
 def _choose(
-    context: TickContext,
-    own: list[float],
-    drive: Drive,
-    wanted: tuple[float, float, float, float],
+    context: TickContext, own: list[float], drive: Drive, wanted: Wanted
 ) -> None:
-    """Chooses the spot to go to, or to go away from the robot.
-
-    Args:
-        context: The tick context.
-        own: The memory of the action.
-        drive: How the robot drives.
-        wanted: See `find_spot`: the gap, the least one, the pace, and how far
-            away it is.
-    """
+    """Chooses the spot to go to, or to go away from the robot."""
     person = context.person
     others = [
         (it[X], it[Y])
         for i, it in enumerate(context.humans)
         if i != person.index and math.hypot(it[VX], it[VY]) < STANDING
     ]
-    gap, least, pace, away = wanted
     spot = find_spot(
-        *(context.state, person.body_radius, drive, gap, least, pace, away),
+        *(context.state, person.body_radius, drive, wanted),
         *(others, person.walls),
     )
     own[_STAGE] = _GO_AWAY
@@ -301,7 +211,10 @@ def _is_held(
     if own[_STAGE] != _WAIT:
         # Others or walls keep the person off it.
         seconds = _HELD_OFF if speed_of(context) < STANDING else 0.0
-    elif gap < _LEAST / 2 or gap > _elsewhere(drive, clearance) - drive.both:
+    elif (
+        gap < min(_LEAST / 2, clearance - _CLOSE)
+        or gap > _elsewhere(drive, clearance) - drive.both
+    ):
         # The robot has turned.
         seconds = _HELD_OFF
     elif drive.speed < SLOW and (
@@ -328,7 +241,7 @@ def _goes_to_spot(
     deceleration: float,
 ) -> bool:
     """Walks to the spot, first back and then aside; tells whether it does."""
-    state, command = context.state, context.command
+    state = context.state
     for stage in (_GO_BACK, _GO_ASIDE):
         if own[_STAGE] > stage:
             continue
@@ -375,9 +288,7 @@ def _goes_away(
     return True
 
 
-def _look_past(
-    context: TickContext, own: list[float], drive: Drive
-) -> None:
+def _look_past(context: TickContext, own: list[float], drive: Drive) -> None:
     """Decides to go past a robot that stands, where no other way is left."""
     person, state = context.person, context.state
     _, _, free = way_off(state, person.body_radius, drive, person.walls)
@@ -417,52 +328,3 @@ def _press(context: TickContext, dx: float, dy: float, left: float) -> None:
     x, y = state[X] + reach * dx, state[Y] + reach * dy
     if context.cast_ray(x, y) <= 1:
         context.command[Command.DESIRED_SPEED] = PRESSING
-
-
-@register_action(
-    "KeepPlace", memory={"state": 0.0, "x": 0.0, "y": 0.0}, ignored=IGNORED
-)
-def keep_place(
-    context: TickContext, own: list[float], *, speed: PortSpeed = 0.6
-) -> NodeStatus:
-    """Goes back to where the person stood with no goal left.
-
-    The place is where somebody without a goal came to rest when this was
-    ticked. Who is more than 0.3 m off walks back at `speed` at most, unless a
-    robot or somebody is on the way. The action fails if there is nothing to do.
-    """
-    state, command = context.state, context.command
-    if context.goal is not None:
-        own[0] = 0.0
-        return NodeStatus.FAILURE
-    if not own[0]:
-        if speed_of(context) < STANDING:
-            own[:] = [1.0, state[X], state[Y]]
-        return NodeStatus.FAILURE
-    x, y = own[1], own[2]
-    left = math.hypot(x - state[X], y - state[Y])
-    there = left <= (_ON_WAY if own[0] > 1 else _NEAR)
-    if there or _is_blocked(context, x, y):
-        own[0] = 1.0
-        return NodeStatus.FAILURE
-    own[0] = 2.0
-    head_for(context, x, y, _ARRIVED / 2)
-    walk_at(context, min(speed, command[Command.MAX_SPEED]))
-    return NodeStatus.SUCCESS
-
-
-def _is_blocked(context: TickContext, x: float, y: float) -> bool:
-    """Tells whether a robot or somebody else is on the way to a place."""
-    state, index = context.state, context.person.index
-    rows = context.robots + [
-        it for i, it in enumerate(context.humans) if i != index
-    ]
-    dx, dy = x - state[X], y - state[Y]
-    length = max(math.hypot(dx, dy), 1e-9)
-    for it in rows:
-        rx, ry = it[X] - state[X], it[Y] - state[Y]
-        part = min(max((rx * dx + ry * dy) / length**2, 0.0), 1.0)
-        near = math.hypot(rx - part * dx, ry - part * dy)
-        if near < state[RADIUS] + it[RADIUS] + _ENOUGH:
-            return True
-    return False

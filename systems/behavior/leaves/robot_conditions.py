@@ -8,6 +8,7 @@ import math
 from typing import Annotated, NamedTuple
 
 from hunav_drake.systems.behavior.leaves.walking import IGNORED
+from hunav_drake.systems.behavior.nodes.decorators import steps_reach
 from hunav_drake.systems.behavior.nodes.registry import register_condition
 from hunav_drake.systems.behavior.nodes.tick_context import Row, TickContext
 from hunav_drake.systems.common.layout import RADIUS, VX, VY, YAW, X, Y
@@ -18,6 +19,10 @@ FIELD_OF_VIEW = 2 * (math.pi / 2 + 0.17)
 
 # A robot slower than this stands, in m/s.
 SLOW = 0.05
+
+# Whoever moves less than this in the time of waiting stands, in meters:
+# people who would like to walk on do not stand quite still.
+_STILL = 0.3
 
 # How nearly opposite two headings are that meet head-on: within 60 degrees.
 _OPPOSITE = -math.cos(math.pi / 3)
@@ -123,7 +128,6 @@ def is_robot_approaching(
     occlusion: bool = True,
     standing_distance: Distance = 0.0,
     at_rest: bool = False,
-    passed: Distance = 0.0,
     with_goal: bool = True,
 ) -> bool:
     """Holds if a robot is about to pass near the person.
@@ -131,9 +135,8 @@ def is_robot_approaching(
     The person is ahead of it, at most `distance` along its course and `width`
     beside it. With `head_on`, the person faces it, too; with `at_rest` a person
     who stands need not. A robot that stands counts only up to
-    `standing_distance`, as if it were to drive on. It still counts until the
-    person is so far behind it as `passed`. Without `with_goal` it does not hold
-    for people who have a goal to walk to.
+    `standing_distance`, as if it were to drive on. Without `with_goal` it does not
+    hold for people who have a goal to walk to.
     """
     if not with_goal and context.goal is not None:
         return False
@@ -147,7 +150,7 @@ def is_robot_approaching(
         hx, hy = course(robot)
         rx, ry = state[X] - robot[X], state[Y] - robot[Y]
         along = rx * hx + ry * hy
-        if not -passed < along <= (standing_distance if stands else distance):
+        if not 0 < along <= (standing_distance if stands else distance):
             continue
         facing = hx * math.cos(state[YAW]) + hy * math.sin(state[YAW])
         is_on_course = abs(hx * ry - hy * rx) <= width
@@ -220,10 +223,7 @@ class OnWay(NamedTuple):
 
 
 def before_goal(
-    context: TickContext,
-    distance: float,
-    clearance: float,
-    behind: float = 0.0,
+    context: TickContext, distance: float, clearance: float, behind: float = 0.0
 ) -> list[OnWay]:
     """Returns the robots between the person and the goal.
 
@@ -262,3 +262,73 @@ def way(context: TickContext) -> tuple[float, float]:
         if length > 0:
             return dx / length, dy / length
     return math.cos(state[YAW]), math.sin(state[YAW])
+
+
+_WAITING = {
+    "ticks": 0.0,
+    "x": math.inf,
+    "y": math.inf,
+    "robot x": math.inf,
+    "robot y": math.inf,
+}
+
+
+@register_condition("IsRobotWaiting", memory=_WAITING, ignored=IGNORED)
+def is_robot_waiting(
+    context: TickContext,
+    own: list[float],
+    *,
+    distance: Distance = 1.0,
+    margin: Distance = 0.2,
+    seconds: Annotated[float, within(0, 1e9, "s")] = 5.0,
+    occlusion: bool = True,
+    with_goal: bool = False,
+) -> bool:
+    """Holds once a robot and the person have stood in each other's way.
+
+    The person is ahead of the robot, less than `margin` beside the way of its
+    body, their bodies are at most `distance` apart, and neither has moved more
+    than 0.3 m for `seconds`. With `with_goal`, only those count who have a
+    goal to walk to. It holds for one tick; then the time begins anew.
+    """
+    index = _nearest_ahead(context, distance, margin)
+    if index < 0 or (with_goal and context.goal is None):
+        if own[1] != math.inf:
+            own[:] = _WAITING.values()
+        return False
+    state = context.state
+    robot = context.robots[index]
+    moved = math.hypot(state[X] - own[1], state[Y] - own[2])
+    driven = math.hypot(robot[X] - own[3], robot[Y] - own[4])
+    if not (moved <= _STILL and driven <= _STILL):
+        own[:] = [0.0, state[X], state[Y], robot[X], robot[Y]]
+        return False
+    own[0] += 1
+    if not steps_reach(own[0], context.person.time_step, seconds):
+        return False
+    if occlusion and not context.sees(robot[X], robot[Y]):
+        return False
+    own[:] = _WAITING.values()
+    context.notice(index)
+    return True
+
+
+def _nearest_ahead(context: TickContext, distance: float, margin: float) -> int:
+    """Returns the row of the nearest robot that has the person ahead, or -1."""
+    state = context.state
+    x, y, radius = state[X], state[Y], state[RADIUS]
+    nearest, found = math.inf, -1
+    for i, robot in enumerate(context.robots):
+        rx, ry = x - robot[X], y - robot[Y]
+        body = robot[RADIUS] + radius
+        # (Most robots are far away, most of the time.)
+        reach = body + distance
+        if rx > reach or ry > reach or -rx > reach or -ry > reach:
+            continue
+        gap = math.hypot(rx, ry) - body
+        if gap > distance or gap >= nearest:
+            continue
+        hx, hy = course(robot)
+        if rx * hx + ry * hy > 0 and abs(hx * ry - hy * rx) <= body + margin:
+            nearest, found = gap, i
+    return found

@@ -97,14 +97,27 @@ class Spot(NamedTuple):
     gap: float
 
 
+class Wanted(NamedTuple):
+    """What a spot must have.
+
+    Attributes:
+        gap: What is wanted between the two discs as the robot passes.
+        least: What there must be at least, if no less is wanted.
+        pace: How fast the person walks.
+        away: Spots nearer than this to the person do not count.
+    """
+
+    gap: float
+    least: float
+    pace: float
+    away: float
+
+
 def find_spot(
     state: Row,
     body: float,
     drive: Drive,
-    gap: float,
-    least: float,
-    pace: float,
-    away: float,
+    wanted: Wanted,
     others: list[tuple[float, float]],
     walls: Array | None,
 ) -> Spot | None:
@@ -119,16 +132,15 @@ def find_spot(
         state: The person's row of `human_states`.
         body: The radius of the body itself.
         drive: How the robot drives.
-        gap: What is wanted between the two discs as the robot passes.
-        least: What there must be at least.
-        pace: How fast the person walks.
-        away: Spots nearer than this to the person do not count.
+        wanted: What the spot must have.
         others: Where people are who stand.
         walls: What people cannot walk through.
     """
     x, y, radius = state[X], state[Y], state[RADIUS]
+    gap, least, pace, away = wanted
     hx, hy = drive.hx, drive.hy
     near = -1.0 if drive.beside < -_BESIDE else 1.0
+    least = min(least, gap) - _ENOUGH
     best, spot = -math.inf, None
     back = 0.0
     while back <= _BACK:
@@ -144,7 +156,7 @@ def find_spot(
             room = side * drive.beside + free - drive.both
             sx, sy = px + free * nx, py + free * ny
             if (
-                room < least - _ENOUGH
+                room < least
                 or math.hypot(sx - x, sy - y) < away
                 or _is_taken(sx, sy, body, others)
             ):
@@ -173,7 +185,7 @@ def _is_taken(
 ) -> bool:
     """Tells whether somebody is where a body is to stand."""
     apart = 2 * body + _APART
-    return any([math.hypot(x - ox, y - oy) < apart for ox, oy in others])
+    return any(math.hypot(x - ox, y - oy) < apart for ox, oy in others)
 
 
 def free_way(
@@ -237,14 +249,15 @@ def way_past(
 ) -> Spot | None:
     """Returns the way past a robot that stands; None if bodies do not fit.
 
-    It leads to the wall, on the side with more room, and along it to behind
-    the robot. The arguments are those of `find_spot`.
+    It leads to the wall, on the side with more room, if it differs, and along
+    it to behind the robot. The arguments are those of `find_spot`.
     """
     hx, hy = drive.hx, drive.hy
     behind = drive.along + drive.both + _BEHIND
     radius = drive.both - state[RADIUS]
     best, spot = SQUEEZE, None
-    for side in (1.0, -1.0):
+    near = -1.0 if drive.beside < -_BESIDE else 1.0
+    for side in (near, -near):
         way = max(drive.both + _LEAST_PAST - side * drive.beside, 0.0)
         nx, ny = -side * hy, side * hx
         x, y = state[X], state[Y]
@@ -253,6 +266,6 @@ def way_past(
         x, y = x + free * nx, y + free * ny
         far = free_way(walls, x, y, -hx, -hy, behind, body, 0.0)
         if room > best and far >= behind:
-            best = room
+            best = room + _ENOUGH
             spot = Spot(x, y, x - behind * hx, y - behind * hy, room)
     return spot

@@ -9,6 +9,13 @@ from typing import Annotated, Literal
 
 import numpy as np
 
+from hunav_drake.systems.behavior.leaves.pacing import (
+    STANDING,
+    PortSpeed,
+    head_for,
+    speed_of,
+    walk_at,
+)
 from hunav_drake.systems.behavior.nodes.node import NodeStatus
 from hunav_drake.systems.behavior.nodes.registry import (
     register_action,
@@ -39,6 +46,12 @@ GOAL_MARGIN = 0.1
 _STANDING = 0.1
 _IN_THE_WAY = 0.3
 _CROWDING = 0.4
+
+# Who is so far from the place where to stand goes back, until so near to it,
+# unless a robot or somebody is so near to the way, disc to disc; in meters.
+_OFF = 0.3
+_BACK_AT = 0.1
+_CLEAR = 0.3
 
 IGNORED = ("agent_id", "time_step", "id", "dt")
 
@@ -147,3 +160,52 @@ def time_expired(
     if not only_once:
         own[0] = 0.0
     return True
+
+
+@register_action(
+    "KeepPlace", memory={"state": 0.0, "x": 0.0, "y": 0.0}, ignored=IGNORED
+)
+def keep_place(
+    context: TickContext, own: list[float], *, speed: PortSpeed = 0.6
+) -> NodeStatus:
+    """Goes back to where the person stood with no goal left.
+
+    The place is where somebody without a goal came to rest when this was
+    ticked. Who is more than 0.3 m off walks back at `speed` at most, unless a
+    robot or somebody is on the way. The action fails if there is nothing to do.
+    """
+    state, command = context.state, context.command
+    if context.goal is not None:
+        own[0] = 0.0
+        return NodeStatus.FAILURE
+    if not own[0]:
+        if speed_of(context) < STANDING:
+            own[:] = [1.0, state[X], state[Y]]
+        return NodeStatus.FAILURE
+    x, y = own[1], own[2]
+    left = math.hypot(x - state[X], y - state[Y])
+    there = left <= (_BACK_AT if own[0] > 1 else _OFF)
+    if there or _is_blocked(context, x, y):
+        own[0] = 1.0
+        return NodeStatus.FAILURE
+    own[0] = 2.0
+    head_for(context, x, y, _BACK_AT / 2)
+    walk_at(context, min(speed, command[Command.MAX_SPEED]))
+    return NodeStatus.SUCCESS
+
+
+def _is_blocked(context: TickContext, x: float, y: float) -> bool:
+    """Tells whether a robot or somebody else is on the way to a place."""
+    state, index = context.state, context.person.index
+    rows = context.robots + [
+        it for i, it in enumerate(context.humans) if i != index
+    ]
+    dx, dy = x - state[X], y - state[Y]
+    length = max(math.hypot(dx, dy), 1e-9)
+    for it in rows:
+        rx, ry = it[X] - state[X], it[Y] - state[Y]
+        part = min(max((rx * dx + ry * dy) / length**2, 0.0), 1.0)
+        near = math.hypot(rx - part * dx, ry - part * dy)
+        if near < state[RADIUS] + it[RADIUS] + _CLEAR:
+            return True
+    return False

@@ -116,8 +116,9 @@ def pass_by(
     wall; where two bodies hardly fit in, the body touches the wall there. With
     a `room` above 0, nobody passes a robot that drives with less than that
     between the bodies, or one that stands with less than 0.05 m, but keeps
-    0.5 m off it, and leans on walls to have that room. The action runs until no robot is between the person and the goal, at most
-    0.5 m farther away than `distance`; its behavior status is `status`.
+    0.5 m off it, and leans on walls to have that room. The action runs until
+    no robot is between the person and the goal, at most 0.5 m farther away
+    than `distance`; its behavior status is `status`.
     """
     state, command = context.state, context.command
     clearance = between(context, clearance, gap)
@@ -148,10 +149,13 @@ def pass_by(
         if _keeps_off(context, robots, lane, room):
             return NodeStatus.RUNNING
         wall = abs(lane) + state[RADIUS]
-        if context.cast_ray(
-            state[X] - math.copysign(wall, lane) * gy,
-            state[Y] + math.copysign(wall, lane) * gx,
-        ) <= 1:
+        if (
+            context.cast_ray(
+                state[X] - math.copysign(wall, lane) * gy,
+                state[Y] + math.copysign(wall, lane) * gx,
+            )
+            <= 1
+        ):
             ahead = min(max(abs(lane), AIM), _AHEAD)
             command[Command.DESIRED_SPEED] = PRESSING
     dx, dy = ahead * gx - lane * gy, ahead * gy + lane * gx
@@ -223,9 +227,7 @@ def _keeps_off(
     return False
 
 
-def _fits(
-    context: TickContext, robot: Row, side: float, room: float
-) -> bool:
+def _fits(context: TickContext, robot: Row, side: float, room: float) -> bool:
     """Tells whether a body fits between a robot and the wall beside it."""
     gx, gy = way(context)
     reach = 2 * context.person.body_radius + WALL_GAP + room + robot[RADIUS]

@@ -14,10 +14,7 @@ from hunav_drake.systems.common.layout import (
     X,
     Y,
 )
-from hunav_drake.systems.people.human_config import (
-    LARGEST_BODY,
-    HumanConfig,
-)
+from hunav_drake.systems.people.human_config import LARGEST_BODY, HumanConfig
 from hunav_drake.systems.world.obstacles import Obstacles
 from hunav_drake.systems.world.ray_cast import ray_cast
 

@@ -113,7 +113,7 @@ def test_curious_person_slows_down_before_the_place():
 
 
 def test_stepping_aside_slows_down_before_the_spot():
-    dut = Ticks('<StepAside deceleration="2"/>')
+    dut = Ticks('<MakeWay deceleration="2" speed="9"/>')
     coming = row(4.0, 0.0, math.pi, -0.5)
     assert wish(dut(row(0, 0), coming))[Command.MAX_SPEED] == 1.2
     near = wish(dut(row(0, -0.92), coming))
@@ -130,13 +130,6 @@ def test_who_stands_is_met_from_any_side():
     assert not Ticks(f"{xml}/>").holds(away, coming)
     assert Ticks(f'{xml} at_rest="true"/>').holds(away, coming)
     assert not Ticks(f'{xml} at_rest="true"/>').holds(walking, coming)
-
-
-def test_robot_counts_until_it_is_far_enough_past():
-    xml = '<IsRobotApproaching distance="5" passed="0.8"/>'
-    for x, expected in ((-0.7, True), (-0.9, False)):
-        robot = row(x, 0.0, math.pi, -0.5)
-        assert Ticks(xml).holds(row(0, 0), robot) == expected
 
 
 @pytest.mark.parametrize("radius", [0.35, 1.0])

@@ -328,65 +328,6 @@ def test_distracted_person_sees_the_robot_only_just_ahead():
         assert is_unseen != noticed
 
 
-class TestStepAside:
-    COMING = at(4.0, 0.0, math.pi, -0.5)
-
-    @pytest.mark.parametrize(
-        ("y", "spot"), [(0.0, -1.0), (0.3, 1.0), (-0.3, -1.0), (1.5, 1.5)]
-    )
-    def test_spot_is_beside_the_course_where_the_person_is(self, y, spot):
-        outcome = tick(
-            tree_of("<StepAside/>"), human=at(0.0, y), robot=self.COMING
-        )
-        arrived = abs(spot - y) <= 0.1
-        assert outcome.node_status is (
-            NodeStatus.SUCCESS if arrived else NodeStatus.RUNNING
-        )
-        if not arrived:
-            assert wish(outcome)[Command.GOAL_X] == pytest.approx(0.0)
-            assert wish(outcome)[Command.GOAL_Y] == pytest.approx(spot)
-        assert outcome.behavior_status == 1
-
-    def test_side_with_room_is_taken(self):
-        """A wall to the right leaves the left."""
-        wall = Obstacles.from_shapes(
-            [[[-5.0, -0.6], [5.0, -0.6]]], solid=[False]
-        )
-        outcome = tick(
-            tree_of("<StepAside/>"), person(obstacles=wall), robot=self.COMING
-        )
-        assert wish(outcome)[Command.GOAL_Y] == pytest.approx(1.0)
-
-    def test_narrow_corridor_gives_what_room_there_is(self):
-        walls = Obstacles.from_shapes(
-            [[[-5.0, y], [5.0, y]] for y in (-1.0, 1.2)], solid=[False, False]
-        )
-        outcome = tick(
-            tree_of("<StepAside/>"), person(obstacles=walls), robot=self.COMING
-        )
-        # 1.2 m less the radius and a gap of 0.15 m.
-        assert wish(outcome)[Command.GOAL_Y] == pytest.approx(0.7)
-
-    def test_spot_is_chosen_once(self):
-        dut = tree_of("<StepAside/>")
-        first = tick(dut, robot=self.COMING)
-        other = at(4.0, 0.5, math.pi, -0.5)
-        second = tick(dut, robot=other, memory=first.memory)
-        assert wish(second)[Command.GOAL_Y] == wish(first)[Command.GOAL_Y]
-        there = at(0.0, -1.0)
-        third = tick(dut, human=there, robot=other, memory=second.memory)
-        assert third.node_status is NodeStatus.SUCCESS
-        fourth = tick(dut, robot=other, memory=third.memory)
-        assert wish(fourth)[Command.GOAL_Y] == pytest.approx(-0.5)
-
-    def test_course_of_a_standing_robot_is_its_heading(self):
-        outcome = tick(tree_of("<StepAside/>"), robot=at(4.0, 0.0, math.pi))
-        assert wish(outcome)[Command.GOAL_Y] == pytest.approx(-1.0)
-
-    def test_without_a_robot_it_fails(self):
-        assert tick(tree_of("<StepAside/>")).node_status is NodeStatus.FAILURE
-
-
 def test_standing_still_is_looking_at_the_robot():
     outcome = tick(tree_of("<StandStill/>"), robot=at(0.0, 3.0))
     assert wish(outcome)[Command.HOLD] == 1
@@ -444,8 +385,8 @@ def test_patience_of_the_cooperative_ends():
         outcome = dut.tick(who, memory, at(0.0, y), creeping)
         memory = outcome.memory
         active.append(outcome.behavior_status)
-    # One step aside, and four times 0.25 s.
-    assert active == [1, 1, 1, 1, 1, 0]
+    # The fourth tick is at the end of 1 s.
+    assert active == [1, 1, 1, 0, 0, 0]
 
 
 def test_patience_of_the_cooperative_is_new_in_each_encounter():
@@ -454,31 +395,33 @@ def test_patience_of_the_cooperative_is_new_in_each_encounter():
     memory = dut.initial_memory(who)
     waits = []
     # The first robot passes before patience ends, the others do not.
-    for count in (3, 9, 9):
+    for count in (1, 9, 9):
         for x in (4.0, *[3.0] * count, -3.0):
             y = 0.0 if x == 4.0 else -1.1
             robot = at(x, 0.0, math.pi, -0.5)
             outcome = dut.tick(who, memory, at(0.0, y), robot)
             memory = outcome.memory
             waits.append(wish(outcome)[Command.HOLD])
-        assert sum(waits) == min(count, 4)
+        assert sum(waits) == min(count, 2)
         waits.clear()
 
 
 def test_cooperative_person_waits_for_a_robot_that_stops_near():
     """And walks past it in the end, beside its course."""
-    dut = LoadTree("cooperative", {"patience": 2.0, "clearance": 0.7})
+    dut = LoadTree(
+        "cooperative", {"patience": 2.0, "gap": 0.0, "clearance": 0.7}
+    )
     who = person(time_step=0.25)
     outcome = dut.tick(
         who, dut.initial_memory(who), at(0.0, 0.0), at(2.5, 0.0, math.pi, -0.5)
     )
-    # Patience is 8 ticks; the last of them already wants to walk on.
+    # Patience is 8 ticks, with the first.
     for count in range(12):
         outcome = dut.tick(
             who, outcome.memory, at(0.0, -0.69), at(2.0, 0.0, math.pi)
         )
         assert outcome.behavior_status == 1
-        assert wish(outcome)[Command.HOLD] == (count < 8)
+        assert wish(outcome)[Command.HOLD] == (count < 6)
     assert wish(outcome)[Command.GOAL_X] < 1.0
     assert wish(outcome)[Command.GOAL_Y] < -0.65
 
