@@ -51,9 +51,7 @@ def check(behavior, rows, share=1.0):
     assert got["braking"] <= 3.0 + 1e-6
     assert got["acceleration"] <= 5.5
     assert got["active"] <= LONGEST.get(behavior, 60.0) + 0.1
-    # (The bodies of regular people are a matter of the model of motion.)
-    if behavior != "regular":
-        assert got["overlaps"] == 0
+    assert got["overlaps"] == 0
 
 
 @pytest.mark.parametrize("behavior", BEHAVIORS)

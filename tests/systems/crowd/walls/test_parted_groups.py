@@ -5,8 +5,8 @@ from pydrake.systems.analysis import Simulator
 import pytest
 
 from hunav_drake import HumanConfig
-from hunav_drake.systems.common.layout import COMMAND_SIZE, Command
 from hunav_drake.humans import MakeHumans
+from hunav_drake.systems.common.layout import COMMAND_SIZE, Command
 from hunav_drake.systems.crowd import CrowdConfig
 from hunav_drake.systems.crowd.walls.parted_groups import parted, walking_groups
 from hunav_drake.systems.world.shapes import Polyline, World
