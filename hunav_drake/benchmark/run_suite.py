@@ -25,6 +25,7 @@ from hunav_drake.benchmark.running.worker import (
 )
 from hunav_drake.benchmark.suite import Suite
 from hunav_drake.benchmark.suite_result import SuiteResult
+from hunav_drake.commands.user_code import import_user_code
 
 # How often a task is given out again whose worker has died.
 _ATTEMPTS = 3
@@ -61,10 +62,10 @@ def RunSuite(
             that of a Dask client, `client.get_executor()`. It is not shut
             down.
         folder: Where relative paths of scenarios begin, as in a suite file.
-        imports: Modules and files that each worker imports first, as with
-            `--import`. A file must be at the same place for all of them. If
-            one of them has changed since, the runs in `out` do not count;
-            changes of what they import in turn, or of what is registered
+        imports: Modules and files that this process and each worker import
+            first, as with `--import`. A file must be at the same place for all
+            of them. If one of them has changed since, the runs in `out` do not
+            count; changes of what they import in turn, or of what is registered
             elsewhere, as in a notebook, are not noticed: see `fresh`.
         fresh: Runs everything. What `out` holds is kept as `runs_old.jsonl`,
             `recordings_old` and `replays_old`.
@@ -80,9 +81,11 @@ def RunSuite(
             process.
         ConnectionError: If the executor has given its tasks up.
     """
+    imported = _absolute(imports)
+    # What they register, the suite may name.
+    import_user_code(imported)
     cells = make_cells(suite, Path(folder) if folder is not None else None)
     workers = workers or os.cpu_count() or 1
-    imported = _absolute(imports)
     code = hash_code(imported)
     # The pools of this package import them as they start.
     remote = () if executor is None else imported
@@ -100,7 +103,7 @@ def RunSuite(
         if executor is None and workers == 1:
             # What this process runs is written before it runs the next.
             window = 1
-            executor = stack.enter_context(InlineExecutor(imports))
+            executor = stack.enter_context(InlineExecutor())
         elif executor is None:
             executor = stack.enter_context(WorkerPool(workers, imports))
         # Where there is a log, the runs are in it, and none in memory.

@@ -5,9 +5,10 @@ import re
 
 from hunav_drake.benchmark.formula import formula_name, names_in
 from hunav_drake.benchmark.suite import Relation, Suite, planner_overrides
-from hunav_drake.scenario import Fault, ListScenarios, Scenario
+from hunav_drake.scenario import Fault, Scenario
 from hunav_drake.scenario.error import Finding
 from hunav_drake.scenario.population import draw_people
+from hunav_drake.scenario.shipped import shipped_names
 from hunav_drake.systems.behavior import BEHAVIORS
 from hunav_drake.systems.common.suggest import shown, suggestion
 from hunav_drake.systems.evaluation.metrics import METRICS, select_metrics
@@ -56,7 +57,7 @@ def name_faults(suite: Suite, scenarios: Sequence[Scenario]) -> Iterator[Fault]:
         scenarios: Those of its cells.
     """
     by_name = {scenario.name: scenario for scenario in scenarios}
-    valid = list(dict.fromkeys([*by_name, *ListScenarios()]))
+    valid = list(dict.fromkeys([*by_name, *shipped_names()]))
     for name in suite.seeds_of:
         if name not in valid:
             yield _fault("seeds_of", _unknown("scenario", name, valid))

@@ -278,3 +278,19 @@ def test_the_page_of_markdown_tells_its_command(hunav, tmp_path):
     assert f"    {' '.join(['hunav', *words])}\n" in text
     # As many as the mean needs, not as it may take.
     assert "with 6 seeds for each cell (" in text
+
+
+def test_a_metric_of_ones_own_may_be_named(suite, tmp_path, restored_metrics):
+    own = tmp_path / "own_metric_of_suite.py"
+    own.write_text(
+        "from hunav_drake.systems.evaluation.metrics import register_metric\n"
+        "@register_metric(unit='m', family='path', source='me')\n"
+        "def way_of_mine(recording):\n"
+        "    '''The x at the end.'''\n"
+        "    return float(recording.robot[-1, 0])\n"
+    )
+    suite = dataclasses.replace(
+        suite, until=Until(metric="way_of_mine", half_width=1.0, least=3)
+    )
+    result = RunSuite(suite, workers=1, imports=[str(own)])
+    assert np.isfinite(result.runs().way_of_mine).all()
