@@ -250,8 +250,7 @@ def _result(
 ) -> TrialResult:
     """Returns what a trial has given that ended for some reason."""
     scenario = _reseed(scenario, GetTrialSeed(diagram, context))
-    evaluator = diagram.GetSubsystemByName("evaluator")
-    recording = evaluator.GetRecording(evaluator.GetMyContextFromRoot(context))
+    recording = _recording_of(diagram, context)
     config = scenario.evaluator
     recording = dataclasses.replace(
         recording, hunavsim_forces=config.forces == "hunavsim"
@@ -288,12 +287,19 @@ def _end_message(
     return "; ".join([*parts, why] if why else parts)
 
 
+def _recording_of(diagram: Diagram, context: Context) -> Recording:
+    """Returns a trial's recording, with the present while its state is it."""
+    monitor = diagram.GetSubsystemByName("monitor")
+    done = monitor.HasUpdated(monitor.GetMyContextFromRoot(context))
+    evaluator = diagram.GetSubsystemByName("evaluator")
+    own = evaluator.GetMyContextFromRoot(context)
+    recording: Recording = evaluator.GetRecording(own, with_present=not done)
+    return recording
+
+
 def _recording_until_now(diagram: Diagram, context: Context) -> Recording:
     """Returns a trial's recording, with the present also if it has ended."""
-    evaluator = diagram.GetSubsystemByName("evaluator")
-    recording: Recording = evaluator.GetRecording(
-        evaluator.GetMyContextFromRoot(context)
-    )
+    recording = _recording_of(diagram, context)
     now = _time_of(context, recording)
     if recording.times[-1] == now:
         return recording

@@ -230,7 +230,9 @@ class Evaluator(LeafSystem):
         """Returns the port with the recording until now."""
         return self._recording
 
-    def GetRecording(self, context: Context) -> Recording:
+    def GetRecording(
+        self, context: Context, *, with_present: bool = True
+    ) -> Recording:
         """Returns the recording until now.
 
         If the context's time is a whole number of time steps, and later than
@@ -242,6 +244,9 @@ class Evaluator(LeafSystem):
 
         Args:
             context: This system's own context.
+            with_present: Whether the present instant may be the last. It must
+                not where its updates are done, for then, too, states are
+                those of the next step.
 
         Raises:
             RuntimeError: If ``robot_state`` is not connected, or
@@ -252,7 +257,8 @@ class Evaluator(LeafSystem):
         self.ValidateContext(context)
         last = context.get_abstract_state(self._samples).get_value()
         window = context.get_discrete_state(self._window).value()
-        if self._IsStep(context) and self._IsOn(context, last, window):
+        present = with_present and self._IsStep(context)
+        if present and self._IsOn(context, last, window):
             last = self._Sample(context, last)
         if not last.count:
             what = (

@@ -139,13 +139,14 @@ class TrialMonitor(LeafSystem):
         """Tells whether the updates of the present instant are done.
 
         Drake does them at the start of the next step, or when
-        `Simulator.AdvanceTo` is told the present time.
+        `Simulator.AdvanceTo` is told the present time. A simulator may begin
+        just after them.
 
         Args:
             context: This system's own context.
         """
         (time,) = context.get_discrete_state(self._updated).value()
-        return bool(time == context.get_time())
+        return bool(0 <= context.get_time() - time <= 1e-9 * self._time_step)
 
     def IsStep(self, context: Context) -> bool:
         """Tells whether the present instant is one of the updates.

@@ -436,9 +436,17 @@ def test_between_two_steps_nothing_is_recorded(passing, diagram):
     recording = result.recording
     assert recording.times[-1] == pytest.approx(3.0)
     # A last sample at the end of a step is of its own instant.
-    simulator.AdvanceTo(3.15)
+    simulator.AdvanceTo(3.25)
     recording = GetTrialResult(passing, diagram, context).recording
-    assert recording.times[-1] == pytest.approx(3.15)
+    assert recording.times[-1] == pytest.approx(3.25)
+    # Once the updates of an instant are done, its state is gone.
+    for _ in range(2):
+        simulator.AdvanceTo(3.25)
+        late = GetTrialResult(passing, diagram, context)
+        assert late.recording.times[-1] == pytest.approx(3.2)
+        fork = MakeTrialSimulator(diagram, context.Clone()).get_context()
+        forked = GetTrialResult(passing, diagram, fork)
+        assert forked.recording == late.recording
     steps = np.diff(recording.robot[-3:, 0]) / np.diff(recording.times[-3:])
     assert abs(steps).max() < 1.1 * passing.robot.limits.max_speed
     assert steps[1] == pytest.approx(steps[0], rel=0.2)
