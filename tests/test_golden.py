@@ -19,9 +19,9 @@ GOLDEN = Path(__file__).parent / "data" / "golden.json"
 SEEDS = (0, 1, 2)
 
 
-def machine() -> dict[str, str]:
+def machine() -> dict[str, str | int]:
     """What the last bits depend on, but for this package."""
-    told = program_versions() | machine_traits()
+    told = {**program_versions(), **machine_traits()}
     del told["hunav_drake"]
     return told
 

@@ -11,6 +11,8 @@ import os
 import platform
 from typing import NamedTuple
 
+import numpy as np
+
 
 class Trait(NamedTuple):
     """One thing that the last bits of results depend on.
@@ -41,12 +43,9 @@ def _processor() -> str:
 
 def _numpy_simd() -> str:
     """Returns the instruction sets that NumPy chooses functions by."""
-    from numpy._core._multiarray_umath import (  # type: ignore[attr-defined]
-        __cpu_dispatch__ as known,
-        __cpu_features__ as features,
-    )
-
-    return " ".join(name for name in known if features[name]) or "baseline"
+    told = np.show_config(mode="dicts") or {}
+    found = told.get("SIMD Extensions", {}).get("found", [])
+    return " ".join(found) or "baseline"
 
 
 def _numba_target() -> str:

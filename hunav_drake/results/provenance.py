@@ -87,7 +87,7 @@ def MakeValidationProvenance(seed: int, quick: bool) -> Provenance:
     }
 
 
-def program_versions() -> dict[str, str]:
+def program_versions() -> Provenance:
     """Returns the versions that results follow from, and the kind of machine.
 
     On another processor of that kind results agree to rounding.

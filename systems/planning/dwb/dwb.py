@@ -184,8 +184,8 @@ class DwbPlanner(NavigationPlanner):
     as the profile has it."""
 
     vx_samples: Samples = 20
-    """How many speeds are tried; more, up to 100, where the goal is smaller than
-    the distance between two places that they lead to."""
+    """How many speeds are tried; more, up to 100, where the goal is smaller
+    than the distance between two places that they lead to."""
 
     vtheta_samples: Samples = 20
     """How many turn rates are tried."""
