@@ -48,7 +48,7 @@ from hunav_drake.systems.common.schema import within
 # A gap between the discs at which robots pass, in meters; one that gets at
 # least so much more stands for other reasons.
 _LEAST = 0.1
-_ENOUGH = 0.3
+_ENOUGH = 0.2
 
 # Whoever moves for more room moves by so much at least, and gets so much more,
 # in meters.
@@ -81,7 +81,7 @@ _AT_WALL = 0.6
 
 # The stages of making way, and the slots of memory.
 _GO_BACK, _GO_ASIDE, _WAIT, _GO_AWAY, _GO_PAST = 1.0, 2.0, 3.0, 4.0, 5.0
-_STAGE, _PLACES, _WAITED, _ROBOT, _HELD = 0, 1, 5, 6, 7
+_STAGE, _PLACES, _WAITED, _ROBOT, _HELD, _NEEDED = 0, 1, 5, 6, 7, 8
 
 
 @register_action(
@@ -95,6 +95,7 @@ _STAGE, _PLACES, _WAITED, _ROBOT, _HELD = 0, 1, 5, 6, 7
         "waited": 0.0,
         "robot": 0.0,
         "held": 0.0,
+        "needed": 0.0,
     },
     ignored=IGNORED,
 )
@@ -115,7 +116,7 @@ def make_way(
     it passes, or what room there is, and as far back along the way as walls
     demand, as in a door. Where that leaves less than 0.1 m, the person goes
     away before the robot until there is room, or at an end past the robot,
-    should it stand and bodies fit; and so it does where less than 0.3 m is
+    should it stand and bodies fit; and so it does where less than 0.2 m is
     left and the robot stands nearby for 3 s. It walks at `speed` at most, or
     so that it keeps ahead of the robot. It waits until the robot has passed or
     turned elsewhere, or stood far off for 3 s; and for `seconds` at most, not
@@ -132,6 +133,7 @@ def make_way(
     else:
         own[:] = [0.0] * len(own)
         own[_ROBOT] = float(context.robots.index(row))
+        own[_NEEDED] = _LEAST
     drive = drive_of(row, context.state)
     own[_WAITED] += drive.speed * seconds <= drive.along
     if drive.along < -drive.both or steps_reach(
@@ -142,11 +144,10 @@ def make_way(
     most = context.command[Command.MAX_SPEED]
     pace = min(max(speed, _FASTER * drive.speed), most)
     if own[_STAGE] in (0.0, _GO_AWAY):
-        least, away = _LEAST, _WORTH if drive.speed < SLOW else 0.0
-        _choose(context, own, drive, Wanted(clearance, least, pace, away))
+        _choose(context, own, drive, Wanted(clearance, own[_NEEDED], pace, 0.0))
         if own[_STAGE] == _GO_AWAY and _stands_near(drive):
             _look_past(context, own, drive)
-    elif own[_STAGE] != _GO_PAST and _is_held(context, own, drive, clearance):
+    elif own[_STAGE] != _GO_PAST and _is_held(context, own, row, clearance):
         own[_HELD] = 0.0
         is_far = drive.along > drive.both + _NEARBY
         if own[_STAGE] == _WAIT and (
@@ -155,13 +156,14 @@ def make_way(
         ):
             own[_STAGE] = 0.0
             return NodeStatus.SUCCESS
-        least = max(min(_gap(drive) + _MORE, clearance), _LEAST)
-        _choose(context, own, drive, Wanted(clearance, least, pace, _WORTH))
+        own[_NEEDED] = max(min(_gap(drive) + _MORE, clearance), _LEAST)
+        wanted = Wanted(clearance, own[_NEEDED], pace, _WORTH)
+        _choose(context, own, drive, wanted)
     context.behavior_status = status
     # (The way leads clear of it.)
     context.command[Command.ROBOT_ROLE] = ROLES["unseen"]
     if own[_STAGE] == _GO_AWAY:
-        goes = _goes_away(context, drive, pace, deceleration)
+        goes = _goes_away(context, own, drive, pace, deceleration)
     elif own[_STAGE] == _GO_PAST:
         goes = _goes_past(context, own, pace)
     else:
@@ -179,7 +181,7 @@ def _gap(drive: Drive) -> float:
 
 def _elsewhere(drive: Drive, clearance: float) -> float:
     """Returns how far beside its way people are whom a robot is not to pass."""
-    return drive.both + clearance + _ENOUGH
+    return drive.both + clearance + _NEAR
 
 
 def _choose(
@@ -203,9 +205,10 @@ def _choose(
 
 
 def _is_held(
-    context: TickContext, own: list[float], drive: Drive, clearance: float
+    context: TickContext, own: list[float], robot: Row, clearance: float
 ) -> bool:
     """Tells whether the spot has been no good for too long."""
+    drive = drive_of(robot, context.state)
     gap = _gap(drive)
     seconds = 0.0
     if own[_STAGE] != _WAIT:
@@ -219,13 +222,26 @@ def _is_held(
         seconds = _HELD_OFF
     elif drive.speed < SLOW and (
         drive.along > drive.both + _NEARBY
-        or gap < min(clearance, _ENOUGH) - _CLOSE
+        or (
+            gap < min(clearance, _ENOUGH) - _CLOSE
+            and not _is_another_ahead(context, robot)
+        )
     ):
         # It does not come.
         seconds = _STUCK
     own[_HELD] = own[_HELD] + 1 if seconds else 0.0
     step = context.person.time_step
     return seconds > 0 and steps_reach(own[_HELD], step, seconds)
+
+
+def _is_another_ahead(context: TickContext, robot: Row) -> bool:
+    """Tells whether a robot may be standing for somebody else."""
+    for i, state in enumerate(context.humans):
+        drive = drive_of(robot, state)
+        near = 0 < drive.along < drive.both + _NEARBY
+        if i != context.person.index and near and _gap(drive) < _LEAST:
+            return True
+    return False
 
 
 def _stands_near(drive: Drive) -> bool:
@@ -271,15 +287,27 @@ def _goes_to_spot(
 
 
 def _goes_away(
-    context: TickContext, drive: Drive, pace: float, deceleration: float
+    context: TickContext,
+    own: list[float],
+    drive: Drive,
+    pace: float,
+    deceleration: float,
 ) -> bool:
-    """Walks away before the robot; tells whether it does."""
+    """Walks away before the robot; tells whether it does.
+
+    Where others are in the way it is at least aside, as far as there is room.
+    """
     if drive.along - drive.both > _LEAD:
         return False
     person, state = context.person, context.state
     dx, dy, free = way_off(state, person.body_radius, drive, person.walls)
-    if free <= _ARRIVED:
+    if free <= _ON_WAY:
         return False
+    own[_HELD] = own[_HELD] + 1 if speed_of(context) < STANDING else 0.0
+    if steps_reach(own[_HELD], person.time_step, _HELD_OFF):
+        own[_HELD] = 0.0
+        least = _gap(drive) + _MORE
+        _choose(context, own, drive, Wanted(least, least, pace, 0.0))
     head_for(context, state[X] + free * dx, state[Y] + free * dy, _ARRIVED / 2)
     walk_at(context, pace, deceleration)
     if deceleration:

@@ -135,8 +135,8 @@ def is_robot_approaching(
     The person is ahead of it, at most `distance` along its course and `width`
     beside it. With `head_on`, the person faces it, too; with `at_rest` a person
     who stands need not. A robot that stands counts only up to
-    `standing_distance`, as if it were to drive on. Without `with_goal` it does not
-    hold for people who have a goal to walk to.
+    `standing_distance`, as if it were to drive on. Without `with_goal` it does
+    not hold for people who have a goal to walk to.
     """
     if not with_goal and context.goal is not None:
         return False
