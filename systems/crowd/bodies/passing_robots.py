@@ -158,7 +158,7 @@ def pass_robots(
     to the body of a person who walks straight on, while it moves on as it
     does, the person's goal is turned aside, so that the gap is left: to the
     side that is nearer, to the right if in doubt, rather behind than before a
-    robot that crosses, and where there is room.
+    robot that crosses, and where there is room. Meanwhile, no group pulls.
 
     Args:
         states: Shape (n, 6): x, y, yaw, vx, vy, omega.
@@ -235,6 +235,7 @@ def pass_robots(
         c = math.sqrt(1 - s * s)
         wanted[i, Command.GOAL_X] = states[i, X] + c * gx - s * gy
         wanted[i, Command.GOAL_Y] = states[i, Y] + c * gy + s * gx
+        wanted[i, Command.GROUP_ID] = -1.0
         if len(felt) > 0:
             felt[i, 0] = min(felt[i, 0], SLIM)
             felt[i, 1] *= SOFT

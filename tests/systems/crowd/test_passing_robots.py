@@ -225,6 +225,24 @@ def test_several_people_pass_a_robot_and_each_other(model):
     assert np.hypot(*(states[-1, :, :2] - goals).T).max() < 0.6
 
 
+@pytest.mark.parametrize("model", MODELS)
+def test_no_group_holds_who_passes_a_robot(model):
+    """Two who walk abreast, one on either side of it."""
+    people = [
+        HumanConfig(pose=(6.0, y, math.pi), goals=[(-6.0, y)], group_id=1)
+        for y in (-0.4, 0.4)
+    ]
+    states, robots = walk(
+        people,
+        lambda _: [[0.0, 0.05, 0.0, 0.0, 0.0, 0.0, ROBOT]],
+        CrowdConfig(model=model),
+        12.0,
+    )
+    away = np.hypot(*np.moveaxis((states - robots)[:, :, :2], -1, 0))
+    assert away.min() - BODY - ROBOT > 0.4
+    assert states[-1, :, X].max() < -5.0
+
+
 def test_scalars_with_derivatives_take_the_same_way():
     """Past a robot, in a group of whom one goes elsewhere."""
     people = [
@@ -270,6 +288,7 @@ def wanted(
     row[0, Command.HAS_GOAL] = 1
     row[0, [Command.DESIRED_SPEED, Command.MAX_SPEED]] = SPEED
     row[0, Command.ROBOT_ROLE] = role
+    row[0, Command.GROUP_ID] = 4
     for name, value in command.items():
         row[0, Command[name]] = value
     weights = np.zeros((1, 13))
@@ -285,8 +304,10 @@ def wanted(
         walls.table,
         0.6,
     )
-    # Walls are felt as by who turns the shoulders, and nothing else changes.
-    assert (felt[0] < [0.35, 10.0]).all() == (after != row).any()
+    # Walls are felt as by who turns the shoulders, and no group pulls.
+    passes = bool((after != row).any())
+    assert (felt[0] < [0.35, 10.0]).all() == passes
+    row[0, Command.GROUP_ID] = -1 if passes else 4
     np.testing.assert_array_equal(after[:, 2:], row[:, 2:])
     np.testing.assert_allclose(np.hypot(*after[0, :2]), np.hypot(*goal))
     return math.atan2(after[0, 1], after[0, 0]) - math.atan2(goal[1], goal[0])
