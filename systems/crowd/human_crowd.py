@@ -332,7 +332,9 @@ def HumanCrowd_(T: Any) -> type:
             robots.setflags(write=False)
             return robots
 
-        def _Present(self, context: Context) -> tuple[NDArray[Any], ...]:
+        def _Present(
+            self, context: Context
+        ) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any], NDArray[Any]]:
             """Returns states, commands, robots and weights of a Context."""
             weights = self.GetWeights(context)
             weights.setflags(write=False)

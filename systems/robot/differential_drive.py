@@ -88,7 +88,7 @@ class DifferentialDrive(LeafSystem):
         self._radius = config.radius
         self._margin = np.array([max(config.radius - LEANING, LEAST_MARGIN)])
         self._limits = config.limits
-        self._obstacles = obstacles
+        self._obstacles = obstacles or Obstacles.from_shapes([], solid=[])
         self._walls_stop = walls_stop
 
         self._velocity_command = self.DeclareVectorInputPort(
@@ -168,7 +168,7 @@ class DifferentialDrive(LeafSystem):
         start = np.array([x, y])
         x += chord * math.cos(yaw + half)
         y += chord * math.sin(yaw + half)
-        if self._obstacles is not None and len(self._obstacles):
+        if len(self._obstacles):
             place = self._MeetWalls(
                 context, discrete_state, start, np.array([x, y])
             )
