@@ -37,16 +37,15 @@ from hunav_drake.systems.people.profile import ProfileName
 from hunav_drake.systems.planning.planner import asked_scan_size
 from hunav_drake.systems.sensing.sensor_config import LidarConfig
 
-# What a registry does not know is looked up at most so often: each time, it
-# is compared with every name.
+# So often at most is a name compared with all that a registry knows.
 _MAX_UNKNOWN = 100
 
 
 def CheckScenario(scenario: Scenario, *, ways: bool = True) -> Scenario:
     """Checks a scenario, as `hunav check` does for a file.
 
-    A heading of more than a turn, which may be one in degrees, is a warning,
-    and so is a robot whose model is smaller than its disc.
+    Headings of more than a turn are warnings, for they may be in degrees, and
+    so is a robot whose model is smaller than its disc.
 
     Args:
         scenario: A scenario, perhaps one that was made or changed in Python.
@@ -93,7 +92,7 @@ def warn_of_doubts(
         Finding(("robot", *loc), message)
         for loc, message in scenario.robot.find_doubts()
     )
-    for found in (*check_angles(scenario), *robot):
+    for found in *check_angles(scenario), *robot:
         warnings.warn(str(place(found)), UserWarning, stacklevel=4)
 
 
@@ -176,10 +175,9 @@ def check_jitter(scenario: Scenario) -> Iterator[Finding]:
 
 
 def check_times(scenario: Scenario) -> Iterator[Finding]:
-    """Looks for times that the simulation's steps cannot keep."""
+    """Looks for times without a step, at which there is no state."""
     step = scenario.simulation.time_step
     step_loc: Loc = ("simulation", "time_step")
-    # Between two steps there is no state that the last sample could be of.
     times: list[tuple[Loc, float]] = [
         (("planner", "period"), scenario.planner.period),
         (("evaluator", "period"), scenario.evaluator.period),
@@ -207,7 +205,7 @@ def check_start(scenario: Scenario) -> Iterator[Finding]:
         yield Finding(
             ("evaluator", "start"),
             f"must not be {shown(start)} where the robot has no goal: nothing"
-            " would be recorded; set robot.goal, or let it start at_once",
+            " would be recorded; set robot.goal, or take at_once",
             uses=(("robot", "goal"),),
         )
 

@@ -11,11 +11,10 @@ from numpy.typing import NDArray
 from hunav_drake.systems.common.layout import FORCES_SIZE, MOTION_SIZE
 from hunav_drake.systems.common.registry import name_of
 from hunav_drake.systems.crowd.bodies.bodies import ITERATIONS, Bodies
-from hunav_drake.systems.crowd.bodies.passing_robots import pass_robots
-from hunav_drake.systems.crowd.bodies.time_gap import keep_time_gap
+from hunav_drake.systems.crowd.bodies.in_view import InView
 from hunav_drake.systems.crowd.bodies.whole_step import whole_step
 from hunav_drake.systems.crowd.crowd_config import CrowdConfig
-from hunav_drake.systems.crowd.limits import changed_to, limited, plain
+from hunav_drake.systems.crowd.limits import limited, plain
 from hunav_drake.systems.crowd.motion_model import (
     MotionModel,
     Snapshot,
@@ -112,17 +111,13 @@ class CrowdStep:
         self._obstacles = obstacles
         self._obstacle_range = config.obstacle_range
         self._max_obstacles = config.max_obstacles
-        self._robot_gap = config.robot_gap
         self._time_step = time_step
         self.radii = np.array([human.radius for human in humans])
         # Models that are not ours get these, too.
         self.radii.setflags(write=False)
         self._turns = _turns(humans, model)
         self._bodies = Bodies(humans, obstacles, config)
-        self._time_gap, self._speed_matching = (
-            getattr(model, name) if model.follows else 0.0
-            for name in ("time_gap", "speed_matching")
-        )
+        self._in_view = InView(obstacles, config)
         self._room = Room(
             obstacles,
             self.radii,
@@ -142,7 +137,7 @@ class CrowdStep:
         numbers = [
             *bodies.options,
             *(self._obstacle_range, self._max_obstacles, model.error_bound),
-            *(self._time_gap, self._speed_matching),
+            *(self._in_view.time_gap, self._in_view.speed_matching),
             *(self._time_step, ITERATIONS),
         ]
         return (
@@ -170,12 +165,13 @@ class CrowdStep:
             eased = _OWN
             within = limited(states)
             wanted = self._room.guide(within, limited(command))
-            passes = self._robot_gap > 0 and len(robots) > 0
+            passes = self._in_view.passes(robots)
             if self._room.leads or passes:
                 eased = self._room.ease(within, wanted, parameters)
             if passes:
-                wanted, eased = self._pass_robots(
-                    within, wanted, command, parameters, robots, eased
+                wanted, eased = self._in_view.pass_robots(
+                    *(within, self._bodies.radii, wanted, command),
+                    *(parameters, robots, eased),
                 )
             *stepped, holds = whole_step(
                 states, wanted, stances, robots, parameters, eased, *self._whole
@@ -226,12 +222,15 @@ class CrowdStep:
         goals = limited(command)
         command = self._room.guide(states, goals)
         eased = self._room.ease(states, command, parameters)
-        if self._robot_gap > 0 and len(robots) > 0:
-            command, eased = self._pass_robots(
-                states, command, goals, parameters, robots, eased
+        bodies = self._bodies.radii
+        if self._in_view.passes(robots):
+            command, eased = self._in_view.pass_robots(
+                states, bodies, command, goals, parameters, robots, eased
             )
-        if self._time_gap > 0:
-            command, eased = self._follow(states, command, parameters, eased)
+        if self._in_view.time_gap > 0:
+            command, eased = self._in_view.follow(
+                states, bodies, command, parameters, eased
+            )
         return Snapshot(
             states=states,
             radii=self.radii,
@@ -245,56 +244,6 @@ class CrowdStep:
             eased=eased,
             turns=self._turns,
         )
-
-    def _follow(
-        self,
-        states: Array,
-        command: Array,
-        parameters: NDArray[np.float64],
-        eased: Array,
-    ) -> tuple[Array, Array]:
-        """Returns commands and feeling for walls in view of other people.
-
-        See `keep_time_gap`. What changes has no derivatives.
-        """
-        wanted, felt = keep_time_gap(
-            plain(states),
-            self._bodies.radii,
-            plain(command),
-            parameters,
-            eased,
-            self._time_gap,
-            self._speed_matching,
-        )
-        felt.setflags(write=False)
-        return changed_to(command, wanted), felt
-
-    def _pass_robots(
-        self,
-        states: Array,
-        command: Array,
-        goals: Array,
-        parameters: NDArray[np.float64],
-        robots: Array,
-        eased: Array,
-    ) -> tuple[Array, Array]:
-        """Returns commands and feeling for walls in view of robots.
-
-        See `pass_robots`. What changes has no derivatives.
-        """
-        wanted, felt = pass_robots(
-            plain(states),
-            self._bodies.radii,
-            plain(command),
-            plain(goals),
-            parameters,
-            plain(robots),
-            eased,
-            self._obstacles.table,
-            self._robot_gap,
-        )
-        felt.setflags(write=False)
-        return changed_to(command, wanted), felt
 
     def forces(self, snapshot: Snapshot) -> Array:
         """Returns what moves the people: see `layout.FORCES`.

@@ -17,7 +17,7 @@ from pydrake.systems.framework import (
 )
 
 from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.common.checks import count_steps
+from hunav_drake.systems.common.checks import count_steps, is_multiple
 from hunav_drake.systems.common.layout import (
     CONTACT_SIZE,
     STATE_SIZE,
@@ -35,7 +35,7 @@ from hunav_drake.systems.evaluation.running_metrics import (
     RunningMetric,
     running_values,
 )
-from hunav_drake.systems.evaluation.samples import Sample, split_contacts
+from hunav_drake.systems.evaluation.samples import Sample, recorded
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.world.obstacles import Obstacles
 
@@ -73,8 +73,8 @@ class Evaluator(LeafSystem):
     recorded. Port ``behavior_status`` takes ``n`` numbers that are 0 where a
     person's behavior does not react to the robot, and ``contacts`` ``n`` rows
     of `layout.Contact`; ``wall_contact`` one of the walls, recorded besides.
-    Port ``goal`` takes the pose (x, y, yaw) that the
-    robot is to reach; unconnected, or not finite, there is none.
+    Port ``goal`` takes the pose (x, y, yaw) to reach; unconnected, or not
+    finite, there is none.
 
     As `EvaluatorConfig` says, the recording begins at once; or, with ``start``
     "at_goal_command", when ``goal`` first is finite; or, "by_trigger", when
@@ -91,12 +91,10 @@ class Evaluator(LeafSystem):
     once the recording has ended, the goal (x, y, yaw) at that instant, or NaN,
     and 1 while ``trigger`` was high at the last sample. They are updated,
     before anything else changes at that instant, at the multiples of
-    ``period``; once for each instant, whoever repeats its events.
-    Periods that are multiples of each other do not always fall on the same
-    floating-point instants, but would here and there see one instant before
-    and one after the update of the others. So the update comes with the time
-    step that all systems share, and counts; only if ``period`` is the step
-    times a power of two, which is exact, it comes with ``period``.
+    ``period``; once for each instant, whoever repeats its events. Multiples of
+    a period do not always fall on the same floating-point instants: so the
+    update comes with the time step that all systems share, and counts, but
+    where ``period`` is the step times a power of two, which is exact.
     """
 
     def __init__(
@@ -244,9 +242,8 @@ class Evaluator(LeafSystem):
 
         Args:
             context: This system's own context.
-            with_present: Whether the present instant may be the last. It must
-                not where its updates are done, for then, too, states are
-                those of the next step.
+            with_present: Whether the present instant may be the last. Not if
+                its updates are done, for then, too, states are the next ones.
 
         Raises:
             RuntimeError: If ``robot_state`` is not connected, or
@@ -261,26 +258,16 @@ class Evaluator(LeafSystem):
         if present and self._IsOn(context, last, window):
             last = self._Sample(context, last)
         if not last.count:
-            what = (
-                "goal" if self._config.start == "at_goal_command" else "trigger"
-            )
+            waits = self._config.start == "at_goal_command"
             raise RuntimeError(
-                f"{self.GetSystemPathname()}: nothing has been recorded by"
-                f" t = {context.get_time():g} s; it waits for its port {what!r}"
+                f"{self.GetSystemPathname()}: nothing has been recorded by t ="
+                f" {context.get_time():g} s; {'goal' if waits else 'trigger'!r}"
+                " is the port that it waits for"
             )
         arrays = last.to_arrays()
-        count = len(arrays["times"])
-        status: Any = None
-        if arrays["has_status"][-1]:
-            status = np.zeros((count, self._n))
-            status[arrays["has_status"]] = arrays["status"]
         return Recording(
-            **split_contacts(arrays.get("contacts"), self._n),
+            **recorded(arrays, self._n),
             contact_forces_known=self._feels_forces and "contacts" in arrays,
-            times=arrays["times"],
-            robot=arrays["robot"],
-            humans=arrays["humans"].reshape(count, self._n, STATE_SIZE),
-            behavior_status=status,
             goal=self._GetGoal(context),
             **self._static,
         )
@@ -289,9 +276,7 @@ class Evaluator(LeafSystem):
         # Eval() gives arrays of its own: nobody else will write to them.
         status = self._behavior_status
         return Sample(
-            last,
-            context.get_time(),
-            self._robot_state.Eval(context),
+            *(last, context.get_time(), self._robot_state.Eval(context)),
             self._EvalHumans(context) if self._n else np.zeros(0),
             status.Eval(context) if status.HasValue(context) else None,
             self._EvalContacts(context),
@@ -319,8 +304,8 @@ class Evaluator(LeafSystem):
         if last.count and not window[_HAS_ENDED]:
             contacts = self._EvalContacts(context)
             if contacts is not None:
-                rows = contacts.reshape(-1, CONTACT_SIZE)[: self._n]
-                state.set_value(self._peaks, rows[:, Contact.PEAK_FORCE])
+                peaks = contacts[Contact.PEAK_FORCE :: CONTACT_SIZE]
+                state.set_value(self._peaks, peaks[: self._n])
 
     def _EvalHumans(self, context: Context) -> Array:
         """Returns the rows of people, NaN for those who are outside."""
@@ -361,8 +346,7 @@ class Evaluator(LeafSystem):
 
     def _IsStep(self, context: Context) -> bool:
         """Tells whether the present instant is a whole number of time steps."""
-        steps = context.get_time() / self._time_step
-        return bool(abs(steps - round(steps)) <= _SAME_INSTANT)
+        return is_multiple(context.get_time(), self._time_step)
 
     def _IsTriggerHigh(self, context: Context) -> bool:
         return bool(self._trigger.Eval(context)[0] > 0.5)
@@ -404,9 +388,8 @@ class Evaluator(LeafSystem):
         return (x, y, yaw) if math.isfinite(x) else None
 
     def _EvalGoal(self, context: Context) -> tuple[float, float, float] | None:
-        if not self._goal.HasValue(context):
-            return None
-        x, y, yaw = self._goal.Eval(context).tolist()
+        has = self._goal.HasValue(context)
+        x, y, yaw = self._goal.Eval(context).tolist() if has else _NO_GOAL
         return (x, y, yaw) if math.isfinite(x + y + yaw) else None
 
     def _CalcMetrics(self, context: Context, output: BasicVector) -> None:

@@ -159,12 +159,7 @@ class Sample:
         if not np.isfinite(arrays["status"]).all():
             raise ValueError("recording.status: must be finite")
         if count:
-            Recording(
-                times=arrays["times"],
-                robot=arrays["robot"],
-                humans=arrays["humans"].reshape(count, n, STATE_SIZE),
-                **split_contacts(arrays.get("contacts"), n),
-            )
+            Recording(**recorded(arrays, n))
 
     def nodes(self) -> list[Self]:
         """Returns the samples up to this one, in the order of time."""
@@ -196,13 +191,23 @@ class Sample:
         return running
 
 
-def split_contacts(contacts: Array | None, n: int) -> dict[str, Any]:
-    """Returns what samples have of contacts, as fields of a Recording."""
-    if contacts is None:
-        return {}
-    rows = contacts.reshape(len(contacts), -1, CONTACT_SIZE)
-    walls = rows[:, n] if rows.shape[1] > n else None
-    return {"contacts": rows[:, :n], "wall_contact": walls}
+def recorded(arrays: dict[str, Array], n: int) -> dict[str, Any]:
+    """Returns the arrays of samples of n people as fields of a Recording."""
+    count = len(arrays["times"])
+    fields: dict[str, Any] = {
+        "times": arrays["times"],
+        "robot": arrays["robot"],
+        "humans": arrays["humans"].reshape(count, n, STATE_SIZE),
+    }
+    if arrays["has_status"][-1:].any():
+        status = np.zeros((count, n))
+        status[arrays["has_status"]] = arrays["status"]
+        fields["behavior_status"] = status
+    if "contacts" in arrays:
+        rows = arrays["contacts"].reshape(count, -1, CONTACT_SIZE)
+        walls = rows[:, n] if rows.shape[1] > n else None
+        fields |= {"contacts": rows[:, :n], "wall_contact": walls}
+    return fields
 
 
 def _advance(running: Running, before: Sample, after: Sample) -> Running:

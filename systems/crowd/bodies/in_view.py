@@ -1,0 +1,85 @@
+"""What people want in view of others: they follow some, and pass robots."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hunav_drake.systems.crowd.bodies.passing_robots import pass_robots
+from hunav_drake.systems.crowd.bodies.time_gap import keep_time_gap
+from hunav_drake.systems.crowd.crowd_config import CrowdConfig
+from hunav_drake.systems.crowd.limits import changed_to, plain
+from hunav_drake.systems.world.obstacles import Obstacles
+
+# Of floats, or of scalars with derivatives.
+Array = NDArray[Any]
+
+
+class InView:
+    """Changes what people want, by who is ahead of them.
+
+    Arrays may be of floats, or of AutoDiffXd; what changes has no derivatives.
+
+    Attributes:
+        time_gap: That to who walks ahead, in seconds; 0 for none.
+        speed_matching: How far people take over the speed of who walks ahead.
+    """
+
+    def __init__(self, obstacles: Obstacles, config: CrowdConfig) -> None:
+        """Constructs an InView.
+
+        Args:
+            obstacles: The walls.
+            config: How people move, and how they take in the world.
+        """
+        model = config.model
+        self.time_gap, self.speed_matching = (
+            getattr(model, name) if model.follows else 0.0
+            for name in ("time_gap", "speed_matching")
+        )
+        self._robot_gap = config.robot_gap
+        self._table = obstacles.table
+
+    def passes(self, robots: Array) -> bool:
+        """Tells whether there are robots for which people walk aside."""
+        return self._robot_gap > 0 and len(robots) > 0
+
+    def follow(
+        self,
+        states: Array,
+        bodies: NDArray[np.float64],
+        command: Array,
+        parameters: NDArray[np.float64],
+        eased: Array,
+    ) -> tuple[Array, Array]:
+        """Returns commands and feeling for walls in view of other people.
+
+        See `keep_time_gap`.
+        """
+        wanted, felt = keep_time_gap(
+            *(plain(states), bodies, plain(command), parameters, eased),
+            *(self.time_gap, self.speed_matching),
+        )
+        felt.setflags(write=False)
+        return changed_to(command, wanted), felt
+
+    def pass_robots(
+        self,
+        states: Array,
+        bodies: NDArray[np.float64],
+        command: Array,
+        goals: Array,
+        parameters: NDArray[np.float64],
+        robots: Array,
+        eased: Array,
+    ) -> tuple[Array, Array]:
+        """Returns commands and feeling for walls in view of robots.
+
+        See `pass_robots`.
+        """
+        wanted, felt = pass_robots(
+            *(plain(states), bodies, plain(command), plain(goals), parameters),
+            *(plain(robots), eased, self._table, self._robot_gap),
+        )
+        felt.setflags(write=False)
+        return changed_to(command, wanted), felt
