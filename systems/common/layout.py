@@ -168,8 +168,9 @@ now if they were not kept apart, and how fast the person comes nearer."""
 class Contact(IntEnum):
     """The elements of a row of `contacts`: the robot and one person.
 
-    A contact begins when they touch, and is over once they have not, and were
-    `CONTACT_GAP` apart, for `CONTACT_PAUSE`. All but the first three stay as
+    A contact begins when they touch, or would if they were not kept apart, and
+    is over once they have not, and were `CONTACT_GAP` apart, for
+    `CONTACT_PAUSE`. All but the first three stay as
     they are until the next one.
     """
 

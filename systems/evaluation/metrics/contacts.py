@@ -104,11 +104,12 @@ for _who, _other, _column in (
         definition=f"""
             How often the {_who} ran into the {_other}: contacts of bodies.
 
-            A contact begins where the bodies touch, and is over once they have
-            not for 0.25 s. With n the unit vector from robot to person, the
-            robot closes in at a = v_r . n and the person at b = -v_i . n, just
-            before; the faster one is charged, and both if they are equal
-            within 1e-6 m/s and positive. NaN where nothing tells of contacts.
+            A contact begins where the bodies touch, or would if they were not
+            kept apart, and is over once they have not for 0.25 s. With n the
+            unit vector from robot to person, the robot closes in at a = v_r . n
+            and the person at b = -v_i . n, just before, or at 0 who goes away;
+            the faster one is charged, and both if they are equal within 1e-6
+            m/s. NaN where nothing tells of contacts.
             Series: how many have begun by each sample.
             """,
     )(partial(_begun, column=_column))
