@@ -99,9 +99,10 @@ class OrcaPlanner(NavigationPlanner):
         gx, gy = carrot_at(view, local, self.carrot_distance)
         left = math.hypot(local.goal[0] - robot[X], local.goal[1] - robot[Y])
         speed = min(p[0], max(left, 0.15), left / reaction)
-        # It is the axle that is to get there. What is behind is turned to:
-        # to its side, the point can move while the axle stands.
-        error = math.atan2(gy - robot[Y], gx - robot[X]) - robot[YAW]
+        # At last it is the axle that is to get there. What is behind is turned
+        # to: to its side, the point can move while the axle stands.
+        at = (x, y) if left > 2 * self.offset else robot[[X, Y]]
+        error = math.atan2(gy - at[1], gx - at[0]) - robot[YAW]
         error = min(max(wrap_angle(error), -math.pi / 2), math.pi / 2)
         bearing = robot[YAW] + error
         velocity = avoiding_velocity(
