@@ -24,7 +24,7 @@ REACTING = [it for it in BEHAVIORS if it not in ("regular", "impassive")]
 
 # In how many of 20 placements the robot arrives. Who gets in its way may stop
 # it for so long that the trial is over; and who stands at the goal stays.
-ROBOTS = dict.fromkeys(BEHAVIORS, 20) | {"threatening": 12, "impassive": 17}
+ROBOTS = dict.fromkeys(BEHAVIORS, 20) | {"threatening": 19, "impassive": 17}
 
 # How often a reaction begins or ends, at most.
 SWITCHES = {
