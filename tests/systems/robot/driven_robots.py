@@ -47,7 +47,8 @@ def make_diagram(
         builder,
         humans,
         obstacles=obstacles,
-        config=CrowdConfig(robots_stop=config.physical),
+        # (People do not look where they go: else nobody would touch.)
+        config=CrowdConfig(robots_stop=config.physical, robot_gap=0.0),
         time_step=time_step,
     )
     task = RobotTask(time_step=time_step, obstacles=obstacles, humans=humans)
