@@ -17,7 +17,7 @@ from pydrake.systems.framework import (
 )
 
 from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.common.checks import count_steps, is_multiple
+from hunav_drake.systems.common.checks import count_steps
 from hunav_drake.systems.common.layout import (
     CONTACT_SIZE,
     STATE_SIZE,
@@ -124,8 +124,8 @@ class Evaluator(LeafSystem):
             feels_forces: Whether the forces of ``contacts`` are computed.
 
         Raises:
-            ValueError: If the period is not a multiple of ``time_step``, a
-                number is not positive, or two people have the same number.
+            ValueError: If the period is no multiple of ``time_step``, a number
+                is not positive, or two people have the same number.
         """
         super().__init__()
         self._config = config or EvaluatorConfig()
@@ -153,9 +153,7 @@ class Evaluator(LeafSystem):
         self._DeclareOutputs()
         exact = self._every & (self._every - 1) == 0
         self.DeclarePeriodicUnrestrictedUpdateEvent(
-            period_sec=time_step * (self._every if exact else 1),
-            offset_sec=0.0,
-            update=self._TakeSample,
+            *(time_step * (self._every if exact else 1), 0.0, self._TakeSample)
         )
 
     def _DeclareInputs(self) -> None:
@@ -346,10 +344,11 @@ class Evaluator(LeafSystem):
 
     def _IsStep(self, context: Context) -> bool:
         """Tells whether the present instant is a whole number of time steps."""
-        return is_multiple(context.get_time(), self._time_step)
+        steps = context.get_time() / self._time_step
+        return bool(abs(steps - round(steps)) <= _SAME_INSTANT)
 
     def _IsTriggerHigh(self, context: Context) -> bool:
-        return bool(self._trigger.Eval(context)[0] > 0.5)
+        return bool(self._trigger.Eval(context) > 0.5)
 
     def _IsOn(self, context: Context, last: Sample, window: Array) -> bool:
         """Tells whether the present instant is to be recorded."""

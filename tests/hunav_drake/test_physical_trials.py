@@ -20,6 +20,7 @@ from hunav_drake import (
 )
 from hunav_drake.scenario import ScenarioError, SimulationConfig, World
 from hunav_drake.systems.common.layout import Contact
+from hunav_drake.systems.crowd import CrowdConfig
 from hunav_drake.systems.evaluation import compute_metrics
 from hunav_drake.systems.evaluation.recording import Recording
 from tests.processes import run_python
@@ -39,6 +40,7 @@ def collision_course(model="pmb2", **simulation) -> Scenario:
             HumanConfig(pose=(3, 1.5, 0), goals=[(3, -6)]),
             HumanConfig(pose=(4, -0.2, 3), desired_speed=0.0),
         ],
+        crowd=CrowdConfig(robot_gap=0.0),
         world=World(
             walls=[{"shape": "box", "center": [2, 2.2], "size": [9, 0.2]}]
         ),

@@ -13,11 +13,14 @@ PLANNERS = ["dwb", "scl"]
 ALL = [*PLANNERS, "sfw", "sfm", "orca", "mppi"]
 
 
-def load(name, planner):
+def load(name, planner, *overrides):
     # (HuNavSim's people run into robots that stand.)
     return LoadScenario(
         filename=f"scenarios/{name}.yaml",
-        overrides=[f"planner.name={planner}", "crowd.profile=default"],
+        overrides=[
+            *(f"planner.name={planner}", "crowd.profile=default"),
+            *overrides,
+        ],
     )
 
 
@@ -77,9 +80,11 @@ def test_sfw_does_not_stay_between_walls():
 
 
 def test_scl_keeps_farther_from_people_than_dwb():
+    """From those who leave it to the robot."""
     nearest = []
     for planner in PLANNERS:
-        run = RunTrial(load("passing", planner), 3).recording
+        scenario = load("passing", planner, "crowd.robot_gap=0.0")
+        run = RunTrial(scenario, 3).recording
         away = run.humans[:, :, :2] - run.robot[:, None, :2]
         nearest.append(np.hypot(*away.transpose(2, 0, 1)).min())
     assert nearest[1] > nearest[0] + 0.1

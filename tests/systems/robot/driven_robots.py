@@ -48,7 +48,10 @@ def make_diagram(
         builder,
         humans,
         obstacles=obstacles,
-        config=CrowdConfig(robots_stop=config.physical, keep_apart=keep_apart),
+        # (People do not look where they go: else nobody would touch.)
+        config=CrowdConfig(
+            robots_stop=config.physical, keep_apart=keep_apart, robot_gap=0.0
+        ),
         time_step=time_step,
     )
     task = RobotTask(time_step=time_step, obstacles=obstacles, humans=humans)
