@@ -257,10 +257,10 @@ class Evaluator(LeafSystem):
             last = self._Sample(context, last)
         if not last.count:
             waits = self._config.start == "at_goal_command"
+            port = "goal" if waits else "trigger"
             raise RuntimeError(
                 f"{self.GetSystemPathname()}: nothing has been recorded by t ="
-                f" {context.get_time():g} s; {'goal' if waits else 'trigger'!r}"
-                " is the port that it waits for"
+                f" {context.get_time():g} s; it waits for its port {port!r}"
             )
         arrays = last.to_arrays()
         return Recording(
