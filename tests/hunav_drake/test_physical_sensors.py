@@ -31,6 +31,7 @@ def collision(noise=0.03) -> Scenario:
             ),
             HumanConfig(pose=(4, -0.2, 3), desired_speed=0.0),
         ],
+        crowd=CrowdConfig(robot_gap=0.0),
         world=World(
             walls=[{"shape": "box", "center": [2, 2.2], "size": [9, 0.2]}]
         ),
