@@ -13,6 +13,7 @@ from hunav_drake import (
     Scenario,
 )
 from hunav_drake.scenario import LidarConfig, SimulationConfig, World
+from hunav_drake.systems.crowd import CrowdConfig
 from tests.hunav_drake.test_physical_trials import PORTS, seen
 from tests.processes import run_python
 
