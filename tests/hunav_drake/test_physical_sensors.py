@@ -13,6 +13,7 @@ from hunav_drake import (
     Scenario,
 )
 from hunav_drake.scenario import LidarConfig, SimulationConfig, World
+from hunav_drake.systems.crowd import CrowdConfig
 from tests.hunav_drake.test_physical_trials import PORTS, seen
 from tests.processes import run_python
 
@@ -31,6 +32,7 @@ def collision(noise=0.03) -> Scenario:
             ),
             HumanConfig(pose=(4, -0.2, 3), desired_speed=0.0),
         ],
+        crowd=CrowdConfig(robot_gap=0.0),
         world=World(
             walls=[{"shape": "box", "center": [2, 2.2], "size": [9, 0.2]}]
         ),
