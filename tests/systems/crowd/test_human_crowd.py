@@ -197,7 +197,10 @@ def test_a_wall_pushes_from_its_nearest_point_only_within_range():
         )
 
 
-def test_forces_add_up(dut):
+def test_forces_add_up():
+    dut = HumanCrowd(
+        make_humans(), obstacles=WALL, config=CrowdConfig(groups_part=False)
+    )
     commands = [walk_to(goal, group_id=1) for goal in GOALS]
     # People 0 and 3 in touch; a push from the robot.
     context = dut.CreateDefaultContext()
