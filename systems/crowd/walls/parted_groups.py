@@ -58,8 +58,8 @@ def walking_groups(positions, command, guided):
 
     Of each group those walk together who go to the same place, or who are near
     each other and go in the same direction; and those who go with one of them.
-    Who stands goes nowhere. The
-    first person of a group and those who walk along keep its number.
+    Who stands goes nowhere. The first person of a group and those who walk
+    along keep its number.
 
     Args:
         positions: Shape (n, 2 or more): x, y, ..., in meters.

@@ -198,9 +198,9 @@ def test_a_wall_pushes_from_its_nearest_point_only_within_range():
 
 
 def test_forces_add_up():
-    dut = HumanCrowd(
-        make_humans(), obstacles=WALL, config=CrowdConfig(groups_part=False)
-    )
+    # (No group pulls on who passes a robot, or goes elsewhere than the rest.)
+    config = CrowdConfig(groups_part=False, robot_gap=0.0)
+    dut = HumanCrowd(make_humans(), obstacles=WALL, config=config)
     commands = [walk_to(goal, group_id=1) for goal in GOALS]
     # People 0 and 3 in touch; a push from the robot.
     context = dut.CreateDefaultContext()
