@@ -318,6 +318,7 @@ def _recording_until_now(diagram: Diagram, context: Context) -> Recording:
         # How one ends has nothing to do with these.
         behavior_status=None,
         contacts=None,
+        wall_contact=None,
         contact_forces_known=False,
     )
 

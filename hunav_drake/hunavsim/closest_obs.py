@@ -161,7 +161,7 @@ def _move_at_once(
         ]
     )
     after = [
-        step.advance(look, forces, stances)[0][i]
+        step.advance(look, forces, stances).states[i]
         for i, (step, look) in enumerate(zip(steps, looks, strict=True))
     ]
     return np.array(after)
@@ -187,12 +187,12 @@ def _move_in_turn(
         command[others, Command.HOLD] = Hold.STAY
         command[others, Command.TURN_RATE] = 0.0
         command[others, Command.ROBOT_ROLE] = RobotRole.UNSEEN
-        moved, _ = steps[i].take(
+        moved = steps[i].take(
             after if in_turn else now.states,
             command,
             now.robots,
             now.parameters,
             stances,
         )
-        after[i] = moved[i]
+        after[i] = moved.states[i]
     return after

@@ -116,10 +116,10 @@ def test_a_shell_completes_commands_options_and_names(hunav, tmp_path):
         ("hunav re", "report render"),
         ("hunav run passing --pl", "--planner"),
         ("hunav run passing --planner d", "dwb"),
-        ("hunav run cor", "corridor_dense"),
+        ("hunav run corr", "corridor_dense"),
         ("hunav run my_own", ""),
         ("hunav bench pa", "paper"),
-        ("hunav new mine --template co", "corridor"),
+        ("hunav new mine --template corr", "corridor"),
         ("hunav validate --model or", "orca"),
         ("hunav metrics show path_l", "path_length"),
     ):
