@@ -38,7 +38,9 @@ POSES = "products of Drake's poses, which are its own"
 ALLOWED = {
     "X_WM @ X_MB": POSES,
     "X_WB @ facts.X_RB.inverse()": POSES,
-    "X_BL @ inspector.GetPoseInFrame(shape) @ box.pose()": POSES,
+    "X_BL @ inspector.GetPoseInFrame(geometry)": POSES,
+    "box.pose() @ (corners * box.half_width()).T": POSES,
+    "X_BG @ points.T": POSES,
     "turn @ tilt @ ahead": POSES,
     "(X_WG @ points.T).T": POSES,
     "np.linalg.svd(centered, compute_uv=False)": "tells whether the corners of"
