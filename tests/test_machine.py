@@ -39,7 +39,7 @@ ALLOWED = {
     "X_WM @ X_MB": POSES,
     "X_WB @ facts.X_RB.inverse()": POSES,
     "X_BL @ inspector.GetPoseInFrame(geometry)": POSES,
-    "box.pose() @ (corners * box.half_width()).T": POSES,
+    "(box.pose() @ (corners * box.half_width()).T).T": POSES,
     "X_BG @ points.T": POSES,
     "turn @ tilt @ ahead": POSES,
     "(X_WG @ points.T).T": POSES,
