@@ -161,7 +161,7 @@ def orca_accelerations(
             forces[i, TOTAL_FORCE + 1] = -own[1] / step
             continue
         hard = avoid_walls(
-            *(rules, x, y, at_walls[i, 0] + margin, cap, walls),
+            *(rules, x, y, min(at_walls[i, 0], body) + margin, cap, walls),
             *(sight, model[_WALL_HORIZON], step),
         )
         count = hard
