@@ -45,6 +45,9 @@ _BEFORE, _ASIDE = 0.2, 0.1
 # Who is in a passage, or as near before it, goes straight back, in meters.
 _MOUTH = 0.1
 
+# Who is farther from a passage by less than this is as near, in meters.
+_TIE = 1e-9
+
 # How near to the place people wait, in meters.
 _THERE = 0.1
 
@@ -130,20 +133,27 @@ def _passage(x, y, ex, ey, length, need, walls, ends):
         if width < narrowest:
             narrowest = width
             middle = k
-    if middle < 0 or first_hit(x, y, x + length * ex, y + length * ey, walls) <= 1:
+    if (
+        middle < 0
+        or first_hit(x, y, x + length * ex, y + length * ey, walls) <= 1
+    ):
         return math.nan, math.nan
     found = np.empty(2)
     for end in range(2):
         side = 2.0 * end - 1.0
         at = middle * spacing
         found[end] = side * math.inf
+        inner = narrowest
         while -_BEHIND <= at <= ahead:
             width = _width(
                 x + at * ex, y + at * ey, ex, ey, near, walls.segments, posts
             )
             if width >= need:
-                found[end] = at - side * spacing
+                part = (width - need) / (width - inner)
+                part = 1.0 if math.isinf(width) else part
+                found[end] = at - side * part * spacing
                 break
+            inner = width
             ends[end] = posts
             at += side * spacing
     return found[0], found[1]
@@ -259,7 +269,7 @@ def take_turns(states, bodies, command, parameters, at_walls, table):
         if math.isnan(begin) or (math.isinf(begin) and math.isinf(end)):
             continue
         away = length - end
-        first = begin <= away
+        first = begin <= away + _TIE
         goes[i] |= first and begin < _NEAR
         goes[j] |= not first and away < _NEAR
         if first and away < min(_NEAR, nearest[j]):
