@@ -166,8 +166,11 @@ class CrowdStep:
             within = limited(states)
             wanted = self._room.guide(within, limited(command))
             passes = self._in_view.passes(robots)
-            if self._room.leads or passes:
+            if self._room.leads or passes or self._in_view.takes_turns:
                 eased = self._room.ease(within, wanted, parameters)
+                wanted, eased = self._in_view.take_turns(
+                    *(within, self._bodies.radii, wanted, parameters, eased)
+                )
             if passes:
                 wanted, eased = self._in_view.pass_robots(
                     *(within, self._bodies.radii, wanted, command),
@@ -221,8 +224,11 @@ class CrowdStep:
         robots = limited(robots)
         goals = limited(command)
         command = self._room.guide(states, goals)
-        eased = self._room.ease(states, command, parameters)
         bodies = self._bodies.radii
+        eased = self._room.ease(states, command, parameters)
+        command, eased = self._in_view.take_turns(
+            states, bodies, command, parameters, eased
+        )
         if self._in_view.passes(robots):
             command, eased = self._in_view.pass_robots(
                 states, bodies, command, goals, parameters, robots, eased

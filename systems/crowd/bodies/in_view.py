@@ -1,4 +1,7 @@
-"""What people want in view of others: they follow some, and pass robots."""
+"""What people want in view of others, and of robots.
+
+They follow some, let some out of narrow passages, and pass robots.
+"""
 
 from typing import Any
 
@@ -6,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hunav_drake.systems.crowd.bodies.passing_robots import pass_robots
+from hunav_drake.systems.crowd.bodies.taking_turns import take_turns
 from hunav_drake.systems.crowd.bodies.time_gap import keep_time_gap
 from hunav_drake.systems.crowd.crowd_config import CrowdConfig
 from hunav_drake.systems.crowd.limits import changed_to, plain
@@ -23,6 +27,8 @@ class InView:
     Attributes:
         time_gap: That to who walks ahead, in seconds; 0 for none.
         speed_matching: How far people take over the speed of who walks ahead.
+        takes_turns: Whether people let others out of narrow passages, which
+            only bodies need that are kept apart, and out of walls.
     """
 
     def __init__(self, obstacles: Obstacles, config: CrowdConfig) -> None:
@@ -38,11 +44,37 @@ class InView:
             for name in ("time_gap", "speed_matching")
         )
         self._robot_gap = config.robot_gap
+        self.takes_turns = (
+            config.keep_apart
+            and config.keep_out_of_walls
+            and len(obstacles) > 0
+        )
         self._table = obstacles.table
 
     def passes(self, robots: Array) -> bool:
         """Tells whether there are robots for which people walk aside."""
         return self._robot_gap > 0 and len(robots) > 0
+
+    def take_turns(
+        self,
+        states: Array,
+        bodies: NDArray[np.float64],
+        command: Array,
+        parameters: NDArray[np.float64],
+        eased: Array,
+    ) -> tuple[Array, Array]:
+        """Returns commands and feeling for walls in narrow passages.
+
+        See `taking_turns.take_turns`.
+        """
+        if not self.takes_turns:
+            return command, eased
+        wanted, felt = take_turns(
+            *(plain(states), bodies, plain(command), parameters),
+            *(eased, self._table),
+        )
+        felt.setflags(write=False)
+        return changed_to(command, wanted), felt
 
     def follow(
         self,

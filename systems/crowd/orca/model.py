@@ -146,6 +146,7 @@ def orca_accelerations(
     sine = math.sin(model[_EPSILON])
     nearest = np.empty(most)
     found = np.empty(n, np.int64)
+    shares = np.empty(n)
     rules = np.empty((len(walls.segments) + n + len(robots), 3))
     scratch = np.empty(rules.shape)
     walks = np.empty(n, np.bool_)
@@ -160,12 +161,21 @@ def orca_accelerations(
             forces[i, TOTAL_FORCE] = -own[0] / step
             forces[i, TOTAL_FORCE + 1] = -own[1] / step
             continue
+        neighbors = find_neighbors(i, x, y, cells, far, most, nearest, found)
+        felt = at_walls[i, 0]
+        for a in range(neighbors):
+            j = found[a]
+            shares[a] = -1.0
+            if walks[i] and walks[j]:
+                both = (states[i], command[i], states[j], command[j])
+                shares[a] = share_in_queue(*both, model[_QUEUE])
+                if shares[a] >= 0:
+                    felt = min(felt, body)
         hard = avoid_walls(
-            *(rules, x, y, at_walls[i, 0] + margin, cap, walls),
+            *(rules, x, y, felt + margin, cap, walls),
             *(sight, model[_WALL_HORIZON], step),
         )
         count = hard
-        neighbors = find_neighbors(i, x, y, cells, far, most, nearest, found)
         for a in range(neighbors + len(robots)):
             share = 0.5
             apart_in = step
@@ -175,14 +185,17 @@ def orca_accelerations(
                 reach = radii[i] + radii[j] + margin
                 vx = other[VX]
                 vy = other[VY]
-                if walks[i] and walks[j]:
-                    both = (states[i], command[i], other, command[j])
-                    part = share_in_queue(*both, model[_QUEUE])
-                    if part >= 0:
-                        share = part
-                        reach = min(radii[i], body) + min(radii[j], body)
-                    elif go_side_by_side(*both):
-                        apart_in = recovery
+                if shares[a] >= 0:
+                    share = shares[a]
+                    reach = min(radii[i], body) + min(radii[j], body)
+                elif (
+                    walks[i]
+                    and walks[j]
+                    and go_side_by_side(
+                        states[i], command[i], other, command[j]
+                    )
+                ):
+                    apart_in = recovery
                 if command[j, Command.HOLD] != 0:
                     # Someone who stands still leaves it all to the others.
                     share = 1.0
@@ -236,11 +249,11 @@ class OrcaModel(MotionModel):
     which are those of the social force model.
 
     People who go to the same place, or through the same door, queue, which the
-    paper does not have: they keep only their bodies apart, and who is nearer
-    goes first (as in Curtis, Zafar, Gutub & Manocha 2013, "Right of way"). All
-    others share the avoiding by halves. Without it (`queue_distance` 0) crowds
-    arch in front of doors of 1 m. Doors of 0.8 m pass few even so, and two who
-    meet in a door that holds one body do not give way to each other.
+    paper does not have: they keep only their bodies apart, and from walls, and
+    who is nearer goes first (as in Curtis, Zafar, Gutub & Manocha 2013, "Right
+    of way"). All others share the avoiding by halves. Without it
+    (`queue_distance` 0) crowds arch in front of doors of 1 m. Doors of 0.8 m
+    pass few people of 0.35 m even so.
 
     All walls within `obstacle_range` count: `max_obstacles` does not. People
     on the very point of a wall are not moved by it, nor people by someone in
@@ -272,8 +285,8 @@ class OrcaModel(MotionModel):
     they stand: to the right; a negative one, to the left."""
 
     body_radius: PositiveLength = 0.25
-    """The largest radius that people have to each other in a queue, in meters:
-    of a larger one, the rest is distance of comfort."""
+    """The largest radius that people in a queue have to each other, and to
+    walls, in meters: of a larger one, the rest is distance of comfort."""
 
     recovery_time: Annotated[StrictFloat, within(0, 1e3, "s")] = 0.25
     """The time in which people come apart who walk the same way nearer to each
