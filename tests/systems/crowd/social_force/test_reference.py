@@ -73,6 +73,7 @@ def eval_forces(agents, index, *, epsilon, kernel="fast"):
             obstacle_range=1e5,
             route_planning=False,
             groups_part=False,
+            keep_apart=False,
         ),
         num_robots=0,
     )
