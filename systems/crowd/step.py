@@ -40,7 +40,8 @@ class CrowdJacobian(NamedTuple):
     A row is for an element of that state, (x, y, yaw, vx, vy, omega) of each
     person. Where the step has a jump or a kink, the derivatives are those of
     the side that it takes. What people make of who walks ahead of them (their
-    time gap) and of robots that they pass counts as constant. How people feel
+    time gap), or comes out of a narrow passage, and of robots that they pass
+    counts as constant. How people feel
     walls does, too, which near doors under 1 m, with planned ways, is an
     approximation: there, the derivative of v_x by x may be 0.3 where that of
     the step is 0. Without route planning, time gap and robot gap they are
