@@ -118,9 +118,8 @@ class DiscContacts(LeafSystem):
         humans = self._human_states.Eval(context).reshape(-1, STATE_SIZE)
         memory = context.get_discrete_state(self._memory).CopyToVector()
         memory = memory.reshape(-1, MEMORY_SIZE)
-        # (Who is missing, a row of NaN, touches nobody.)
-        gap = np.nan_to_num(gaps(robot, humans, self._bodies), nan=np.inf)
-        closing = np.nan_to_num(closing_speeds(robot, humans))
+        gap = gaps(robot, humans, self._bodies)
+        closing = closing_speeds(robot, humans)
         touching = gap < 0
         met = closing.copy()
         if self._robot_touches.HasValue(context):
@@ -131,5 +130,5 @@ class DiscContacts(LeafSystem):
         after = count_contacts(
             memory, touching, None, gap, met, self._time_step
         )
-        after[:, [ROBOT_SPEED, PERSON_SPEED]] = closing.T
+        after[:, ROBOT_SPEED], after[:, PERSON_SPEED] = closing
         discrete_state.set_value(self._memory, after.ravel())

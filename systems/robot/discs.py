@@ -14,7 +14,8 @@ def closing_speeds(robot, humans):
     """Returns how fast a robot and each person move towards each other.
 
     With n the unit vector from robot to person, these are a = v_r . n and
-    b = -v_i . n. Who stand on one another have no n; theirs are 0.
+    b = -v_i . n. Who stand on one another, or who are missing (a row of NaN),
+    have no n; theirs are 0.
 
     Args:
         robot: Shape (7,), a row of ``robot_state``.
@@ -28,8 +29,9 @@ def closing_speeds(robot, humans):
         dx = humans[i, X] - robot[X]
         dy = humans[i, Y] - robot[Y]
         distance = math.hypot(dx, dy)
-        if distance == 0:
-            distance = math.inf
+        if distance == 0 or math.isnan(distance):
+            speeds[0, i] = speeds[1, i] = 0.0
+            continue
         speeds[0, i] = (robot[VX] * dx + robot[VY] * dy) / distance
         speeds[1, i] = -(humans[i, VX] * dx + humans[i, VY] * dy) / distance
     return speeds
@@ -45,10 +47,12 @@ def gaps(robot, humans, bodies):
         bodies: Shape (n,), the radii of the bodies, in meters.
 
     Returns:
-        Shape (n,), in meters, negative where they overlap.
+        Shape (n,), in meters, negative where they overlap, and infinite for
+        who is missing (a row of NaN).
     """
     result = np.empty(len(humans))
     for i in range(len(humans)):
         distance = math.hypot(humans[i, X] - robot[X], humans[i, Y] - robot[Y])
-        result[i] = distance - (robot[RADIUS] + bodies[i])
+        gap = distance - (robot[RADIUS] + bodies[i])
+        result[i] = math.inf if math.isnan(gap) else gap
     return result
