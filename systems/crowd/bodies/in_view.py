@@ -28,7 +28,8 @@ class InView:
         time_gap: That to who walks ahead, in seconds; 0 for none.
         speed_matching: How far people take over the speed of who walks ahead.
         takes_turns: Whether people let others out of narrow passages, which
-            only bodies need that are kept apart, and out of walls.
+            only bodies need that are kept apart, and out of walls, and only
+            who plans ways does.
     """
 
     def __init__(self, obstacles: Obstacles, config: CrowdConfig) -> None:
@@ -47,6 +48,7 @@ class InView:
         self.takes_turns = (
             config.keep_apart
             and config.keep_out_of_walls
+            and config.route_planning
             and len(obstacles) > 0
         )
         self._table = obstacles.table
