@@ -87,15 +87,16 @@ def _find(i, states, way, body, goal, robots, walls, gap, rows):
         across = ex * vy - ey * vx
         expected = min(time, _HORIZON)
         clear = body + robots[j, RADIUS] + gap
-        # Who stops at the goal does not pass what is there.
-        if (
-            math.hypot(
-                robots[j, X] + expected * vx - goal[Command.GOAL_X],
-                robots[j, Y] + expected * vy - goal[Command.GOAL_Y],
-            )
-            < clear
-        ):
+        # No more is asked for than there is at the goal, or who stands there
+        # could not be reached; and nobody passes what is on the goal.
+        least = body + robots[j, RADIUS]
+        at_goal = math.hypot(
+            robots[j, X] + expected * vx - goal[Command.GOAL_X],
+            robots[j, Y] + expected * vy - goal[Command.GOAL_Y],
+        )
+        if at_goal < least:
             continue
+        clear = min(clear, at_goal)
         if len(walls.solid) > 0:
             hidden = first_hit(x, y, robots[j, X], robots[j, Y], walls)
             if hidden <= 1:

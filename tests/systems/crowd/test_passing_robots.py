@@ -165,6 +165,20 @@ def test_forces_alone_let_people_graze_a_robot(offset):
     assert least.min() > 0.4
 
 
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("beside", [-0.3, 0.1, 0.4])
+def test_a_robot_that_stands_near_the_goal_is_passed_as_there_is_room(
+    model, beside
+):
+    """Who is at the goal is 0.4 to 0.5 m off it, so no more is left before."""
+    person = HumanConfig(pose=(-4, 0, 0), goals=[(0, 0)], desired_speed=0.5)
+    robot = [-1.0, beside, 0.3, 0.0, 0.0, 0.0, ROBOT]
+    states, _ = walk([person], lambda _: [robot], CrowdConfig(model=model))
+    away = np.hypot(states[:, 0, X] - robot[X], states[:, 0, Y] - robot[Y])
+    assert away.min() - BODY - ROBOT > 0.3
+    assert np.hypot(states[:, 0, X], states[:, 0, Y]).min() < 0.45
+
+
 def test_who_has_room_does_not_care():
     meetings = [Meeting(1.4, math.pi, 0.5), Meeting(-1.4, 0.0, 0.0)]
     with_gap, without = gaps(meetings), gaps(meetings, robot_gap=0.0)
