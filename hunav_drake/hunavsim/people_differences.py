@@ -307,6 +307,16 @@ _BODIES = (
     ),
     Difference(
         area="forces",
+        name="narrow doors",
+        original="bodies pass through each other",
+        here="of two who meet at a passage too narrow for both, the one who is"
+        " farther from it waits beside it until the other one is out",
+        why="bodies that are kept apart block each other",
+        key="crowd: {keep_apart: false}",
+        by_profile=True,
+    ),
+    Difference(
+        area="forces",
         name="passing robots",
         original="who does not react to the robot feels it as one more person,"
         " and grazes it",

@@ -1,6 +1,7 @@
 """Runs of a map or a model that has changed since are not taken for its own."""
 
 import os
+from pathlib import Path
 
 from PIL import Image
 from pydantic.dataclasses import dataclass
@@ -157,13 +158,13 @@ def test_robots_and_trees_of_ones_own_count(tmp_path):
 @register_planner("learned")
 @dataclass(kw_only=True)
 class Learned(Planner):
-    """Drives as fast as its policy says."""
+    """Drives as fast as its policy says; without one it stands."""
 
     policy: str = ""
 
     def plan(self, task, view, memory):
-        with open(self.policy) as file:
-            return Plan(float(file.read()), 0.0, PlannerStatus.DRIVING)
+        speed = Path(self.policy).read_text() if self.policy else 0.0
+        return Plan(float(speed), 0.0, PlannerStatus.DRIVING)
 
 
 def test_the_policy_of_a_planner_counts(tmp_path):
