@@ -33,6 +33,9 @@ _SEEN = 3.5
 # other the places are at which its width is found, in meters.
 _BEHIND, _SPACING = 2.0, 0.1
 
+# The sine of the angle from which on a wall is beside somebody, not ahead.
+_SIDE = 0.5
+
 # Who is farther from a passage walks on, in meters.
 _NEAR = 1.0
 
@@ -57,17 +60,17 @@ def _width(x, y, ex, ey, near, segments, posts):
     """Returns how wide a place seems to who goes through to (ex, ey).
 
     As in `passage_width`, walls rather ahead or behind than beside are farther
-    than they are. Array `posts` receives the nearest points on the left and on
-    the right: (x, y, x, y).
+    than they are; and by more than 60 degrees, they do not count. Array `posts`
+    receives the nearest points on the left and on the right: (x, y, x, y).
     """
     left = math.inf
     right = math.inf
     for s in near:
         nx, ny, d2 = nearest_on_segments(x, y, segments, s, s + 1)
         beside = ex * (ny - y) - ey * (nx - x)
-        if beside == 0:
-            continue
         away = math.sqrt(d2)
+        if beside == 0 or abs(beside) < _SIDE * away:
+            continue
         seems = away * math.sqrt(math.sqrt(away / abs(beside)))
         if beside > 0 and seems < left:
             left = seems
