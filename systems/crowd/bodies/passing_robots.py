@@ -31,7 +31,7 @@ from hunav_drake.systems.common.layout import (
 from hunav_drake.systems.crowd.bodies.time_gap import DOUBT, SLIM, SOFT
 from hunav_drake.systems.people.parameters import EPSILON
 from hunav_drake.systems.world.ray_cast import first_hit
-from hunav_drake.systems.world.walls import opened
+from hunav_drake.systems.world.walls import opened, runs_in
 
 # How far away a robot is at most that people walk aside for, from center to
 # center, in meters.
@@ -56,8 +56,9 @@ _PART, _LEAST = 0.5, 0.5
 _STEEPEST = 0.9
 
 # What people know of a robot: the time until they are abreast of it, how far
-# it is to the left of their way then, and how far off they would like to be.
-_TIME, _BESIDE, _CLEAR, _ACROSS = range(4)
+# it is to the left of their way then, how far off they would like to be, how
+# fast it goes to the left, and how far they walk on until it is behind them.
+_TIME, _BESIDE, _CLEAR, _ACROSS, _PAST = range(5)
 
 
 @jit
@@ -106,17 +107,54 @@ def _find(i, states, way, body, goal, robots, walls, gap, rows):
         # What crosses is nearest before or after it is abreast.
         rows[count, _CLEAR] = clear * min(math.hypot(1.0, across / closing), 2)
         rows[count, _ACROSS] = across
+        rows[count, _PAST] = min(least * speed / closing, _NOTICED)
         count += 1
     return count
 
 
 @jit
-def _room(x, y, ex, ey, reach, walls):
-    """Returns how far a point may move to (ex, ey) before a wall."""
-    if len(walls.solid) == 0:
-        return reach
-    part = first_hit(x, y, x + reach * ex, y + reach * ey, walls)
-    return min(part, 1.0) * reach
+def _room(x, y, ex, ey, begin, end, reach, walls):
+    """Returns how far walls are on the left and on the right of a way.
+
+    It leads from (x, y) in the direction (ex, ey). Walls count that are beside
+    it between `begin` and `end`, on one side of it, and nearer than `reach`,
+    in meters.
+    """
+    left = reach
+    right = reach
+    px = x + begin * ex
+    py = y + begin * ey
+    qx = x + end * ex
+    qy = y + end * ey
+    for run in runs_in(
+        *(min(px, qx) - reach, min(py, qy) - reach),
+        *(max(px, qx) + reach, max(py, qy) + reach),
+        walls,
+    ):
+        for s in range(walls.runs[run, 0], walls.runs[run, 1]):
+            ax = walls.segments[s, 0] - px
+            ay = walls.segments[s, 1] - py
+            bx = walls.segments[s, 2] - walls.segments[s, 0]
+            by = walls.segments[s, 3] - walls.segments[s, 1]
+            along = ax * ex + ay * ey
+            beside = ex * ay - ey * ax
+            on = bx * ex + by * ey
+            off = ex * by - ey * bx
+            first, last = 0.0, 1.0
+            if on != 0:
+                one = -along / on
+                other = (end - begin - along) / on
+                first = max(min(one, other), 0.0)
+                last = min(max(one, other), 1.0)
+            if first > last or (on == 0 and not 0 <= along <= end - begin):
+                continue
+            near = beside + first * off
+            far = beside + last * off
+            if min(near, far) >= 0:
+                left = min(left, near, far)
+            elif max(near, far) <= 0:
+                right = min(right, -near, -far)
+    return left, right
 
 
 @jit
@@ -178,7 +216,7 @@ def pass_robots(
     wanted = command.copy()
     felt = at_walls.copy()
     walls = opened(table)
-    rows = np.empty((len(robots), 4))
+    rows = np.empty((len(robots), 5))
     for i in range(len(states)):
         if (
             int(command[i, Command.ROBOT_ROLE]) != RobotRole.PEDESTRIAN
@@ -226,10 +264,14 @@ def pass_robots(
         for j in range(abreast):
             widest = max(widest, abs(rows[j, _BESIDE]) + rows[j, _CLEAR])
         off = body + _WALL_GAP
-        mx = states[i, X] + way * ex
-        my = states[i, Y] + way * ey
-        left = _room(mx, my, -ey, ex, widest + off, walls) - off
-        right = _room(mx, my, ey, -ex, widest + off, walls) - off
+        # As long as the two are beside each other.
+        past = min(way + rows[first, _PAST] + body, length)
+        left, right = _room(
+            *(states[i, X], states[i, Y], ex, ey, way - body, past),
+            *(widest + off, walls),
+        )
+        left -= off
+        right -= off
         lane = _lane(rows, abreast, usual, max(left, 0.0), max(right, 0.0))
         s = lane / max(_PART * way, _LEAST)
         s = min(max(s, -_STEEPEST), _STEEPEST)

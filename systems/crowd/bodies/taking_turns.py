@@ -34,7 +34,7 @@ _SEEN = 3.5
 _BEHIND, _SPACING = 2.0, 0.1
 
 # The sine of the angle from which on a wall is beside somebody, not ahead.
-_SIDE = 0.5
+_SIDE = 0.3
 
 # Who is farther from a passage walks on, in meters.
 _NEAR = 1.0
@@ -60,7 +60,7 @@ def _width(x, y, ex, ey, near, segments, posts):
     """Returns how wide a place seems to who goes through to (ex, ey).
 
     As in `passage_width`, walls rather ahead or behind than beside are farther
-    than they are; and by more than 60 degrees, they do not count. Array `posts`
+    than they are; and by more than 72 degrees, they do not count. Array `posts`
     receives the nearest points on the left and on the right: (x, y, x, y).
     """
     left = math.inf

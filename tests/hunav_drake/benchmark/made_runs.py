@@ -5,6 +5,36 @@ from hunav_drake.benchmark.running.cell import Cell
 from hunav_drake.benchmark.running.run_row import RunRow
 
 
+def make_cell(scenario, planner):
+    """Returns a cell of a suite, which is known by its name alone."""
+    name = f"{scenario}/{planner}"
+    return Cell(
+        scenario=scenario, planner=planner, setting="", text="", sha256=name
+    )
+
+
+def make_row(cell, seed, metrics, **others):
+    """Returns a run of a cell that ended at the goal after 10 s.
+
+    `others` are further fields of `RunRow`, or others than these.
+    """
+    fields = {
+        "cell": cell.sha256,
+        "sha256": cell.sha256,
+        "code_sha256": "",
+        "seed": seed,
+        "repetition": 0,
+        "end_reason": "goal",
+        "end_message": "",
+        "end_time": 10.0,
+        "metrics": metrics,
+        "by_behavior": {},
+        "cost": {},
+        "extras": {},
+    }
+    return RunRow(**fields | others)
+
+
 def make_result(values, repetitions=1, **suite):
     """Returns the result of a suite with these metrics.
 
@@ -16,33 +46,17 @@ def make_result(values, repetitions=1, **suite):
     """
     cells, rows = [], []
     for (scenario, planner), runs in values.items():
-        name = f"{scenario}/{planner}"
-        cells.append(
-            Cell(
-                scenario=scenario,
-                planner=planner,
-                setting="",
-                text="",
-                sha256=name,
+        cells.append(make_cell(scenario, planner))
+        rows += [
+            make_row(
+                cells[-1],
+                i // repetitions,
+                dict(metrics or {}),
+                repetition=i % repetitions,
+                end_reason="worker_died" if metrics is None else "goal",
             )
-        )
-        for i, metrics in enumerate(runs):
-            rows.append(
-                RunRow(
-                    cell=name,
-                    sha256=name,
-                    code_sha256="",
-                    seed=i // repetitions,
-                    repetition=i % repetitions,
-                    end_reason="worker_died" if metrics is None else "goal",
-                    end_message="",
-                    end_time=10.0,
-                    metrics=dict(metrics or {}),
-                    by_behavior={},
-                    cost={},
-                    extras={},
-                )
-            )
+            for i, metrics in enumerate(runs)
+        ]
     scenarios = list(dict.fromkeys(scenario for scenario, _ in values))
     seeds = max(len(it) for it in values.values()) // repetitions
     made = Suite(

@@ -16,11 +16,13 @@ from hunav_drake.benchmark.comparison.tables import (
     scenario_tables,
     to_text,
 )
-from hunav_drake.benchmark.running.cell import Cell
-from hunav_drake.benchmark.running.run_row import RunRow
 from hunav_drake.benchmark.suite import Relation, planner_overrides
 from hunav_drake.scenario import ScenarioError
-from tests.hunav_drake.benchmark.made_runs import make_result
+from tests.hunav_drake.benchmark.made_runs import (
+    make_cell,
+    make_result,
+    make_row,
+)
 
 # The means of the paper's tables hold their own relations, but for these: two
 # that need what the tables do not have, and the social work of SFW and DWB.
@@ -36,16 +38,7 @@ def published_result(seeds=10, noise=0.0):
     cells, rows = [], []
     for scenario in suite.scenarios:
         for planner in (planner_overrides(it)[0] for it in suite.planners):
-            name = f"{scenario}/{planner}"
-            cells.append(
-                Cell(
-                    scenario=scenario,
-                    planner=planner,
-                    setting="",
-                    text="",
-                    sha256=name,
-                )
-            )
+            cells.append(make_cell(scenario, planner))
             for seed in range(seeds):
                 factor = 1 + noise * random.standard_normal()
                 table = PUBLISHED.get(scenario, {}).get(planner, {})
@@ -56,21 +49,13 @@ def published_result(seeds=10, noise=0.0):
                     for behavior, values in PUBLISHED_BY_BEHAVIOR.items()
                     if scenario == "combined"
                 }
+                metrics = {k: v * factor for k, v in table.items()}
                 rows.append(
-                    RunRow(
-                        cell=name,
-                        sha256=name,
-                        code_sha256="",
-                        seed=seed,
-                        repetition=0,
-                        end_reason="goal",
-                        end_message="",
-                        end_time=10.0,
-                        metrics={k: v * factor for k, v in table.items()}
-                        | {"completed": 1.0},
+                    make_row(
+                        cells[-1],
+                        seed,
+                        metrics | {"completed": 1.0},
                         by_behavior=by_behavior,
-                        cost={},
-                        extras={},
                     )
                 )
     return SuiteResult(suite, cells, rows)

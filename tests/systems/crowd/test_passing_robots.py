@@ -383,6 +383,20 @@ def test_the_side_is_the_one_with_room():
     assert wanted(at(2, 0.1), walls=left) < 0
 
 
+def test_what_is_beside_the_way_while_they_pass_takes_room():
+    before, abreast, after = (
+        walls_of((x - 0.1, -0.9, x + 0.1, -0.6)) for x in (0.8, 2.0, 2.6)
+    )
+    assert wanted(at(2, 0.1), walls=before) < 0
+    assert wanted(at(2, 0.1), walls=abreast) > 0
+    assert wanted(at(2, 0.1), walls=after) > 0
+    # Who is overtaken is beside for longer.
+    far = walls_of((3.8, -0.9, 4.0, -0.6))
+    assert wanted(at(2, 0.1), walls=far) < 0
+    assert wanted(at(1, 0.1, SPEED / 2), walls=far) < 0
+    assert wanted(at(1.6, 0.1, SPEED / 2), walls=far) > 0
+
+
 def test_who_crosses_is_passed_behind():
     assert wanted(at(2, -0.8, 0, 0.5)) < 0
     assert wanted(at(2, 0.8, 0, -0.5)) > 0

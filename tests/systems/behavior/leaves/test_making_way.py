@@ -212,7 +212,7 @@ def test_who_stands_and_is_asked_steps_aside(name):
         dut = Ticks(LoadTree(name, ports | other))
         return any(
             dut(at(0.0, 0.0, math.pi), WAITING).behavior_status == 2
-            for _ in range(250)
+            for _ in range(150 if name in POLITE else 250)
         )
 
     assert makes_way() == (name != "impassive")
