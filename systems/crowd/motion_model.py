@@ -71,9 +71,12 @@ class MotionModel(ABC):
         follows: Whether people are to follow each other at the model's
             `time_gap`, in seconds, with its `speed_matching`: see
             `bodies.time_gap`. Models that see to it themselves do not ask.
+        keeps_radii: Whether people keep their radii clear of each other, and
+            not only their bodies, where they pass in a door.
     """
 
     follows: ClassVar[bool] = False
+    keeps_radii: ClassVar[bool] = False
 
     @abstractmethod
     def forces(self, snapshot: Snapshot) -> Array:

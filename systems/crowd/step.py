@@ -118,6 +118,7 @@ class CrowdStep:
         self.radii.setflags(write=False)
         self._turns = _turns(humans, model)
         self._bodies = Bodies(humans, obstacles, config)
+        self._keeps_radii = model.keeps_radii
         self._in_view = InView(obstacles, config)
         self._room = Room(
             obstacles,
@@ -170,7 +171,7 @@ class CrowdStep:
             if self._room.leads or passes or self._in_view.takes_turns:
                 eased = self._room.ease(within, wanted, parameters)
                 wanted, eased = self._in_view.take_turns(
-                    *(within, self._bodies.radii, wanted, parameters, eased)
+                    *(within, self._kept(), wanted, parameters, eased)
                 )
             if passes:
                 wanted, eased = self._in_view.pass_robots(
@@ -228,7 +229,7 @@ class CrowdStep:
         bodies = self._bodies.radii
         eased = self._room.ease(states, command, parameters)
         command, eased = self._in_view.take_turns(
-            states, bodies, command, parameters, eased
+            states, self._kept(), command, parameters, eased
         )
         if self._in_view.passes(robots):
             command, eased = self._in_view.pass_robots(
@@ -251,6 +252,10 @@ class CrowdStep:
             eased=eased,
             turns=self._turns,
         )
+
+    def _kept(self) -> Array:
+        """Returns the radii (n,) that people keep clear of each other."""
+        return self.radii if self._keeps_radii else self._bodies.radii
 
     def forces(self, snapshot: Snapshot) -> Array:
         """Returns what moves the people: see `layout.FORCES`.

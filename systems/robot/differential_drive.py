@@ -20,7 +20,6 @@ from hunav_drake.systems.common.layout import (
     MOTION_SIZE,
     STATE_SIZE,
     Contact,
-    X,
     Y,
 )
 from hunav_drake.systems.common.poses import wrap_angle
@@ -55,13 +54,14 @@ class DifferentialDrive(LeafSystem):
     row (x, y, yaw, vx, vy, omega, radius) in W, in SI units.
 
     Walls stop the disc of the robot: it goes as far as it can, and then along
-    the wall, as `keep_out_of_walls` tells; the speed is then what is left of it
-    forwards. Port ``wall_contact`` gives a row of `layout.Contact` of all walls
-    together: the robot is in a contact where it is stopped, or would be if
-    walls did so. Forces are 0.
+    the wall, as `keep_out_of_walls` tells, while its wheels turn on; port
+    ``robot_state`` tells how fast it moves. Port ``wall_contact`` gives a row
+    of `layout.Contact` of all walls together: the robot is in a contact where
+    it is stopped, or would be if walls did so. Forces are 0.
 
-    The discrete state holds (x, y, yaw, v, omega), and in a second vector a row
-    of `contact_rows`.
+    The discrete state holds (x, y, yaw, v, omega), with the speed v of the
+    wheels; a row of `contact_rows`; and what walls took of the velocity in the
+    last step, (vx, vy) in W.
     """
 
     def __init__(
@@ -99,9 +99,10 @@ class DifferentialDrive(LeafSystem):
             "robot_state",
             STATE_SIZE,
             self._CalcRobotState,
-            prerequisites_of_calc={self.discrete_state_ticket(self._state)},
+            prerequisites_of_calc={self.xd_ticket()},
         )
         self._memory = self.DeclareDiscreteState(MEMORY_SIZE)
+        self._lost = self.DeclareDiscreteState(2)
         self._wall_contact = self.DeclareVectorOutputPort(
             "wall_contact",
             CONTACT_SIZE,
@@ -129,11 +130,13 @@ class DifferentialDrive(LeafSystem):
         context.SetDiscreteState(
             self._state, np.concatenate([np.asarray(pose, dtype=float), [0, 0]])
         )
+        context.SetDiscreteState(self._lost, np.zeros(2))
 
     def _CalcRobotState(self, context: Context, output: BasicVector) -> None:
         state = context.get_discrete_state(self._state).value()
         x, y, yaw, v, omega = state.tolist()
-        vx, vy = v * math.cos(yaw), v * math.sin(yaw)
+        lost_x, lost_y = context.get_discrete_state(self._lost).value().tolist()
+        vx, vy = v * math.cos(yaw) - lost_x, v * math.sin(yaw) - lost_y
         # (Drake takes an array in half the time of a list.)
         row = np.array([x, y, yaw, vx, vy, omega, self._radius])
         output.SetFromVector(row)
@@ -168,18 +171,19 @@ class DifferentialDrive(LeafSystem):
         start = np.array([x, y])
         x += chord * math.cos(yaw + half)
         y += chord * math.sin(yaw + half)
+        yaw = wrap_angle(yaw + turn)
         if len(self._obstacles):
             place = self._MeetWalls(
                 context, discrete_state, start, np.array([x, y])
             )
+            lost = np.zeros(2)
             if self._walls_stop and (place != (x, y)).any():
                 x, y = place.tolist()
-                way = (place - start) / dt
-                v = float(
-                    way[X] * math.cos(yaw + half)
-                    + way[Y] * math.sin(yaw + half)
-                )
-        yaw = wrap_angle(yaw + turn)
+                lost += [v * math.cos(yaw), v * math.sin(yaw)]
+                # (Who is put out of a wall is so at rest.)
+                if math.dist(place, start) <= abs(chord) * (1 + 1e-9):
+                    lost -= (place - start) / dt
+            discrete_state.set_value(self._lost, lost)
         discrete_state.set_value(self._state, np.array([x, y, yaw, v, omega]))
 
     def _MeetWalls(
@@ -202,13 +206,16 @@ class DifferentialDrive(LeafSystem):
         if stopped or memory[Contact.LASTS]:
             gap = math.dist(start, nearest_wall(self._obstacles, start))
             gap -= self._radius
-            lost = math.hypot(*(end - place)) / self._time_step
+            # How fast it drives into the wall, however far off that was.
+            into = end - place
+            speed = float(into @ (end - start)) / self._time_step
+            speed /= max(math.hypot(*into), 1e-12)
             memory = count_contacts(
                 memory[None],
                 np.array([stopped]),
                 None,
                 np.array([gap]),
-                np.array([[lost], [0.0]]),
+                np.array([[max(speed, 0.0)], [0.0]]),
                 self._time_step,
             )
             discrete_state.set_value(self._memory, memory.ravel())

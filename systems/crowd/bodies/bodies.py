@@ -13,8 +13,6 @@ from hunav_drake.systems.common.layout import (
     MOTION_SIZE,
     RADIUS,
     STATE_SIZE,
-    VX,
-    VY,
     YAW,
 )
 from hunav_drake.systems.crowd.bodies.contacts import deepest, robot_touches
@@ -243,28 +241,19 @@ class Bodies:
             after = keep_out_of_walls(before, after, margins, self._table)
         free = for_each_robot(after, len(robots))
         if self.options[KEEP_APART] and would_meet(
-            before, after, self.sizes, robots, time_step
+            before, after, self.sizes, robots, self._robots_stop, time_step
         ):
             keep_apart(
                 *(before, after, self.sizes, command, robots, self._table),
-                *(
-                    self._is_walled,
-                    time_step,
-                    iterations,
-                    _NO_PAIRS,
-                    -1.0,
-                    free,
-                ),
+                *(self._is_walled, self._robots_stop, time_step, iterations),
+                *(_NO_PAIRS, -1.0, free),
             )
             if self._is_walled:
                 after = keep_out_of_walls(before, after, margins, self._table)
-        # (As large as they are met, but wherever they go.)
-        met = snapshot.robots.copy()
-        met[:, RADIUS] = robots[:, RADIUS]
         return (
             after,
             stances,
-            robot_touches(before, free, self.radii, met, time_step),
+            robot_touches(before, free, self.radii, robots, time_step),
         )
 
     def _as_met(self, robots: Array) -> Array:
@@ -273,7 +262,6 @@ class Bodies:
             return robots
         # Nobody gives way before a push.
         met = robots.copy()
-        met[:, VX : VY + 1] = 0.0
         met[:, RADIUS] = np.maximum(met[:, RADIUS] - _YIELDING_DEPTH, 0.0)
         return met
 

@@ -39,7 +39,24 @@ def _normal(dx, dy, ex, ey):
 
 
 @jit
-def do_bodies_meet(after, bodies, robots, time_step, pairs):
+def _met_at(x, y, robot, time_step, robots_stop):
+    """Returns where a person at (x, y) meets a robot at the end of a step.
+
+    That is where it gets to at its present velocity; if bodies stop it, it
+    comes no nearer by itself, but it may go away.
+    """
+    mx = robot[VX] * time_step
+    my = robot[VY] * time_step
+    if robots_stop:
+        nx, ny = _normal(x - robot[X], y - robot[Y], 0.0, 0.0)
+        nearer = max(mx * nx + my * ny, 0.0)
+        mx -= nearer * nx
+        my -= nearer * ny
+    return robot[X] + mx, robot[Y] + my
+
+
+@jit
+def do_bodies_meet(after, bodies, robots, robots_stop, time_step, pairs):
     """Tells whether any body would overlap another at the end of a step.
 
     The arguments are those of `keep_apart`; all who could meet are among the
@@ -47,8 +64,11 @@ def do_bodies_meet(after, bodies, robots, time_step, pairs):
     """
     for i in range(len(after)):
         for k in range(len(robots)):
-            dx = after[i, X] - robots[k, X] - robots[k, VX] * time_step
-            dy = after[i, Y] - robots[k, Y] - robots[k, VY] * time_step
+            rx, ry = _met_at(
+                *(after[i, X], after[i, Y], robots[k], time_step, robots_stop)
+            )
+            dx = after[i, X] - rx
+            dy = after[i, Y] - ry
             both = bodies[i] + robots[k, RADIUS]
             if dx * dx + dy * dy < both * both:
                 return True
@@ -152,6 +172,7 @@ def find_contacts(
     robots,
     walls,
     is_walled,
+    robots_stop,
     time_step,
     slack,
     pairs,
@@ -193,8 +214,10 @@ def find_contacts(
         count += 1
     for i in range(n):
         for k in range(len(robots)):
-            rx = robots[k, X] + robots[k, VX] * time_step
-            ry = robots[k, Y] + robots[k, VY] * time_step
+            rx, ry = _met_at(
+                *(before[i, X], before[i, Y], robots[k]),
+                *(time_step, robots_stop),
+            )
             dx = before[i, X] - rx
             dy = before[i, Y] - ry
             both = bodies[i] + robots[k, RADIUS]

@@ -50,7 +50,8 @@ def finish(
 
     People stand where they want to, change their velocity and heading at a
     limited rate, enter no wall, and overlap nobody. `Bodies` does the same in
-    several calls, so that only what is needed is compiled.
+    several calls, so that only what is needed is compiled, and also among
+    robots that bodies stop.
 
     Args:
         before: Shape (n, 6): x, y, yaw, vx, vy, omega.
@@ -88,7 +89,7 @@ def finish(
     if options[KEEP_APART] != 0:
         is_moved = keep_apart(
             *(before, after, sizes, command, robots, table, is_walled),
-            *(time_step, iterations, pairs, known, free),
+            *(False, time_step, iterations, pairs, known, free),
         )
         if is_moved and is_walled:
             after = keep_out_of_walls(before, after, sizes[:, 1].copy(), table)

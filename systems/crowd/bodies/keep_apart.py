@@ -157,13 +157,13 @@ def _deep(before, bodies, pairs):
     return deep
 
 
-@jit_as(numba.boolean, MATRIX, MATRIX, MATRIX, MATRIX, REAL)
-def would_meet(before, after, sizes, robots, time_step):
+@jit_as(numba.boolean, MATRIX, MATRIX, MATRIX, MATRIX, numba.boolean, REAL)
+def would_meet(before, after, sizes, robots, robots_stop, time_step):
     """Tells whether `keep_apart` would move anybody; arguments as there."""
     bodies = sizes[:, 0].copy()
     known = covered(_longest(before, after) + _SLACKS[0])
     pairs = near_pairs(before[:, X], before[:, Y], bodies + known)
-    return do_bodies_meet(after, bodies, robots, time_step, pairs)
+    return do_bodies_meet(after, bodies, robots, robots_stop, time_step, pairs)
 
 
 @jit
@@ -180,7 +180,7 @@ def _longest(before, after):
 @jit_as(
     numba.boolean,
     *(MATRIX, CHANGED, MATRIX, MATRIX, MATRIX, WALLS, numba.boolean),
-    *(REAL, INTEGER, numba.int64[:, ::1], REAL, CHANGED),
+    *(numba.boolean, REAL, INTEGER, numba.int64[:, ::1], REAL, CHANGED),
 )
 def keep_apart(
     before,
@@ -190,6 +190,7 @@ def keep_apart(
     robots,
     table,
     is_walled,
+    robots_stop,
     time_step,
     iterations,
     pairs,
@@ -198,7 +199,8 @@ def keep_apart(
 ):
     """Moves people at the end of a step so that no bodies overlap.
 
-    Robots go where they go, at their present velocity; people give way.
+    Robots go where they go, at their present velocity, or, if bodies stop them,
+    come no nearer; people give way.
     Velocities change as places do, but nobody gets faster by that than both
     the proposal and the own speed limit. Who touches nobody moves as proposed.
 
@@ -212,6 +214,7 @@ def keep_apart(
         robots: Shape (m, 7): rows of `robot_states`.
         table: `Obstacles.table`.
         is_walled: Whether they stop people.
+        robots_stop: Whether people stop robots.
         time_step: In seconds.
         iterations: See `project`.
         pairs: Shape (p, 2): all whose bodies were less than 2 `known` apart
@@ -230,7 +233,7 @@ def keep_apart(
     if known < covered(longest + _SLACKS[0]):
         known = covered(longest + _SLACKS[0])
         pairs = near_pairs(before[:, X], before[:, Y], bodies + known)
-    if not do_bodies_meet(after, bodies, robots, time_step, pairs):
+    if not do_bodies_meet(after, bodies, robots, robots_stop, time_step, pairs):
         return False
     margins = sizes[:, 1].copy()
     proposed = after[:, : Y + 1].copy()
@@ -240,7 +243,7 @@ def keep_apart(
             pairs = near_pairs(before[:, X], before[:, Y], bodies + known)
         contacts = find_contacts(
             *(before, after, bodies, margins, robots, walls, is_walled),
-            *(time_step, slack, pairs),
+            *(robots_stop, time_step, slack, pairs),
         )
         places, pushes = project(contacts, proposed, iterations)
         farthest = 0.0

@@ -6,7 +6,7 @@ touch within a horizon, and of a pair each does half of what avoids it.
 """
 
 import math
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 from numba import float64
 import numpy as np
@@ -259,6 +259,8 @@ class OrcaModel(MotionModel):
     on the very point of a wall are not moved by it, nor people by someone in
     the same place with the same velocity.
     """
+
+    keeps_radii: ClassVar[bool] = True
 
     neighbor_distance: PositiveLength = 10.0
     """People and robots farther than this are not avoided, in meters."""

@@ -90,6 +90,22 @@ def test_two_who_meet_in_a_door_both_get_through(width, depth):
         assert not inside.any()
 
 
+@pytest.mark.parametrize("width", [0.9, 1.1, 1.3, 1.4])
+@pytest.mark.parametrize("depth", [1.0, 2.5])
+def test_who_keeps_more_than_bodies_apart_gets_through_wider_doors(
+    width, depth
+):
+    for seed in range(3):
+        rng = np.random.default_rng(seed + 17)
+        places = rng.uniform([[-4.5, -0.5], [3.5, -0.5]], [[-4, 0.5], [4, 0.5]])
+        p = meet(
+            *(places, [(6, 0.3), (-6, -0.2)]),
+            **{"width": width, "depth": depth, "time": 17.0, "model": "orca"},
+        )
+        assert p[-1, 0, 0] > 4, seed
+        assert p[-1, 1, 0] < -4, seed
+
+
 @pytest.mark.parametrize("model", MODELS)
 def test_three_get_past_two_at_a_door(model):
     for seed in range(2):

@@ -68,6 +68,32 @@ def test_bodies_kept_apart_are_in_the_same_contacts(grid, model):
         assert abs(found[0] - time) <= STEP + 1e-9
 
 
+@pytest.mark.parametrize("step", [0.1, 0.05])
+@pytest.mark.parametrize("model", ["differential_drive", "pmb2"])
+@pytest.mark.parametrize("speed", [0.3, 0.5, 0.8])
+def test_who_runs_into_a_robot_from_behind_is_charged(speed, model, step):
+    """A person at 1.2 m/s, and a robot that drives away from there."""
+    walker = HumanConfig(
+        pose=(-1.5, 0.1, 0),
+        goals=[(40, 0.1)],
+        desired_speed=1.2,
+        max_speed=1.2,
+        # (The person does not feel the robot.)
+        forces={"social_factor": 0.0},
+    )
+    robot = {"model": model, "radius": PMB2_RADIUS, "limits": {}}
+    diagram = make_diagram(robot, [walker], time_step=step)
+    run = drive(diagram, (speed, 0), duration=4.0, every=step)
+    time, counts = begin(run)
+    assert counts == (0, 1)
+    row = run.contacts[int(np.argmax(run.times == time)), 0]
+    assert row[Contact.RELATIVE_SPEED] == pytest.approx(1.2 - speed, abs=0.06)
+    gap = np.hypot(*(run.people[:, 0, :2] - run.robot[:, :2]).T) - 0.52
+    assert gap.min() < 1e-3
+    # And pushes a robot that bodies stop.
+    assert (run.contacts[-1, 0, Contact.IMPULSE] > 1) == (model == "pmb2")
+
+
 def test_who_is_pushed_into_a_robot_by_others_is_charged():
     """Though the one next to the robot stood still."""
     humans = [
