@@ -128,17 +128,17 @@ def is_robot_approaching(
     occlusion: bool = True,
     standing_distance: Distance = 0.0,
     at_rest: bool = False,
-    with_goal: bool = True,
+    only_without_goal: bool = False,
 ) -> bool:
     """Holds if a robot is about to pass near the person.
 
     The person is ahead of it, at most `distance` along its course and `width`
     beside it. With `head_on`, the person faces it, too; with `at_rest` a person
     who stands need not. A robot that stands counts only up to
-    `standing_distance`, as if it were to drive on. Without `with_goal` it does
-    not hold for people who have a goal to walk to.
+    `standing_distance`, as if it were to drive on. With `only_without_goal` it
+    does not hold for people who have a goal to walk to.
     """
-    if not with_goal and context.goal is not None:
+    if only_without_goal and context.goal is not None:
         return False
     state = context.state
     head_on = head_on and not (

@@ -22,7 +22,7 @@ _STEP = 0.25
 WALL_GAP = 0.03
 
 # So little less than what is asked for is enough.
-_ENOUGH = 0.02
+_SLIGHT = 0.02
 
 # Someone less far beside the robot's way is on it.
 _BESIDE = 0.1
@@ -140,7 +140,7 @@ def find_spot(
     gap, least, pace, away = wanted
     hx, hy = drive.hx, drive.hy
     near = -1.0 if drive.beside < -_BESIDE else 1.0
-    least = min(least, gap) - _ENOUGH
+    least = min(least, gap) - _SLIGHT
     best, spot = -math.inf, None
     back = 0.0
     while back <= _BACK:
@@ -166,7 +166,7 @@ def find_spot(
             if worth > best:
                 best, spot = worth, Spot(px, py, sx, sy, room)
         # (Nothing farther back can be better.)
-        if best >= gap - _ENOUGH - _PER_METER * (back + _STEP):
+        if best >= gap - _SLIGHT - _PER_METER * (back + _STEP):
             break
         back += _STEP
     return spot
@@ -266,6 +266,6 @@ def way_past(
         x, y = x + free * nx, y + free * ny
         far = free_way(walls, x, y, -hx, -hy, behind, body, 0.0)
         if room > best and far >= behind:
-            best = room + _ENOUGH
+            best = room + _SLIGHT
             spot = Spot(x, y, x - behind * hx, y - behind * hy, room)
     return spot

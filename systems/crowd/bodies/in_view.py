@@ -71,12 +71,11 @@ class InView:
         """
         if not self.takes_turns:
             return command, eased
-        wanted, felt = take_turns(
+        wanted = take_turns(
             *(plain(states), bodies, plain(command), parameters),
             *(eased, self._table),
         )
-        felt.setflags(write=False)
-        return changed_to(command, wanted), felt
+        return _told(command, *wanted)
 
     def follow(
         self,
@@ -90,12 +89,11 @@ class InView:
 
         See `keep_time_gap`.
         """
-        wanted, felt = keep_time_gap(
+        wanted = keep_time_gap(
             *(plain(states), bodies, plain(command), parameters, eased),
             *(self.time_gap, self.speed_matching),
         )
-        felt.setflags(write=False)
-        return changed_to(command, wanted), felt
+        return _told(command, *wanted)
 
     def pass_robots(
         self,
@@ -111,9 +109,16 @@ class InView:
 
         See `pass_robots`.
         """
-        wanted, felt = pass_robots(
+        wanted = pass_robots(
             *(plain(states), bodies, plain(command), plain(goals), parameters),
             *(plain(robots), eased, self._table, self._robot_gap),
         )
-        felt.setflags(write=False)
-        return changed_to(command, wanted), felt
+        return _told(command, *wanted)
+
+
+def _told(
+    command: Array, wanted: NDArray[np.float64], felt: NDArray[np.float64]
+) -> tuple[Array, Array]:
+    """Returns a command changed to what is wanted, and how walls are felt."""
+    felt.setflags(write=False)
+    return changed_to(command, wanted), felt
