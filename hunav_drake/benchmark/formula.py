@@ -6,7 +6,9 @@ comparisons in brackets.
 """
 
 import ast
-from collections.abc import Callable, Iterator, Mapping
+from collections import defaultdict
+from collections.abc import Callable, Mapping
+from functools import reduce
 import operator
 import re
 import sys
@@ -44,6 +46,8 @@ _JOINTS: dict[type[ast.operator | ast.boolop], Callable[[Any, Any], Any]] = {
     ast.BitOr: np.logical_or,
 }
 
+_AS_IN = "as in sfw >= 1.15 * dwb"
+
 
 def formula_name(label: str) -> str:
     """Returns a planner's label, or any other, as formulas call it."""
@@ -65,12 +69,9 @@ def check_formula(formula: str) -> None:
         ValueError: If not: the text says what it must be, without the formula.
     """
     try:
-        body = ast.parse(formula.strip(), mode="eval").body
-        faults = list(_truth_faults(body))
-    except (SyntaxError, ValueError, RecursionError, MemoryError):
-        faults = ["must compare names and numbers, as in sfw >= 1.15 * dwb"]
-    if faults:
-        raise ValueError(faults[0])
+        holds(formula, defaultdict(lambda: np.ones(1)), 1)
+    except (SyntaxError, UnicodeError, RecursionError, MemoryError):
+        raise ValueError(f"must compare names and numbers, {_AS_IN}") from None
 
 
 def holds(formula: str, values: Mapping[str, Array], size: int) -> Mask:
@@ -83,104 +84,75 @@ def holds(formula: str, values: Mapping[str, Array], size: int) -> Mask:
         values: The values of each name, shape (size,).
         size: How many values there are.
     """
-    known = np.ones(size, dtype=bool)
-
-    def number(node: ast.expr) -> Any:
-        match node:
-            case ast.Name():
-                return values[node.id]
-            case ast.Constant():
-                # Python's own integers would have no end.
-                return np.float64(node.value)  # type: ignore[arg-type]
-            case ast.UnaryOp():
-                return _SIGNS[type(node.op)](number(node.operand))
-            case ast.BinOp():
-                left, right = number(node.left), number(node.right)
-                return _ARITHMETIC[type(node.op)](left, right)
-        raise TypeError(f"{type(node).__name__} is no number")
-
-    def truth(node: ast.expr) -> Any:
-        match node:
-            case ast.Compare():
-                sides = [number(it) for it in (node.left, *node.comparators)]
-                for side in sides:
-                    known[np.broadcast_to(np.isnan(side), size)] = False
-                pairs = zip(node.ops, sides[:-1], sides[1:], strict=True)
-                told = [_COMPARISONS[type(op)](a, b) for op, a, b in pairs]
-                return np.logical_and.reduce(told)
-            case ast.BoolOp():
-                told = [truth(it) for it in node.values]
-                result = told[0]
-                for other in told[1:]:
-                    result = _JOINTS[type(node.op)](result, other)
-                return result
-            case ast.BinOp():
-                left, right = truth(node.left), truth(node.right)
-                return _JOINTS[type(node.op)](left, right)
-            case ast.UnaryOp():
-                return np.logical_not(truth(node.operand))
-        raise TypeError(f"{type(node).__name__} is no comparison")
-
-    with np.errstate(all="ignore"):
-        body = ast.parse(formula.strip(), mode="eval").body
-        found: Mask = np.broadcast_to(truth(body), size) & known
+    tested = _Formula(values, size)
+    told = tested.truth(ast.parse(formula.strip(), mode="eval").body)
+    found: Mask = np.broadcast_to(told, size) & tested.known
     return found
 
 
-def _truth_faults(node: ast.expr) -> Iterator[str]:
-    """Yields what is wrong with what is to be true or not."""
-    match node:
-        case ast.Compare():
-            if not any(isinstance(it, ast.Name) for it in ast.walk(node)):
-                yield (
-                    "must compare names, as in sfw >= 1.15 * dwb: numbers alone"
-                    " say nothing"
+class _Formula:
+    """Finds out what a formula gives; what is none raises a ValueError."""
+
+    def __init__(self, values: Mapping[str, Array], size: int) -> None:
+        self._values = values
+        # Where nothing that is compared is NaN.
+        self.known = np.ones(size, dtype=bool)
+
+    def truth(self, node: ast.expr) -> Any:
+        """Returns where it is true."""
+        match node:
+            case ast.Compare():
+                return self._compare(node)
+            case ast.BoolOp(op=op, values=parts):
+                return reduce(_JOINTS[type(op)], map(self.truth, parts))
+            case ast.BinOp(left, ast.BitAnd() | ast.BitOr() as op, right):
+                return _JOINTS[type(op)](self.truth(left), self.truth(right))
+            case ast.UnaryOp(ast.Not() | ast.Invert(), operand):
+                return np.logical_not(self.truth(operand))
+        self._number(node)
+        raise ValueError(
+            f"must compare something, {_AS_IN}: what is only a number neither"
+            " holds nor fails"
+        )
+
+    def _compare(self, node: ast.Compare) -> Any:
+        if not any(isinstance(it, ast.Name) for it in ast.walk(node)):
+            raise ValueError(
+                f"must compare names, {_AS_IN}: numbers alone say nothing"
+            )
+        if any(type(op) not in _COMPARISONS for op in node.ops):
+            raise ValueError("must compare by <, <=, >, >=, == or !=")
+        sides = [self._number(it) for it in (node.left, *node.comparators)]
+        for side in sides:
+            self.known &= ~np.isnan(side)
+        pairs = zip(node.ops, sides[:-1], sides[1:], strict=True)
+        told = [_COMPARISONS[type(op)](a, b) for op, a, b in pairs]
+        return np.logical_and.reduce(told)
+
+    def _number(self, node: ast.expr) -> Any:
+        """Returns its values."""
+        match node:
+            case ast.Name():
+                return self._values[node.id]
+            case ast.Constant(value=bool() | str() | bytes() | complex()):
+                raise ValueError(f"must have numbers, not {node.value!r:.40}")
+            case ast.Constant(value=int() | float() as value):
+                if abs(value) > sys.float_info.max:
+                    raise ValueError("must have finite numbers")
+                # Python's own integers would have no end.
+                return np.float64(value)
+            case ast.BinOp(left, op, right) if type(op) in _ARITHMETIC:
+                sides = self._number(left), self._number(right)
+                with np.errstate(all="ignore"):
+                    return _ARITHMETIC[type(op)](*sides)
+            case ast.UnaryOp(op, operand) if type(op) in _SIGNS:
+                return _SIGNS[type(op)](self._number(operand))
+            case ast.BinOp(op=ast.BitAnd() | ast.BitOr()):
+                raise ValueError(
+                    "must have brackets around comparisons beside & and |, or"
+                    " `and` and `or` in their place"
                 )
-            for op in node.ops:
-                if type(op) not in _COMPARISONS:
-                    yield "must compare by <, <=, >, >=, == or !="
-            for side in (node.left, *node.comparators):
-                yield from _number_faults(side)
-        case ast.BoolOp():
-            for part in node.values:
-                yield from _truth_faults(part)
-        case ast.UnaryOp(op=ast.Not() | ast.Invert()):
-            yield from _truth_faults(node.operand)
-        case ast.BinOp(op=ast.BitAnd() | ast.BitOr()):
-            yield from _truth_faults(node.left)
-            yield from _truth_faults(node.right)
-        case _:
-            yield from _number_faults(node)
-            yield (
-                "must compare something, as in sfw >= 1.15 * dwb: what is only"
-                " a number neither holds nor fails"
-            )
-
-
-def _number_faults(node: ast.expr) -> Iterator[str]:
-    """Yields what is wrong with what is to be a number."""
-    match node:
-        case ast.Name():
-            pass
-        case ast.Constant(value=bool() as value):
-            yield f"must have numbers, not {value}"
-        case ast.Constant(value=int() | float() as value):
-            if abs(value) > sys.float_info.max:
-                yield "must have finite numbers"
-        case ast.Constant(value=value):
-            yield f"must have numbers, not {value!r:.40}"
-        case ast.BinOp() if type(node.op) in _ARITHMETIC:
-            yield from _number_faults(node.left)
-            yield from _number_faults(node.right)
-        case ast.UnaryOp() if type(node.op) in _SIGNS:
-            yield from _number_faults(node.operand)
-        case ast.BinOp(op=ast.BitAnd() | ast.BitOr()):
-            yield (
-                "must have brackets around comparisons beside & and |, or `and`"
-                " and `or` in their place"
-            )
-        case _:
-            yield (
-                "must compare names and numbers by + - * / ** and brackets, as"
-                " in sfw >= 1.15 * dwb"
-            )
+        raise ValueError(
+            f"must compare names and numbers by + - * / ** and brackets,"
+            f" {_AS_IN}"
+        )

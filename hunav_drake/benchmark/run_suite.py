@@ -27,7 +27,7 @@ from hunav_drake.benchmark.suite import Suite
 from hunav_drake.benchmark.suite_result import SuiteResult
 from hunav_drake.commands.user_code import import_user_code
 
-# How often a task is given out again whose worker has died.
+# How often a run is given out alone, if its worker dies each time.
 _ATTEMPTS = 3
 
 # Called with each run that has ended, how many have, and how many there are.
@@ -173,7 +173,8 @@ class _Driver:
         self._log = log
         self._rows = rows
         self._progress = progress
-        self._attempts: dict[tuple[str, int, int], int] = {}
+        # Runs that may have killed a worker, and how often they did so alone.
+        self._suspects: dict[tuple[str, int, int], int] = {}
         self._again: list[Task] = []
         self._done = sum(plan.done for plan in plans)
         # Plans that may have tasks to give out.
@@ -186,7 +187,10 @@ class _Driver:
         ended: SimpleQueue[Future[list[RunRow]]] = SimpleQueue()
         try:
             while True:
-                while len(running) < window and (task := self._next()):
+                # Where one dies, all that is under way may be lost with it:
+                # what is suspected of that runs alone.
+                most = 1 if self._suspects else window
+                while len(running) < most and (task := self._next()):
                     future = self._executor.submit(do_task, task)
                     running[future] = task
                     future.add_done_callback(ended.put)
@@ -242,7 +246,10 @@ class _Driver:
         self, future: "Future[list[RunRow]]", task: Task
     ) -> list[RunRow]:
         try:
-            return future.result()
+            rows = future.result()
+            for row in rows:
+                self._suspects.pop((row.cell, row.seed, row.repetition), None)
+            return rows
         except UnfitWorkerError:
             raise
         except CancelledError as error:
@@ -254,14 +261,17 @@ class _Driver:
             return self._retry(task, error)
 
     def _retry(self, task: Task, error: Exception) -> list[RunRow]:
-        """Gives the runs of a dead worker out again, one by one."""
+        """Gives the runs of a dead worker out again, each alone."""
         failed = []
         for seed, repetition in task.runs:
             key = task.cell, seed, repetition
-            self._attempts[key] = self._attempts.get(key, 0) + 1
-            if self._attempts[key] < _ATTEMPTS:
+            # The first time it was not alone.
+            deaths = self._suspects.get(key, -1) + 1
+            if deaths < _ATTEMPTS:
+                self._suspects[key] = deaths
                 self._again.append(task.one(seed, repetition))
                 continue
+            del self._suspects[key]
             reason = (
                 f"its worker process died {_ATTEMPTS} times"
                 f" ({type(error).__name__}: {error}); start the suite again,"

@@ -80,15 +80,16 @@ class Relation:
     """What it is called in lists."""
 
     scenarios: Annotated[list[Name], Field(min_length=1)]
-    """Where it applies. With several scenarios, names in the formula are those
-    of planner and scenario, as in dwb_passing."""
+    """Where it applies. With several scenarios, names of planners in the
+    formula are those of planner and scenario, as in dwb_passing."""
 
     metric: Name
     """The metric."""
 
     by: Literal["planner", "behavior", "both"] = "planner"
     """What the names in the formula are: planners; behaviors, for which it is
-    to hold with every planner; or both, as in dwb_curious."""
+    to hold with every planner in each scenario; or both, as in dwb_curious, in
+    each scenario."""
 
     holds: Annotated[StrictStr, AfterValidator(_check_formula)]
     """A comparison of names and numbers, or several of them with `and`, `or`

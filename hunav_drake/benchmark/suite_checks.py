@@ -1,10 +1,11 @@
 """Whether the names in a suite are names of something."""
 
 from collections.abc import Iterable, Iterator, Sequence
+from itertools import product
 import re
 
 from hunav_drake.benchmark.formula import formula_name, names_in
-from hunav_drake.benchmark.suite import Relation, Suite, planner_overrides
+from hunav_drake.benchmark.suite import Suite, planner_overrides
 from hunav_drake.scenario import Fault, Scenario
 from hunav_drake.scenario.error import Finding
 from hunav_drake.scenario.population import draw_people
@@ -23,28 +24,18 @@ _EXTRAS = re.compile(
 
 
 def formula_findings(suite: Suite) -> Iterator[Finding]:
-    """Yields what formulas about planners call by no planner's name.
+    """Yields what formulas about planners call by no name of one planner.
 
     Planners that are registered are known, also where a suite lacks them: then
     its relations are not tested.
     """
-    labels = [planner_overrides(choice)[0] for choice in suite.planners]
-    known = list(map(formula_name, dict.fromkeys([*labels, *PLANNERS])))
+    planners = _known_planners(suite)
     for i, relation in enumerate(suite.relations):
-        if relation.by != "planner":
-            continue
-        valid = known
-        if len(relation.scenarios) > 1:
-            valid = [
-                formula_name(f"{planner}_{scenario}")
-                for planner in known
-                for scenario in relation.scenarios
-            ]
-        loc = "relations", i, "holds"
-        for name in names_in(relation.holds):
-            if name not in valid:
-                told = _unknown("planner", name, valid)
-                yield Finding(loc, f"{told}, in {relation.holds!r:.80}")
+        if relation.by == "planner":
+            several = len(relation.scenarios) > 1
+            parts = [planners, relation.scenarios] if several else [planners]
+            for told in _formula_faults("planner", relation.holds, parts):
+                yield Finding(("relations", i, "holds"), told)
 
 
 def name_faults(suite: Suite, scenarios: Sequence[Scenario]) -> Iterator[Fault]:
@@ -62,10 +53,12 @@ def name_faults(suite: Suite, scenarios: Sequence[Scenario]) -> Iterator[Fault]:
         if name not in valid:
             yield _fault("seeds_of", _unknown("scenario", name, valid))
     if suite.until:
-        for scenario in by_name.values():
-            told = _metric_fault(suite.until.metric, [scenario])
-            if told:
-                yield _fault("until.metric", told)
+        for told in _metric_faults(suite.until.metric, by_name.values()):
+            yield _fault("until.metric", told)
+    # In a file they are found as it is read; here is any suite.
+    for found in formula_findings(suite):
+        yield _fault(f"relations[{found.loc[1]}].holds", found.message)
+    planners = _known_planners(suite)
     for i, relation in enumerate(suite.relations):
         place = f"relations[{i}]"
         for name in relation.scenarios:
@@ -76,42 +69,73 @@ def name_faults(suite: Suite, scenarios: Sequence[Scenario]) -> Iterator[Fault]:
         is_extra = relation.by == "planner" and _EXTRAS.fullmatch(
             relation.metric
         )
-        told = "" if is_extra else _metric_fault(relation.metric, own)
-        if told:
-            yield _fault(f"{place}.metric", told)
-        if relation.by != "planner" and own:
-            yield from _behavior_faults(f"{place}.holds", relation, own[0])
+        if not is_extra:
+            for told in _metric_faults(relation.metric, own):
+                yield _fault(f"{place}.metric", told)
+        for scenario in own if relation.by != "planner" else ():
+            people = (
+                behavior_name(it.behavior) for it in draw_people(scenario)
+            )
+            behaviors = _with_shipped(people, BEHAVIORS)
+            parts, kind = [behaviors], "behavior"
+            if relation.by == "both":
+                parts, kind = [planners, behaviors], "planner and behavior"
+            for told in _formula_faults(kind, relation.holds, parts):
+                yield _fault(f"{place}.holds", told)
 
 
-def _behavior_faults(
-    place: str, relation: Relation, scenario: Scenario
-) -> Iterator[Fault]:
-    people = (behavior_name(it.behavior) for it in draw_people(scenario))
-    valid = list(map(formula_name, dict.fromkeys([*people, *BEHAVIORS])))
-    for name in names_in(relation.holds):
-        ends = name if relation.by == "behavior" else name.partition("_")[2]
-        is_known = name in valid
-        if relation.by == "both":
-            is_known = any(name.endswith(f"_{it}") for it in valid)
-        if not is_known:
-            told = _unknown("behavior", ends or name, valid)
-            yield _fault(place, f"{told}, in {relation.holds!r:.80}")
+def _known_planners(suite: Suite) -> list[str]:
+    labels = (planner_overrides(choice)[0] for choice in suite.planners)
+    return _with_shipped(labels, PLANNERS)
 
 
-def _metric_fault(name: str, scenarios: Sequence[Scenario]) -> str:
-    """Returns why a metric is unknown where it is to be; nothing if it is."""
+def _with_shipped(own: Iterable[str], shipped: Iterable[str]) -> list[str]:
+    """Returns labels, and others that formulas call by none of their names."""
+    own = list(dict.fromkeys(own))
+    names = set(map(formula_name, own))
+    return [*own, *(it for it in shipped if formula_name(it) not in names)]
+
+
+def _formula_faults(
+    kind: str, formula: str, parts: Iterable[Iterable[str]]
+) -> Iterator[str]:
+    """Yields what a formula calls by a name of nothing, or of several.
+
+    Args:
+        kind: What it is about.
+        formula: The formula.
+        parts: Of what its names are made: one of each, in this order.
+    """
+    called: dict[str, list[str]] = {}
+    for place in dict.fromkeys(product(*parts)):
+        name = formula_name("_".join(place))
+        called.setdefault(name, []).append("/".join(place))
+    for name in names_in(formula):
+        meant = called.get(name, ())
+        if len(meant) == 1:
+            continue
+        told = _unknown(kind, name, called)
+        if meant:
+            told = (
+                f"{shown(name)} is what formulas call"
+                f" {' and '.join(map(shown, meant))}; give each a label of"
+                " other letters or digits"
+            )
+        yield f"{told}, in {formula!r:.80}"
+
+
+def _metric_faults(name: str, scenarios: Iterable[Scenario]) -> Iterator[str]:
+    """Yields why a metric is unknown where it is to be."""
     if name not in METRICS:
-        return _unknown("metric", name, METRICS)
+        yield _unknown("metric", name, METRICS)
+        return
     for scenario in scenarios:
-        computed = [
-            it.name for it in select_metrics(scenario.evaluator.metrics)
-        ]
-        if name not in computed:
-            return (
+        computed = select_metrics(scenario.evaluator.metrics)
+        if name not in (it.name for it in computed):
+            yield (
                 f"{shown(name)} is not computed in {scenario.name}; add it to"
                 " evaluator.metrics there"
             )
-    return ""
 
 
 def _unknown(kind: str, name: str, valid: Iterable[str]) -> str:

@@ -1,6 +1,7 @@
 """Writes what a suite has given: CSV, LaTeX, JSON and an HTML report."""
 
 from collections.abc import Sequence
+import hashlib
 import json
 import math
 from pathlib import Path
@@ -14,16 +15,15 @@ from hunav_drake.benchmark.comparison.tables import (
     behavior_tables,
     scenario_tables,
 )
+from hunav_drake.benchmark.running.run_row import row_to_json
 from hunav_drake.benchmark.suite_result import SuiteResult
 from hunav_drake.report.suite_page import suite_page
 from hunav_drake.systems.common.files import atomic_write
 
-# What is written; the last tells that all the others are there.
 _FILES = (
     *("runs.csv", "runs_by_behavior.csv", "summary.csv", "costs.csv"),
     *("relations.csv", "tables.tex", "report.html"),
 )
-_LAST = "suite.json"
 
 
 def WriteSuite(
@@ -40,7 +40,8 @@ def WriteSuite(
 
     They are `runs.csv`, `runs_by_behavior.csv`, `summary.csv`, `costs.csv`,
     `relations.csv`, `tables.tex`, `report.html`, and, when all others are
-    there, `suite.json`. Nothing is written where these say the same already.
+    there, `suite.json`. Nothing is written where they are of the same suite,
+    with the same runs and replays.
 
     Returns:
         The path of the report.
@@ -51,10 +52,11 @@ def WriteSuite(
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     judgements = judge(result) if judgements is None else judgements
-    report = folder / "report.html"
-    about = suite_json(result, judgements) + "\n"
-    if _is_written(folder, about):
+    report, last = folder / "report.html", folder / "suite.json"
+    made_from = _sha256(result, judgements, folder)
+    if _is_written(folder, last, made_from):
         return report
+    last.unlink(missing_ok=True)
     summary = result.summary().reset_index()
     relations = pd.DataFrame([vars(it) for it in judgements])
     for name, table in (
@@ -73,30 +75,46 @@ def WriteSuite(
     )
     _write(folder / "tables.tex", preamble + "\n".join(map(to_latex, tables)))
     _write(report, suite_page(result, judgements))
-    _write(folder / _LAST, about)
+    _write(last, suite_json(result, judgements, made_from) + "\n")
     return report
 
 
-def _is_written(folder: Path, about: str) -> bool:
-    """Returns whether all files are there, made from what they would be."""
-    paths = [folder / name for name in (*_FILES, _LAST)]
+def _sha256(
+    result: SuiteResult, judgements: Sequence[Judgement], folder: Path
+) -> str:
+    """Returns a hash of all that the files tell."""
+    replays = sorted(path.name for path in folder.glob("replays/*"))
+    about = (result.suite, result.cells, list(judgements), replays)
+    found = hashlib.sha256(repr(about).encode())
+    for row in result.rows:
+        found.update(row_to_json(row).encode())
+    return found.hexdigest()
+
+
+def _is_written(folder: Path, last: Path, made_from: str) -> bool:
+    """Returns whether all files are there, made from the same."""
+    paths = [*(folder / name for name in _FILES), last]
     if not all(path.is_file() for path in paths):
         return False
-    # The runs, whose times are in it, and the replays that the report links to.
-    sources = [*folder.glob("runs.jsonl"), *folder.glob("replays/*")]
-    last = paths[-1].stat().st_mtime
-    if any(path.stat().st_mtime > last for path in sources):
-        return False
-    return paths[-1].read_text(encoding="utf-8") == about
+    return f'"made_from": "{made_from}"' in last.read_text(errors="replace")
 
 
-def suite_json(result: SuiteResult, judgements: Sequence[Judgement]) -> str:
-    """Returns suite, cells, statistics and relations as JSON."""
+def suite_json(
+    result: SuiteResult, judgements: Sequence[Judgement], made_from: str = ""
+) -> str:
+    """Returns suite, cells, statistics and relations as JSON.
+
+    Args:
+        result: What the suite has given.
+        judgements: What became of its relations.
+        made_from: A hash of all of it, with what the runs cost.
+    """
     summary = result.summary().reset_index()
     data = {
         "suite": result.suite.name,
         "version": result.suite.version,
         "code_sha256": result.code_sha256,
+        "made_from": made_from,
         "cells": [
             {"name": cell.name, "sha256": cell.sha256} for cell in result.cells
         ],

@@ -11,6 +11,7 @@ import math
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 import pandas as pd
 
 from hunav_drake.results.intervals import (
@@ -93,7 +94,7 @@ def summarize(
     known = RATES[0] if RATES[0] in runs else None
     columns = list(dict.fromkeys([*names, *([known] if known else [])]))
     rows = {}
-    for kind, part in _groups(_once(runs, by, columns), by):
+    for kind, part in _groups(once_per_seed(runs, by, columns), by):
         done = part[known].to_numpy(dtype=float) if known else np.zeros(0)
         has_goals = bool(np.isfinite(done).any())
         for name in names:
@@ -130,7 +131,7 @@ def compare(
     same at a confidence of 0.95: choose beforehand the ones that matter.
 
     A run that does not reach the goal has a shorter way than it needs, and no
-    time. So where only one of the two arrives in some pair, metrics are
+    time. So where one of the two does not arrive in some pair, metrics are
     compared in the pairs in which both do, but for those that tell how often.
 
     Args:
@@ -166,13 +167,15 @@ def compare(
     for name in RATES:
         if name in runs:
             _check_rate(name, runs)
-    told = _once(runs, [*by, *pair, on], columns)
+    told = once_per_seed(runs, [*by, *pair, on], columns)
     one, other = _pairs(told, (a, b), on, [*by, *pair], columns)
     kinds = one.index.to_frame(index=False)
     rows = {}
     for kind, part in _groups(kinds, by):
         xs, ys = (it.iloc[part.index] for it in (one, other))
-        both = _both_arrive(xs, ys)
+        both = None
+        if RATES[0] in columns:
+            both = where_all_arrive([it[RATES[0]] for it in (xs, ys)])
         for name in names:
             x, y = (it[name].to_numpy(dtype=float) for it in (xs, ys))
             some = both is not None and name not in OF_ALL_RUNS
@@ -200,10 +203,17 @@ def early_mark(metric: str, described: pd.Series) -> str:
     return "*" if metric in _OF_THE_WAY and is_early else ""
 
 
-def _once(
+def once_per_seed(
     runs: pd.DataFrame, keys: list[str], names: list[str]
 ) -> pd.DataFrame:
-    """Returns a table in which the repetitions of a run are one row."""
+    """Returns a table in which the repetitions of a run are one row.
+
+    Args:
+        runs: A row per run.
+        keys: The columns that tell independent runs apart, besides those that
+            always do.
+        names: Those of numbers, of which the means over repetitions are taken.
+    """
     if "repetition" not in runs or "repetition" in keys:
         return runs
     about = [*keys, *(key for key in _RUN if key in runs and key not in keys)]
@@ -216,15 +226,16 @@ def _once(
     return parts.mean().reset_index()
 
 
-def _both_arrive(one: pd.DataFrame, other: pd.DataFrame) -> Mask | None:
-    """Returns the pairs in which both arrive; None where all count."""
-    if RATES[0] not in one:
-        return None
-    x, y = (it[RATES[0]].to_numpy(dtype=float) for it in (one, other))
-    if not (np.isfinite(x) & np.isfinite(y) & (x != y)).any():
-        return None
-    found: Mask = (x == 1) & (y == 1)
-    return found
+def where_all_arrive(completed: Iterable[ArrayLike]) -> Mask | None:
+    """Returns the seeds in which all arrive; None where all count.
+
+    Args:
+        completed: Of each planner, how often it arrives in each seed, shape
+            (seeds,); NaN if that is not known, as without a goal.
+    """
+    rates = np.array([np.asarray(it, dtype=float) for it in completed])
+    fails: Mask = (np.isfinite(rates) & (rates != 1)).any(axis=0)
+    return ~fails if fails.any() else None
 
 
 def _groups(table: pd.DataFrame, by: list[str]) -> Any:

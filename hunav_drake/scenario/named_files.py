@@ -8,9 +8,13 @@ from collections.abc import Iterator, Mapping
 import contextlib
 import dataclasses as dc
 import hashlib
+import html
+import json
+import os
 from pathlib import Path
 import re
 from typing import Any
+from urllib.parse import unquote
 
 from pydrake.multibody.parsing import PackageMap
 import yaml
@@ -22,16 +26,17 @@ _YAML = (".yaml", ".yml")
 _WAVEFRONT = (".obj", ".mtl")
 _MARKUP = (".urdf", ".sdf", ".world", ".xml", ".xacro", ".config", ".dae")
 
-# Where a text may name a file: in quotes or between tags; in a mesh of
+# Where a text may name a file: in an attribute or between tags; in a mesh of
 # Wavefront's and its materials, after some words.
-_QUOTED = tuple(
+_MARKED = tuple(
     re.compile(pattern)
     for pattern in (
-        r"\"([^\"\n]{1,500})\"",
-        r"'([^'\n]{1,500})'",
+        r"=\s*\"([^\"]{1,500})\"",
+        r"=\s*'([^']{1,500})'",
         r">([^<>]{1,500})<",
     )
 )
+_COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
 _REFERENCE = re.compile(
     r"^[ \t]*(?:mtllib|map_\w+|bump|disp|decal|refl|norm)[ \t]([^\n]{1,500})$",
     re.MULTILINE,
@@ -60,7 +65,8 @@ def named_files(scenario: Scenario) -> list[Path]:
     """Returns all files that a scenario names, and those that they name.
 
     Whatever text in a scenario is the name of a file counts, so also the
-    parameters of planners, robots and motion models of one's own.
+    parameters of planners, robots and motion models of one's own. A folder
+    that planner or robot have as a parameter stands for all files in it.
     """
     parts = [
         plain(getattr(scenario, field.name))
@@ -73,6 +79,10 @@ def named_files(scenario: Scenario) -> list[Path]:
     todo: list[Path] = []
     for text in _texts(parts):
         todo += _find(text, [here], packages)
+    for part in (scenario.planner, scenario.robot):
+        for text in _free_texts(part):
+            if re.search(r"\w", text) and os.path.isdir(here / text):
+                todo += _files_in(here / text)
     while todo:
         path = todo.pop()
         if path not in found:
@@ -90,6 +100,27 @@ def _texts(data: Any) -> Iterator[str]:
     if isinstance(data, list | tuple):
         for item in data:
             yield from _texts(item)
+
+
+def _free_texts(value: Any, kind: Any = None) -> Iterator[str]:
+    """Yields the texts of a configuration that are none of a few words."""
+    if dc.is_dataclass(value):
+        for field in dc.fields(value):
+            # Of a package, what other files name counts.
+            if field.name != "packages":
+                yield from _free_texts(getattr(value, field.name), field.type)
+    elif isinstance(value, list | tuple):
+        for item in value:
+            yield from _free_texts(item, kind)
+    elif "Literal" not in str(kind):
+        yield from _texts(value)
+
+
+def _files_in(folder: Path) -> Iterator[Path]:
+    """Yields the files of a folder, but those that Python leaves there."""
+    for path in folder.rglob("*"):
+        if path.is_file() and "__pycache__" not in path.parts:
+            yield path.resolve()
 
 
 def _packages(robot: Any) -> dict[str, Path]:
@@ -113,7 +144,8 @@ def _named_in(path: Path, packages: Mapping[str, Path]) -> Iterator[Path]:
         folders += [
             folder
             for name in names
-            if re.match(r"\w", name) and (folder := path.parent / name).is_dir()
+            if re.search(r"\w", name)
+            and os.path.isdir(folder := path.parent / name)
         ]
     own = dict(packages)
     for above in path.parents if names else ():
@@ -141,10 +173,19 @@ def _names_in(path: Path) -> list[str]:
             ]
     elif kind in _WAVEFRONT:
         for line in _REFERENCE.findall(text):
-            # There may be options before a name.
-            names += [line, line.split()[-1]]
+            # There may be options before a name, and spaces in it.
+            words = line.split()
+            names += [line, *words]
+            names += [" ".join(words[i:]) for i in range(1, len(words))]
+    elif kind == ".gltf":
+        with contextlib.suppress(ValueError, RecursionError):
+            names = list(map(unquote, _texts(json.loads(text))))
     else:
-        names = [it for pattern in _QUOTED for it in pattern.findall(text)]
+        text = _COMMENT.sub("", text)
+        found = (it for pattern in _MARKED for it in pattern.findall(text))
+        names = list(map(html.unescape, found))
+        if kind == ".dae":
+            names += list(map(unquote, names))
     return list(dict.fromkeys(filter(None, map(str.strip, names))))
 
 
@@ -158,16 +199,13 @@ def _find(
         places = [packages[name] / rest] if name in packages else []
     elif mark:
         places = [Path(rest)] if scheme == "file" else []
-    elif re.search(r"\w[./]\w", text) and "\0" not in text:
+    elif re.search(r"\w", text):
         places = [folder / text for folder in folders]
     else:
         places = []
     for place in places:
         # A folder is a model, of which another file tells.
         for path in (place, place / "model.config"):
-            try:
-                if path.is_file():
-                    yield path.resolve()
-            except OSError:
-                # It is too long for a name.
-                pass
+            # Unlike a path's own method, this bears whatever text.
+            if os.path.isfile(path):
+                yield path.resolve()

@@ -64,7 +64,9 @@ ABOUT_RUNS = (
     "planner",
     "setting",
     "seed",
+    "repetition",
     "end_reason",
+    "end_message",
     "end_time",
     "behavior",
 )

@@ -1,6 +1,6 @@
 """Means over the runs of a suite, and how sure they are."""
 
-from collections.abc import Hashable, Mapping
+from collections.abc import Hashable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -8,7 +8,12 @@ import pandas as pd
 
 from hunav_drake.benchmark.running.run_row import NO_RESULT
 from hunav_drake.benchmark.suite_result import SuiteResult
-from hunav_drake.results.statistics import OF_ALL_RUNS, RATES
+from hunav_drake.results.statistics import (
+    OF_ALL_RUNS,
+    RATES,
+    once_per_seed,
+    where_all_arrive,
+)
 from hunav_drake.systems.common.arrays import Array, Mask
 
 _RESAMPLES = 1000
@@ -44,32 +49,27 @@ class Means:
     """
 
     def __init__(
-        self, result: SuiteResult, setting: str | None = None, seed: int = 0
+        self, result: SuiteResult, setting: str, seed: int = 0
     ) -> None:
         """Sorts the runs of a setting by planner, scenario and behavior.
 
         Args:
             result: What a suite has given.
-            setting: The setting; by default runs of all are taken together.
+            setting: The setting.
             seed: The seed of the draws.
         """
         self.planners = list(dict.fromkeys(c.planner for c in result.cells))
-        runs = _of_setting(result.runs(extras=True), setting)
-        by_behavior = _of_setting(result.runs(by_behavior=True), setting)
-        self._runs = _parts(runs, ["planner", "scenario"])
-        keys = ["planner", "scenario", "behavior"]
-        self._tables = {
-            key: _by_seed(part)
-            for key, part in (self._runs | _parts(by_behavior, keys)).items()
-        }
+        keys = ["planner", "scenario"]
+        self._runs = _parts(result.runs(extras=True), setting, keys)
+        by_behavior = result.runs(by_behavior=True)
+        parts = self._runs | _parts(by_behavior, setting, [*keys, "behavior"])
+        self._tables = {key: _by_seed(part) for key, part in parts.items()}
         self._seed = seed
         # Scenarios with the same seeds are drawn together.
-        self._kinds: dict[str, Hashable] = {}
-        for cell in result.cells:
-            seeds = result.suite.seeds_of.get(cell.scenario, result.suite.seeds)
-            self._kinds[cell.scenario] = (
-                tuple(seeds) if isinstance(seeds, list) else seeds
-            )
+        self._kinds: dict[str, Hashable] = {
+            scenario: tuple(sorted(result.suite.seed_list(scenario)))
+            for scenario in {cell.scenario for cell in result.cells}
+        }
         self._seeds: dict[Hashable, pd.Index] = {}
         for (_, scenario, *_), table in self._tables.items():
             kind = self._kinds[scenario]
@@ -80,8 +80,8 @@ class Means:
         """Returns the means of a metric in some places, by their names.
 
         They are over the seeds in which all places have a value, and in which
-        all arrive, if some do and others do not and the metric does not tell
-        how often.
+        all arrive, if not all do in each and the metric does not tell how
+        often.
 
         Raises:
             KeyError: If a place has no value, or there is no such seed.
@@ -92,10 +92,6 @@ class Means:
         for name, column in columns.items():
             if not np.isfinite(column).any():
                 raise KeyError(f"{metric} of {name}")
-        arrived = None
-        if metric not in OF_ALL_RUNS:
-            arrived = self._arrived(places)
-        rule = "all have a value" if arrived is None else "all arrive"
         means: dict[str, Array] = {}
         counts: dict[str, int] = {}
         notes = []
@@ -106,8 +102,12 @@ class Means:
             values = np.stack([columns[name] for name in alike])
             known = np.isfinite(values)
             whole = known.all(axis=0)
-            if arrived is not None:
-                whole &= np.logical_and.reduce([arrived[it] for it in alike])
+            rule = "all have a value"
+            if metric not in OF_ALL_RUNS:
+                arrive = self._arrive([places[name] for name in alike])
+                if arrive is not None:
+                    whole &= arrive
+                    rule = "all arrive"
             n, most = int(whole.sum()), int(known.any(axis=0).sum())
             if n < most:
                 notes.append(f"on the {n} of {most} seeds in which {rule}")
@@ -171,36 +171,22 @@ class Means:
         )
         return np.where(np.isfinite(values), values, np.nan)
 
-    def _arrived(self, places: Mapping[str, Place]) -> dict[str, Mask] | None:
-        """Returns in which seeds each arrives; None if all do so alike."""
-        if any(RATES[0] not in self._tables[it[:2]] for it in places.values()):
+    def _arrive(self, places: Sequence[Place]) -> Mask | None:
+        """Returns in which seeds all arrive; None where all count."""
+        if any(RATES[0] not in self._tables[it[:2]] for it in places):
             return None
-        rates = {
-            name: self._column(place[:2], RATES[0])
-            for name, place in places.items()
-        }
-        told = np.concatenate(list(rates.values()))
-        if len(np.unique(told[np.isfinite(told)])) < 2:
-            return None
-        return {name: rate == 1 for name, rate in rates.items()}
+        return where_all_arrive(self._column(it[:2], RATES[0]) for it in places)
 
 
 def _by_seed(runs: pd.DataFrame) -> pd.DataFrame:
     """Returns a row per seed: what its repetitions give, on average."""
-    if not runs.seed.duplicated().any():
-        return runs.set_index("seed")
-    numbers = runs.select_dtypes("number").drop(columns="seed")
-    finite = numbers.where(np.isfinite(numbers))
-    return finite.groupby(runs.seed).mean()
+    numbers = runs.select_dtypes("number").columns.drop("seed")
+    return once_per_seed(runs, ["seed"], list(numbers)).set_index("seed")
 
 
-def _of_setting(runs: pd.DataFrame, setting: str | None) -> pd.DataFrame:
-    if setting is None or runs.empty:
-        return runs
-    return runs[runs.setting == setting]
-
-
-def _parts(runs: pd.DataFrame, by: list[str]) -> dict[Any, pd.DataFrame]:
+def _parts(
+    runs: pd.DataFrame, setting: str, by: list[str]
+) -> dict[Any, pd.DataFrame]:
     if runs.empty:
         return {}
-    return dict(iter(runs.groupby(by, sort=False)))
+    return dict(iter(runs[runs.setting == setting].groupby(by, sort=False)))

@@ -177,9 +177,7 @@ def _place_sets(relation: Relation, means: Means) -> list[dict[str, Place]]:
 
     It is to hold for each of them.
     """
-    scenarios = relation.scenarios
-    first = scenarios[0]
-    planners = means.planners
+    scenarios, planners = relation.scenarios, means.planners
     if relation.by == "planner":
         several = len(scenarios) > 1
         return [
@@ -189,15 +187,17 @@ def _place_sets(relation: Relation, means: Means) -> list[dict[str, Place]]:
                 for s in scenarios
             }
         ]
-    behaviors = means.behaviors(first)
     if relation.by == "both":
         return [
             {
-                formula_name(f"{p}_{b}"): (p, first, b)
+                formula_name(f"{p}_{b}"): (p, s, b)
                 for p in planners
-                for b in behaviors
+                for b in means.behaviors(s)
             }
+            for s in scenarios
         ]
     return [
-        {formula_name(b): (p, first, b) for b in behaviors} for p in planners
+        {formula_name(b): (p, s, b) for b in means.behaviors(s)}
+        for s in scenarios
+        for p in planners
     ]

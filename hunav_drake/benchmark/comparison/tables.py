@@ -13,7 +13,7 @@ from hunav_drake.benchmark.comparison.paper import (
 )
 from hunav_drake.benchmark.suite_result import SuiteResult
 from hunav_drake.results.metric_facts import unit_of
-from hunav_drake.results.quantity_text import number_text, unit_text
+from hunav_drake.results.quantity_text import ROUNDING, number_text, unit_text
 from hunav_drake.results.statistics import RATES, early_mark, summarize
 
 # What the tables of a suite show: those of the paper, which most people know.
@@ -148,10 +148,12 @@ def mean_text(described: pd.Series, metric: str, unit: str) -> str:
     if metric in RATES and math.isfinite(half):
         # It does not reach as far to both sides.
         text = f"{text.removesuffix('.0')} [{low:.0f}, {high:.0f}]"
-    elif math.isfinite(half) and half > 0:
+    elif math.isfinite(half) and half > ROUNDING * max(1.0, abs(mean)):
         reach = number_text(half, unit, scale=abs(mean))
-        # What is only rounding says nothing.
-        text += f" \N{PLUS-MINUS SIGN} {reach}" * (reach != "0")
+        if float(reach) == 0:
+            # Other decimals than those of the mean are better than none.
+            reach = number_text(half)
+        text += f" \N{PLUS-MINUS SIGN} {reach}"
     mark = early_mark(metric, described)
     return f"{text} ({described['n']:.0f}){mark}"
 

@@ -5,12 +5,15 @@ from collections.abc import Sequence
 import math
 
 import numpy as np
+import pandas as pd
 
 from hunav_drake.benchmark.running.cell import Cell
 from hunav_drake.benchmark.running.code_hash import CodeHashes
-from hunav_drake.benchmark.running.run_row import RunRow
+from hunav_drake.benchmark.running.run_row import NO_RESULT, RunRow
 from hunav_drake.benchmark.running.task import Task
 from hunav_drake.benchmark.suite import Suite
+from hunav_drake.results.intervals import mean_interval, wilson_interval
+from hunav_drake.results.statistics import RATES
 
 # So many runs go to a worker at once: it makes the diagram of a cell only when
 # it is given another cell, and who stops the suite loses no more than these.
@@ -86,7 +89,10 @@ class CellPlan:
             return False
         self._is_done[index] = self._is_given[index] = 1
         if self._until:
-            value = row.metrics.get(self._until.metric, math.nan)
+            name = self._until.metric
+            # Who gives no result has not arrived, either.
+            is_missed = name in RATES and row.end_reason in NO_RESULT
+            value = 0.0 if is_missed else row.metrics.get(name, math.nan)
             self._values[index] = value
             self._raise_goal()
         return True
@@ -141,17 +147,18 @@ class CellPlan:
             self._goal = min(self._goal + more, self._count)
 
     def _is_known(self) -> bool:
-        from scipy.stats import t
-
         assert self._until is not None
         # Repetitions of a seed tell nothing new: their mean is one value.
         values = np.array(self._values[: self._goal])
-        table = values.reshape(-1, self._repetitions)
-        counts = np.isfinite(table).sum(axis=1)
-        sums = np.where(np.isfinite(table), table, 0.0).sum(axis=1)
-        means = sums[counts > 0] / counts[counts > 0]
+        values[~np.isfinite(values)] = math.nan
+        table = pd.DataFrame(values.reshape(-1, self._repetitions))
+        means = table.mean(axis=1).dropna().to_numpy()
         n = len(means)
         if n < self._until.least:
             return False
-        reach = float(t.ppf(0.975, n - 1)) * float(means.std(ddof=1))
-        return reach / math.sqrt(n) <= self._until.half_width
+        # As in tables.
+        if self._until.metric in RATES:
+            low, high = wilson_interval(float(means.sum()), n)
+        else:
+            low, high = mean_interval(means)
+        return (high - low) / 2 <= self._until.half_width

@@ -75,16 +75,69 @@ def test_where_hardly_any_pair_arrives_there_is_no_verdict():
     assert compared.loc["completed", "better"] == "good"
 
 
-def test_where_both_arrive_alike_all_pairs_count():
-    both = make_result(
+def two(arrived, shift=1.0, metric="path_length"):
+    """Returns two planners that arrive in the same seeds."""
+    return make_result(
         {
-            ("hall", "a"): runs_of(TIMES.tolist(), EASY * 1.0),
-            ("hall", "b"): runs_of((TIMES + 1).tolist(), EASY * 1.0),
-        }
+            ("hall", "a"): runs_of(TIMES.tolist(), arrived),
+            ("hall", "b"): runs_of((TIMES + shift).tolist(), arrived),
+        },
+        relations=[Relation(scenarios=["hall"], metric=metric, holds="a < b")],
     )
-    compared = compare(both.runs(), "a", "b").loc["hall"]
-    assert set(compared["pairs"]) == {"all"}
-    assert compared.loc["path_length", "n"] == SEEDS
+
+
+def test_who_fails_in_the_same_seeds_is_compared_in_the_others():
+    # Where they fail, one comes farther before it does.
+    made = two(EASY * 1.0)
+    for row in made.rows[:SEEDS]:
+        assert row.metrics["path_length"] == 1.0 or EASY[row.seed]
+    compared = compare(made.runs(), "a", "b").loc["hall"]
+    for name in ("time_to_reach_goal", "path_length"):
+        row = compared.loc[name]
+        assert (row["n"], row["pairs"]) == (10, "both arrive")
+        assert row["better"] == "a"
+    assert compared.loc["completed", "pairs"] == "all"
+    (judgement,) = judge(made)
+    assert judgement.verdict == "holds"
+    assert "on the 10 of 40 seeds in which all arrive" in judgement.numbers
+
+
+def test_where_nobody_arrives_no_way_is_better():
+    none = two([0.0] * SEEDS)
+    for row in none.rows[:SEEDS]:
+        row.metrics["path_length"] = 0.5
+    compared = compare(none.runs(), "a", "b").loc["hall"]
+    assert compared.loc["path_length", ["n", "better"]].tolist() == [0, None]
+    (judgement,) = judge(none)
+    assert judgement.verdict == "not tested"
+    assert "path_length in seeds in which all arrive" in judgement.numbers
+
+
+def test_where_all_arrive_or_there_is_no_goal_all_pairs_count():
+    for arrived in (None, [math.nan] * SEEDS):
+        made = two(arrived)
+        compared = compare(made.runs(), "a", "b").loc["hall"]
+        assert set(compared["pairs"]) == {"all"}
+        assert compared.loc["path_length", "n"] == SEEDS
+        assert "(n = 40)" in judge(made)[0].numbers
+
+
+@pytest.mark.parametrize(
+    ("values", "text"),
+    [
+        # What the mean's decimals would hide.
+        ([1500.0, 1500.1, 1500.2, 1500.3, 1500.4, 1500.5], "1500 ± 0.196 (6)"),
+        ([50.0, 50.001, 50.002], "50.00 ± 0.002 (3)"),
+        ([20.0, 21.0, 22.0], "21.00 ± 2.48 (3)"),
+        # Equal ones, and rounding.
+        ([1500.0] * 6, "1500 (6)"),
+        ([1e6, 1e6 + 1e-9, 1e6], "1.0e+06 (3)"),
+    ],
+)
+def test_a_mean_has_no_interval_only_where_all_are_equal(values, text):
+    made = make_result({("hall", "a"): [{"path_length": v} for v in values]})
+    (table,) = scenario_tables(made)
+    assert [row[1] for row in table.rows if row[0] == "path_length"] == [text]
 
 
 def test_relations_are_judged_where_all_arrive_and_say_so(result):

@@ -181,6 +181,98 @@ def test_the_policy_of_a_planner_counts(tmp_path):
     assert hashes[0] != hashes[1]
 
 
+@pytest.mark.parametrize(
+    ("text", "file"),
+    [
+        *((name, name) for name in ("w (1).pt", "w-.pt", "w+.pt", "weights")),
+        ("./weights", "weights"),
+        ("policies/best", "policies/best/left/w.bin"),
+        ("./best/", "best/w.bin"),
+        ("best", "best/w.bin"),
+    ],
+)
+def test_a_policy_counts_whatever_it_is_called(
+    text, file, tmp_path, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    path = tmp_path / file
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text("0.1")
+    scenario = LoadScenario(filename="crossing")
+    scenario.planner = Learned(policy=text)
+    assert named_files(scenario) == [path]
+    before = files_sha256(scenario)
+    path.write_text("0.2")
+    assert files_sha256(scenario) != before
+
+
+@pytest.mark.parametrize("text", [".", "..", "/", "./", "a\0b", "x" * 5000, ""])
+def test_what_names_no_file_is_none(text, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "model.config").write_text("")
+    # Words that a planner knows are no folders.
+    for word in ("learned", "dwb", "standard", "everything"):
+        (tmp_path / word).mkdir()
+        (tmp_path / word / "runs.csv").write_text("")
+    scenario = LoadScenario(filename="crossing")
+    scenario.planner = Learned(policy=text)
+    assert named_files(scenario) == []
+    assert named_files(LoadScenario(filename="crossing")) == []
+
+
+def test_a_robots_packages_count_by_what_is_used_of_them(tmp_path):
+    (tmp_path / "cart.urdf").write_text(URDF)
+    (tmp_path / "hull.obj").write_text(MESH)
+    (tmp_path / "notes.txt").write_text("")
+    robot = (
+        f"robot={{model: urdf, file: {tmp_path}/cart.urdf, base: base,"
+        f" packages: {{cart: {tmp_path}}}, drive: {{type: omnidirectional}}}}"
+    )
+    scenario = LoadScenario(filename="crossing", overrides=[robot])
+    found = [tmp_path / name for name in ("cart.urdf", "hull.obj")]
+    assert named_files(scenario) == found
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "file"),
+    [
+        *(
+            ("m.yaml", f"image: {image}\nresolution: 0.1\n", image)
+            for image in ("map (1).pgm", "map-.pgm", "m+.pgm", "'map'")
+        ),
+        ("m.urdf", '<mesh filename="a (1).obj"/>', "a (1).obj"),
+        ("m.urdf", '<m name=""/><mesh filename="a.obj"/>', "a.obj"),
+        ("m.urdf", '<o rpy="0 0\n0"/><mesh filename="a.obj"/>', "a.obj"),
+        ("m.urdf", f'<o p="{"0 " * 300}"/><mesh filename="a.obj"/>', "a.obj"),
+        ("m.urdf", "<!-- it's --><mesh filename='a.obj'/>", "a.obj"),
+        ("m.urdf", "<!-- = 'it --><mesh filename='a.obj'/>", "a.obj"),
+        ("m.urdf", '<mesh filename="a&amp;b.obj"/>', "a&b.obj"),
+        ("m.urdf", '<!-- <mesh filename="b.obj"/> --><a b="a"/>', None),
+        ("m.sdf", "<uri>\n  a-.obj\n</uri>", "a-.obj"),
+        ("m.gltf", '{"buffers": [{"uri": "a%20b.bin"}]}', "a b.bin"),
+        ("m.gltf", '{"name": "", "uri": "a.bin"', None),
+        ("m.dae", "<init_from>a%20b.png</init_from>", "a b.png"),
+        ("m.xml", '<c meshdir="../meshes"/><m file="a.obj"/>', "meshes/a.obj"),
+        ("m.obj", "mtllib a.mtl b (1).mtl\n", "a.mtl"),
+        ("m.mtl", "map_Kd -s 1 1 1 wood (1).png\n", "wood (1).png"),
+    ],
+)
+def test_files_are_found_whatever_they_are_called(name, text, file, tmp_path):
+    models = tmp_path / "models"
+    models.mkdir()
+    path = models / name
+    path.write_text(text)
+    (models / "b.obj").write_text("")
+    expected = [path]
+    if file is not None:
+        base = tmp_path if "/" in file else models
+        expected.append(base / file.strip("'"))
+        expected[1].parent.mkdir(exist_ok=True)
+        expected[1].write_text("")
+    scenario = LoadScenario(data="{}", overrides=[f"description={path}"])
+    assert named_files(scenario) == sorted(expected)
+
+
 def test_runs_on_a_changed_map_are_not_those_of_before(folder):
     suite = LoadSuite(data=SUITE)
     out = folder / "out"

@@ -24,7 +24,7 @@ planners: [pursuit, {name: pursuit, cruise_speed: 0.4, label: slow}]
 overrides: [simulation.duration=1.0]
 seeds: 8
 relations:
-  - {scenarios: [crossing], metric: path_length, holds: slow < pursuit}
+  - {scenarios: [crossing], metric: completed, holds: slow <= pursuit}
 """
 
 # Runs the suite in an interpreter of its own, which begins without threads.

@@ -16,7 +16,7 @@ from hunav_drake.benchmark.comparison.tables import (
     scenario_tables,
     to_text,
 )
-from hunav_drake.benchmark.suite import Relation, planner_overrides
+from hunav_drake.benchmark.suite import Relation, Suite, planner_overrides
 from hunav_drake.scenario import ScenarioError
 from tests.hunav_drake.benchmark.made_runs import (
     make_cell,
@@ -186,6 +186,62 @@ def test_the_share_does_not_hang_on_who_else_is_there():
     cells = [cell, *first.cells]
     more = SuiteResult(first.suite, cells, [*rows, *first.rows])
     assert judge(more) == judge(first)
+
+
+@pytest.mark.parametrize(
+    "seeds", [20, list(range(20)), list(range(19, -1, -1))]
+)
+def test_the_same_seeds_are_drawn_together_however_they_are_written(seeds):
+    ways = 30 + 10 * np.random.default_rng(3).standard_normal(20)
+    relation = Relation(
+        scenarios=["hall", "yard"],
+        metric="path_length",
+        holds="a_hall < a_yard",
+    )
+    made = make_result(
+        {
+            (name, "a"): [{"path_length": way + more} for way in ways]
+            for name, more in (("hall", 0.0), ("yard", 0.1))
+        },
+        seeds_of={"yard": seeds},
+        relations=[relation],
+    )
+    (judgement,) = judge(made)
+    assert (judgement.verdict, judgement.share) == ("holds", 1.0)
+
+
+@pytest.mark.parametrize("scenarios", [["hall", "yard"], ["yard", "hall"]])
+@pytest.mark.parametrize(
+    ("by", "holds"),
+    [("behavior", "curious < scared"), ("both", "a_curious < a_scared")],
+)
+def test_what_people_do_is_tested_in_each_scenario(by, holds, scenarios):
+    def judged(hall, yard):
+        cells, rows = [], []
+        for name, distances in (("hall", hall), ("yard", yard)):
+            cells.append(make_cell(name, "a"))
+            by_behavior = {
+                behavior: {"min_dist_to_people": value}
+                for behavior, value in zip(
+                    ("curious", "scared"), distances, strict=True
+                )
+            }
+            rows += [
+                make_row(
+                    cells[-1], seed, {"completed": 1.0}, by_behavior=by_behavior
+                )
+                for seed in range(6)
+            ]
+        relation = Relation(
+            scenarios=scenarios, metric="min_dist_to_people", by=by, holds=holds
+        )
+        suite = Suite(scenarios=["hall", "yard"], seeds=6, relations=[relation])
+        (judgement,) = judge(SuiteResult(suite, cells, rows))
+        return judgement.verdict
+
+    assert judged((1.0, 2.0), (1.0, 2.0)) == "holds"
+    assert judged((1.0, 2.0), (3.0, 2.0)) == "fails"
+    assert judged((3.0, 2.0), (1.0, 2.0)) == "fails"
 
 
 def test_repetitions_do_not_make_a_relation_surer():

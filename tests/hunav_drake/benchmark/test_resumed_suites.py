@@ -5,6 +5,7 @@ from concurrent.futures.process import BrokenProcessPool
 import dataclasses
 import json
 import re
+import threading
 
 import numpy as np
 import pandas as pd
@@ -17,7 +18,8 @@ from hunav_drake.benchmark.running.pool import InlineExecutor
 from hunav_drake.benchmark.running.run_log import NAME, read_rows
 from hunav_drake.benchmark.running.run_row import RunRow
 from hunav_drake.benchmark.running.worker import do_task
-from hunav_drake.benchmark.suite import Suite, Until
+from hunav_drake.benchmark.suite import Relation, Suite, Until
+from hunav_drake.results.intervals import mean_interval, wilson_interval
 from hunav_drake.scenario import ScenarioError
 
 SUITE = """
@@ -83,6 +85,43 @@ def test_runs_of_dead_workers_are_run_again(suite, tmp_path):
     assert [row.seed for row in rows].count(3) == 3
 
 
+class Breaking(Executor):
+    """Workers that all die when one of them does, with all they were given."""
+
+    def __init__(self, *seeds):
+        self.seeds, self.given, self.deaths = seeds, [], 0
+
+    def submit(self, fn, /, *args, **kwargs):
+        future = Future()
+        self.given.append((future, fn, args))
+        threading.Timer(0.01, self.work).start()
+        return future
+
+    def work(self):
+        given, self.given = self.given, []
+        tasks = [args[0] for _, fn, args in given if fn is do_task]
+        is_dead = any(s in self.seeds for it in tasks for s, _ in it.runs)
+        self.deaths += is_dead
+        for future, fn, args in given:
+            if is_dead:
+                future.set_exception(BrokenProcessPool("it was killed"))
+            else:
+                future.set_result(fn(*args))
+
+
+def test_who_was_only_beside_a_dead_worker_is_not_lost(suite):
+    deadly = (2, 3, 11)
+    pool = Breaking(*deadly)
+    suite = dataclasses.replace(suite, seeds=12)
+    result = RunSuite(suite, executor=pool, workers=2)
+    lost = [row for row in result.failures if row.end_reason == "worker_died"]
+    assert [row.seed for row in lost] == list(deadly)
+    assert all("died 3 times" in row.end_message for row in lost)
+    assert len(result.rows) == 12
+    # Once or more with others, then thrice alone.
+    assert 3 * len(deadly) < pool.deaths <= 4 * len(deadly)
+
+
 def test_an_error_of_a_run_is_not_run_again(suite, tmp_path, monkeypatch):
     from hunav_drake.benchmark.running import worker
 
@@ -128,16 +167,21 @@ def plan_of(**keys):
     return CellPlan(cell, suite, ())
 
 
-def take(plan, value):
-    """Runs a plan to its end; returns how many seeds it has asked for."""
+def take(plan, value, metric="path_length"):
+    """Runs a plan to its end; returns how many seeds it has asked for.
+
+    Runs without a value have failed.
+    """
     seeds = set()
     while task := plan.next_task():
         for seed, repetition in task.runs:
             seeds.add(seed)
-            metrics = {"path_length": value(seed, repetition)}
+            told = value(seed, repetition)
+            reason = "error" if told is None else "goal"
+            metrics = {} if told is None else {metric: told}
             plan.take(
                 RunRow(
-                    *(task.cell, "", "", seed, repetition, "goal", "", 1.0),
+                    *(task.cell, "", "", seed, repetition, reason, "", 1.0),
                     *(metrics, {}, {}, {}),
                 )
             )
@@ -168,6 +212,32 @@ def test_repetitions_of_a_seed_count_by_their_mean():
         return 10 + (1000 if repetition == 1 else -1000)
 
     assert take(plan_of(seeds=9, until=UNTIL, repetitions=3), value) == 4
+
+
+@pytest.mark.parametrize("missed", [0.0, None])
+def test_a_rate_is_known_by_its_own_interval(missed):
+    """The first six arrive, then every second; who fails does not."""
+    until = Until(metric="completed", half_width=0.1, least=6)
+
+    def value(seed, repetition):
+        return 1.0 if seed < 6 or seed % 2 else missed
+
+    n = take(plan_of(seeds=1000, until=until), value, "completed")
+    assert n < 1000
+    for count, is_known in ((n, True), (n - 5, False)):
+        arrived = [value(seed, 0) or 0.0 for seed in range(count)]
+        low, high = wilson_interval(sum(arrived), count)
+        assert ((high - low) / 2 <= 0.1) == is_known
+
+
+def test_a_mean_is_known_by_the_interval_that_tables_tell():
+    times = np.random.default_rng(0).exponential(1, 400)
+    for width in (0.3, 0.35, 0.4):
+        until = Until(metric="path_length", half_width=width, least=4)
+        n = take(plan_of(seeds=400, until=until), lambda s, r: times[s])
+        low, high = mean_interval(times[:n])
+        assert n < 400
+        assert (high - low) / 2 <= width
 
 
 def test_repetitions_are_one_value_in_tables(suite):
@@ -223,7 +293,11 @@ def relation(**keys):
         ),
         (
             relation(by="both", holds="dwb_reglar > 1"),
-            *("relations[0].holds", "reglar", "regular"),
+            *("relations[0].holds", "dwb_reglar", "dwb_regular"),
+        ),
+        (
+            relation(by="both", holds="dbw_regular > 1"),
+            *("relations[0].holds", "dbw_regular", "dwb_regular"),
         ),
     ],
 )
@@ -240,6 +314,53 @@ def test_names_that_nothing_has_are_told_before_anything_runs(
     assert re.search(
         f"{re.escape(place)}: .*{re.escape(told)}", str(caught.value)
     )
+
+
+@pytest.mark.parametrize("name", ["dbw", "dbw_regular", "dwb_reglar"])
+def test_names_in_suites_of_python_are_checked_too(suite, name):
+    by = "both" if "_" in name else "planner"
+    wrong = Relation(**CROSSING | {"by": by, "holds": f"{name} < 1"})
+    suite = dataclasses.replace(suite, relations=[wrong])
+    with pytest.raises(
+        ScenarioError, match=rf"relations\[0\]\.holds: .*{name}"
+    ):
+        RunSuite(suite, workers=1, progress=lambda *_: 1 / 0)
+
+
+def test_the_people_of_all_scenarios_are_looked_at(suite):
+    wrong = Relation(
+        scenarios=["combined", "crossing"],
+        metric="min_dist_to_people",
+        by="behavior",
+        holds="reglar < 1",
+    )
+    suite = dataclasses.replace(
+        suite, scenarios=["combined", "crossing"], relations=[wrong]
+    )
+    with pytest.raises(ScenarioError, match="no behavior 'reglar'"):
+        RunSuite(suite, workers=1, progress=lambda *_: 1 / 0)
+
+
+@pytest.mark.parametrize(
+    ("labels", "scenarios", "holds", "told"),
+    [
+        (["dwb 1", "dwb-1"], ["crossing"], "dwb_1 < 9", "'dwb 1' and 'dwb-1'"),
+        (["a", "a_b"], ["b_c", "c"], "a_b_c < 9", "'a/b_c' and 'a_b/c'"),
+    ],
+)
+def test_a_name_of_two_is_told_where_a_formula_has_it(
+    labels, scenarios, holds, told
+):
+    def load(formula):
+        relation = CROSSING | {"scenarios": scenarios, "holds": formula}
+        planners = [{"name": "dwb", "label": it} for it in labels]
+        data = {"scenarios": ["crossing"], "planners": planners}
+        return LoadSuite(data=json.dumps(data | {"relations": [relation]}))
+
+    with pytest.raises(ScenarioError, match=f"is what formulas call {told}"):
+        load(holds)
+    # The others are clear, whatever is registered.
+    load("dwb < 9" if len(scenarios) == 1 else "a_c < 9")
 
 
 def test_a_metric_that_a_scenario_does_not_compute_is_told(suite):

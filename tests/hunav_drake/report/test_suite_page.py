@@ -1,5 +1,4 @@
 import dataclasses
-import os
 import re
 
 import pytest
@@ -10,6 +9,7 @@ from hunav_drake.benchmark.replays import WriteReplays
 from hunav_drake.benchmark.running.run_row import RunRow
 from hunav_drake.benchmark.suite_result import SuiteResult
 from hunav_drake.benchmark.writing import WriteSuite
+from tests.hunav_drake.benchmark.made_runs import make_result, runs_of
 from tests.hunav_drake.report.pages import visible
 
 LONG = "a_contender_of_a_rather_long_name_" * 3
@@ -20,10 +20,10 @@ planners: [pursuit, {{name: pursuit, cruise_speed: 0.4, label: {LONG}}}]
 overrides: [simulation.duration=1.0]
 seeds: 2
 relations:
-  - {{number: 3, scenarios: [crossing], metric: path_length,
-     holds: {LONG} < pursuit, strength: strong}}
-  - {{number: 4, scenarios: [crossing], metric: path_length,
-     holds: pursuit * 1.0 <= 0.5 * {LONG}}}
+  - {{number: 3, scenarios: [crossing], metric: completed,
+     holds: {LONG} <= pursuit, strength: strong}}
+  - {{number: 4, scenarios: [crossing], metric: completed,
+     holds: pursuit * 1.0 <= 0.5 * {LONG} - 1}}
   - {{number: 5, scenarios: [crossing], metric: path_length, holds: dwb > 1}}
 """
 
@@ -147,23 +147,46 @@ def test_the_page_is_no_wider_than_the_window(page, width, browser):
     window.close()
 
 
-def test_files_are_written_again_only_if_they_would_differ(result, tmp_path):
+def test_files_are_written_again_only_if_they_would_differ(tmp_path):
+    result = make_result({("hall", "a"): runs_of([10.0])})
     folder = tmp_path / "written"
-    report = WriteSuite(result, folder)
-    (folder / "runs.jsonl").touch()
     report = WriteSuite(result, folder)
     stamps = {path: path.stat().st_mtime_ns for path in folder.iterdir()}
     assert WriteSuite(result, folder) == report
     assert stamps == {p: p.stat().st_mtime_ns for p in folder.iterdir()}
-    # One is missing, or there is a run or a replay more.
+    # One is missing, or there is a replay more.
     (folder / "costs.csv").unlink()
     WriteSuite(result, folder)
     assert (folder / "costs.csv").exists()
-    now = (folder / "suite.json").stat().st_mtime
     (folder / "replays").mkdir()
-    replay = folder / "replays" / "one.html"
-    replay.touch()
-    os.utime(replay, (now + 10, now + 10))
+    (folder / "replays" / "one.html").touch()
     report.write_text("old")
     WriteSuite(result, folder)
     assert report.read_text() != "old"
+    # Not all were written.
+    (folder / "suite.json").write_text('{"suite": "small"')
+    report.write_text("old")
+    WriteSuite(result, folder)
+    assert report.read_text() != "old"
+
+
+def test_what_a_suite_says_otherwise_is_written(tmp_path):
+    runs = {("hall", "a"): runs_of([10.0, 10.0, 11.0, 11.0])}
+    often = make_result(runs, repetitions=2)
+    report = WriteSuite(often, tmp_path)
+
+    def lines():
+        return (tmp_path / "runs.csv").read_text().splitlines()
+
+    assert len(lines()) == 1 + 4
+    # The means are the same.
+    suite = dataclasses.replace(often.suite, repetitions=1)
+    WriteSuite(SuiteResult(suite, often.cells, often.rows), tmp_path)
+    assert len(lines()) == 1 + 2
+    suite = dataclasses.replace(suite, description="Of halls.")
+    once = SuiteResult(suite, often.cells, often.rows)
+    WriteSuite(once, tmp_path)
+    assert "Of halls." in report.read_text()
+    costly = [row._replace(cost={"wall": 9.5}) for row in once.rows]
+    WriteSuite(SuiteResult(suite, once.cells, costly), tmp_path)
+    assert "9.5" in (tmp_path / "costs.csv").read_text()
