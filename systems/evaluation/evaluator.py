@@ -142,26 +142,6 @@ class Evaluator(LeafSystem):
         }
         self._feels_forces = feels_forces
         self._n = len(humans)
-        self._DeclareInputs()
-        self._samples = self.DeclareAbstractState(
-            AbstractValue.Make(Sample.start(self._n))
-        )
-        self._window = self.DeclareDiscreteState([0.0, *_NO_GOAL, 0.0])
-        self._updated = self.DeclareDiscreteState([-math.inf])
-        if feels_forces:
-            self._peaks = self.DeclareDiscreteState(self._n)
-        self.DeclarePeriodicDiscreteUpdateEvent(
-            period_sec=time_step, offset_sec=0.0, update=self._Update
-        )
-        self._DeclareOutputs()
-        exact = self._every & (self._every - 1) == 0
-        self.DeclarePeriodicUnrestrictedUpdateEvent(
-            period_sec=time_step * (self._every if exact else 1),
-            offset_sec=0.0,
-            update=self._TakeSample,
-        )
-
-    def _DeclareInputs(self) -> None:
         declare = self.DeclareVectorInputPort
         self._robot_state = declare("robot_state", STATE_SIZE)
         self._human_states = declare("human_states", STATE_SIZE * self._n)
@@ -170,6 +150,19 @@ class Evaluator(LeafSystem):
         self._wall_contact = declare("wall_contact", CONTACT_SIZE)
         self._goal = declare("goal", 3)
         self._trigger = declare("trigger", 1)
+        self._samples = self.DeclareAbstractState(
+            AbstractValue.Make(Sample.start(self._n))
+        )
+        self._window = self.DeclareDiscreteState([0.0, *_NO_GOAL, 0.0])
+        self._updated = self.DeclareDiscreteState([-math.inf])
+        if feels_forces:
+            self._peaks = self.DeclareDiscreteState(self._n)
+        self.DeclarePeriodicDiscreteUpdateEvent(time_step, 0.0, self._Update)
+        self._DeclareOutputs()
+        exact = self._every & (self._every - 1) == 0
+        self.DeclarePeriodicUnrestrictedUpdateEvent(
+            time_step * (self._every if exact else 1), 0.0, self._TakeSample
+        )
 
     def _DeclareOutputs(self) -> None:
         # An impossible setting shows up here, not at the end of a trial.
@@ -350,13 +343,10 @@ class Evaluator(LeafSystem):
 
     def _IsPresent(self, context: Context) -> bool:
         """Tells whether states are of the present, and not of the next step."""
-        steps = context.get_time() / self._time_step
+        now, same = context.get_time(), _SAME_INSTANT * self._time_step
         (updated,) = context.get_discrete_state(self._updated).value()
-        since = steps - updated / self._time_step
-        return bool(
-            abs(steps - round(steps)) <= _SAME_INSTANT
-            and not 0 <= since <= _SAME_INSTANT
-        )
+        is_step = abs(math.remainder(now, self._time_step)) <= same
+        return is_step and not 0 <= now - updated <= same
 
     def _IsTriggerHigh(self, context: Context) -> bool:
         return bool(self._trigger.Eval(context) > 0.5)

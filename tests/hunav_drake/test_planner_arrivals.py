@@ -19,19 +19,31 @@ GOALS = {
     # On no cell's middle, and to be faced from another side.
     "aside": (-1.2345, -2.0119, 2.5),
 }
+NEAR = {"beside": (-0.53, -0.68, 1.19)}
 TOLERANCES = (0.05, 0.1, 0.2, 0.5)
 PERIODS = (0.05, 0.1, 0.2, 0.5)
 
 
 @functools.cache
-def run(name, goal, *, tolerance=0.25, yaw=0.25, period=0.05, step=0.05):
+def run(
+    name,
+    goal,
+    *,
+    tolerance=0.25,
+    yaw=0.25,
+    period=0.05,
+    step=0.05,
+    turn_rate=2.09,
+):
     """Returns a trial of a planner, 60 s at most, and its speeds ahead."""
+    there = (GOALS | NEAR)[goal]
     scenario = LoadScenario(
         data=f"""
             robot:
-              goal: {list(GOALS[goal])}
+              goal: {list(there)}
               goal_tolerance: {tolerance}
               goal_yaw_tolerance: {yaw}
+              limits: {{max_turn_rate: {turn_rate}}}
             simulation: {{duration: 60, time_step: {step}}}
             evaluator: {{period: {step}}}
             """,
@@ -42,7 +54,7 @@ def run(name, goal, *, tolerance=0.25, yaw=0.25, period=0.05, step=0.05):
     )
     result = RunTrial(scenario)
     x, y, heading, vx, vy = result.recording.robot[:, :5].T
-    away = math.hypot(x[-1] - GOALS[goal][0], y[-1] - GOALS[goal][1])
+    away = math.hypot(x[-1] - there[0], y[-1] - there[1])
     return result, away, vx * np.cos(heading) + vy * np.sin(heading)
 
 
@@ -68,6 +80,14 @@ def test_mppi_does_not_hang_beside_small_goals(tolerance, yaw):
     usual, _ = arrives("mppi", "aside")
     time, _ = arrives("mppi", "aside", tolerance=tolerance, yaw=yaw)
     assert time < usual + 3.0
+
+
+@pytest.mark.parametrize("tolerance", [0.1, 0.25])
+def test_sfw_does_not_circle_around_a_near_goal(tolerance):
+    how = {"tolerance": tolerance, "yaw": 3.14, "turn_rate": 0.5}
+    arrives("sfw", "beside", **how)
+    result, _, _ = run("sfw", "beside", **how)
+    assert result.metrics["path_length"] < 1.5 * math.hypot(0.53, 0.68)
 
 
 @pytest.mark.parametrize("name", NAMES)
