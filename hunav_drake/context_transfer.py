@@ -1,6 +1,7 @@
 """Takes the state of one trial over into the diagram of another."""
 
 from collections.abc import Iterator
+from typing import Any
 
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Context, Diagram, InputPort, System
@@ -12,6 +13,7 @@ from hunav_drake.context_layout import (
     leaves,
     vectors,
 )
+from hunav_drake.systems.common.suggest import shown
 
 
 def TransferContext(
@@ -28,20 +30,28 @@ def TransferContext(
     Args:
         diagram: The diagram of the trial, by `MakeTrialDiagram`.
         context: Its root Context; it is not changed.
-        other: The diagram to go on with: of the same people, robot, goal and
-            evaluator.
+        other: The diagram to go on with, by `MakeTrialDiagram`: of a scenario
+            with the same people, robot, goal, evaluator and time step.
 
     Returns:
         A root Context of `other`, with the time, state, parameters and fixed
         inputs of the systems that both have by name.
 
     Raises:
-        ValueError: If a system with a state, but for planner, perception and
-            sensors, is in one of the diagrams alone, or is another one, so
-            that its state has no meaning there; if an input port with a fixed
-            value is; or if `context` is not of `diagram`.
+        ValueError: If anything that the scenarios say of these differs; if a
+            system with a state, but for planner, perception and sensors, is
+            in one of the diagrams alone, or is another one, so that its state
+            has no meaning there; if an input port with a fixed value is; or if
+            `context` is not of `diagram`.
     """
     diagram.ValidateContext(context)
+    difference = _first_difference(_given(diagram), _given(other), "")
+    if difference:
+        raise ValueError(
+            f"{difference[1:]}; the state cannot be taken over. Make the other"
+            " diagram of the same people, robot, goal, evaluator and time step;"
+            " where walls decide who is drawn, list the people under humans."
+        )
     result = other.CreateDefaultContext()
     result.SetTime(context.get_time())
     sources = {_path(system): system for _, system in leaves(diagram)}
@@ -70,6 +80,33 @@ def TransferContext(
             )
     _fix_inputs(diagram, context, other, result)
     return result
+
+
+def _given(diagram: Diagram) -> dict[str, Any]:
+    """Returns what a scenario says of all whose state is taken over."""
+    made_for = diagram.GetSubsystemByName("monitor").made_for
+    parts = "humans", "population", "drawn", "robot", "evaluator"
+    given = {part: made_for[part] for part in parts}
+    return {**given, "time_step": made_for["simulation"]["time_step"]}
+
+
+def _first_difference(was: Any, now: Any, path: str) -> str:
+    """Returns where plain values differ first, and how; nothing if nowhere."""
+    if isinstance(was, dict) and isinstance(now, dict):
+        keys = dict.fromkeys([*was, *now])
+        pairs = [(f".{key}", was.get(key), now.get(key)) for key in keys]
+    elif isinstance(was, list) and isinstance(now, list):
+        if len(was) != len(now):
+            return f"{path}: there were {len(was)}, and are {len(now)}"
+        pairs = [
+            (f"[{i}]", *pair)
+            for i, pair in enumerate(zip(was, now, strict=True))
+        ]
+    else:
+        told = f"{path}: it was {shown(was)}, and is {shown(now)}"
+        return "" if was == now else told
+    found = (_first_difference(a, b, path + key) for key, a, b in pairs)
+    return next(filter(None, found), "")
 
 
 def _begins_anew(path: str) -> bool:

@@ -140,8 +140,7 @@ def RunTrial(
         The metrics, the recording, and why the trial ended.
 
     Raises:
-        PlannerError: If the planner is broken, and it is to raise, or nothing
-            was recorded yet.
+        PlannerError: If the planner is broken, and it is to raise.
         ScenarioError: If the scenario cannot be simulated.
         ValueError: If the diagram was made from another scenario.
     """
@@ -188,10 +187,7 @@ def RunTrial(
             )
             if failure is None:
                 raise
-            evaluator = diagram.GetSubsystemByName("evaluator")
-            here = evaluator.GetMyContextFromRoot(simulator.get_context())
-            nothing = len(evaluator.GetRecording(here).times) == 0
-            if on_planner_error == "raise" or nothing:
+            if on_planner_error == "raise":
                 raise failure from failure.__cause__
         finally:
             # It refers to the simulator, which would keep itself alive.
@@ -288,12 +284,10 @@ def _end_message(
 
 
 def _recording_of(diagram: Diagram, context: Context) -> Recording:
-    """Returns a trial's recording, with the present while its state is it."""
-    monitor = diagram.GetSubsystemByName("monitor")
-    done = monitor.HasUpdated(monitor.GetMyContextFromRoot(context))
     evaluator = diagram.GetSubsystemByName("evaluator")
-    own = evaluator.GetMyContextFromRoot(context)
-    recording: Recording = evaluator.GetRecording(own, with_present=not done)
+    recording: Recording = evaluator.GetRecording(
+        evaluator.GetMyContextFromRoot(context)
+    )
     return recording
 
 

@@ -65,6 +65,7 @@ def MakeTrialDiagram(
     scenario = CheckScenario(scenario, ways=False)
     made_for = _fixed_parts(scenario)
     scenario, traffic = with_drawn_people(with_planner_lidar(scenario))
+    made_for["drawn"] = plain(scenario.humans[len(made_for["humans"]) :])
     robot_config = scenario.robot
     time_step = scenario.simulation.time_step
     obstacles = scenario.world.obstacles()

@@ -91,7 +91,9 @@ class Evaluator(LeafSystem):
     once the recording has ended, the goal (x, y, yaw) at that instant, or NaN,
     and 1 while ``trigger`` was high at the last sample. They are updated,
     before anything else changes at that instant, at the multiples of
-    ``period``; once for each instant, whoever repeats its events. Multiples of
+    ``period``; once for each instant, whoever repeats its events. Further
+    groups hold the time of the last time step whose updates are done, and the
+    peaks of forces until then, if these are computed. Multiples of
     a period do not always fall on the same floating-point instants: so the
     update comes with the time step that all systems share, and counts, but
     where ``period`` is the step times a power of two, which is exact.
@@ -140,23 +142,6 @@ class Evaluator(LeafSystem):
         }
         self._feels_forces = feels_forces
         self._n = len(humans)
-        self._DeclareInputs()
-        self._samples = self.DeclareAbstractState(
-            AbstractValue.Make(Sample.start(self._n))
-        )
-        self._window = self.DeclareDiscreteState([0.0, *_NO_GOAL, 0.0])
-        if feels_forces:
-            self._peaks = self.DeclareDiscreteState(self._n)
-            self.DeclarePeriodicDiscreteUpdateEvent(
-                period_sec=time_step, offset_sec=0.0, update=self._KeepPeaks
-            )
-        self._DeclareOutputs()
-        exact = self._every & (self._every - 1) == 0
-        self.DeclarePeriodicUnrestrictedUpdateEvent(
-            *(time_step * (self._every if exact else 1), 0.0, self._TakeSample)
-        )
-
-    def _DeclareInputs(self) -> None:
         declare = self.DeclareVectorInputPort
         self._robot_state = declare("robot_state", STATE_SIZE)
         self._human_states = declare("human_states", STATE_SIZE * self._n)
@@ -165,6 +150,19 @@ class Evaluator(LeafSystem):
         self._wall_contact = declare("wall_contact", CONTACT_SIZE)
         self._goal = declare("goal", 3)
         self._trigger = declare("trigger", 1)
+        self._samples = self.DeclareAbstractState(
+            AbstractValue.Make(Sample.start(self._n))
+        )
+        self._window = self.DeclareDiscreteState([0.0, *_NO_GOAL, 0.0])
+        self._updated = self.DeclareDiscreteState([-math.inf])
+        if feels_forces:
+            self._peaks = self.DeclareDiscreteState(self._n)
+        self.DeclarePeriodicDiscreteUpdateEvent(time_step, 0.0, self._Update)
+        self._DeclareOutputs()
+        exact = self._every & (self._every - 1) == 0
+        self.DeclarePeriodicUnrestrictedUpdateEvent(
+            time_step * (self._every if exact else 1), 0.0, self._TakeSample
+        )
 
     def _DeclareOutputs(self) -> None:
         # An impossible setting shows up here, not at the end of a trial.
@@ -226,22 +224,18 @@ class Evaluator(LeafSystem):
         """Returns the port with the recording until now."""
         return self._recording
 
-    def GetRecording(
-        self, context: Context, *, with_present: bool = True
-    ) -> Recording:
+    def GetRecording(self, context: Context) -> Recording:
         """Returns the recording until now.
 
         If the context's time is a whole number of time steps, and later than
         that of the last sample, and the recording has not ended, its present
         instant is the last of the recording: the end of a trial is always in
-        it. (Between two steps, states are those of the next already.) The goal
-        is the one of the present instant, or of that at which the recording
-        ended.
+        it. (Between two steps, and once the updates of an instant are done,
+        states are those of the next already.) The goal is the one of the
+        present instant, or of that at which the recording ended.
 
         Args:
             context: This system's own context.
-            with_present: Whether the present instant may be the last. Not if
-                its updates are done, for then, too, states are the next ones.
 
         Raises:
             RuntimeError: If ``robot_state`` is not connected, or
@@ -252,8 +246,7 @@ class Evaluator(LeafSystem):
         self.ValidateContext(context)
         last = context.get_abstract_state(self._samples).get_value()
         window = context.get_discrete_state(self._window).value()
-        present = with_present and self._IsStep(context)
-        if present and self._IsOn(context, last, window):
+        if self._IsPresent(context) and self._IsOn(context, last, window):
             last = self._Sample(context, last)
         if not last.count:
             waits = self._config.start == "at_goal_command"
@@ -274,10 +267,12 @@ class Evaluator(LeafSystem):
         # Eval() gives arrays of its own: nobody else will write to them.
         status = self._behavior_status
         return Sample(
-            *(last, context.get_time(), self._robot_state.Eval(context)),
-            self._EvalHumans(context) if self._n else np.zeros(0),
-            status.Eval(context) if status.HasValue(context) else None,
-            self._EvalContacts(context),
+            previous=last,
+            time=context.get_time(),
+            robot=self._robot_state.Eval(context),
+            humans=self._EvalHumans(context) if self._n else np.zeros(0),
+            status=status.Eval(context) if status.HasValue(context) else None,
+            contacts=self._EvalContacts(context),
         )
 
     def _EvalContacts(self, context: Context) -> Array | None:
@@ -296,7 +291,11 @@ class Evaluator(LeafSystem):
             contacts = np.append(contacts, self._wall_contact.Eval(context))
         return contacts
 
-    def _KeepPeaks(self, context: Context, state: DiscreteValues) -> None:
+    def _Update(self, context: Context, state: DiscreteValues) -> None:
+        # (Drake takes an array in half the time of a list.)
+        state.set_value(self._updated, np.array([context.get_time()]))
+        if not self._feels_forces:
+            return
         last = context.get_abstract_state(self._samples).get_value()
         window = context.get_discrete_state(self._window).value()
         if last.count and not window[_HAS_ENDED]:
@@ -342,10 +341,12 @@ class Evaluator(LeafSystem):
         now = context.get_time()
         return bool(now > last.time + _SAME_INSTANT * self._time_step)
 
-    def _IsStep(self, context: Context) -> bool:
-        """Tells whether the present instant is a whole number of time steps."""
-        steps = context.get_time() / self._time_step
-        return bool(abs(steps - round(steps)) <= _SAME_INSTANT)
+    def _IsPresent(self, context: Context) -> bool:
+        """Tells whether states are of the present, and not of the next step."""
+        now, same = context.get_time(), _SAME_INSTANT * self._time_step
+        (updated,) = context.get_discrete_state(self._updated).value()
+        is_step = abs(math.remainder(now, self._time_step)) <= same
+        return is_step and not 0 <= now - updated <= same
 
     def _IsTriggerHigh(self, context: Context) -> bool:
         return bool(self._trigger.Eval(context) > 0.5)

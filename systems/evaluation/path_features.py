@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 _LEAST_CLEARANCE = 0.05
 
 # Positions nearer to the one before are no new points of the path, in meters:
-# who hardly moves has no direction.
-LEAST_STEP = 1e-3
+# who hardly moves has no direction but that of the noise.
+_LEAST_STEP = 0.05
 
 
 @dataclass(frozen=True)
@@ -109,7 +109,7 @@ class PathFeatures:
         Shapes (m, 2), in meters, and (m - 2,), in radians, not signed: the
         changes of the direction of motion.
         """
-        points = thinned(self._recording.robot[:, : Y + 1], LEAST_STEP)
+        points = _thinned(self._recording.robot[:, : Y + 1], _LEAST_STEP)
         steps = np.diff(points, axis=0)
         headings = np.arctan2(steps[:, 1], steps[:, 0])
         return points, np.abs(wrap_angles(np.diff(headings)))
@@ -148,7 +148,7 @@ class PathFeatures:
         return shortest_ways(start, end, radius, recording.obstacles)
 
 
-def thinned(points: Array, spacing: float) -> Array:
+def _thinned(points: Array, spacing: float) -> Array:
     """Returns those of some points (m, 2) that are so far from the last one."""
     kept = [0]
     x, y = points.T.tolist()

@@ -11,7 +11,7 @@ Angles at a circle are directions from its center, in radians; a turn is 1
 against the clock, -1 with it.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 import heapq
 import itertools
 import math
@@ -22,7 +22,11 @@ from numpy.typing import NDArray
 from hunav_drake.systems.common.arrays import Array, Mask
 from hunav_drake.systems.common.poses import wrap_angle, wrap_angles
 from hunav_drake.systems.evaluation.path_features import Way
-from hunav_drake.systems.world.obstacles import Obstacles, nearest_wall
+from hunav_drake.systems.world.obstacles import (
+    Obstacles,
+    nearest_points,
+    nearest_wall,
+)
 from hunav_drake.systems.world.visibility_graph import blocked, free_points
 
 # Lengths that differ less are the same, in meters; points so near to each
@@ -65,11 +69,11 @@ def shortest_ways(
     Returns:
         The ways; none if there is no way, as from or to the inside of a solid.
     """
-    table = obstacles.table
-    if not blocked(start[None], goal[None], radius, table)[0]:
+    leg = start[None], goal[None]
+    if not blocked(*leg, radius, obstacles.joined.table)[0]:
         return [Way.straight(start, goal)]
     # From outside of all solids nobody gets into one.
-    if not free_points(np.array([start, goal]), 0.0, table).all():
+    if not free_points(np.array([start, goal]), 0.0, obstacles.table).all():
         return []
     ways = [
         Way.straight(start, first).then(way).then(Way.straight(last, goal))
@@ -94,7 +98,8 @@ def _begins(p: Array, radius: float, obstacles: Obstacles) -> list[Array]:
         place = wall + (place - wall) * (radius / distance)
     else:
         return [p]
-    if place is p or blocked(p[None], place[None], 0.0, obstacles.table)[0]:
+    leg = p[None], place[None]
+    if place is p or blocked(*leg, _ONE_CORNER, obstacles.table)[0]:
         return [p]
     return [p, place]
 
@@ -102,31 +107,32 @@ def _begins(p: Array, radius: float, obstacles: Obstacles) -> list[Array]:
 def _ways_between(
     start: Array, goal: Array, radius: float, obstacles: Obstacles
 ) -> list[Way]:
-    if not blocked(start[None], goal[None], radius, obstacles.table)[0]:
+    leg = start[None], goal[None]
+    if not blocked(*leg, radius, obstacles.joined.table)[0]:
         return [Way.straight(start, goal)]
-    return _Search(start, goal, radius, obstacles).ways()
+    return _Search(goal, radius, obstacles).ways(start)
 
 
 class _Search:
-    """One search of a way; the arguments are those of `shortest_ways`."""
+    """One search of ways; the arguments are those of `shortest_ways`."""
 
     def __init__(
-        self, start: Array, goal: Array, radius: float, obstacles: Obstacles
+        self, goal: Array, radius: float, obstacles: Obstacles
     ) -> None:
-        self._start, self._goal, self._r = start, goal, radius
-        self._segments = obstacles.segments
+        self._goal, self._r = goal, radius
+        self._walls = obstacles.joined
         self._table = obstacles.table
-        self._corners, self._walls = _corners(obstacles.segments)
+        self._corners, self._directions = _corners(self._walls.segments)
         self._departures: dict[tuple[int, int], list[tuple[float, _Step]]] = {}
         self._stops: dict[int, Array] = {}
         self._numbers = itertools.count()
         self._ends = self._tangents_to_goal()
 
-    def ways(self) -> list[Way]:
-        """Returns the shortest ways."""
+    def ways(self, start: Array) -> list[Way]:
+        """Returns the shortest ways from a place (2,)."""
         queue: list[tuple[float, int, _Step | Way]] = []
         for turn in (-1, 1):
-            for first in self._approaches(self._start, turn):
+            for first in self._approaches(start, turn):
                 self._push(queue, first)
         done: dict[tuple[int, int], list[_Step]] = {}
         found: list[Way] = []
@@ -142,7 +148,10 @@ class _Search:
             if any(self._leads_to(other, step) for other in arrived):
                 continue
             arrived.append(step)
-            for angle, leg in self._leaves(*key):
+            if key not in self._departures:
+                self._departures[key] = self._legs(*key, 1)
+                self._departures[key] += self._legs(*key, -1)
+            for angle, leg in self._departures[key]:
                 self._push(queue, self._extended(step, angle, leg))
             for leg in self._ends.get(key, ()):
                 self._push(queue, self._ended(step, leg))
@@ -158,12 +167,12 @@ class _Search:
             return
         least = step.length
         if isinstance(step, _Step):
-            least += math.hypot(*(self._goal - self._place(step)))
+            place = self._place(step.circle, step.angle)
+            least += math.hypot(*(self._goal - place))
         heapq.heappush(queue, (least, next(self._numbers), step))
 
-    def _place(self, step: _Step) -> Array:
-        center = self._corners[step.circle]
-        place: Array = center + self._r * _unit(step.angle)
+    def _place(self, circle: int, angle: float) -> Array:
+        place: Array = self._corners[circle] + self._r * _unit(angle)
         return place
 
     def _leads_to(self, other: _Step, step: _Step) -> bool:
@@ -183,7 +192,7 @@ class _Search:
             return 0.0
         if step.circle not in self._stops:
             self._stops[step.circle] = _stops(
-                self._corners[step.circle], self._segments, 2 * self._r
+                self._corners[step.circle], self._walls, 2 * self._r
             )
         ahead = step.turn * (self._stops[step.circle] - step.angle)
         return None if (ahead % (2 * math.pi) < arc).any() else arc
@@ -234,28 +243,24 @@ class _Search:
         back = np.arctan2(-to_corner[:, 1], -to_corner[:, 0])
         angle = back + turn * np.arccos(least / most)
         if not free_points(p[None], self._r, self._table)[0]:
-            beside, _ = ends = np.nonzero(~np.isnan(self._walls))
+            beside, _ = ends = np.nonzero(~np.isnan(self._directions))
             which = np.concatenate([which, beside])
             angle = np.concatenate(
-                [angle, self._walls[ends] + turn * math.pi / 2]
+                [angle, self._directions[ends] + turn * math.pi / 2]
             )
         steps = []
         for i in self._seen(p, angle, which):
-            step = _Step(int(which[i]), turn, float(angle[i]), 0.0, 0.0, 0.0)
-            leg = (self._place(step) - p).tolist()
+            circle, at = int(which[i]), float(angle[i])
+            leg = (self._place(circle, at) - p).tolist()
             length = math.hypot(*leg)
-            along = step.angle + turn * math.pi / 2
+            along = at + turn * math.pi / 2
             # Nobody gets to a circle that is touched already.
             bend = 0.0
             if length > _SAME:
                 bend = turn * wrap_angle(along - math.atan2(leg[1], leg[0]))
             if bend > -_SAME_ANGLE:
                 heading = along - turn * bend
-                steps.append(
-                    replace(
-                        step, length=length, turning=bend, first_heading=heading
-                    )
-                )
+                steps.append(_Step(circle, turn, at, length, bend, heading))
         return steps
 
     def _tangents_to_goal(self) -> dict[tuple[int, int], list[_Step]]:
@@ -267,17 +272,10 @@ class _Search:
                 legs.setdefault((leg.circle, turn), []).append(leg)
         return legs
 
-    def _leaves(self, circle: int, turn: int) -> list[tuple[float, _Step]]:
-        """Returns the legs to other circles, with the angles they leave at."""
-        key = circle, turn
-        if key not in self._departures:
-            legs = self._legs(circle, turn, 1) + self._legs(circle, turn, -1)
-            self._departures[key] = legs
-        return self._departures[key]
-
     def _legs(
         self, circle: int, turn: int, other_turn: int
     ) -> list[tuple[float, _Step]]:
+        """Returns the legs to other circles, with the angles they leave at."""
         center = self._corners[circle]
         to_corner = self._corners - center
         distance = np.hypot(to_corner[:, 0], to_corner[:, 1])
@@ -290,7 +288,7 @@ class _Search:
         half = np.arccos(crossing / distance)
         angle = np.arctan2(to_corner[:, 1], to_corner[:, 0]) - turn * half
         arrival = angle + np.pi if cross else angle
-        tangent = _at_corner(angle, self._walls[circle])
+        tangent = _at_corner(angle, self._directions[circle])
         which, angle, arrival = which[tangent], angle[tangent], arrival[tangent]
         distance = distance[tangent]
         length = np.sqrt(distance**2 - crossing**2)
@@ -300,8 +298,12 @@ class _Search:
             (
                 float(angle[i]),
                 _Step(
-                    *(int(which[i]), other_turn, float(arrival[i])),
-                    *(float(length[i]), 0.0, 0.0),
+                    circle=int(which[i]),
+                    turn=other_turn,
+                    angle=float(arrival[i]),
+                    length=float(length[i]),
+                    turning=0.0,
+                    first_heading=0.0,
                 ),
             )
             for i in seen
@@ -318,12 +320,12 @@ class _Search:
         end = self._corners[which] + self._r * _unit(angle)
         begin = np.ascontiguousarray(np.broadcast_to(place, end.shape))
         # What is clear in the first place, for that is soon told.
-        (left,) = np.nonzero(_at_corner(angle, self._walls[which]))
+        (left,) = np.nonzero(_at_corner(angle, self._directions[which]))
         clear = self._r - _SAME
         left = left[free_points(end[left], clear, self._table)]
         if place.ndim > 1:
             left = left[free_points(begin[left], clear, self._table)]
-        legs = begin[left], end[left], self._r, self._table
+        legs = begin[left], end[left], self._r, self._walls.table
         found: NDArray[np.intp] = left[~blocked(*legs)]
         return found
 
@@ -376,20 +378,15 @@ def _at_corner(angle: Array, walls: Array) -> Mask:
     return clear
 
 
-def _stops(center: Array, segments: Array, reach: float) -> Array:
+def _stops(center: Array, walls: Obstacles, reach: float) -> Array:
     """Returns the directions of the nearest points of walls within a reach.
 
     Of a wall through the center, they are the directions along it.
     """
-    start, along = segments[:, :2], segments[:, 2:] - segments[:, :2]
-    length2 = (along**2).sum(axis=1)
-    part = ((center - start) * along).sum(axis=1) / np.where(
-        length2 > 0, length2, 1.0
-    )
-    nearest = start + np.clip(part, 0.0, 1.0)[:, None] * along - center
+    nearest = nearest_points(walls, center) - center
     distance = np.hypot(nearest[:, 0], nearest[:, 1])
     beside = (distance > _ONE_CORNER) & (distance < reach)
-    ends = segments[distance <= _ONE_CORNER].reshape(-1, 2) - center
+    ends = walls.segments[distance <= _ONE_CORNER].reshape(-1, 2) - center
     ends = ends[np.hypot(ends[:, 0], ends[:, 1]) > _ONE_CORNER]
     found = np.concatenate([nearest[beside], ends])
     directions: Array = np.arctan2(found[:, 1], found[:, 0])

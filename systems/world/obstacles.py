@@ -15,6 +15,9 @@ from hunav_drake.systems.world.wall_table import wall_table
 if TYPE_CHECKING:
     from hunav_drake.systems.world.distance_field import DistanceField
 
+# Directions that differ less are the same, in radians.
+_SAME = 1e-9
+
 
 @dataclass(frozen=True, eq=False)
 class Obstacles:
@@ -85,6 +88,42 @@ class Obstacles:
     def table(self) -> Array:
         """The walls, and an index of them, for compiled code: `wall_table`."""
         return wall_table(self.segments, self.first, self.solid)
+
+    @cached_property
+    def joined(self) -> Self:
+        """The outlines, with a shape for each straight wall; none is solid.
+
+        Walls that share an end and lie on one line are one: so nothing hangs
+        on how many pieces, or shapes, a wall is written in.
+        """
+        # Here, for most who read a scenario do without.
+        from scipy.sparse import coo_array
+        from scipy.sparse.csgraph import connected_components
+
+        ends = self.segments.reshape(-1, 2)
+        along = self.segments[:, 2:] - self.segments[:, :2]
+        angle = np.arctan2(along[:, 1], along[:, 0])
+        line = np.rint(angle / _SAME) % np.rint(np.pi / _SAME)
+        line[~along.any(axis=1)] = -1  # A point is on no line.
+        rows = np.column_stack([ends.round(9), np.repeat(line, 2)])
+        _, place = np.unique(rows, axis=0, return_inverse=True)
+        n = len(self.segments)
+        meets = np.repeat(np.arange(n), 2), n + place.ravel()
+        graph = coo_array((np.ones(2 * n), meets), shape=(3 * n, 3 * n))
+        _, wall = connected_components(graph, directed=False)
+        _, first_of, wall = np.unique(
+            wall[:n], return_index=True, return_inverse=True
+        )
+        wall = np.repeat(wall, 2)
+        ahead = (ends * along[first_of[wall]]).sum(axis=1)
+        order = np.lexsort((ahead, wall))
+        last = np.searchsorted(wall[order], np.arange(len(first_of)), "right")
+        first = np.append(0, last)[:-1]
+        return type(self)(
+            segments=np.hstack([ends[order[first]], ends[order[last - 1]]]),
+            first=np.arange(len(last) + 1),
+            solid=np.zeros(len(last), dtype=np.bool_),
+        )
 
     @cached_property
     def digest(self) -> str:

@@ -126,8 +126,11 @@ def _sees_past(px, py, qx, qy, clearance, walls, hiders):
 def blocked(positions, goals, clearance, table):
     """Tells who (n,) has no free straight way to their goal.
 
-    Rows of positions are x, y, ..., rows of goals x, y, in meters.
+    Rows of positions are x, y, ..., rows of goals x, y, in meters. Nothing
+    would be in the way of a body without extent: there must be a clearance.
     """
+    if not clearance > _SAME:
+        raise ValueError("the clearance of a straight way must be positive")
     walls = opened(table)
     result = np.empty(len(positions), dtype=np.bool_)
     for i in range(len(positions)):

@@ -1,6 +1,7 @@
 """The state of one trial is taken over into the diagram of another."""
 
 from importlib.resources import files
+import re
 
 import numpy as np
 import pytest
@@ -110,59 +111,102 @@ def test_the_first_context_is_not_changed():
     )
 
 
-def test_other_people_are_refused():
-    diagram = MakeTrialDiagram(scenario("cafe"))
-    context = diagram.CreateDefaultContext()
-    other = MakeTrialDiagram(scenario("passing"))
-    with pytest.raises(ValueError, match="humans/crowd cannot be taken over"):
-        TransferContext(diagram, context, other)
+OTHERS = {
+    "humans": ("humans=[]", "there were 2, and are 0"),
+    "humans[0].name": ("humans[0].name=bob", "it was 'ana', and is 'bob'"),
+    "humans[0].id": ("humans[0].id=77", "it was 1, and is 77"),
+    "humans[0].behavior": ("humans[0].behavior=curious", "and is 'curious'"),
+    "humans[0].radius": ("humans[0].radius=0.2", "it was 0.4, and is 0.2"),
+    "humans[0].desired_speed": ("humans[0].desired_speed=0.5", "is 0.5"),
+    "humans[0].goals[0][0]": ("humans[0].goals=[[1, 1]]", "and is 1.0"),
+    "humans[0].forces.social_factor": (
+        "humans[0].forces.social_factor=5.0",
+        "and is 5.0",
+    ),
+    "population.cohorts": (
+        "population.cohorts=[{number: 1, start: [{rectangle: [2, 1, 4, 2]}]}]",
+        "there were 0, and are 1",
+    ),
+    "robot.model": ("robot.model=pmb2", "and is 'pmb2'"),
+    "robot.radius": ("robot.radius=0.2", "it was 0.35, and is 0.2"),
+    "robot.limits.max_speed": ("robot.limits.max_speed=0.5", "and is 0.5"),
+    "robot.goal": ("robot.goal=null", "and is nothing"),
+    "robot.goal[0]": ("robot.goal=[1, 1, 0]", "it was -7.7, and is 1.0"),
+    "robot.goal_tolerance": ("robot.goal_tolerance=0.1", "and is 0.1"),
+    "evaluator.timeout": ("evaluator.timeout=5.0", "nothing, and is 5.0"),
+    "evaluator.start": ("evaluator.start=by_trigger", "and is 'by_trigger'"),
+    "time_step": ("simulation.time_step=0.025", "it was 0.05, and is 0.025"),
+}
 
 
-def test_another_behavior_is_refused():
-    diagram = MakeTrialDiagram(scenario("cafe"))
-    context = diagram.CreateDefaultContext()
-    changed = scenario("cafe")
-    changed.humans[0].behavior = "threatening"
-    other = MakeTrialDiagram(changed)
-    with pytest.raises(ValueError, match="humans/behavior"):
-        TransferContext(diagram, context, other)
+@pytest.fixture(scope="module")
+def passing():
+    return MakeTrialDiagram(scenario("passing"))
+
+
+@pytest.mark.parametrize("part", OTHERS)
+def test_other_people_robots_and_evaluators_are_refused(passing, part):
+    """They would be mixed: the state of one, the parameters of the other."""
+    change, words = OTHERS[part]
+    other = MakeTrialDiagram(scenario("passing", change))
+    context = passing.CreateDefaultContext()
+    match = rf"^{re.escape(part)}: .*{words}; the state cannot be taken over"
+    with pytest.raises(ValueError, match=match):
+        TransferContext(passing, context, other)
+    with pytest.raises(ValueError, match=rf"^{re.escape(part)}: "):
+        TransferContext(other, other.CreateDefaultContext(), passing)
+
+
+def test_people_whom_other_walls_draw_elsewhere_are_refused():
+    people = "population.cohorts=[{number: 6, start: [{rectangle: [1, 0, 5,"
+    people += " 2]}]}]"
+    wall = "world.walls=[{shape: box, center: [3, 1], size: [3, 1]}]"
+    alone, same, beside = (
+        MakeTrialDiagram(scenario("passing", people, *changes))
+        for changes in ((), ("crowd.model=orca",), (wall,))
+    )
+    context = alone.CreateDefaultContext()
+    TransferContext(alone, context, same)
+    with pytest.raises(ValueError, match=r"drawn\[.*list the people under hum"):
+        TransferContext(alone, context, beside)
 
 
 @pytest.mark.parametrize(
-    ("changes", "words"),
+    "change",
     [
-        ("robot.model=pmb2", "robot cannot be .* was a DifferentialDrive, and"),
-        (
-            "robot.goal=null",
-            "goal cannot be .* ConstantVectorSource, and is no more",
-        ),
+        "crowd.model=orca",
+        "crowd.robot_gap=0.1",
+        "world.walls=[{shape: box, center: [0, 3], size: [5, 1]}]",
+        "simulation.stuck_time=1000.0",
+        "scene.overlays=[]",
     ],
 )
-def test_state_without_a_counterpart_is_refused(changes, words):
-    """Neither may a robot stay at its start, nor a goal go away."""
-    diagram = MakeTrialDiagram(scenario("passing"))
-    other = MakeTrialDiagram(scenario("passing", changes))
-    context = diagram.CreateDefaultContext()
-    with pytest.raises(ValueError, match=words):
-        TransferContext(diagram, context, other)
-    with pytest.raises(ValueError, match="cannot be taken over: it"):
-        TransferContext(other, other.CreateDefaultContext(), diagram)
+def test_world_motion_model_and_scene_may_be_others(passing, change):
+    changed = scenario("passing", change)
+    simulator, other = at(passing, 2.0), MakeTrialDiagram(changed)
+    taken = TransferContext(passing, simulator.get_context(), other)
+    np.testing.assert_equal(
+        ports(other, taken), ports(passing, simulator.get_context())
+    )
+    MakeTrialSimulator(other, taken).AdvanceTo(2.5)
 
 
-def test_another_physical_robot_is_refused(tmp_path):
+def test_a_robot_of_which_the_file_has_changed_is_refused(tmp_path):
     """Even where it has as many joints."""
     text = (files(robot) / "models" / "pmb2.sdf").read_text()
+    file = tmp_path / "robot.sdf"
     diagrams = []
-    for name in ("wheel", "roller"):
-        file = tmp_path / f"{name}.sdf"
-        file.write_text(text.replace("wheel_joint", f"{name}_joint"))
+    for name in ("pmb2", "renamed"):
+        file.write_text(
+            text.replace('model name="pmb2"', f'model name="{name}"')
+        )
         changed = scenario("passing")
         changed.robot = UrdfRobot(
             file=str(file),
             base="base",
             drive=DifferentialWheels(
-                left_wheel=f"left_{name}_joint",
-                right_wheel=f"right_{name}_joint",
+                left_wheel="left_wheel_joint",
+                right_wheel="right_wheel_joint",
                 wheel_separation=0.4044,
                 wheel_radius=0.0985,
                 max_torque=6.0,
@@ -216,6 +260,14 @@ def test_fixed_inputs_are_taken_over():
     fork.AdvanceTo(2.0)
     result = GetTrialResult(changed, other, fork.get_context())
     assert result.recording.times[[0, -1]].tolist() == [0.0, 2.0]
-    without = MakeTrialDiagram(scenario("passing"))
-    with pytest.raises(ValueError, match="the input trigger has a fixed value"):
-        TransferContext(diagram, simulator.get_context(), without)
+    # (Drake numbers the sources of a SceneGraph on, through all diagrams.)
+    scene = diagram.GetSubsystemByName("scene")
+    graph = scene.GetSubsystemByName("scene_graph")
+    port = graph.get_input_port(graph.num_input_ports() - 1)
+    context = simulator.get_mutable_context()
+    port.FixValue(
+        graph.GetMyMutableContextFromRoot(context),
+        graph.AllocateInputAbstract(port),
+    )
+    with pytest.raises(ValueError, match=r"the input scene/.* a fixed value"):
+        TransferContext(diagram, context, other)

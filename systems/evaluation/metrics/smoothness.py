@@ -10,20 +10,19 @@ import itertools
 import numpy as np
 
 from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.layout import Y
 from hunav_drake.systems.evaluation.metric import register_metric
-from hunav_drake.systems.evaluation.path_features import (
-    LEAST_STEP,
-    polyline_length,
-    thinned,
-)
+from hunav_drake.systems.evaluation.path_features import polyline_length
 from hunav_drake.systems.evaluation.recording import Recording
 
 _metric = partial(register_metric, family="smoothness")
 
 BENCH_MR = "Bench-MR, Heiden et al. 2021"
 
-# The curvature is that of points at least so far apart, in meters.
+# The curvature is that of points at least so far apart, in meters; the sides
+# of their triangles are at least so long.
 _SPACING = 0.3
+_LEAST_SIDE = 1e-9
 
 # A path that turns by more between two steps has a cusp there, in radians.
 _CUSP = np.pi / 3
@@ -33,21 +32,30 @@ def _curvature(recording: Recording) -> tuple[Array, Array]:
     """Returns the curvature at points of the path, and how far each counts."""
     points, turns = recording.path_features.turns
     cusps = (np.flatnonzero(turns > _CUSP) + 1).tolist()
-    parts = [
-        thinned(points[first : last + 1], _SPACING)
-        for first, last in itertools.pairwise([0, *cusps, len(points) - 1])
-    ]
-    corners = [
-        (part[k], part[k + 1], part[k + 2])
-        for part in parts
-        for k in range(len(part) - 2)
-    ]
-    p, q, r = np.array(corners).reshape(-1, 3, 2).transpose(1, 2, 0)
-    pq, qr, pr = q - p, r - q, r - p
-    a, b, c = np.hypot(*pq), np.hypot(*qr), np.hypot(*pr)
-    # (In a loop, a path may come back to where it was.)
-    area = np.abs(pq[0] * qr[1] - pq[1] * qr[0]) / 2
-    return 4 * area / (a * b * np.maximum(c, LEAST_STEP)), (a + b) / 2
+    points = np.vstack([points, recording.robot[-1, : Y + 1]])
+    curvatures, lengths = [np.zeros(0)], [np.zeros(0)]
+    for first, last in itertools.pairwise([0, *cusps, len(points) - 1]):
+        part = points[first : last + 1]
+        steps = np.diff(part, axis=0)
+        at = np.append(0.0, np.hypot(steps[:, 0], steps[:, 1]).cumsum())
+        count = int(at[-1] / _SPACING)
+        if count < 2:
+            continue
+        even = np.linspace(0.0, at[-1], count + 1)
+        kept = np.unique(np.searchsorted((at[1:] + at[:-1]) / 2, even))
+        x, y = part[kept].T
+        dx, dy = np.diff(x), np.diff(y)
+        side = np.maximum(np.hypot(dx, dy), _LEAST_SIDE)
+        # (In a loop, a path may come back to where it was.)
+        across = np.hypot(x[2:] - x[:-2], y[2:] - y[:-2])
+        area = np.abs(dx[:-1] * dy[1:] - dy[:-1] * dx[1:]) / 2
+        curvatures.append(
+            4 * area / (side[:-1] * side[1:] * np.maximum(across, _LEAST_SIDE))
+        )
+        ends = (at[kept][1:] + at[kept][:-1]) / 2
+        ends[0], ends[-1] = 0.0, at[-1]
+        lengths.append(np.diff(ends))
+    return np.concatenate(curvatures), np.concatenate(lengths)
 
 
 @_metric(unit="rad/m", direction="lower", source=BENCH_MR)
@@ -56,8 +64,9 @@ def angle_over_length(recording: Recording) -> float:
 
     sum |wrap(a_{k+1} - a_k)| / L, where a_k is the direction of the motion
     from one point of the path to the next; a cusp is a turn by pi. The points
-    are the positions at least 1 mm from the one before, and L is the length
-    through them. NaN if there are none but the first.
+    are the positions at least 5 cm from the one before, and L is the length
+    through them: so noise of millimeters is no turn. NaN if there are none but
+    the first.
     """
     points, turns = recording.path_features.turns
     if len(points) < 2:
@@ -79,12 +88,15 @@ def cusps(recording: Recording) -> float:
 def normalized_curvature(recording: Recording) -> float:
     """The curvature of the path, summed up along it between its cusps.
 
-    sum_k c_k (|p_k - p_{k-1}| + |p_{k+1} - p_k|) / 2, which stands for the
-    integral of the curvature over the length: the angle by which the path
-    turns. c_k = 4 A / (u v w) is the curvature of the circle through p_{k-1},
-    p_k and p_{k+1}: they make a triangle of the area A and the sides u, v, w.
-    The points p_k are the positions at least 0.3 m from the one before; cusps
-    are left out, as points begin anew there. 0 without three such points.
+    sum_k c_k l_k, which stands for the integral of the curvature over the
+    length: the angle by which the path turns. Cusps part the path of
+    `angle_over_length`, which goes on to the last position, and of each part
+    the points p_k are those nearest to even distances along it, of 0.3 m or a
+    little more. c_k = 4 A / (u v w) is the curvature of the circle through
+    p_{k-1}, p_k and p_{k+1}: they make a triangle of the area A and the sides
+    u, v, w. l_k is the length of the path from halfway to the point before to
+    halfway to the next, for the first c_k and the last up to the ends of the
+    part. A part of less than 0.6 m counts as straight.
     """
     curvature, length = _curvature(recording)
     return float((curvature * length).sum())
@@ -94,6 +106,6 @@ def normalized_curvature(recording: Recording) -> float:
 def max_curvature(recording: Recording) -> float:
     """The largest curvature of the path between its cusps, max_k c_k.
 
-    c_k is that of `normalized_curvature`. 0 without three such points.
+    c_k is that of `normalized_curvature`. 0 where all parts are too short.
     """
     return float(_curvature(recording)[0].max(initial=0.0))

@@ -55,10 +55,12 @@ class CriticWeights:
     """How much counts to keep away from what the local map shows."""
 
     goal: Weight = 5.0
-    """How much counts to get to the goal, when near it."""
+    """How much counts to get to the goal, when near it; for a `goal_tolerance`
+    below 0.25 m, more by as much as it is smaller."""
 
     goal_angle: Weight = 3.0
-    """How much counts to turn to the heading of the goal, when near it."""
+    """How much counts to turn to the heading of the goal, when near it; 0 where
+    `goal_yaw_tolerance` leaves any heading."""
 
     path_align: Weight = 14.0
     """How much counts to stay on the global plan."""
@@ -100,7 +102,8 @@ class CriticSettings:
     """How near to the goal the critic Goal begins, in meters."""
 
     goal_angle_threshold: Length = 0.5
-    """How near to the goal the critic GoalAngle begins, in meters."""
+    """How near to the goal the critic GoalAngle begins, in meters; no farther
+    than `goal_tolerance`, if that is below 0.25 m."""
 
     path_follow_threshold: Length = 1.4
     """How near to the goal the critic PathFollow ends, in meters."""

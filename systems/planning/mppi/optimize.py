@@ -27,6 +27,12 @@ FAULT = "each way ahead leads into something"
 _TRIES = 2
 
 
+# The distance within which the goal counts as reached that weights are meant
+# for, in meters; and a turn that leaves any heading, in radians.
+_USUAL_TOLERANCE = 0.25
+_ANY_HEADING = 3.14
+
+
 class Setting(NamedTuple):
     """What follows from the parameters of MPPI and the task.
 
@@ -111,6 +117,15 @@ def setting(planner: "MppiPlanner", task: PlanningTask) -> Setting:
         p[place] = value
     for place, name in enumerate(parameters.CRITICS, start=1):
         p[place] = getattr(planner.weights, name)
+    # The critics of the goal must not balance each other before it is reached,
+    # as where the robot stands beside it, with the right heading.
+    if task.goal_tolerance < _USUAL_TOLERANCE:
+        p[parameters.GOAL] *= _USUAL_TOLERANCE / task.goal_tolerance
+        p[parameters.GOAL_ANGLE_NEAR] = min(
+            task.goal_tolerance, critics.goal_angle_threshold
+        )
+    if task.goal_yaw_tolerance >= _ANY_HEADING:
+        p[parameters.GOAL_ANGLE] = 0.0
     p.setflags(write=False)
     forces = np.array(astuple(planner.social_force))
     forces.setflags(write=False)

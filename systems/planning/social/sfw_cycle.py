@@ -137,7 +137,7 @@ def choose(
     memory = memory._replace(cycles=memory.cycles + 1)
     carrot = carrot_at(view, local, planner.wp_tolerance)
     if left < planner.slow_distance:
-        pair = _towards(planner, view, carrot, left)
+        pair = _towards(planner, task, view, carrot, left)
         costs = weigh(
             *(planner, task, view, carrot, costmap),
             np.array([pair]),
@@ -160,15 +160,26 @@ def choose(
 
 
 def _towards(
-    planner: "SfwPlanner", view: View, carrot: tuple[float, float], left: float
+    planner: "SfwPlanner",
+    task: PlanningTask,
+    view: View,
+    carrot: tuple[float, float],
+    left: float,
 ) -> tuple[float, float]:
-    """Returns the slower velocity near the end of the plan."""
+    """Returns the slower velocity near the end of the plan.
+
+    It is a turn on the spot where the tightest curve goes around the end.
+    """
     x, y, yaw = view.robot[: YAW + 1].tolist()
     low, high = planner.min_trans_vel, planner.max_trans_vel
     v = low + (high - low) * left / planner.slow_distance
     bearing = wrap_angle(math.atan2(carrot[1] - y, carrot[0] - x) - yaw)
     slow, fast = planner.min_rot_vel, planner.max_rot_vel
     rate = slow + (fast - slow) * abs(bearing) / math.pi
+    most = task.limits.max_turn_rate
+    if 2 * v * math.sin(abs(bearing)) > left * most:
+        turn = abs(bearing) / planner.reaction_time(task)
+        v, rate = 0.0, min(planner.max_rot_vel, most, turn)
     return v, math.copysign(rate, bearing) if bearing else 0.0
 
 

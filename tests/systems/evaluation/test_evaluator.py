@@ -387,6 +387,29 @@ def test_events_that_are_repeated_at_an_instant_add_no_sample(period):
     assert recording_of(evaluator, clone) == expected
 
 
+@pytest.mark.parametrize("period", [0.1, 0.15, 0.5])
+def test_states_of_the_next_step_are_never_those_of_the_present(period):
+    """Once its updates are done, an instant has the states of the next."""
+    diagram, evaluator = make_walk(period=period)
+    simulator = Simulator(diagram)
+    context = simulator.get_context()
+    port = evaluator.get_recording_output_port()
+    own = evaluator.GetMyContextFromRoot(context)
+    for end in (0.0, 3.25, 3.25, 3.25, 3.3, 3.3, 3.35):
+        simulator.AdvanceTo(end)
+        recording = evaluator.GetRecording(own)
+        assert port.Eval(own) == recording
+        np.testing.assert_allclose(recording.robot[:, 0], recording.times)
+        clone = context.Clone()
+        assert recording_of(evaluator, clone) == recording
+        # A simulator may begin just after an instant.
+        clone.SetTime(np.nextafter(end, np.inf))
+        assert np.allclose(
+            recording_of(evaluator, clone).robot[:, 0], recording.times
+        )
+    assert recording.times[-1] == 3.35
+
+
 def test_forks_share_their_past():
     dut = Evaluator(HUMANS)
     simulator = Simulator(dut)

@@ -234,17 +234,39 @@ def test_a_straight_path_is_smooth():
     assert smoothness(*zip(x, 2 * x, strict=True)) == pytest.approx([0] * 4)
 
 
-@pytest.mark.parametrize("radius", [0.5, 2.0])
-def test_a_circle_has_the_curvature_of_its_radius(radius):
-    angle = np.linspace(0, 2 * PI, 2001)
+@pytest.mark.parametrize("radius", [0.5, 1.0, 2.0])
+@pytest.mark.parametrize("samples", [51, 400, 5000])
+@pytest.mark.parametrize("turn", [PI, 2 * PI])
+def test_a_circle_has_the_curvature_of_its_radius(radius, samples, turn):
+    angle = np.linspace(0, turn, samples)
     x, y = radius * np.cos(angle), radius * np.sin(angle)
     aol, cusps, total, most = smoothness(*zip(x, y, strict=True))
-    assert aol == pytest.approx(1 / radius, rel=1e-3)
+    # The path turns between its first leg and its last, of 5 cm or a sample.
+    leg = max(0.05, turn * radius / (samples - 1))
+    assert aol == pytest.approx(1 / radius, rel=2 * leg / (turn * radius))
     assert cusps == 0
     assert most == pytest.approx(1 / radius)
-    # Chords of 0.3 m and a little, from the middle of the first to the last's.
-    step = 2 * math.asin(0.15 / radius)
-    assert total == pytest.approx((2 * PI // step - 1) * step, rel=0.03)
+    # Up to its ends, it turns by the whole angle.
+    assert total == pytest.approx(turn, rel=0.01)
+
+
+def test_smoothness_is_that_of_the_way_back():
+    t = np.linspace(0, 12, 300)
+    way = np.column_stack([1.5 * np.sin(t / 2), 1.5 * np.cos(t / 3)])
+    there, back = smoothness(*way), smoothness(*way[::-1])
+    assert there[1] == back[1]
+    assert there == pytest.approx(back, rel=0.02)
+
+
+def test_noise_of_a_millimeter_is_no_cusp():
+    rng = np.random.default_rng(0)
+    x, noise = np.linspace(0, 4, 2001), rng.normal(0, 1e-3, 2001)
+    aol, cusps, total, most = smoothness(*zip(x, noise, strict=True))
+    assert cusps == 0
+    # Each leg of 5 cm is a few hundredths of a radian off its direction.
+    assert aol < 1
+    assert total < 0.1
+    assert most < 0.1
 
 
 def test_a_corner_of_the_path_is_angle_and_curvature():

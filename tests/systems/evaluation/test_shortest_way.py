@@ -10,6 +10,7 @@ import shapely
 
 from hunav_drake.systems.evaluation.shortest_way import shortest_ways
 from hunav_drake.systems.world.obstacles import Obstacles
+from hunav_drake.systems.world.visibility_graph import blocked
 
 PI = math.pi
 
@@ -146,6 +147,65 @@ def test_to_overlap_a_wall_costs_no_more_than_to_leave_it(seed):
         way = ways(start, end, 0.25, *shapes)[0]
         depth = math.dist(inside, away)
         assert abs(way.length - outside.length) <= depth + 1e-3
+
+
+def test_it_does_not_leave_a_wall_through_it():
+    """Beside a wall, the place that is clear may be behind it."""
+    start, goal = (-1, 0.2), (0.4, 0.05)
+    wedge = [(2, 0.5), (0, 0), (2, -0.5)]
+    (way,) = ways(start, goal, 0.3, wedge, solid=False)
+    # It goes around one arm, and comes to the goal on a straight leg.
+    assert way.length > math.dist(start, wedge[0]) + math.dist(wedge[0], goal)
+    assert way.length == pytest.approx(5.6091, abs=1e-4)
+    # A slot, closed all around, in which nobody has room.
+    slot = [(2, -1), (2.4, -1), (2.4, 1), (2, 1), (2, -1)]
+    for x in (2.05, 2.2, 2.35):
+        assert ways((0, 0), (x, 0), 0.3, slot, solid=False) == []
+
+
+@pytest.mark.parametrize("clearance", [0.0, -1.0, math.nan])
+def test_a_straight_way_needs_a_clearance(clearance):
+    table = Obstacles.from_shapes([[(1, -1), (1, 1)]], solid=[False]).table
+    p, q = np.array([[0.0, 0.0]]), np.array([[2.0, 0.0]])
+    with pytest.raises(ValueError, match=r"clearance .* must be positive"):
+        blocked(p, q, clearance, table)
+
+
+PIECES = [
+    ([(-1, 0), (0, 0), (0, 0.5), (0, 1.5), (-1, 1.5)],),
+    (box(-0.5, 0.25, 1, 0.5), box(-0.5, 1.0, 1, 1)),
+    (box(-0.5, 0.25, 1, 0.5), box(-0.5, 0.75, 1, 0.5), box(-0.5, 1.25, 1, 0.5)),
+]
+
+
+@pytest.mark.parametrize("pieces", PIECES, ids=len)
+@pytest.mark.parametrize("yaw", [0.0, 0.7, 2.0])
+def test_a_wall_may_be_written_in_pieces(pieces, yaw):
+    """The goal is nearer to the wall than the disc may be."""
+    turn = np.array([[math.cos(yaw), math.sin(yaw)], [-math.sin(yaw), 0]])
+    turn[1, 1] = turn[0, 0]
+    for x, start in ((0.26, -2.0), (0.4, -2.0), (-2.0, -1.0)):
+        whole, parts = (
+            ways((x, start) @ turn, (0.26, 1.4) @ turn, 0.5, *shapes)
+            for shapes in (
+                (box(-0.5, 0.75, 1, 1.5) @ turn,),
+                [p @ turn for p in pieces],
+            )
+        )
+        assert [(way.length, way.turning) for way in parts] == [
+            pytest.approx((way.length, way.turning)) for way in whole
+        ]
+
+
+def test_walls_are_joined_where_they_go_straight_on():
+    ends = [(0, 0), (1, 0)], [(2.5, 0), (1, 0)], [(1, 0), (1, 3)], [(4, 4)]
+    walls = Obstacles.from_shapes([*ends, *ends], solid=[False] * 8).joined
+    assert walls.segments.tolist() == [
+        [0, 0, 2.5, 0],
+        [1, 0, 1, 3],
+        [4, 4, 4, 4],
+    ]
+    assert len(Obstacles.from_points([]).joined) == 0
 
 
 def test_there_is_none_out_of_a_room_or_a_solid():
