@@ -110,6 +110,8 @@ def _seed(text: str) -> int:
 
 def _run(options: argparse.Namespace) -> int:
     more = [f"planner.name={options.planner}"] if options.planner else []
+    if options.seed is not None:
+        more.append(f"simulation.seed={options.seed}")
     if options.overlays is not None:
         more.append(f"scene.overlays=[{', '.join(options.overlays)}]")
     scenario = load_scenario(options.scenario, options, more)
@@ -151,7 +153,6 @@ def _run(options: argparse.Namespace) -> int:
         else:
             result = RunTrial(
                 scenario,
-                options.seed,
                 diagram=diagram,
                 meshcat=meshcat,
                 progress=progress,
@@ -246,7 +247,6 @@ def _show(
         try:
             return RunTrial(
                 scenario,
-                options.seed,
                 diagram=diagram,
                 meshcat=meshcat,
                 progress=progress,
@@ -275,11 +275,6 @@ def _keep(
     label = options.label
     setting = setting_text(options.overrides) if label is None else label
     result = dataclasses.replace(result, setting=setting)
-
-    seeded = dataclasses.replace(
-        scenario.simulation, seed=int(result.provenance["seed"])
-    )
-    scenario = dataclasses.replace(scenario, simulation=seeded)
 
     def add_pages(folder: Path) -> None:
         SaveScenario(scenario, folder / "scenario.yaml")

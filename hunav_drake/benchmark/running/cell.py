@@ -17,8 +17,7 @@ from hunav_drake.scenario import (
     Scenario,
     ScenarioError,
 )
-from hunav_drake.scenario.named_files import files_sha256
-from hunav_drake.simulation import behavior_sha256
+from hunav_drake.scenario.named_files import behavior_sha256, files_sha256
 from hunav_drake.systems.common.registry import name_of
 
 
