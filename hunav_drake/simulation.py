@@ -26,6 +26,7 @@ from hunav_drake.results.trial_result import (
 from hunav_drake.scenario import SaveScenario
 from hunav_drake.scenario.error import Fault, ScenarioError, shown
 from hunav_drake.scenario.named_files import behavior_sha256, files_sha256
+from hunav_drake.scenario.randomness import drawn_by_seed
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.seeds import DrawSeed, GetTrialSeed, SetTrialSeed
 from hunav_drake.systems.common.layout import STATE_SIZE, is_outside
@@ -296,6 +297,7 @@ def _result(
             planner=name_of(scenario.planner),
             behavior_sha256=behavior_sha256(scenario),
             files_sha256=files_sha256(scenario),
+            drawn=drawn_by_seed(scenario),
         ),
         end_reason=reason,
         end_message=message,

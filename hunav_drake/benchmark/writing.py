@@ -21,7 +21,7 @@ from hunav_drake.systems.common.files import atomic_write
 # What is written; the last tells that all the others are there.
 _FILES = (
     *("runs.csv", "runs_by_behavior.csv", "summary.csv", "costs.csv"),
-    *("relations.csv", "tables.tex", "report.html"),
+    *("outcomes.csv", "relations.csv", "tables.tex", "report.html"),
 )
 _LAST = "suite.json"
 
@@ -39,8 +39,9 @@ def WriteSuite(
         judgements: What became of its relations; by default they are tested.
 
     They are `runs.csv`, `runs_by_behavior.csv`, `summary.csv`, `costs.csv`,
-    `relations.csv`, `tables.tex`, `report.html`, and, when all others are
-    there, `suite.json`. Nothing is written where these say the same already.
+    `outcomes.csv`, `relations.csv`, `tables.tex`, `report.html`, and, when all
+    others are there, `suite.json`. Nothing is written where these say the same
+    already.
 
     Returns:
         The path of the report.
@@ -62,6 +63,7 @@ def WriteSuite(
         ("runs_by_behavior", result.runs(by_behavior=True)),
         ("summary", summary),
         ("costs", result.costs()),
+        ("outcomes", result.outcomes()),
         ("relations", relations),
     ):
         _write(folder / f"{name}.csv", table.to_csv(index=False))
@@ -98,8 +100,10 @@ def suite_json(result: SuiteResult, judgements: Sequence[Judgement]) -> str:
         "version": result.suite.version,
         "code_sha256": result.code_sha256,
         "cells": [
-            {"name": cell.name, "sha256": cell.sha256} for cell in result.cells
+            {"name": cell.name, "sha256": cell.sha256, "drawn": cell.drawn}
+            for cell in result.cells
         ],
+        "outcomes": result.outcomes().to_dict("records"),
         "summary": summary.to_dict("records"),
         "relations": [vars(it) for it in judgements],
         "failures": [

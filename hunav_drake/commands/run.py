@@ -24,6 +24,7 @@ from hunav_drake.commands.options import (
     add_scenario_options,
     load_scenario,
     overlay_names,
+    tell_doubts,
 )
 
 if TYPE_CHECKING:
@@ -116,6 +117,8 @@ def _run(options: argparse.Namespace) -> int:
         more.append(f"scene.overlays=[{', '.join(options.overlays)}]")
     scenario = load_scenario(options.scenario, options, more)
     _warn_of_ways(scenario, options.scenario)
+    if not options.quiet or options.seed is not None:
+        tell_doubts(scenario)
     if options.out is not None:
         check_out(options.out)
     from hunav_drake.compiling import told_compile_time

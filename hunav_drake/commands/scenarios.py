@@ -19,10 +19,12 @@ from hunav_drake.commands.options import (
     add_output_options,
     add_scenario_options,
     load_scenario,
+    tell_doubts,
 )
 from hunav_drake.systems.common.suggest import did_you_mean
 
 if TYPE_CHECKING:
+    from hunav_drake.scenario import Scenario
     from hunav_drake.systems.world.shapes import World
 
 
@@ -123,13 +125,18 @@ def _check(options: argparse.Namespace) -> int:
     def describe(name: str) -> str:
         scenario = load_scenario(name, options, ways=True)
         people = len(scenario.humans) + scenario.population.number
+        sound[name] = scenario
         return (
             f"{people} {'person' if people == 1 else 'people'},"
             f" {_describe_world(scenario.world)},"
             f" planner {name_of(scenario.planner)}"
         )
 
-    return check_each(options.scenario, options, describe)
+    sound: dict[str, Scenario] = {}
+    code = check_each(options.scenario, options, describe)
+    for name, scenario in sound.items():
+        tell_doubts(scenario, f"{name}: ")
+    return code
 
 
 def _describe_world(world: "World") -> str:

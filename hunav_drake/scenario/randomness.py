@@ -8,9 +8,6 @@ from hunav_drake.scenario.schema import Scenario
 from hunav_drake.systems.planning.planner import asked_scan_size
 from hunav_drake.systems.sensing.sensor_config import LidarConfig
 
-# What tables of runs say where a seed draws nothing.
-NOTHING = "nothing"
-
 # The modes of force weights that draw.
 _DRAWN_MODES = ("random_normal", "random_uniform")
 

@@ -64,7 +64,9 @@ ABOUT_RUNS = (
     "planner",
     "setting",
     "seed",
+    "drawn",
     "end_reason",
+    "end_message",
     "end_time",
     "behavior",
 )
