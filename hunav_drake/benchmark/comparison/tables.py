@@ -156,9 +156,10 @@ def mean_text(described: pd.Series, metric: str, unit: str) -> str:
     )
     half = (high - low) / 2
     text = number_text(mean, unit)
-    if metric in RATES and math.isfinite(half):
+    if metric in RATES:
+        text = text.removesuffix(".0")
         # It does not reach as far to both sides.
-        text = f"{text.removesuffix('.0')} [{low:.0f}, {high:.0f}]"
+        text += f" [{low:.0f}, {high:.0f}]" * math.isfinite(half)
     elif math.isfinite(half) and half > 0:
         reach = number_text(half, unit, scale=abs(mean))
         # What is only rounding says nothing.

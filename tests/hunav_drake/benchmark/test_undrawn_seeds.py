@@ -1,15 +1,28 @@
 """Cells in which seeds draw nothing, and why runs do not arrive."""
 
+import dataclasses
 import json
 
 import pytest
 
-from hunav_drake import LoadSuite, RunSuite, cli, plot_comparison, summarize
+from hunav_drake import (
+    LoadSuite,
+    RunSuite,
+    Suite,
+    cli,
+    plot_comparison,
+    summarize,
+)
 from hunav_drake.benchmark.comparison.relations import judge
 from hunav_drake.benchmark.comparison.tables import ENDS, scenario_tables
+from hunav_drake.benchmark.running.plan import CellPlan
 from hunav_drake.report.suite_page import suite_page
 from hunav_drake.results.outcomes import count_outcomes
-from tests.hunav_drake.benchmark.made_runs import make_result, runs_of
+from tests.hunav_drake.benchmark.made_runs import (
+    make_cell,
+    make_result,
+    runs_of,
+)
 
 TRIAL = """\
 name: bare
@@ -56,6 +69,26 @@ def test_a_cell_in_which_nothing_is_drawn_is_run_once(suite):
     assert line in suite_page(result, judge(result))
     fixed = next(t for t in scenario_tables(result) if "fixed" in t.title)
     assert ("completed", "100 (1)", "%") in fixed.rows
+
+
+@pytest.mark.parametrize(
+    ("fields", "runs"),
+    [
+        ({}, [(s, k) for s in (4, 2, 9) for k in (0, 1)]),
+        ({"drawn": "nothing", "once": True}, [(4, 0)]),
+        # Whether a planner of one's own repeats itself is to be seen.
+        ({"drawn": "nothing"}, [(4, 0), (4, 1)]),
+    ],
+)
+def test_repetitions_are_for_planners_of_ones_own(fields, runs):
+    cell = dataclasses.replace(make_cell("bare", "a"), **fields)
+    suite = Suite(scenarios=["bare"], seeds=[4, 2, 9], repetitions=2)
+    plan = CellPlan(cell, suite, ())
+    given = []
+    while task := plan.next_task():
+        given += task.runs
+    assert given == runs
+    assert plan.total == len(runs)
 
 
 def test_bench_tells_why_runs_do_not_arrive(suite, capsys):
