@@ -31,7 +31,7 @@ class TrialDiagram(Diagram):
 
 def DrawSeed(generator: RandomGenerator) -> int:
     """Returns the next seed of a generator, in [0, 2^63)."""
-    return generator() << 31 | generator() >> 1
+    return int(generator()) << 31 | int(generator()) >> 1
 
 
 def CheckPeopleSeed(diagram: Diagram, seed: int) -> None:

@@ -35,7 +35,9 @@ def _draws(scenario: Scenario) -> Iterator[str]:
         yield "population"
     if scenario.simulation.start_jitter and (scenario.humans or cohorts):
         yield "start jitter"
-    modes = {it.forces_mode for it in (*scenario.humans, *cohorts, *sources)}
+    modes = {it.forces_mode for it in scenario.humans}
+    modes |= {it.forces_mode for it in cohorts}
+    modes |= {it.forces_mode for it in sources}
     if modes.intersection(_DRAWN_MODES):
         yield "weights of forces"
     if sources:

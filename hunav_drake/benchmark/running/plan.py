@@ -3,6 +3,7 @@
 from array import array
 from collections.abc import Sequence
 import math
+from typing import Any
 
 import numpy as np
 
@@ -39,7 +40,7 @@ class CellPlan:
         self._code = code
         self._imports = imports
         self._repetitions = 1 if cell.once else suite.repetitions
-        seeds = suite.seeds_of.get(cell.scenario, suite.seeds)
+        seeds: Any = suite.seeds_of.get(cell.scenario, suite.seeds)
         if cell.drawn == NOTHING_DRAWN:
             # All are the same trial.
             seeds = suite.seed_list(cell.scenario)[:1]

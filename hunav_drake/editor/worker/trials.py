@@ -224,6 +224,7 @@ def result_message(result: TrialResult) -> dict[str, Any]:
         "kind": "result",
         "planner": result.provenance.get("planner"),
         "seed": result.provenance.get("seed"),
+        "drawn": result.provenance.get("drawn"),
         "end_reason": result.end_reason,
         "message": result.end_message,
         "end_time": result.end_time,

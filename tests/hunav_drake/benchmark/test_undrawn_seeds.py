@@ -6,8 +6,11 @@ import json
 import pytest
 
 from hunav_drake import (
+    LoadScenario,
     LoadSuite,
+    ReadRuns,
     RunSuite,
+    RunTrial,
     Suite,
     cli,
     plot_comparison,
@@ -15,6 +18,7 @@ from hunav_drake import (
 )
 from hunav_drake.benchmark.comparison.relations import judge
 from hunav_drake.benchmark.comparison.tables import ENDS, scenario_tables
+from hunav_drake.benchmark.replays import WriteReplays
 from hunav_drake.benchmark.running.plan import CellPlan
 from hunav_drake.report.suite_page import suite_page
 from hunav_drake.results.outcomes import count_outcomes
@@ -69,6 +73,44 @@ def test_a_cell_in_which_nothing_is_drawn_is_run_once(suite):
     assert line in suite_page(result, judge(result))
     fixed = next(t for t in scenario_tables(result) if "fixed" in t.title)
     assert ("completed", "100 (1)", "%") in fixed.rows
+
+
+def test_each_seed_of_a_suite_has_its_own_people(tmp_path):
+    text = (
+        f"{TRIAL}population: {{cohorts: [{{number: 3, start: [{{rectangle:"
+        " [2, -4, 8, -1]}]}]}\n"
+    )
+    (tmp_path / "bare.yaml").write_text(text)
+    suite = Suite(scenarios=["bare.yaml"], planners=["pursuit"], seeds=[3, 1])
+    runs = RunSuite(suite, folder=tmp_path, out=tmp_path / "out", workers=1)
+    assert (runs.runs().drawn == "population").all()
+    scenario = LoadScenario(filename=tmp_path / "bare.yaml")
+    for row in runs.rows:
+        expected = RunTrial(scenario, row.seed).metrics
+        assert (
+            row.metrics["min_dist_to_people"]
+            == (expected["min_dist_to_people"])
+        )
+    (replay,) = WriteReplays(runs, tmp_path / "out", workers=1)
+    assert replay.name == "bare_pursuit_3.html"
+
+
+def test_a_report_on_runs_counts_equal_ones_once(tmp_path, capsys):
+    (tmp_path / "bare.yaml").write_text(TRIAL)
+    words = ["run", str(tmp_path / "bare.yaml"), "--out", str(tmp_path)]
+    for seed in ("0", "1", "2"):
+        assert cli.main([*words, "--seed", seed, "--no-replay"]) == 0
+    told = "hunav: note: nothing is drawn at random, so all seeds give the same"
+    assert capsys.readouterr().err.count(told) == 3
+    runs = ReadRuns(tmp_path)
+    assert runs.drawn.tolist() == ["nothing"] * 3
+    assert (summarize(runs)["n"].dropna() <= 1).all()
+    assert cli.main(["report", str(tmp_path)]) == 0
+    page = " ".join((tmp_path / "report.html").read_text().split())
+    assert "Nothing is drawn with pursuit: all seeds give the same" in page
+    assert ">n&nbsp;=&nbsp;1<" in page
+    again = ReadRuns(tmp_path / "runs.csv")
+    assert (summarize(again)["n"].dropna() <= 1).all()
 
 
 @pytest.mark.parametrize(
