@@ -50,6 +50,7 @@ from .seeds import (
 )
 from .simulation import (
     GetTrialResult as GetTrialResult,
+    MakeRandomSimulator as MakeRandomSimulator,
     MakeTrialSimulator as MakeTrialSimulator,
     RunTrial as RunTrial,
 )

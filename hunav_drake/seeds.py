@@ -1,9 +1,53 @@
 """The seed of a Context: all that is drawn at random follows from it."""
 
+from pydrake.common import RandomGenerator
 from pydrake.systems.framework import Context, Diagram
 
 from hunav_drake.systems.common.layout import STATE_SIZE
 from hunav_drake.systems.common.random_streams import check_seed
+
+
+class TrialDiagram(Diagram):
+    """The diagram of a trial, as `MakeTrialDiagram` makes it."""
+
+    def SetRandomContext(
+        self, context: Context, generator: RandomGenerator
+    ) -> None:
+        """Draws a seed, and sets it as `SetTrialSeed` does.
+
+        Drake's own function, which `MonteCarloSimulation` calls, knows nothing
+        of this one: it resets a Context to the seed of the diagram. See
+        `MakeRandomSimulator`.
+
+        Args:
+            context: A Context of this diagram, changed.
+            generator: What the seed is drawn from: see `DrawSeed`.
+
+        Raises:
+            ValueError: If the people of the trial are drawn by its seed.
+        """
+        SetTrialSeed(self, context, DrawSeed(generator))
+
+
+def DrawSeed(generator: RandomGenerator) -> int:
+    """Returns the next seed of a generator, in [0, 2^63)."""
+    return int(generator()) << 31 | int(generator()) >> 1
+
+
+def CheckPeopleSeed(diagram: Diagram, seed: int) -> None:
+    """Checks that the people of a trial's diagram are those of a seed.
+
+    Raises:
+        ValueError: If they are drawn by the seed of the trial, and the diagram
+            was made for another one.
+    """
+    own = diagram.GetSubsystemByName("monitor").made_for["people_seed"]
+    if own not in (None, seed):
+        raise ValueError(
+            f"the people of this diagram were drawn by seed {own}, so it does"
+            f" not serve seed {seed}: make a diagram for each seed, or set"
+            " population.seed to have the same people in all trials"
+        )
 
 
 def SetTrialSeed(diagram: Diagram, context: Context, seed: int) -> None:
@@ -20,12 +64,15 @@ def SetTrialSeed(diagram: Diagram, context: Context, seed: int) -> None:
             simulator.Initialize()
             simulator.AdvanceTo(scenario.simulation.duration)
 
-    The people of a population are the same for all of them: they are drawn when
-    the diagram is made, by `population.seed`. When those of its sources come
-    is drawn by the seed.
+    The people of a population are drawn when the diagram is made. With a
+    `population.seed` they are the same for all seeds, which draw when those of
+    its sources come; else the diagram serves the seed that it was made for,
+    and `RunTrial(scenario, seed)` makes one for each.
 
-    (Drake's own `SetRandomContext` draws nothing here: with it, the draws of a
-    person would depend on who else is there.)
+    `diagram.SetRandomContext(context, generator)` does this with a seed that it
+    draws from the generator. Drake's `MonteCarloSimulation` does not call that,
+    but resets what it is given to the start of the diagram's own seed: give it
+    `MakeRandomSimulator(scenario)`.
 
     Args:
         diagram: From `MakeTrialDiagram`.
@@ -33,10 +80,12 @@ def SetTrialSeed(diagram: Diagram, context: Context, seed: int) -> None:
         seed: In [0, 2^63).
 
     Raises:
-        ValueError: If the seed is not such a number.
+        ValueError: If the seed is not such a number, or if the people were
+            drawn by another one.
         RuntimeError: If the Context is of another diagram.
     """
     check_seed(seed)
+    CheckPeopleSeed(diagram, seed)
     diagram.ValidateContext(context)
     diagram.SetDefaultContext(context)
     context.SetTime(0.0)

@@ -3,11 +3,11 @@
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 import dataclasses
-import hashlib
 import math
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
+from pydrake.common import RandomGenerator
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, Diagram, EventStatus
 
@@ -25,12 +25,10 @@ from hunav_drake.results.trial_result import (
 )
 from hunav_drake.scenario import SaveScenario
 from hunav_drake.scenario.error import Fault, ScenarioError, shown
-from hunav_drake.scenario.named_files import files_sha256
-from hunav_drake.scenario.population import draw_people
+from hunav_drake.scenario.named_files import behavior_sha256, files_sha256
+from hunav_drake.scenario.randomness import drawn_by_seed
 from hunav_drake.scenario.schema import Scenario
-from hunav_drake.seeds import GetTrialSeed, SetTrialSeed
-from hunav_drake.systems.behavior import LoadBehavior
-from hunav_drake.systems.behavior.fingerprint import tree_fingerprint
+from hunav_drake.seeds import DrawSeed, GetTrialSeed, SetTrialSeed
 from hunav_drake.systems.common.layout import STATE_SIZE, is_outside
 from hunav_drake.systems.common.plain_errors import ConfigError
 from hunav_drake.systems.common.registry import name_of
@@ -114,7 +112,8 @@ def RunTrial(
     """Runs a trial to its end.
 
     Several seeds of one scenario can share a diagram, which takes far longer
-    to make than to reset; the results are the same, bit for bit:
+    to make than to reset, unless its people are drawn by the seed; the results
+    are the same, bit for bit:
 
         diagram = MakeTrialDiagram(scenario)
         results = [RunTrial(scenario, s, diagram=diagram) for s in range(100)]
@@ -122,8 +121,9 @@ def RunTrial(
     Args:
         scenario: What happens.
         seed: Stands in for the scenario's own seed.
-        diagram: From `MakeTrialDiagram(scenario)`, for whatever seed, with
-            the same `meshcat`; by default it is made.
+        diagram: From `MakeTrialDiagram(scenario)`, with the same `meshcat`,
+            for whatever seed, but of a population without a seed of its own
+            for this one; by default it is made.
         meshcat: Where to show the trial, and to record it for a replay.
         realtime_rate: How many times as fast as real time it runs at most; 0
             for as fast as it can.
@@ -142,8 +142,11 @@ def RunTrial(
     Raises:
         PlannerError: If the planner is broken, and it is to raise.
         ScenarioError: If the scenario cannot be simulated.
-        ValueError: If the diagram was made from another scenario.
+        ValueError: If the diagram was made from another scenario, or of people
+            whom another seed has drawn.
     """
+    if seed is not None:
+        scenario = _reseed(scenario, seed)
     if diagram is None:
         diagram = MakeTrialDiagram(scenario, meshcat)
     else:
@@ -157,8 +160,6 @@ def RunTrial(
             " leaves unconnected; use MakeTrialDiagram(), or another start",
         )
         raise ScenarioError("RunTrial", [fault])
-    if seed is not None:
-        scenario = _reseed(scenario, seed)
     context = diagram.CreateDefaultContext()
     SetTrialSeed(diagram, context, scenario.simulation.seed)
     with (
@@ -203,6 +204,37 @@ def RunTrial(
     )
 
 
+def MakeRandomSimulator(
+    scenario: Scenario,
+) -> Callable[[RandomGenerator], Simulator]:
+    """Makes what draws trials for Drake's `MonteCarloSimulation`.
+
+    Each simulator has a diagram of its own, of a seed that it draws from the
+    generator, and ends its trial as `MakeTrialSimulator` does:
+
+        results = MonteCarloSimulation(
+            MakeRandomSimulator(scenario), output, final_time=60.0,
+            num_samples=4, generator=RandomGenerator(1),
+        )
+
+    where `output(diagram, context)` gives a number; `GetTrialSeed` tells the
+    seed there, with which `RunTrial` repeats the trial. `RunTrial` over several
+    seeds of one diagram is faster.
+
+    Args:
+        scenario: What happens, but for its seed.
+
+    Returns:
+        A function that makes a Simulator of a trial, by a RandomGenerator.
+    """
+
+    def make(generator: RandomGenerator) -> Simulator:
+        seeded = _reseed(scenario, DrawSeed(generator))
+        return MakeTrialSimulator(MakeTrialDiagram(seeded))
+
+    return make
+
+
 def _reseed(scenario: Scenario, seed: int) -> Scenario:
     try:
         simulation = dataclasses.replace(scenario.simulation, seed=seed)
@@ -227,6 +259,7 @@ def GetTrialResult(
     Raises:
         ValueError: If the diagram was made from another scenario.
     """
+    scenario = _reseed(scenario, GetTrialSeed(diagram, context))
     CheckTrialDiagram(scenario, diagram)
     (status,) = diagram.GetOutputPort("trial_status").Eval(context)
     reason = _REASONS[TrialStatus(int(status))]
@@ -245,7 +278,6 @@ def _result(
     message: str,
 ) -> TrialResult:
     """Returns what a trial has given that ended for some reason."""
-    scenario = _reseed(scenario, GetTrialSeed(diagram, context))
     recording = _recording_of(diagram, context)
     config = scenario.evaluator
     recording = dataclasses.replace(
@@ -261,6 +293,7 @@ def _result(
             planner=name_of(scenario.planner),
             behavior_sha256=behavior_sha256(scenario),
             files_sha256=files_sha256(scenario),
+            drawn=drawn_by_seed(scenario),
         ),
         end_reason=reason,
         end_message=message,
@@ -326,22 +359,6 @@ def _time_of(context: Context, recording: Recording) -> float:
     return (
         last if math.isclose(last, now, rel_tol=1e-12, abs_tol=1e-12) else now
     )
-
-
-def behavior_sha256(scenario: Scenario) -> str:
-    """Returns a hash of all trees, of which a scenario gives but the names."""
-    people = draw_people(scenario)
-    # Most people have one of a few behaviors.
-    prints = {
-        key: tree_fingerprint(
-            LoadBehavior(behavior, profile=scenario.crowd.profile)
-        )
-        for key, behavior in {
-            repr(human.behavior): human.behavior for human in people
-        }.items()
-    }
-    all_prints = (prints[repr(human.behavior)] for human in people)
-    return hashlib.sha256("".join(all_prints).encode()).hexdigest()
 
 
 def _recording(

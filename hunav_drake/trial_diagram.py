@@ -8,9 +8,10 @@ from pydrake.systems.primitives import ConstantVectorSource
 
 from hunav_drake.humans import AddHumans
 from hunav_drake.scenario import CheckScenario
-from hunav_drake.scenario.population import with_drawn_people
+from hunav_drake.scenario.population import people_seed, with_drawn_people
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.scenario.writer import plain
+from hunav_drake.seeds import CheckPeopleSeed, TrialDiagram
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.crowd.crowd_config import CrowdConfig
 from hunav_drake.systems.evaluation import Evaluator
@@ -40,7 +41,8 @@ def MakeTrialDiagram(
     Args:
         scenario: What happens. Its seed is that of the default Context alone:
             see `SetTrialSeed`. The people of its population are drawn here,
-            by the seed of the population.
+            by `population.seed` or, if that is not given, by this seed: then
+            the diagram is of this seed only.
         meshcat: Where to show the trial; without one nothing is published.
 
     Returns:
@@ -57,7 +59,7 @@ def MakeTrialDiagram(
         "recording", "trial_status", "query", what the sensors measure, as
         "scan", "local_costmap" and "global_costmap" (see `NavigationSystem`) of
         a planner with maps, and "traffic" (see `OpenCrowd`) if people come and
-        go.
+        go. It is a `TrialDiagram`.
 
     Raises:
         ScenarioError: If the scenario cannot be simulated.
@@ -201,7 +203,8 @@ def MakeTrialDiagram(
             builder.Connect(port, scene.system.GetInputPort(name))
     if scenario.evaluator.start == "by_trigger":
         builder.ExportInput(evaluator.GetInputPort("trigger"), "trigger")
-    diagram = builder.Build()
+    diagram = TrialDiagram()
+    builder.BuildInto(diagram)
     diagram.set_name("trial")
     return diagram
 
@@ -223,14 +226,18 @@ def _crowd(scenario: Scenario) -> CrowdConfig:
 
 
 def CheckTrialDiagram(scenario: Scenario, diagram: Diagram) -> None:
-    """Checks that a trial's diagram was made from a scenario, for any seed.
+    """Checks that a trial's diagram was made from a scenario, for its seed.
 
     Raises:
         ValueError: If it was made from another one, whose name, description
-            and duration alone may differ.
+            and duration alone may differ; or if its people were drawn by
+            another seed: see `SetTrialSeed`.
     """
+    CheckPeopleSeed(diagram, scenario.simulation.seed)
     made_for = diagram.GetSubsystemByName("monitor").made_for
-    for part, value in _fixed_parts(scenario).items():
+    parts = _fixed_parts(scenario)
+    del parts["people_seed"]
+    for part, value in parts.items():
         if value != made_for[part]:
             raise ValueError(
                 f"the diagram was made from a scenario with other {part}: make"
@@ -245,4 +252,4 @@ def _fixed_parts(scenario: Scenario) -> dict[str, Any]:
     for free in (parts, parts["simulation"]):
         for key in ("name", "description", "seed", "duration"):
             free.pop(key, None)
-    return parts
+    return {**parts, "people_seed": people_seed(scenario)}

@@ -98,11 +98,13 @@ def _write(cell: Cell, seed: int, path: Path, metrics: str) -> None:
 
     # Meshcat logs its address, which nobody needs.
     logging.getLogger("drake").setLevel(logging.WARNING)
-    scenario = LoadScenario(data=cell.text)
+    scenario = LoadScenario(
+        data=cell.text, overrides=[f"simulation.seed={seed}"]
+    )
     meshcat = StartMeshcatLocal()
     people = draw_people(scenario)
     SetView(meshcat, scenario.world, people, scenario.robot)
-    result = RunTrial(scenario, seed, meshcat=meshcat)
+    result = RunTrial(scenario, meshcat=meshcat)
     again = json.dumps({str(k): float(v) for k, v in result.metrics.items()})
     if again != metrics:
         raise RuntimeError(

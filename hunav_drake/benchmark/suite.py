@@ -131,14 +131,16 @@ class Suite:
     """Changes for all runs, as those of --set."""
 
     seeds: Seeds = 10
-    """The seeds, or how many: n means 0 to n - 1. With `until`, the most."""
+    """The seeds, or how many: n means 0 to n - 1. With `until`, the most. Where
+    they draw nothing, a cell is run with the first one alone."""
 
     seeds_of: dict[Name, Seeds] = field(default_factory=dict)
     """The same for single scenarios, by name, instead of the above."""
 
     repetitions: Annotated[Integer, Field(ge=1, le=1000)] = 1
     """How often each seed is run: more than once only shows whether a planner
-    of one's own repeats itself. The mean of a seed counts once."""
+    of one's own repeats itself. The mean of a seed counts once. Where seeds
+    draw nothing, planners of the package are run once."""
 
     until: Until | None = None
     """When a cell has enough runs; by default it has all seeds."""

@@ -18,6 +18,8 @@ from hunav_drake.benchmark.running.run_table import (
 )
 from hunav_drake.benchmark.suite import Suite
 from hunav_drake.results.metric_facts import FACTS, facts_of
+from hunav_drake.results.outcomes import count_outcomes
+from hunav_drake.results.provenance import NOTHING_DRAWN
 from hunav_drake.results.statistics import RATES, summarize
 from hunav_drake.systems.evaluation.metrics import METRICS
 
@@ -70,11 +72,11 @@ class SuiteResult:
             extras: Whether there are also the columns of `extra_values`.
 
         Returns:
-            The columns scenario, planner, setting, seed, repetition,
-            end_reason, end_message, end_time in seconds, with `by_behavior`
-            also behavior, and one per metric. Of a run without a result they
-            are NaN, but it is not completed. What is known of the metrics is in
-            `attrs`.
+            The columns scenario, planner, setting, seed, repetition, drawn
+            (what the seed draws: see `ReadRuns`), end_reason, end_message,
+            end_time in seconds, with `by_behavior` also behavior, and one per
+            metric. Of a run without a result they are NaN, but it is not
+            completed. What is known of the metrics is in `attrs`.
         """
         about = self._about()
         if by_behavior:
@@ -99,6 +101,28 @@ class SuiteResult:
         return about[[*KEYS, "seed", "end_time"]].assign(
             **self.rows.columns(COST)
         )
+
+    def outcomes(self) -> pd.DataFrame:
+        """Returns why the runs of each cell ended: `count_outcomes`."""
+        return count_outcomes(self._about(), KEYS)
+
+    def same_seeds(self) -> list[str]:
+        """Returns of which cells all seeds are one trial, and what to do.
+
+        Scenarios and settings that say the same are one line.
+        """
+        places: dict[str, dict[str, None]] = {}
+        for cell in self.cells:
+            if cell.drawn == NOTHING_DRAWN:
+                place = cell.scenario + f" ({cell.setting})" * bool(
+                    cell.setting
+                )
+                places.setdefault(cell.how_to_draw, {})[place] = None
+        return [
+            f"{', '.join(names)}: nothing is drawn, all seeds give the same"
+            f" trial, so there is one (n = 1, no interval); for others, {how}"
+            for how, names in places.items()
+        ]
 
     def summary(self) -> pd.DataFrame:
         """Returns the statistics of each metric in each cell: `summarize`.
@@ -155,6 +179,7 @@ class SuiteResult:
                 **about,
                 "seed": self.rows.seeds,
                 "repetition": self.rows.repetitions,
+                "drawn": [cell.drawn for cell in of_run],
                 "end_reason": self.rows.texts("end_reason"),
                 "end_message": self.rows.texts("end_message"),
                 "end_time": self.rows.end_times,

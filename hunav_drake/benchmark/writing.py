@@ -22,7 +22,7 @@ from hunav_drake.systems.common.files import atomic_write
 
 _FILES = (
     *("runs.csv", "runs_by_behavior.csv", "summary.csv", "costs.csv"),
-    *("relations.csv", "tables.tex", "report.html"),
+    *("outcomes.csv", "relations.csv", "tables.tex", "report.html"),
 )
 
 
@@ -39,9 +39,9 @@ def WriteSuite(
         judgements: What became of its relations; by default they are tested.
 
     They are `runs.csv`, `runs_by_behavior.csv`, `summary.csv`, `costs.csv`,
-    `relations.csv`, `tables.tex`, `report.html`, and, when all others are
-    there, `suite.json`. Nothing is written where they are of the same suite,
-    with the same runs and replays.
+    `outcomes.csv`, `relations.csv`, `tables.tex`, `report.html`, and, when all
+    others are there, `suite.json`. Nothing is written where they are of the
+    same suite, with the same runs and replays.
 
     Returns:
         The path of the report.
@@ -64,6 +64,7 @@ def WriteSuite(
         ("runs_by_behavior", result.runs(by_behavior=True)),
         ("summary", summary),
         ("costs", result.costs()),
+        ("outcomes", result.outcomes()),
         ("relations", relations),
     ):
         _write(folder / f"{name}.csv", table.to_csv(index=False))
@@ -116,8 +117,10 @@ def suite_json(
         "code_sha256": result.code_sha256,
         "made_from": made_from,
         "cells": [
-            {"name": cell.name, "sha256": cell.sha256} for cell in result.cells
+            {"name": cell.name, "sha256": cell.sha256, "drawn": cell.drawn}
+            for cell in result.cells
         ],
+        "outcomes": result.outcomes().to_dict("records"),
         "summary": summary.to_dict("records"),
         "relations": [vars(it) for it in judgements],
         "failures": [

@@ -321,10 +321,28 @@ def _print(
             f"\nOf the strong relations {100 * held:.0f} % hold for the means,"
             f" {100 * surely:.0f} % also in nine of ten resamples."
         )
+    _print_outcomes(result)
     for row in result.failures[:20]:
         print(f"{row.cell}, seed {row.seed}: {row.end_message}")
     if len(result.failures) > 20:
         print(f"... and {len(result.failures) - 20} more failures")
+
+
+def _print_outcomes(result: "SuiteResult") -> None:
+    """Prints why runs ended, and where all seeds are one trial."""
+    from hunav_drake.benchmark.suite_result import KEYS
+    from hunav_drake.results.outcomes import outcome_text, why_not_goal
+
+    outcomes = result.outcomes()
+    print(f"{len(result.rows)} runs ended: {outcome_text(outcomes)}")
+    for place, own in outcomes.groupby(list(KEYS), sort=False):
+        if why := why_not_goal(own):
+            cell = "/".join(filter(None, place))
+            print(f"{cell}: {outcome_text(own)}")
+            for line in why:
+                print(f"    {line}")
+    for line in result.same_seeds():
+        print(line)
 
 
 class _Progress:

@@ -118,6 +118,21 @@ def load_scenario(
         )
 
 
+def tell_doubts(scenario: "Scenario", place: str = "") -> None:
+    """Prints what is no fault of a scenario, but that nobody may want."""
+    from hunav_drake.scenario.randomness import is_own, same_for_all_seeds
+
+    notes = [same_for_all_seeds(scenario)]
+    if scenario.robot.goal is None and not is_own(scenario.planner):
+        notes.append(
+            "the robot has no goal, so it stands for all"
+            f" {scenario.simulation.duration:g} s; set robot.goal, as in --set"
+            " 'robot.goal=[5, 0, 0]'"
+        )
+    for note in filter(None, notes):
+        print(f"hunav: note: {place}{note}", file=sys.stderr)
+
+
 # An example of each command, by its words.
 EXAMPLES = {
     "run": "hunav run passing --planner pursuit --seed 1 --out results",

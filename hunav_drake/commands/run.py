@@ -24,6 +24,7 @@ from hunav_drake.commands.options import (
     add_scenario_options,
     load_scenario,
     overlay_names,
+    tell_doubts,
 )
 
 if TYPE_CHECKING:
@@ -110,10 +111,14 @@ def _seed(text: str) -> int:
 
 def _run(options: argparse.Namespace) -> int:
     more = [f"planner.name={options.planner}"] if options.planner else []
+    if options.seed is not None:
+        more.append(f"simulation.seed={options.seed}")
     if options.overlays is not None:
         more.append(f"scene.overlays=[{', '.join(options.overlays)}]")
     scenario = load_scenario(options.scenario, options, more)
     _warn_of_ways(scenario, options.scenario)
+    if not options.quiet or options.seed is not None:
+        tell_doubts(scenario)
     if options.out is not None:
         check_out(options.out)
     from hunav_drake.compiling import told_compile_time
@@ -151,7 +156,6 @@ def _run(options: argparse.Namespace) -> int:
         else:
             result = RunTrial(
                 scenario,
-                options.seed,
                 diagram=diagram,
                 meshcat=meshcat,
                 progress=progress,
@@ -246,7 +250,6 @@ def _show(
         try:
             return RunTrial(
                 scenario,
-                options.seed,
                 diagram=diagram,
                 meshcat=meshcat,
                 progress=progress,
@@ -275,11 +278,6 @@ def _keep(
     label = options.label
     setting = setting_text(options.overrides) if label is None else label
     result = dataclasses.replace(result, setting=setting)
-
-    seeded = dataclasses.replace(
-        scenario.simulation, seed=int(result.provenance["seed"])
-    )
-    scenario = dataclasses.replace(scenario, simulation=seeded)
 
     def add_pages(folder: Path) -> None:
         SaveScenario(scenario, folder / "scenario.yaml")

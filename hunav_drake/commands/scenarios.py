@@ -1,7 +1,9 @@
 """The commands on scenarios: `hunav list`, `new`, `check`, `schema`, ..."""
 
 import argparse
+import dataclasses
 import json
+import os
 from pathlib import Path
 import sys
 from typing import TYPE_CHECKING, Any
@@ -19,10 +21,12 @@ from hunav_drake.commands.options import (
     add_output_options,
     add_scenario_options,
     load_scenario,
+    tell_doubts,
 )
 from hunav_drake.systems.common.suggest import did_you_mean
 
 if TYPE_CHECKING:
+    from hunav_drake.scenario import Scenario
     from hunav_drake.systems.world.shapes import World
 
 
@@ -62,6 +66,14 @@ def add_scenario_commands(commands: Any) -> None:
         help="the YAML file of the map, for ROS 2's map_server; by default the"
         " one that the agents.yaml names, if it is beside it",
     )
+    for name, what in (("start", "starts"), ("goal", "is to be in the end")):
+        importing.add_argument(
+            f"--{name}",
+            nargs=3,
+            type=float,
+            metavar=("X", "Y", "YAW"),
+            help=f"where the robot {what}, in meters and radians",
+        )
     importing.add_argument(
         "--profile",
         choices=("default", "hunavsim"),
@@ -123,13 +135,18 @@ def _check(options: argparse.Namespace) -> int:
     def describe(name: str) -> str:
         scenario = load_scenario(name, options, ways=True)
         people = len(scenario.humans) + scenario.population.number
+        sound[name] = scenario
         return (
             f"{people} {'person' if people == 1 else 'people'},"
             f" {_describe_world(scenario.world)},"
             f" planner {name_of(scenario.planner)}"
         )
 
-    return check_each(options.scenario, options, describe)
+    sound: dict[str, Scenario] = {}
+    code = check_each(options.scenario, options, describe)
+    for name, scenario in sound.items():
+        tell_doubts(scenario, f"{name}: ")
+    return code
 
 
 def _describe_world(world: "World") -> str:
@@ -153,11 +170,12 @@ def _schema(options: argparse.Namespace) -> int:
 
 def _import(options: argparse.Namespace) -> int:
     from hunav_drake.hunavsim.agents_yaml import ImportAgents
+    from hunav_drake.hunavsim.import_notes import LeftOut, group_notes
     from hunav_drake.scenario import SaveScenario, ScenarioError
-    from hunav_drake.scenario.error import Fault
+    from hunav_drake.systems.common.plain_errors import ConfigError
 
-    with input_errors(ScenarioError):
-        left_out: list[Fault] = []
+    with input_errors(ScenarioError, ConfigError):
+        left_out: list[LeftOut] = []
         scenario = ImportAgents(
             options.agents,
             metrics_filename=options.metrics,
@@ -165,13 +183,28 @@ def _import(options: argparse.Namespace) -> int:
             profile=options.profile,
             left_out=left_out,
         )
-    for fault in left_out:
-        print(fault, file=sys.stderr)
-    print(
-        "the robot: the files do not say where it is; set robot.start and"
-        " robot.goal",
-        file=sys.stderr,
-    )
+        places = {"start": options.start, "goal": options.goal}
+        given = {key: it for key, it in places.items() if it is not None}
+        robot = dataclasses.replace(scenario.robot, **given)
+    world = scenario.world
+    if world.map:
+        # Paths start at the file that is written.
+        folder = options.output.parent if options.output else "."
+        relative = os.path.relpath(world.map, folder)
+        world = dataclasses.replace(world, map=relative)
+    scenario = dataclasses.replace(scenario, robot=robot, world=world)
+    for line in group_notes(left_out):
+        print(line, file=sys.stderr)
+    if len(given) < len(places):
+        missing = [key for key in places if key not in given]
+        stands = "" if options.goal else ", and without a goal it stands"
+        give = " and ".join(f"--{it} X Y YAW" for it in missing)
+        keys = " and ".join(f"robot.{it}" for it in missing)
+        print(
+            f"the robot: the files do not say where it is{stands}; give {give},"
+            f" or set {keys}",
+            file=sys.stderr,
+        )
     done = (
         f"Wrote {len(scenario.humans)} people"
         f"{' and their map' if scenario.world.map else ''} to {options.output}"

@@ -6,6 +6,7 @@ from hunav_drake.editor.document.plain_data import same
 from hunav_drake.editor.faults import DEFERRED, FAST_CHECKS
 from hunav_drake.hunavsim.agents_yaml import convert_agents
 from hunav_drake.hunavsim.hunav_import import HunavImport
+from hunav_drake.hunavsim.import_notes import group_notes
 from hunav_drake.scenario.building import document_faults
 from hunav_drake.scenario.error import Fault, ScenarioError
 from hunav_drake.scenario.yaml_source import parse_yaml
@@ -58,7 +59,7 @@ def imported(
         source.add_metrics(document)
     with registered_only(*DEFERRED):
         source.build(FAST_CHECKS)
-    notes = [str(fault) for fault in source.left_out]
+    notes = group_notes(source.left_out)
     if kind == "metrics":
         return Imported(_with_evaluator(data, source.data), notes)
     if mode == "add":

@@ -80,7 +80,7 @@ def left_out_of_agent(
     names = [it for it in goals if isinstance(it, str)]
     for key, value in agent.items():
         if key == "skin":
-            yield (key,), "people all look alike"
+            yield (key,), "what people look like follows from their order"
         elif key == "init_pose" and isinstance(value, dict):
             for part in sorted(value.keys() - {"x", "y", "h"}, key=str):
                 yield (key, part), "people stand on the floor"

@@ -9,8 +9,8 @@ from pathlib import Path
 
 from hunav_drake.hunavsim.agents_keys import BEHAVIOR_NAMES
 from hunav_drake.hunavsim.hunav_import import AGENTS_KEY, HunavImport
+from hunav_drake.hunavsim.import_notes import LeftOut
 from hunav_drake.scenario.checks import OWN_CHECKS
-from hunav_drake.scenario.error import Fault
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.scenario.yaml_document import YamlDocument
 from hunav_drake.scenario.yaml_source import read_yaml
@@ -25,7 +25,7 @@ def ImportAgents(
     metrics_filename: str | Path | None = None,
     map_filename: str | Path | None = None,
     profile: ProfileName = "default",
-    left_out: list[Fault] | None = None,
+    left_out: list[LeftOut] | None = None,
 ) -> Scenario:
     """Reads the people of HuNavSim's agents.yaml as a scenario.
 
@@ -53,7 +53,8 @@ def ImportAgents(
             step becomes shorter.
         map_filename: The YAML file of a map, which is that of the world.
         profile: The profile of the crowd: "hunavsim" moves people as there.
-        left_out: Gets what could not be carried over, with its places.
+        left_out: Gets what could not be carried over, with its places;
+            `group_notes` makes few lines of it.
 
     Raises:
         ScenarioError: If a file cannot be read, or does not have that form.

@@ -19,6 +19,7 @@ from hunav_drake.hunavsim.agents_keys import (
     left_out_of_agent,
     steps_for,
 )
+from hunav_drake.hunavsim.import_notes import LeftOut
 from hunav_drake.hunavsim.reactions import reaction_ports
 from hunav_drake.scenario.building import (
     Check,
@@ -81,7 +82,7 @@ class HunavImport:
         self._document = document
         self._known: list[Loc] = []
         self._faults = document_faults(document)
-        self.left_out: list[Fault] = []
+        self.left_out: list[LeftOut] = []
 
     def build(
         self, checks: Sequence[Check], overrides: Mapping[Loc, str] = _NONE
@@ -381,14 +382,9 @@ class HunavImport:
     def _leave_out(self, loc: Loc, reason: str) -> None:
         document = self._document
         if len(self.left_out) < _MAX_LEFT_OUT:
-            self.left_out.append(
-                Fault(
-                    document.name,
-                    document.line(loc),
-                    path_text(None, loc[2:]),
-                    reason,
-                )
-            )
+            place = document.name, document.line(loc)
+            path = path_text(None, loc[2:])
+            self.left_out.append(LeftOut(*place, path, reason, loc[2:]))
 
     def _origin(self, here: Loc, loc: Loc) -> None:
         self._origins[here] = (self._document, loc)

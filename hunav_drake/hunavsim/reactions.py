@@ -149,7 +149,7 @@ def reaction_ports(
             tell(key, f"is {value} with the configuration default")
         else:
             value = _drawn(setting, index, mode, number)
-            tell(key, f"is drawn, {value}, with the configuration {mode}")
+            tell(key, f"is drawn with the configuration {mode}, once for all")
         ports[setting.port] = (key, value)
     return ports
 

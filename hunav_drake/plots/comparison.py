@@ -17,7 +17,7 @@ from hunav_drake.results.metric_facts import unit_of
 from hunav_drake.results.quantity_text import label_text
 from hunav_drake.results.run_table import tabulate_runs
 from hunav_drake.results.settings import contenders
-from hunav_drake.results.statistics import RATES, summarize
+from hunav_drake.results.statistics import RATES, draws_nothing, summarize
 from hunav_drake.results.trial_result import TrialResult
 
 
@@ -31,7 +31,8 @@ def plot_comparison(
     """Draws bars of a metric's mean over runs, with confidence intervals.
 
     The intervals are those of 95 %, and dots are single runs. Runs without a
-    value do not count. Rates are in percent. See
+    value do not count. Rates are in percent. Runs whose seeds draw nothing are
+    one, without an interval, and the bar says so. See
     `hunav_drake.results.statistics.summarize`.
 
     Args:
@@ -94,6 +95,9 @@ def plot_comparison(
     ax.set_xlabel(label_text(metric, unit), loc="right")
     # A planner, and below it its setting.
     names = [str(name).split(", ", 1) for name in statistics.index]
+    fixed = draws_nothing(table).groupby(table[by]).all()
+    for name, parts in zip(statistics.index, names, strict=True):
+        parts += ["all seeds alike"] * bool(fixed[name])
     label_rows(ax, ["\n".join(map(shown, parts)) for parts in names])
     return ax
 

@@ -1,6 +1,5 @@
 """What a report on many trials shows."""
 
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -20,14 +19,16 @@ from hunav_drake.report.tables import (
     Cell,
     Table,
     number,
+    outcome_table,
     provenance_table,
     split_by_family,
 )
 from hunav_drake.results.metric_facts import headline_of, unit_of
+from hunav_drake.results.outcomes import count_outcomes
 from hunav_drake.results.quantity_text import label_text
 from hunav_drake.results.run_table import tabulate_runs
 from hunav_drake.results.settings import contenders, has_settings
-from hunav_drake.results.statistics import LEAST_PAIRS
+from hunav_drake.results.statistics import LEAST_PAIRS, draws_nothing
 from hunav_drake.results.trial_result import TrialResult
 
 # More lines than this in a plot over time could not be told apart.
@@ -76,7 +77,10 @@ def batch_content(
     ]
     return {
         "about": told,
-        "outcomes": _outcomes(runs),
+        "outcomes": outcome_table(
+            count_outcomes(runs, ["scenario", "contender"]),
+            {"scenario": "scenario", "contender": "planner"},
+        ),
         "headline": headline,
         "least_pairs": LEAST_PAIRS,
         "most_open": _MOST_OPEN,
@@ -124,19 +128,6 @@ def _tabulate(trials: Sequence[TrialResult]) -> pd.DataFrame:
     return runs.assign(contender=contenders(runs))
 
 
-def _outcomes(runs: pd.DataFrame) -> Table:
-    reasons = list(dict.fromkeys(["goal", *runs["end_reason"]]))
-    rows = []
-    for (scenario, contender), own in runs.groupby(
-        ["scenario", "contender"], sort=False
-    ):
-        counts = Counter(own["end_reason"])
-        ended = [str(counts[reason]) for reason in reasons]
-        rows.append([scenario, contender, str(len(own)), *ended])
-    head = ["scenario", "planner", "runs", *reasons]
-    return Table(head, {"": rows}, numbers=range(2, len(head)))
-
-
 def _scenario(
     trials: list[TrialResult], runs: pd.DataFrame, key: str
 ) -> dict[str, Any]:
@@ -150,6 +141,9 @@ def _scenario(
         "key": key,
         "name": trials[0].scenario_name,
         "ambiguous_seeds": ambiguous_seeds(runs),
+        "same_seeds": list(
+            dict.fromkeys(runs.loc[draws_nothing(runs), "contender"])
+        ),
         "means": split_by_family(means) if means else [],
         "spread": spread,
         "pairs": paired_tables(runs, metrics),

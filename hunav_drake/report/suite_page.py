@@ -14,7 +14,7 @@ from hunav_drake.benchmark.comparison.tables import (
     scenario_tables,
 )
 from hunav_drake.benchmark.running.recordings import recording_path, replay_path
-from hunav_drake.benchmark.suite_result import SuiteResult
+from hunav_drake.benchmark.suite_result import KEYS, SuiteResult
 from hunav_drake.report.environment import template_environment
 from hunav_drake.report.figures import ReportFigure, run_figures
 from hunav_drake.report.suite_tables import (
@@ -26,7 +26,13 @@ from hunav_drake.report.suite_tables import (
     tallies,
     total_cost,
 )
-from hunav_drake.report.tables import Cell, Table, provenance_table
+from hunav_drake.report.tables import (
+    Cell,
+    Table,
+    outcome_table,
+    provenance_table,
+)
+from hunav_drake.results.outcomes import outcome_text
 from hunav_drake.results.provenance import MakeProvenance
 from hunav_drake.results.statistics import LEAST_PAIRS
 from hunav_drake.systems.evaluation.recording import Recording
@@ -52,7 +58,11 @@ def suite_page(result: SuiteResult, judgements: Sequence[Judgement]) -> str:
     provenance["code_sha256"] = result.code_sha256
     cells = {f"{cell.name} (SHA-256)": cell.sha256 for cell in result.cells}
     costs = result.costs()
+    outcomes = result.outcomes()
     sections: dict[str, Any] = {
+        "outcomes": outcome_table(
+            outcomes, {it: it for it in KEYS if any(outcomes[it])}
+        ),
         "tables": _table_parts("table", scenario_tables(result)),
         "behaviors": _table_parts("behavior", behavior_tables(result)),
         "relations": relation_table(judgements),
@@ -82,14 +92,14 @@ def suite_page(result: SuiteResult, judgements: Sequence[Judgement]) -> str:
             about=[
                 f"version {suite.version}",
                 f"{len(result.cells)} cells",
-                f"{len(result.rows)} runs",
-                f"{len(result.failures)} failures",
+                f"{len(result.rows)} runs: {outcome_text(outcomes)}",
             ],
             description=suite.description,
             replay=None,
             left_out={},
             duplicates=[],
             note=NOTE,
+            same_seeds=result.same_seeds(),
             contents=_contents(sections, bool(result.failures)),
             **sections,
             tallies=tallies(judgements),
@@ -107,6 +117,7 @@ def suite_page(result: SuiteResult, judgements: Sequence[Judgement]) -> str:
 
 # The sections of the page, with the ids of their headings.
 _SECTIONS = (
+    ("outcomes", "outcomes", "Outcomes"),
     ("tables", "tables", "Tables"),
     ("behaviors", "behaviors", "By behavior"),
     ("relations", "relations", "Relations"),

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import pandas as pd
 
 from hunav_drake.results.metric_facts import direction_of, family_of
+from hunav_drake.results.outcomes import GOAL, why_not_goal
 from hunav_drake.results.quantity_text import (
     number_text,
     superscript,
@@ -120,6 +121,28 @@ def metric_cell(metrics: pd.Series | pd.DataFrame, name: str) -> Metric:
         definition = " ".join(first.split())
     arrow = _ARROWS.get(direction_of(metrics, name), "")
     return Metric(name, arrow, definition)
+
+
+def outcome_table(
+    outcomes: pd.DataFrame, names: Mapping[str, str]
+) -> Table | None:
+    """Returns for which reasons runs of each kind ended, and in what words.
+
+    Args:
+        outcomes: From `count_outcomes`.
+        names: The columns that tell kinds apart, with their headings.
+    """
+    if outcomes.empty:
+        return None
+    reasons = list(dict.fromkeys([GOAL, *outcomes["end_reason"]]))
+    rows: list[list[Cell]] = []
+    for kind, own in outcomes.groupby(list(names), sort=False, dropna=False):
+        counts = dict(zip(own["end_reason"], own["count"], strict=True))
+        ended = [str(counts.get(reason, 0)) for reason in reasons]
+        why = "; ".join(why_not_goal(own))
+        rows.append([*kind, str(own["runs"].iloc[0]), *ended, why])
+    head = [*names.values(), "runs", *reasons, "why"]
+    return Table(head, {"": rows}, numbers=range(len(names), len(head) - 1))
 
 
 def provenance_table(provenance: Mapping[str, Any]) -> Table:

@@ -144,3 +144,16 @@ def paired_rate_interval(
         difference - reach(p_b - low_b, high_a - p_a),
         difference + reach(high_b - p_b, p_a - low_a),
     )
+
+
+def within_bounds(
+    ends: tuple[float, float], values: Array, bounds: tuple[float, float]
+) -> tuple[float, float]:
+    """Returns the part of an interval that is within the bounds of a metric.
+
+    Values out of bounds are of another program, for which they do not hold.
+    """
+    if ((values < bounds[0]) | (values > bounds[1])).any():
+        return ends
+    low, high = (float(np.clip(end, *bounds)) for end in ends)
+    return low, high

@@ -1,5 +1,6 @@
 """The provenance of a result: what must be equal to reproduce it."""
 
+from collections.abc import Sequence
 import hashlib
 from importlib import metadata
 from pathlib import Path
@@ -15,6 +16,10 @@ _COMPUTES = (
     "shapely",
 )
 
+# What is told as drawn by the seed of a run if nothing is: all its seeds are
+# the same trial.
+NOTHING_DRAWN = "nothing"
+
 
 def MakeProvenance(
     scenario_text: str,
@@ -23,6 +28,7 @@ def MakeProvenance(
     planner: str = "",
     behavior_sha256: str = "",
     files_sha256: str = "",
+    drawn: Sequence[str] | None = None,
 ) -> Provenance:
     """Returns what must be equal for a trial to repeat bit for bit.
 
@@ -33,11 +39,13 @@ def MakeProvenance(
         behavior_sha256: The SHA-256 hash of the behavior trees, of which the
             scenario tells only the names. It is left out if empty.
         files_sha256: That of the files that a scenario names, alike.
+        drawn: What the seed draws, if that is known: see `drawn_by_seed`.
 
     Returns:
         The versions of this package and of what it computes with, what of the
         machine matters (`MACHINE_TRAITS`), the SHA-256 hashes of the scenario,
-        of the behavior trees and of the named files, the seed, the planner.
+        of the behavior trees and of the named files, the seed, the planner,
+        and what the seed draws, or "nothing".
     """
     contents = {
         "behavior_sha256": behavior_sha256,
@@ -50,7 +58,13 @@ def MakeProvenance(
         **{name: sha256 for name, sha256 in contents.items() if sha256},
         "seed": seed,
         "planner": planner,
+        **({} if drawn is None else {"drawn": drawn_text(drawn)}),
     }
+
+
+def drawn_text(drawn: Sequence[str]) -> str:
+    """Returns what a seed draws in words, as results and tables tell it."""
+    return ", ".join(drawn) or NOTHING_DRAWN
 
 
 def MakeSourceProvenance(filename: str | Path) -> Provenance:

@@ -13,7 +13,10 @@ from hunav_drake.results.trial_result import TrialResult
 from hunav_drake.systems.common.files import atomic_write
 
 # The columns that are texts, even if they look like numbers.
-_TEXTS = ("tag", "scenario", "planner", "setting", "end_reason", "behavior")
+_TEXTS = (
+    *("tag", "scenario", "planner", "setting", "drawn", "end_reason"),
+    *("end_message", "behavior"),
+)
 
 # What stands for no value in the others.
 _MISSING = ["", "nan", "NaN", "NA"]
@@ -31,9 +34,11 @@ def ReadRuns(path: str | Path, *, by_behavior: bool = False) -> pd.DataFrame:
 
     Returns:
         A row per run: tag, scenario, planner, setting, seed (empty if there
-        is none), end_reason, end_time in seconds, and a column per metric. For
-        a folder, what is known of the metrics is in `attrs`, by name: "units",
-        "families" and "directions".
+        is none), drawn (what the seed draws, "nothing" where all seeds are the
+        same trial, empty where that is not known), end_reason, end_message,
+        end_time in seconds, and a column per metric. For a folder, what is
+        known of the metrics is in `attrs`, by name: "units", "families" and
+        "directions".
 
     Raises:
         OSError: If it cannot be read, or there are no results.
@@ -98,7 +103,9 @@ def _table(
             "planner": str(run.provenance.get("planner", "")),
             "setting": run.setting,
             "seed": run.provenance.get("seed", ""),
+            "drawn": str(run.provenance.get("drawn", "")),
             "end_reason": run.end_reason,
+            "end_message": run.end_message,
             "end_time": run.end_time,
         }
         metrics = run.metric_values()

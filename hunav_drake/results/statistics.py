@@ -3,7 +3,9 @@
 The tables of runs are those that `ReadRuns` gives: a row per run, with columns
 that tell it from others and a column per metric. What is NaN or infinite is no
 value: it is left out, and `n` tells how many are left. Runs that differ in the
-column `repetition` alone are no independent ones: their mean counts once.
+column `repetition` alone are no independent ones: their mean counts once. Nor
+are runs of which the column `drawn` tells that their seeds draw nothing: equal
+ones count once, whatever their seeds.
 """
 
 from collections.abc import Hashable, Iterable
@@ -18,8 +20,10 @@ from hunav_drake.results.intervals import (
     mean_interval,
     paired_rate_interval,
     wilson_interval,
+    within_bounds,
 )
 from hunav_drake.results.metric_facts import bounds_of, direction_of, unit_of
+from hunav_drake.results.provenance import NOTHING_DRAWN
 from hunav_drake.results.quantity_text import ROUNDING
 from hunav_drake.results.settings import has_settings
 from hunav_drake.systems.common.arrays import Array, Mask
@@ -38,7 +42,7 @@ OF_ALL_RUNS = (*RATES, "success_weighted_path_length")
 _OF_THE_WAY = ("path_length", "cumulative_heading_changes")
 
 # What tells independent runs apart, where a table has such columns.
-_RUN = ("scenario", "planner", "setting", "seed", "behavior")
+_RUN = ("scenario", "planner", "setting", "seed", "drawn", "behavior")
 
 # With fewer pairs of runs than this none is called better: even if all of 5
 # point the same way, that happens by chance once in 16 times.
@@ -73,11 +77,12 @@ def summarize(
     Returns:
         A row for each kind and metric, indexed by both, with the columns `n`
         (runs, or seeds that are run several times, in which the metric has a
-        finite value), `mean`, `sd` (of the
-        sample, dividing by n - 1), `median`, and `low` and `high`: the
+        finite value), `mean`, `sd` (of the sample, dividing by n - 1),
+        `median`, and `low` and `high`: the
         interval of the mean, `wilson_interval` for rates, else
-        `mean_interval`; and `arrived`: how many of the `n` reach the goal, NaN
-        if that is not known. What too few runs do not give is NaN.
+        `mean_interval`, and none of a run of which nothing is drawn; and
+        `arrived`: how many of the `n` reach the goal, NaN if that is not known.
+        What too few runs do not give is NaN.
 
     Raises:
         ValueError: If a column is missing, there is nothing to describe, or
@@ -101,13 +106,15 @@ def summarize(
             values = part[name].to_numpy(dtype=float)
             finite = np.isfinite(values)
             values = values[finite]
-            if name in rates:
+            if len(part) == 1 and draws_nothing(part).all():
+                ends = math.nan, math.nan
+            elif name in rates:
                 successes = float(values.sum())
                 ends = wilson_interval(successes, len(values), confidence)
             else:
                 ends = mean_interval(values, confidence, seed)
                 if bounded:
-                    ends = _within(ends, values, bounds_of(name))
+                    ends = within_bounds(ends, values, bounds_of(name))
             arrived = int((done[finite] == 1).sum()) if has_goals else math.nan
             about = {"low": ends[0], "high": ends[1], "arrived": arrived}
             rows[(*kind, name)] = _describe(values) | about
@@ -206,7 +213,10 @@ def early_mark(metric: str, described: pd.Series) -> str:
 def once_per_seed(
     runs: pd.DataFrame, keys: list[str], names: list[str]
 ) -> pd.DataFrame:
-    """Returns a table in which the repetitions of a run are one row.
+    """Returns a table in which the same runs are one row.
+
+    Those are the repetitions of a run, and equal runs of which nothing is
+    drawn.
 
     Args:
         runs: A row per run.
@@ -214,6 +224,22 @@ def once_per_seed(
             always do.
         names: Those of numbers, of which the means over repetitions are taken.
     """
+    runs = _mean_repetitions(runs, keys, names)
+    known = [key for key in (*keys, *_RUN) if key in runs and key != "seed"]
+    again = runs.duplicated([*dict.fromkeys(known), *names])
+    return runs[~(again & draws_nothing(runs))]
+
+
+def draws_nothing(runs: pd.DataFrame) -> pd.Series:
+    """Returns of which runs all seeds are known to be the same trial."""
+    if "drawn" not in runs:
+        return pd.Series(False, runs.index)
+    return runs["drawn"] == NOTHING_DRAWN
+
+
+def _mean_repetitions(
+    runs: pd.DataFrame, keys: list[str], names: list[str]
+) -> pd.DataFrame:
     if "repetition" not in runs or "repetition" in keys:
         return runs
     about = [*keys, *(key for key in _RUN if key in runs and key not in keys)]
@@ -276,19 +302,6 @@ def _pairs(
             f" {', '.join(keys)}"
         )
     return one.loc[common], other.loc[common]
-
-
-def _within(
-    ends: tuple[float, float], values: Array, bounds: tuple[float, float]
-) -> tuple[float, float]:
-    """Returns the part of an interval that is within the bounds of a metric.
-
-    Values out of bounds are of another program, for which they do not hold.
-    """
-    if ((values < bounds[0]) | (values > bounds[1])).any():
-        return ends
-    low, high = (float(np.clip(end, *bounds)) for end in ends)
-    return low, high
 
 
 def _describe_pairs(

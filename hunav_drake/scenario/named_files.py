@@ -1,7 +1,7 @@
-"""The files that a scenario names, and those that these name in turn.
+"""The files and trees that a scenario names, and what these name in turn.
 
-A map has an image, a model has meshes, textures and other models. Behavior
-trees are left out: `tree_fingerprint` knows what of them matters.
+A map has an image, a model has meshes, textures and other models. Of behavior
+trees `tree_fingerprint` knows what matters, so they do not count as files.
 """
 
 from collections.abc import Iterator, Mapping
@@ -19,6 +19,7 @@ from urllib.parse import unquote
 from pydrake.multibody.parsing import PackageMap
 import yaml
 
+from hunav_drake.scenario.population import draw_people
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.scenario.writer import plain
 
@@ -59,6 +60,26 @@ def files_sha256(scenario: Scenario) -> str:
     if not lines:
         return ""
     return hashlib.sha256("".join(sorted(lines)).encode()).hexdigest()
+
+
+def behavior_sha256(scenario: Scenario) -> str:
+    """Returns a hash of all trees, of which a scenario gives but the names."""
+    # A scenario that is only read or written does without the systems.
+    from hunav_drake.systems.behavior import LoadBehavior
+    from hunav_drake.systems.behavior.fingerprint import tree_fingerprint
+
+    people = draw_people(scenario)
+    # Most people have one of a few behaviors.
+    prints = {
+        key: tree_fingerprint(
+            LoadBehavior(behavior, profile=scenario.crowd.profile)
+        )
+        for key, behavior in {
+            repr(human.behavior): human.behavior for human in people
+        }.items()
+    }
+    all_prints = (prints[repr(human.behavior)] for human in people)
+    return hashlib.sha256("".join(all_prints).encode()).hexdigest()
 
 
 def named_files(scenario: Scenario) -> list[Path]:

@@ -54,15 +54,29 @@ def with_drawn_people(scenario: Scenario) -> tuple[Scenario, Traffic | None]:
     return listed, traffic and traffic.after(len(scenario.humans))
 
 
+def people_seed(scenario: Scenario) -> int | None:
+    """Returns the seed of the trial if its people are drawn by it, else None.
+
+    They are those of a population without a `seed` of its own: each seed has
+    others, and a diagram is of one of them.
+    """
+    population = scenario.population
+    follows = population.seed is None and population.number > 0
+    return scenario.simulation.seed if follows else None
+
+
 def _draw(scenario: Scenario) -> Drawn:
     if not scenario.population.number:
         return Drawn([], None)
+    population = scenario.population
+    if population.seed is None:
+        population = dc.replace(population, seed=people_seed(scenario))
     robot = scenario.robot
     taken = [(*human.pose[:2], human.radius) for human in scenario.humans]
     taken.append((*robot.start[:2], robot.radius))
     groups = [human.group_id for human in scenario.humans]
     return draw_with_traffic(
-        scenario.population,
+        population,
         scenario.world.obstacles(),
         taken=taken,
         first_group_id=max([-1, *groups]) + 1,
@@ -81,6 +95,7 @@ def check_population(scenario: Scenario) -> Iterator[Finding]:
         ("robot", "radius"),
         ("world",),
         ("population", "seed"),
+        ("simulation", "seed"),
     )
     try:
         people = _draw(scenario).people

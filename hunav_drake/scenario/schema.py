@@ -38,8 +38,8 @@ class SimulationConfig:
     the step."""
 
     seed: Annotated[Integer, Field(ge=0, le=2**63 - 1)] = 0
-    """All that is drawn at random in the trial follows from this number; who
-    the people of a population are, from `population.seed`."""
+    """All that is drawn at random in the trial follows from this number, and so
+    do the people of a population without a `seed` of its own."""
 
     start_jitter: Annotated[StrictFloat, within(0, 1, "m")] = 0.0
     """Each person starts up to this far from the given place, along x and along

@@ -65,6 +65,7 @@ ABOUT_RUNS = (
     "setting",
     "seed",
     "repetition",
+    "drawn",
     "end_reason",
     "end_message",
     "end_time",

@@ -135,6 +135,11 @@ class TrialMonitor(LeafSystem):
         """Returns the port that tells how the trial stands."""
         return self._status
 
+    def DescribeMemory(self) -> list[str]:
+        """Returns by which seed the people were drawn, if the trial's own."""
+        seed = self.made_for.get("people_seed")
+        return [] if seed is None else [f"people drawn by seed {seed}"]
+
     def HasUpdated(self, context: Context) -> bool:
         """Tells whether the updates of the present instant are done.
 

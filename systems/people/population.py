@@ -129,13 +129,14 @@ def draw_with_traffic(
     """
     floor = Floor(obstacles, taken, config.number)
     sink_areas = {sink.name: Areas([sink.area]) for sink in config.sinks}
+    seed = config.seed or 0
     people: list[HumanConfig] = []
     ways: list[Way] = []
     sources: list[Source] = []
     faults = []
     group_id = first_group_id
     for i, cohort in enumerate(config.cohorts):
-        streams = Streams(config.seed, cohort.name or f"#{i}")
+        streams = Streams(seed, cohort.name or f"#{i}")
         before = floor.num_bodies
         try:
             drawn = _draw_cohort(cohort, sink_areas, streams, floor, group_id)
@@ -150,7 +151,7 @@ def draw_with_traffic(
     for i, source in enumerate(config.sources):
         try:
             own = draw_source(
-                source, sink_areas, config.seed, floor, len(people), group_id
+                source, sink_areas, seed, floor, len(people), group_id
             )
         except NoRoomError as error:
             where = error.key, error.item, error.message

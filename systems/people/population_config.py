@@ -294,10 +294,10 @@ class SinkConfig:
 class PopulationConfig:
     """People who are drawn, besides those who are listed."""
 
-    seed: Annotated[Integer, Field(ge=0, le=2**63 - 1)] = 0
-    """All that is drawn of the people follows from this number. The seed of the
-    simulation is another: it draws what changes from trial to trial of the same
-    people."""
+    seed: Annotated[Integer, Field(ge=0, le=2**63 - 1)] | None = None
+    """All that is drawn of the people follows from this number: with one, all
+    trials are of the same people. By default it is the seed of the trial, so
+    that each trial is of other people; without a trial, 0."""
 
     cohorts: list[CohortConfig] = field(default_factory=list)
     """The kinds of people."""

@@ -241,7 +241,8 @@ def test_degrees_are_a_warning(hunav, tmp_path):
     (tmp_path / "room.yaml").write_text(text)
     code, _, err = hunav("check", tmp_path / "room.yaml")
     assert code == 0
-    (line,) = err.splitlines()
+    line, *notes = err.splitlines()
+    assert all(it.startswith("hunav: note: ") for it in notes)
     assert "room.yaml:11: humans[0] ('ana').pose[2]: is 90 rad" in line
     assert "if it is in degrees, write 1.5708" in line
 

@@ -4,8 +4,18 @@ import re
 
 import pandas as pd
 
-from hunav_drake.benchmark.comparison.tables import NOTE, mean_text, shown_unit
+from hunav_drake.benchmark.comparison.tables import (
+    ENDS,
+    NOTE,
+    mean_text,
+    shown_unit,
+)
 from hunav_drake.benchmark.suite_result import KEYS, SuiteResult
+from hunav_drake.results.outcomes import (
+    count_outcomes,
+    outcome_text,
+    why_not_goal,
+)
 from hunav_drake.results.provenance import program_versions
 from hunav_drake.results.quantity_text import unit_text
 from hunav_drake.results.statistics import summarize
@@ -62,6 +72,12 @@ def to_markdown(result: SuiteResult, command: str) -> str:
             continue
         title = ", ".join(word for word in (scenario, setting) if word)
         lines += ["", f"## {title}", "", *_table(result, part)]
+        ends = count_outcomes(part, ["planner"])
+        for planner, own in ends.groupby("planner", sort=False):
+            if why := why_not_goal(own):
+                lines += ["", f"{planner}: {'. '.join(why)}."]
+    if same := result.same_seeds():
+        lines += ["", *(f"{line}." for line in same)]
     return "\n".join(lines) + "\n"
 
 
@@ -86,9 +102,10 @@ def _table(result: SuiteResult, runs: pd.DataFrame) -> list[str]:
     for name in names:
         unit = unit_text(shown_unit(runs, name))
         heads.append(f"{name} ({unit})" if unit else name)
+    ends = count_outcomes(runs, ["planner"])
     lines = [
-        _row(["planner", *heads, "cell"]),
-        _row(["---", *["---:"] * len(heads), "---"]),
+        _row(["planner", *heads, ENDS, "cell"]),
+        _row(["---", *["---:"] * len(heads), "---", "---"]),
     ]
     for cell in result.cells:
         if (cell.scenario, cell.setting) != (scenario, setting):
@@ -99,6 +116,7 @@ def _table(result: SuiteResult, runs: pd.DataFrame) -> list[str]:
         for name in names:
             described = statistics.loc[(cell.planner, name)]
             values.append(mean_text(described, name, shown_unit(runs, name)))
+        values.append(outcome_text(ends[ends.planner == cell.planner]))
         lines.append(
             _row([cell.planner, *values, f"`{cell.sha256[:_DIGITS]}`"])
         )

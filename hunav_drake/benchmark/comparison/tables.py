@@ -13,6 +13,7 @@ from hunav_drake.benchmark.comparison.paper import (
 )
 from hunav_drake.benchmark.suite_result import SuiteResult
 from hunav_drake.results.metric_facts import unit_of
+from hunav_drake.results.outcomes import count_outcomes, outcome_text
 from hunav_drake.results.quantity_text import ROUNDING, number_text, unit_text
 from hunav_drake.results.statistics import RATES, early_mark, summarize
 
@@ -24,6 +25,9 @@ NOTE = (
     "In brackets: n, over how many seeds a mean is. * Not all of these runs"
     " arrive, so the mean is also of ways that end early."
 )
+
+# The row that tells for which reasons runs ended.
+ENDS = "ends"
 
 _BEHAVIOR_METRICS = tuple(PUBLISHED_BY_BEHAVIOR["regular"]["dwb"])
 
@@ -110,7 +114,7 @@ def _table(
     header = [""]
     for planner in planners:
         header += [planner] + (["paper"] if planner in published else [])
-    rows = []
+    rows: list[tuple[str, ...]] = []
     for name in names:
         unit = shown_unit(runs, name)
         row = [name]
@@ -120,6 +124,13 @@ def _table(
                 value = published[planner].get(name, math.nan)
                 row.append(number_text(value, unit))
         rows.append((*row, unit_text(unit)))
+    if "behavior" not in runs:
+        ends = count_outcomes(runs, ["planner"])
+        row = [ENDS]
+        for planner in planners:
+            row.append(outcome_text(ends[ends.planner == planner]))
+            row += ["-"] * (planner in published)
+        rows.append((*row, ""))
     return Table(title, (*header, "unit"), tuple(rows))
 
 
@@ -145,9 +156,10 @@ def mean_text(described: pd.Series, metric: str, unit: str) -> str:
     )
     half = (high - low) / 2
     text = number_text(mean, unit)
-    if metric in RATES and math.isfinite(half):
+    if metric in RATES:
+        text = text.removesuffix(".0")
         # It does not reach as far to both sides.
-        text = f"{text.removesuffix('.0')} [{low:.0f}, {high:.0f}]"
+        text += f" [{low:.0f}, {high:.0f}]" * math.isfinite(half)
     elif math.isfinite(half) and half > ROUNDING * max(1.0, abs(mean)):
         reach = number_text(half, unit, scale=abs(mean))
         if float(reach) == 0:

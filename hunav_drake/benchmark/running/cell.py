@@ -8,7 +8,7 @@ from pathlib import Path
 
 from hunav_drake.benchmark.suite import Suite, planner_overrides
 from hunav_drake.benchmark.suite_checks import name_faults
-from hunav_drake.results.provenance import program_versions
+from hunav_drake.results.provenance import drawn_text, program_versions
 from hunav_drake.scenario import (
     CheckScenario,
     Fault,
@@ -17,8 +17,8 @@ from hunav_drake.scenario import (
     Scenario,
     ScenarioError,
 )
-from hunav_drake.scenario.named_files import files_sha256
-from hunav_drake.simulation import behavior_sha256
+from hunav_drake.scenario.named_files import behavior_sha256, files_sha256
+from hunav_drake.scenario.randomness import drawn_by_seed, how_to_draw, is_own
 from hunav_drake.systems.common.registry import name_of
 
 
@@ -34,6 +34,10 @@ class Cell:
         sha256: A hash of all that its runs follow from, but for the seed:
             scenario, the content of the files that it names, behavior trees,
             versions and the kind of machine.
+        drawn: What its seeds draw, as tables tell it; empty if not known.
+        how_to_draw: What to set so that seeds differ, if they do not.
+        once: Whether one run tells all: its seeds draw nothing, and its
+            planner comes with the package, so that it repeats itself.
     """
 
     scenario: str
@@ -41,6 +45,9 @@ class Cell:
     setting: str
     text: str
     sha256: str
+    drawn: str = ""
+    how_to_draw: str = ""
+    once: bool = False
 
     @property
     def name(self) -> str:
@@ -92,12 +99,16 @@ def make_cells(suite: Suite, folder: Path | None = None) -> list[Cell]:
 
 def _make_cell(scenario: Scenario, label: str, setting: str) -> Cell:
     text = SaveScenario(scenario)
+    drawn = drawn_by_seed(scenario)
     return Cell(
         scenario=scenario.name,
         planner=label or name_of(scenario.planner),
         setting=setting,
         text=text,
         sha256=cell_sha256(text, scenario),
+        drawn=drawn_text(drawn),
+        how_to_draw="" if drawn else how_to_draw(scenario),
+        once=not drawn and not is_own(scenario.planner),
     )
 
 

@@ -3,6 +3,7 @@
 from array import array
 from collections.abc import Sequence
 import math
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -13,6 +14,7 @@ from hunav_drake.benchmark.running.run_row import NO_RESULT, RunRow
 from hunav_drake.benchmark.running.task import Task
 from hunav_drake.benchmark.suite import Suite
 from hunav_drake.results.intervals import mean_interval, wilson_interval
+from hunav_drake.results.provenance import NOTHING_DRAWN
 from hunav_drake.results.statistics import RATES
 
 # So many runs go to a worker at once: it makes the diagram of a cell only when
@@ -22,6 +24,9 @@ _BATCH = 5
 
 class CellPlan:
     """Which runs of a cell are done, under way, and to come.
+
+    Where seeds draw nothing there is one; where such a planner is not of the
+    package, its repetitions show whether it repeats itself.
 
     It takes a few bytes for each run: suites may have millions.
     """
@@ -37,19 +42,20 @@ class CellPlan:
         self.cell = cell
         self._code = code
         self._imports = imports
-        self._repetitions = suite.repetitions
-        seeds = suite.seeds_of.get(cell.scenario, suite.seeds)
+        self._repetitions = 1 if cell.once else suite.repetitions
+        seeds: Any = suite.seeds_of.get(cell.scenario, suite.seeds)
+        if cell.drawn == NOTHING_DRAWN:
+            # All are the same trial.
+            seeds = suite.seed_list(cell.scenario)[:1]
         self._seeds: Sequence[int] = (
-            range(seeds)
-            if isinstance(seeds, int)
-            else suite.seed_list(cell.scenario)
+            range(seeds) if isinstance(seeds, int) else list(seeds)
         )
         self._places = (
             {}
             if isinstance(self._seeds, range)
             else {seed: i for i, seed in enumerate(self._seeds)}
         )
-        self._count = len(self._seeds) * suite.repetitions
+        self._count = len(self._seeds) * self._repetitions
         self._until = suite.until
         self._is_done = bytearray(self._count)
         self._is_given = bytearray(self._count)
@@ -59,7 +65,7 @@ class CellPlan:
         # How many runs are enough, as far as is known: whole seeds.
         self._goal = self._count
         if suite.until:
-            least = suite.until.least * suite.repetitions
+            least = suite.until.least * self._repetitions
             self._goal = min(least, self._count)
 
     @property

@@ -61,7 +61,7 @@ def _run(task: Task, seed: int, repetition: int) -> RunRow:
 
     wall, cpu = time.perf_counter(), time.process_time()
     try:
-        scenario, diagram = _prepared(task)
+        scenario, diagram = _prepared(task, seed)
         with time_cycles() as cycles:
             result = RunTrial(scenario, seed, diagram=diagram)
     except (KeyboardInterrupt, MemoryError):
@@ -77,15 +77,25 @@ def _run(task: Task, seed: int, repetition: int) -> RunRow:
     return make_row(result, task, seed, repetition, cost)
 
 
-def _prepared(task: Task) -> tuple[Any, Any]:
-    """Returns the scenario and the diagram, made once for all its seeds."""
+def _prepared(task: Task, seed: int) -> tuple[Any, Any]:
+    """Returns the scenario and the diagram, made once for all its seeds.
+
+    Of people whom each seed draws anew, it is made for each.
+    """
     from hunav_drake.scenario import LoadScenario
+    from hunav_drake.scenario.population import people_seed
     from hunav_drake.trial_diagram import MakeTrialDiagram
 
     sha256, made = getattr(_last, "cell", ("", None))
-    if made is None or sha256 != task.sha256:
+    if (
+        made is None
+        or sha256 != task.sha256
+        or people_seed(made[0]) not in (None, seed)
+    ):
         _last.cell = "", None
-        scenario = LoadScenario(data=task.text)
+        scenario = LoadScenario(
+            data=task.text, overrides=[f"simulation.seed={seed}"]
+        )
         made = scenario, MakeTrialDiagram(scenario)
         _last.cell = task.sha256, made
     return made

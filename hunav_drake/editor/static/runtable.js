@@ -47,7 +47,7 @@ export function makeRunTable(store, choose) {
           "button",
           { type: "button", class: "run-head", "aria-pressed": String(run === shown), title: "Show this run on the map", onclick: () => choose(run), disabled: !result.paths },
           h("span", { class: "run-planner" }, result.planner ?? planner ?? ""),
-          h("span", { class: "run-note" }, `seed ${result.seed ?? seed ?? ""}`),
+          h("span", { class: "run-note" }, `seed ${result.seed ?? seed ?? ""}${result.drawn === "nothing" ? ", all alike" : ""}`),
         ),
         h("span", { class: `run-end is-${result.end_reason}`, title: result.error ?? result.message ?? "" }, endOf(result)),
         h("span", { class: "run-links" }, links(run, result)),

@@ -33,7 +33,8 @@ def summary_rows(runs: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
     """Returns mean and interval of each metric over the runs of a planner.
 
     Args:
-        runs: Of each run its "planner" and "metrics".
+        runs: Of each run its "planner" and "metrics", and perhaps what its
+            seed draws, "drawn".
 
     Returns:
         A row for each planner and metric that has a value, with n, mean, low
@@ -51,6 +52,7 @@ def summary_rows(runs: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
     if not metrics:
         return []
     table.insert(0, "planner", [run["planner"] for run in runs])
+    table.insert(1, "drawn", [run.get("drawn") or "" for run in runs])
     summary = summarize(table, by="planner", metrics=metrics)
     rows = []
     for (planner, metric), row in summary.iterrows():

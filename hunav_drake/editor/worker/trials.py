@@ -26,6 +26,7 @@ from hunav_drake.scenario import (
     draw_people,
 )
 from hunav_drake.scenario.error import ScenarioError
+from hunav_drake.scenario.population import people_seed
 from hunav_drake.simulation import RunTrial
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import STATE_SIZE
@@ -53,6 +54,8 @@ class Trials:
     def __init__(self, channel: Channel) -> None:
         self._channel = channel
         self._made_for: tuple[Any, ...] = ()
+        # As it was loaded, and with the seed of the last run.
+        self._loaded: Scenario | None = None
         self._scenario: Scenario | None = None
         self._diagram: Diagram | None = None
         self._meshcat: Meshcat | None = None
@@ -91,12 +94,6 @@ class Trials:
     def _simulate(self, message: dict[str, Any]) -> TrialResult:
         scenario, diagram = self._made(message)
         assert self._meshcat is not None
-        seed = message["seed"]
-        if seed is not None:
-            simulation = dataclasses.replace(scenario.simulation, seed=seed)
-            self._scenario = dataclasses.replace(
-                scenario, simulation=simulation
-            )
         watch = FrameSender(
             diagram, self._channel, message["run"], scenario.simulation.duration
         )
@@ -107,7 +104,6 @@ class Trials:
         with RecordReplay(visualizer):
             result = RunTrial(
                 scenario,
-                seed,
                 diagram=diagram,
                 realtime_rate=message["speed"],
                 watch=watch,
@@ -117,23 +113,30 @@ class Trials:
         return result
 
     def _made(self, message: dict[str, Any]) -> tuple[Scenario, Diagram]:
-        """Returns the scenario of a run, and its diagram."""
+        """Returns the scenario of a run, with its seed, and its diagram."""
         keys = ("text", "folder", "filename", "name", "planner")
         made_for = tuple(message[key] for key in keys)
+        if made_for != self._made_for[:-1] or self._loaded is None:
+            self._made_for = ()
+            self._loaded = load_scenario(message)
+        scenario = self._loaded
+        if (seed := message["seed"]) is not None:
+            simulation = dataclasses.replace(scenario.simulation, seed=seed)
+            scenario = dataclasses.replace(scenario, simulation=simulation)
+        # Of people whom each seed draws anew, a diagram is of one seed.
+        made_for = (*made_for, people_seed(scenario))
         if made_for != self._made_for:
             self._made_for = ()
-            scenario = load_scenario(message)
             self._channel.look()
             self._meshcat = StartMeshcatLocal()
             people = draw_people(scenario)
             SetView(self._meshcat, scenario.world, people, scenario.robot)
             self._diagram = MakeTrialDiagram(scenario, self._meshcat)
-            self._scenario = scenario
             self._made_for = made_for
             self._channel.look()
-        assert self._scenario is not None
+        self._scenario = scenario
         assert self._diagram is not None
-        return self._scenario, self._diagram
+        return scenario, self._diagram
 
     def _write(self, result: TrialResult, message: dict[str, Any]) -> Path:
         """Writes the files of a run into a folder of their own."""
@@ -221,6 +224,7 @@ def result_message(result: TrialResult) -> dict[str, Any]:
         "kind": "result",
         "planner": result.provenance.get("planner"),
         "seed": result.provenance.get("seed"),
+        "drawn": result.provenance.get("drawn"),
         "end_reason": result.end_reason,
         "message": result.end_message,
         "end_time": result.end_time,

@@ -391,7 +391,7 @@ class Worker:
     def _ask_summary(self) -> None:
         """Asks the first process for statistics of the runs that are done."""
         rows = [
-            {"planner": it.result["planner"], "metrics": it.result["metrics"]}
+            {key: it.result.get(key) for key in ("planner", "drawn", "metrics")}
             for it in self._batch
             if it.result is not None and it.result["metrics"]
         ]

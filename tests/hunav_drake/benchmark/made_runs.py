@@ -53,7 +53,7 @@ def make_result(values, repetitions=1, **suite):
                 i // repetitions,
                 dict(metrics or {}),
                 repetition=i % repetitions,
-                end_reason="worker_died" if metrics is None else "goal",
+                **_end(metrics),
             )
             for i, metrics in enumerate(runs)
         ]
@@ -63,6 +63,17 @@ def make_result(values, repetitions=1, **suite):
         scenarios=scenarios, seeds=seeds, repetitions=repetitions, **suite
     )
     return SuiteResult(made, cells, rows)
+
+
+def _end(metrics):
+    """Returns why a run ended, by its metrics."""
+    if metrics is None:
+        return {"end_reason": "worker_died"}
+    if metrics.get("completed") != 0:
+        return {"end_reason": "goal"}
+    # No two stand at the same place.
+    away = metrics.get("path_length", 1.0)
+    return {"end_reason": "stuck", "end_message": f"a wall, {away:.2f} m off"}
 
 
 def runs_of(times, arrived=None):

@@ -9,7 +9,11 @@ import pytest
 from hunav_drake.benchmark.comparison.latex import to_latex
 from hunav_drake.benchmark.comparison.markdown import to_markdown
 from hunav_drake.benchmark.comparison.relations import judge
-from hunav_drake.benchmark.comparison.tables import scenario_tables, to_text
+from hunav_drake.benchmark.comparison.tables import (
+    ENDS,
+    scenario_tables,
+    to_text,
+)
 from hunav_drake.benchmark.suite import Relation
 from hunav_drake.benchmark.writing import WriteSuite
 from hunav_drake.report.suite_page import suite_page
@@ -162,6 +166,7 @@ def test_each_cell_tells_n_and_marks_ways_that_end_early(result):
     good, seldom = rows["path_length"][:2]
     assert good.endswith(" (40)")
     assert seldom.endswith(" (40)*")
+    assert rows.pop(ENDS)[:2] == ("goal 40", "goal 10, stuck 30")
     for row in rows.values():
         for text in row[:-1]:
             assert re.search(r" \(\d+\)\*?$", text)
@@ -197,7 +202,10 @@ def test_runs_without_a_result_have_not_arrived():
     assert summary.loc["time_to_reach_goal", "n"] == 3
     none = make_result({("hall", "a"): [None, None]})
     (table,) = scenario_tables(none)
-    assert [row[:2] for row in table.rows] == [("completed", "0 [0, 66] (2)")]
+    assert [row[:2] for row in table.rows] == [
+        ("completed", "0 [0, 66] (2)"),
+        (ENDS, "worker_died 2"),
+    ]
 
 
 def test_the_page_of_markdown_tells_how_many_seeds_there_are():

@@ -282,7 +282,7 @@ def test_runs_on_a_changed_map_are_not_those_of_before(folder):
     picture = Image.open(folder / "maps" / "room.pgm")
     picture.paste(0, (25, 40, 27, 60))
     picture.save(folder / "maps" / "room.pgm")
-    with pytest.raises(ValueError, match=r"2 of .*maps, models or other files"):
+    with pytest.raises(ValueError, match=r"1 of .*maps, models or other files"):
         RunSuite(suite, folder=folder, out=out, workers=1)
     after = RunSuite(suite, folder=folder, out=out, workers=1, fresh=True)
     assert (before.end_reason == "goal").all()
@@ -310,7 +310,8 @@ def test_a_file_that_is_changed_while_a_suite_runs_ends_it(folder):
 
 def test_a_trial_tells_the_hash_of_its_files(folder):
     result = RunSuite(LoadSuite(data=SUITE), folder=folder, workers=1)
-    assert len(result.rows) == 2
+    # Nothing is drawn: the second seed would be the same trial.
+    assert len(result.rows) == 1
     from hunav_drake import RunTrial
 
     scenario = LoadScenario(filename=folder / "trial.yaml")

@@ -12,6 +12,7 @@ from hunav_drake.benchmark.comparison.paper import (
 )
 from hunav_drake.benchmark.comparison.relations import judge, tally
 from hunav_drake.benchmark.comparison.tables import (
+    ENDS,
     behavior_tables,
     scenario_tables,
     to_text,
@@ -105,7 +106,8 @@ def test_tables_show_the_paper_beside_the_means():
     )
     header = ("", "dwb", "paper", "scl", "paper", "sfw", "paper", "unit")
     assert passing.header == crossing.header == header
-    assert [row[0] for row in passing.rows] == [name for name, _, _ in METRICS]
+    names = [*(name for name, _, _ in METRICS), ENDS]
+    assert [row[0] for row in passing.rows] == names
     lengths = {row[0]: row for row in crossing.rows}["path_length"]
     assert lengths == (
         "path_length",
@@ -117,7 +119,7 @@ def test_tables_show_the_paper_beside_the_means():
         f"combined, {b} people" for b in ("regular", "curious", "threatening")
     ]
     lines = to_text(crossing).splitlines()
-    assert len(lines) == 2 + len(METRICS)
+    assert len(lines) == 2 + len(names)
     assert max(map(len, lines)) < 120
 
 

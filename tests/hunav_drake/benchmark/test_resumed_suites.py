@@ -126,7 +126,7 @@ def test_an_error_of_a_run_is_not_run_again(suite, tmp_path, monkeypatch):
     from hunav_drake.benchmark.running import worker
 
     prepared = worker._prepared
-    monkeypatch.setattr(worker, "_prepared", lambda task: 1 / 0)
+    monkeypatch.setattr(worker, "_prepared", lambda *_: 1 / 0)
     first = RunSuite(suite, out=tmp_path, workers=1)
     assert {row.end_reason for row in first.failures} == {"error"}
     assert list(first.runs().completed) == [0, 0, 0, 0]

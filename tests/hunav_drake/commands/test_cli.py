@@ -5,6 +5,7 @@ import sys
 import time
 
 import pytest
+import yaml
 
 from hunav_drake.cli import main
 from hunav_drake.results.run_table import ReadRuns
@@ -274,10 +275,34 @@ def test_import_takes_the_map_and_says_what_it_leaves_out(
     assert code == 0
     assert "5 people and their map" in out
     lines = err.splitlines()
-    assert f"{folder / 'agents.yaml'}:13: agent1.skin: people all" in lines[1]
-    assert "the robot:" in lines[-1]
+    # A line for each kind of thing, all of which hold for all people.
+    people = "agent1, agent2, agent7, agent4, agent5"
+    place = folder / "agents.yaml"
+    assert lines[0] == f"{place}:4: publish_people: has no meaning here"
+    for line, told in zip(
+        lines[1:4], ("13: skin", "21: init_pose.z", "32: h"), strict=True
+    ):
+        assert line.startswith(f"{place}:{told} of {people}: ")
+    assert "without a goal it stands; give --start X Y YAW and --" in lines[4]
+    assert len(lines) == 5
+    # Its map is found from where the file is.
+    path = yaml.safe_load(output.read_text())["world"]["map"]
+    assert not Path(path).is_absolute()
+    assert (tmp_path / path).resolve() == folder / "map_cafe2.yaml"
     start = ["--set", "robot.start=[0, -3, 0]"]
-    assert hunav("check", output, *start)[0] == 0
+    code, _, err = hunav("check", output, *start)
+    assert code == 0
+    assert "the robot has no goal, so it stands for all 60 s" in err
+    # Or it is told where the robot is, and where it goes.
+    places = ["--start", 0, -3, 0, "--goal", 0, -4, 0, "--force"]
+    words = ["import", place, "--map", folder / "map_cafe2.yaml", *places]
+    code, _, err = hunav(*words, "-o", output)
+    assert (code, len(err.splitlines())) == (0, 4)
+    robot = LoadScenario(filename=output).robot
+    assert (robot.start, robot.goal) == ((0, -3, 0), (0, -4, 0))
+    code, _, err = hunav(*words[:-5], "--goal", "inf", 0, 0)
+    assert code == 2
+    assert "goal" in err
     code, _, err = hunav("import", folder / "agents.yaml", "--map", output)
     assert code == 2
     assert "resolution must be a number" in err

@@ -50,7 +50,7 @@ def test_contents_lead_to_each_section(page):
     assert len(set(ids)) == len(ids)
     nav = html[html.index("<nav") : html.index("</nav>")]
     assert re.findall(r'href="#([^"]+)"', nav) == [
-        *("tables", "table-crossing", "table-combined"),
+        *("outcomes", "tables", "table-crossing", "table-combined"),
         *("behaviors", *(i for i in ids if i.startswith("behavior-"))),
         "relations",
         *("plots", "plots-crossing", "plots-combined"),

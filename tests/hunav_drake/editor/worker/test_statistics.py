@@ -47,3 +47,11 @@ def test_infinity_is_no_value():
     ]
     (row,) = summary_rows(runs)
     assert (row["n"], row["mean"]) == (1, 2.0)
+
+
+def test_equal_runs_of_which_nothing_is_drawn_count_once():
+    run = {"planner": "a", "drawn": "nothing", "metrics": {"completed": 1.0}}
+    (row,) = summary_rows([run, run, run])
+    assert (row["n"], row["low"], row["high"]) == (1, None, None)
+    (row,) = summary_rows([{**run, "drawn": "start jitter"}] * 3)
+    assert row["n"] == 3

@@ -125,6 +125,25 @@ def test_another_seed_or_planner_is_another_run(tmp_path):
         assert result["metrics"]["path_length"] == expected
 
 
+def test_each_seed_draws_its_own_people(tmp_path):
+    area = "{rectangle: [-1, 2, 3, 5]}"
+    crowd = f"population: {{cohorts: [{{number: 2, start: [{area}]}}]}}\n"
+    channel = FakeChannel()
+    trials = Trials(channel)
+    seeds = (1, 2, None, 1)
+    for seed in seeds:
+        message = _message(tmp_path, seed=seed, text=TEXT + crowd)
+        trials.run(message)
+    scenario = LoadScenario(data=TEXT + crowd)
+    for seed, result in zip(seeds, channel.of("result"), strict=True):
+        expected = RunTrial(scenario, seed)
+        people = expected.recording.humans[0, :, :2].round(3)
+        starts = [person[:2] for person in result["paths"]["people"][0]]
+        assert starts == people.tolist()
+        # Without a seed it is the scenario's, whatever was run before.
+        assert result["seed"] == (seed or 0)
+
+
 def test_a_stopped_run_has_no_result(tmp_path):
     channel = FakeChannel(stop_after=1)
     Trials(channel).run(_message(tmp_path))

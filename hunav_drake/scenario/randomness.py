@@ -1,0 +1,89 @@
+"""What the seed of a trial draws, and what is said where it draws nothing."""
+
+from collections.abc import Iterator
+
+from hunav_drake.scenario.checks import first_lidar
+from hunav_drake.scenario.population import people_seed
+from hunav_drake.scenario.schema import Scenario
+from hunav_drake.systems.planning.planner import asked_scan_size
+from hunav_drake.systems.sensing.sensor_config import LidarConfig
+
+# The modes of force weights that draw.
+_DRAWN_MODES = ("random_normal", "random_uniform")
+
+
+def drawn_by_seed(scenario: Scenario) -> tuple[str, ...]:
+    """Returns what the seed of a trial draws, in words; () for nothing.
+
+    If it draws nothing, all seeds give equal trials, to the last bit. If it
+    draws something, recordings differ, but where that is felt by nobody: the
+    weights of forces move no one who stands alone.
+
+    Sensors and perceptions of one's own, which get the seed, may draw.
+
+    Args:
+        scenario: What happens. Its own seed does not matter.
+    """
+    return tuple(_draws(scenario))
+
+
+def _draws(scenario: Scenario) -> Iterator[str]:
+    population = scenario.population
+    cohorts = [it for it in population.cohorts if it.number]
+    sources = [it for it in population.sources if it.rate]
+    if people_seed(scenario) is not None:
+        yield "population"
+    if scenario.simulation.start_jitter and (scenario.humans or cohorts):
+        yield "start jitter"
+    modes = {it.forces_mode for it in scenario.humans}
+    modes |= {it.forces_mode for it in cohorts}
+    modes |= {it.forces_mode for it in sources}
+    if modes.intersection(_DRAWN_MODES):
+        yield "weights of forces"
+    if sources:
+        yield "arrivals at sources"
+    if _is_noise_seen(scenario):
+        yield "noise of the lidar"
+    for part in (scenario.planner.sees, *scenario.sensors):
+        if is_own(part):
+            yield f"{type(part).__name__} of one's own"
+
+
+def _is_noise_seen(scenario: Scenario) -> bool:
+    """Returns whether the planner gets distances with noise."""
+    planner = scenario.planner
+    lidars = [it for it in scenario.sensors if isinstance(it, LidarConfig)]
+    if is_own(planner) and not hasattr(planner, "scan_size"):
+        # Its system may have an input for the scan of any of them.
+        return any(lidar.noise > 0 for lidar in lidars)
+    lidar = first_lidar(scenario)
+    asks = planner.sees.by_lidar or asked_scan_size(planner) != 0
+    return asks and lidar is not None and lidar.noise > 0
+
+
+def is_own(part: object) -> bool:
+    """Returns whether a part of a scenario is of a class of the user's own."""
+    return not type(part).__module__.startswith("hunav_drake.")
+
+
+def how_to_draw(scenario: Scenario) -> str:
+    """Returns what to set so that seeds differ, where they do not."""
+    population = scenario.population
+    if not scenario.humans and not population.number:
+        return "add people with simulation.start_jitter, or a population"
+    words = ["set simulation.start_jitter", "forces_mode: random_normal"]
+    if population.number:
+        words.append("leave out population.seed")
+    else:
+        words.append("draw people by a population")
+    return f"{', '.join(words[:-1])}, or {words[-1]}"
+
+
+def same_for_all_seeds(scenario: Scenario) -> str:
+    """Returns that all seeds give the same trial, or an empty text."""
+    if drawn_by_seed(scenario):
+        return ""
+    return (
+        "nothing is drawn at random, so all seeds give the same trial; for"
+        f" others, {how_to_draw(scenario)}"
+    )
