@@ -5,6 +5,7 @@ from concurrent.futures.process import BrokenProcessPool
 import dataclasses
 import json
 import re
+from threading import Timer
 
 import numpy as np
 import pandas as pd
@@ -81,6 +82,67 @@ def test_runs_of_dead_workers_are_run_again(suite, tmp_path):
     assert_same(whole, RunSuite(suite, workers=1))
     rows = list(read_rows(tmp_path / NAME))
     assert [row.seed for row in rows].count(3) == 3
+
+
+class Falling(Executor):
+    """Workers that die in the runs of a seed, with all that the others do."""
+
+    def __init__(self, seed):
+        self.inner, self.seed = InlineExecutor(), seed
+        self.waiting = []
+
+    def submit(self, fn, /, *args, **kwargs):
+        if fn is not do_task:
+            return self.inner.submit(fn, *args, **kwargs)
+        future = Future()
+        self.waiting.append((future, args[0]))
+        Timer(0.2, self._work).start()
+        return future
+
+    def _work(self):
+        waiting, self.waiting = self.waiting, []
+        seeds = {seed for _, task in waiting for seed, _ in task.runs}
+        for future, task in waiting:
+            if self.seed in seeds:
+                future.set_exception(BrokenProcessPool("it was killed"))
+            else:
+                future.set_result(do_task(task))
+
+
+def test_only_who_kills_workers_is_said_to(suite):
+    """Not who is beside."""
+    result = RunSuite(suite, executor=Falling(2), workers=4)
+    assert [(row.seed, row.end_reason) for row in result.failures] == [
+        (2, "worker_died")
+    ]
+    assert sorted(result.runs().reset_index().seed) == [0, 1, 2, 3]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("workers", [1, 2])
+def test_a_crash_of_a_library_is_a_row(workers, tmp_path, hunav):
+    """As a fault of Drake's, which ends its process without a word."""
+    own = tmp_path / "crashing.py"
+    own.write_text(
+        "import os, signal\n"
+        "from hunav_drake.systems.planning import Plan, PlannerStatus\n"
+        "from hunav_drake.systems.planning import register_plan\n"
+        "@register_plan('crashing')\n"
+        "def crashing(task, view, memory):\n"
+        "    os.kill(os.getpid(), signal.SIGSEGV)\n"
+        "    return Plan(0.0, 0.0, PlannerStatus.DRIVING)\n"
+    )
+    file = tmp_path / "small.yaml"
+    file.write_text(SUITE.replace("seeds: 4", "seeds: 1"))
+    code, _, err = hunav(
+        *("bench", file, "--import", own, "--out", tmp_path / "out"),
+        *("--planner", "crashing", "pursuit", "--workers", workers, "--quiet"),
+    )
+    assert code == 1, err
+    rows = {row.cell: row for row in read_rows(tmp_path / "out/small" / NAME)}
+    assert rows["crossing/crashing"].end_reason == "worker_died"
+    assert "died 3 times" in rows["crossing/crashing"].end_message
+    assert rows["crossing/pursuit"].end_reason == "timeout"
 
 
 def test_an_error_of_a_run_is_not_run_again(suite, tmp_path, monkeypatch):
