@@ -94,10 +94,8 @@ class PhysicalRobot(RobotConfig):
 
     def find_faults(self) -> Iterator[tuple[tuple[str, ...], str]]:
         """Looks whether the model can be driven."""
-        from hunav_drake.systems.robot.plant_model import (
-            ModelFault,
-            inspect_model,
-        )
+        from hunav_drake.systems.common.models.apart import ModelFault
+        from hunav_drake.systems.robot.plant_model import inspect_model
 
         try:
             inspect_model(self.GetModel(), self.GetDrive())

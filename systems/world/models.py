@@ -23,7 +23,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder
 
 from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.common.model_files import AddModelFile
+from hunav_drake.systems.common.models.reading import AddModelFile
 from hunav_drake.systems.world.solids import (
     Hull,
     WorldFileError,
