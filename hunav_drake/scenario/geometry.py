@@ -56,6 +56,18 @@ def check_world_files(scenario: Scenario) -> Iterator[Finding]:
             yield Finding(("world", "models", i, "file"), str(error))
 
 
+def check_maps(scenario: Scenario) -> Iterator[Finding]:
+    """Looks for maps of a planner that would be too large for its world."""
+    goal = scenario.robot.goal
+    if goal is not None:
+        for place, message in scenario.planner.find_faults(
+            _without_unreadable(scenario).obstacles(),
+            np.array(scenario.robot.start),
+            np.array(goal),
+        ):
+            yield Finding(("planner", *place), message, uses=(("world",),))
+
+
 def _without_unreadable(scenario: Scenario) -> World:
     """Returns the world without files that cannot be read; those are told."""
     faulty = {finding.loc[:3] for finding in check_world_files(scenario)}

@@ -3,23 +3,25 @@
 Drake finds most of it, but says of some neither where nor what it must be.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 import math
 from pathlib import Path
-from typing import Any
-from xml.etree.ElementTree import ParseError
-
-from defusedxml.common import DefusedXmlException
-from defusedxml.ElementTree import DefusedXMLParser
+from xml.parsers import expat
 
 from hunav_drake.systems.common.suggest import shown
+
+# What is for other programs.
+_FOREIGN = ("gazebo", "plugin", "ros2_control", "sensor", "transmission")
 
 # The meshes that bodies may touch, by the ends of their names.
 _MESHES = (".obj", ".gltf", ".vtk")
 
 # No number of a robot or a building is larger, in SI units.
 _LARGEST = 1e9
+
+# Elements are in no more others.
+_DEEPEST = 100
 
 # No part of one is larger, in meters.
 _SIZE = 1e5
@@ -30,7 +32,7 @@ class Element:
     """An element of XML.
 
     Attributes:
-        tag: Its name.
+        tag: Its name, without that of a name space.
         attributes: Its attributes.
         line: The line of its start tag.
         children: The elements in it.
@@ -44,10 +46,11 @@ class Element:
     text: str = ""
 
     def all(self) -> Iterator["Element"]:
-        """Yields it and all that is in it."""
+        """Yields it and all that is in it, but for other programs."""
         yield self
         for child in self.children:
-            yield from child.all()
+            if child.tag not in _FOREIGN:
+                yield from child.all()
 
 
 @dataclass(frozen=True)
@@ -125,37 +128,20 @@ _URDF = {
     ("limit", "upper"): _NUMBER,
     ("limit", "effort"): _LEAST_0,
     ("limit", "velocity"): _LEAST_0,
+    ("mu_static", "value"): _LEAST_0,
+    ("mu_dynamic", "value"): _LEAST_0,
     ("dynamics", "damping"): _LEAST_0,
     ("dynamics", "friction"): _LEAST_0,
     ("mimic", "multiplier"): _NUMBER,
     ("mimic", "offset"): _NUMBER,
 }
-_SDF = {**_SHAPES, **_INERTIA, ("inertial", "mass"): _LEAST_0}
-
-
-class _Builder:
-    """Builds the elements from the events of the XML parser."""
-
-    def __init__(self) -> None:
-        self.line: Callable[[], int] = lambda: 0
-        self.root = Element("", {}, 0)
-        self._open = [self.root]
-
-    def start(self, tag: str, attributes: dict[str, str]) -> None:
-        # With a name space, a tag begins with that in braces.
-        tag = tag.rpartition("}")[2]
-        element = Element(tag, attributes, self.line())
-        self._open[-1].children.append(element)
-        self._open.append(element)
-
-    def end(self, tag: str) -> None:
-        self._open.pop()
-
-    def data(self, data: str) -> None:
-        self._open[-1].text += data
-
-    def close(self) -> Element:
-        return self.root
+_SDF = {
+    **_SHAPES,
+    **_INERTIA,
+    ("inertial", "mass"): _LEAST_0,
+    ("proximity_properties", "mu_static"): _LEAST_0,
+    ("proximity_properties", "mu_dynamic"): _LEAST_0,
+}
 
 
 def find_markup_fault(path: Path) -> str:
@@ -164,17 +150,37 @@ def find_markup_fault(path: Path) -> str:
     Raises:
         OSError: If it cannot be read.
     """
-    builder = _Builder()
-    parser: Any = DefusedXMLParser(target=builder)
-    builder.line = lambda: int(parser.parser.CurrentLineNumber)
+    # Like Drake, it does not ask whether name spaces are known.
+    parser = expat.ParserCreate()
+    top = Element("", {}, 0)
+    opened = [top]
+
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        tag = tag.removeprefix("drake:")
+        element = Element(tag, attributes, parser.CurrentLineNumber)
+        opened[-1].children.append(element)
+        if len(opened) > _DEEPEST:
+            raise ValueError(f"has elements in more than {_DEEPEST} others")
+        opened.append(element)
+
+    def text(data: str) -> None:
+        opened[-1].text += data
+
+    def refuse(*_: object) -> None:
+        raise ValueError("declares an entity; write what it stands for")
+
+    parser.StartElementHandler = start
+    parser.EndElementHandler = lambda _: opened.pop()
+    parser.CharacterDataHandler = text
+    parser.EntityDeclHandler = refuse
+    parser.buffer_text = True
     try:
-        parser.feed(path.read_bytes())
-        root = parser.close()
-    except (ParseError, DefusedXmlException, ValueError, LookupError) as error:
-        what = str(error) if isinstance(error, ParseError) else repr(error)
-        return f"Error parsing XML: {what}"
-    for element, message in _faults(root):
-        return f"line {element.line}: {message}"
+        parser.Parse(path.read_bytes(), True)
+    except (expat.ExpatError, ValueError, LookupError) as error:
+        line = parser.CurrentLineNumber
+        return f"{path.name}:{line}: Error parsing XML: {error}"
+    for element, message in _faults(top):
+        return f"{path.name}:{element.line}: {message}"
     return ""
 
 
@@ -182,17 +188,16 @@ def _faults(root: Element) -> Iterator[tuple[Element, str]]:
     kind = root.children[0].tag if root.children else ""
     rules = {"robot": _URDF, "sdf": _SDF}.get(kind, {})
     for element in root.all():
-        if element.tag == "plugin":
-            continue
         texts = {
             **{child.tag: child.text for child in element.children},
             **element.attributes,
         }
-        if "${" in "".join([element.text, *element.attributes.values()]):
+        all_text = "".join([element.text, *element.attributes.values()])
+        if element.tag.startswith("xacro:") or "${" in all_text:
             yield (
                 element,
-                f"<{element.tag}> has a macro; expand those of xacro first:"
-                " xacro FILE > robot.urdf",
+                f"<{element.tag}> is for xacro; expand its macros first: xacro"
+                " FILE > robot.urdf",
             )
         for key, text in texts.items():
             rule = rules.get((element.tag, key))

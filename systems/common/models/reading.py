@@ -80,10 +80,7 @@ def AddModels(
 
 
 def check_model_file(
-    file: str,
-    packages: Mapping[str, str],
-    function: str,
-    *arguments: Any,
+    file: str, packages: Mapping[str, str], function: str, *arguments: Any
 ) -> None:
     """Looks at a foreign file before this process reads it.
 
@@ -211,8 +208,8 @@ def _path_of(known: PackageMap, file: str) -> Path:
             raise ModelFault(
                 ("file",),
                 f"there is no package {shown(name)};"
-                f" {suggestion(name, names)}; name its folder under packages,"
-                " or in ROS_PACKAGE_PATH",
+                f" {suggestion(name, names)}; put its folder into"
+                " ROS_PACKAGE_PATH, or, of a robot, under packages",
             )
         path = Path(known.GetPath(name)) / rest
     if not path.is_file():
