@@ -14,12 +14,7 @@ from hunav_drake.scenario.error import (
     shown,
     suggestion,
 )
-from hunav_drake.scenario.geometry import (
-    check_maps,
-    check_places,
-    check_walls,
-    check_world_files,
-)
+from hunav_drake.scenario.geometry import GEOMETRY_CHECKS, check_pictures
 from hunav_drake.scenario.population import check_areas, check_population
 from hunav_drake.scenario.reachability import check_angles, check_ways
 from hunav_drake.scenario.schema import Scenario
@@ -390,11 +385,9 @@ OWN_CHECKS: tuple[Check, ...] = (
 )
 ALL_CHECKS: tuple[Check, ...] = (
     *OWN_CHECKS,
-    check_world_files,
-    check_walls,
-    check_places,
-    check_maps,
+    *GEOMETRY_CHECKS,
     check_population,
     check_names,
     check_robot,
+    check_pictures,
 )

@@ -9,7 +9,11 @@ import re
 from typing import Any
 from xml.sax.saxutils import escape
 
-from pydrake.geometry import SceneGraph
+from pydrake.geometry import (
+    MakeRenderEngineVtk,
+    RenderEngineVtkParams,
+    SceneGraph,
+)
 from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.multibody.parsing import PackageMap, Parser
 from pydrake.multibody.plant import MultibodyPlant
@@ -73,8 +77,8 @@ def AddModels(
     except (RuntimeError, ValueError, SystemExit) as error:
         raise ModelFault(
             ("file",),
-            f"cannot be read: {drake_words(error)}; it must be a URDF, SDF,"
-            " MJCF or directives file that Drake reads",
+            f"cannot be read: {drake_words(error)}; correct that in the file,"
+            " a URDF, SDF, MJCF or directives file that Drake reads",
         ) from error
     return list(found)
 
@@ -161,13 +165,33 @@ def AddModelFile(
     return instances
 
 
-def try_model_file(filename: str, packages: dict[str, str]) -> None:
+def check_pictures(file: str, packages: Mapping[str, str]) -> None:
+    """Looks whether cameras can take pictures of the models of a file.
+
+    Raises:
+        ModelFault: If they cannot.
+    """
+    function = f"{__name__}:try_model_file"
+    check_model_file(file, packages, function, True)
+
+
+def try_model_file(
+    filename: str, packages: dict[str, str], is_seen: bool = False
+) -> None:
     """Reads a file as a world does, and makes a Context with its shapes.
+
+    Args:
+        filename: See `AddModels`.
+        packages: See `AddModels`.
+        is_seen: Whether there is a camera.
 
     Raises:
         ModelFault: If it cannot be read.
     """
     scene_graph = SceneGraph()
+    if is_seen:
+        engine = MakeRenderEngineVtk(RenderEngineVtkParams())
+        scene_graph.AddRenderer("pictures", engine)
     plant = MultibodyPlant(time_step=0.0)
     plant.RegisterAsSourceForSceneGraph(scene_graph)
     AddModels(plant, filename, packages)

@@ -1,6 +1,5 @@
 """The maps of a planner: what is fixed is made once, the rest from sight."""
 
-
 import numpy as np
 
 from hunav_drake.systems.common.arrays import Array
