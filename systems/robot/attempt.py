@@ -7,6 +7,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
 from hunav_drake.systems.common.models.apart import ModelFault
+from hunav_drake.systems.common.models.reading import refuse_planes
 from hunav_drake.systems.robot.drives import DRIVES
 from hunav_drake.systems.robot.physical_robots import UrdfRobot
 from hunav_drake.systems.robot.plant_robot import AddPlantRobot, body_reach
@@ -43,6 +44,7 @@ def try_robot(
     )
     builder.ExportInput(robot.GetInputPort("velocity_command"))
     diagram = builder.Build()
+    refuse_planes(diagram.GetSubsystemByName("scene_graph"))
     simulator = Simulator(diagram)
     context = simulator.get_mutable_context()
     diagram.get_input_port().FixValue(context, _COMMAND)

@@ -13,7 +13,6 @@ from pydrake.geometry import (
     Capsule,
     Cylinder,
     Ellipsoid,
-    HalfSpace,
     Role,
     SceneGraph,
     Shape,
@@ -91,9 +90,6 @@ def _model_hulls(
     hulls = []
     for geometry in inspector.GetAllGeometryIds(Role.kProximity):
         shape = inspector.GetShape(geometry)
-        if isinstance(shape, HalfSpace):
-            # A floor without end.
-            continue
         try:
             points = _points(shape)
         except RuntimeError as error:

@@ -73,10 +73,10 @@ def try_apart(key: Hashable, function: str, *arguments: Any) -> None:
     if done.returncode < 0:
         raise ModelFault(
             ("file",),
-            f"crashes Drake ({signal.Signals(-done.returncode).name}), as"
-            " planes among the collision shapes do beside a dozen others; take"
-            " planes out (there is a floor), or find the part that does it by"
-            " leaving parts out",
+            f"crashes Drake ({signal.Signals(-done.returncode).name}), as files"
+            " that include themselves do, and planes among collision shapes"
+            " beside a dozen others; take these out, or find the part that does"
+            " it by leaving parts out",
         )
     try:
         place, message = json.loads(done.stdout.splitlines()[-1])

@@ -10,8 +10,10 @@ from typing import Any
 from xml.sax.saxutils import escape
 
 from pydrake.geometry import (
+    HalfSpace,
     MakeRenderEngineVtk,
     RenderEngineVtkParams,
+    Role,
     SceneGraph,
 )
 from pydrake.math import RigidTransform, RollPitchYaw
@@ -195,8 +197,27 @@ def try_model_file(
     plant = MultibodyPlant(time_step=0.0)
     plant.RegisterAsSourceForSceneGraph(scene_graph)
     AddModels(plant, filename, packages)
+    refuse_planes(scene_graph)
     plant.Finalize()
     scene_graph.CreateDefaultContext()
+
+
+def refuse_planes(scene_graph: SceneGraph) -> None:
+    """Looks for planes to be touched, which `AddModels` could not leave out.
+
+    Raises:
+        ModelFault: If there is one.
+    """
+    inspector = scene_graph.model_inspector()
+    for geometry in inspector.GetAllGeometryIds(Role.kProximity):
+        if isinstance(inspector.GetShape(geometry), HalfSpace):
+            raise ModelFault(
+                ("file",),
+                "has the plane"
+                f" {shown(inspector.GetName(geometry))} among its collision"
+                " shapes, which crashes Drake beside many others; take it out:"
+                " a trial has a floor",
+            )
 
 
 def _AddPackages(

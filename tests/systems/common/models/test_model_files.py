@@ -248,6 +248,23 @@ def test_a_file_that_crashes_drake_is_refused(tmp_path):
         World(models=[Model(file=str(file))]).obstacles()
 
 
+def test_a_plane_that_cannot_be_left_out_is_refused(tmp_path):
+    """Beside the walls of a trial it would crash Drake."""
+    file = tmp_path / "robot.xml"
+    file.write_text(
+        '<mujoco model="robot"><worldbody>'
+        '<geom name="ground" type="plane" size="1 1 1"/><body name="base">'
+        '<freejoint/><geom type="box" size=".1 .1 .1" mass="1"/></body>'
+        "</worldbody></mujoco>"
+    )
+    robot = {"model": "urdf", "file": str(file), "base": "base"}
+    robot["drive"] = "omnidirectional"
+    ((place, message),) = ROBOTS.make(robot).find_faults()
+    assert place == ("file",)
+    assert "has the plane" in message
+    assert "ground" in message
+
+
 @pytest.mark.parametrize("mesh", ["part.obj", "empty.obj", "broken.gltf"])
 def test_what_a_camera_cannot_see_is_refused_with_one(mesh, tmp_path):
     for name, text in FILES.items():
