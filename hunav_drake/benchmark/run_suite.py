@@ -56,8 +56,9 @@ def RunSuite(
         out: A folder for the results. What it holds already is not run again.
             By default they are in memory alone.
         workers: How many processes run trials; by default one for each
-            processor. With 1, this one does. With `executor`, how many trials
-            it can run at once: so many tasks are under way, twice.
+            processor. With 1, this one does, so that a crash of a library ends
+            it. With `executor`, how many trials it can run at once: so many
+            tasks are under way, twice.
         executor: Who runs trials instead: any of `concurrent.futures`, such as
             that of a Dask client, `client.get_executor()`. It is not shut
             down.
@@ -85,6 +86,7 @@ def RunSuite(
     # What they register, the suite may name.
     import_user_code(imported)
     cells = make_cells(suite, Path(folder) if folder is not None else None)
+    in_this_process = executor is None and workers == 1
     workers = workers or os.cpu_count() or 1
     code = hash_code(imported)
     # The pools of this package import them as they start.
@@ -100,7 +102,7 @@ def RunSuite(
         if all(plan.is_done for plan in plans):
             return SuiteResult(suite, cells, _counted(done, plans), out)
         window = 2 * workers + 2
-        if executor is None and workers == 1:
+        if in_this_process:
             # What this process runs is written before it runs the next.
             window = 1
             executor = stack.enter_context(InlineExecutor())

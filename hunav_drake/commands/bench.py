@@ -212,11 +212,18 @@ def _suite(options: argparse.Namespace) -> "Suite":
 
 @contextlib.contextmanager
 def _executor(options: argparse.Namespace) -> Iterator[tuple[Any, int | None]]:
-    """Yields an executor, or None for processes here, and its workers."""
+    """Yields an executor, or None for that of `RunSuite`, and its workers."""
     if options.executor != "dask":
         if options.address:
             raise InputError("--address goes with --executor dask")
-        yield None, options.workers
+        if options.workers == 1:
+            # A process of its own: if it dies, the suite goes on.
+            from hunav_drake.benchmark.running.pool import WorkerPool
+
+            with WorkerPool(1) as pool:
+                yield pool, 1
+        else:
+            yield None, options.workers
         return
     if importlib.util.find_spec("distributed") is None:
         raise InputError(

@@ -14,11 +14,7 @@ from hunav_drake.scenario.error import (
     shown,
     suggestion,
 )
-from hunav_drake.scenario.geometry import (
-    check_places,
-    check_walls,
-    check_world_files,
-)
+from hunav_drake.scenario.geometry import GEOMETRY_CHECKS, check_pictures
 from hunav_drake.scenario.population import check_areas, check_population
 from hunav_drake.scenario.reachability import check_angles, check_ways
 from hunav_drake.scenario.schema import Scenario
@@ -37,8 +33,7 @@ from hunav_drake.systems.people.profile import ProfileName
 from hunav_drake.systems.planning.planner import asked_scan_size
 from hunav_drake.systems.sensing.sensor_config import LidarConfig
 
-# So often at most is a name compared with all that a registry knows.
-_MAX_UNKNOWN = 100
+_MAX_UNKNOWN = 100  # So many names are compared with all that are known.
 
 
 def CheckScenario(scenario: Scenario, *, ways: bool = True) -> Scenario:
@@ -272,8 +267,7 @@ def check_names(scenario: Scenario) -> Iterator[Finding]:
 
 
 def _check_behaviors(scenario: Scenario) -> Iterator[Finding]:
-    # Imported here, as below, for a scenario that is only read or written
-    # does without the systems.
+    # Here, as below, for who only reads or writes does without the systems.
     from hunav_drake.systems.behavior import BEHAVIORS
 
     profile = scenario.crowd.profile
@@ -391,10 +385,9 @@ OWN_CHECKS: tuple[Check, ...] = (
 )
 ALL_CHECKS: tuple[Check, ...] = (
     *OWN_CHECKS,
-    check_world_files,
-    check_walls,
-    check_places,
+    *GEOMETRY_CHECKS,
     check_population,
     check_names,
     check_robot,
+    check_pictures,
 )

@@ -10,10 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 import shapely
 
+from hunav_drake.scenario.building import Check
 from hunav_drake.scenario.error import Finding, Loc, path_text
 from hunav_drake.scenario.reachability import FreeSpace, nearest_in
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.robot.physical_robots import PhysicalRobot
+from hunav_drake.systems.sensing.sensor_config import CameraConfig
 from hunav_drake.systems.world.shapes import Polygon, Polyline, World
 from hunav_drake.systems.world.solids import Fixture, WorldFileError
 
@@ -54,6 +57,43 @@ def check_world_files(scenario: Scenario) -> Iterator[Finding]:
             World(models=[model]).fixtures()
         except WorldFileError as error:
             yield Finding(("world", "models", i, "file"), str(error))
+
+
+def check_maps(scenario: Scenario) -> Iterator[Finding]:
+    """Looks for maps of a planner that would be too large for its world."""
+    goal = scenario.robot.goal
+    if goal is not None:
+        for place, message in scenario.planner.find_faults(
+            _without_unreadable(scenario).obstacles(),
+            np.array(scenario.robot.start),
+            np.array(goal),
+        ):
+            yield Finding(("planner", *place), message, uses=(("world",),))
+
+
+def check_pictures(scenario: Scenario) -> Iterator[Finding]:
+    """Looks for models of files that cameras cannot take pictures of."""
+    if not any(isinstance(it, CameraConfig) for it in scenario.sensors):
+        return
+    # Here, for most scenarios do without Drake's parser.
+    from hunav_drake.systems.common.models import apart, reading
+
+    named: list[tuple[Loc, str, dict[str, str]]] = [
+        (("world", "models", i, "file"), model.file, {})
+        for i, model in enumerate(scenario.world.models)
+    ]
+    if isinstance(scenario.robot, PhysicalRobot):
+        source = scenario.robot.GetModel()
+        named.append((("robot", "file"), source.file, {**source.packages}))
+    for loc, file, packages in named:
+        try:
+            reading.check_pictures(file, packages)
+        except apart.ModelFault as fault:
+            yield Finding(
+                loc,
+                f"no camera can see it: {fault}; export its meshes with"
+                " normals, or leave the camera out",
+            )
 
 
 def _without_unreadable(scenario: Scenario) -> World:
@@ -321,3 +361,12 @@ def _message(wall: str, taker: _Taker) -> str:
 def _up(length: float) -> str:
     """Returns a length rounded up, so that moving by it is enough."""
     return f"{math.ceil(length * 100 - 1e-6) / 100:.2f}"
+
+
+# In this order, a later one is silent about what an earlier one tells.
+GEOMETRY_CHECKS: tuple[Check, ...] = (
+    check_world_files,
+    check_walls,
+    check_places,
+    check_maps,
+)

@@ -6,7 +6,7 @@ import dataclasses as dc
 from hunav_drake.scenario.error import Finding, Loc, path_text, shown
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.systems.common.schema import MAX_COORDINATE
-from hunav_drake.systems.people.human_config import HumanConfig
+from hunav_drake.systems.people.human_config import MAX_GROUP_ID, HumanConfig
 from hunav_drake.systems.people.names import name_people
 from hunav_drake.systems.people.population import (
     Drawn,
@@ -74,13 +74,30 @@ def _draw(scenario: Scenario) -> Drawn:
     robot = scenario.robot
     taken = [(*human.pose[:2], human.radius) for human in scenario.humans]
     taken.append((*robot.start[:2], robot.radius))
-    groups = [human.group_id for human in scenario.humans]
     return draw_with_traffic(
         population,
         scenario.world.obstacles(),
         taken=taken,
-        first_group_id=max([-1, *groups]) + 1,
+        first_group_id=_first_free(
+            [human.group_id for human in scenario.humans],
+            scenario.population.number,
+        ),
     )
+
+
+def _first_free(groups: Sequence[int], number: int) -> int:
+    """Returns the first of so many numbers in a row that no group has.
+
+    They follow those of all groups, if they can.
+    """
+    taken = sorted({-1, *(it for it in groups if it >= 0)})
+    ends = [*taken[1:], MAX_GROUP_ID + 1]
+    gaps = [
+        low + 1
+        for low, end in zip(taken, ends, strict=True)
+        if end - low > number
+    ]
+    return gaps[-1]
 
 
 # What hangs together in a cohort or a source.

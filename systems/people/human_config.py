@@ -27,6 +27,10 @@ LARGEST_BODY = 0.25
 ForcesMode = Literal["custom", "default", "random_normal", "random_uniform"]
 
 
+# The largest number of a group.
+MAX_GROUP_ID = 2**31 - 1
+
+
 @plain_errors
 @dataclass(kw_only=True, slots=True, config=CONFIG)
 class HumanConfig:
@@ -62,7 +66,7 @@ class HumanConfig:
     """The radius of the body, which nobody else's overlaps, in meters; by
     default the radius above, but at most 0.25 m."""
 
-    group_id: Annotated[Integer, Field(ge=-(2**31), le=2**31 - 1)] = -1
+    group_id: Annotated[Integer, Field(ge=-(2**31), le=MAX_GROUP_ID)] = -1
     """People with the same number (>= 0) walk together; -1 walks alone, and so
     do those below, but by HuNavSim's rules (its kernel of the forces), for
     which they are groups as any other."""

@@ -1,6 +1,7 @@
 """The interface of planners, and the register of planners."""
 
 from abc import ABC, abstractmethod
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from enum import IntEnum
 import inspect
@@ -103,6 +104,21 @@ class PlannerConfig(ABC):
         within less, would be carried beyond it.
         """
         return self.period + task.time_step
+
+    def find_faults(
+        self, obstacles: Obstacles, start: Array, goal: Array
+    ) -> Iterator[tuple[tuple[str, ...], str]]:
+        """Looks for what keeps it from driving, before anything runs.
+
+        Args:
+            obstacles: The walls.
+            start: Where the robot starts, (x, y, yaw) in W.
+            goal: Where it is to go, likewise.
+
+        Yields:
+            The place of a fault, counted from the planner, and what it is.
+        """
+        yield from ()
 
     @abstractmethod
     def MakeSystem(self, task: PlanningTask) -> Any:

@@ -9,7 +9,12 @@ from pydantic import StrictFloat, StrictStr
 from pydantic.dataclasses import dataclass
 
 from hunav_drake.systems.common.field_docs import explain
-from hunav_drake.systems.common.schema import CONFIG, BodyRadius, within
+from hunav_drake.systems.common.schema import (
+    CONFIG,
+    BodyRadius,
+    FilePath,
+    within,
+)
 from hunav_drake.systems.robot.drives import (
     DRIVES,
     DifferentialWheels,
@@ -94,10 +99,8 @@ class PhysicalRobot(RobotConfig):
 
     def find_faults(self) -> Iterator[tuple[tuple[str, ...], str]]:
         """Looks whether the model can be driven."""
-        from hunav_drake.systems.robot.plant_model import (
-            ModelFault,
-            inspect_model,
-        )
+        from hunav_drake.systems.common.models.apart import ModelFault
+        from hunav_drake.systems.robot.plant_model import inspect_model
 
         try:
             inspect_model(self.GetModel(), self.GetDrive())
@@ -151,7 +154,7 @@ class PMB2Config(PhysicalRobot):
 class UrdfRobot(PhysicalRobot):
     """Any robot of a URDF or SDF file, driven on wheels or otherwise."""
 
-    file: StrictStr
+    file: FilePath
     """The file: a path, in a scenario file from where that is, or
     package://name/..."""
 

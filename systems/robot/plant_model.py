@@ -1,13 +1,11 @@
 """Models of robots, from files, in a MultibodyPlant."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from pathlib import Path
+from dataclasses import asdict, dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.math import RigidTransform
-from pydrake.multibody.parsing import PackageMap, Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import (
     FixedOffsetFrame,
@@ -20,24 +18,18 @@ from pydrake.multibody.tree import (
 )
 from pydrake.systems.framework import Context
 
+from hunav_drake.systems.common.models.apart import ModelFault, drake_words
+from hunav_drake.systems.common.models.reading import (
+    AddModels,
+    check_model_file,
+)
+from hunav_drake.systems.common.registry import name_of
 from hunav_drake.systems.common.suggest import shown, suggestion
 from hunav_drake.systems.robot.drives import (
     DifferentialWheels,
     DriveConfig,
     PlanarBase,
 )
-
-
-class ModelFault(ValueError):
-    """What is wrong with the model of a robot.
-
-    Attributes:
-        place: Which setting of the robot it is about.
-    """
-
-    def __init__(self, place: tuple[str, ...], message: str) -> None:
-        super().__init__(message)
-        self.place = place
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,37 +57,7 @@ def AddModel(
     Raises:
         ModelFault: If there is no such file, model or body.
     """
-    parser = Parser(plant)
-    parser.SetAutoRenaming(True)
-    packages = parser.package_map()
-    _AddPackages(packages, source)
-    path = source.file
-    if path.startswith("package://"):
-        name = path.removeprefix("package://").split("/")[0]
-        if not packages.Contains(name):
-            known = [it for it in packages.GetPackageNames() if it != "drake"]
-            raise ModelFault(
-                ("file",),
-                f"there is no package {shown(name)};"
-                f" {suggestion(name, known)}; name its folder under packages,"
-                " or in ROS_PACKAGE_PATH",
-            )
-    elif not Path(path).is_file():
-        raise ModelFault(
-            ("file",), f"there is no file {shown(path)}; check the path"
-        )
-    try:
-        if path.startswith("package://"):
-            instances = parser.AddModelsFromUrl(path)
-        else:
-            instances = parser.AddModels(path)
-    except RuntimeError as error:
-        words = " ".join(str(error).split())
-        raise ModelFault(
-            ("file",),
-            f"cannot be read: {words}; it must be a URDF, SDF, MJCF or"
-            " directives file that Drake reads",
-        ) from error
+    instances = AddModels(plant, source.file, source.packages)
     names = []
     for instance in instances:
         for index in plant.GetBodyIndices(instance):
@@ -108,28 +70,6 @@ def AddModel(
         f"there is no body {shown(source.base)} in the model;"
         f" {suggestion(source.base, names)}",
     )
-
-
-def _AddPackages(packages: PackageMap, source: ModelSource) -> None:
-    packages.PopulateFromRosPackagePath()
-    package = Path(__file__).resolve().parents[2]
-    for name, folder in {
-        "hunav_drake": str(package),
-        **source.packages,
-    }.items():
-        if not Path(folder).is_dir():
-            raise ModelFault(
-                ("packages", name),
-                f"there is no folder {shown(folder)}; check the path",
-            )
-        if packages.Contains(name):
-            packages.Remove(name)
-        packages.Add(name, str(Path(folder).resolve()))
-    if not source.file.startswith("package://"):
-        for folder_above in Path(source.file).resolve().parents:
-            if (folder_above / "package.xml").is_file():
-                packages.AddPackageXml(str(folder_above / "package.xml"))
-                break
 
 
 @dataclass(frozen=True)
@@ -157,6 +97,14 @@ def inspect_model(source: ModelSource, drive: DriveConfig) -> ModelFacts:
     Raises:
         ModelFault: If it cannot.
     """
+    if isinstance(drive, DifferentialWheels | PlanarBase):
+        check_model_file(
+            source.file,
+            source.packages,
+            "hunav_drake.systems.robot.attempt:try_robot",
+            source.base,
+            {"type": name_of(drive), **asdict(drive)},
+        )
     plant = MultibodyPlant(time_step=0.0)
     instance, base = AddModel(plant, source)
     joints = {
@@ -218,8 +166,9 @@ def _finalize(plant: MultibodyPlant) -> None:
     try:
         plant.Finalize()
     except RuntimeError as error:
-        words = " ".join(str(error).split())
-        raise ModelFault(("file",), f"cannot be simulated: {words}") from error
+        raise ModelFault(
+            ("file",), f"cannot be simulated: {drake_words(error)}"
+        ) from error
 
 
 def _root_of(body: RigidBody, joints: list[Joint]) -> RigidBody:

@@ -120,7 +120,7 @@ def AddPlantRobot(
     plant.SetUseSampledOutputPorts(False)
     drive = config.GetDrive()
     model = AddDrivenModel(plant, config.GetModel(), drive, config.start)
-    AddFloorAndWalls(plant, task.obstacles)
+    AddFloorAndWalls(plant, task.obstacles, config.start[:2])
     people = AddPeople(plant, task.humans, task.starts) if task.humans else ()
     _FilterCollisions(plant, scene_graph, model.instance)
     plant.Finalize()

@@ -1,17 +1,9 @@
 """The floor and the walls of a world as geometry that robots touch."""
 
-import functools
-import logging
 import math
 
 import numpy as np
-from pydrake.geometry import (
-    Box,
-    GeometryInstance,
-    HalfSpace,
-    ProximityProperties,
-    SceneGraph,
-)
+from pydrake.geometry import Box
 from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
 
@@ -26,20 +18,31 @@ _WALL_FRICTION = CoulombFriction(0.3, 0.3)
 # thick lines are, in meters.
 _HEIGHT, _SHELL, _LINE = 2.0, 0.02, 0.002
 
+# How wide and how thick the floor is, in meters. (A half space, which has no
+# end, crashes Drake's search for contacts beside some 50 other geometries.)
+_FLOOR_SIZE, _FLOOR_THICKNESS = 20e3, 10.0
 
-def AddFloorAndWalls(plant: MultibodyPlant, obstacles: Obstacles) -> None:
+
+def AddFloorAndWalls(
+    plant: MultibodyPlant, obstacles: Obstacles, middle: tuple[float, float]
+) -> None:
     """Adds the floor at z = 0, and an upright box for each side of a wall.
 
-    What is solid has its surface where its outline is; a line is 2 mm thick.
+    The floor ends 10 km from its middle. What is solid has its surface where
+    its outline is; a line is 2 mm thick.
 
     Args:
         plant: Registered with a SceneGraph, and not finalized yet.
         obstacles: The walls.
+        middle: The middle of the floor, (x, y) in W, in meters.
     """
     world = plant.world_body()
-    _keep_quiet()
     plant.RegisterCollisionGeometry(
-        world, RigidTransform(), HalfSpace(), "floor", _FLOOR_FRICTION
+        world,
+        RigidTransform([*middle, -_FLOOR_THICKNESS / 2]),
+        Box(_FLOOR_SIZE, _FLOOR_SIZE, _FLOOR_THICKNESS),
+        "floor",
+        _FLOOR_FRICTION,
     )
     first = obstacles.first.tolist()
     count = 0
@@ -71,24 +74,6 @@ def AddFloorAndWalls(plant: MultibodyPlant, obstacles: Obstacles) -> None:
                 _WALL_FRICTION,
             )
             count += 1
-
-
-@functools.cache
-def _keep_quiet() -> None:
-    """Has Drake warn once, unheard, that half spaces touch no soft bodies."""
-    logger = logging.getLogger("drake")
-    level = logger.level
-    logger.setLevel(logging.ERROR)
-    try:
-        scene_graph = SceneGraph()
-        floor = GeometryInstance(RigidTransform(), HalfSpace(), "floor")
-        floor.set_proximity_properties(ProximityProperties())
-        scene_graph.RegisterAnchoredGeometry(
-            scene_graph.RegisterSource("floor"), floor
-        )
-        scene_graph.CreateDefaultContext()
-    finally:
-        logger.setLevel(level)
 
 
 def _area(segments: Array) -> float:

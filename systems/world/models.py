@@ -13,7 +13,6 @@ from pydrake.geometry import (
     Capsule,
     Cylinder,
     Ellipsoid,
-    HalfSpace,
     Role,
     SceneGraph,
     Shape,
@@ -23,7 +22,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder
 
 from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.common.model_files import AddModelFile
+from hunav_drake.systems.common.models.reading import AddModelFile
 from hunav_drake.systems.world.solids import (
     Hull,
     WorldFileError,
@@ -91,9 +90,6 @@ def _model_hulls(
     hulls = []
     for geometry in inspector.GetAllGeometryIds(Role.kProximity):
         shape = inspector.GetShape(geometry)
-        if isinstance(shape, HalfSpace):
-            # A floor without end.
-            continue
         try:
             points = _points(shape)
         except RuntimeError as error:

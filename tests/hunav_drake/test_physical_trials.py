@@ -1,6 +1,7 @@
 """Trials with a robot that is a body of a plant."""
 
 import hashlib
+import json
 
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
@@ -9,6 +10,7 @@ import pytest
 
 from hunav_drake import (
     HumanConfig,
+    ListScenarios,
     LoadContext,
     LoadScenario,
     MakeTrialDiagram,
@@ -23,6 +25,7 @@ from hunav_drake.systems.common.layout import Contact
 from hunav_drake.systems.crowd import CrowdConfig
 from hunav_drake.systems.evaluation import compute_metrics
 from hunav_drake.systems.evaluation.recording import Recording
+from tests.mutated_models import ROBOTS as MODELS
 from tests.processes import run_python
 
 PORTS = ("robot_state", "human_states", "contacts", "velocity_command")
@@ -252,3 +255,62 @@ def test_people_of_cohorts_who_leave_for_good_are_refused_too():
         LoadScenario(data=text)
     LoadScenario(data=text.replace("pmb2", "differential_drive"))
     LoadScenario(data=text.replace(", sinks: {out: 1}", ""))
+
+
+@pytest.mark.filterwarnings("ignore:.*robot.radius")
+def test_any_number_of_walls_stands_on_the_floor():
+    """Half spaces crash Drake beside some 50 boxes."""
+    overrides = ["robot.model=pmb2", "simulation.duration=1.0"]
+    scenario = LoadScenario(filename="office", overrides=overrides)
+    diagram = MakeTrialDiagram(scenario)
+    simulator = MakeTrialSimulator(diagram)
+    simulator.AdvanceTo(0.5)
+    clone = Simulator(diagram, simulator.get_context().Clone())
+    clone.AdvanceTo(1.0)
+    plant = diagram.GetSubsystemByName("plant")
+    walls = plant.GetCollisionGeometriesForBody(plant.world_body())
+    assert len(walls) > 100
+    context = plant.GetMyContextFromRoot(clone.get_context())
+    base = plant.GetBodyByName("base")
+    # It stands on its wheels, neither in the floor nor in the air.
+    height = plant.EvalBodyPoseInWorld(context, base).translation()[2]
+    assert abs(height) < 1e-3
+
+
+def test_there_is_a_floor_where_the_robot_starts():
+    robot = {"model": "pmb2", "start": (9e4, -9e4, 0), "goal": (9e4, -8e4, 0)}
+    simulation = SimulationConfig(duration=1.0)
+    diagram = MakeTrialDiagram(Scenario(robot=robot, simulation=simulation))
+    simulator = Simulator(diagram)
+    simulator.AdvanceTo(0.5)
+    plant = diagram.GetSubsystemByName("plant")
+    context = plant.GetMyContextFromRoot(simulator.get_context())
+    base = plant.GetBodyByName("base")
+    assert abs(plant.EvalBodyPoseInWorld(context, base).translation()[2]) < 1e-3
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore:.*robot.radius")
+@pytest.mark.parametrize("name", ListScenarios())
+@pytest.mark.parametrize("model", ["differential_drive", "pmb2", *MODELS])
+def test_every_robot_runs_in_every_world(model, name, tmp_path):
+    """In a process of its own, which a fault of Drake's may end."""
+    robot = {"model": model}
+    if model in MODELS:
+        text, base, drive = MODELS[model]
+        file = tmp_path / model
+        file.write_text(text)
+        robot = {"model": "urdf", "file": str(file), "base": base}
+        robot |= {"drive": drive, "radius": 0.3}
+    overrides = [f"robot.{key}={json.dumps(it)}" for key, it in robot.items()]
+    overrides.append("simulation.duration=5.0")
+    if name == "station" and model != "differential_drive":
+        with pytest.raises(ScenarioError, match="cannot come and go"):
+            LoadScenario(filename=name, overrides=overrides)
+        return
+    result = run_python(
+        "import numpy as np; from hunav_drake import LoadScenario, RunTrial;"
+        f"it = LoadScenario(filename={name!r}, overrides={overrides!r});"
+        "print(np.isfinite(RunTrial(it).recording.robot).all())"
+    )
+    assert result.stdout.split() == ["True"]

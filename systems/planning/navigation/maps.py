@@ -1,7 +1,5 @@
 """The maps of a planner: what is fixed is made once, the rest from sight."""
 
-import math
-
 import numpy as np
 
 from hunav_drake.systems.common.arrays import Array
@@ -26,18 +24,15 @@ from hunav_drake.systems.planning.costmap.static_layer import (
     static_map,
 )
 from hunav_drake.systems.planning.navigation.memory import Sight
+from hunav_drake.systems.planning.navigation.regions import (
+    bounds_of,
+    global_region,
+    wall_region,
+)
 from hunav_drake.systems.sensing.scans import sensor_pose
 from hunav_drake.systems.sensing.sensor_config import LidarConfig
-from hunav_drake.systems.world.maps.costs import (
-    Costmap,
-    Region,
-    region_around,
-    region_of,
-)
+from hunav_drake.systems.world.maps.costs import Costmap, Region, region_around
 from hunav_drake.systems.world.obstacles import Obstacles
-
-# A robot outside of the walls moves the global map by so much, in meters.
-_STRIDE = 5.0
 
 
 class Maps:
@@ -95,18 +90,10 @@ class Maps:
             )
             for resolution in (self._resolution, self._whole_resolution)
         }
-        points = obstacles.segments.reshape(-1, 2)
-        self._low = points.min(axis=0) if len(points) else np.full(2, math.inf)
-        self._high = points.max(axis=0) if len(points) else -self._low
-        # (It is inflated by up to one cell more than the radius.)
-        near = inflation[0] + 2 * self._resolution
-        low, high = (0.0, 0.0), (0.0, 0.0)
-        if len(points):
-            low = tuple((self._low - near).tolist())
-            high = tuple((self._high + near).tolist())
+        self._bounds = bounds_of(obstacles)
         self._walls = static_map(
             obstacles,
-            region_of(low, high, self._resolution),
+            wall_region(self._bounds, inflation[0], self._resolution),
             self._graded[self._resolution],
         )
 
@@ -117,17 +104,8 @@ class Maps:
             robot: (x, y) in W, in meters; more is ignored.
             goal: The same.
         """
-        low = np.minimum(self._low, goal[:2])
-        high = np.maximum(self._high, goal[:2])
-        low = np.minimum(low, _STRIDE * np.floor(robot[:2] / _STRIDE))
-        high = np.maximum(high, _STRIDE * np.ceil(robot[:2] / _STRIDE))
-        if (robot[:2] >= self._low).all() and (robot[:2] <= self._high).all():
-            low = np.minimum(self._low, goal[:2])
-            high = np.maximum(self._high, goal[:2])
-        return region_of(
-            tuple((low - self._margin).tolist()),
-            tuple((high + self._margin).tolist()),
-            self._whole_resolution,
+        return global_region(
+            self._bounds, robot, goal, self._margin, self._whole_resolution
         )
 
     def global_map(

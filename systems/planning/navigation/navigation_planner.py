@@ -1,7 +1,7 @@
 """What planners with maps share: they add how to follow the global plan."""
 
 from abc import abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 import copy
 from dataclasses import field
 import math
@@ -46,6 +46,7 @@ from hunav_drake.systems.planning.planner import (
     View,
 )
 from hunav_drake.systems.world.maps.costs import NO_MAP, Costmap
+from hunav_drake.systems.world.obstacles import Obstacles
 
 if TYPE_CHECKING:
     from hunav_drake.systems.planning.navigation.maps import Maps
@@ -333,6 +334,21 @@ class NavigationPlanner(Planner):
             things[name] = make()
         result: Made = things[name]
         return result
+
+    def find_faults(
+        self, obstacles: Obstacles, start: Array, goal: Array
+    ) -> Iterator[tuple[tuple[str, ...], str]]:
+        """Looks whether the maps of the world are small enough."""
+        from hunav_drake.systems.planning.navigation import regions
+
+        profile = NAVIGATION_PROFILES[self.profile]
+        yield from regions.region_faults(
+            obstacles,
+            (start, goal),
+            self.inflation_radius,
+            either(self.local_costmap.resolution, profile.local_resolution),
+            self.global_costmap,
+        )
 
     def setup(self, task: PlanningTask) -> NavigationSetup:
         """Returns what follows from the parameters and a task."""

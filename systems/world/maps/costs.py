@@ -140,8 +140,11 @@ def region_of(
     rows = math.ceil(high[1] / resolution + 0.5 - 1e-9) - row
     columns, rows = max(columns, 1), max(rows, 1)
     if columns * rows > MOST_CELLS:
+        least = resolution * math.sqrt(columns * rows / MOST_CELLS)
+        least = math.ceil(1000 * least) / 1000
         raise ValueError(
-            f"resolution: {resolution} m gives a map of {rows} x {columns}"
-            f" cells; take a coarser one, for at most {MOST_CELLS} cells"
+            f"a resolution must give at most {MOST_CELLS} cells, got"
+            f" {resolution:g} m, which gives {rows} x {columns}; take a coarser"
+            f" one, {least:g} m at least, or a smaller world"
         )
     return Region(row, column, rows, columns, resolution)

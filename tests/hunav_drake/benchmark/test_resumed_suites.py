@@ -122,6 +122,33 @@ def test_who_was_only_beside_a_dead_worker_is_not_lost(suite):
     assert 3 * len(deadly) < pool.deaths <= 4 * len(deadly)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("workers", [1, 2])
+def test_a_crash_of_a_library_is_a_row(workers, tmp_path, hunav):
+    """As a fault of Drake's, which ends its process without a word."""
+    own = tmp_path / "crashing.py"
+    own.write_text(
+        "import os, signal\n"
+        "from hunav_drake.systems.planning import Plan, PlannerStatus\n"
+        "from hunav_drake.systems.planning import register_plan\n"
+        "@register_plan('crashing')\n"
+        "def crashing(task, view, memory):\n"
+        "    os.kill(os.getpid(), signal.SIGSEGV)\n"
+        "    return Plan(0.0, 0.0, PlannerStatus.DRIVING)\n"
+    )
+    file = tmp_path / "small.yaml"
+    file.write_text(SUITE.replace("seeds: 4", "seeds: 1"))
+    code, _, err = hunav(
+        *("bench", file, "--import", own, "--out", tmp_path / "out"),
+        *("--planner", "crashing", "pursuit", "--workers", workers, "--quiet"),
+    )
+    assert code == 1, err
+    rows = {row.cell: row for row in read_rows(tmp_path / "out/small" / NAME)}
+    assert rows["crossing/crashing"].end_reason == "worker_died"
+    assert "died 3 times" in rows["crossing/crashing"].end_message
+    assert rows["crossing/pursuit"].end_reason == "timeout"
+
+
 def test_an_error_of_a_run_is_not_run_again(suite, tmp_path, monkeypatch):
     from hunav_drake.benchmark.running import worker
 

@@ -2,12 +2,14 @@
 
 import itertools
 import math
+import re
 
 from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest
 import shapely
 
+from hunav_drake import LoadScenario, ScenarioError
 from hunav_drake.scenario.geometry import check_places, check_walls
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.systems.people.human_config import HumanConfig
@@ -155,3 +157,36 @@ def test_many_places_among_many_walls():
 def test_worlds_without_walls_take_no_place(count):
     humans = [HumanConfig(pose=(3.0, 3.0, 0.0)) for _ in range(count)]
     assert not list(check_places(Scenario(humans=humans)))
+
+
+def far_walls(planner: str, half: float = 100.0, goal: float = 3.0) -> str:
+    """A world of 200 m, as a map of 4000 x 4000 cells of 5 cm may give."""
+    box = "{{shape: box, center: [{0}, {0}], size: [1, 1]}}"
+    walls = ", ".join(map(box.format, (-half, half)))
+    return (
+        f"world: {{walls: [{walls}]}}\nrobot: {{goal: [{goal}, 0, 0]}}\n"
+        f"planner: {planner}\nsimulation: {{duration: 0.2}}\n"
+    )
+
+
+@pytest.mark.parametrize(
+    ("planner", "half", "goal", "key"),
+    [
+        ("dwb", 100.0, 3.0, "local_costmap"),
+        ("mppi", 10.0, 9000.0, "global_costmap"),
+    ],
+)
+def test_maps_of_a_planner_that_are_too_large_are_told(
+    planner, half, goal, key
+):
+    with pytest.raises(ScenarioError, match="at most 25000000 cells") as info:
+        LoadScenario(data=far_walls(planner, half, goal))
+    (fault,) = info.value.faults
+    assert fault.path == f"planner.{key}.resolution"
+    least = re.search(r"a coarser one, (\S+) m at least", fault.message)[1]
+    settings = f"{{name: {planner}, {key}: {{resolution: {least}}}}}"
+    assert LoadScenario(data=far_walls(settings, half, goal))
+
+
+def test_planners_without_maps_go_on_in_large_worlds():
+    assert LoadScenario(data=far_walls("pursuit"))

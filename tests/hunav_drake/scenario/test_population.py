@@ -213,3 +213,20 @@ def test_check_counts_all_people(tmp_path, capsys):
     file.write_text(TEXT)
     assert cli.main(["check", str(file)]) == 0
     assert "ok (9 people, 1 walls, planner pursuit)" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("taken", [[5], [2**31 - 1], [2**31 - 1, 2, 0]])
+def test_groups_get_numbers_beside_any_other(taken):
+    humans = "".join(
+        f"- {{pose: [{5 + 2 * i}, 0, 0], group_id: {number}}}\n"
+        for i, number in enumerate(taken)
+    )
+    area = "{rectangle: [-8, -8, -2, 8]}"
+    cohort = f"{{number: 8, group_sizes: [0, 1], start: [{area}]}}"
+    text = f"humans:\n{humans}population: {{cohorts: [{cohort}]}}\n"
+    drawn = draw_people(LoadScenario(data=text))[len(taken) :]
+    first = max(taken) + 1
+    if first > 6:
+        first = {1: 0, 3: 3}[len(taken)]
+    pairs = [number for k in range(4) for number in (first + k, first + k)]
+    assert [human.group_id for human in drawn] == pairs

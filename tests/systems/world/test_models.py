@@ -218,7 +218,7 @@ def test_bodies_must_be_clear_of_it(tmp_path):
 @pytest.mark.parametrize(
     ("content", "words"),
     [
-        (None, "there is no such file"),
+        (None, "there is no file"),
         ("<sdf", "Error parsing XML"),
         ("<sdf version='1.9'><model name='a'/></sdf>", "link"),
         (SDF.format(static="", parts=""), "must have collision geometry"),
@@ -239,7 +239,7 @@ def test_a_faulty_model_is_one_fault(tmp_path, content, words):
 @pytest.mark.parametrize(
     ("file", "words"),
     [
-        ("package://nowhere/a.sdf", "unknown package 'nowhere'"),
+        ("package://nowhere/a.sdf", "there is no package 'nowhere'"),
         ("package://hunav_drake/a.sdf", "a.sdf"),
         ("thing.stl", "must be one of .sdf"),
     ],

@@ -1,0 +1,1 @@
+"""Models of files (URDF, SDF, model directives) that Drake reads."""

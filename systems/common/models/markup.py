@@ -1,0 +1,247 @@
+"""What is wrong with the text of a URDF or SDF file, told with its line.
+
+Drake finds most of it, but says of some neither where nor what it must be.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+import math
+from pathlib import Path
+from xml.parsers import expat
+
+from hunav_drake.systems.common.suggest import shown
+
+# What is for other programs.
+_FOREIGN = ("gazebo", "plugin", "ros2_control", "sensor", "transmission")
+
+# The meshes that bodies may touch, by the ends of their names.
+_MESHES = (".obj", ".gltf", ".vtk")
+
+# No number of a robot or a building is larger, in SI units.
+_LARGEST = 1e9
+
+# Elements are in no more others.
+_DEEPEST = 100
+
+# No part of one is larger, in meters.
+_SIZE = 1e5
+
+
+@dataclass
+class Element:
+    """An element of XML.
+
+    Attributes:
+        tag: Its name, without that of a name space.
+        attributes: Its attributes.
+        line: The line of its start tag.
+        children: The elements in it.
+        text: The text in it.
+    """
+
+    tag: str
+    attributes: dict[str, str]
+    line: int
+    children: list["Element"] = field(default_factory=list)
+    text: str = ""
+
+    def all(self) -> Iterator["Element"]:
+        """Yields it and all that is in it, but for other programs."""
+        yield self
+        for child in self.children:
+            if child.tag not in _FOREIGN:
+                yield from child.all()
+
+
+@dataclass(frozen=True)
+class _Rule:
+    """So many numbers, each in [low, high], or (low, high].
+
+    Attributes:
+        counts: How many there may be.
+        low: The least.
+        high: The largest.
+        is_open: Whether `low` itself is not allowed.
+        not_zero: Which may not be zero: "", "each" or "all" of them.
+    """
+
+    counts: tuple[int, ...] = (1,)
+    low: float = -_LARGEST
+    high: float = _LARGEST
+    is_open: bool = False
+    not_zero: str = ""
+
+    def broken(self, text: str) -> str:
+        """Returns what a text must be; empty if it is that."""
+        try:
+            values = [float(word) for word in text.split()]
+        except ValueError:
+            values = []
+        bad = not all(map(math.isfinite, values))
+        if len(values) not in self.counts or bad:
+            count = self.counts[0]
+            many = f"{count} finite numbers" if count > 1 else "a finite number"
+            return f"must be {many}"
+        least, most = min(values), max(values)
+        if least < self.low or most > self.high:
+            bad = True
+        if bad or (self.is_open and least == self.low):
+            bracket = "(" if self.is_open else "["
+            return f"must be in {bracket}{self.low:g}, {self.high:g}]"
+        if self.not_zero == "each" and 0 in values:
+            return "must not be 0"
+        if self.not_zero == "all" and not any(values):
+            return "must not be 0 along all axes"
+        return ""
+
+
+_NUMBER, _POINT, _LEAST_0 = _Rule(), _Rule((3,)), _Rule(low=0.0)
+_LENGTH = _Rule(low=0.0, high=_SIZE, is_open=True)
+_SIDES = _Rule((3,), 0.0, _SIZE, is_open=True)
+_SCALE = _Rule((3, 1), not_zero="each")
+_SHAPES = {
+    ("box", "size"): _SIDES,
+    ("sphere", "radius"): _LENGTH,
+    ("cylinder", "radius"): _LENGTH,
+    ("cylinder", "length"): _LENGTH,
+    ("capsule", "radius"): _LENGTH,
+    ("capsule", "length"): _LENGTH,
+    ("ellipsoid", "radii"): _SIDES,
+    ("ellipsoid", "a"): _LENGTH,
+    ("ellipsoid", "b"): _LENGTH,
+    ("ellipsoid", "c"): _LENGTH,
+    ("mesh", "scale"): _SCALE,
+}
+_INERTIA = {
+    ("inertia", key): _LEAST_0 if key[1] == key[2] else _NUMBER
+    for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+}
+# Those of URDF are attributes, those of SDF are texts in elements.
+_URDF = {
+    **_SHAPES,
+    **_INERTIA,
+    ("origin", "xyz"): _POINT,
+    ("origin", "rpy"): _POINT,
+    ("mass", "value"): _LEAST_0,
+    ("axis", "xyz"): _Rule((3,), not_zero="all"),
+    ("limit", "lower"): _NUMBER,
+    ("limit", "upper"): _NUMBER,
+    ("limit", "effort"): _LEAST_0,
+    ("limit", "velocity"): _LEAST_0,
+    ("mu_static", "value"): _LEAST_0,
+    ("mu_dynamic", "value"): _LEAST_0,
+    ("dynamics", "damping"): _LEAST_0,
+    ("dynamics", "friction"): _LEAST_0,
+    ("mimic", "multiplier"): _NUMBER,
+    ("mimic", "offset"): _NUMBER,
+}
+_SDF = {
+    **_SHAPES,
+    **_INERTIA,
+    ("inertial", "mass"): _LEAST_0,
+    ("proximity_properties", "mu_static"): _LEAST_0,
+    ("proximity_properties", "mu_dynamic"): _LEAST_0,
+}
+
+
+def find_markup_fault(path: Path) -> str:
+    """Returns the first fault of a file of XML, with its line; empty if none.
+
+    Raises:
+        OSError: If it cannot be read.
+    """
+    # Like Drake, it does not ask whether name spaces are known.
+    parser = expat.ParserCreate()
+    top = Element("", {}, 0)
+    opened = [top]
+
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        tag = tag.removeprefix("drake:")
+        element = Element(tag, attributes, parser.CurrentLineNumber)
+        opened[-1].children.append(element)
+        if len(opened) > _DEEPEST:
+            raise ValueError(f"has elements in more than {_DEEPEST} others")
+        opened.append(element)
+
+    def text(data: str) -> None:
+        opened[-1].text += data
+
+    def refuse(*_: object) -> None:
+        raise ValueError("declares an entity; write what it stands for")
+
+    parser.StartElementHandler = start
+    parser.EndElementHandler = lambda _: opened.pop()
+    parser.CharacterDataHandler = text
+    parser.EntityDeclHandler = refuse
+    parser.buffer_text = True
+    try:
+        parser.Parse(path.read_bytes(), True)
+    except (expat.ExpatError, ValueError, LookupError) as error:
+        line = parser.CurrentLineNumber
+        return f"{path.name}:{line}: Error parsing XML: {error}"
+    for element, message in _faults(top):
+        return f"{path.name}:{element.line}: {message}"
+    return ""
+
+
+def _faults(root: Element) -> Iterator[tuple[Element, str]]:
+    kind = root.children[0].tag if root.children else ""
+    rules = {"robot": _URDF, "sdf": _SDF}.get(kind, {})
+    for element in root.all():
+        texts = {
+            **{child.tag: child.text for child in element.children},
+            **element.attributes,
+        }
+        all_text = "".join([element.text, *element.attributes.values()])
+        if element.tag.startswith("xacro:") or "${" in all_text:
+            yield (
+                element,
+                f"<{element.tag}> is for xacro; expand its macros first: xacro"
+                " FILE > robot.urdf",
+            )
+        for key, text in texts.items():
+            rule = rules.get((element.tag, key))
+            if rule is not None and (broken := rule.broken(text)):
+                yield (
+                    element,
+                    f"{key} of <{element.tag}> {broken}, got"
+                    f" {shown(text.strip())}; correct it",
+                )
+        if element.tag == "collision":
+            yield from _collision_faults(element)
+        if element.tag == "limit" and rules is _URDF:
+            lower, upper = (
+                float(element.attributes.get(key, 0))
+                for key in ("lower", "upper")
+            )
+            if lower > upper:
+                yield (
+                    element,
+                    f"lower of <limit> must be at most upper, got {lower:g} and"
+                    f" {upper:g}; swap them",
+                )
+
+
+def _collision_faults(collision: Element) -> Iterator[tuple[Element, str]]:
+    shapes = [
+        shape
+        for child in collision.children
+        if child.tag == "geometry"
+        for shape in child.children
+    ]
+    if not shapes:
+        yield (
+            collision,
+            "<collision> must have a <geometry> with a shape; give it one, or"
+            " leave the element out",
+        )
+    for mesh in (shape for shape in shapes if shape.tag == "mesh"):
+        name = mesh.attributes.get("filename", "").strip()
+        for child in mesh.children:
+            name = child.text.strip() if child.tag == "uri" else name
+        if not name.lower().endswith(_MESHES):
+            yield (
+                mesh,
+                f"the mesh of <collision> must be one of {', '.join(_MESHES)},"
+                f" got {shown(name)}; convert it, or take a box or cylinder",
+            )

@@ -1,0 +1,308 @@
+"""Adds models of files (SDF, URDF, model directives) to a plant."""
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+import hashlib
+import logging
+from pathlib import Path
+import re
+from typing import Any
+from xml.sax.saxutils import escape
+
+from pydrake.geometry import (
+    HalfSpace,
+    MakeRenderEngineVtk,
+    RenderEngineVtkParams,
+    Role,
+    SceneGraph,
+)
+from pydrake.math import RigidTransform, RollPitchYaw
+from pydrake.multibody.parsing import PackageMap, Parser
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import ModelInstanceIndex
+
+from hunav_drake.systems.common.models.apart import (
+    ModelFault,
+    drake_words,
+    try_apart,
+)
+from hunav_drake.systems.common.models.markup import find_markup_fault
+from hunav_drake.systems.common.suggest import shown, suggestion
+
+# The kinds of files that a world may be made of.
+_ENDINGS = (".sdf", ".urdf", ".dmd.yaml", ".world")
+
+_MARKUP = (".sdf", ".urdf", ".world")
+
+# Models below this folder are the package's own, which are known to be sound.
+_OWN = Path(__file__).resolve().parents[2]
+
+# A plane that is to be touched; and a file that is named from where the text
+# is.
+_PLANE = re.compile(
+    r"<collision\b(?:(?!</collision>).)*?<plane\b.*?</collision>", re.DOTALL
+)
+_RELATIVE = re.compile(r"(<uri>\s*)([^<>:/\s][^<>:]*?)(\s*</uri>)")
+
+
+def AddModels(
+    plant: MultibodyPlant, file: str, packages: Mapping[str, str] | None = None
+) -> list[ModelInstanceIndex]:
+    """Adds the models of a file to a plant.
+
+    Args:
+        plant: The plant, which is not finalized.
+        file: A path, or "package://name/...": of a package that Drake knows,
+            of "hunav_drake", or of one in ROS_PACKAGE_PATH.
+        packages: Folders of further packages by name.
+
+    Returns:
+        The instances of the models.
+
+    Raises:
+        ModelFault: If the file or a folder is not there, or the file cannot be
+            read.
+    """
+    parser = Parser(plant)
+    parser.SetAutoRenaming(True)
+    known = parser.package_map()
+    _AddPackages(known, file, packages or {})
+    path = _path_of(known, file)
+    try:
+        text = _text_without_planes(path)
+        if text is not None:
+            found = parser.AddModelsFromString(text, "sdf")
+        elif file.startswith("package://"):
+            found = parser.AddModels(url=file)
+        else:
+            found = parser.AddModels(file)
+    except (RuntimeError, ValueError, SystemExit) as error:
+        raise ModelFault(
+            ("file",),
+            f"cannot be read: {drake_words(error)}; correct that in the file,"
+            " a URDF, SDF, MJCF or directives file that Drake reads",
+        ) from error
+    return list(found)
+
+
+def check_model_file(
+    file: str, packages: Mapping[str, str], function: str, *arguments: Any
+) -> None:
+    """Looks at a foreign file before this process reads it.
+
+    Its text is looked through; and then, once for each content, a function
+    tries it in a process of its own, for Drake may crash.
+
+    Args:
+        file: See `AddModels`.
+        packages: See `AddModels`.
+        function: "module:name" of what takes file, packages and arguments.
+        arguments: What JSON can tell.
+
+    Raises:
+        ModelFault: If something is wrong.
+    """
+    known = PackageMap()
+    _AddPackages(known, file, packages)
+    path = _path_of(known, file)
+    if path.resolve().is_relative_to(_OWN):
+        return
+    try:
+        content = path.read_bytes()
+        fault = find_markup_fault(path) if path.suffix in _MARKUP else ""
+    except OSError as error:
+        fault = str(error.strerror)
+    if fault:
+        raise ModelFault(("file",), f"cannot be read: {fault}")
+    # What it names may be elsewhere for another file of the same content.
+    names_files = re.search(rb"filename|uri|file:|include|file=", content)
+    key = (
+        hashlib.sha256(content).hexdigest(),
+        str(path.resolve()) if names_files else path.suffix,
+        *map(str, (*sorted(packages.items()), *arguments)),
+    )
+    try_apart(key, function, file, dict(packages), *arguments)
+
+
+def AddModelFile(
+    plant: MultibodyPlant, filename: str, pose: tuple[float, float, float]
+) -> list[ModelInstanceIndex]:
+    """Adds the models of a file to a plant, all fixed to the world.
+
+    Planes to be touched are left out: a trial has a floor.
+
+    Args:
+        plant: The plant, which is not finalized.
+        filename: A path or "package://name/...": see `AddModels`.
+        pose: Where the models stand: (x, y, yaw) in W, in meters and radians.
+            A file that fixes its models to the world says so itself.
+
+    Returns:
+        The instances of the models.
+
+    Raises:
+        ValueError: If the file cannot be read, or if it fixes its models to
+            the world and another pose is given.
+    """
+    if not filename.endswith(_ENDINGS):
+        raise ValueError(
+            f"{filename}: must be one of {', '.join(_ENDINGS)}, by its name"
+        )
+    try:
+        check_model_file(filename, {}, f"{__name__}:try_model_file")
+        with _quiet():
+            instances = AddModels(plant, filename)
+    except ModelFault as fault:
+        raise ValueError(f"{filename}: {fault}") from fault
+    X_WM = RigidTransform(RollPitchYaw(0, 0, pose[2]), [*pose[:2], 0.0])
+    free = list(_free_bodies(plant, instances))
+    if not free and tuple(pose) != (0.0, 0.0, 0.0):
+        raise ValueError(
+            f"{filename}: fixes its models to the world by itself; leave pose"
+            " out, or make them free (no static, no weld to the world)"
+        )
+    for body in free:
+        X_MB = plant.GetDefaultFloatingBaseBodyPose(body)
+        plant.WeldFrames(plant.world_frame(), body.body_frame(), X_WM @ X_MB)
+    return instances
+
+
+def check_pictures(file: str, packages: Mapping[str, str]) -> None:
+    """Looks whether cameras can take pictures of the models of a file.
+
+    Raises:
+        ModelFault: If they cannot.
+    """
+    function = f"{__name__}:try_model_file"
+    check_model_file(file, packages, function, True)
+
+
+def try_model_file(
+    filename: str, packages: dict[str, str], is_seen: bool = False
+) -> None:
+    """Reads a file as a world does, and makes a Context with its shapes.
+
+    Args:
+        filename: See `AddModels`.
+        packages: See `AddModels`.
+        is_seen: Whether there is a camera.
+
+    Raises:
+        ModelFault: If it cannot be read.
+    """
+    scene_graph = SceneGraph()
+    if is_seen:
+        engine = MakeRenderEngineVtk(RenderEngineVtkParams())
+        scene_graph.AddRenderer("pictures", engine)
+    plant = MultibodyPlant(time_step=0.0)
+    plant.RegisterAsSourceForSceneGraph(scene_graph)
+    AddModels(plant, filename, packages)
+    refuse_planes(scene_graph)
+    plant.Finalize()
+    scene_graph.CreateDefaultContext()
+
+
+def refuse_planes(scene_graph: SceneGraph) -> None:
+    """Looks for planes to be touched, which `AddModels` could not leave out.
+
+    Raises:
+        ModelFault: If there is one.
+    """
+    inspector = scene_graph.model_inspector()
+    for geometry in inspector.GetAllGeometryIds(Role.kProximity):
+        if isinstance(inspector.GetShape(geometry), HalfSpace):
+            raise ModelFault(
+                ("file",),
+                "has the plane"
+                f" {shown(inspector.GetName(geometry))} among its collision"
+                " shapes, which crashes Drake beside many others; take it out:"
+                " a trial has a floor",
+            )
+
+
+def _AddPackages(
+    known: PackageMap, file: str, packages: Mapping[str, str]
+) -> None:
+    known.PopulateFromRosPackagePath()
+    for name, folder in {
+        "hunav_drake": str(Path(__file__).parents[3]),
+        **packages,
+    }.items():
+        if not Path(folder).is_dir():
+            raise ModelFault(
+                ("packages", name),
+                f"there is no folder {shown(folder)}; check the path",
+            )
+        if known.Contains(name):
+            known.Remove(name)
+        known.Add(name, str(Path(folder).resolve()))
+    if not file.startswith("package://"):
+        for folder_above in Path(file).resolve().parents:
+            if (folder_above / "package.xml").is_file():
+                known.AddPackageXml(str(folder_above / "package.xml"))
+                break
+
+
+def _path_of(known: PackageMap, file: str) -> Path:
+    """Returns where a file is."""
+    path = Path(file)
+    if file.startswith("package://"):
+        name, _, rest = file.removeprefix("package://").partition("/")
+        if not known.Contains(name):
+            names = [it for it in known.GetPackageNames() if it != "drake"]
+            raise ModelFault(
+                ("file",),
+                f"there is no package {shown(name)};"
+                f" {suggestion(name, names)}; put its folder into"
+                " ROS_PACKAGE_PATH, or, of a robot, under packages",
+            )
+        path = Path(known.GetPath(name)) / rest
+    if not path.is_file():
+        raise ModelFault(
+            ("file",), f"there is no file {shown(file)}; check the path"
+        )
+    return path
+
+
+def _text_without_planes(path: Path) -> str | None:
+    """Returns SDF without planes to be touched; None if it is to be read as is.
+
+    Beside some ten other shapes, planes crash Drake; and the name of a file
+    must tell it what is in it.
+    """
+    if path.suffix not in (".sdf", ".world"):
+        return None
+    text = path.read_text(encoding="utf-8", errors="replace")
+    without, count = _PLANE.subn(lambda it: "\n" * it[0].count("\n"), text)
+    if not count and path.suffix == ".sdf":
+        return None
+    folder = escape(path.resolve().parent.as_posix())
+    return _RELATIVE.sub(
+        lambda it: f"{it[1]}file://{folder}/{it[2]}{it[3]}", without
+    )
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Lets Drake not tell what is only odd."""
+    log = logging.getLogger("drake")
+    level = log.level
+    log.setLevel(logging.ERROR)
+    try:
+        yield
+    finally:
+        log.setLevel(level)
+
+
+def _free_bodies(
+    plant: MultibodyPlant, instances: list[ModelInstanceIndex]
+) -> Any:
+    """Yields the bodies of some models that no joint joins to another one."""
+    held = {
+        int(plant.get_joint(j).child_body().index())
+        for j in plant.GetJointIndices()
+    }
+    for instance in instances:
+        for index in plant.GetBodyIndices(instance):
+            if int(index) not in held:
+                yield plant.get_body(index)

@@ -1,0 +1,83 @@
+"""What the maps of a planner cover, and whether that is too much."""
+
+from collections.abc import Iterator
+import math
+
+import numpy as np
+
+from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.planning.costmap.costmap_config import GlobalCostmap
+from hunav_drake.systems.world.maps.costs import Region, region_of
+from hunav_drake.systems.world.obstacles import Obstacles
+
+# A robot outside of the walls moves the global map by so much, in meters.
+_STRIDE = 5.0
+
+
+def region_faults(
+    obstacles: Obstacles,
+    ends: tuple[Array, Array],
+    inflation_radius: float,
+    local_resolution: float,
+    whole: GlobalCostmap,
+) -> Iterator[tuple[tuple[str, ...], str]]:
+    """Yields the maps of a world that would be too large, and why.
+
+    Args:
+        obstacles: The walls.
+        ends: Where the robot starts and where it is to go, in W.
+        inflation_radius: In meters.
+        local_resolution: The side of a cell of the local map, in meters.
+        whole: The global map.
+    """
+    bounds = bounds_of(obstacles)
+    try:
+        wall_region(bounds, inflation_radius, local_resolution)
+    except ValueError as error:
+        yield ("local_costmap", "resolution"), str(error)
+    try:
+        global_region(bounds, *ends, whole.margin, whole.resolution)
+    except ValueError as error:
+        yield ("global_costmap", "resolution"), str(error)
+
+
+def bounds_of(obstacles: Obstacles) -> tuple[Array, Array]:
+    """Returns the corners of all walls; without any, they are infinite."""
+    points = obstacles.segments.reshape(-1, 2)
+    if not len(points):
+        return np.full(2, math.inf), np.full(2, -math.inf)
+    return points.min(axis=0), points.max(axis=0)
+
+
+def wall_region(
+    bounds: tuple[Array, Array], inflation_radius: float, resolution: float
+) -> Region:
+    """Returns what the walls and their inflation cover."""
+    if math.isinf(bounds[0][0]):
+        return region_of((0.0, 0.0), (0.0, 0.0), resolution)
+    # (They are inflated by up to one cell more than the radius.)
+    near = inflation_radius + 2 * resolution
+    return region_of(
+        tuple((bounds[0] - near).tolist()),
+        tuple((bounds[1] + near).tolist()),
+        resolution,
+    )
+
+
+def global_region(
+    bounds: tuple[Array, Array],
+    robot: Array,
+    goal: Array,
+    margin: float,
+    resolution: float,
+) -> Region:
+    """Returns what the global map covers."""
+    low, high = np.minimum(bounds[0], goal[:2]), np.maximum(bounds[1], goal[:2])
+    if (robot[:2] < bounds[0]).any() or (robot[:2] > bounds[1]).any():
+        low = np.minimum(low, _STRIDE * np.floor(robot[:2] / _STRIDE))
+        high = np.maximum(high, _STRIDE * np.ceil(robot[:2] / _STRIDE))
+    return region_of(
+        tuple((low - margin).tolist()),
+        tuple((high + margin).tolist()),
+        resolution,
+    )
