@@ -148,7 +148,10 @@ def _draw(rng: np.random.Generator, seed: int) -> Data:
                 robot["drive"]["height"] = 0.01
     planner = _drawn(rng, PLANNERS)
     planner["sees"] = _drawn(rng, PERCEPTIONS)
-    if "batch_size" in described_schema(PLANNERS[planner["name"]])["properties"]:
+    if (
+        "batch_size"
+        in described_schema(PLANNERS[planner["name"]])["properties"]
+    ):
         planner["batch_size"] = 60
     return {
         "world": {"walls": walls, "furniture": furniture},

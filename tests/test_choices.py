@@ -53,7 +53,6 @@ from hunav_drake.systems.world.shapes import WALLS
 from tests.choices import NEEDED
 
 
-
 class Kind(NamedTuple):
     registry: Registry
     # Where a choice is in a scenario.

@@ -28,10 +28,10 @@ def run_apart[T](
     for row in rows:
         if child is None:
             child, pipe = _start(run)
-        pipe.send(row)
         try:
+            pipe.send(row)
             failure = pipe.recv() if pipe.poll(LIMIT) else _stop(child)
-        except EOFError:
+        except (EOFError, BrokenPipeError):
             failure = _death(child)
         if not child.is_alive():
             child = None
@@ -47,12 +47,15 @@ def _start(run: Callable[..., None]) -> tuple[Any, Connection]:
     child = spawn.Process(target=_serve, args=(run, theirs), daemon=True)
     child.start()
     theirs.close()
+    # To start takes its time, which is not that of a row.
+    ours.recv()
     return child, ours
 
 
 def _serve(run: Callable[..., None], pipe: Connection) -> None:
     """Runs the rows that come, and answers with what each failed of."""
     faulthandler.enable()
+    pipe.send("ready")
     while (row := pipe.recv()) is not None:
         failure = ""
         try:

@@ -280,6 +280,6 @@ def _population(scenario: str, kind: str) -> str:
     }
     if kind == "cohorts":
         return json.dumps({"cohorts": [{"number": 3, **people}]})
-    source = {"name": "in", "rate": 0.4, "max_present": 40, "sinks": {"out": 1}}
+    source = {"name": "in", "rate": 0.2, "max_present": 16, "sinks": {"out": 1}}
     sinks = [{"name": "out", "area": area}]
     return json.dumps({"sources": [source | people], "sinks": sinks})

@@ -58,7 +58,8 @@ def run_row(row: Row) -> None:
         except ScenarioError as error:
             told = str(error)
         if told or words:
-            assert words and words in told, f"should say {words!r}: {told!r}"
+            assert words, f"is refused: {told}"
+            assert words in told, f"should say {words!r}: {told!r}"
             return
         _run(scenario, row)
 
