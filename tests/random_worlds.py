@@ -123,7 +123,7 @@ def _draw(rng: np.random.Generator, seed: int) -> Data:
             "behavior": str(rng.choice(behaviors)),
             "group_id": int(rng.choice([-1, -1, 1, 2])),
         }
-        for _ in range(rng.integers(0, 16))
+        for _ in range(rng.integers(0, 40))
     ]
     cohorts = [
         _options(rng, CohortConfig)

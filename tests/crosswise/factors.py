@@ -81,9 +81,9 @@ def factors() -> dict[str, Factor]:
     """Returns all factors by their paths, owners before what they own."""
     found: dict[str, Factor] = {
         "scenario": Factor(tuple(ListScenarios())),
-        "humans.behavior": Factor(tuple(BEHAVIORS)),
+        "humans.behavior": Factor(tuple(sorted(BEHAVIORS))),
         "population": Factor((GIVEN, "cohorts", "sources")),
-        "sensors": Factor(("none", *SENSORS)),
+        "sensors": Factor(("none", *sorted(SENSORS))),
         "simulation.time_step": Factor(("0.1", "0.05", "0.01")),
         "simulation.start_jitter": Factor(("0.0", "0.2")),
         "robot.goal": Factor((GIVEN, "null")),
@@ -95,7 +95,7 @@ def factors() -> dict[str, Factor]:
     _walk(found, HumanConfig, "humans.", None)
     for kind, cls in (("cohorts", CohortConfig), ("sources", SourceConfig)):
         _walk(found, cls, f"population.{kind}[0].", ("population", kind))
-    for kind in SENSORS:
+    for kind in sorted(SENSORS):
         _walk(found, SENSORS[kind], "sensors[0].", ("sensors", kind))
     return found
 
@@ -113,8 +113,8 @@ def _walk(
             (it for it in get_args(hint) if isinstance(it, Registry)), None
         )
         if registry is not None:
-            _add(found, path, tuple(registry), owner, registry.tag)
-            for choice in registry:
+            _add(found, path, tuple(sorted(registry)), owner, registry.tag)
+            for choice in sorted(registry):
                 _walk(found, registry[choice], f"{path}.", (path, choice))
         elif dataclasses.is_dataclass(hint):
             if path not in ("world", "population"):
