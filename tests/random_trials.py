@@ -1,6 +1,7 @@
 """Random trials, and what must hold in all of them.
 
-`python -m tests.random_trials 500` runs so many, and prints the worst of each.
+`python -m tests.random_trials 500` runs so many, and prints the worst of each;
+with --worlds, those of `random_worlds`.
 """
 
 import argparse
@@ -9,10 +10,13 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from pydrake.systems.framework import Context
 
-from hunav_drake import LoadScenario, RunTrial
+from hunav_drake import LoadScenario, MakeTrialDiagram, RunTrial, Scenario
+from hunav_drake.scenario import draw_people
 from hunav_drake.systems.behavior import BEHAVIORS
 from hunav_drake.systems.world.obstacles import nearest_wall
+from tests.random_worlds import draw_world
 
 MODELS = ("social_force", "orca", "headed_social_force")
 # How deep bodies may be in each other and in walls, in meters, to rounding.
@@ -97,15 +101,46 @@ def draw_trial(seed: int) -> dict[str, object]:
 def run_trial(seed: int, planner: str = "pursuit") -> Worst:
     """Runs a random trial with a planner, and returns the worst of it."""
     data = {**draw_trial(seed), "planner": planner}
-    scenario = LoadScenario(data=json.dumps(data))
-    recording = RunTrial(scenario).recording
+    return worst_of(LoadScenario(data=json.dumps(data)))
+
+
+def run_world(seed: int) -> Worst:
+    """Runs a trial of `random_worlds`, and returns the worst of it."""
+    return worst_of(draw_world(seed))
+
+
+def worst_of(scenario: Scenario) -> Worst:
+    """Runs a trial, and returns the worst of it."""
+    diagram = MakeTrialDiagram(scenario)
+    sensed = [
+        diagram.get_output_port(i)
+        for i in range(diagram.num_output_ports())
+        if scenario.sensors
+    ]
+    finite = True
+
+    def look(context: Context) -> bool:
+        nonlocal finite
+        # As often as costs little.
+        if context.get_time() % 2.0 < 0.04:
+            for port in sensed:
+                value = port.Eval(context)
+                value = getattr(value, "data", value)
+                if isinstance(value, np.ndarray):
+                    finite &= not np.isnan(value).any()
+        return True
+
+    recording = RunTrial(
+        scenario, diagram=diagram, watch=look, on_planner_error="raise"
+    ).recording
     humans, robot = recording.humans, recording.robot
-    bodies = np.array([human.contact_radius for human in scenario.humans])
+    people = draw_people(scenario)
+    bodies = np.array([human.contact_radius for human in people])
     # Whoever threatens the robot overtakes it.
     limits = np.array(
         [
             max(human.speed_limit, 2.0 * (human.behavior == "threatening"))
-            for human in scenario.humans
+            for human in people
         ]
     )
     places = humans[..., :2]
@@ -116,20 +151,27 @@ def run_trial(seed: int, planner: str = "pursuit") -> Worst:
     robot_gaps = np.linalg.norm(places - robot[:, None, :2], axis=-1) - (
         bodies + robot[:, None, 6]
     )
-    speeds = np.linalg.norm(humans[..., 3:5], axis=-1)
+    speeds = np.linalg.norm(humans[..., 3:5], axis=-1) / limits
     walls = scenario.world.obstacles()
     in_wall = max(
-        float((radii - np.hypot(*(nearest_wall(walls, p) - p).T).T).max())
+        float(
+            np.max(
+                radii - np.hypot(*(nearest_wall(walls, p) - p).T).T,
+                initial=-math.inf,
+            )
+        )
         for p, radii in ((places, bodies), (robot[:, :2], robot[:, 6]))
     )
     if (places < 0).any() or (places > [_WIDTH, _HEIGHT]).any():
         in_wall = math.inf
     return Worst(
-        overlap=float(-gaps.min()),
-        robot_overlap=float(-robot_gaps.min()),
-        excess=float((speeds / limits).max() - 1),
+        overlap=-float(np.min(gaps, initial=math.inf)),
+        robot_overlap=-float(np.min(robot_gaps, initial=math.inf)),
+        excess=float(np.max(speeds, initial=0.0) - 1),
         in_wall=in_wall,
-        finite=bool(np.isfinite(humans).all()),
+        finite=bool(
+            finite and np.isfinite(humans).all() and np.isfinite(robot).all()
+        ),
     )
 
 
@@ -138,10 +180,17 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("count", type=int)
     parser.add_argument("--first", type=int, default=0, help="the first seed")
+    parser.add_argument("--worlds", action="store_true")
     arguments = parser.parse_args()
+    run = run_world if arguments.worlds else run_trial
     found = []
     for seed in range(arguments.first, arguments.first + arguments.count):
-        found.append(run_trial(seed))
+        try:
+            found.append(run(seed))
+        except Exception as error:
+            print(seed, f"{type(error).__name__}: {error}", flush=True)
+            found.append(Worst(*(4 * [math.inf]), finite=False))
+            continue
         worst = found[-1]
         if not is_good(worst):
             print(seed, worst, flush=True)

@@ -119,10 +119,12 @@ def AddWorld(plant: MultibodyPlant, world: World) -> None:
         for solid in fixture.solids:
             if isinstance(solid, Prism):
                 parts.setdefault(solid.material, []).append(solid)
+        high = any(p.high > _HIGHEST for it in parts.values() for p in it)
+        add = _AddCutPrisms if high else _AddPrisms
         for material, prisms in parts.items():
             plain = kind == "walls"
             name = stem if plain else f"{stem}_{material.replace(' ', '_')}"
-            _AddPrisms(plant, name, prisms, MATERIALS.get(material, WALL))
+            add(plant, name, prisms, MATERIALS.get(material, WALL))
     for model in world.models:
         AddModelFile(plant, model.file, model.pose)
 
@@ -130,19 +132,29 @@ def AddWorld(plant: MultibodyPlant, world: World) -> None:
 def _AddPrisms(
     plant: MultibodyPlant, name: str, prisms: Sequence[Prism], color: Rgba
 ) -> None:
-    """Adds prisms as one geometry, or as two if they are drawn cut."""
+    """Adds prisms as one geometry."""
+    mesh = join([_mesh(p, p.low, p.high) for p in prisms])
+    AddVisual(plant, plant.world_body(), name, mesh, color)
+
+
+def _AddCutPrisms(
+    plant: MultibodyPlant, name: str, prisms: Sequence[Prism], color: Rgba
+) -> None:
+    """Adds prisms as one geometry for cameras, and cut for who watches."""
     add = partial(AddVisual, plant, plant.world_body())
-    whole = [p for p in prisms if p.high <= _HIGHEST]
-    high = [p for p in prisms if p.high > _HIGHEST]
-    if whole:
-        add(name, join([_mesh(p, p.low, p.high) for p in whole]), color)
-    if high:
-        cut = [_mesh(p, min(p.low, CUT_HEIGHT), CUT_HEIGHT) for p in high]
-        lid = [_mesh(p, CUT_HEIGHT, CUT_HEIGHT + _LID) for p in high]
-        full = [_mesh(p, p.low, p.high) for p in high]
+    low = [p for p in prisms if p.low < CUT_HEIGHT]
+    cut = [_mesh(p, p.low, min(p.high, CUT_HEIGHT)) for p in low]
+    lid = [
+        _mesh(p, CUT_HEIGHT, CUT_HEIGHT + _LID)
+        for p in low
+        if p.high > CUT_HEIGHT
+    ]
+    full = [_mesh(p, p.low, p.high) for p in prisms]
+    if cut:
         add(name, join(cut), color, perceived=False)
+    if lid:
         add(name + _SECTION, join(lid), WALL_CUT, perceived=False)
-        add(name + _WHOLE, join(full), color, shown=False)
+    add(name + _WHOLE, join(full), color, shown=False)
 
 
 def ShowCut(plant: MultibodyPlant, scene_graph: SceneGraph) -> None:
@@ -168,10 +180,10 @@ def ShowCut(plant: MultibodyPlant, scene_graph: SceneGraph) -> None:
     }
     for name, whole in seen.items():
         stem = name.removesuffix(_WHOLE)
-        parts = [stem, stem + _SECTION]
         # Models of files may have any names.
-        if name in shown or not all(part in shown for part in parts):
+        if name in shown or name == stem:
             continue
+        parts = [it for it in (stem, stem + _SECTION) if it in shown]
         scene_graph.RemoveRole(source, whole, Role.kPerception)
         for part in parts:
             properties = inspector.GetIllustrationProperties(shown[part])

@@ -18,7 +18,7 @@ from hunav_drake.systems.scene import AddScene, SceneKinematics, scene_bounds
 from hunav_drake.systems.scene.gait import FIGURE_SIZE, GAIT_SIZE, SHIN, THIGH
 from hunav_drake.systems.scene.scene import frame_period
 from hunav_drake.systems.scene.surroundings import ShowCut
-from hunav_drake.systems.world.furniture import Shelf
+from hunav_drake.systems.world.furniture import FURNITURE, Shelf
 from hunav_drake.systems.world.shapes import Box, Polygon, Polyline, World
 from tests.systems.robot.crate import FOOTPRINT, STAGES, write_model
 
@@ -315,6 +315,23 @@ def test_cameras_may_see_high_walls_cut():
             )
         ]
         assert colors[0] == colors[1]
+
+
+@pytest.mark.parametrize("kind", sorted(FURNITURE))
+@pytest.mark.parametrize("height", [0.02, 1.0, 2.3, 10.0])
+def test_furniture_of_any_height_is_drawn(kind, height):
+    """As a whole for cameras; cut for who watches, if it is high."""
+    place = {"center": (0.0, 0.0), "height": height}
+    furniture = FURNITURE.make({"kind": kind, **place})
+    dut = AddScene(DiagramBuilder(), World(furniture=[furniture]))
+    inspector = dut.scene_graph.model_inspector()
+    perceived = tops(inspector, Role.kPerception)
+    top = max(solid.high for solid in furniture.solids())
+    assert max(perceived.values()) == pytest.approx(top)
+    shown = tops(inspector, Role.kIllustration)
+    assert max(shown.values()) < (1.2 if top > 2.2 else 2.21)
+    ShowCut(dut.plant, dut.scene_graph)
+    assert tops(inspector, Role.kPerception) == shown
 
 
 def test_the_floor_reaches_under_everything():
