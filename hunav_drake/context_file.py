@@ -19,6 +19,7 @@ from hunav_drake.context_layout import (
 )
 from hunav_drake.systems.behavior import BehaviorTree
 from hunav_drake.systems.common.files import atomic_write, read_arrays
+from hunav_drake.systems.common.suggest import shown
 
 _FORMAT = "hunav_drake context 2"
 
@@ -217,6 +218,6 @@ def _read(path: Path) -> dict[str, Array]:
     if known != _FORMAT:
         raise ValueError(
             f"{path}: is not a Context written by SaveContext of this version:"
-            f" the format must be {_FORMAT!r}, got {known!r:.80}"
+            f" the format must be {_FORMAT!r}, got {shown(known)}"
         )
     return arrays

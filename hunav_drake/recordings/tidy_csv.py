@@ -20,7 +20,7 @@ from hunav_drake.systems.common.layout import (
     X,
     Y,
 )
-from hunav_drake.systems.common.suggest import nearest
+from hunav_drake.systems.common.suggest import nearest, shown
 from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.systems.evaluation.recording_checks import LARGEST
 
@@ -96,8 +96,9 @@ def _constant(table: pd.DataFrame, column: str, agent: str) -> Any:
     others = cells[cells != first]
     if len(others):
         raise ValueError(
-            f"line {others.index[0]}: the {column} of {agent!r} must not"
-            f" change, but is {others.iloc[0]} here and {first} in line"
+            f"line {others.index[0]}: the {column} of {shown(agent)} must not"
+            f" change, but is {others.iloc[0]!s:.60} here and"
+            f" {first!s:.60} in line"
             f" {cells.index[0]}"
         )
     return first
@@ -144,11 +145,11 @@ def _check_header(header: list[str]) -> None:
             raise ValueError(f"line 1: the table has no column {name!r}")
     for i, name in enumerate(header):
         if name in header[:i]:
-            raise ValueError(f"line 1: the column {name!r} comes twice")
+            raise ValueError(f"line 1: the column {shown(name)} comes twice")
         if name not in _COLUMNS:
             near = nearest(name, _COLUMNS)
             raise ValueError(
-                f"line 1: there is no column {name!r}; "
+                f"line 1: there is no column {shown(name)}; "
                 + (f"did you mean {near!r}? " if near else "")
                 + f"The columns are {', '.join(_COLUMNS)}"
             )
@@ -167,7 +168,7 @@ def _numbers(name: str, cells: pd.Series) -> Array:
     if not good.all():
         line = cells.index[np.argmin(good)]
         raise ValueError(
-            f"line {line}: {name} must be {what}, got {cells[line]!r}"
+            f"line {line}: {name} must be {what}, got {shown(cells[line])}"
         )
     return values.astype(int) if name in _WHOLE else values
 
@@ -190,7 +191,8 @@ def _check_rows(
         k, name = keys.loc[line]
         first = ((keys["sample"] == k) & (agent == name)).idxmax()
         raise ValueError(
-            f"line {line}: {name!r} has a row for {times[k]:g} s already, in"
+            f"line {line}: {shown(name)} has a row for {times[k]:g} s"
+            " already, in"
             f" line {first}"
         )
     missing = np.setdiff1d(np.arange(len(times)), sample[agent == ROBOT])
@@ -226,7 +228,8 @@ def _check_speeds(times: Array, states: Array, agent: str) -> None:
     if len(bad):
         k, column = bad[0].tolist()
         raise ValueError(
-            f"{agent!r} at {times[k]:g} s: {STATE_FIELDS[column]}, worked out"
+            f"{shown(agent)} at {times[k]:g} s: {STATE_FIELDS[column]},"
+            " worked out"
             f" from the rows before and after, must be at most {LARGEST:g} in"
             f" size, got {states[k, column]:g}; are times and positions right?"
         )

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hunav_drake.systems.common.files import atomic_write, read_arrays
+from hunav_drake.systems.common.suggest import shown
 from hunav_drake.systems.world.obstacles import Obstacles
 
 FORMAT = "hunav_drake recording 1"
@@ -80,7 +81,7 @@ def read(path: str | Path) -> dict[str, Any]:
     if str(arrays.get("format")) != FORMAT:
         raise ValueError(
             f"{path}: is not a recording of this version; expected the format"
-            f" {FORMAT!r}, got {str(arrays.get('format'))!r:.60}"
+            f" {FORMAT!r}, got {shown(str(arrays.get('format')))}"
         )
     values: dict[str, Any] = {}
     for name, (kinds, dimensions) in (

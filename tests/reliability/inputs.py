@@ -76,6 +76,21 @@ _METRICS = {
 }
 
 
+_WHEELS = {
+    "type": "differential",
+    "left_wheel": "left_joint",
+    "right_wheel": "right_joint",
+    "wheel_radius": 0.08,
+    "wheel_separation": 0.3,
+}
+_JOINTS = {"x": "along_x", "y": "along_y", "yaw": "turn"}
+_ROBOTS = (
+    (CRATE, "chassis", {"type": "omnidirectional"}),
+    (STAGES, "chassis", {"type": "omnidirectional", **_JOINTS}),
+    (FOOTPRINT, "base_link", _WHEELS),
+)
+
+
 def _check_and_run(path: Path) -> list[Step]:
     short = [str(path), *_SHORT]
     return [["check", *short], ["run", *short, "--json"]]
@@ -95,7 +110,7 @@ def _mutate_yaml(rng, text: str) -> bytes:
     if kind == 2:
         return mutate_text(rng, text).encode(errors="replace")
     data = yaml.safe_load(text)
-    for _ in range(rng.integers(1, 4)):
+    for _ in range(rng.integers(1, 3)):
         mutate_json(rng, data)
     return yaml.safe_dump(data).encode()
 
@@ -119,7 +134,7 @@ def suite(rng: np.random.Generator, folder: Path) -> list[Step]:
 def world_map(rng: np.random.Generator, folder: Path) -> list[Step]:
     """A map with its picture."""
     rows = rng.choice(np.array([0, 205, 254], np.uint8), (20, 30))
-    rows[8:14] = 254
+    rows[5:16] = 254
     name = pick(rng, ("map.pgm", "map.png"))
     path = write_map(folder, rows, origin=[-1.0, -1.0, 0.0])
     settings = path.read_text().replace("map.pgm", name)
@@ -137,30 +152,11 @@ def world_map(rng: np.random.Generator, folder: Path) -> list[Step]:
 
 def robot(rng: np.random.Generator, folder: Path) -> list[Step]:
     """A robot's model."""
-    text, base, drive = pick(
-        rng,
-        (
-            (CRATE, "chassis", None),
-            (STAGES, "chassis", None),
-            (
-                FOOTPRINT,
-                "base_footprint",
-                {
-                    "type": "differential",
-                    "left_wheel": "left_joint",
-                    "right_wheel": "right_joint",
-                    "wheel_radius": 0.08,
-                    "track": 0.3,
-                },
-            ),
-        ),
-    )
+    text, base, drive = pick(rng, _ROBOTS)
     change = pick(rng, (mutate_text, mutate_lines))
     (folder / "robot.urdf").write_text(change(rng, text), errors="replace")
     model = {"model": "urdf", "file": "robot.urdf", "base": base}
-    if drive:
-        model["drive"] = drive
-    data = {"robot": {**model, "goal": [3.0, 0.0, 0.0]}}
+    data = {"robot": {**model, "drive": drive, "goal": [3.0, 0.0, 0.0]}}
     return _check_and_run(_write_yaml(folder / "scenario.yaml", data))
 
 

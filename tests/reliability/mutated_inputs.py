@@ -106,7 +106,7 @@ def _be_child(kind: str, folder: str, seeds: Iterable[int]) -> None:
         started = time.process_time()
         with np.errstate(all="ignore"):
             steps = KINDS[kind](rng, place)
-            state, told = _try(steps, str(place))
+            state, told = verdict(steps, str(place))
         took = time.process_time() - started
         peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
         if took > _TIME:
@@ -119,7 +119,13 @@ def _be_child(kind: str, folder: str, seeds: Iterable[int]) -> None:
             return
 
 
-def _try(steps, place: str) -> tuple[str, str]:
+def verdict(steps, place: str) -> tuple[str, str]:
+    """Returns what becomes of an input, and what was told: see `Outcome`.
+
+    Args:
+        steps: Who reads it: see `tests.reliability.inputs`.
+        place: Its folder, which makes no message long.
+    """
     from hunav_drake.cli import main
 
     for number, step in enumerate(steps):
