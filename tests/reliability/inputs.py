@@ -42,6 +42,7 @@ from tests.reliability.mutations import (
     mutate_text,
     pick,
 )
+from tests.reliability.recordings import hunavsim_messages, table_rows
 from tests.systems.robot.crate import CRATE, FOOTPRINT, STAGES
 
 # Words of a command, or what reads a file here and raises a ValueError that
@@ -258,36 +259,6 @@ def recording(rng: np.random.Generator, folder: Path) -> list[Step]:
         data = mutate_bytes(rng, data) if rng.random() < 0.5 else data
     path.write_bytes(data)
     return [["evaluate", str(path)]]
-
-
-def table_rows(recording) -> list[list[str]]:
-    """Returns a recording as a table with a row per body."""
-    rows = [["time", "agent", "x", "y", "yaw", "vx", "vy", "omega", "radius"]]
-    for k, time in enumerate(recording.times):
-        bodies = {"robot": recording.robot[k], "ana": recording.humans[k, 0]}
-        for name, state in bodies.items():
-            rows.append([repr(float(time)), name, *map(repr, state.tolist())])
-    return rows
-
-
-def hunavsim_messages(recording) -> dict[str, object]:
-    """Returns a recording as the messages that HuNavSim's evaluator gets."""
-    keys = ("x", "y", "yaw", "vx", "vy", "angular_vel", "radius")
-
-    def body(state):
-        values = dict(zip(keys, state.tolist(), strict=True))
-        return values | {"linear_vel": 0.5, "closest_obs": [[1.0, 2.0]]}
-
-    steps = [
-        {
-            "sec": int(time),
-            "nanosec": round(time % 1 * 1e9),
-            "robot": body(recording.robot[k]),
-            "agents": [body(recording.humans[k, 0]) | {"id": 1}],
-        }
-        for k, time in enumerate(recording.times.tolist())
-    ]
-    return {"robot_goal": [1.0, 2.0], "robot_goal_radius": 0.3, "steps": steps}
 
 
 def context(rng: np.random.Generator, folder: Path) -> list[Step]:

@@ -28,6 +28,7 @@ from tests.reliability.mutations import (
     mutate_table,
     pick,
 )
+from tests.reliability.recordings import hunavsim_messages, table_rows
 
 # How often each kind of file is changed; more find more, and take longer.
 ROUNDS = 60
@@ -143,20 +144,10 @@ def test_the_largest_numbers(name, value):
                 whole_recording(**{name: array})
 
 
-def table_of(recording):
-    """Returns the cells of a recording as a table with a row per body."""
-    rows = [["time", "agent", "x", "y", "yaw", "vx", "vy", "omega", "radius"]]
-    for k, time in enumerate(recording.times):
-        bodies = {"robot": recording.robot[k], "ana": recording.humans[k, 1]}
-        for name, state in bodies.items():
-            rows.append([repr(float(time)), name, *map(repr, state.tolist())])
-    return rows
-
-
 def test_a_changed_csv(tmp_path):
     rng = np.random.default_rng(3)
     path = tmp_path / "a.csv"
-    whole = table_of(whole_recording())
+    whole = table_rows(whole_recording(), 1)
     # A table without velocities has them worked out.
     bare = [row[:4] for row in whole]
     outcomes = []
@@ -176,41 +167,18 @@ def test_changed_bytes(tmp_path, name):
         recording.save(path)
         whole = path.read_bytes()
     elif name == "a.json":
-        whole = json.dumps(messages(recording)).encode()
+        whole = json.dumps(hunavsim_messages(recording, 1)).encode()
     else:
-        whole = "\n".join(map(",".join, table_of(recording))).encode()
+        whole = "\n".join(map(",".join, table_rows(recording, 1))).encode()
     for _ in range(ROUNDS):
         path.write_bytes(mutate_bytes(rng, whole))
         is_sound(path)
 
 
-def messages(recording):
-    """Returns a recording as HuNavSim's messages."""
-    keys = ("x", "y", "yaw", "vx", "vy", "angular_vel", "radius")
-
-    def body(state):
-        values = dict(zip(keys, state.tolist(), strict=True))
-        return values | {"linear_vel": 0.5, "closest_obs": [[1.0, 2.0]]}
-
-    return {
-        "robot_goal": [1.0, 2.0],
-        "robot_goal_radius": 0.3,
-        "steps": [
-            {
-                "sec": 0,
-                "nanosec": k * 10**8,
-                "robot": body(recording.robot[k]),
-                "agents": [body(recording.humans[k, 1]) | {"id": 1}],
-            }
-            for k in range(len(recording))
-        ],
-    }
-
-
 def test_changed_messages(tmp_path):
     rng = np.random.default_rng(5)
     path = tmp_path / "a.json"
-    whole = json.dumps(messages(whole_recording()))
+    whole = json.dumps(hunavsim_messages(whole_recording(), 1))
     outcomes = []
     for _ in range(ROUNDS):
         document = json.loads(whole)
