@@ -1,7 +1,9 @@
 """Reads recordings from tables with a row per body and sample."""
 
+from array import array
+from collections.abc import Iterator
 import csv
-import io
+import re
 from typing import Any
 
 import numpy as np
@@ -31,6 +33,8 @@ _WHOLE = ("group_id", "behavior_status")
 # What does not change of a person, and what a recording calls it.
 _CONSTANTS = {"behavior": "behaviors", "group_id": "group_ids"}
 _COLUMNS = ("time", "agent", *STATE_FIELDS, *_WHOLE, "behavior")
+
+_LINE = re.compile(r"[^\r\n]*(?:\r\n|\r|\n)|[^\r\n]+")
 
 # The radius of a body that has none in the table, in meters.
 _RADIUS = 0.35
@@ -106,16 +110,52 @@ def _constant(table: pd.DataFrame, column: str, agent: str) -> Any:
 
 def _read_table(text: str) -> pd.DataFrame:
     """Returns the columns by name; the index is the line of each row."""
+    reader = _rows(text)
+    _, header = next(reader)
+    _check_header(header)
+    # Cells take far more memory as they are than as numbers.
+    lines = array("q")
+    columns: list[Any] = [
+        [] if name in _TEXTS else array("d") for name in header
+    ]
+    known: dict[str, str] = {}
+    for line, row in reader:
+        lines.append(line)
+        for name, column, cell in zip(header, columns, row, strict=True):
+            if name in _TEXTS:
+                cell = cell.strip()
+                column.append(known.setdefault(cell, cell))
+            else:
+                column.append(_number(cell))
+    if not lines:
+        raise ValueError("the table has no rows")
+    table = {}
+    for i, (name, column) in enumerate(zip(header, columns, strict=True)):
+        table[name] = column
+        if name not in _TEXTS:
+            values = np.frombuffer(column)
+            good, rule = _rule(name, values)
+            if not good.all():
+                line = lines[np.argmin(good)]
+                cell = next(row[i] for at, row in _rows(text) if at == line)
+                raise ValueError(
+                    f"line {line}: {name} must be {rule}, got {shown(cell)}"
+                )
+            table[name] = values.astype(int) if name in _WHOLE else values
+    return pd.DataFrame(table, np.frombuffer(lines, dtype=np.int64))
+
+
+def _rows(text: str) -> Iterator[tuple[int, list[str]]]:
+    """Yields the header and the rows, with the lines where they end."""
     header_line = text.split("\n", 1)[0]
     reader = csv.reader(
-        io.StringIO(text, newline=""),
+        (it[0] for it in _LINE.finditer(text)),
         delimiter=max(",;\t", key=header_line.count),
         strict=True,
     )
     try:
         header = [name.strip() for name in next(reader, [])]
-        _check_header(header)
-        rows, lines = [], []
+        yield 1, header
         for row in reader:
             if not row:
                 continue
@@ -124,19 +164,9 @@ def _read_table(text: str) -> pd.DataFrame:
                     f"line {reader.line_num}: has {len(row)} cells, but the"
                     f" header has {len(header)}"
                 )
-            rows.append(row)
-            lines.append(reader.line_num)
+            yield reader.line_num, row
     except csv.Error as error:
         raise ValueError(f"line {reader.line_num}: {error}") from error
-    if not rows:
-        raise ValueError("the table has no rows")
-    table = pd.DataFrame(rows, lines, header, dtype=object)
-    for name in header:
-        if name in _TEXTS:
-            table[name] = table[name].str.strip()
-        else:
-            table[name] = _numbers(name, table[name])
-    return table
 
 
 def _check_header(header: list[str]) -> None:
@@ -155,8 +185,8 @@ def _check_header(header: list[str]) -> None:
             )
 
 
-def _numbers(name: str, cells: pd.Series) -> Array:
-    values = np.array([_number(cell) for cell in cells])
+def _rule(name: str, values: Array) -> tuple[NDArray[np.bool_], str]:
+    """Returns which numbers of a column are sound, and what all must be."""
     good = np.abs(values) <= LARGEST
     what = f"a finite number, at most {LARGEST:g} in size"
     if name in _WHOLE:
@@ -165,12 +195,7 @@ def _numbers(name: str, cells: pd.Series) -> Array:
     elif name == "radius":
         what += ", not negative"
         good &= values >= 0
-    if not good.all():
-        line = cells.index[np.argmin(good)]
-        raise ValueError(
-            f"line {line}: {name} must be {what}, got {shown(cells[line])}"
-        )
-    return values.astype(int) if name in _WHOLE else values
+    return good, what
 
 
 def _number(cell: str) -> float:

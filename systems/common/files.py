@@ -25,8 +25,8 @@ from numpy.typing import NDArray
 VARIABLE = "HUNAV_UNPACKED_GB"
 _USUAL_GB = 2.0
 
-# Once read, each byte of a table takes about so many.
-_TEXT_FACTOR = 10
+# Once read, each byte of a table of short rows takes about so many.
+_TEXT_FACTOR = 20
 
 _DRAFT = ".{}.{}.tmp"
 
@@ -115,17 +115,18 @@ def read_gzip_text(path: Path) -> bytes:
     Raises:
         OSError: If the file cannot be read.
         ValueError: If it is not such a file, or its text would take more than
-            2 GB of memory once it is read, ten times its size. The environment
-            variable HUNAV_UNPACKED_GB sets another limit.
+            2 GB of memory once it is read, twenty times its size. The
+            environment variable HUNAV_UNPACKED_GB sets another limit.
     """
-    limit = _limit() // _TEXT_FACTOR
+    limit = _limit()
+    most = limit // _TEXT_FACTOR
     with path.open("rb") as packed:
         try:
             with gzip.open(packed) as file:
-                data = file.read(limit + 1)
+                data = file.read(most + 1)
         except (EOFError, OSError, zlib.error) as error:
             raise ValueError(f"cannot be unpacked: {error}") from error
-    if len(data) > limit:
+    if len(data) > most:
         raise ValueError(_too_large(limit))
     return data
 
@@ -180,6 +181,6 @@ def _limit() -> int:
 
 def _too_large(limit: int) -> str:
     return (
-        f"it takes more than {limit / 1e9:g} GB unpacked; if it is to be read,"
-        f" set {VARIABLE} to more than the usual {_USUAL_GB:g}"
+        f"it would take more than {limit / 1e9:g} GB of memory unpacked; if it"
+        f" is to be read, set {VARIABLE} to more, in the environment"
     )

@@ -89,7 +89,7 @@ def mutate_bytes(rng, data):
 def mutate_json(rng, document):
     """Replaces an entry somewhere in a document, which it changes."""
     values = (*NUMBERS[:20], 10**30, None, True, "", "fast", [], {}, [1, 2])
-    while True:
+    while document:
         place = pick(
             rng,
             list(document)
