@@ -64,7 +64,7 @@ def trials():
 @pytest.mark.filterwarnings("ignore:.*robot.radius")
 @pytest.mark.parametrize("trial", trials(), ids="-".join)
 def test_forks_end_as_the_trial_does(trial):
-    scenario = load_trial(*trial, duration=1.5 if LONG == 1 else 10.0)
+    scenario = load_trial(*trial, duration=0.5 if LONG == 1 else 10.0)
     if scenario is None:
         pytest.skip("these parts do not go together")
     assert list(differing_forks(scenario)) == []
