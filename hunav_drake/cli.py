@@ -24,6 +24,7 @@ from hunav_drake.commands.errors import (
     FAILED,
     INTERRUPTED,
     InputError,
+    cut,
     os_error_text,
     print_import_hint,
 )
@@ -94,7 +95,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         # What is still to be written would fail again when Python ends.
         if isinstance(sys.stdout, io.TextIOWrapper):
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        print(f"hunav: {os_error_text(error)}", file=sys.stderr)
+        print(f"hunav: {cut(os_error_text(error))}", file=sys.stderr)
         return BAD_INPUT
     except Exception as error:
         if getattr(options, "debug", False):
@@ -103,7 +104,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         # (By its name: to import it here would load what other commands do
         # without.)
         if type(error).__name__ == "PlannerError":
-            print(f"hunav: {error}", file=sys.stderr)
+            print(f"hunav: {cut(str(error))}", file=sys.stderr)
             return FAILED
         # A planner of one's own may be named as module:Class, too.
         own = imports or ":" in (getattr(options, "planner", None) or "")
@@ -114,8 +115,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         words = " ".join(f"{type(error).__name__}: {error}".split())
         notes = "".join(f" ({note})" for note in notes_of(error))
         print(
-            f"hunav: {words}{notes}\nhunav: this may be a fault of hunav_drake;"
-            " --debug shows where it comes from",
+            f"hunav: {cut(words + notes)}\nhunav: this may be a fault of"
+            " hunav_drake; --debug shows where it comes from",
             file=sys.stderr,
         )
         return FAILED
@@ -149,7 +150,7 @@ class _Parser(argparse.ArgumentParser):
             )
         elif commands and message.startswith(_MISSING):
             message = f"name a command: {', '.join(commands)}"
-        message = message.removeprefix("argument ")
+        message = cut(message.removeprefix("argument "))
         self.exit(
             BAD_INPUT, f"{self.prog}: {message}; see `{self.prog} --help`\n"
         )

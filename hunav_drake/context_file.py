@@ -18,7 +18,8 @@ from hunav_drake.context_layout import (
     vectors,
 )
 from hunav_drake.systems.behavior import BehaviorTree
-from hunav_drake.systems.common.files import atomic_write
+from hunav_drake.systems.common.files import atomic_write, read_arrays
+from hunav_drake.systems.common.suggest import shown
 
 _FORMAT = "hunav_drake context 2"
 
@@ -212,20 +213,11 @@ def _digest(arrays: dict[str, Array]) -> str:
 
 
 def _read(path: Path) -> dict[str, Array]:
-    with path.open("rb") as file:
-        try:
-            with np.load(file, allow_pickle=False) as archive:
-                arrays = dict(archive)
-            known = str(arrays.get("format"))
-        # A damaged archive may fail anywhere in the unpacking.
-        except Exception as error:
-            raise ValueError(
-                f"{path}: is not a Context written by SaveContext, or is"
-                f" damaged: {error}"
-            ) from error
+    arrays = read_arrays(path, "a Context written by SaveContext")
+    known = str(arrays.get("format"))
     if known != _FORMAT:
         raise ValueError(
             f"{path}: is not a Context written by SaveContext of this version:"
-            f" the format must be {_FORMAT!r}, got {known!r:.80}"
+            f" the format must be {_FORMAT!r}, got {shown(known)}"
         )
     return arrays

@@ -137,15 +137,13 @@ def check_kernels() -> Iterator[Finding]:
     """Tells whether compiled code can be kept, and whether it is there."""
     name = "compiled code"
     remedy = "set NUMBA_CACHE_DIR to a folder that can be written"
-    try:
-        from hunav_drake.systems.crowd.social_force import kernel
-    except RuntimeError as error:
-        # Numba finds no place at all.
-        yield Finding(name, "trouble", str(error), remedy)
-        return
-    folder = Path(kernel.social_forces.stats.cache_path)
-    if not _is_writable(folder):
-        text = f"cannot be kept in {folder}: each run compiles anew"
+    from hunav_drake.systems.crowd.social_force import kernel
+
+    # Nothing, if numba finds no place at all.
+    folder = Path(kernel.social_forces.stats.cache_path or "")
+    if not folder.name or not _is_writable(folder):
+        where = f" in {folder}" if folder.name else ""
+        text = f"cannot be kept{where}: each run compiles it anew"
         yield Finding(name, "trouble", text, remedy)
     elif any(folder.glob("*.nbi")):
         yield Finding(name, "ok", f"is kept in {folder}")

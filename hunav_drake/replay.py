@@ -20,7 +20,6 @@ import itertools
 import math
 import os
 from pathlib import Path
-import re
 
 import numpy as np
 from pydrake.geometry import Meshcat, MeshcatParams, MeshcatVisualizer
@@ -214,12 +213,6 @@ def with_panel(html: str) -> str:
     # The last: an end of a body may be quoted in a script before.
     before, after = html.rsplit("</body>", 1)
     return f"{before}{_part('panel.html')}</body>{after}"
-
-
-def unpacked(html: str) -> str:
-    """Returns the page that a replay, the text of its file, unpacks."""
-    (packed,) = re.findall(r'id="packed">([A-Za-z0-9+/=]+)<', html)
-    return gzip.decompress(base64.b64decode(packed)).decode()
 
 
 def _part(name: str) -> str:

@@ -1,13 +1,14 @@
 """Turns a page, such as a recorded replay, into a picture."""
 
+import base64
+import gzip
 from pathlib import Path
+import re
 import shutil
 import subprocess
 import tempfile
 
 import pytest
-
-from hunav_drake.replay import unpacked
 
 CHROMIUM = next(
     filter(None, map(shutil.which, ("chromium", "chromium-browser"))), None
@@ -29,6 +30,12 @@ _SEEK = """<script>
   }
   for (let k = 1; k <= 4; k++) setTimeout(hold, 1500 * k);
 </script></body>"""
+
+
+def unpacked(html: str) -> str:
+    """Returns the page that a replay, the text of its file, unpacks."""
+    (packed,) = re.findall(r'id="packed">([A-Za-z0-9+/=]+)<', html)
+    return gzip.decompress(base64.b64decode(packed)).decode()
 
 
 def render(

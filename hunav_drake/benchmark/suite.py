@@ -4,13 +4,26 @@ from collections.abc import Mapping
 from dataclasses import field
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, Field, StrictBool, StrictFloat, StrictStr
+from pydantic import (
+    AfterValidator,
+    Field,
+    StrictBool,
+    StrictFloat,
+    StrictStr,
+    TypeAdapter,
+)
 from pydantic.dataclasses import dataclass
 from pydantic_core import PydanticCustomError
 
 from hunav_drake.benchmark.formula import check_formula
 from hunav_drake.systems.common.plain_errors import plain_errors
-from hunav_drake.systems.common.schema import CONFIG, Integer, Name, within
+from hunav_drake.systems.common.schema import (
+    CONFIG,
+    FileName,
+    Integer,
+    Name,
+    within,
+)
 from hunav_drake.systems.common.suggest import shown
 
 MAX_SEEDS = 10**6
@@ -37,9 +50,22 @@ def _check_seeds(value: Any) -> int | list[int]:
 
 Seeds = Annotated[Any, AfterValidator(_check_seeds)]
 
+_LABEL: TypeAdapter[str] = TypeAdapter(
+    Annotated[Name, Field(min_length=1)], config=CONFIG
+)
+
+
+def _check_label(value: dict[str, Any]) -> dict[str, Any]:
+    if "label" in value:
+        _LABEL.validate_python(value["label"])
+    return value
+
+
 # A planner: its name, or a mapping of its name and parameters; `label` names
 # it in tables.
-PlannerChoice = StrictStr | dict[str, Any]
+PlannerChoice = (
+    StrictStr | Annotated[dict[str, Any], AfterValidator(_check_label)]
+)
 
 
 @plain_errors
@@ -107,7 +133,7 @@ class Suite:
     A cell is a scenario, a planner and a setting; it is run with each seed.
     """
 
-    name: Name = "suite"
+    name: Annotated[FileName, Field(min_length=1)] = "suite"
     """What the suite is called; its folder of results is called so, too."""
 
     description: StrictStr = ""

@@ -16,6 +16,7 @@ from hunav_drake.scenario.building import (
 from hunav_drake.scenario.error import Fault, ScenarioError
 from hunav_drake.scenario.yaml_document import YamlDocument
 from hunav_drake.scenario.yaml_source import parse_yaml, read_yaml
+from hunav_drake.systems.common.files import as_file_name
 from hunav_drake.systems.common.suggest import did_you_mean
 
 
@@ -53,7 +54,7 @@ def LoadSuite(
         raise ScenarioError(document.name, faults)
     plain = document.plain()
     if isinstance(plain, dict) and filename is not None:
-        plain.setdefault("name", Path(filename).stem[:64])
+        plain.setdefault("name", as_file_name(Path(filename).stem))
     return _build(plain, Places(document), document.name)
 
 

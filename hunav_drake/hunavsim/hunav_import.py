@@ -37,6 +37,7 @@ from hunav_drake.scenario.error import (
 )
 from hunav_drake.scenario.schema import Scenario, SimulationConfig
 from hunav_drake.scenario.yaml_document import YamlDocument
+from hunav_drake.systems.common.files import as_file_name
 from hunav_drake.systems.common.suggest import nearest
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.planning.planner import PLANNERS
@@ -167,8 +168,7 @@ class HunavImport:
         loc: Loc = (_METRICS_KEY, _PARAMETERS)
         evaluator = self.data["evaluator"] = {}
         frequency = settings.get("frequency", 1.0)
-        is_number = type(frequency) in (int, float)
-        if not is_number or not frequency >= 0:
+        if type(frequency) not in (int, float) or not frequency >= 0:
             rule = "must be a number of Hz, 0 for every step"
             self._report((*loc, "frequency"), f"{rule}, got {shown(frequency)}")
         else:
@@ -180,7 +180,7 @@ class HunavImport:
         tag = settings.get("experiment_tag")
         if isinstance(tag, str | int | float):
             stem = Path(self.name).stem[:40]
-            self.data["name"] = f"{stem}_{tag}"
+            self.data["name"] = as_file_name(f"{stem}_{tag}")
             self._origin(("name",), (*loc, "experiment_tag"))
         for key in settings:
             if key not in METRICS_KEYS:

@@ -10,6 +10,7 @@ import numpy as np
 from hunav_drake.hunavsim.agents_yaml import BEHAVIOR_NAMES
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import STATE_SIZE
+from hunav_drake.systems.common.suggest import shown
 from hunav_drake.systems.evaluation.recording import (
     GOAL_YAW_TOLERANCE,
     Recording,
@@ -87,8 +88,9 @@ def _find_people(steps: list[Any], place: str) -> dict[Any, Mapping[str, Any]]:
                 old, new = known.get(key, default), agent.get(key, default)
                 if old != new:
                     raise ValueError(
-                        f"{at}.{key}: must not change, but is {new!r} here and"
-                        f" {old!r} in {first[id]}"
+                        f"{at}.{key}: must not change, but is {shown(new)}"
+                        " here and"
+                        f" {shown(old)} in {first[id]}"
                     )
     return people
 
@@ -236,7 +238,7 @@ def _check_state(body: Any, place: str, *more: str) -> None:
     for key in ("id", "group_id"):
         if type(number := body.get(key, -1)) is not int:
             raise ValueError(
-                f"{place}.{key}: must be a whole number, got {number!r}"
+                f"{place}.{key}: must be a whole number, got {shown(number)}"
             )
 
 

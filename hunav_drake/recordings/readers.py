@@ -1,12 +1,11 @@
 """Reads recordings of trials, from here or from elsewhere."""
 
 from collections.abc import Callable
-import gzip
 from pathlib import Path
-import zlib
 
 from hunav_drake.hunavsim.recording_json import parse_json
 from hunav_drake.recordings.tidy_csv import parse_csv
+from hunav_drake.systems.common.files import read_gzip_text
 from hunav_drake.systems.evaluation.recording import Recording
 
 
@@ -38,7 +37,8 @@ def ReadRecording(filename: str | Path) -> Recording:
     The last two do not tell the walls: `Recording.walls_known` is false.
 
     Each may be packed by gzip, with `.gz` at the end of its name, but for
-    `.npz`, which is packed.
+    `.npz`, which is packed. What takes more than 2 GB of memory unpacked is
+    refused; HUNAV_UNPACKED_GB, in the environment, sets another limit.
 
     Args:
         filename: The file.
@@ -69,12 +69,7 @@ def ReadRecording(filename: str | Path) -> Recording:
 
 
 def _read_text(path: Path, *, packed: bool) -> str:
-    data = path.read_bytes()
-    if packed:
-        try:
-            data = gzip.decompress(data)
-        except (EOFError, OSError, zlib.error) as error:
-            raise ValueError(f"cannot be unpacked: {error}") from error
+    data = read_gzip_text(path) if packed else path.read_bytes()
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:

@@ -1,7 +1,9 @@
 """Reads recordings from tables with a row per body and sample."""
 
+from array import array
+from collections.abc import Iterator
 import csv
-import io
+import re
 from typing import Any
 
 import numpy as np
@@ -20,7 +22,7 @@ from hunav_drake.systems.common.layout import (
     X,
     Y,
 )
-from hunav_drake.systems.common.suggest import nearest
+from hunav_drake.systems.common.suggest import nearest, shown
 from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.systems.evaluation.recording_checks import LARGEST
 
@@ -31,6 +33,8 @@ _WHOLE = ("group_id", "behavior_status")
 # What does not change of a person, and what a recording calls it.
 _CONSTANTS = {"behavior": "behaviors", "group_id": "group_ids"}
 _COLUMNS = ("time", "agent", *STATE_FIELDS, *_WHOLE, "behavior")
+
+_LINE = re.compile(r"[^\r\n]*(?:\r\n|\r|\n)|[^\r\n]+")
 
 # The radius of a body that has none in the table, in meters.
 _RADIUS = 0.35
@@ -96,8 +100,9 @@ def _constant(table: pd.DataFrame, column: str, agent: str) -> Any:
     others = cells[cells != first]
     if len(others):
         raise ValueError(
-            f"line {others.index[0]}: the {column} of {agent!r} must not"
-            f" change, but is {others.iloc[0]} here and {first} in line"
+            f"line {others.index[0]}: the {column} of {shown(agent)} must not"
+            f" change, but is {others.iloc[0]!s:.60} here and"
+            f" {first!s:.60} in line"
             f" {cells.index[0]}"
         )
     return first
@@ -105,16 +110,52 @@ def _constant(table: pd.DataFrame, column: str, agent: str) -> Any:
 
 def _read_table(text: str) -> pd.DataFrame:
     """Returns the columns by name; the index is the line of each row."""
+    reader = _rows(text)
+    _, header = next(reader)
+    _check_header(header)
+    # Cells take far more memory as they are than as numbers.
+    lines = array("q")
+    columns: list[Any] = [
+        [] if name in _TEXTS else array("d") for name in header
+    ]
+    known: dict[str, str] = {}
+    for line, row in reader:
+        lines.append(line)
+        for name, column, cell in zip(header, columns, row, strict=True):
+            if name in _TEXTS:
+                cell = cell.strip()
+                column.append(known.setdefault(cell, cell))
+            else:
+                column.append(_number(cell))
+    if not lines:
+        raise ValueError("the table has no rows")
+    table = {}
+    for i, (name, column) in enumerate(zip(header, columns, strict=True)):
+        table[name] = column
+        if name not in _TEXTS:
+            values = np.frombuffer(column)
+            good, rule = _rule(name, values)
+            if not good.all():
+                line = lines[np.argmin(good)]
+                cell = next(row[i] for at, row in _rows(text) if at == line)
+                raise ValueError(
+                    f"line {line}: {name} must be {rule}, got {shown(cell)}"
+                )
+            table[name] = values.astype(int) if name in _WHOLE else values
+    return pd.DataFrame(table, np.frombuffer(lines, dtype=np.int64))
+
+
+def _rows(text: str) -> Iterator[tuple[int, list[str]]]:
+    """Yields the header and the rows, with the lines where they end."""
     header_line = text.split("\n", 1)[0]
     reader = csv.reader(
-        io.StringIO(text, newline=""),
+        (it[0] for it in _LINE.finditer(text)),
         delimiter=max(",;\t", key=header_line.count),
         strict=True,
     )
     try:
         header = [name.strip() for name in next(reader, [])]
-        _check_header(header)
-        rows, lines = [], []
+        yield 1, header
         for row in reader:
             if not row:
                 continue
@@ -123,19 +164,9 @@ def _read_table(text: str) -> pd.DataFrame:
                     f"line {reader.line_num}: has {len(row)} cells, but the"
                     f" header has {len(header)}"
                 )
-            rows.append(row)
-            lines.append(reader.line_num)
+            yield reader.line_num, row
     except csv.Error as error:
         raise ValueError(f"line {reader.line_num}: {error}") from error
-    if not rows:
-        raise ValueError("the table has no rows")
-    table = pd.DataFrame(rows, lines, header, dtype=object)
-    for name in header:
-        if name in _TEXTS:
-            table[name] = table[name].str.strip()
-        else:
-            table[name] = _numbers(name, table[name])
-    return table
 
 
 def _check_header(header: list[str]) -> None:
@@ -144,18 +175,18 @@ def _check_header(header: list[str]) -> None:
             raise ValueError(f"line 1: the table has no column {name!r}")
     for i, name in enumerate(header):
         if name in header[:i]:
-            raise ValueError(f"line 1: the column {name!r} comes twice")
+            raise ValueError(f"line 1: the column {shown(name)} comes twice")
         if name not in _COLUMNS:
             near = nearest(name, _COLUMNS)
             raise ValueError(
-                f"line 1: there is no column {name!r}; "
+                f"line 1: there is no column {shown(name)}; "
                 + (f"did you mean {near!r}? " if near else "")
                 + f"The columns are {', '.join(_COLUMNS)}"
             )
 
 
-def _numbers(name: str, cells: pd.Series) -> Array:
-    values = np.array([_number(cell) for cell in cells])
+def _rule(name: str, values: Array) -> tuple[NDArray[np.bool_], str]:
+    """Returns which numbers of a column are sound, and what all must be."""
     good = np.abs(values) <= LARGEST
     what = f"a finite number, at most {LARGEST:g} in size"
     if name in _WHOLE:
@@ -164,12 +195,7 @@ def _numbers(name: str, cells: pd.Series) -> Array:
     elif name == "radius":
         what += ", not negative"
         good &= values >= 0
-    if not good.all():
-        line = cells.index[np.argmin(good)]
-        raise ValueError(
-            f"line {line}: {name} must be {what}, got {cells[line]!r}"
-        )
-    return values.astype(int) if name in _WHOLE else values
+    return good, what
 
 
 def _number(cell: str) -> float:
@@ -190,7 +216,8 @@ def _check_rows(
         k, name = keys.loc[line]
         first = ((keys["sample"] == k) & (agent == name)).idxmax()
         raise ValueError(
-            f"line {line}: {name!r} has a row for {times[k]:g} s already, in"
+            f"line {line}: {shown(name)} has a row for {times[k]:g} s"
+            " already, in"
             f" line {first}"
         )
     missing = np.setdiff1d(np.arange(len(times)), sample[agent == ROBOT])
@@ -226,7 +253,8 @@ def _check_speeds(times: Array, states: Array, agent: str) -> None:
     if len(bad):
         k, column = bad[0].tolist()
         raise ValueError(
-            f"{agent!r} at {times[k]:g} s: {STATE_FIELDS[column]}, worked out"
+            f"{shown(agent)} at {times[k]:g} s: {STATE_FIELDS[column]},"
+            " worked out"
             f" from the rows before and after, must be at most {LARGEST:g} in"
             f" size, got {states[k, column]:g}; are times and positions right?"
         )

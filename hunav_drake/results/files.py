@@ -6,7 +6,6 @@ import errno
 import hashlib
 import itertools
 from pathlib import Path
-import re
 from typing import Literal
 
 from hunav_drake.results.run_folders import RUNS, find_runs, write_run_folder
@@ -16,6 +15,12 @@ from hunav_drake.results.run_summary import (
     read_summary,
 )
 from hunav_drake.results.trial_result import MakeTrialResult, TrialResult
+from hunav_drake.systems.common.files import (
+    FILE_NAME_RULE,
+    file_name_part,
+    is_file_name,
+)
+from hunav_drake.systems.common.suggest import shown
 from hunav_drake.systems.evaluation.metrics import METRICS
 from hunav_drake.systems.evaluation.recording import Recording
 
@@ -75,11 +80,8 @@ def WriteResult(
     """
     if label is not None:
         result = dataclasses.replace(result, setting=label)
-    if tag is not None and (_safe(tag) != tag or tag[:1] in ("", ".")):
-        raise ValueError(
-            "the tag must be of letters, digits and . _ + - only, and not"
-            f" begin with a dot, got {tag!r}"
-        )
+    if tag is not None and not is_file_name(tag):
+        raise ValueError(f"the tag {FILE_NAME_RULE}, got {shown(tag)}")
     runs = Path(directory) / RUNS
     try:
         runs.mkdir(parents=True, exist_ok=True)
@@ -250,19 +252,14 @@ def _tags(result: TrialResult) -> Iterator[str]:
         result.provenance.get("seed"),
     ]
     told = "_".join(str(p) for p in parts if p not in (None, ""))
-    tag = _safe(result.tag or told)[:_LONGEST].lstrip(".") or "trial"
+    tag = file_name_part(result.tag or told)[:_LONGEST].lstrip(".-") or "trial"
     yield tag
     yield from (f"{tag}_run{i}" for i in itertools.count(2))
 
 
-def _safe(text: str) -> str:
-    """Returns a text that may be part of the name of a file."""
-    return re.sub(r"[^A-Za-z0-9._+-]+", "_", text)
-
-
 def _unique(text: str) -> str:
     """Returns a text that may be part of the name of a file, and no other's."""
-    safe = _safe(text)[:_LONGEST]
+    safe = file_name_part(text)[:_LONGEST]
     if safe == text:
         return text
     return f"{safe}-{hashlib.sha256(text.encode()).hexdigest()[:8]}"

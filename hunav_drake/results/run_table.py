@@ -48,10 +48,11 @@ def ReadRuns(path: str | Path, *, by_behavior: bool = False) -> pd.DataFrame:
     if path.is_dir():
         return _table(read_summaries(path).items(), by_behavior)
     try:
-        columns = pd.read_csv(path, nrows=0).columns
+        columns = pd.read_csv(path, nrows=0, compression=None).columns
         missing = {c: _MISSING for c in columns if c not in _TEXTS}
         return pd.read_csv(
             path,
+            compression=None,
             dtype=dict.fromkeys(_TEXTS, str),
             keep_default_na=False,
             na_values=missing,

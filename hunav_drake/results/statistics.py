@@ -27,6 +27,7 @@ from hunav_drake.results.provenance import NOTHING_DRAWN
 from hunav_drake.results.quantity_text import ROUNDING
 from hunav_drake.results.settings import has_settings
 from hunav_drake.systems.common.arrays import Array, Mask
+from hunav_drake.systems.common.suggest import shown
 from hunav_drake.systems.evaluation.metric import ABOUT_RUNS
 
 Names = str | Iterable[str]
@@ -284,12 +285,15 @@ def _pairs(
         part = runs[runs[on] == side]
         if part.empty:
             known = ", ".join(map(repr, runs[on].unique()))
-            raise ValueError(f"no run has the {on} {side!r}; there are {known}")
+            raise ValueError(
+                f"no run has the {on} {shown(side)}; there are {known}"
+            )
         twice = part.duplicated(keys)
         if twice.any():
             first = part[twice].iloc[0][keys].to_dict()
             raise ValueError(
-                f"the {on} {side!r} has more than one run with {first}; name"
+                f"the {on} {shown(side)} has more than one run with"
+                f" {first}; name"
                 " the columns in which they differ in `pair`, or choose the"
                 " runs beforehand"
             )
@@ -367,7 +371,7 @@ def _metric_columns(
     for name in [*keys, *names]:
         if name not in runs:
             raise ValueError(
-                f"the table of runs has no column {name!r}; it has"
+                f"the table of runs has no column {shown(name)}; it has"
                 f" {', '.join(map(str, runs.columns))}"
             )
     if runs.empty or not names:
@@ -382,7 +386,8 @@ def _check_rate(name: str, runs: pd.DataFrame) -> None:
     found = runs[name].to_numpy(dtype=float)
     if not np.isin(found[np.isfinite(found)], (0, 1)).all():
         raise ValueError(
-            f"the column {name!r} is not a rate: it has values other than 0"
+            f"the column {shown(name)} is not a rate: it has values other"
+            " than 0"
             " and 1"
         )
 

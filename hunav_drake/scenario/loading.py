@@ -29,6 +29,7 @@ from hunav_drake.scenario.schema import Scenario
 from hunav_drake.scenario.shipped import shipped_names, shipped_text
 from hunav_drake.scenario.yaml_document import YamlDocument
 from hunav_drake.scenario.yaml_source import parse_yaml, read_yaml
+from hunav_drake.systems.common.files import as_file_name
 from hunav_drake.systems.common.suggest import nearest
 from hunav_drake.systems.people.behavior_choice import is_path
 
@@ -212,7 +213,8 @@ def _name(
 ) -> Scenario:
     """Returns the scenario, called by the file if not by itself."""
     default = scenario_name or (Path(filename).stem if filename else "")
-    return dc.replace(scenario, name=scenario.name or default[:64])
+    name = scenario.name or (as_file_name(default) if default else "")
+    return dc.replace(scenario, name=name)
 
 
 def _override(

@@ -11,7 +11,7 @@ from pydantic import Field, StrictFloat, StrictStr
 from pydantic.dataclasses import dataclass
 
 from hunav_drake.systems.common.plain_errors import plain_errors
-from hunav_drake.systems.common.schema import CONFIG, Integer, Name, within
+from hunav_drake.systems.common.schema import CONFIG, FileName, Integer, within
 from hunav_drake.systems.crowd.crowd_config import CrowdConfig
 from hunav_drake.systems.evaluation.evaluator_config import EvaluatorConfig
 from hunav_drake.systems.people.human_config import HumanConfig
@@ -63,7 +63,7 @@ class SimulationConfig:
 class Scenario:
     """A trial: a world, people, a robot with its planner, and an evaluator."""
 
-    name: Name = ""
+    name: FileName = ""
     """What the trial is called in tables; by default as its file is."""
 
     description: StrictStr = ""

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable, Iterator, Sequence
 
 from hunav_drake.benchmark.running.pool import WorkerPool
-from hunav_drake.systems.common.suggest import did_you_mean
+from hunav_drake.systems.common.suggest import did_you_mean, shown
 from hunav_drake.systems.crowd.models import MOTION_MODELS
 from hunav_drake.validation.case import Outcome, Setting, judge
 from hunav_drake.validation.cases import CASES
@@ -34,7 +34,8 @@ def _select(names: Iterable[str], known: list[str], kind: str) -> list[str]:
     for name in sorted(chosen):
         if name not in known:
             raise ValueError(
-                f"there is no {kind} {name!r}{did_you_mean(name, known)} (there"
+                f"there is no {kind}"
+                f" {shown(name)}{did_you_mean(name, known)} (there"
                 f" are: {', '.join(known)})"
             )
     return [name for name in known if name in chosen or not chosen]

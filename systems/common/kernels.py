@@ -2,7 +2,9 @@
 
 Numba keeps what it compiles beside the source file, for as long as that file
 stays the same. It does not notice when a function that was compiled into it,
-from another file, has changed: so stale code is dropped first.
+from another file, has changed: so stale code is dropped first. Nor does it
+notice when a file was damaged, or written by two processes at a time: so each
+has a checksum here, and what is not whole is compiled anew.
 """
 
 import contextlib
@@ -10,37 +12,52 @@ import hashlib
 import itertools
 import os
 from pathlib import Path
+import pickle
 import re
 import secrets
+import warnings
 
 import numba
 from numba.core.bytecode import FunctionIdentity
+from numba.core.caching import FunctionCache, IndexDataCacheFile
 from numba.core.cgutils import get_null_value
 from numba.extending import intrinsic, overload
 from numba.np.arrayobj import make_array
 
 _FOLDER = Path(__file__).parents[1]
 _STAMP = _FOLDER / "__pycache__" / "kernels.sha256"
-_JIT = re.compile(rb"\bn?jit(_as)?\b")
+_JIT = re.compile(rb"\bn?jit(_as|_with)?\b")
 _IMPORT = re.compile(rb"^ *from hunav_drake\.systems\.([\w.]+) import", re.M)
 
 
-def drop_stale_kernels(folder: Path = _FOLDER, stamp: Path = _STAMP) -> bool:
-    """Deletes all compiled code if one of its sources has changed.
+def hash_sources(folder: Path = _FOLDER) -> str:
+    """Returns a hash of all that compiled code is made of.
 
     They are the files that compile something, and all that these import: a
     constant is compiled in like a function.
-
-    Where nothing can be written, numba keeps its code elsewhere, in a place
-    that is named after the folder of the sources.
-
-    Returns:
-        Whether the sources differ from what file `stamp` remembers.
     """
     content = hashlib.sha256()
     for path, text in sorted(_compiled_from(folder).items()):
         content.update(f"{path.relative_to(folder)}\n".encode() + text)
-    present = content.hexdigest()
+    return content.hexdigest()
+
+
+def drop_stale_kernels(
+    present: str, folder: Path = _FOLDER, stamp: Path = _STAMP
+) -> bool:
+    """Deletes all compiled code if one of its sources has changed.
+
+    Where nothing can be written, numba keeps its code elsewhere, in a place
+    that is named after the folder of the sources: there it is not read.
+
+    Args:
+        present: What `hash_sources` tells of the folder.
+        folder: That of the sources.
+        stamp: The file that remembers the hash.
+
+    Returns:
+        Whether the sources differ from what the file remembers.
+    """
     with contextlib.suppress(OSError):
         if stamp.read_text() == present:
             return False
@@ -79,14 +96,107 @@ def number_functions_apart() -> None:
 
 
 # All compiled code imports this module first.
-drop_stale_kernels()
+SOURCES = hash_sources()
+drop_stale_kernels(SOURCES)
 number_functions_apart()
 if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=number_functions_apart)
 
-# How the numeric kernels are compiled: on disk for the next process, and with
-# IEEE results for divisions by zero.
-jit = numba.njit(cache=True, error_model="numpy")
+
+class _CheckedFiles(IndexDataCacheFile):
+    """The index and the code of a kernel on disk, with checksums."""
+
+    def __init__(self, *arguments):
+        super().__init__(*arguments)
+        self._version += f" {SOURCES}"
+
+    def save(self, key, data):
+        super().save(key, (key, data))
+
+    def load(self, key):
+        # Of two processes at a time, one may write the index, one the code.
+        found = super().load(key)
+        return found[1] if found and found[0] == key else None
+
+    def _dump(self, obj):
+        data = super()._dump(obj)
+        return data + self._checksum(data)
+
+    def _load_data(self, name):
+        file = Path(self._data_path(name)).read_bytes()
+        data, checksum = file[:-32], file[-32:]
+        if checksum != self._checksum(data):
+            raise ValueError("is damaged")
+        return pickle.loads(data)
+
+    def _checksum(self, data):
+        return hashlib.sha256(self._version.encode() + data).digest()
+
+
+class _KeptCode(FunctionCache):
+    """The code of a kernel on disk: damage, or a full disk, does no harm."""
+
+    is_told = False
+
+    def __init__(self, function):
+        super().__init__(function)
+        self._cache_file = _CheckedFiles(
+            self.cache_path,
+            self._impl.filename_base,
+            self._impl.locator.get_source_stamp(),
+        )
+
+    def load_overload(self, sig, target_context):
+        try:
+            return super().load_overload(sig, target_context)
+        # What is damaged may fail anywhere in the unpacking.
+        except Exception:
+            self._tell("is damaged; it is compiled anew")
+        try:
+            self.flush()
+        except OSError:
+            self.disable()
+        return None
+
+    def save_overload(self, sig, data):
+        try:
+            super().save_overload(sig, data)
+        except OSError as error:
+            self.disable()
+            self._tell(
+                f"cannot be kept there ({error.strerror}): each run compiles it"
+                " anew"
+            )
+
+    def _tell(self, fault):
+        if not _KeptCode.is_told:
+            _KeptCode.is_told = True
+            warnings.warn(
+                f"compiled code in {self.cache_path} {fault}",
+                RuntimeWarning,
+                stacklevel=2,
+            )
+
+
+def jit_with(**options):
+    """Returns the decorator of numba with these options, and as all have them.
+
+    That is with IEEE results for divisions by zero, and on disk for the next
+    process. Where numba finds no folder for it, each process compiles anew.
+    """
+    compiled = numba.njit(error_model="numpy", **options)
+
+    def decorate(function):
+        kernel = compiled(function)
+        with contextlib.suppress(RuntimeError):
+            kernel._cache = _KeptCode(function)
+        return kernel
+
+    return decorate
+
+
+# How the numeric kernels are compiled.
+jit = jit_with()
 
 # Generators are not kept on disk: numba 0.68 fails (KeyError) to compile what
 # calls one that was read from there. Only who compiles a caller needs them.

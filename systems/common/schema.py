@@ -22,6 +22,8 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError, core_schema
 
+from hunav_drake.systems.common.files import FILE_NAME_RULE, is_file_name
+
 # Numbers, texts and flags are strict (pydantic's Strict... types): no "0.1" for
 # a number, no 1 for a flag. Dataclasses may come as mappings.
 CONFIG = ConfigDict(extra="forbid", allow_inf_nan=False)
@@ -128,11 +130,19 @@ def one_line(value: str) -> str:
     return value
 
 
+def _file_name(value: str) -> str:
+    if value and not is_file_name(value):
+        raise PydanticCustomError("file_name", FILE_NAME_RULE)
+    return value
+
+
 FilePath = Annotated[
     StrictStr, Field(min_length=1, max_length=4096), AfterValidator(one_line)
 ]
 Integer = Annotated[StrictInt, BeforeValidator(_as_int)]
 Name = Annotated[StrictStr, Field(max_length=64), AfterValidator(one_line)]
+# A name that files and folders of results are called by.
+FileName = Annotated[Name, AfterValidator(_file_name)]
 
 # Coordinates of a point in W, in meters: beyond, the forces, which hang on
 # differences of positions, would lose digits.

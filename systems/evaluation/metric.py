@@ -18,7 +18,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 
 from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.common.suggest import did_you_mean, nearest
+from hunav_drake.systems.common.suggest import did_you_mean, nearest, shown
 from hunav_drake.systems.evaluation.recording import Recording
 
 # Table I of Perez-Higueras et al., "HuNavSim", 2023, in its order.
@@ -345,7 +345,7 @@ def _unknown(name: object) -> str:
     known += [alias for m in METRICS.values() for alias in m.aliases]
     near = nearest(str(name), known)
     return (
-        f"there is no metric or family {name!r}; "
+        f"there is no metric or family {shown(name)}; "
         + (f"did you mean {near!r}? " if near else "")
         + f"Families: {', '.join(_selections())}"
     )

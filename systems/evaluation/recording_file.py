@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hunav_drake.systems.common.files import atomic_write
+from hunav_drake.systems.common.files import atomic_write, read_arrays
+from hunav_drake.systems.common.suggest import shown
 from hunav_drake.systems.world.obstacles import Obstacles
 
 FORMAT = "hunav_drake recording 1"
@@ -76,17 +77,11 @@ def read(path: str | Path) -> dict[str, Any]:
         ValueError: If the file is not a recording. The text names the array,
             what it must be, and what it is.
     """
-    with Path(path).open("rb") as file:
-        try:
-            with np.load(file, allow_pickle=False) as archive:
-                arrays = {name: archive[name] for name in archive.files}
-        # A damaged archive may fail anywhere in the unpacking.
-        except Exception as error:
-            raise ValueError(f"{path}: is not a recording: {error}") from error
+    arrays = read_arrays(path, "a recording")
     if str(arrays.get("format")) != FORMAT:
         raise ValueError(
             f"{path}: is not a recording of this version; expected the format"
-            f" {FORMAT!r}, got {str(arrays.get('format'))!r:.60}"
+            f" {FORMAT!r}, got {shown(str(arrays.get('format')))}"
         )
     values: dict[str, Any] = {}
     for name, (kinds, dimensions) in (

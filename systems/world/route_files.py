@@ -10,12 +10,11 @@ import functools
 import hashlib
 import os
 from pathlib import Path
-from zipfile import BadZipFile
 
 import numpy as np
 
 from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.common.files import atomic_write
+from hunav_drake.systems.common.files import atomic_write, read_arrays
 
 # The folder of the files, or nothing to do without.
 VARIABLE = "HUNAV_CACHE"
@@ -37,9 +36,9 @@ def kept(
         return build()
     name = hashlib.sha256(f"{_sources()} {key}".encode()).hexdigest()
     path = folder / f"{name}.npz"
-    with suppress(OSError, ValueError, KeyError, EOFError, BadZipFile):
-        with np.load(path, allow_pickle=False) as file:
-            vertices, ways = file["vertices"], file["ways"]
+    with suppress(OSError, ValueError, KeyError):
+        arrays = read_arrays(path, "a map of ways")
+        vertices, ways = arrays["vertices"], arrays["ways"]
         if _fit(vertices, ways):
             return vertices, ways
     vertices, ways = build()

@@ -99,7 +99,7 @@ def test_a_local_meshcat_listens_to_this_computer_alone(meshcat):
 def test_a_replay_holds_people_robot_view_and_recording(meshcat, tmp_path):
     record_replay(meshcat, duration=2.0)
     path = mut.SaveReplay(meshcat, tmp_path / "replay.html")
-    html = mut.unpacked(path.read_text())
+    html = screenshot.unpacked(path.read_text())
     said = viewer_commands(html)
     for part in (b"ana/trunk", b"bo/trunk", b"cy/left_shin", b"robot/base"):
         assert part in said
@@ -111,7 +111,7 @@ def test_a_replay_holds_people_robot_view_and_recording(meshcat, tmp_path):
 def test_a_replay_has_overlays_and_controls_for_them(meshcat, tmp_path):
     record_replay(meshcat, duration=2.0)
     path = mut.SaveReplay(meshcat, tmp_path / "replay.html")
-    html = mut.unpacked(path.read_text())
+    html = screenshot.unpacked(path.read_text())
     said = viewer_commands(html)
     for overlay in ("names", "rings", "forces", "reactions"):
         assert f"ana/base/overlay_{overlay}".encode() in said
@@ -130,7 +130,7 @@ def test_a_replay_unpacks_itself_without_a_network(meshcat, tmp_path):
     html = path.read_text()
     assert "DecompressionStream" in html
     assert not re.search(r"(src|href)=", html)
-    page = mut.unpacked(html)
+    page = screenshot.unpacked(html)
     assert page == mut.with_panel(meshcat.StaticHtml())
 
 

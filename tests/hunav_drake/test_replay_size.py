@@ -6,8 +6,9 @@ import re
 import pytest
 
 from hunav_drake import LoadScenario, RunTrial
-from hunav_drake.replay import SaveReplay, SetView, StartMeshcatLocal, unpacked
+from hunav_drake.replay import SaveReplay, SetView, StartMeshcatLocal
 from hunav_drake.scenario import draw_people
+from tests.screenshot import unpacked
 
 DURATION = 60.0
 PEOPLE = 10

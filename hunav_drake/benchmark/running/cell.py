@@ -6,6 +6,7 @@ import hashlib
 import json
 from pathlib import Path
 
+from hunav_drake.benchmark.running.recordings import recording_path
 from hunav_drake.benchmark.suite import Suite, planner_overrides
 from hunav_drake.benchmark.suite_checks import name_faults
 from hunav_drake.results.provenance import drawn_text, program_versions
@@ -20,6 +21,7 @@ from hunav_drake.scenario import (
 from hunav_drake.scenario.named_files import behavior_sha256, files_sha256
 from hunav_drake.scenario.randomness import drawn_by_seed, how_to_draw, is_own
 from hunav_drake.systems.common.registry import name_of
+from hunav_drake.systems.common.suggest import shown
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -138,14 +140,22 @@ def _find(entry: str, folder: Path | None) -> str:
 
 
 def _same_names(cells: Sequence[Cell]) -> list[Fault]:
-    seen: set[str] = set()
+    seen: dict[str, str] = {}
     faults = []
     for cell in cells:
-        if cell.name in seen:
+        # Their recordings are in one folder.
+        name = recording_path(Path(), cell.name, 0).name.lower()
+        if name in seen:
             message = (
-                f"two cells are called {cell.name!r}; give each scenario a"
-                " name, and each planner a label, of its own"
+                f"two cells are called {shown(cell.name)}"
+                if seen[name] == cell.name
+                else f"the names of the cells {shown(seen[name])} and"
+                f" {shown(cell.name)} are too much alike for those of files"
+            )
+            message += (
+                "; give each scenario a name, and each planner a label, of its"
+                " own"
             )
             faults.append(Fault("suite", 0, "", message))
-        seen.add(cell.name)
+        seen[name] = cell.name
     return faults

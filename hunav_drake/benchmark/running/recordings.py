@@ -1,17 +1,20 @@
 """The recordings and replays that a suite keeps: one of each cell."""
 
 from pathlib import Path
-import re
 
 from hunav_drake.benchmark.running.run_row import RunRow
+from hunav_drake.systems.common.files import file_name_part
 
 FOLDER = "recordings"
 REPLAYS = "replays"
 
+# The longest part of a name that is made of other names.
+_LONGEST = 160
+
 
 def recording_path(folder: Path, cell: str, seed: int) -> Path:
     """Returns where the recording of a run is kept."""
-    name = re.sub(r"[^\w.+-]+", "_", cell, flags=re.ASCII)
+    name = file_name_part(cell)[:_LONGEST].lstrip(".-")
     return folder / FOLDER / f"{name}_{seed}.npz"
 
 

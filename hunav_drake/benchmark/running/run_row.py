@@ -3,12 +3,14 @@
 from collections.abc import Sequence
 import json
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypedDict
 
 import numpy as np
+from pydantic import TypeAdapter, ValidationError
 
 from hunav_drake.benchmark.running.code_hash import hash_of_all
 from hunav_drake.benchmark.running.extras import extra_values
+from hunav_drake.systems.common.plain_errors import message_of
 
 if TYPE_CHECKING:
     from hunav_drake.benchmark.running.task import Task
@@ -67,6 +69,19 @@ class RunRow(NamedTuple):
     def key(self) -> tuple[str, int, int]:
         """What no two rows of a log share."""
         return self.sha256, self.seed, self.repetition
+
+
+# Its types, which what is read from a file is checked by.
+_FIELDS: TypeAdapter[Any] = TypeAdapter(
+    TypedDict(  # type: ignore[operator]
+        "_Fields",
+        {
+            name: kind
+            for name, kind in RunRow.__annotations__.items()
+            if name != "recording"
+        },
+    )
+)
 
 
 def make_row(
@@ -148,6 +163,14 @@ def row_from_json(line: str | bytes) -> RunRow:
     data: Any = json.loads(line)
     try:
         # Rows of before there was a hash of the code are of other code.
-        return RunRow(**{"code_sha256": "", **data})
+        row = RunRow(**{"code_sha256": "", **data})
+        _FIELDS.validate_python(row._asdict(), strict=True)
+    except ValidationError as error:
+        fault = error.errors(include_url=False)[0]
+        place = ".".join(map(str, fault["loc"]))
+        raise ValueError(
+            f"is not a run: {place}: {message_of(fault['type'], fault)}"
+        ) from error
     except TypeError as error:
         raise ValueError(f"is not a run: {error}") from error
+    return row

@@ -29,6 +29,7 @@ from hunav_drake.scenario.error import ScenarioError
 from hunav_drake.scenario.population import people_seed
 from hunav_drake.simulation import RunTrial
 from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.files import as_file_name
 from hunav_drake.systems.common.layout import STATE_SIZE
 from hunav_drake.systems.planning.planner_error import PlannerError
 from hunav_drake.trial_diagram import MakeTrialDiagram
@@ -165,7 +166,8 @@ def load_scenario(message: dict[str, Any]) -> Scenario:
     )
     filename = message["filename"]
     default = message["name"] or (Path(filename).stem if filename else "")
-    return dataclasses.replace(scenario, name=scenario.name or default[:64])
+    name = scenario.name or (as_file_name(default) if default else "")
+    return dataclasses.replace(scenario, name=name)
 
 
 class FrameSender:

@@ -12,6 +12,7 @@ from types import MappingProxyType
 from hunav_drake.systems.behavior.language.entry_types import EntryType
 from hunav_drake.systems.behavior.nodes.errors import Place, Spot
 from hunav_drake.systems.behavior.nodes.port import Constant, Port, Variable
+from hunav_drake.systems.common.suggest import shown
 
 # `{key}`, and `${key}` as BehaviorTree.CPP 3 also writes it.
 _REFERENCE = re.compile(r"\$?\{(.*)\}", re.DOTALL)
@@ -114,7 +115,8 @@ def checked_key(key: str, spot: Spot) -> str:
     """Returns the name of an entry if it is valid."""
     if not _KEY.fullmatch(key):
         raise spot.fault(
-            f"a blackboard entry is named by letters, digits and _, got {key!r}"
+            f"a blackboard entry is named by letters, digits and _, got"
+            f" {shown(key)}"
         )
     return key
 

@@ -23,6 +23,7 @@ from hunav_drake.systems.behavior.nodes.registry import (
     RESERVED,
     SUBTREE_TAGS,
 )
+from hunav_drake.systems.common.suggest import shown
 
 MAX_FILES = 100
 
@@ -167,7 +168,7 @@ def _load(
             raise root.spot.unknown("attribute", attribute, _ROOT_ATTRIBUTES)
     form = root.attributes.get("BTCPP_format", "3")
     if form not in ("3", "4"):
-        raise root.spot.fault(f"BTCPP_format must be 3 or 4, got {form!r}")
+        raise root.spot.fault(f"BTCPP_format must be 3 or 4, got {shown(form)}")
     trees = [child for child in root.children if child.tag == "BehaviorTree"]
     for child in root.children:
         if child.tag == "include":
@@ -225,14 +226,15 @@ def _included_path(
         own = (folder / text).resolve() if folder else None
         shared = [(it / text).resolve() for it in documents.libraries]
     except (OSError, ValueError, RuntimeError) as error:
-        raise fault(f"{text!r} is no path: {error}") from error
+        raise fault(f"{shown(text)} is no path: {error}") from error
     # (Their own files include each other in the same way.)
     found = [it for it in shared if _is_in_library(it, documents)]
     if own is None or documents.folder is None:
         if found:
             return found[0]
         raise fault(
-            f"{text!r} cannot be found from a text; load a file instead, or"
+            f"{shown(text)} cannot be found from a text; load a file"
+            " instead, or"
             " include one that comes with the package, such as regular.xml"
         )
     if found and not os.path.isfile(own):
@@ -243,7 +245,8 @@ def _included_path(
         or _is_in_library(own, documents)
     ):
         raise fault(
-            f"{text!r} is outside {documents.folder}; files are included from"
+            f"{shown(text)} is outside {documents.folder}; files are"
+            " included from"
             " the folder of the main file and below, unless allow_outside=True"
         )
     return own
@@ -313,15 +316,17 @@ def _add_tree(
     if tree_id in NODE_TYPES or (
         tree_id in RESERVED and "ID" in tree.attributes
     ):
-        raise fault(f"the ID {tree_id!r} is the name of a node; choose another")
+        raise fault(
+            f"the ID {shown(tree_id)} is the name of a node; choose another"
+        )
     if tree_id in documents.trees:
         first = documents.trees[tree_id].element.place
         raise fault(
-            f"the ID {tree_id!r} is already that of the tree at {first}"
+            f"the ID {shown(tree_id)} is already that of the tree at {first}"
         )
     if len(tree.children) != 1:
         raise fault(
-            f"a tree must have exactly 1 node at its top, {tree_id!r} has"
+            f"a tree must have exactly 1 node at its top, {shown(tree_id)} has"
             f" {len(tree.children)}"
         )
     documents.trees[tree_id] = TreeElement(tree, form)

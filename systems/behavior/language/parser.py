@@ -36,6 +36,7 @@ from hunav_drake.systems.behavior.nodes.registry import (
     PORT_ALIASES,
     SUBTREE_TAGS,
 )
+from hunav_drake.systems.common.suggest import shown
 
 # Subtrees in subtrees can make a small file a huge tree.
 MAX_NODES = 5000
@@ -221,7 +222,7 @@ def flag(element: XmlElement, names: tuple[str, ...]) -> bool:
         text = element.attributes.get(name, "false")
         if text.lower() not in _BOOLEANS:
             raise element.spot.fault(
-                f"{name} must be true or false, got {text!r}"
+                f"{name} must be true or false, got {shown(text)}"
             )
         if _BOOLEANS[text.lower()]:
             return True

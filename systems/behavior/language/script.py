@@ -25,6 +25,7 @@ from hunav_drake.systems.behavior.language.entry_types import (
 from hunav_drake.systems.behavior.nodes.errors import Place, Spot
 from hunav_drake.systems.behavior.nodes.node import Fixed, Memory
 from hunav_drake.systems.behavior.nodes.port import UNSET
+from hunav_drake.systems.common.suggest import shown
 
 MAX_LENGTH = 1000
 _MAX_DEPTH = 20
@@ -116,7 +117,7 @@ class _Reader:
         if self.at == len(self.tokens):
             return ValueError(f"it ends too early; {_REMEDY}")
         return ValueError(
-            f"{self.tokens[self.at][1]!r} cannot be here; {_REMEDY}"
+            f"{shown(self.tokens[self.at][1])} cannot be here; {_REMEDY}"
         )
 
     def nested(self, read: Callable[[], Expression]) -> Expression:

@@ -4,6 +4,7 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 from hunav_drake.systems.common import suggest
+from hunav_drake.systems.common.suggest import shown
 
 
 class Place(NamedTuple):
@@ -74,6 +75,6 @@ class Spot(NamedTuple):
             remedy = f"there is {', '.join(names)}"
         else:
             remedy = "there is none here"
-        error = self.fault(f"there is no {what} {name!r}; {remedy}")
+        error = self.fault(f"there is no {what} {shown(name)}; {remedy}")
         error.nearest = near
         return error

@@ -6,20 +6,17 @@ errors are those of the polynomials, proved below, and of rounding.
 """
 
 from llvmlite import ir
-import numba
 from numba import types
 from numba.extending import intrinsic
 
+from hunav_drake.systems.common.kernels import jit_with
+
 # Products may be fused with sums, but sums keep their order: the reduction of
 # the argument of exp relies on it.
-_inline = numba.njit(cache=True, error_model="numpy", fastmath={"contract"})
+_inline = jit_with(fastmath={"contract"})
 
 # How loops over pairs are compiled: whole vectors of pairs at a time.
-vectorized = numba.njit(
-    cache=True,
-    error_model="numpy",
-    fastmath={"contract", "nsz", "arcp", "reassoc"},
-)
+vectorized = jit_with(fastmath={"contract", "nsz", "arcp", "reassoc"})
 
 
 @intrinsic

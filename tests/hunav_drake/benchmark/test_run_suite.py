@@ -1,5 +1,6 @@
 import dataclasses
 import json
+import re
 import subprocess
 import sys
 
@@ -11,6 +12,7 @@ from hunav_drake.benchmark import LoadSuite, RunSuite, Suite
 from hunav_drake.benchmark.running import code_hash
 from hunav_drake.benchmark.running.code_hash import hash_code
 from hunav_drake.benchmark.running.run_log import NAME, RunLog, read_rows
+from hunav_drake.benchmark.running.run_row import row_to_json
 from hunav_drake.benchmark.running.task import Task
 from hunav_drake.scenario import ScenarioError
 from hunav_drake.systems.planning import (
@@ -19,6 +21,7 @@ from hunav_drake.systems.planning import (
     PlannerStatus,
     register_planner,
 )
+from tests.hunav_drake.benchmark.made_runs import make_cell, make_row
 
 SUITE = """
 name: small
@@ -96,6 +99,28 @@ def test_a_cut_off_line_is_run_again(suite, reference, tmp_path):
     path.write_bytes(path.read_bytes()[:-100])
     assert_same(RunSuite(suite, out=tmp_path, workers=1).runs(), reference)
     assert len(list(read_rows(path))) == 8
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ({"metrics": True}, "metrics: must be a mapping, got true"),
+        ({"metrics": {"a": "x"}}, "metrics.a: must be a number, got 'x'"),
+        ({"by_behavior": {"a": []}}, "by_behavior.a: must be a mapping"),
+        ({"seed": 1.5}, "seed: must be a whole number, got 1.5"),
+        ({"cell": None}, "cell: must be text, got nothing"),
+        ({"cost": [1]}, "cost: must be a mapping, got a list of 1"),
+        ({"end_time": "late"}, "end_time: must be a number, got 'late'"),
+        ({"more": 1}, "unexpected keyword argument 'more'"),
+    ],
+)
+def test_a_row_with_a_wrong_value_is_told(tmp_path, change, told):
+    row = row_to_json(make_row(make_cell("a", "b"), 0, {"m": float("nan")}))
+    path = tmp_path / NAME
+    path.write_text(f"{row}\n{json.dumps(json.loads(row) | change)}\n")
+    with pytest.raises(ValueError, match=re.escape(told)) as caught:
+        list(read_rows(path))
+    assert str(caught.value).startswith(f"{path}:2: is damaged: is not a run")
 
 
 def test_a_damaged_line_is_told_by_its_number(suite, tmp_path):

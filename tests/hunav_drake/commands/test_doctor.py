@@ -110,6 +110,8 @@ def test_a_folder_without_compiled_code_is_told(monkeypatch, tmp_path):
     Stats.cache_path.mkdir()
     (Stats.cache_path / "kernel.social_forces-1.nbi").touch()
     assert only(doctor.check_kernels()).state == "ok"
+    Stats.cache_path = None
+    assert "NUMBA_CACHE_DIR" in trouble(doctor.check_kernels()).remedy
 
 
 def test_a_folder_is_writable_if_it_could_be_made(tmp_path):

@@ -21,17 +21,18 @@ from hunav_drake.systems.evaluation.metrics import select_metrics
 from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.systems.evaluation.recording_checks import LARGEST
 from hunav_drake.systems.world.obstacles import Obstacles
+from tests.reliability.mutations import (
+    mutate_array,
+    mutate_bytes,
+    mutate_json,
+    mutate_table,
+    pick,
+)
+from tests.reliability.recordings import hunavsim_messages, table_rows
 
 # How often each kind of file is changed; more find more, and take longer.
 ROUNDS = 60
 NAMES = [metric.name for metric in select_metrics("all")]
-
-NUMBERS = (
-    *(0.0, -0.0, 1.0, -1.0, 0.5, 3e-7, 1e-6, 1e-9, 1e-160, 5e-324, 1e5),
-    *(1e9, 1e10, -1e10, 1.1e10, 100.0, 101.0, 1e18, 1e155, 1e308),
-    *(np.nan, np.inf, -np.inf, 2.0**63, -(2.0**63)),
-)
-WORDS = ("", "x", "1e999", "nan", "inf", "-Infinity", "1_0", "0x1", "é", "\0")
 
 
 def whole_recording(samples=6, **kwargs):
@@ -84,38 +85,6 @@ def is_sound(path, read=ReadRecording):
         assert_finite(recording)
     assert not fault or str(path) in fault
     return not fault
-
-
-def pick(rng, things):
-    return things[int(rng.integers(len(things)))]
-
-
-def mutate_array(rng, array):
-    kind = rng.integers(8)
-    if kind == 0:
-        return array.astype(pick(rng, [complex, int, str, bool, "f4", "M8[s]"]))
-    if kind == 1:
-        return array[None]
-    if kind == 2:
-        return array.reshape(-1)
-    if kind == 3 and array.ndim:
-        return array[: rng.integers(len(array) + 1)]
-    if kind == 4 and array.ndim:
-        return np.concatenate([array, array])
-    array = array.copy()
-    if array.dtype.kind == "U":
-        return np.full(array.shape, pick(rng, WORDS))
-    value = pick(rng, NUMBERS)
-    if kind == 5 and array.ndim:
-        array = array.astype(float)
-        array[..., rng.integers(array.shape[-1])] = value
-        return array
-    if kind == 6:
-        return array * value
-    if array.size:
-        array = array.astype(float)
-        array.flat[rng.integers(array.size)] = value
-    return array
 
 
 def test_a_changed_npz(tmp_path):
@@ -175,44 +144,10 @@ def test_the_largest_numbers(name, value):
                 whole_recording(**{name: array})
 
 
-def table_of(recording):
-    """Returns the cells of a recording as a table with a row per body."""
-    rows = [["time", "agent", "x", "y", "yaw", "vx", "vy", "omega", "radius"]]
-    for k, time in enumerate(recording.times):
-        bodies = {"robot": recording.robot[k], "ana": recording.humans[k, 1]}
-        for name, state in bodies.items():
-            rows.append([repr(float(time)), name, *map(repr, state.tolist())])
-    return rows
-
-
-def mutate_table(rng, rows):
-    rows = [list(row) for row in rows]
-    kind = rng.integers(7)
-    row = rows[int(rng.integers(len(rows)))]
-    column = int(rng.integers(len(row)))
-    if kind == 0:
-        row[column] = pick(rng, WORDS)
-    elif kind == 1:
-        for row in rows:
-            del row[column]
-    elif kind == 2:
-        rows.remove(row)
-    elif kind == 3:
-        rows.append(list(row))
-    elif kind == 4:
-        value = pick(rng, NUMBERS)
-        for row in rows[1:]:
-            if column != 1:
-                row[column] = repr(float(row[column]) * value)
-    else:
-        row[column] = repr(pick(rng, NUMBERS))
-    return rows
-
-
 def test_a_changed_csv(tmp_path):
     rng = np.random.default_rng(3)
     path = tmp_path / "a.csv"
-    whole = table_of(whole_recording())
+    whole = table_rows(whole_recording(), 1)
     # A table without velocities has them worked out.
     bare = [row[:4] for row in whole]
     outcomes = []
@@ -221,21 +156,6 @@ def test_a_changed_csv(tmp_path):
         path.write_text("\n".join(map(",".join, rows)), encoding="utf-8")
         outcomes.append(is_sound(path))
     assert 0.1 < np.mean(outcomes) < 0.9
-
-
-def mutate_bytes(rng, data):
-    data = bytearray(data)
-    at = int(rng.integers(len(data)))
-    kind = rng.integers(4)
-    if kind == 0:
-        data[at] = int(rng.integers(256))
-    elif kind == 1:
-        del data[at : at + int(rng.integers(1, 40))]
-    elif kind == 2:
-        data[at:at] = bytes(rng.integers(0, 256, 4, dtype=np.uint8))
-    else:
-        del data[at:]
-    return bytes(data)
 
 
 @pytest.mark.parametrize("name", ["a.npz", "a.csv", "a.csv.gz", "a.json"])
@@ -247,62 +167,18 @@ def test_changed_bytes(tmp_path, name):
         recording.save(path)
         whole = path.read_bytes()
     elif name == "a.json":
-        whole = json.dumps(messages(recording)).encode()
+        whole = json.dumps(hunavsim_messages(recording, 1)).encode()
     else:
-        whole = "\n".join(map(",".join, table_of(recording))).encode()
+        whole = "\n".join(map(",".join, table_rows(recording, 1))).encode()
     for _ in range(ROUNDS):
         path.write_bytes(mutate_bytes(rng, whole))
         is_sound(path)
 
 
-def messages(recording):
-    """Returns a recording as HuNavSim's messages."""
-    keys = ("x", "y", "yaw", "vx", "vy", "angular_vel", "radius")
-
-    def body(state):
-        values = dict(zip(keys, state.tolist(), strict=True))
-        return values | {"linear_vel": 0.5, "closest_obs": [[1.0, 2.0]]}
-
-    return {
-        "robot_goal": [1.0, 2.0],
-        "robot_goal_radius": 0.3,
-        "steps": [
-            {
-                "sec": 0,
-                "nanosec": k * 10**8,
-                "robot": body(recording.robot[k]),
-                "agents": [body(recording.humans[k, 1]) | {"id": 1}],
-            }
-            for k in range(len(recording))
-        ],
-    }
-
-
-def mutate_json(rng, document):
-    """Replaces an entry somewhere in a document, which it changes."""
-    values = (*NUMBERS[:20], 10**30, None, True, "", "fast", [], {}, [1, 2])
-    while True:
-        place = pick(
-            rng,
-            list(document)
-            if isinstance(document, dict)
-            else list(range(len(document))),
-        )
-        entry = document[place]
-        if isinstance(entry, dict | list) and entry and rng.random() < 0.8:
-            document = entry
-            continue
-        if isinstance(document, dict) and rng.random() < 0.2:
-            del document[place]
-        else:
-            document[place] = pick(rng, values)
-        return
-
-
 def test_changed_messages(tmp_path):
     rng = np.random.default_rng(5)
     path = tmp_path / "a.json"
-    whole = json.dumps(messages(whole_recording()))
+    whole = json.dumps(hunavsim_messages(whole_recording(), 1))
     outcomes = []
     for _ in range(ROUNDS):
         document = json.loads(whole)

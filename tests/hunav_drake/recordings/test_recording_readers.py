@@ -1,12 +1,15 @@
+import contextlib
 import copy
 import dataclasses
 import gzip
 import json
 import math
+import re
 
 import numpy as np
 import pytest
 
+from hunav_drake.cli import main
 from hunav_drake.recordings.readers import ReadRecording
 from hunav_drake.systems.evaluation.compute import (
     compute_metrics,
@@ -473,3 +476,46 @@ def test_a_file_that_is_not_there_is_named(tmp_path):
     for name in ("a.csv", "a.json.gz", "a.npz"):
         with pytest.raises(FileNotFoundError, match=name):
             ReadRecording(tmp_path / name)
+
+
+LONG = "x" * 100_000
+HEAD = "time,agent,x,y"
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("a.csv", f"time,agent,x,{LONG}\n0,robot,0,0\n"),
+        ("a.csv", f"{HEAD}\n{LONG},robot,0,0\n"),
+        ("a.csv", f"{HEAD}\n0,{LONG},0,0\n0,{LONG},0,0\n"),
+        ("a.csv", f"{HEAD}\n0,robot,0,0\n0,{LONG},0,0\n1,{LONG},9e9,0\n"),
+        ("a.csv", f"{HEAD},behavior\n0,a,0,0,b\n1,a,0,0,{LONG}\n"),
+        ("a.json", f'[{{"sec": "{LONG}", "nanosec": 0}}]'),
+        ("a.json", f'[{{"sec": 0, "nanosec": 0, "{LONG}": 1}}]'),
+        ("a.npz", LONG),
+    ],
+)
+def test_long_values_are_cut_in_messages(tmp_path, name, text):
+    path = tmp_path / name
+    path.write_text(text)
+    with pytest.raises(ValueError, match=re.escape(str(path))) as caught:
+        ReadRecording(path)
+    assert len(str(caught.value)) < 1000
+
+
+def test_commands_cut_long_lines(tmp_path, capsys):
+    path = tmp_path / "a.csv"
+    path.write_text("time,agent,x,y\n0,robot,0,0\n")
+    for words in (
+        ["evaluate", str(path), "--metrics", LONG],
+        ["evaluate", str(path), "--goal", LONG],
+        ["run", LONG],
+        ["run", "passing", "--planner", LONG],
+        ["run", "passing", "--seed", LONG],
+        [LONG],
+    ):
+        with contextlib.suppress(SystemExit):
+            assert main(words) == 2
+        told = capsys.readouterr().err
+        assert told
+        assert max(map(len, told.splitlines())) < 2100, words[:2]

@@ -205,9 +205,9 @@ def test_if_a_file_cannot_be_written_there_is_no_run(tmp_path):
     assert os.listdir(tmp_path / "runs") == []
 
 
-@pytest.mark.parametrize("tag", ["", "../a", "a b", "a/b", "..", ".a"])
+@pytest.mark.parametrize("tag", ["", "../a", " a", "a/b", "..", ".a"])
 def test_a_tag_must_fit_into_the_name_of_a_file(tmp_path, tag):
-    with pytest.raises(ValueError, match="tag must be of letters"):
+    with pytest.raises(ValueError, match="the tag must be fit"):
         WriteResult(make_timeout(), tmp_path, tag=tag)
     assert not list(tmp_path.iterdir())
 

@@ -3,9 +3,13 @@ from pathlib import Path
 import pytest
 
 from hunav_drake import systems
-from hunav_drake.systems.common.kernels import drop_stale_kernels
+from hunav_drake.systems.common.kernels import drop_stale_kernels, hash_sources
 
 FOLDER = Path(systems.__file__).parent
+
+
+def drop(folder, stamp):
+    return drop_stale_kernels(hash_sources(folder), folder, stamp)
 
 
 @pytest.fixture
@@ -23,32 +27,28 @@ def sources(tmp_path):
 def test_a_change_of_one_source_drops_what_all_compiled_to(sources):
     stamp = sources / "__pycache__" / "stamp"
     compiled = sources / "block" / "__pycache__" / "kernel.f-1.py312.1.nbc"
-    assert drop_stale_kernels(sources, stamp)
+    assert drop(sources, stamp)
     compiled.write_text("code")
-    assert not drop_stale_kernels(sources, stamp)
+    assert not drop(sources, stamp)
     (sources / "block" / "plain.py").write_text("pass # nothing compiled")
-    assert not drop_stale_kernels(sources, stamp)
+    assert not drop(sources, stamp)
     assert compiled.exists()
     (sources / "shared.py").write_text("import numba # njit 2")
-    assert drop_stale_kernels(sources, stamp)
+    assert drop(sources, stamp)
     assert not compiled.exists()
 
 
 def test_a_change_of_a_constant_drops_it_too(sources):
     stamp = sources / "__pycache__" / "stamp"
-    assert drop_stale_kernels(sources, stamp)
+    assert drop(sources, stamp)
     (sources / "block" / "constants.py").write_text("ONE = 2")
-    assert drop_stale_kernels(sources, stamp)
-    assert not drop_stale_kernels(sources, stamp)
+    assert drop(sources, stamp)
+    assert not drop(sources, stamp)
 
 
 def test_a_folder_that_cannot_be_written_is_no_error(sources):
     stamp = sources / "shared.py" / "stamp"
-    assert drop_stale_kernels(sources, stamp)
-
-
-# Where it is called; and one that compiles in nothing of another file.
-ALONE = {"kernels.py", "elementary.py"}
+    assert drop(sources, stamp)
 
 
 def test_whatever_is_compiled_imports_the_check_first():
@@ -56,4 +56,4 @@ def test_whatever_is_compiled_imports_the_check_first():
         text = path.read_text()
         if "import numba\n" in text or "from numba import" in text:
             checked = "hunav_drake.systems.common.kernels" in text
-            assert checked or path.name in ALONE, path
+            assert checked or path.name == "kernels.py", path
