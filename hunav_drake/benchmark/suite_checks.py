@@ -10,7 +10,7 @@ from hunav_drake.scenario.error import Finding
 from hunav_drake.scenario.population import draw_people
 from hunav_drake.scenario.shipped import shipped_names
 from hunav_drake.systems.behavior import BEHAVIORS
-from hunav_drake.systems.common.suggest import shown, suggestion
+from hunav_drake.systems.common.suggest import did_you_mean, shown, suggestion
 from hunav_drake.systems.evaluation.metrics import METRICS, select_metrics
 from hunav_drake.systems.people.behavior_choice import behavior_name
 from hunav_drake.systems.planning import PLANNERS
@@ -101,7 +101,8 @@ def _behavior_faults(
 def _metric_fault(name: str, scenarios: Sequence[Scenario]) -> str:
     """Returns why a metric is unknown where it is to be; nothing if it is."""
     if name not in METRICS:
-        return _unknown("metric", name, METRICS)
+        near = did_you_mean(name, METRICS) or "; see `hunav metrics`"
+        return f"there is no metric {shown(name)}{near}"
     for scenario in scenarios:
         computed = [
             it.name for it in select_metrics(scenario.evaluator.metrics)

@@ -22,6 +22,7 @@ from hunav_drake.results.metric_facts import bounds_of, direction_of, unit_of
 from hunav_drake.results.quantity_text import ROUNDING
 from hunav_drake.results.settings import has_settings
 from hunav_drake.systems.common.arrays import Array, Mask
+from hunav_drake.systems.common.suggest import suggestion
 from hunav_drake.systems.evaluation.metric import ABOUT_RUNS
 
 Names = str | Iterable[str]
@@ -343,8 +344,8 @@ def _metric_columns(
     for name in [*keys, *names]:
         if name not in runs:
             raise ValueError(
-                f"the table of runs has no column {name!r}; it has"
-                f" {', '.join(map(str, runs.columns))}"
+                f"the table of runs has no column {name!r};"
+                f" {suggestion(str(name), list(map(str, runs.columns)))}"
             )
     if runs.empty or not names:
         raise ValueError(
