@@ -159,11 +159,11 @@ def _fill(diagram: Diagram, context: Context, arrays: dict[str, Array]) -> None:
             values = _numbers(arrays, f"{key}/{name}", (vector.size(),))
             _check_values(system, name, values, vector.CopyToVector())
             vector.SetFromVector(values)
+        place = system.GetSystemPathname()
         if isinstance(system, Checking):
             try:
                 system.CheckContext(own)
             except ValueError as error:
-                place = system.GetSystemPathname()
                 raise ValueError(f"{place}: {error}") from error
         for i, value in abstract_states(system, own):
             head = f"{key}/abstract/{i}/"
@@ -175,9 +175,7 @@ def _fill(diagram: Diagram, context: Context, arrays: dict[str, Array]) -> None:
             try:
                 state = value.from_arrays(stored)
             except (LookupError, TypeError, ValueError) as error:
-                raise ValueError(
-                    f"{system.GetSystemPathname()}: {error}"
-                ) from error
+                raise ValueError(f"{place}: {error}") from error
             own.SetAbstractState(i, state)
     for _, system in leaves(diagram):
         if isinstance(system, BehaviorTree):

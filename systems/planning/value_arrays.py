@@ -8,7 +8,6 @@ without its constructor.
 
 import dataclasses
 from enum import Enum
-import functools
 import json
 import sys
 from types import UnionType
@@ -95,10 +94,11 @@ def _value(form: Any, arrays: Arrays) -> Any:
     items = {key: _value(item, arrays) for key, item in form["items"].items()}
     if list(items) != list(_names(cls)):
         raise ValueError(f"{form['class']} has other fields now")
+    hints = _hints(cls)
     for key, item in items.items():
-        if not _fits(item, _hints(cls).get(key, Any)):
+        if not _fits(item, hints.get(key, Any)):
             raise ValueError(
-                f"{form['class']}: {key} must be of type {_hints(cls)[key]},"
+                f"{form['class']}: {key} must be of type {hints[key]},"
                 f" got {item!r:.80}"
             )
     if issubclass(cls, tuple):
@@ -127,7 +127,13 @@ def _names(cls: type[Any]) -> tuple[str, ...]:
     return tuple(field.name for field in dataclasses.fields(cls))
 
 
-_hints = functools.cache(get_type_hints)
+def _hints(cls: type[Any]) -> dict[str, Any]:
+    """Returns the types of fields; none if some cannot be looked up."""
+    try:
+        return get_type_hints(cls)
+    except (NameError, TypeError):
+        return {}
+
 
 # What else than itself a type of numbers takes.
 _LIKE: dict[Any, Any] = {
