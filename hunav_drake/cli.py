@@ -141,9 +141,11 @@ class _Parser(argparse.ArgumentParser):
         if match := _INVALID_CHOICE.search(message):
             option, word = match[1], match[2]
             names = re.findall(r"[\w-]+", match[3])
+            near = did_you_mean(word, names)
+            if len(names) == 1:
+                near = f"; to {names[0]} it, write {names[0]} before it"
             message = (
-                f"there is no command {word!r}{did_you_mean(word, names)};"
-                f" valid: {', '.join(names)}"
+                f"there is no command {word!r}{near}; valid: {', '.join(names)}"
                 if names == commands
                 else f"{option}: must be one of {', '.join(names)}, got"
                 f" {word!r}{did_you_mean(word, names)}"

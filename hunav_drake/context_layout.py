@@ -38,6 +38,18 @@ class Remembering(Protocol):
         """Returns all that the meaning of the state depends on, in words."""
 
 
+@runtime_checkable
+class Checking(Protocol):
+    """A system that knows which numbers its Context may have."""
+
+    def CheckContext(self, context: Context) -> None:
+        """Checks the numbers of a Context of this system.
+
+        Raises:
+            ValueError: If they cannot be.
+        """
+
+
 def abstract_states(
     system: System, context: Context
 ) -> Iterator[tuple[int, Storable]]:
@@ -128,8 +140,16 @@ def layout(diagram: Diagram, context: Context) -> list[dict[str, Any]]:
     return parts
 
 
-def misfit(saved: list[dict[str, Any]], present: list[dict[str, Any]]) -> str:
+def misfit(saved: Any, present: list[dict[str, Any]]) -> str:
     """Returns how a file and a diagram differ, or an empty text."""
+    keys = {"key", "type", "path", "sizes", "abstract", "memory"}
+    if not isinstance(saved, list) or not all(
+        isinstance(old, dict)
+        and old.keys() >= keys
+        and isinstance(old["memory"], list)
+        for old in saved
+    ):
+        return "its list of systems is none"
     for old, new in zip(saved, present, strict=False):
         for what in ("key", "type", "memory", "sizes", "abstract"):
             differing = (old[what], new[what])

@@ -17,6 +17,13 @@ from hunav_drake.systems.evaluation.recording import Recording
 _IN_THE_WAY = 0.5
 _TOUCHES = 0.03
 
+# What stands within this before a robot, surface to surface, is named: sparing
+# planners stop as far from it, in meters.
+_AHEAD = 1.0
+
+# Who is there for less is only passing, in seconds.
+_LEAST_TIME = 1.0
+
 # A robot that stays within this of a place stands there, in meters.
 _STANDS = 0.3
 
@@ -70,9 +77,11 @@ def explain_end(recording: Recording, scenario: Scenario) -> str:
     if stands < _LEAST_STOP:
         return f"{where}, {_on_its_way(recording, distance)}"
     wall = "" if space is None else _touched(scenario, space, (x, y), radius)
-    what = f"at {wall}" if wall else "standing"
+    before = wall or _ahead(recording, scenario, space)
+    what = f"at {wall} for" if wall else "standing for"
+    what += f" {stands:.0f} s" + (f", {before}" if before != wall else "")
     return (
-        f"{where}, {what} for {stands:.0f} s; try another planner or other"
+        f"{where}, {what}; try another planner or other"
         " parameters of it, or give the robot more room"
     )
 
@@ -113,7 +122,7 @@ def _blocked_by(recording: Recording, stands: float) -> str:
     times = [_time_since_last(recording, ~near[:, i]) for i in found]
     longest = int(np.argmax(times))
     time = min(times[longest], stands)
-    if time < 1.0:
+    if time < _LEAST_TIME:
         return ""
     names = [recording.human_names[found[longest]]]
     names += [
@@ -151,3 +160,37 @@ def _touched(
     if nearest is None or nearest[1] > radius + _TOUCHES:
         return ""
     return path_text(scenario, ("world", *nearest[0]))
+
+
+def _ahead(
+    recording: Recording, scenario: Scenario, space: FreeSpace | None
+) -> str:
+    """Returns what is before the robot at the end; empty if nothing is.
+
+    Before it is where it faces and where its goal is, as wide as it is.
+    """
+    assert recording.goal is not None
+    x, y, yaw = recording.robot[-1, [X, Y, YAW]].tolist()
+    dx, dy = recording.goal[0] - x, recording.goal[1] - y
+    radius = float(recording.robot[-1, RADIUS])
+    reach = min(math.hypot(dx, dy), _AHEAD)
+    found: list[tuple[float, str]] = []
+    for heading, gap in ((math.atan2(dy, dx), reach), (yaw, _AHEAD)):
+        along = np.array([math.cos(heading), math.sin(heading)])
+        end = along * (gap + radius) + (x, y)
+        thing = space and space.before((x, y), (end[0], end[1]), radius)
+        if thing:
+            name = path_text(scenario, ("world", *thing[0]))
+            found.append((thing[1] - radius, name))
+        away = recording.humans[..., [X, Y]] - (x, y)
+        gaps = away @ along - recording.humans[..., RADIUS] - radius
+        side = np.abs(away @ (-along[1], along[0]))
+        widths = recording.humans[..., RADIUS] + radius
+        there = (gaps < gap) & (gaps > -widths) & (side < widths)
+        for i in np.flatnonzero(there[-1]):
+            if _time_since_last(recording, ~there[:, i]) >= _LEAST_TIME:
+                found.append((float(gaps[-1, i]), recording.human_names[i]))
+    if not found:
+        return ""
+    distance, name = min(found)
+    return f"{max(distance, 0.0):.2f} m before {name}"

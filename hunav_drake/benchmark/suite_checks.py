@@ -11,7 +11,7 @@ from hunav_drake.scenario.error import Finding
 from hunav_drake.scenario.population import draw_people
 from hunav_drake.scenario.shipped import shipped_names
 from hunav_drake.systems.behavior import BEHAVIORS
-from hunav_drake.systems.common.suggest import shown, suggestion
+from hunav_drake.systems.common.suggest import did_you_mean, shown, suggestion
 from hunav_drake.systems.evaluation.metrics import METRICS, select_metrics
 from hunav_drake.systems.people.behavior_choice import behavior_name
 from hunav_drake.systems.planning import PLANNERS
@@ -127,7 +127,8 @@ def _formula_faults(
 def _metric_faults(name: str, scenarios: Iterable[Scenario]) -> Iterator[str]:
     """Yields why a metric is unknown where it is to be."""
     if name not in METRICS:
-        yield _unknown("metric", name, METRICS)
+        near = did_you_mean(name, METRICS) or "; see `hunav metrics`"
+        yield f"there is no metric {shown(name)}{near}"
         return
     for scenario in scenarios:
         computed = select_metrics(scenario.evaluator.metrics)

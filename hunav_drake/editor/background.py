@@ -181,8 +181,9 @@ def checked_place(
     """
     if width is None or origin is None:
         return None
-    is_far = len(origin) != 3 or max(map(abs, origin)) > MAX_COORDINATE
-    if not 0.01 <= width <= MAX_COORDINATE or is_far:
+    is_near = all(abs(it) <= MAX_COORDINATE for it in origin)
+    is_pose = len(origin) == 3 and is_near
+    if not (0.01 <= width <= MAX_COORDINATE and is_pose):
         raise BackgroundError(
             "a background has a width in meters, and an origin [x, y, yaw]"
         )

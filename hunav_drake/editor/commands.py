@@ -246,10 +246,11 @@ def _background(session: "EditSession", message: UseBackground) -> None:
         place = checked_place(message.width_m, message.origin)
         if background is None or place is None:
             raise BackgroundError("give a map or a picture")
-        session.background = background.placed(*place)
+        background = background.placed(*place)
     else:
-        session.background = read_background(message.files, message.name)
-    session.send("background", message.id, **session.background.message())
+        background = read_background(message.files, message.name)
+    session.send("background", message.id, **background.message())
+    session.background = background
 
 
 def _trace(session: "EditSession", message: Trace) -> None:

@@ -35,6 +35,7 @@ class SessionFile:
         self.folder = folder.resolve()
         self._bom = b""
         self._stamp: tuple[int, int] | None = None
+        self._told: tuple[int, int] | None = None
         self._digest = b""
 
     def resolve(self, name: str) -> Path:
@@ -101,9 +102,7 @@ class SessionFile:
 
     def changed(self) -> bool:
         """Tells whether somebody else has changed the file since."""
-        if self.path is None or self._stamp is None:
-            return False
-        if self._stamp == self._now():
+        if self.path is None or self._stamp == self._now():
             return False
         try:
             content = _content(self.path)
@@ -115,13 +114,13 @@ class SessionFile:
             return False
         return True
 
-    def take_as_seen(self) -> None:
-        """Keeps quiet about the present changes on disk."""
-        if self.path is not None:
-            try:
-                self._remember(_content(self.path))
-            except FileRefusedError:
-                self._stamp = None
+    def is_news(self) -> bool:
+        """Tells, once, whether somebody else has changed the file since."""
+        now = self._now()
+        if now == self._told or not self.changed():
+            return False
+        self._told = now
+        return True
 
     def _remember(self, content: bytes) -> None:
         self._digest = hashlib.sha256(content).digest()

@@ -100,8 +100,11 @@ def _with_more(data: dict[str, Any], other: dict[str, Any]) -> dict[str, Any]:
     humans = _list(data.get("humans"))
     more = [dict(it) for it in _list(other.get("humans")) if _is_dict(it)]
     if more:
-        names = {it.get("name") for it in humans if _is_dict(it)}
-        ids = {it.get("id") for it in humans if _is_dict(it)}
+        # (What is neither text nor number is a fault of its own.)
+        names = {
+            name for it in humans if isinstance(name := _of(it, "name"), str)
+        }
+        ids = {id_ for it in humans if isinstance(id_ := _of(it, "id"), int)}
         for human in more:
             _make_unique(human, names, ids)
         result["humans"] = [*humans, *more]
@@ -116,7 +119,11 @@ def _with_more(data: dict[str, Any], other: dict[str, Any]) -> dict[str, Any]:
     return result
 
 
-def _make_unique(human: dict[str, Any], names: set[Any], ids: set[Any]) -> None:
+def _of(value: Any, key: str) -> Any:
+    return value.get(key) if _is_dict(value) else None
+
+
+def _make_unique(human: dict[str, Any], names: set[str], ids: set[int]) -> None:
     """Gives a person a name and a number that nobody has."""
     name = human.get("name")
     if isinstance(name, str) and name:
@@ -126,9 +133,8 @@ def _make_unique(human: dict[str, Any], names: set[Any], ids: set[Any]) -> None:
             count += 1
         names.add(human["name"])
     if isinstance(human.get("id"), int):
-        numbers = [it for it in ids if isinstance(it, int)]
         if human["id"] in ids:
-            human["id"] = max(numbers, default=0) + 1
+            human["id"] = max(ids) + 1
         ids.add(human["id"])
 
 

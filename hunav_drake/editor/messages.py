@@ -19,7 +19,7 @@ from hunav_drake.systems.common.suggest import shown, suggestion
 _MAX_TEXT = 16 * 2**20
 _MAX_NAME = 4096
 
-_CONFIG = ConfigDict(extra="ignore")
+_CONFIG = ConfigDict(extra="ignore", allow_inf_nan=False)
 _message = dataclass(frozen=True, kw_only=True, config=_CONFIG)
 
 Id = StrictInt | Annotated[StrictStr, Field(max_length=200)] | None

@@ -2,6 +2,7 @@
 
 import asyncio
 from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 import hashlib
 import hmac
@@ -15,6 +16,7 @@ from urllib.parse import urlsplit
 
 from tornado.httpserver import HTTPServer
 from tornado.ioloop import IOLoop, PeriodicCallback
+from tornado.log import app_log
 from tornado.netutil import bind_sockets
 from tornado.web import Application, HTTPError, RequestHandler
 from tornado.websocket import WebSocketClosedError, WebSocketHandler
@@ -32,6 +34,10 @@ LINGER = 30.0
 # How often to look whether the file was changed, in seconds.
 LOOK = 2.0
 
+
+# How long a connection may say nothing, or take for a request, in seconds. (A
+# page is known to be there by the pings of its channel.)
+IDLE = 60.0
 
 # Files have their ports among these, which nobody gets who asks for any port.
 _PORTS = range(20_000, 30_000)
@@ -71,6 +77,7 @@ class EditPage:
         port: int | None = None,
         find_file: FindFile | None = None,
         linger: float = LINGER,
+        idle: float = IDLE,
     ) -> None:
         """Opens the port; `run` serves it.
 
@@ -82,6 +89,8 @@ class EditPage:
             find_file: Finds the file of a result; None if there are none.
             linger: How long to go on without pages, after the last one was
                 closed, in seconds.
+            idle: How long a connection may say nothing, or take for a request,
+                in seconds.
 
         Raises:
             OSError: If the port is taken.
@@ -91,6 +100,8 @@ class EditPage:
         self.find_file = find_file
         self._secret = secrets.token_urlsafe(32)
         self._linger = linger
+        self._idle = idle
+        self._thread = ThreadPoolExecutor(1, "session")
         self._sockets = _bound(session, port)
         self.port: int = self._sockets[0].getsockname()[1]
         self._loop: IOLoop | None = None
@@ -143,11 +154,16 @@ class EditPage:
     async def _serve(self, ready: Callable[[], None]) -> None:
         self._loop = IOLoop.current()
         self._ended = asyncio.Event()
-        server = HTTPServer(self.application(), max_buffer_size=2 * MAX_MESSAGE)
+        server = HTTPServer(
+            self.application(),
+            max_buffer_size=2 * MAX_MESSAGE,
+            idle_connection_timeout=self._idle,
+            body_timeout=self._idle,
+        )
         server.add_sockets(self._sockets)
         unsubscribe = self.session.subscribe(self._tell)
         self._loop.add_callback(ready)
-        look = PeriodicCallback(self.session.poll, 1000 * LOOK)
+        look = PeriodicCallback(lambda: self.do(self.session.poll), 1000 * LOOK)
         look.start()
         try:
             await self._ended.wait()
@@ -159,11 +175,19 @@ class EditPage:
                 channel.close()
             # Browsers keep connections for what they ask for next.
             await server.close_all_connections()
+            self._thread.shutdown(cancel_futures=True)
 
     def stop(self) -> None:
         """Ends `run`; from any thread."""
         if self._loop is not None:
             self._loop.add_callback(self._ended.set)
+
+    def do(self, function: Callable[..., object], *args: Any) -> None:
+        """Lets the session work, one thing after the other, in a thread.
+
+        So a large text, or a file on a slow disk, does not block the server.
+        """
+        self._thread.submit(function, *args).add_done_callback(_tell_failure)
 
     def may(self, request: Any) -> bool:
         """Tells whether a request names this server as its host.
@@ -220,6 +244,12 @@ class EditPage:
                 sent = channel.write_message(text)
                 # A page that is closed meanwhile need not be told of.
                 sent.add_done_callback(asyncio.Future.exception)
+
+
+def _tell_failure(work: Future[object]) -> None:
+    """Shows what no message of the session may end in."""
+    if not work.cancelled() and (error := work.exception()) is not None:
+        app_log.error("the editor failed", exc_info=error)
 
 
 def _bound(session: EditSession, port: int | None) -> list[socket.socket]:
@@ -346,6 +376,9 @@ class _Channel(WebSocketHandler):
         self.page.closed(self)
 
     def on_message(self, message: str | bytes) -> None:
+        self.page.do(self._receive, message)
+
+    def _receive(self, message: str | bytes) -> None:
         try:
             content = json.loads(message)
         except (ValueError, RecursionError):

@@ -193,12 +193,11 @@ class EditSession:
         """
         with self._lock:
             file = self.state.file
-            if not file.changed():
+            if not file.is_news():
                 return
             if not self.state.is_dirty:
                 self.receive({"do": "reload", "confirm": True})
                 return
-            file.take_as_seen()
             self.send(
                 "ask",
                 question=f"{file.path} was changed by another program. Read it"

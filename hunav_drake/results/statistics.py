@@ -27,7 +27,7 @@ from hunav_drake.results.provenance import NOTHING_DRAWN
 from hunav_drake.results.quantity_text import ROUNDING
 from hunav_drake.results.settings import has_settings
 from hunav_drake.systems.common.arrays import Array, Mask
-from hunav_drake.systems.common.suggest import shown
+from hunav_drake.systems.common.suggest import shown, suggestion
 from hunav_drake.systems.evaluation.metric import ABOUT_RUNS
 
 Names = str | Iterable[str]
@@ -371,8 +371,8 @@ def _metric_columns(
     for name in [*keys, *names]:
         if name not in runs:
             raise ValueError(
-                f"the table of runs has no column {shown(name)}; it has"
-                f" {', '.join(map(str, runs.columns))}"
+                f"the table of runs has no column {shown(name)};"
+                f" {suggestion(str(name), list(map(str, runs.columns)))}"
             )
     if runs.empty or not names:
         raise ValueError(

@@ -17,7 +17,7 @@ from hunav_drake.scenario.schema import Scenario
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.robot.physical_robots import PhysicalRobot
 from hunav_drake.systems.sensing.sensor_config import CameraConfig
-from hunav_drake.systems.world.shapes import Polygon, Polyline, World
+from hunav_drake.systems.world.shapes import Polygon, Polyline, World, apart
 from hunav_drake.systems.world.solids import Fixture, WorldFileError
 
 # Points nearer to each other than this, in meters, are the same.
@@ -30,16 +30,27 @@ _MAX_LOOKS = 10**6
 _DISCS = 256
 
 
+_TOO_SMALL = (
+    "must be larger: points within 1 mm are one, and too few are left; are they"
+    " in meters?"
+)
+
+
 def check_walls(scenario: Scenario) -> Iterator[Finding]:
     """Looks for walls with repeated points, no area or crossing sides."""
     for i, wall in enumerate(scenario.world.walls):
         loc: Loc = ("world", "walls", i, "points")
         if isinstance(wall, Polyline):
-            points = wall.vertices()
+            points = np.array(wall.points, dtype=float)
             for k in _repeated(points):
                 yield Finding((*loc, k + 1), f"repeats points[{k}]")
+            if len(apart(points, closed=False)) < 2 and len(points) > 1:
+                yield Finding(loc, _TOO_SMALL)
         elif isinstance(wall, Polygon):
-            found = _polygon_fault(wall.vertices().tobytes())
+            points = np.array(wall.points, dtype=float)
+            found = _polygon_fault(points.tobytes())
+            if found is None and len(apart(points, closed=True)) < 3:
+                found = Finding((), _TOO_SMALL)
             if found is not None:
                 yield Finding((*loc, *found.loc), found.message)
 

@@ -162,6 +162,29 @@ class FreeSpace:
         number = int(self._tree.nearest(point))
         return self.places[number], float(self.shapes[number].distance(point))
 
+    def before(
+        self, start: Point, end: Point, radius: float
+    ) -> tuple[Loc, float] | None:
+        """Returns the first thing that a disc meets on a straight line.
+
+        Args:
+            start: (x, y) in W, in meters.
+            end: The same.
+            radius: That of the disc, in meters; what it glides along is not
+                met.
+
+        Returns:
+            The thing, and how far from the start it is, in meters.
+        """
+        line = shapely.LineString([start, end])
+        strip = line.buffer(0.95 * radius, cap_style="flat")
+        first = shapely.Point(start)
+        met = [
+            (float(self.shapes[i].intersection(strip).distance(first)), i)
+            for i in self._tree.query(strip, predicate="intersects")
+        ]
+        return (self.places[min(met)[1]], min(met)[0]) if met else None
+
     def between(self, start: Point, goal: Point) -> Loc | None:
         """Returns the first thing on the straight line to a goal."""
         line = shapely.LineString([start, goal])

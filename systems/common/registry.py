@@ -92,8 +92,9 @@ class Registry(Mapping[str, type[Any]]):
 
         Raises:
             ValueError: If the name, or the class, is registered already.
-            TypeError: If it is no dataclass, does not derive from the base
-                class, or lacks one of its methods.
+            TypeError: If it is no dataclass itself, does not derive from the
+                base class, lacks one of its methods, or gives a parameter of
+                its base another default without a type.
         """
         if not isinstance(name, str) or not name:
             raise ValueError(
@@ -190,10 +191,18 @@ class Registry(Mapping[str, type[Any]]):
         return self._choices
 
     def _check(self, choice: Any) -> None:
-        if not (isinstance(choice, type) and dataclasses.is_dataclass(choice)):
+        # (A class inherits being a dataclass, but its own fields are none.)
+        is_class = isinstance(choice, type)
+        if not (is_class and "__dataclass_fields__" in vars(choice)):
+            remedy = (
+                f"write @dataclass above class {choice.__qualname__}, below the"
+                " line that registers it"
+                if is_class
+                else f"got {choice!r:.80}"
+            )
             raise TypeError(
                 f"a {self.kind} is a dataclass, whose fields are its"
-                f" parameters; got {choice!r}"
+                f" parameters; {remedy}"
             )
         if not issubclass(choice, self._base):
             raise TypeError(
@@ -207,7 +216,15 @@ class Registry(Mapping[str, type[Any]]):
             )
         for name in sorted(getattr(self._base, "__abstractmethods__", ())):
             _check_parameters(choice, self._base, name)
-        if self.tag in (field.name for field in dataclasses.fields(choice)):
+        fields = [field.name for field in dataclasses.fields(choice)]
+        untyped = set(fields) & vars(choice).keys()
+        untyped -= inspect.get_annotations(choice).keys()
+        for name in sorted(untyped):
+            raise TypeError(
+                f"{choice.__qualname__}.{name} changes nothing without a type;"
+                f" write {name}: TYPE = {vars(choice)[name]!r:.40}"
+            )
+        if self.tag in fields:
             raise TypeError(
                 f"{choice.__qualname__} must not have a field {self.tag!r}:"
                 f" that key names the {self.kind}"

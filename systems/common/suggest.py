@@ -5,11 +5,19 @@ import difflib
 import functools
 from typing import Any
 
+# A part of a valid word counts if it has more letters, and is as alike as this.
+_LEAST_PART, _PART = 3, 0.8
+
+# More valid words than these are not all shown.
+_MOST_SHOWN = 24
+
 
 def nearest(word: str, valid: Iterable[str], cutoff: float = 0.6) -> str | None:
     """Returns the valid word nearest to a word, if one is near.
 
-    Case does not matter. The cutoff, from 0 to 1, is how alike they must be.
+    Case does not matter. Where no word is near, one that has a part like it
+    is: `jerk` is near to `avg_robot_jerk`. The cutoff, from 0 to 1, is how
+    alike whole words must be.
     """
     # No valid word is long; comparing with a long one would take its time.
     return _nearest(word[:64].lower(), tuple(valid), cutoff)
@@ -19,7 +27,16 @@ def nearest(word: str, valid: Iterable[str], cutoff: float = 0.6) -> str | None:
 def _nearest(word: str, valid: tuple[str, ...], cutoff: float) -> str | None:
     by_lower = {name.lower(): name for name in valid}
     near = difflib.get_close_matches(word, by_lower, n=1, cutoff=cutoff)
-    return by_lower[near[0]] if near else None
+    if near:
+        return by_lower[near[0]]
+    by_part = {
+        part: name
+        for name in reversed(valid)
+        for part in name.lower().split("_")
+        if len(part) > _LEAST_PART
+    }
+    near = difflib.get_close_matches(word, by_part, n=1, cutoff=_PART)
+    return by_part[near[0]] if near else None
 
 
 def did_you_mean(word: str, valid: Iterable[str]) -> str:
@@ -47,7 +64,14 @@ def shown(value: Any) -> str:
 
 
 def suggestion(word: str, valid: Sequence[str]) -> str:
-    """Returns the nearest valid word, or all of them, for a message."""
+    """Returns the nearest valid word, or all of them, for a message.
+
+    Of many, it is those that come first.
+    """
     if near := nearest(word, valid):
         return f"did you mean {shown(near)}?"
-    return "valid: " + ", ".join(sorted(valid)) if valid else "there are none"
+    if not valid:
+        return "there are none"
+    more = len(valid) - _MOST_SHOWN
+    names = [*sorted(valid)[:_MOST_SHOWN], *([f"and {more} more"] * (more > 0))]
+    return "valid: " + ", ".join(names)

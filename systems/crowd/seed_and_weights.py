@@ -9,6 +9,7 @@ from pydrake.systems.framework import Context
 
 from hunav_drake.systems.common.layout import MOTION_SIZE, STATE_SIZE, Y
 from hunav_drake.systems.common.random_streams import (
+    check_seed,
     halves_to_seed,
     seed_to_halves,
 )
@@ -77,6 +78,18 @@ class SeedAndWeights:
             context: Of this system.
         """
         return halves_to_seed(self._GetParameter(context, self._seed))
+
+    def CheckContext(self, context: Context) -> None:
+        """Checks that seed and weights of a Context can be such.
+
+        Raises:
+            ValueError: If they cannot.
+        """
+        halves = self._GetParameter(context, self._seed)
+        seed = check_seed(halves_to_seed(halves))
+        if not np.array_equal(seed_to_halves(seed), halves):
+            raise ValueError(f"no seed has the halves {halves.tolist()}")
+        check_weights(self.GetWeights(context), len(self._humans))
 
     def SetWeights(self, context: Context, weights: ArrayLike) -> None:
         """Sets the weights of the forces on people.

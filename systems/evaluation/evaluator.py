@@ -357,7 +357,8 @@ class Evaluator(LeafSystem):
             return False
         if self._config.start == "by_trigger":
             return self._IsTriggerHigh(context)
-        if window[_TRIGGER_WAS_HIGH] and not self._IsTriggerHigh(context):
+        was_high = window[_TRIGGER_WAS_HIGH] and self._trigger.HasValue(context)
+        if was_high and not self._IsTriggerHigh(context):
             return False
         if self._config.start == "at_goal_command" and not last.count:
             return self._EvalGoal(context) is not None

@@ -18,7 +18,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 
 from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.common.suggest import did_you_mean, nearest, shown
+from hunav_drake.systems.common.suggest import did_you_mean, shown
 from hunav_drake.systems.evaluation.recording import Recording
 
 # Table I of Perez-Higueras et al., "HuNavSim", 2023, in its order.
@@ -208,7 +208,12 @@ def register_metric[F: Callable[[Recording], Any]](
     aliases = (aliases,) if isinstance(aliases, str) else tuple(aliases)
 
     def register(function: F) -> F:
-        own = function.__name__ if name is None else name
+        own: Any = getattr(function, "__name__", None) if name is None else name
+        if not callable(function) or own is None:
+            raise ValueError(
+                "a metric is a function of a recording; what has no name of its"
+                f" own needs one: name=..., got {function!r:.80}"
+            )
         try:
             inspect.signature(function).bind("recording")
         except TypeError:
@@ -343,9 +348,8 @@ def _by_alias(name: str) -> Metric | None:
 def _unknown(name: object) -> str:
     known = [*METRICS, *_selections()]
     known += [alias for m in METRICS.values() for alias in m.aliases]
-    near = nearest(str(name), known)
+    families = f"; families: {', '.join(_selections())}"
     return (
-        f"there is no metric or family {shown(name)}; "
-        + (f"did you mean {near!r}? " if near else "")
-        + f"Families: {', '.join(_selections())}"
+        f"there is no metric or family {shown(name)}"
+        f"{did_you_mean(str(name), known) or families}"
     )

@@ -10,7 +10,8 @@ import dataclasses
 from enum import Enum
 import json
 import sys
-from typing import Any
+from types import UnionType
+from typing import Any, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
@@ -93,6 +94,13 @@ def _value(form: Any, arrays: Arrays) -> Any:
     items = {key: _value(item, arrays) for key, item in form["items"].items()}
     if list(items) != list(_names(cls)):
         raise ValueError(f"{form['class']} has other fields now")
+    hints = _hints(cls)
+    for key, item in items.items():
+        if not _fits(item, hints.get(key, Any)):
+            raise ValueError(
+                f"{form['class']}: {key} must be of type {hints[key]},"
+                f" got {item!r:.80}"
+            )
     if issubclass(cls, tuple):
         return tuple.__new__(cls, items.values())
     value = object.__new__(cls)
@@ -117,6 +125,42 @@ def _names(cls: type[Any]) -> tuple[str, ...]:
         names: tuple[str, ...] = cls._fields  # type: ignore[attr-defined]
         return names
     return tuple(field.name for field in dataclasses.fields(cls))
+
+
+def _hints(cls: type[Any]) -> dict[str, Any]:
+    """Returns the types of fields; none if some cannot be looked up."""
+    try:
+        return get_type_hints(cls)
+    except (NameError, TypeError):
+        return {}
+
+
+# What else than itself a type of numbers takes.
+_LIKE: dict[Any, Any] = {
+    bool: (bool, np.bool_),
+    int: (int, np.integer),
+    float: (float, int, np.floating, np.integer),
+}
+
+
+def _fits(value: Any, hint: Any) -> bool:
+    """Tells whether a value is of the type of a field."""
+    origin, parts = get_origin(hint) or hint, get_args(hint)
+    if origin in (Union, UnionType):
+        return any(_fits(value, part) for part in parts)
+    if origin is tuple and parts and isinstance(value, tuple):
+        if parts[-1] is ...:
+            parts = parts[:1] * len(value)
+        pairs = zip(value, parts, strict=False)
+        return len(value) == len(parts) and all(_fits(*it) for it in pairs)
+    if origin is None:
+        return value is None
+    kinds = _LIKE.get(origin, origin)
+    return (
+        origin is Any
+        or not isinstance(origin, type)
+        or isinstance(value, kinds)
+    )
 
 
 def _find(kind: str) -> type[Any] | None:

@@ -28,6 +28,9 @@ from hunav_drake.systems.world.furniture import FURNITURE, Furniture
 from hunav_drake.systems.world.obstacles import Obstacles
 from hunav_drake.systems.world.solids import Fixture, Prism, turned
 
+# Corners that are nearer to each other are one, in meters.
+SAME_CORNER = 1e-3
+
 # How high the eyes of people are, in meters.
 EYE_HEIGHT = 1.6
 
@@ -97,8 +100,10 @@ class Polygon(Wall):
     """The corners, three to a thousand, in meters; the last joins the first."""
 
     def vertices(self) -> Array:
-        """Returns the corners as given, shape (k, 2)."""
-        return np.array(self.points, dtype=float)
+        """Returns the corners, shape (k, 2); those within 1 mm are one."""
+        points = np.array(self.points, dtype=float)
+        kept = apart(points, closed=True)
+        return kept if len(kept) > 2 else points
 
 
 @register_wall("polyline")
@@ -112,8 +117,10 @@ class Polyline(Wall):
     """The points, at least two, in meters."""
 
     def vertices(self) -> Array:
-        """Returns the points as given, shape (k, 2)."""
-        return np.array(self.points, dtype=float)
+        """Returns the points, shape (k, 2); those within 1 mm are one."""
+        points = np.array(self.points, dtype=float)
+        kept = apart(points, closed=False)
+        return kept if len(kept) > 1 else points
 
 
 @plain_errors
@@ -208,6 +215,24 @@ class World:
         It is what is at the height of their eyes, `EYE_HEIGHT`.
         """
         return self.obstacles_at(EYE_HEIGHT)
+
+
+def apart(points: Array, *, closed: bool) -> Array:
+    """Returns points (k, 2) without those within 1 mm of the one before.
+
+    If they are closed, the first comes after the last, too.
+    """
+    steps = np.diff(points, axis=0, append=points[:1])
+    close = np.hypot(*steps.T) < SAME_CORNER
+    if not close[: len(points) - (not closed)].any():
+        return points
+    kept = [0]
+    for i, point in enumerate(points):
+        if np.hypot(*(point - points[kept[-1]])) >= SAME_CORNER:
+            kept.append(i)
+    if closed and np.hypot(*(points[kept[-1]] - points[0])) < SAME_CORNER:
+        kept = kept[:-1] or kept
+    return points[kept]
 
 
 def _map_fixtures(filename: str | None) -> list[Fixture]:

@@ -33,6 +33,19 @@ _HIDERS = 6
 
 
 @jit
+def _is_nearer(x, y, px, py, qx, qy, near, segments, r):
+    """Tells whether segment `r` is nearer to (x, y): see `_passes`."""
+    other = distance_to(x, y, segments, r)
+    return other < near - _SAME or (
+        other <= near + _SAME
+        and min(
+            distance_to(px, py, segments, r), distance_to(qx, qy, segments, r)
+        )
+        <= other + _SAME
+    )
+
+
+@jit
 def _passes(px, py, qx, qy, near, where, walls, s):
     """Tells whether a path first nears and then leaves walls at segment `s`.
 
@@ -42,18 +55,15 @@ def _passes(px, py, qx, qy, near, where, walls, s):
     """
     x = px + where * (qx - px)
     y = py + where * (qy - py)
-    segments = walls.segments
+    # Of a wall of many segments, mostly the one before or after is nearer.
+    for r in (s - 1, s + 1):
+        if 0 <= r < len(walls.segments) and _is_nearer(
+            *(x, y, px, py, qx, qy, near, walls.segments, r)
+        ):
+            return False
     for r in segments_near(x, y, x, y, near + _SAME, walls):
-        if r == s:
-            continue
-        other = distance_to(x, y, segments, r)
-        if other < near - _SAME or (
-            other <= near + _SAME
-            and min(
-                distance_to(px, py, segments, r),
-                distance_to(qx, qy, segments, r),
-            )
-            <= other + _SAME
+        if r != s and _is_nearer(
+            *(x, y, px, py, qx, qy, near, walls.segments, r)
         ):
             return False
     return True

@@ -1,5 +1,6 @@
 """A trial that ends away from its goal says why, and what helps."""
 
+import dataclasses
 import json
 import math
 
@@ -118,6 +119,60 @@ def test_a_wall_that_is_touched_is_named(hall):
         recording(standing(4.59, 3.0), goal=(3.0, 9.0, 0.0)), hall
     )
     assert "at world.walls[0] ('block') for 20 s" in words
+
+
+def test_what_it_stands_before_is_named(hall):
+    """Where it faces, or where its goal is; the nearest counts."""
+    words = explain_end(recording(standing(4.0, 3.0), goal=(4, 9, 0)), hall)
+    assert "standing for 20 s, 0.60 m before world.walls[0] ('block')" in words
+    robot = standing(4.0, 3.0, yaw=2.0)
+    words = explain_end(recording(robot, goal=(4.7, 3, 0)), hall)
+    assert "standing for 20 s, 0.60 m before world.walls[0] ('block')" in words
+    ana = {"people": [(4.0, 4.5)], "human_names": ("ana",)}
+    words = explain_end(
+        recording(standing(4.0, 3.0, yaw=1.5), goal=(4, 9, 0), **ana), hall
+    )
+    assert "standing for 20 s, 0.90 m before ana;" in words
+
+
+def test_what_is_beside_far_or_passing_is_not_before_it(hall):
+    # Beside the wall, gliding along it, and with nothing ahead.
+    beside = recording(standing(4.55, 3.0, yaw=1.57), goal=(4.55, 9, 0))
+    assert "before" not in explain_end(beside, hall)
+    far = recording(standing(2.0, 3.0), goal=(2, 9, 0))
+    assert "standing for 20 s; try" in explain_end(far, hall)
+    rows = recording(standing(2.0, 3.0), [(9, 9)], goal=(2, 9, 0))
+    humans = rows.humans.copy()
+    humans[-5:, 0, :2] = [3.5, 3.0]
+    passing = dataclasses.replace(rows, humans=humans)
+    assert "before" not in explain_end(passing, hall)
+
+
+@pytest.mark.parametrize(
+    ("planner", "size", "words"),
+    [
+        ("pursuit", [0.8, 4], "standing for 5 s, 0.3"),
+        # Between walls it comes nearer.
+        ("sfw", [0.4, 0.4], "at world.walls[0] ('pillar') for 5 s"),
+    ],
+)
+def test_a_robot_that_stops_before_a_pillar_says_the_pillar(
+    planner, size, words
+):
+    data = f"""
+world:
+  walls:
+    - {{shape: box, name: pillar, center: [3, 0], size: {size}}}
+    - {{shape: box, center: [3, 1], size: [12, 0.1]}}
+    - {{shape: box, center: [3, -1], size: [12, 0.1]}}
+planner: {{name: {planner}}}
+simulation: {{stuck_time: 5}}
+robot: {{radius: 0.25, start: [0, 0, 0], goal: [6, 0, 0]}}
+"""
+    result = RunTrial(LoadScenario(data=data))
+    assert result.end_reason == "stuck"
+    assert words in result.end_message
+    assert "world.walls[0] ('pillar')" in result.end_message
 
 
 def test_one_on_its_way_is_given_time_that_suffices(hall):

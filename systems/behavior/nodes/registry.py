@@ -127,6 +127,11 @@ def _decorator(
     ignored: Iterable[str],
     replace: bool,
 ) -> Callable[[F], F]:
+    if not isinstance(name, str):
+        raise ValueError(
+            f"the name of a leaf is a text, got {name!r:.80}; write"
+            f' @register_{category.lower()}("Name") above it'
+        )
     if isinstance(ignored, str):
         raise ValueError(
             f"{name}: ignored must be several names, got the text {ignored!r};"

@@ -106,12 +106,12 @@ class LocalCostmap:
     What is None is as the planner's profile tells.
     """
 
-    size: Annotated[StrictFloat, within(0, 100, "m", low_open=True)] | None = (
+    size: Annotated[StrictFloat, within(0, 50, "m", low_open=True)] | None = (
         None
     )
     """The side of the square, in meters; by default as the profile has it."""
 
-    resolution: Annotated[StrictFloat, within(0.001, 10, "m")] | None = None
+    resolution: Annotated[StrictFloat, within(0.01, 10, "m")] | None = None
     """The side of a cell, in meters; by default as the profile has it."""
 
     update_period: Period | None = None

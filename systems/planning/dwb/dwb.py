@@ -193,15 +193,17 @@ class DwbPlanner(NavigationPlanner):
     sim_time: Period = 1.7
     """How far ahead the robot is predicted, in seconds."""
 
-    linear_granularity: PositiveLength = 0.05
+    linear_granularity: Annotated[StrictFloat, within(0.001, 1e5, "m")] = 0.05
     """The longest step of the prediction, in meters."""
 
     angular_granularity: Annotated[
-        StrictFloat, within(0, math.pi, "rad", low_open=True)
+        StrictFloat, within(0.001, math.pi, "rad")
     ] = 0.025
     """The largest turn in a step of the prediction, in radians."""
 
-    time_granularity: Period | None = None
+    time_granularity: Annotated[StrictFloat, within(0.001, 60, "s")] | None = (
+        None
+    )
     """The step of the prediction, in seconds, instead of the two above."""
 
     trajectory_generator: Literal["standard", "limited_accel"] = "standard"

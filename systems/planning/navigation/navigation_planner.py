@@ -167,7 +167,9 @@ class NavigationPlanner(Planner):
     0.275, for a robot from there up to the 0.35 m that the paper's metrics take
     for it; for other robots their own."""
 
-    inflation_radius: PositiveLength = 0.55
+    inflation_radius: Annotated[
+        StrictFloat, within(0, 20, "m", low_open=True)
+    ] = 0.55
     """How far around obstacles cells cost something, in meters."""
 
     cost_scaling_factor: (

@@ -100,7 +100,7 @@ class SfwPlanner(NavigationPlanner):
     sim_time: Period = 1.5
     """How far ahead it predicts, in seconds."""
 
-    sim_granularity: Period = 0.25
+    sim_granularity: Annotated[StrictFloat, within(0.01, 60, "s")] = 0.25
     """The step of the prediction, in seconds."""
 
     sfm_robot_radius: BodyRadius = 0.4

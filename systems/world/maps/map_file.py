@@ -18,6 +18,7 @@ import yaml
 
 from hunav_drake.systems.common.arrays import Array, Mask
 from hunav_drake.systems.common.schema import MAX_COORDINATE
+from hunav_drake.systems.common.suggest import shown, suggestion
 from hunav_drake.systems.world.maps.outlines import outlines
 from hunav_drake.systems.world.solids import WorldFileError, turned
 
@@ -28,6 +29,12 @@ MAX_CELLS = 25_000_000
 _MAX_BYTES = 100_000
 
 _MODES = ("trinary", "scale", "raw")
+
+# What map_server reads; multi_map_server knows a map by its `map_id`.
+_KEYS = (
+    *("image", "resolution", "origin", "negate", "occupied_thresh"),
+    *("free_thresh", "mode", "map_id"),
+)
 
 
 class MapError(WorldFileError):
@@ -133,6 +140,12 @@ def _settings(path: Path) -> dict[str, Any]:
         raise MapError(f"{path}: is not YAML: {line:.200}") from error
     if not isinstance(settings, dict):
         raise MapError(f"{path}: must be a mapping, as of a map of map_server")
+    for key in settings:
+        if key not in _KEYS:
+            raise MapError(
+                f"{path}: unknown key {shown(key)};"
+                f" {suggestion(str(key), _KEYS)}"
+            )
     return settings
 
 

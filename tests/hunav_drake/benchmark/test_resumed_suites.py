@@ -307,6 +307,10 @@ def relation(**keys):
             *("relations[0].metric", "complete", "completed"),
         ),
         (
+            relation(metric="jerk"),
+            *("relations[0].metric", "jerk", "avg_robot_jerk"),
+        ),
+        (
             relation(holds="dbw > 1"),
             *("data:7: relations[0].holds", "dbw", "dwb"),
         ),

@@ -77,6 +77,10 @@ def test_words_of_a_command_that_are_wrong_are_told_in_a_line(capsys):
         ("", "hunav: name a command: run, list, check"),
         ("tree", "hunav tree: name a command: show, check, convert; see"),
         ("rn", "there is no command 'rn'; did you mean 'run'?; valid: run"),
+        (
+            "metrics jerk",
+            "there is no command 'jerk'; to show it, write show before it;",
+        ),
         ("tree shwo", "there is no command 'shwo'; did you mean 'show'?"),
         ("run", "the following arguments are required: scenario"),
         (

@@ -2,6 +2,7 @@
 
 import base64
 import io
+import math
 
 from hypothesis import given, settings, strategies as st
 import numpy as np
@@ -153,6 +154,27 @@ def test_other_files_are_refused(view, files, words):
     assert "/tmp" not in answer["message"]
     (answer,) = view.ask("trace")
     assert "no background" in answer["message"]
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf, 1e300])
+def test_a_background_is_nowhere_but_in_the_world(view, bad):
+    """What no view could be told would end each session that asks."""
+    pixels = picture(np.ones((4, 4), dtype=bool))
+    view.ask("background", files=pixels)
+    for width, origin in (
+        (1.0, [bad, 0, 0]),
+        (1.0, [0, bad, 0]),
+        (1.0, [0, 0, bad]),
+        (bad, [0, 0, 0]),
+    ):
+        for files in ({}, pixels):
+            for do in ("background", "trace"):
+                view.ask(do, files=files, width_m=width, origin=origin)
+                if files and do == "background":
+                    continue
+                (answer,) = view.messages
+                assert answer["kind"] == "error"
+    assert "background" in [it["kind"] for it in view.ask("hello")]
 
 
 def test_white_pictures_have_no_walls():

@@ -1,5 +1,7 @@
 """HuNavSim's files and other scenarios, taken over in one step."""
 
+import json
+
 import pytest
 
 from hunav_drake.editor.session import EditSession
@@ -104,6 +106,18 @@ def test_scenarios_replace_with_their_comments(view):
     assert view.text == text
     view.ask("undo")
     assert view.text == TEXT
+
+
+@pytest.mark.parametrize("wrong", [{"a": 1}, [1], None, 1.5, True])
+def test_people_are_added_beside_names_that_are_none(view, wrong):
+    for key in ("name", "id"):
+        view.edit(["set", ["humans", 0, key], wrong])
+        other = json.dumps({"humans": [{"name": "ana", key: wrong}]})
+        answers = view.ask(
+            "import", kind="scenario", mode="add", name="o.yaml", text=other
+        )
+        assert "error" not in [it["kind"] for it in answers]
+        assert view.data["humans"][-1].keys() >= {"name", key}
 
 
 def test_scenarios_are_added(view):

@@ -139,6 +139,33 @@ def test_a_save_over_foreign_changes_is_asked(view, path):
     assert path.read_text() == "# theirs\n"
 
 
+def test_every_save_over_foreign_changes_is_asked(view, path):
+    """Also after it was told that the file has changed, and one save."""
+    rename(view, "eva")
+    view.ask("save")
+    rename(view, "ida")
+    path.write_text("# theirs\n")
+    view.session.poll()
+    for _ in range(3):
+        (answer,) = view.ask("save")
+        assert "changed by another program" in answer["question"]
+        view.session.poll()
+    assert path.read_text() == "# theirs\n"
+    view.session.receive(answer["again"])
+    assert "ida" in path.read_text()
+    rename(view, "eva")
+    assert kinds(view.ask("save")) == ["saved", "state"]
+
+
+def test_a_file_that_somebody_makes_meanwhile_is_asked_about(tmp_path):
+    path = tmp_path / "new.yaml"
+    view = View(EditSession(TEXT, filename=path))
+    path.write_text("# theirs\n")
+    (answer,) = view.ask("save")
+    assert "changed by another program" in answer["question"]
+    assert path.read_text() == "# theirs\n"
+
+
 def test_touching_the_file_is_no_change(view, path):
     os.utime(path, (1, 1))
     view.messages.clear()

@@ -190,3 +190,39 @@ def test_maps_of_a_planner_that_are_too_large_are_told(
 
 def test_planners_without_maps_go_on_in_large_worlds():
     assert LoadScenario(data=far_walls("pursuit"))
+
+
+def ring(count, radius):
+    """Returns the corners of a regular polygon."""
+    angles = 2 * np.pi * np.arange(count) / count
+    circle = np.column_stack([np.cos(angles), np.sin(angles)])
+    return (radius * circle).tolist()
+
+
+def test_corners_within_a_millimetre_are_one():
+    spaced = Polygon(points=ring(100, 0.1))
+    assert spaced.vertices().tolist() == ring(100, 0.1)
+    dense = Polygon(points=ring(1000, 0.02)).vertices()
+    assert 100 < len(dense) < 130
+    steps = np.hypot(*(np.roll(dense, -1, axis=0) - dense).T)
+    assert steps.min() >= 1e-3
+    line = Polyline(points=[(0, 0), (0.0005, 0), (1, 0), (1.0005, 0)])
+    assert line.vertices().tolist() == [[0, 0], [1, 0]]
+
+
+@pytest.mark.parametrize(
+    "wall",
+    [
+        Polygon(points=ring(1000, 0.0004)),
+        Polygon(points=[(0, 0), (1, 0), (1, 0.0005)]),
+        Polyline(points=[(0, 0), (0.0005, 0)]),
+    ],
+    ids=["ring", "needle", "line"],
+)
+def test_a_wall_within_a_millimetre_is_told(wall):
+    scenario = Scenario(world=World(walls=[wall]))
+    (found,) = check_walls(scenario)
+    assert found.loc == ("world", "walls", 0, "points")
+    assert "points within 1 mm are one" in found.message
+    # The other checks do not mind.
+    list(check_places(scenario))

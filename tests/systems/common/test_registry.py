@@ -101,6 +101,15 @@ def test_what_is_no_choice_is_refused(dut):
     with pytest.raises(TypeError, match=r"a brush is a dataclass, .*got 3"):
         dut.register("broad")(3)
 
+    class Bare(Brush):
+        gain: float = 2.0
+
+        def paint(self): ...
+
+    words = "a brush is a dataclass, .* write @dataclass above class .*Bare"
+    with pytest.raises(TypeError, match=words):
+        dut.register("broad")(Bare)
+
     @dataclass
     class Tagged(Brush):
         kind: str = ""
@@ -110,6 +119,22 @@ def test_what_is_no_choice_is_refused(dut):
     with pytest.raises(TypeError, match="must not have a field 'kind'"):
         dut.register("broad")(Tagged)
     assert not dut
+
+
+@pytest.mark.parametrize("decorate", [dataclass, dataclasses.dataclass])
+def test_a_field_that_would_change_nothing_is_refused(dut, decorate):
+    class Own(make_choice()):
+        flow: float = 1.0
+
+    with pytest.raises(TypeError, match=r"@dataclass above class .*Own"):
+        dut.register("own")(Own)
+    Other = decorate(type("Other", (make_choice(),), {"gain": 3.0}))
+    words = r"Other\.gain changes nothing without a type; write gain: TYPE = 3"
+    with pytest.raises(TypeError, match=words):
+        dut.register("other")(Other)
+    typed = {"gain": 3.0, "__annotations__": {"gain": float}}
+    typed = decorate(type("Typed", (make_choice(),), typed))
+    assert dut.register("typed")(typed)().gain == 3.0
 
 
 @pytest.mark.parametrize("data", ["braod", {"kind": "braod", "gain": 1}])

@@ -1,3 +1,4 @@
+import functools
 import subprocess
 import sys
 
@@ -97,7 +98,7 @@ def test_an_unknown_name_gets_the_nearest(name, near):
 
 
 def test_an_unknown_name_far_from_all_gets_the_families():
-    with pytest.raises(ValueError, match="Families: goal, path, proxemics"):
+    with pytest.raises(ValueError, match="; families: goal, path, proxemics"):
         select_metrics(["xyzzy"])
 
 
@@ -273,6 +274,14 @@ def register(**kwargs):
 def test_what_cannot_be_registered_is_told(kwargs, message):
     with pytest.raises(ValueError, match=f"(?s)metric .*{message}"):
         register(**kwargs)
+
+
+@pytest.mark.usefixtures("restored_metrics")
+def test_what_is_no_function_or_has_no_name_is_no_metric():
+    for thing in (5, functools.partial(register, name="new")):
+        decorate = register_metric(unit="m", family="mine", source="me")
+        with pytest.raises(ValueError, match="a metric is a function of a rec"):
+            decorate(thing)
 
 
 @pytest.mark.usefixtures("restored_metrics")

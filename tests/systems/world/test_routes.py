@@ -532,3 +532,20 @@ def test_a_walker_arrives_in_any_room(walls, start, goal):
     trace = follow_route(dut, start, goal)
     np.testing.assert_array_equal(trace[-1], goal)
     assert length_of(trace) <= 1.03 * shortest + 0.15
+
+
+def test_many_close_corners_lead_around_as_few_do():
+    """Four hundred around a post, a millimetre from each other."""
+    angles = 2 * np.pi * np.arange(400) / 400
+    ring = 0.07 * np.column_stack([np.cos(angles), np.sin(angles)])
+    few = RouteMap.from_obstacles(
+        Obstacles.from_shapes([ring[::40]], solid=[True]), clearance=CLEARANCE
+    )
+    dut = RouteMap.from_obstacles(
+        Obstacles.from_shapes([ring], solid=[True]), clearance=CLEARANCE
+    )
+    assert len(dut.vertices) == 400
+    for goal in ([1.0, 0.2], [-1.0, 0.1]):
+        one = dut.next_waypoint([-goal[0], 0.0], goal)
+        other = few.next_waypoint([-goal[0], 0.0], goal)
+        assert one == pytest.approx(other, abs=0.1)

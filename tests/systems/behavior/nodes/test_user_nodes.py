@@ -383,6 +383,17 @@ def test_two_objects_of_a_class_do_not_replace_each_other():
         register_condition("IsNearer")(Nearer(1.0))
 
 
+@pytest.mark.parametrize("register", [register_action, register_condition])
+def test_a_decorator_without_a_name_is_told_at_once(register):
+    """Otherwise nothing would be registered, without a word."""
+
+    def wave(context):
+        return True
+
+    with pytest.raises(ValueError, match=r'write @register_\w+\("Name"\)'):
+        register(wave)
+
+
 def test_leaf_must_be_something_to_call():
     with pytest.raises(ValueError, match=r"a leaf is a function.*got 3"):
         register_condition("Three")(3)

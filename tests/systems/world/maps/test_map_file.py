@@ -83,6 +83,11 @@ def test_walls_are_where_the_origin_says(tmp_path):
     assert {tuple(p) for p in wall.tolist()} == corners
 
 
+def test_what_other_tools_write_is_taken(tmp_path):
+    # multi_map_server names its maps.
+    assert read_map(write_map(tmp_path, ["#."], map_id="floor_1")).free.any()
+
+
 def test_a_map_that_changes_is_read_again(tmp_path):
     path = write_map(tmp_path, ["#."])
     assert map_outlines(path)[0].min() == pytest.approx(1.0)
@@ -141,6 +146,11 @@ def test_public_maps_have_the_areas_of_their_pixels(reference, name):
         ({"mode": "binary"}, "mode must be one of trinary, scale, raw"),
         ({"occupied_thresh": 0.1}, "free_thresh <= occupied_thresh"),
         ({"occupied_thresh": 65}, "free_thresh <= occupied_thresh"),
+        (
+            {"ocupied_thresh": 0.5},
+            "unknown key 'ocupied_thresh'; did you mean 'occupied_thresh'",
+        ),
+        ({"inflation": 0.5}, "unknown key 'inflation'; valid: free_thresh"),
     ],
 )
 def test_a_faulty_map_is_one_fault(tmp_path, changes, words):
@@ -163,6 +173,7 @@ def test_a_faulty_map_is_one_fault(tmp_path, changes, words):
     [
         (b"", "must be a mapping"),
         (b"- 1\n", "must be a mapping"),
+        (b"5: 1\n", "unknown key 5; valid: free_thresh"),
         (b"{", "is not YAML"),
         (b"\xff\xfe\xff", "is not YAML"),
         (b"# " + b"x" * 200_000, "at most 100000 bytes"),

@@ -1,0 +1,60 @@
+"""A Context file that is made up is refused in one line, or does no harm."""
+
+import numpy as np
+import pytest
+
+from hunav_drake import (
+    GetTrialResult,
+    LoadContext,
+    LoadScenario,
+    MakeTrialDiagram,
+    MakeTrialSimulator,
+    SaveContext,
+)
+from tests.hunav_drake.crafted_contexts import crafted
+
+
+def check_crafted(scenario, count, folder):
+    """Loads made-up files; returns how many were refused."""
+    diagram = MakeTrialDiagram(scenario)
+    simulator = MakeTrialSimulator(diagram)
+    simulator.AdvanceTo(1.0)
+    path = SaveContext(diagram, simulator.get_context(), folder / "c.npz")
+    with np.load(path) as file:
+        whole = dict(file)
+    refused = 0
+    for arrays in crafted(whole, count):
+        np.savez(path, **arrays)
+        message = ""
+        try:
+            context = LoadContext(diagram, path)
+        except ValueError as error:
+            message = str(error)
+        if message:
+            assert message.startswith(f"{path}: ")
+            refused += 1
+            continue
+        simulator = MakeTrialSimulator(diagram, context)
+        simulator.AdvanceTo(context.get_time() + 0.2)
+        result = GetTrialResult(scenario, diagram, simulator.get_context())
+        assert np.isfinite(result.recording.robot).all()
+        assert np.isfinite(result.recording.humans).all()
+    return refused
+
+
+@pytest.mark.parametrize(
+    ("name", "planner", "count"),
+    [
+        ("passing", "sfw", 20),
+        pytest.param("passing", "sfw", 500, marks=pytest.mark.slow),
+        pytest.param("reaction_scared", "dwb", 250, marks=pytest.mark.slow),
+        pytest.param("passing", "mppi", 250, marks=pytest.mark.slow),
+    ],
+)
+def test_what_is_made_up_is_refused_or_does_no_harm(
+    tmp_path, name, planner, count
+):
+    scenario = LoadScenario(name, overrides=[f"planner={planner}"])
+    refused = check_crafted(scenario, count, tmp_path)
+    # The rest are numbers that might be, or entries that nothing reads.
+    assert refused > 0.5 * count
