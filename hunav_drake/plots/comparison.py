@@ -13,11 +13,12 @@ from hunav_drake.plots.style import (
     note,
     shown,
 )
+from hunav_drake.results.independent_runs import draws_nothing
 from hunav_drake.results.metric_facts import unit_of
 from hunav_drake.results.quantity_text import label_text
 from hunav_drake.results.run_table import tabulate_runs
 from hunav_drake.results.settings import contenders
-from hunav_drake.results.statistics import RATES, draws_nothing, summarize
+from hunav_drake.results.statistics import RATES, summarize
 from hunav_drake.results.trial_result import TrialResult
 
 

@@ -23,12 +23,13 @@ from hunav_drake.report.tables import (
     provenance_table,
     split_by_family,
 )
+from hunav_drake.results.independent_runs import draws_nothing
 from hunav_drake.results.metric_facts import headline_of, unit_of
 from hunav_drake.results.outcomes import count_outcomes
 from hunav_drake.results.quantity_text import label_text
 from hunav_drake.results.run_table import tabulate_runs
 from hunav_drake.results.settings import contenders, has_settings
-from hunav_drake.results.statistics import LEAST_PAIRS, draws_nothing
+from hunav_drake.results.statistics import LEAST_PAIRS
 from hunav_drake.results.trial_result import TrialResult
 
 # More lines than this in a plot over time could not be told apart.

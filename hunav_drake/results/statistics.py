@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 import pandas as pd
 
+from hunav_drake.results.independent_runs import draws_nothing, once_per_seed
 from hunav_drake.results.intervals import (
     mean_interval,
     paired_rate_interval,
@@ -23,7 +24,6 @@ from hunav_drake.results.intervals import (
     within_bounds,
 )
 from hunav_drake.results.metric_facts import bounds_of, direction_of, unit_of
-from hunav_drake.results.provenance import NOTHING_DRAWN
 from hunav_drake.results.quantity_text import ROUNDING
 from hunav_drake.results.settings import has_settings
 from hunav_drake.systems.common.arrays import Array, Mask
@@ -41,9 +41,6 @@ OF_ALL_RUNS = (*RATES, "success_weighted_path_length")
 
 # What is less of a way that ends early.
 _OF_THE_WAY = ("path_length", "cumulative_heading_changes")
-
-# What tells independent runs apart, where a table has such columns.
-_RUN = ("scenario", "planner", "setting", "seed", "drawn", "behavior")
 
 # With fewer pairs of runs than this none is called better: even if all of 5
 # point the same way, that happens by chance once in 16 times.
@@ -211,48 +208,6 @@ def early_mark(metric: str, described: pd.Series) -> str:
     return "*" if metric in _OF_THE_WAY and is_early else ""
 
 
-def once_per_seed(
-    runs: pd.DataFrame, keys: list[str], names: list[str]
-) -> pd.DataFrame:
-    """Returns a table in which the same runs are one row.
-
-    Those are the repetitions of a run, and equal runs of which nothing is
-    drawn.
-
-    Args:
-        runs: A row per run.
-        keys: The columns that tell independent runs apart, besides those that
-            always do.
-        names: Those of numbers, of which the means over repetitions are taken.
-    """
-    runs = _mean_repetitions(runs, keys, names)
-    known = [key for key in (*keys, *_RUN) if key in runs and key != "seed"]
-    again = runs.duplicated([*dict.fromkeys(known), *names])
-    return runs[~(again & draws_nothing(runs))]
-
-
-def draws_nothing(runs: pd.DataFrame) -> pd.Series:
-    """Returns of which runs all seeds are known to be the same trial."""
-    if "drawn" not in runs:
-        return pd.Series(False, runs.index)
-    return runs["drawn"] == NOTHING_DRAWN
-
-
-def _mean_repetitions(
-    runs: pd.DataFrame, keys: list[str], names: list[str]
-) -> pd.DataFrame:
-    if "repetition" not in runs or "repetition" in keys:
-        return runs
-    about = [*keys, *(key for key in _RUN if key in runs and key not in keys)]
-    if not runs.duplicated(about).any():
-        return runs
-    values = runs[names].where(np.isfinite(runs[names]))
-    parts = values.groupby(
-        [runs[key] for key in about], sort=False, dropna=False
-    )
-    return parts.mean().reset_index()
-
-
 def where_all_arrive(completed: Iterable[ArrayLike]) -> Mask | None:
     """Returns the seeds in which all arrive; None where all count.
 
@@ -387,8 +342,7 @@ def _check_rate(name: str, runs: pd.DataFrame) -> None:
     if not np.isin(found[np.isfinite(found)], (0, 1)).all():
         raise ValueError(
             f"the column {shown(name)} is not a rate: it has values other"
-            " than 0"
-            " and 1"
+            " than 0 and 1"
         )
 
 

@@ -84,8 +84,7 @@ class Evaluator(LeafSystem):
     connected, falls back from above 0.5 to at most that.
 
     Port ``metrics`` gives running values as of the last sample, in the order
-    of `RunningMetric`; what has no value is NaN. Port ``recording`` gives
-    what `GetRecording` returns, a `Recording`.
+    of `RunningMetric`, NaN for none; ``recording`` what `GetRecording` returns.
 
     The abstract state is the list of samples so far. The discrete state is 1
     once the recording has ended, the goal (x, y, yaw) at that instant, or NaN,

@@ -8,12 +8,8 @@ import pandas as pd
 
 from hunav_drake.benchmark.running.run_row import NO_RESULT
 from hunav_drake.benchmark.suite_result import SuiteResult
-from hunav_drake.results.statistics import (
-    OF_ALL_RUNS,
-    RATES,
-    once_per_seed,
-    where_all_arrive,
-)
+from hunav_drake.results.independent_runs import once_per_seed
+from hunav_drake.results.statistics import OF_ALL_RUNS, RATES, where_all_arrive
 from hunav_drake.systems.common.arrays import Array, Mask
 
 _RESAMPLES = 1000

@@ -343,13 +343,11 @@ class NavigationPlanner(Planner):
         """Looks whether the maps of the world are small enough."""
         from hunav_drake.systems.planning.navigation import regions
 
-        profile = NAVIGATION_PROFILES[self.profile]
+        usual = NAVIGATION_PROFILES[self.profile].local_resolution
+        local = either(self.local_costmap.resolution, usual)
         yield from regions.region_faults(
-            obstacles,
-            (start, goal),
-            self.inflation_radius,
-            either(self.local_costmap.resolution, profile.local_resolution),
-            self.global_costmap,
+            *(obstacles, (start, goal), self.inflation_radius),
+            *(local, self.global_costmap),
         )
 
     def setup(self, task: PlanningTask) -> NavigationSetup:
