@@ -183,8 +183,10 @@ def _ahead(
             name = path_text(scenario, ("world", *thing[0]))
             found.append((thing[1] - radius, name))
         away = recording.humans[..., [X, Y]] - (x, y)
-        gaps = away @ along - recording.humans[..., RADIUS] - radius
-        side = np.abs(away @ (-along[1], along[0]))
+        dx, dy = away[..., 0], away[..., 1]
+        ahead = dx * along[0] + dy * along[1]
+        side = np.abs(dy * along[0] - dx * along[1])
+        gaps = ahead - recording.humans[..., RADIUS] - radius
         widths = recording.humans[..., RADIUS] + radius
         there = (gaps < gap) & (gaps > -widths) & (side < widths)
         for i in np.flatnonzero(there[-1]):

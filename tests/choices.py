@@ -1,7 +1,18 @@
-"""What must be given of choices that have no default, for tests of all."""
+"""The choices of the package, and what must be given of them."""
 
+from hunav_drake.systems.common.registry import Registry
 from hunav_drake.systems.world.furniture import FURNITURE
 
+
+def shipped(registry: Registry) -> list[str]:
+    """Returns the choices of a register that no test has added, sorted."""
+    own = "hunav_drake."
+    return sorted(
+        it for it in registry if registry[it].__module__.startswith(own)
+    )
+
+
+# What has no default.
 SQUARE = [[8, 8], [9, 8], [9, 9]]
 NEEDED = {
     "box": {"center": [8.5, 8.5], "size": [1, 1]},

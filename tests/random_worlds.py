@@ -23,7 +23,7 @@ from hunav_drake.systems.robot import DRIVES, ROBOTS
 from hunav_drake.systems.sensing import SENSORS
 from hunav_drake.systems.world.furniture import FURNITURE
 from hunav_drake.systems.world.shapes import WALLS
-from tests.choices import NEEDED
+from tests.choices import NEEDED, shipped
 
 Data = dict[str, Any]
 
@@ -173,7 +173,7 @@ def _draw(rng: np.random.Generator, seed: int) -> Data:
 
 def _drawn(rng: np.random.Generator, registry: Registry) -> Data:
     """Returns a choice of a register, with its options."""
-    name = str(rng.choice([*registry]))
+    name = str(rng.choice(shipped(registry)))
     needed = NEEDED.get(name, {})
     return {registry.tag: name, **needed, **_options(rng, registry[name])}
 

@@ -20,6 +20,7 @@ from hunav_drake.systems.common.layout import (
     MOTION_SIZE,
     STATE_SIZE,
     Contact,
+    X,
     Y,
 )
 from hunav_drake.systems.common.poses import wrap_angle
@@ -207,9 +208,9 @@ class DifferentialDrive(LeafSystem):
             gap = math.dist(start, nearest_wall(self._obstacles, start))
             gap -= self._radius
             # How fast it drives into the wall, however far off that was.
-            into = end - place
-            speed = float(into @ (end - start)) / self._time_step
-            speed /= max(math.hypot(*into), 1e-12)
+            into, way = (end - place).tolist(), (end - start).tolist()
+            speed = into[X] * way[X] + into[Y] * way[Y]
+            speed /= max(math.hypot(*into), 1e-12) * self._time_step
             memory = count_contacts(
                 memory[None],
                 np.array([stopped]),

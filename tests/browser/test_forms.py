@@ -105,6 +105,7 @@ def test_selection_marks_lines_and_the_caret_selects(open_editor):
     editor.tab("yaml")
     editor.click(-3, 2)
     editor.page.locator(".line-mark").wait_for()
+    editor.page.locator("[data-key='humans/1'].selected").wait_for()
     area = editor.page.locator("textarea.yaml")
     start = SMALL.index("# at the door")
     area.focus()

@@ -307,7 +307,9 @@ def test_a_run_is_stopped_and_another_one_done(open_with_worker, worker):
 
 
 def test_seeds_and_planners_stand_side_by_side(open_with_worker):
-    editor = open_with_worker(QUICK)
+    # (So that seeds draw something.)
+    jitter = "{start_jitter: 0.05, duration"
+    editor = open_with_worker(QUICK.replace("{duration", jitter))
     _run(editor, seeds="0, 1", planners=("pursuit", "sfm"))
     _result(editor, 4)
     _wait_text(editor, ".run-state", "4 runs are done")

@@ -35,7 +35,7 @@ from hunav_drake.systems.robot import ROBOTS
 from hunav_drake.systems.scene.scene_config import OVERLAYS
 from hunav_drake.systems.sensing import SENSORS
 from hunav_drake.views.camera import VIEWS
-from tests.choices import NEEDED
+from tests.choices import NEEDED, shipped
 
 # The level at which a scenario stays as it is.
 GIVEN = "given"
@@ -95,7 +95,7 @@ def factors() -> dict[str, Factor]:
     _walk(found, HumanConfig, "humans.", None)
     for kind, cls in (("cohorts", CohortConfig), ("sources", SourceConfig)):
         _walk(found, cls, f"population.{kind}[0].", ("population", kind))
-    for kind in sorted(SENSORS):
+    for kind in shipped(SENSORS):
         _walk(found, SENSORS[kind], "sensors[0].", ("sensors", kind))
     return found
 
@@ -113,8 +113,8 @@ def _walk(
             (it for it in get_args(hint) if isinstance(it, Registry)), None
         )
         if registry is not None:
-            _add(found, path, tuple(sorted(registry)), owner, registry.tag)
-            for choice in sorted(registry):
+            _add(found, path, tuple(shipped(registry)), owner, registry.tag)
+            for choice in shipped(registry):
                 _walk(found, registry[choice], f"{path}.", (path, choice))
         elif dataclasses.is_dataclass(hint):
             if path not in ("world", "population"):

@@ -24,6 +24,9 @@ BENCH_MR = "Bench-MR, Heiden et al. 2021"
 _SPACING = 0.3
 _LEAST_SIDE = 1e-9
 
+# The most points of a path: of one of 300 km, they are farther apart.
+_MOST = 1_000_000
+
 # A path that turns by more between two steps has a cusp there, in radians.
 _CUSP = np.pi / 3
 
@@ -38,7 +41,7 @@ def _curvature(recording: Recording) -> tuple[Array, Array]:
         part = points[first : last + 1]
         steps = np.diff(part, axis=0)
         at = np.append(0.0, np.hypot(steps[:, 0], steps[:, 1]).cumsum())
-        count = int(at[-1] / _SPACING)
+        count = int(min(at[-1] / _SPACING, _MOST))
         if count < 2:
             continue
         even = np.linspace(0.0, at[-1], count + 1)

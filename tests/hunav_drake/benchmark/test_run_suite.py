@@ -143,6 +143,8 @@ def test_a_changed_scenario_is_noticed(suite, tmp_path):
 
 
 PLANNER = """
+from dataclasses import dataclass
+
 from hunav_drake.systems.planning import (
     Plan,
     Planner,
@@ -152,6 +154,7 @@ from hunav_drake.systems.planning import (
 
 
 @register_planner("NAME")
+@dataclass
 class Edited(Planner):
     def plan(self, task, view, memory):
         return Plan(SPEED, 0.0, PlannerStatus.DRIVING)
@@ -227,6 +230,7 @@ def test_any_executor_will_do(suite, reference):
 
 
 @register_planner("fails_at_odd_seeds")
+@dataclasses.dataclass
 class Failing(Planner):
     def plan(self, task, view, memory):
         if view.robot[0] > 1.0005:

@@ -305,7 +305,7 @@ def test_import_takes_the_map_and_says_what_it_leaves_out(
     assert "goal" in err
     code, _, err = hunav("import", folder / "agents.yaml", "--map", output)
     assert code == 2
-    assert "resolution must be a number" in err
+    assert "unknown key 'description'" in err
 
 
 def test_doctor_finds_that_a_run_repeats(hunav):

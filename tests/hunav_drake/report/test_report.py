@@ -91,7 +91,7 @@ def test_many_trials_are_compared(tmp_path):
 def test_statistics_are_told_in_full(tmp_path):
     trials = []
     for planner, longer in (("pursuit", 0.0), ("social", 0.5)):
-        for seed in range(6):
+        for seed in range(7):
             trial = make_result(planner=planner, seed=seed)
             trial.metrics["path_length"] = 10 + longer + 0.012 * seed
             trial.metrics["completed"] = float(seed > 0)
@@ -102,19 +102,22 @@ def test_statistics_are_told_in_full(tmp_path):
     html = WriteReport(trials, tmp_path / "r.html").read_text()
     assert_stands_alone(html)
     text = visible(html)
-    # Mean of 6, or of 4 where only so many have a value.
-    assert re.search(r"path_length ↓ 10.03\* \[10.01, 10.05\] 10.53\*", text)
+    # Mean of 7, or of 4 where only so many have a value.
+    assert re.search(r"path_length ↓ 10.04\* \[10.01, 10.06\] 10.54\*", text)
     assert "time_to_reach_goal ↓ 21.50 [19.45, 23.55] n = 4" in text
-    assert re.search(r"completed ↑ 83.3 \[43.6, 97.0\] 83.3 .*? %", text)
+    assert re.search(r"completed ↑ 85.7 \[48.7, 97.4\] 85.7 .*? %", text)
     # The spread: n, mean, standard deviation, median.
-    assert "path_length ↓ pursuit 6 10.03* [10.01, 10.05] 0.022 10.03 m" in text
-    # On equal seeds: both means, their difference, pairs, which is better.
+    assert "path_length ↓ pursuit 7 10.04* [10.01, 10.06] 0.026 10.04 m" in text
+    # On equal seeds: both means, their difference, pairs, which is better; of
+    # ways only those in which both arrive.
     assert "social \N{MINUS SIGN} pursuit pairs better unit" in text
-    assert re.search(
-        r"path_length ↓ 10.03 10.53 0.500 \[0.500, 0.500\] 6 pursuit m", text
+    told = (
+        r"path_length ↓ 10.04 10.54 0.500 \[0.500, 0.500\] 6 arriving pursuit m"
     )
-    # No verdict of 4 pairs.
-    assert re.search(r"_goal ↓ 21.50 22.00 0.500 \[0.500, 0.500\] 4 s", text)
+    assert re.search(told, text)
+    # No verdict of 3 pairs.
+    told = r"_goal ↓ 22.00 22.50 0.500 \[0.500, 0.500\] 3 arriving s"
+    assert re.search(told, text)
 
 
 def test_planners_without_equal_seeds_are_not_compared_in_pairs(tmp_path):

@@ -12,7 +12,8 @@ from hunav_drake.benchmark.writing import WriteSuite
 from tests.hunav_drake.benchmark.made_runs import make_result, runs_of
 from tests.hunav_drake.report.pages import visible
 
-LONG = "a_contender_of_a_rather_long_name_" * 3
+# (As long as labels may be.)
+LONG = ("a_contender_of_a_rather_long_name_" * 2)[:64]
 SUITE = f"""
 name: small
 scenarios: [crossing, combined]
