@@ -53,7 +53,8 @@ def run_row(row: Row) -> None:
         told = ""
         try:
             scenario = LoadScenario(
-                filename=row["scenario"], overrides=overrides(row)
+                filename=row["scenario"],
+                overrides=[*overrides(row), f"simulation.seed={SEED}"],
             )
         except ScenarioError as error:
             told = str(error)

@@ -11,6 +11,7 @@ from hunav_drake import (
     MakeTrialSimulator,
     SaveContext,
 )
+from hunav_drake.systems.planning.planner_error import PlannerError
 from tests.hunav_drake.crafted_contexts import crafted
 
 
@@ -35,7 +36,13 @@ def check_crafted(scenario, count, folder):
             refused += 1
             continue
         simulator = MakeTrialSimulator(diagram, context)
-        simulator.AdvanceTo(context.get_time() + 0.2)
+        try:
+            simulator.AdvanceTo(context.get_time() + 0.2)
+        except PlannerError as error:
+            # A world of 10^9 m, say: what it needs is told.
+            if "take a coarser one" not in str(error):
+                raise
+            continue
         result = GetTrialResult(scenario, diagram, simulator.get_context())
         assert np.isfinite(result.recording.robot).all()
         assert np.isfinite(result.recording.humans).all()

@@ -238,7 +238,8 @@ def optimize(
                 planner, task, view, local, costmap, tried, number
             )
             number += 1
-            alive = result.alive
+            # (Controls that are not finite follow from a Context made up.)
+            alive = result.alive if np.isfinite(result.controls).all() else 0
             tried = tried._replace(controls=result.controls)
         if alive > 0:
             return _command(tried, made)
