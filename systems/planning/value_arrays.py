@@ -155,6 +155,13 @@ def _fits(value: Any, hint: Any) -> bool:
         return len(value) == len(parts) and all(_fits(*it) for it in pairs)
     if origin is None:
         return value is None
+    if origin in (np.ndarray, NDArray) and parts:
+        # (What numpy tells of an array depends on its version.)
+        numbers = get_args(parts[-1]) or parts[-1:]
+        is_told = isinstance(numbers[0], type)
+        return isinstance(value, np.ndarray) and (
+            not is_told or np.issubdtype(value.dtype, numbers[0])
+        )
     kinds = _LIKE.get(origin, origin)
     return (
         origin is Any
