@@ -116,11 +116,11 @@ def test_commands_write_only_into_their_folder(tmp_path, monkeypatch, capsys):
         suite = {**SUITE, "scenarios": ["s.yaml"], "name": name}
         (work / "suite.yaml").write_text(yaml.dump(suite))
         out = f"out{i}"
+        bench = ["bench", "suite.yaml", "--quiet", "--workers", "1"]
         codes = {
             main(["run", "s.yaml", "--out", out, "--no-replay", *SHORT]),
-            main(["bench", "suite.yaml", "--out", out, "--quiet", *SHORT,
-                  "--workers", "1"]),
-        }  # fmt: skip
+            main([*bench, "--out", out, *SHORT]),
+        }
         assert codes <= ({0, 1} if name in FIT else {2}), name
         if name in FIT:
             assert (work / out / name / "suite.json").is_file()

@@ -71,7 +71,8 @@ class RunRow(NamedTuple):
         return self.sha256, self.seed, self.repetition
 
 
-# Its types, which what is read from a file is checked by.
+# Its types, which what is read from a file is checked by. (mypy takes names of
+# fields that are written out only.)
 _FIELDS: TypeAdapter[Any] = TypeAdapter(
     TypedDict(  # type: ignore[operator]
         "_Fields",
