@@ -103,7 +103,7 @@ class Obstacles:
         ends = self.segments.reshape(-1, 2)
         along = self.segments[:, 2:] - self.segments[:, :2]
         angle = np.arctan2(along[:, 1], along[:, 0])
-        line = np.rint(angle / _SAME) % np.rint(np.pi / _SAME)
+        line = np.rint(angle % np.pi / _SAME) % np.rint(np.pi / _SAME)
         line[~along.any(axis=1)] = -1  # A point is on no line.
         rows = np.column_stack([ends.round(9), np.repeat(line, 2)])
         _, place = np.unique(rows, axis=0, return_inverse=True)

@@ -249,6 +249,8 @@ def pass_robots(
         if first < 0:
             continue
         way = speed * rows[first, _TIME]
+        # As long as the two are beside each other. (Rows change below.)
+        past = min(way + rows[first, _PAST] + body, length)
         turn = rows[first, _ACROSS] / _CROSSING
         turn = min(max(turn, -1.0), 1.0)
         turn += (1 - abs(turn)) * np.sign(parameters[i, EPSILON])
@@ -264,8 +266,6 @@ def pass_robots(
         for j in range(abreast):
             widest = max(widest, abs(rows[j, _BESIDE]) + rows[j, _CLEAR])
         off = body + _WALL_GAP
-        # As long as the two are beside each other.
-        past = min(way + rows[first, _PAST] + body, length)
         left, right = _room(
             *(states[i, X], states[i, Y], ex, ey, way - body, past),
             *(widest + off, walls),

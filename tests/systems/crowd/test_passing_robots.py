@@ -397,6 +397,16 @@ def test_what_is_beside_the_way_while_they_pass_takes_room():
     assert wanted(at(1.6, 0.1, SPEED / 2), walls=far) > 0
 
 
+def test_the_order_of_robots_does_not_matter():
+    robots = [at(1.4, -0.1), at(0.8, -0.4, -0.5), at(1.3, 0.2)]
+    wall = walls_of((1.2, 0.5, 3.2, 0.6))
+    ways = [
+        wanted(first, more=more, walls=wall)
+        for first, *more in itertools.permutations(robots)
+    ]
+    np.testing.assert_allclose(ways, ways[0])
+
+
 def test_who_crosses_is_passed_behind():
     assert wanted(at(2, -0.8, 0, 0.5)) < 0
     assert wanted(at(2, 0.8, 0, -0.5)) > 0

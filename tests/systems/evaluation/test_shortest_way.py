@@ -197,6 +197,14 @@ def test_a_wall_may_be_written_in_pieces(pieces, yaw):
         ]
 
 
+@pytest.mark.parametrize("angle", np.linspace(-3.1, 3.1, 25))
+def test_walls_are_joined_whichever_way_their_pieces_lead(angle):
+    along = np.array([math.cos(angle), math.sin(angle)])
+    pieces = [[0 * along, along], [2 * along, along]]
+    (wall,) = Obstacles.from_shapes(pieces, solid=[False] * 2).joined.segments
+    assert math.dist(wall[:2], wall[2:]) == pytest.approx(2.0)
+
+
 def test_walls_are_joined_where_they_go_straight_on():
     ends = [(0, 0), (1, 0)], [(2.5, 0), (1, 0)], [(1, 0), (1, 3)], [(4, 4)]
     walls = Obstacles.from_shapes([*ends, *ends], solid=[False] * 8).joined
