@@ -23,8 +23,6 @@ from hunav_drake.commands.errors import (
     DONE,
     FAILED,
     INTERRUPTED,
-    InputError,
-    cut,
     os_error_text,
     print_import_hint,
 )
@@ -39,13 +37,14 @@ from hunav_drake.commands.scenarios import (
     add_scenario_commands,
 )
 from hunav_drake.commands.tree import add_tree_commands
-from hunav_drake.commands.user_code import (
+from hunav_drake.commands.validate import add_validate_command
+from hunav_drake.systems.common.input_error import InputError, cut
+from hunav_drake.systems.common.suggest import did_you_mean
+from hunav_drake.trial.user_code import (
     fault_of_user_code,
     import_user_code,
     notes_of,
 )
-from hunav_drake.commands.validate import add_validate_command
-from hunav_drake.systems.common.suggest import did_you_mean
 
 _INVALID_CHOICE = re.compile(
     r"argument (.*): invalid choice: '([^']*)' \(choose from (.*)\)"

@@ -5,8 +5,9 @@ import contextlib
 from pathlib import Path
 from typing import Any
 
-from hunav_drake.commands.errors import DONE, InputError, input_errors
+from hunav_drake.commands.errors import DONE, input_errors
 from hunav_drake.commands.options import add_import_option
+from hunav_drake.systems.common.input_error import InputError
 
 _EXTRA = "hunav edit needs tornado: pip install 'hunav_drake[editor]'"
 

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 
 from hunav_drake.commands.errors import (
     DONE,
-    InputError,
     check_each,
     check_output,
     input_errors,
@@ -23,6 +22,7 @@ from hunav_drake.commands.options import (
     load_scenario,
     tell_doubts,
 )
+from hunav_drake.systems.common.input_error import InputError
 from hunav_drake.systems.common.suggest import did_you_mean
 
 if TYPE_CHECKING:
@@ -254,7 +254,7 @@ def _name_choices(whole: argparse.ArgumentParser, is_bash: bool) -> None:
 
     For parsing they would be too narrow: what users register has names, too.
     """
-    from hunav_drake.benchmark import ListSuites
+    from hunav_drake.runs import ListSuites
     from hunav_drake.scenario import ListScenarios
     from hunav_drake.scenario.templates import list_templates
     from hunav_drake.systems.crowd.models import MOTION_MODELS

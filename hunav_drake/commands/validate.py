@@ -127,8 +127,8 @@ def _write(
     written: list[Path] = []
     if options.out is not None:
         from hunav_drake.report.validation_page import WriteValidationPage
-        from hunav_drake.results.provenance import MakeValidationProvenance
         from hunav_drake.systems.common.files import atomic_write
+        from hunav_drake.trial.provenance import MakeValidationProvenance
         from hunav_drake.validation.tables import numbers_csv, outcomes_csv
 
         provenance = MakeValidationProvenance(options.seed, options.quick)

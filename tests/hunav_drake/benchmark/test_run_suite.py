@@ -8,12 +8,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from hunav_drake.benchmark import LoadSuite, RunSuite, Suite
-from hunav_drake.benchmark.running import code_hash
-from hunav_drake.benchmark.running.code_hash import hash_code
-from hunav_drake.benchmark.running.run_log import NAME, RunLog, read_rows
-from hunav_drake.benchmark.running.run_row import row_to_json
-from hunav_drake.benchmark.running.task import Task
+from hunav_drake.runs import LoadSuite, RunSuite, Suite
+from hunav_drake.runs.running import code_hash
+from hunav_drake.runs.running.code_hash import hash_code
+from hunav_drake.runs.running.run_log import NAME, RunLog, read_rows
+from hunav_drake.runs.running.run_row import row_to_json
+from hunav_drake.runs.running.task import Task
 from hunav_drake.scenario import ScenarioError
 from hunav_drake.systems.planning import (
     Plan,
@@ -21,7 +21,7 @@ from hunav_drake.systems.planning import (
     PlannerStatus,
     register_planner,
 )
-from tests.hunav_drake.benchmark.made_runs import make_cell, make_row
+from tests.hunav_drake.runs.made_runs import make_cell, make_row
 
 SUITE = """
 name: small
@@ -343,8 +343,8 @@ import time
 
 import numpy as np
 
-from hunav_drake.benchmark import LoadSuite, RunSuite
-from hunav_drake.benchmark.running.run_log import NAME, read_rows
+from hunav_drake.runs import LoadSuite, RunSuite
+from hunav_drake.runs.running.run_log import NAME, read_rows
 
 suite = LoadSuite(filename=sys.argv[1])
 out = Path(sys.argv[2])

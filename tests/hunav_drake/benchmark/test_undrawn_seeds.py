@@ -16,17 +16,13 @@ from hunav_drake import (
     plot_comparison,
     summarize,
 )
-from hunav_drake.benchmark.comparison.relations import judge
-from hunav_drake.benchmark.comparison.tables import ENDS, scenario_tables
-from hunav_drake.benchmark.replays import WriteReplays
-from hunav_drake.benchmark.running.plan import CellPlan
 from hunav_drake.report.suite_page import suite_page
-from hunav_drake.results.outcomes import count_outcomes
-from tests.hunav_drake.benchmark.made_runs import (
-    make_cell,
-    make_result,
-    runs_of,
-)
+from hunav_drake.runs.comparison.relations import judge
+from hunav_drake.runs.comparison.tables import ENDS, scenario_tables
+from hunav_drake.runs.outcomes import count_outcomes
+from hunav_drake.runs.running.plan import CellPlan
+from hunav_drake.views.suite_replays import WriteReplays
+from tests.hunav_drake.runs.made_runs import make_cell, make_result, runs_of
 
 TRIAL = """\
 name: bare

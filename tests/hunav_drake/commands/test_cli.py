@@ -8,7 +8,7 @@ import pytest
 import yaml
 
 from hunav_drake.cli import main
-from hunav_drake.results.run_table import ReadRuns
+from hunav_drake.runs.run_table import ReadRuns
 from hunav_drake.scenario import ListScenarios, LoadScenario
 from hunav_drake.systems.evaluation import Recording
 from tests.processes import run_python

@@ -10,9 +10,9 @@ import numba
 import pytest
 
 from hunav_drake import LoadScenario, RunTrial
-from hunav_drake.compiling import compile_time
-from hunav_drake.results.metric_facts import HEADLINE
 from hunav_drake.systems.evaluation.metrics import METRICS
+from hunav_drake.trial.compiling import compile_time
+from hunav_drake.trial.metric_facts import HEADLINE
 from tests.processes import run_python
 
 SHORT = ["--set", "simulation.duration=1"]
@@ -129,7 +129,7 @@ def test_compiling_is_measured_apart_and_counted():
 def test_who_waits_for_kernels_is_told_so():
     code = (
         "import numba\n"
-        "from hunav_drake.compiling import told_compile_time\n"
+        "from hunav_drake.trial.compiling import told_compile_time\n"
         "with told_compile_time():\n"
         "    numba.njit(lambda x: x + 1)(1.0)\n"
     )

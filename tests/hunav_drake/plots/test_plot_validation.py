@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from hunav_drake.plots.validation import (
+from hunav_drake.report.plots.validation import (
     PLOTS,
     plot_counterflow,
     plot_door_flow,

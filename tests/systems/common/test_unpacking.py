@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from hunav_drake import LoadContext, LoadScenario, MakeTrialDiagram
-from hunav_drake.recordings.readers import ReadRecording
-from hunav_drake.results.run_table import ReadRuns
+from hunav_drake.runs.recording_files import ReadRecording
+from hunav_drake.runs.run_table import ReadRuns
 from hunav_drake.systems.common.files import (
     VARIABLE,
     read_arrays,
@@ -54,8 +54,8 @@ def test_nothing_else_unpacks():
         if (calls := list(unpackers(path.read_text())))
     }
     # A table that is packed is none.
-    assert found.pop("hunav_drake.results.run_table") == ["pd.read_csv"] * 2
-    calls = ast.unparse(tree(modules()["hunav_drake.results.run_table"]))
+    assert found.pop("hunav_drake.runs.run_table") == ["pd.read_csv"] * 2
+    calls = ast.unparse(tree(modules()["hunav_drake.runs.run_table"]))
     assert calls.count("compression=None") == 2
     assert list(found) == ["hunav_drake.systems.common.files"]
 

@@ -8,9 +8,8 @@ import pytest
 import yaml
 
 from hunav_drake.cli import main
-from hunav_drake.results.files import LoadResults, WriteResult
-from hunav_drake.results.run_table import WriteTables
-from hunav_drake.results.trial_result import MakeTrialResult
+from hunav_drake.runs.files import LoadResults, WriteResult
+from hunav_drake.runs.run_table import WriteTables
 from hunav_drake.systems.evaluation.compute import (
     compute_by_behavior,
     compute_metrics,
@@ -23,6 +22,7 @@ from hunav_drake.systems.evaluation.metric import (
 )
 from hunav_drake.systems.evaluation.metrics import METRICS, select_metrics
 from hunav_drake.systems.evaluation.recording import Recording
+from hunav_drake.trial.result import MakeTrialResult
 
 FAMILIES = {
     "path",
