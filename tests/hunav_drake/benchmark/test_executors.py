@@ -15,7 +15,7 @@ from hunav_drake.runs import LoadSuite, RunSuite
 from hunav_drake.runs.running.cell import make_cells
 from hunav_drake.runs.running.run_log import NAME, read_rows
 from hunav_drake.runs.running.worker import Task, UnfitWorkerError, do_task
-from tests.hunav_drake.runs.suite_texts import texts_of
+from tests.hunav_drake.benchmark.suite_texts import texts_of
 
 SUITE = """
 name: small
@@ -32,7 +32,7 @@ CODE = """
 import json
 import sys
 from hunav_drake.runs import LoadSuite, RunSuite
-from tests.hunav_drake.runs.suite_texts import texts_of
+from tests.hunav_drake.benchmark.suite_texts import texts_of
 
 result = RunSuite(LoadSuite(filename=sys.argv[1]), workers=1)
 print(json.dumps(texts_of(result)))

@@ -19,7 +19,11 @@ from hunav_drake.runs.comparison.tables import (
 )
 from hunav_drake.runs.suite import Relation, Suite, planner_overrides
 from hunav_drake.scenario import ScenarioError
-from tests.hunav_drake.runs.made_runs import make_cell, make_result, make_row
+from tests.hunav_drake.benchmark.made_runs import (
+    make_cell,
+    make_result,
+    make_row,
+)
 
 # The means of the paper's tables hold their own relations, but for these: two
 # that need what the tables do not have, and the social work of SFW and DWB.

@@ -21,7 +21,7 @@ from hunav_drake.systems.planning import (
     PlannerStatus,
     register_planner,
 )
-from tests.hunav_drake.runs.made_runs import make_cell, make_row
+from tests.hunav_drake.benchmark.made_runs import make_cell, make_row
 
 SUITE = """
 name: small

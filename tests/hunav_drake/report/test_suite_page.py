@@ -9,8 +9,8 @@ from hunav_drake.runs.comparison.relations import judge
 from hunav_drake.runs.running.run_row import RunRow
 from hunav_drake.runs.suite_result import SuiteResult
 from hunav_drake.views.suite_replays import WriteReplays
+from tests.hunav_drake.benchmark.made_runs import make_result, runs_of
 from tests.hunav_drake.report.pages import visible
-from tests.hunav_drake.runs.made_runs import make_result, runs_of
 
 # (As long as labels may be.)
 LONG = ("a_contender_of_a_rather_long_name_" * 2)[:64]
