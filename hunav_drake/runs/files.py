@@ -8,6 +8,7 @@ import itertools
 from pathlib import Path
 from typing import Literal
 
+from hunav_drake.runs.foreign_formats import RESULT_TEXTS
 from hunav_drake.runs.run_folders import RUNS, find_runs, write_run_folder
 from hunav_drake.runs.run_summary import RunSummary, make_summary, read_summary
 from hunav_drake.systems.common.files import (
@@ -230,11 +231,8 @@ def _write_files(
         texts[f"steps_beh_{_unique(behavior)}.csv"] = steps.to_csv(
             float_format=CSV_NUMBERS
         )
-    if format == "hunav":
-        # That module knows this package.
-        from hunav_drake.hunavsim.result_files import hunav_texts
-
-        texts |= hunav_texts(result, tag)
+    if format in RESULT_TEXTS:
+        texts |= RESULT_TEXTS[format](result, tag)
     result.recording.save(folder / "recording.npz")
     for name, text in texts.items():
         (folder / name).write_bytes(text.encode())

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from hunav_drake.hunavsim.recording_json import parse_json
+from hunav_drake.runs.foreign_formats import RECORDING_PARSERS
 from hunav_drake.runs.tidy_csv import parse_csv
 from hunav_drake.systems.common.files import read_gzip_text
 from hunav_drake.systems.evaluation.recording import Recording
@@ -55,7 +55,7 @@ def ReadRecording(filename: str | Path) -> Recording:
         return Recording.load(path)
     parsers: dict[str, Callable[[str], Recording]] = {
         ".csv": parse_csv,
-        ".json": parse_json,
+        **RECORDING_PARSERS,
     }
     if kind not in parsers:
         raise ValueError(
