@@ -6,9 +6,9 @@ import math
 import numpy as np
 from PIL import Image
 
-from hunav_drake.report.plots.style import draw_walls
 from hunav_drake.systems.common.layout import RADIUS, YAW, X, Y
 from hunav_drake.systems.scene.palette import REACTION, ROBOT_ACCENT, TOPS
+from hunav_drake.systems.scene.plan_walls import draw_walls
 from hunav_drake.systems.scene.scene_config import (
     PROXEMIC_RADII,
     WALKED_TIME,

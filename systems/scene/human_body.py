@@ -14,9 +14,9 @@ from pydrake.multibody.tree import (
     RigidBody,
 )
 
+from hunav_drake.systems.people.gait import THIGH
+from hunav_drake.systems.people.legs import HIP_Y, figure_width
 from hunav_drake.systems.scene import human_parts
-from hunav_drake.systems.scene.gait import THIGH
-from hunav_drake.systems.scene.legs import HIP_Y, figure_width
 from hunav_drake.systems.scene.meshes import disc
 from hunav_drake.systems.scene.palette import (
     BODY_DISC,

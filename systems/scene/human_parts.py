@@ -9,7 +9,7 @@ from functools import cache
 
 from pydrake.geometry import InMemoryMesh
 
-from hunav_drake.systems.scene.legs import (
+from hunav_drake.systems.people.legs import (
     SHIN_SECTIONS,
     SHOE_SECTIONS,
     THIGH_SECTIONS,

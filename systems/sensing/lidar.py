@@ -23,8 +23,8 @@ from hunav_drake.systems.common.random_streams import (
     halves_to_seed,
     seed_to_halves,
 )
-from hunav_drake.systems.scene.gait import advance_gait, initial_gait
-from hunav_drake.systems.scene.legs import ELLIPSE_SIZE, legs_at
+from hunav_drake.systems.people.gait import advance_gait, initial_gait
+from hunav_drake.systems.people.legs import ELLIPSE_SIZE, legs_at
 from hunav_drake.systems.sensing.ray_kernels import ray_distances
 from hunav_drake.systems.sensing.scans import sensor_pose
 from hunav_drake.systems.sensing.sensor_config import LidarConfig

@@ -6,7 +6,7 @@ import os
 import pytest
 import yaml
 
-from hunav_drake.cli import main
+from hunav_drake.commands.cli import main
 from hunav_drake.hunavsim.result_files import hunav_texts
 from hunav_drake.runs import LoadSuite
 from hunav_drake.runs.files import WriteResult

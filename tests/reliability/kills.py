@@ -87,7 +87,7 @@ def _look_at_file(folder: Path, printed: str) -> str:
 
 
 def _hunav(line: str) -> list[str]:
-    return [sys.executable, "-m", "hunav_drake.cli", *line.split()]
+    return [sys.executable, "-m", "hunav_drake.commands.cli", *line.split()]
 
 
 COMMANDS = {

@@ -13,7 +13,6 @@ from hunav_drake.report.plots.style import (
     ROBOT,
     YELLOW,
     Axes,
-    draw_walls,
     legend_outside,
     new_axes,
 )
@@ -26,6 +25,7 @@ from hunav_drake.systems.common.layout import (
     X,
     Y,
 )
+from hunav_drake.systems.scene.plan_walls import draw_walls
 from hunav_drake.systems.world.obstacles import Obstacles
 
 _BLUE, _RED, _GREEN, _PURPLE, _ORANGE, _SKY = PALETTE[:6]

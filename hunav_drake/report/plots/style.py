@@ -9,7 +9,6 @@ from hunav_drake.systems.behavior.profiles import BEHAVIORS
 if TYPE_CHECKING:
     import matplotlib.axes
 
-    from hunav_drake.systems.world.obstacles import Obstacles
 
 # Matplotlib is loaded when something is drawn, for it takes long.
 type Axes = matplotlib.axes.Axes
@@ -36,7 +35,6 @@ PALETTE = (
     "#999933",
 )
 ROBOT = "#000000"
-WALL = "#b3b3b3"
 PEOPLE = "#8c8c8c"
 MUTED = "#555555"
 
@@ -183,23 +181,4 @@ def note(ax: Axes, text: str) -> None:
         va="center",
         fontsize=LABEL_SIZE,
         color=MUTED,
-    )
-
-
-def draw_walls(ax: Axes, obstacles: "Obstacles") -> None:
-    """Draws thin walls as lines and solid obstacles as areas."""
-    from matplotlib.collections import LineCollection, PolyCollection
-
-    solid, thin = [], []
-    for i in range(len(obstacles)):
-        rows = obstacles.segments[obstacles.first[i] : obstacles.first[i + 1]]
-        if obstacles.solid[i]:
-            solid.append(rows[:, :2])
-        else:
-            thin += list(rows.reshape(-1, 2, 2))
-    ax.add_collection(PolyCollection(solid, facecolors=WALL, zorder=0.5))
-    ax.add_collection(
-        LineCollection(
-            thin, colors=WALL, linewidths=1.5, capstyle="round", zorder=0.5
-        )
     )

@@ -15,7 +15,6 @@ from hunav_drake.report.plots.style import (
     SMALL_SIZE,
     Axes,
     behavior_styles,
-    draw_walls,
     legend_outside,
     line_styles,
     new_axes,
@@ -24,6 +23,7 @@ from hunav_drake.report.plots.style import (
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import RADIUS, X, Y
 from hunav_drake.systems.evaluation.recording import Recording
+from hunav_drake.systems.scene.plan_walls import draw_walls
 
 # Round numbers for the time between marks, in seconds, and about how many marks
 # there are.

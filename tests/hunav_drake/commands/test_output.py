@@ -19,7 +19,7 @@ SHORT = ["--set", "simulation.duration=1"]
 
 
 def test_the_version_is_told(capsys):
-    from hunav_drake.cli import main
+    from hunav_drake.commands.cli import main
 
     with pytest.raises(SystemExit) as info:
         main(["--version"])
@@ -66,7 +66,7 @@ def test_a_program_reads_json(hunav, tmp_path):
 def test_files_are_written_also_if_nobody_reads_the_output(hunav, tmp_path):
     hunav("run", "passing", *SHORT, "--out", tmp_path / "a", "--no-replay")
     (recording,) = (tmp_path / "a").rglob("*.npz")
-    command = [sys.executable, "-m", "hunav_drake.cli"]
+    command = [sys.executable, "-m", "hunav_drake.commands.cli"]
     for i, arguments in enumerate(
         (["evaluate", recording], ["run", "passing", *SHORT, "--no-replay"])
     ):

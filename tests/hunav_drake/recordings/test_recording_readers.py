@@ -9,7 +9,7 @@ import re
 import numpy as np
 import pytest
 
-from hunav_drake.cli import main
+from hunav_drake.commands.cli import main
 from hunav_drake.runs.recording_files import ReadRecording
 from hunav_drake.systems.evaluation.compute import (
     compute_metrics,

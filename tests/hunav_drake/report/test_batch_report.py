@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 
-from hunav_drake import cli
+from hunav_drake.commands import cli
 from hunav_drake.report.trial_page import is_about_robot_alone
 from hunav_drake.report.writing import WriteReport
 from hunav_drake.runs.files import LoadResults, WriteResult

@@ -6,7 +6,7 @@ import pandas as pd
 from PIL import Image
 import pytest
 
-from hunav_drake import cli
+from hunav_drake.commands import cli
 from hunav_drake.report.tables import number
 from hunav_drake.report.writing import WriteReport
 from hunav_drake.runs.files import LoadResults, WriteResult

@@ -158,7 +158,7 @@ def test_bombs_are_refused_with_a_line_and_little_memory(tmp_path, name):
     path = bomb(tmp_path, name)
     assert path.stat().st_size < 10e6
     done = subprocess.run(
-        [sys.executable, "-m", "hunav_drake.cli", "evaluate", path],
+        [sys.executable, "-m", "hunav_drake.commands.cli", "evaluate", path],
         # In bytes: a fraction of what it would be unpacked.
         preexec_fn=lambda: resource.setrlimit(
             resource.RLIMIT_DATA, (1_500_000_000,) * 2

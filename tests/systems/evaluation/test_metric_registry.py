@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 import yaml
 
-from hunav_drake.cli import main
+from hunav_drake.commands.cli import main
 from hunav_drake.runs.files import LoadResults, WriteResult
 from hunav_drake.runs.run_table import WriteTables
 from hunav_drake.systems.evaluation.compute import (
@@ -178,8 +178,8 @@ def test_by_behavior_of_nobody_is_empty():
     "command",
     [
         "import hunav_drake.systems.evaluation as e; e.select_metrics('all')",
-        "from hunav_drake.cli import main; main(['metrics'])",
-        "from hunav_drake.cli import main; main(['metrics', 'show', 'all'])",
+        "from hunav_drake.commands.cli import main; main(['metrics'])",
+        "from hunav_drake.commands.cli import main; main(['metrics', 'show', 'all'])",
     ],
 )
 def test_listing_metrics_needs_neither_drake_nor_pandas_nor_numba(command):

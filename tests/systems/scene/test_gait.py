@@ -2,7 +2,7 @@ from hypothesis import given, strategies as st
 import numpy as np
 import pytest
 
-from hunav_drake.systems.scene import gait as mut
+from hunav_drake.systems.people import gait as mut
 
 DT = 0.05
 

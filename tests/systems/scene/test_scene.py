@@ -8,6 +8,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 import pytest
 
+from hunav_drake.systems.people.gait import FIGURE_SIZE, GAIT_SIZE, SHIN, THIGH
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.robot import (
     DifferentialDriveConfig,
@@ -15,7 +16,6 @@ from hunav_drake.systems.robot import (
     UrdfRobot,
 )
 from hunav_drake.systems.scene import AddScene, SceneKinematics, scene_bounds
-from hunav_drake.systems.scene.gait import FIGURE_SIZE, GAIT_SIZE, SHIN, THIGH
 from hunav_drake.systems.scene.scene import frame_period
 from hunav_drake.systems.scene.surroundings import ShowCut
 from hunav_drake.systems.world.furniture import FURNITURE, Shelf

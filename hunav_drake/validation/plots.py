@@ -9,11 +9,11 @@ from hunav_drake.report.plots.style import (
     LABEL_SIZE,
     MUTED,
     PALETTE,
-    WALL,
     legend_outside,
     line_styles,
     new_axes,
 )
+from hunav_drake.systems.scene.plan_walls import WALL
 from hunav_drake.validation.diagrams import TOLERANCE
 from hunav_drake.validation.doors import FLOW_BAND
 from hunav_drake.validation.measures import weidmann

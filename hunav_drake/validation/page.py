@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 from hunav_drake.report.environment import template_environment
 from hunav_drake.report.figures import make_figure
 from hunav_drake.report.plots.style import COLUMN, set_text_sizes
-from hunav_drake.report.plots.validation import PLOTS, ValidationPlot
 from hunav_drake.report.tables import provenance_table
 from hunav_drake.systems.common.files import atomic_write
 from hunav_drake.validation.case import VERDICTS, Case, Outcome
 from hunav_drake.validation.cases import by_topic
+from hunav_drake.validation.plots import PLOTS, ValidationPlot
 from hunav_drake.validation.sources import SOURCES
 from hunav_drake.validation.tables import counts, models_of, told
 

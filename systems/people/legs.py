@@ -11,7 +11,7 @@ import numpy as np
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.kernels import jit
 from hunav_drake.systems.common.layout import RADIUS, STATE_SIZE
-from hunav_drake.systems.scene.gait import (
+from hunav_drake.systems.people.gait import (
     BASE_X,
     BASE_Y,
     BASE_YAW,
