@@ -179,7 +179,8 @@ def test_by_behavior_of_nobody_is_empty():
     [
         "import hunav_drake.systems.evaluation as e; e.select_metrics('all')",
         "from hunav_drake.commands.cli import main; main(['metrics'])",
-        "from hunav_drake.commands.cli import main; main(['metrics', 'show', 'all'])",
+        "from hunav_drake.commands.cli import main;"
+        " main(['metrics', 'show', 'all'])",
     ],
 )
 def test_listing_metrics_needs_neither_drake_nor_pandas_nor_numba(command):
