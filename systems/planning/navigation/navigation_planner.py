@@ -39,12 +39,8 @@ from hunav_drake.systems.planning.navigation.profiles import (
     either,
     navigation_radius,
 )
-from hunav_drake.systems.planning.planner import (
-    Plan,
-    Planner,
-    PlanningTask,
-    View,
-)
+from hunav_drake.systems.planning.planner import Plan, PlanningTask, View
+from hunav_drake.systems.planning.pure_planner import Planner
 from hunav_drake.systems.world.maps.costs import NO_MAP, Costmap
 from hunav_drake.systems.world.obstacles import Obstacles
 
