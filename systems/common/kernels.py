@@ -23,6 +23,7 @@ from numba.core.caching import FunctionCache, IndexDataCacheFile
 from numba.core.cgutils import get_null_value
 from numba.extending import intrinsic, overload
 from numba.np.arrayobj import make_array
+from numba.np.unsafe.ndarray import to_fixed_tuple
 
 _FOLDER = Path(__file__).parents[1]
 _STAMP = _FOLDER / "__pycache__" / "kernels.sha256"
@@ -202,6 +203,9 @@ jit = jit_with()
 # calls one that was read from there. Only who compiles a caller needs them.
 jit_generator = numba.njit(error_model="numpy")
 
+# Small functions that are part of what calls them need not be kept, either.
+jit_inline = numba.njit(error_model="numpy")
+
 # Types of arguments, for functions that Python calls: with fixed types they
 # are compiled once, whether or not Drake hands out read-only arrays.
 VECTOR = numba.types.Array(numba.float64, 1, "C", readonly=True)
@@ -262,6 +266,24 @@ def _compiled_when_used(kernel, signature):
     kernel._compile_for_args = compile_for_args
     kernel.get_call_template = get_call_template
     return kernel
+
+
+def reads(kind):
+    """Returns a compiled function that reads a NamedTuple from an array.
+
+    Kernels that Python calls take parameters as one array, for Python hands
+    over a NamedTuple of many numbers ten times slower, and know them by name.
+
+    Args:
+        kind: The class of the NamedTuple; all its fields are numbers.
+    """
+    size = len(kind._fields)
+
+    @jit_inline
+    def read(array):
+        return kind(*to_fixed_tuple(array, size))
+
+    return read
 
 
 def unowned(array):

@@ -214,12 +214,7 @@ class Plan(NamedTuple):
 @explain
 @checked_dataclass(kw_only=True, config=CONFIG)
 class PurePlanner(PlannerConfig):
-    """A planner that decides by a pure function; `Planner` makes its system.
-
-    Whatever it wants to remember goes through ``memory``, an immutable value
-    of any type, which lives in the Context: None, numbers, texts, tuples,
-    NamedTuples, frozen dataclasses and read-only arrays are saved with it.
-    """
+    """What `Planner` has, but for the system that it makes."""
 
     initial_memory: ClassVar[Any] = None
     """What it remembers before the first cycle, and while there is no goal.

@@ -12,9 +12,11 @@ from hunav_drake.systems.planning.planner import PlanningTask, PurePlanner
 @explain
 @dataclass(kw_only=True, config=CONFIG)
 class Planner(PurePlanner):
-    """A planner that decides by a pure function, `plan`.
+    """A planner that decides by a pure function, as a `LocalPlanner` does.
 
-    Whatever it wants to remember goes through ``memory``: see `PurePlanner`.
+    Whatever it wants to remember goes through ``memory``, an immutable value
+    of any type, which lives in the Context: None, numbers, texts, tuples,
+    NamedTuples, frozen dataclasses and read-only arrays are saved with it.
     """
 
     def MakeSystem(self, task: PlanningTask) -> Any:
