@@ -7,7 +7,9 @@ notice when a file was damaged, or written by two processes at a time: so each
 has a checksum here, and what is not whole is compiled anew.
 """
 
+from collections import namedtuple
 import contextlib
+import dataclasses
 import hashlib
 import itertools
 import os
@@ -275,8 +277,11 @@ def reads(kind):
     over a NamedTuple of many numbers ten times slower, and know them by name.
 
     Args:
-        kind: The class of the NamedTuple; all its fields are numbers.
+        kind: The class of the NamedTuple, or a dataclass that has such fields;
+            all are numbers.
     """
+    if dataclasses.is_dataclass(kind):
+        kind = _fields_of(kind)
     size = len(kind._fields)
 
     @jit_inline
@@ -284,6 +289,15 @@ def reads(kind):
         return kind(*to_fixed_tuple(array, size))
 
     return read
+
+
+def _fields_of(config):
+    """Returns a NamedTuple of the fields of a dataclass, as its `Numbers`."""
+    names = [field.name for field in dataclasses.fields(config)]
+    config.Numbers = namedtuple("Numbers", names, module=config.__module__)
+    # Where it is found when a kernel that takes it is read from disk.
+    config.Numbers.__qualname__ = f"{config.__qualname__}.Numbers"
+    return config.Numbers
 
 
 def unowned(array):
