@@ -20,6 +20,7 @@ from hunav_drake.systems.common.kernels import (
     WALLS,
     jit,
     jit_as,
+    reads,
 )
 from hunav_drake.systems.common.layout import (
     COHERENCE_FORCE,
