@@ -124,7 +124,7 @@ def test_the_search_finds_what_reaches_blas(text, found):
         "(a * b).sum()",
         "np.einsum('ij,jk->ik', a, b)",
         "@decorated\ndef f(inner, dot): return inner + dot",
-        "from hunav_drake.systems.planning.mppi.optimize import optimize",
+        "from hunav_drake.systems.planning.mppi.mppi import optimize",
     ],
 )
 def test_the_search_finds_nothing_else(text):

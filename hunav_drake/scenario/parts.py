@@ -15,11 +15,8 @@ from hunav_drake.systems.people.population_config import (
     SpeedDistribution,
 )
 from hunav_drake.systems.planning.planner import PlannerConfig
-from hunav_drake.systems.robot.robot_config import (
-    DifferentialDriveConfig,
-    RobotConfig,
-    RobotLimits,
-)
+from hunav_drake.systems.robot.robot_config import RobotConfig, RobotLimits
+from hunav_drake.systems.robot.robots import DifferentialDriveConfig
 from hunav_drake.systems.sensing.sensor_config import (
     CameraConfig,
     LidarConfig,

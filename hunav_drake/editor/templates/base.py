@@ -6,7 +6,7 @@ from typing import ClassVar
 
 from hunav_drake.scenario.schema import Scenario, SimulationConfig
 from hunav_drake.systems.people.human_config import HumanConfig
-from hunav_drake.systems.robot.robot_config import DifferentialDriveConfig
+from hunav_drake.systems.robot.robots import DifferentialDriveConfig
 from hunav_drake.systems.world.shapes import Box, Wall, World
 
 Place = tuple[float, float]

@@ -1,11 +1,11 @@
-"""Robots that are simulated as bodies, which people and walls stop."""
+"""The robots of trials: kinematic, or bodies that people and walls stop."""
 
 from abc import abstractmethod
 from collections.abc import Iterator
 from dataclasses import field
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
-from pydantic import StrictFloat, StrictStr
+from pydantic import StrictBool, StrictFloat, StrictStr
 from pydantic.dataclasses import dataclass
 
 from hunav_drake.systems.common.field_docs import explain
@@ -32,6 +32,31 @@ if TYPE_CHECKING:
 
 # A disc that is larger than the body by more than this is doubtful, in meters.
 _LARGER_DISC = 0.02
+
+
+@register_robot("differential_drive")
+@dataclass(kw_only=True, config=CONFIG)
+class DifferentialDriveConfig(RobotConfig):
+    """A kinematic robot that follows (v, omega) within its limits."""
+
+    walls_stop: StrictBool = True
+    """Whether walls stop it: then its disc gets no deeper into one than 1 cm,
+    and it slides along; else it goes on, as it does through people. Contacts
+    with walls are counted in either case."""
+
+    def MakeSystem(self, task: RobotTask) -> Any:
+        """Makes a `DifferentialDrive`."""
+        # Reading a scenario does without Drake.
+        from hunav_drake.systems.robot.differential_drive import (
+            DifferentialDrive,
+        )
+
+        return DifferentialDrive(
+            self,
+            time_step=task.time_step,
+            obstacles=task.obstacles,
+            walls_stop=self.walls_stop,
+        )
 
 
 @explain
@@ -61,10 +86,8 @@ class PhysicalRobot(RobotConfig):
         """Makes a Diagram with a plant of its own inside."""
         from pydrake.systems.framework import DiagramBuilder
 
-        from hunav_drake.systems.robot.plant_robot import AddPlantRobot
-
         builder = DiagramBuilder()
-        robot = AddPlantRobot(builder, self, task, "robot")
+        robot = self.AddToBuilder(builder, task)
         for name in ("velocity_command", "human_states"):
             if robot.HasInputPort(name):
                 builder.ExportInput(robot.GetInputPort(name), name)
@@ -87,9 +110,10 @@ class PhysicalRobot(RobotConfig):
             ValueError: If the model cannot be driven, or there is a system of
                 one of these names.
         """
-        from hunav_drake.systems.robot.plant_robot import AddPlantRobot
+        from hunav_drake.systems.robot.plant_robot import AddPlantRobot, Body
 
-        return AddPlantRobot(builder, self, task, name)
+        body = Body(self.GetModel(), self.GetDrive(), self.max_plant_step)
+        return AddPlantRobot(builder, self, body, task, name)
 
     def AddFigure(self, plant: Any, name: str) -> Any:
         """Adds the model to a plant that is only looked at."""
@@ -111,7 +135,7 @@ class PhysicalRobot(RobotConfig):
         """Looks whether people are kept off the disc and not the body."""
         from hunav_drake.systems.robot.plant_robot import body_reach
 
-        reach = body_reach(self)
+        reach = body_reach(self.GetModel(), self.GetDrive(), self.start)
         if self.radius - reach > _LARGER_DISC:
             yield (
                 ("radius",),
