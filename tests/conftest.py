@@ -4,11 +4,25 @@ import subprocess
 import sys
 import zipfile
 
+from hypothesis import HealthCheck, settings
 import pytest
 
 from tests.recorded import FULL
 
 ROOT = Path(__file__).resolve().parents[1]
+
+# No test fails on a slow machine. `pytest --hypothesis-profile thorough` draws
+# more.
+settings.register_profile(
+    "fast",
+    max_examples=50,
+    deadline=None,
+    suppress_health_check=[HealthCheck.too_slow],
+)
+settings.register_profile(
+    "thorough", settings.get_profile("fast"), max_examples=1000
+)
+settings.load_profile("fast")
 
 BROWSER = shutil.which("chromium") or shutil.which("google-chrome")
 

@@ -32,7 +32,7 @@ def texts(table):
     return [row_to_json(row) for row in table]
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.lists(rows, max_size=12), st.randoms())
 def test_holds_rows_to_the_last_bit_in_any_order(made, random):
     table = RunTable(made)
@@ -49,7 +49,7 @@ def test_holds_rows_to_the_last_bit_in_any_order(made, random):
         np.testing.assert_array_equal(column, told)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.lists(rows, max_size=12))
 def test_tells_who_has_behaviors(made):
     table = RunTable(made)

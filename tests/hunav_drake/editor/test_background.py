@@ -94,7 +94,7 @@ def test_pictures_get_their_scale_from_the_view(view):
     assert shape.symmetric_difference(wanted).area < 0.05 * wanted.area
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(st.integers(0, 2**32 - 1), st.floats(0.1, 0.6))
 def test_traced_walls_are_sound_and_hold_the_dark_cells(seed, share):
     coarse = np.random.default_rng(seed).random((7, 9)) < share

@@ -8,7 +8,7 @@ import subprocess
 import sys
 import time
 
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, strategies as st
 import pytest
 
 from hunav_drake.editor.document.plain_data import jsonable
@@ -394,7 +394,6 @@ MESSAGES = st.one_of(
 )
 
 
-@settings(max_examples=150, deadline=None)
 @given(st.lists(MESSAGES, max_size=6))
 def test_every_message_is_answered_and_errors_change_nothing(messages):
     session = EditSession(TEXT)

@@ -40,21 +40,21 @@ def _has_room(template):
     return True
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=12)
 @given(st.floats(8, 100), st.floats(2, 12), st.integers(0, 60))
 def test_corridors_are_sound(length, width, people):
     template = Corridor(length=length, width=width, people=people)
     _check_room(template, people, 12)
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=12)
 @given(st.floats(8, 60), st.integers(0, 6))
 def test_crossings_are_sound(size, people):
     scenario = _check(Crossing(size=size, people_per_side=people))
     assert len(scenario.humans) == 4 * people
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=12)
 @given(
     st.floats(4, 20), st.floats(3.5, 15), st.floats(1.6, 6), st.integers(0, 12)
 )
@@ -70,13 +70,13 @@ def test_offices_are_sound(width, depth, corridor, people):
     assert len(scenario.humans) == people
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(st.integers(1, 40), st.integers(0, 40))
 def test_cafes_are_sound(tables, guests):
     _check_room(Cafe(tables=tables, guests=guests), guests, 5)
 
 
-@settings(max_examples=5, deadline=None)
+@settings(max_examples=5)
 @given(st.floats(3, 200), st.floats(2, 200))
 def test_rooms_are_sound(width, depth):
     assert not _check(Room(width=width, depth=depth)).humans

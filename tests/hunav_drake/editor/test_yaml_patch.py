@@ -3,7 +3,7 @@
 import copy
 import random
 
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, strategies as st
 import pytest
 
 from hunav_drake.editor.document.plain_data import apply, same
@@ -156,7 +156,6 @@ def operations(draw, data):
     return result
 
 
-@settings(max_examples=250, deadline=None)
 @given(st.data(), st.sampled_from([TEXT, ANCHORS]), st.booleans())
 def test_patched_text_reads_as_the_data(data, text, dos):
     if dos:

@@ -4,7 +4,7 @@ import itertools
 import math
 import re
 
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, strategies as st
 import numpy as np
 import pytest
 import shapely
@@ -79,7 +79,6 @@ def taken_places(scenario):
                 break
 
 
-@settings(max_examples=80, deadline=None)
 @given(scenarios())
 def test_each_place_is_told_with_the_first_wall_that_takes_it(scenario):
     found = check_places(scenario)
@@ -105,7 +104,6 @@ def test_the_way_out_of_a_wall_that_crosses_itself_is_far_enough():
     assert float(finding.message.split("move it ")[1].split()[0]) >= depth
 
 
-@settings(max_examples=80, deadline=None)
 @given(st.lists(POINTS, min_size=3, max_size=6))
 def test_polygons_are_sound_just_as_shapely_says(points):
     scenario = Scenario(world=World(walls=[Polygon(points=points)]))

@@ -147,7 +147,7 @@ def test_shipped_scenarios_have_ways_found_fast():
     assert time.process_time() - started < 0.5 * len(names)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(
     door=st.floats(0.1, 2.0),
     radius=st.floats(0.05, 1.0),

@@ -3,7 +3,7 @@
 from importlib import resources
 import math
 
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, strategies as st
 import numpy as np
 import pytest
 import yaml
@@ -72,7 +72,6 @@ def is_scenario(**kwargs):
     return False
 
 
-@settings(max_examples=200, deadline=None)
 @given(content=st.binary(max_size=300))
 def test_random_bytes(content, tmp_path_factory):
     file = tmp_path_factory.getbasetemp() / "random.yaml"
@@ -80,13 +79,11 @@ def test_random_bytes(content, tmp_path_factory):
     is_scenario(filename=file)
 
 
-@settings(max_examples=200, deadline=None)
 @given(scraps=st.lists(st.sampled_from(SCRAPS), max_size=30))
 def test_random_scraps_of_yaml(scraps):
     is_scenario(data=" ".join(scraps))
 
 
-@settings(max_examples=300, deadline=None)
 @given(
     edits=st.lists(
         st.tuples(
@@ -119,7 +116,6 @@ VALUES = st.recursive(
 )
 
 
-@settings(max_examples=300, deadline=None)
 @given(
     changes=st.dictionaries(
         st.sampled_from(PATHS.split()), VALUES, min_size=1, max_size=3
@@ -133,7 +129,6 @@ def test_random_values_in_a_scenario(changes):
     is_scenario(filename="passing", overrides=overrides)
 
 
-@settings(max_examples=100, deadline=None)
 @given(
     override=st.text(max_size=20)
     | st.lists(
@@ -250,7 +245,6 @@ def scenarios(draw):
     )
 
 
-@settings(max_examples=150, deadline=None)
 @given(scenario=scenarios())
 def test_a_saved_scenario_loads_as_an_equal_one(scenario):
     assert LoadScenario(data=SaveScenario(scenario)) == scenario
@@ -267,7 +261,6 @@ def test_text_that_looks_like_a_number_stays_text(text):
     assert loaded == CheckScenario(scenario)
 
 
-@settings(max_examples=100, deadline=None)
 @given(
     points=st.lists(
         st.tuples(st.integers(-5, 5), st.integers(-5, 5)),

@@ -17,7 +17,7 @@ Leaves say what is drawn for them and for the tick, whether they were ticked
 before or not; py_trees knows no SKIPPED.
 """
 
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, strategies as st
 import numpy as np
 import py_trees
 import pytest
@@ -114,7 +114,6 @@ def as_py_trees(tree, leaves):
     return py_trees.composites.Selector("f", memory, made)
 
 
-@settings(max_examples=400, deadline=None)
 @given(TREES)
 def test_random_trees_say_what_py_trees_says(tree):
     dut = tree_of(as_xml(tree, "Drawn"))

@@ -122,7 +122,7 @@ def test_nobody_is_pushed_when_all_have_room():
     )
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.integers(2, 12), st.integers(0, 2**32 - 1))
 def test_contact_gives_nobody_energy(n, seed):
     """Without forces, a crash of people leaves no more energy than before."""
@@ -145,7 +145,7 @@ def test_contact_gives_nobody_energy(n, seed):
     assert energy() <= energy(keep_apart=False) * (1 + 1e-9)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.integers(0, 2**32 - 1), st.floats(-3, 3), st.booleans())
 def test_a_crush_is_the_same_in_any_order_and_any_direction(seed, angle, flip):
     rng = np.random.default_rng(seed)

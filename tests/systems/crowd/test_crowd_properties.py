@@ -115,7 +115,6 @@ def run_in_room(
     return states.reshape(-1, 7), walls
 
 
-@settings(max_examples=60, deadline=None)
 @given(people_in_room(), st.sampled_from([0.01, 0.05, 0.2]))
 def test_nobody_is_lost_too_fast_or_inside_a_wall(people, time_step):
     states, walls = run_in_room(people, time_step=time_step)
@@ -130,7 +129,7 @@ def test_nobody_is_lost_too_fast_or_inside_a_wall(people, time_step):
     assert (abs(states[:, 1]) < 4).all()
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(st.integers(0, 9), st.integers(0, 2**32 - 1))
 def test_the_order_does_not_matter(n, seed):
     people = generic_people(n, seed)
@@ -140,7 +139,7 @@ def test_the_order_does_not_matter(n, seed):
     np.testing.assert_allclose(permuted, plain[order], atol=1e-6)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(
     st.integers(0, 9),
     st.integers(0, 2**32 - 1),

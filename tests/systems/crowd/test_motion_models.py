@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 import math
 
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, strategies as st
 import numpy as np
 from pydrake.systems.analysis import Simulator
 import pytest
@@ -255,7 +255,6 @@ people = st.lists(
 )
 
 
-@settings(deadline=None, max_examples=60)
 @given(
     rows=people,
     walls=st.lists(st.lists(st.tuples(numbers, numbers), min_size=1)),

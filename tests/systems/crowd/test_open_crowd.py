@@ -207,7 +207,7 @@ def test_those_present_move_as_a_crowd_of_their_own(parts):
         assert (np.delete(forces, own, axis=0) == 0).all()
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(seed=st.integers(0, 2**32), rate=st.floats(0.1, 20.0))
 def test_whatever_happens_nobody_comes_twice_or_into_another(seed, rate):
     """Others stand, walk and leave at random."""

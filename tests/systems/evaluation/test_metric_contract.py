@@ -89,38 +89,45 @@ RECORDINGS = {
 }
 
 
-@pytest.mark.parametrize("case", list(RECORDINGS))
-@pytest.mark.parametrize("name", list(METRICS))
-def test_a_value_is_finite_or_there_is_none(name, case):
-    recording = dataclasses.replace(RECORDINGS[case])
+def compute(recording):
+    return {name: METRICS[name].compute(recording) for name in METRICS}
+
+
+@pytest.mark.parametrize("case", RECORDINGS.values(), ids=RECORDINGS)
+def test_values_are_finite_or_there_are_none(case):
     with warnings.catch_warnings(), np.errstate(all="raise", under="ignore"):
         warnings.simplefilter("error")
-        value, series = METRICS[name].compute(recording)
-    assert not math.isinf(value)
-    if series is not None:
-        assert series.shape == recording.times.shape
-        assert not np.isinf(series).any()
+        found = compute(dataclasses.replace(case))
+    infinite = [n for n, (value, _) in found.items() if math.isinf(value)]
+    assert infinite == []
+    for name, (_, series) in found.items():
+        if series is not None:
+            assert series.shape == case.times.shape, name
+            assert not np.isinf(series).any(), name
 
 
-@pytest.mark.parametrize("name", list(METRICS))
-def test_computing_changes_nothing_and_repeats(name):
+@pytest.mark.parametrize("case", RECORDINGS.values(), ids=RECORDINGS)
+def test_shares_lie_between_0_and_100_percent(case):
+    shares = {
+        name: value
+        for name, (value, _) in compute(case).items()
+        if METRICS[name].unit == "%"
+    }
+    assert len(shares) == 8
+    for name, value in shares.items():
+        assert math.isnan(value) or 0 <= value <= 100, name
+
+
+def test_computing_changes_nothing_and_each_metric_stands_alone():
     recording = random_recording()
-    before = dataclasses.replace(recording)
-    first = METRICS[name].compute(recording)
-    again = METRICS[name].compute(dataclasses.replace(recording))
-    assert recording == before
-    for one, other in zip(first, again, strict=True):
-        assert (one is None) == (other is None)
-        if one is not None:
-            assert np.array_equal(one, other, equal_nan=True)
-
-
-@pytest.mark.parametrize("name", list(METRICS))
-def test_shares_lie_between_0_and_100_percent(name):
-    if METRICS[name].unit == "%":
-        for recording in RECORDINGS.values():
-            value, _ = METRICS[name].compute(recording)
-            assert math.isnan(value) or 0 <= value <= 100
+    together = compute(recording)
+    assert recording == random_recording()
+    for name, values in together.items():
+        alone = METRICS[name].compute(random_recording())
+        for one, other in zip(values, alone, strict=True):
+            assert (one is None) == (other is None), name
+            if one is not None:
+                assert np.array_equal(one, other, equal_nan=True), name
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf])

@@ -145,7 +145,7 @@ def test_the_file_of_equal_recordings_is_equal(tmp_path):
     assert a.read_bytes() == b.read_bytes()
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(
     hnp.arrays(
         float,

@@ -260,7 +260,7 @@ def test_it_is_as_long_as_around_wider_shapes(seed):
     assert found == pytest.approx(expected, rel=1e-3)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(
     st.integers(0, 2**32),
     st.floats(0, 2 * PI),

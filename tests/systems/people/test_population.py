@@ -74,7 +74,7 @@ def test_those_of_a_cohort_with_a_name_have_names():
     assert [human.name for human in people] == ["guest_1", "guest_2", ""]
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(
     seed=st.integers(0, 2**63 - 1),
     sizes=st.lists(st.floats(0.1, 1), min_size=1, max_size=4),

@@ -42,7 +42,7 @@ def drawn(*sources, cohorts=(), obstacles=NO_WALLS):
     return draw_with_traffic(config, obstacles)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(data=st.data())
 def test_a_party_has_room_or_does_not_come_in(data):
     seed = data.draw(st.integers(0, 10**6))

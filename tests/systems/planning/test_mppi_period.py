@@ -36,7 +36,7 @@ def test_the_horizon_does_not_depend_on_the_period(step, cycles):
 
 
 @given(st.integers(1, 12), st.integers(2, 40))
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 def test_a_command_holds(hold, steps):
     controls = np.random.default_rng(steps).normal(size=(steps, 2))
     result = held(controls, hold)

@@ -1,6 +1,6 @@
 import math
 
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, strategies as st
 import numpy as np
 import pytest
 
@@ -22,7 +22,6 @@ def exact_distances(obstacles, points):
     return np.where(inside(obstacles, points).any(axis=-1), -1, 1) * distance
 
 
-@settings(deadline=None, max_examples=50)
 @given(st.floats(0.05, 1.0), st.floats(-3, 1), st.floats(-3, 1))
 def test_every_place_has_its_exact_distance(resolution, x, y):
     dut = WALLS.distance_field(resolution, (x, y, x + 4, y + 3))

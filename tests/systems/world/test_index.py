@@ -2,7 +2,7 @@
 
 import dataclasses
 
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, strategies as st
 import numpy as np
 import pytest
 
@@ -107,7 +107,6 @@ class CrowdAtWalls:
             yield visibility_graph.standing_place(*p, 0.285, table)
 
 
-@settings(deadline=None, max_examples=50)
 @given(worlds, st.integers(0, 2**32))
 def test_what_is_left_out_changes_no_bit(obstacles, seed):
     crowd = CrowdAtWalls(obstacles, seed)
@@ -118,7 +117,6 @@ def test_what_is_left_out_changes_no_bit(obstacles, seed):
         np.testing.assert_array_equal(with_it, without)
 
 
-@settings(deadline=None)
 @given(worlds, st.integers(0, 2**32))
 def test_the_nearest_wall_is_that_of_the_nearest_shape(obstacles, seed):
     p = np.ascontiguousarray(CrowdAtWalls(obstacles, seed).states[:, :2])
@@ -132,7 +130,6 @@ def test_the_nearest_wall_is_that_of_the_nearest_shape(obstacles, seed):
     )
 
 
-@settings(deadline=None)
 @given(worlds)
 def test_every_segment_is_in_one_run_and_in_all_boxes_above_it(obstacles):
     walls = opened.py_func(obstacles.table)

@@ -517,7 +517,7 @@ furniture = st.lists(
 )
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(furniture, points, points)
 def test_a_walker_arrives_in_any_room(walls, start, goal):
     dut = make_map(walls)

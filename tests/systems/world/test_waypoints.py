@@ -91,7 +91,7 @@ def test_the_memory_forgets_cells_and_stays_right(world, monkeypatch):
     ),
     st.tuples(st.floats(-5, 5), st.floats(-5, 5)),
 )
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_ways_are_those_that_vertices_see(rows, goal):
     """Vertices see each other in whatever order they are asked for."""
     boxes = [

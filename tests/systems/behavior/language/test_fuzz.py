@@ -4,7 +4,7 @@ from functools import partial
 from pathlib import Path
 import re
 
-from hypothesis import example, given, settings, strategies as st
+from hypothesis import example, given, strategies as st
 import numpy as np
 
 from hunav_drake.systems.behavior import (
@@ -96,13 +96,11 @@ def check(source):
     return dut
 
 
-@settings(max_examples=300, deadline=None)
 @given(st.binary(max_size=200) | st.text(max_size=200).map(str.encode))
 def test_any_bytes(source):
     check(source)
 
 
-@settings(max_examples=300, deadline=None)
 @given(st.text(alphabet="<>/=\"' ab{}&;!-?[]xID", max_size=80))
 def test_any_markup(text):
     check(f"<root><BehaviorTree>{text}</BehaviorTree></root>".encode())
@@ -121,7 +119,6 @@ def mutated(draw):
     return source
 
 
-@settings(max_examples=500, deadline=None)
 @given(mutated())
 def test_mutated_files(source):
     check(source)
@@ -145,7 +142,6 @@ def other_values(draw):
     return source[: match.start()] + value + source[match.end() :]
 
 
-@settings(max_examples=500, deadline=None)
 @given(other_values())
 @example(SOURCES[0])
 def test_other_values(source):

@@ -158,7 +158,7 @@ def test_shipped_tree_stays_as_it_is(name):
     assert again.documents.ports.keys() == dut.documents.ports.keys()
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.integers(0, 2**32))
 def test_same_ticks_whatever_happens(seed):
     for name in ("curious", "cooperative"):

@@ -2,7 +2,7 @@
 
 import math
 
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, strategies as st
 import numpy as np
 import pytest
 
@@ -113,7 +113,6 @@ def test_spot_is_not_where_somebody_stands():
     width=st.sampled_from([1.3, 1.55, 1.95, 2.25, 2.7, 4.0]),
     speed=st.sampled_from([0.0, 0.3, 0.9]),
 )
-@settings(max_examples=60, deadline=None)
 def test_spots_turn_with_the_world(turn, mirror, y, width, speed):
     """Mirrored, too, but for who is right on the robot's way."""
     sides = corridor(width, end=4.0)

@@ -7,7 +7,7 @@ colon, what each child said in that tick, "-" if it was not ticked, and, after
 a slash, what the node remembers for the next tick.
 """
 
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, strategies as st
 import pytest
 
 from hunav_drake.systems.behavior import NodeStatus, ParseTree
@@ -407,7 +407,6 @@ def holds(tree):
     return all(results) if "Sequence" in tree[0] else any(results)
 
 
-@settings(max_examples=150, deadline=None)
 @given(logic_trees(3))
 def test_without_running_nodes_trees_are_logic(tree):
     """Sequence is "and", Fallback is "or", Inverter is "not"."""

@@ -2,7 +2,7 @@
 
 import math
 
-from hypothesis import example, given, settings, strategies as st
+from hypothesis import example, given, strategies as st
 import numpy as np
 import pytest
 from scipy.optimize import minimize
@@ -141,7 +141,6 @@ def test_even_hard_rules_may_contradict_each_other():
     np.testing.assert_allclose(choose(rules, hard=2), [0.5, 0.3], atol=5e-3)
 
 
-@settings(deadline=None)
 @given(rule_rows, angles, st.floats(0, SPEED))
 @example([(0.0, 0.5), (math.pi, -0.5)], 1.0, 1.0)
 @example([(1.0, 0.2), (1.0, 0.2), (1.0, 0.3)], 1.0, 0.1)
@@ -156,7 +155,6 @@ def test_it_is_the_nearest_velocity(rows, angle, length):
         assert math.dist(v, wanted) <= math.dist(best, wanted) + 1e-9
 
 
-@settings(deadline=None)
 @given(rule_rows, st.integers(0, 3))
 def test_the_largest_offence_is_the_least(rows, hard):
     rules = make_rules(rows)
@@ -169,7 +167,6 @@ def test_the_largest_offence_is_the_least(rows, hard):
         assert offence(rules[hard:], v) <= best + eased + 1e-8
 
 
-@settings(deadline=None)
 @given(st.data())
 def test_the_order_of_rules_does_not_matter(data):
     # Rules that differ by little more than rounding are parallel or not as

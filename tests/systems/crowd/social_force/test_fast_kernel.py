@@ -123,7 +123,7 @@ def has_a_tie(states, i):
     return np.delete(near, i).min(initial=1) < 1e-6
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(
     st.integers(48, 400),
     st.floats(0.01, 5.0),

@@ -2,7 +2,7 @@
 
 import dataclasses
 
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, strategies as st
 from hypothesis.extra.numpy import arrays
 import numpy as np
 import pytest
@@ -100,13 +100,11 @@ def check_step(snapshot):
     np.testing.assert_allclose(moved, expected, rtol=1e-12, atol=1e-12)
 
 
-@settings(deadline=None)
 @given(snapshots())
 def test_a_step_is_that_of_the_kernel(snapshot):
     check_step(snapshot)
 
 
-@settings(deadline=None)
 @given(snapshots(scale=1.2e4, speed_scale=120.0))
 def test_no_place_or_speed_gives_nan(snapshot):
     """Up to 1e5 m and 1e3 m/s."""

@@ -263,7 +263,7 @@ def test_people_who_meet_no_wall_walk_as_without_the_option():
         np.testing.assert_array_equal(dut.states, plain.states)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(
     seed=st.integers(0, 2**32 - 1),
     n=st.integers(1, 12),

@@ -1,7 +1,7 @@
 from fractions import Fraction
 import math
 
-from hypothesis import assume, given, settings, strategies as st
+from hypothesis import assume, given, strategies as st
 import numpy as np
 import pytest
 
@@ -120,7 +120,6 @@ displacements = st.builds(
 )
 
 
-@settings(max_examples=400, deadline=None)
 @given(rooms, points, displacements)
 def test_a_step_ends_outside_of_walls(obstacles, start, displacement):
     assume(not inside(obstacles, start).any())
@@ -128,7 +127,6 @@ def test_a_step_ends_outside_of_walls(obstacles, start, displacement):
     assert_stays_outside(obstacles, start, displacement)
 
 
-@settings(max_examples=200, deadline=None)
 @given(
     rooms,
     st.integers(0, 100),
@@ -151,7 +149,6 @@ def test_a_step_along_a_wall_ends_outside_of_walls(
     assert_stays_outside(obstacles, start, displacement)
 
 
-@settings(max_examples=200, deadline=None)
 @given(
     boxes,
     st.lists(boxes | polylines, max_size=4),
@@ -174,7 +171,6 @@ def test_whoever_starts_inside_ends_outside(box, others, where, displacement):
         assert clearance(obstacles, state[:2]) > MARGIN / 17
 
 
-@settings(max_examples=200, deadline=None)
 @given(rooms, points, displacements, st.floats(-3, 3), st.booleans())
 def test_a_moved_world_moves_the_same_way(
     obstacles, start, displacement, angle, mirrored
@@ -199,7 +195,6 @@ def test_a_moved_world_moves_the_same_way(
     np.testing.assert_allclose(moved[3:5], matrix @ plain[3:5], atol=1e-9)
 
 
-@settings(max_examples=200, deadline=None)
 @given(rooms, points, displacements)
 def test_whoever_meets_no_wall_moves_exactly_as_proposed(
     obstacles, start, displacement

@@ -1,6 +1,6 @@
 import math
 
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, strategies as st
 from hypothesis.extra.numpy import arrays
 import numpy as np
 import pytest
@@ -68,13 +68,11 @@ def check(grid):
     return polygons, union
 
 
-@settings(max_examples=150, deadline=None)
 @given(grids)
 def test_any_cells_are_outlined(grid):
     check(grid)
 
 
-@settings(max_examples=50, deadline=None)
 @given(rooms())
 def test_walls_are_outlined(grid):
     polygons, union = check(grid)
