@@ -164,7 +164,8 @@ Speed = Annotated[StrictFloat, within(0, 10, "m/s")]
 PositiveSpeed = Annotated[StrictFloat, within(0, 10, "m/s", low_open=True)]
 Length = Annotated[StrictFloat, within(0, 1e5, "m")]
 PositiveLength = Annotated[StrictFloat, within(0, 1e5, "m", low_open=True)]
-BodyRadius = Annotated[StrictFloat, within(0, 5, "m", low_open=True)]
+# Bodies of less than a millimeter can be neither drawn nor met.
+BodyRadius = Annotated[StrictFloat, within(0.001, 5, "m")]
 BodyRadii = Annotated[
     tuple[BodyRadius, BodyRadius],
     BeforeValidator(as_tuple),

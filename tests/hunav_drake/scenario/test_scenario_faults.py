@@ -126,7 +126,7 @@ CASES = {
         "humans[0] ('ana').max_speed",
         "must be in (0, 10] m/s, got -1.0",
     ),
-    "zero radius": (HUMAN + "    radius: 0\n", 4, "radius", "(0, 5] m, got 0"),
+    "zero radius": (HUMAN + "    radius: 0\n", 4, "radius", "[0.001, 5] m, got 0"),
     "number in quotes": (HUMAN + "    radius: '0.3'", 4, "radius", "a number"),
     "flag for number": (HUMAN + "    radius: true\n", 4, "radius", "got true"),
     "word for flag": (HUMAN + "    cyclic: yes\n", 4, "cyclic", "got 'yes'"),
