@@ -117,6 +117,11 @@ def _as_int(value: Any) -> Any:
     return value
 
 
+def fault(rule: str) -> PydanticCustomError:
+    """Returns the error of a value that breaks a rule."""
+    return PydanticCustomError("rule", "{rule}", {"rule": rule})
+
+
 def one_line(value: str) -> str:
     """Returns a text that can be shown in a terminal, in a line of its own.
 
