@@ -29,6 +29,29 @@ def once_per_seed(
     return runs[~(again & draws_nothing(runs))]
 
 
+def over_all_seeds(
+    runs: pd.DataFrame, others: pd.DataFrame, keys: list[str]
+) -> pd.DataFrame:
+    """Returns runs in which those of which nothing is drawn come in all seeds.
+
+    These are the seeds of other runs; a single run stands for each of them.
+
+    Args:
+        runs: A row per run, as `once_per_seed` gives them.
+        others: Those that they are compared with.
+        keys: The columns in which runs that belong together are equal.
+    """
+    kind = [key for key in keys if key != "seed"]
+    # Merging needs a column.
+    runs, others = (it.assign(_any=0) for it in (runs, others))
+    single = draws_nothing(runs) & ~runs.duplicated([*kind, "_any"], keep=False)
+    if "seed" in keys and single.any():
+        seeds = others[[*kind, "_any", "seed"]].drop_duplicates()
+        copies = runs[single].drop(columns="seed").merge(seeds)
+        runs = pd.concat([runs[~single], copies])
+    return runs.drop(columns="_any")
+
+
 def draws_nothing(runs: pd.DataFrame) -> pd.Series:
     """Returns of which runs all seeds are known to be the same trial."""
     if "drawn" not in runs:

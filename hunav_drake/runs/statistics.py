@@ -5,7 +5,8 @@ that tell it from others and a column per metric. What is NaN or infinite is no
 value: it is left out, and `n` tells how many are left. Runs that differ in the
 column `repetition` alone are no independent ones: their mean counts once. Nor
 are runs of which the column `drawn` tells that their seeds draw nothing: equal
-ones count once, whatever their seeds.
+ones count once, whatever their seeds, and stand for every seed of the runs
+that they are compared with.
 """
 
 from collections.abc import Hashable, Iterable
@@ -16,7 +17,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 import pandas as pd
 
-from hunav_drake.runs.independent_runs import draws_nothing, once_per_seed
+from hunav_drake.runs.independent_runs import (
+    draws_nothing,
+    once_per_seed,
+    over_all_seeds,
+)
 from hunav_drake.runs.intervals import (
     mean_interval,
     paired_rate_interval,
@@ -252,8 +257,10 @@ def _pairs(
                 " the columns in which they differ in `pair`, or choose the"
                 " runs beforehand"
             )
-        tables.append(part.set_index(keys)[names])
-    one, other = tables
+        tables.append(part)
+    one = over_all_seeds(tables[0], tables[1], keys)
+    other = over_all_seeds(tables[1], one, keys)
+    one, other = (it.set_index(keys)[names] for it in (one, other))
     common = one.index[one.index.isin(other.index)]
     if common.empty:
         raise ValueError(

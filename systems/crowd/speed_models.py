@@ -254,6 +254,8 @@ class SpeedModel(MotionModel):
     is not in the papers, whose people turn, start and stop at once.
     """
 
+    uses_weights = "pushed"
+
     body_radius: Annotated[StrictFloat, within(0, 5, "m", low_open=True)] = 0.15
     """The largest radius that people have to each other and to walls (l / 2),
     in meters. Of a person whose own is larger, the rest is distance of comfort:

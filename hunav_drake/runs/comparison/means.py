@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from hunav_drake.runs.independent_runs import once_per_seed
+from hunav_drake.runs.independent_runs import draws_nothing, once_per_seed
 from hunav_drake.runs.running.run_row import NO_RESULT
 from hunav_drake.runs.statistics import OF_ALL_RUNS, RATES, where_all_arrive
 from hunav_drake.runs.suite_result import SuiteResult
@@ -29,11 +29,14 @@ class Sample(NamedTuple):
             (1 + samples,).
         counts: Over how many seeds each of the first means is.
         note: Which seeds these are, if not all; or nothing.
+        is_sure: Whether samples tell how sure the means are. One seed does
+            not, if it draws something.
     """
 
     means: dict[str, Array]
     counts: dict[str, int]
     note: str
+    is_sure: bool
 
 
 class Means:
@@ -116,6 +119,10 @@ class Means:
             {name: means[name] for name in places},
             {name: counts[name] for name in places},
             ", ".join(dict.fromkeys(notes)),
+            all(
+                counts[name] > 1 or self._is_fixed(place)
+                for name, place in places.items()
+            ),
         )
 
     def _draw(self, values: Array, number: int) -> Array:
@@ -161,11 +168,18 @@ class Means:
 
     def _column(self, place: Place, metric: str) -> Array:
         """Returns the values by seed, or NaN: shape (seeds,)."""
-        table = self._tables[place][metric]
-        values: Array = table.reindex(self._seeds[self._kind(place)]).to_numpy(
-            float
+        table, seeds = self._tables[place], self._seeds[self._kind(place)]
+        # A run of which nothing is drawn is that of every seed.
+        fill = "nearest" if self._is_fixed(place) else None
+        values: Array = (
+            table[metric].reindex(seeds, method=fill).to_numpy(float)
         )
         return np.where(np.isfinite(values), values, np.nan)
+
+    def _is_fixed(self, place: Place) -> bool:
+        """Returns whether a place has one run, which is that of all seeds."""
+        table = self._tables[place]
+        return len(table) == 1 and bool(draws_nothing(table).all())
 
     def _arrive(self, places: Sequence[Place]) -> Mask | None:
         """Returns in which seeds all arrive; None where all count."""

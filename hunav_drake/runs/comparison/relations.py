@@ -2,7 +2,8 @@
 
 A relation holds if it does so for the means over runs, and in nine of ten
 samples that the bootstrap draws from the seeds; in fewer of them, it holds for
-these means only, and more runs may decide otherwise. Of NaN nothing holds.
+these means only, and more runs may decide otherwise; so it does on one seed
+that draws something. Of NaN nothing holds.
 """
 
 from collections.abc import Sequence
@@ -34,7 +35,7 @@ class Judgement:
         strength: How sure it is that it should hold.
         verdict: Whether it holds, or does so for the means only.
         share: In how many of the samples it holds, from 0 to 1; NaN if it was
-            not tested.
+            not tested, or on a single seed, which tells no share.
         numbers: What was compared, or why it was not.
     """
 
@@ -137,11 +138,11 @@ def _untested(error: KeyError) -> tuple[Verdict, float, str]:
     missing = error.args[0]
     if isinstance(missing, tuple):
         missing = "/".join(reversed(missing[:2]))
-    return "not tested", float("nan"), f"there are no runs with {missing}"
+    return "not tested", math.nan, f"there are no runs with {missing}"
 
 
 def _test(relation: Relation, means: Means) -> tuple[Verdict, float, str]:
-    held, told = [], []
+    held, told, sure = [], [], True
     used = names_in(relation.holds)
     for places in _place_sets(relation, means):
         if missing := sorted(set(used) - set(places)):
@@ -150,8 +151,9 @@ def _test(relation: Relation, means: Means) -> tuple[Verdict, float, str]:
         size = len(sample.means[used[0]])
         held.append(holds(relation.holds, sample.means, size))
         told.append(_told(sample))
+        sure &= sample.is_sure
     both = np.all(held, axis=0)
-    share = float(both[1:].mean())
+    share = float(both[1:].mean()) if sure else math.nan
     verdict: Verdict = "holds" if share >= _SHARE else "mean only"
     if not both[0]:
         verdict = "fails"

@@ -248,6 +248,8 @@ class OrcaModel(MotionModel):
     the same place with the same velocity.
     """
 
+    uses_weights = "none"
+
     keeps_radii: ClassVar[bool] = True
 
     neighbor_distance: PositiveLength = 10.0

@@ -5,7 +5,13 @@ import math
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
-from pydantic import Field, StrictBool, StrictFloat
+from pydantic import (
+    AfterValidator,
+    Field,
+    StrictBool,
+    StrictFloat,
+    ValidationInfo,
+)
 from pydantic.dataclasses import dataclass
 
 from hunav_drake.systems.common.arrays import Array
@@ -19,6 +25,7 @@ from hunav_drake.systems.common.schema import (
     PositiveLength,
     PositiveSpeed,
     Speed,
+    fault,
     within,
 )
 from hunav_drake.systems.planning.costmap.costmap_config import Period
@@ -64,6 +71,18 @@ Scale = Annotated[StrictFloat, within(0, 1e6)]
 Fall = Annotated[StrictFloat, within(-100, -1e-6, "m/s^2")]
 TurnFall = Annotated[StrictFloat, within(-1000, -1e-6, "rad/s^2")]
 Samples = Annotated[Integer, Field(ge=2, le=1000)]
+
+_MOST_VELOCITIES = 40_000
+
+
+def _check_samples(turns: int, info: ValidationInfo) -> int:
+    speeds = info.data.get("vx_samples", 0)
+    if speeds * turns > _MOST_VELOCITIES:
+        raise fault(
+            f"must be at most {_MOST_VELOCITIES // speeds} with vx_samples"
+            f" {speeds}, for {_MOST_VELOCITIES} velocities, got {turns}"
+        )
+    return turns
 
 
 @plain_errors
@@ -245,8 +264,9 @@ class DwbPlanner(NavigationPlanner):
     """How many speeds are tried; more, up to 100, where the goal is smaller
     than the distance between two places that they lead to."""
 
-    vtheta_samples: Samples = 20
-    """How many turn rates are tried."""
+    vtheta_samples: Annotated[Samples, AfterValidator(_check_samples)] = 20
+    """How many turn rates are tried: with each speed, so that at most 40 000
+    velocities are."""
 
     sim_time: Period = 1.7
     """How far ahead the robot is predicted, in seconds."""
