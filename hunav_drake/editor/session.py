@@ -19,10 +19,10 @@ from hunav_drake.editor.files import FileRefusedError, SessionFile
 from hunav_drake.editor.forms import form_defaults, form_schema
 from hunav_drake.editor.messages import MessageError, id_of, read_message
 from hunav_drake.editor.state import State
-from hunav_drake.editor.templates import template_forms
 from hunav_drake.scenario.error import Finding, Loc, ScenarioError
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.scenario.shipped import shipped_names
+from hunav_drake.scenario.templates import list_templates
 from hunav_drake.scenario.writer import SaveScenario
 from hunav_drake.systems.common.choice_loading import registered_only
 
@@ -286,7 +286,10 @@ class EditSession:
                 "models": [],
                 "robots": [],
                 "metrics": [],
-                "templates": template_forms(),
+                "templates": [
+                    {"name": name, "title": name.capitalize(), "help": text}
+                    for name, text in list_templates().items()
+                ],
                 "examples": shipped_names(),
                 "ready": False,
             }
