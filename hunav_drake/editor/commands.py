@@ -33,9 +33,9 @@ from hunav_drake.editor.messages import (
     UseTemplate,
 )
 from hunav_drake.editor.state import State
-from hunav_drake.editor.templates import template_text
 from hunav_drake.editor.tracing import traced_walls
 from hunav_drake.scenario.shipped import shipped_names, shipped_text
+from hunav_drake.scenario.templates import template_text
 
 
 def _hello(session: EditedScenario, message: Hello) -> None:
@@ -217,7 +217,10 @@ def _open(session: EditedScenario, message: Open) -> None:
 
 
 def _template(session: EditedScenario, message: UseTemplate) -> None:
-    text = template_text(message.name, message.values)
+    try:
+        text = template_text(message.name)
+    except ValueError as error:
+        raise OperationError(str(error)) from None
     session.replace(message.id, f"Template {message.name}", text)
 
 

@@ -12,10 +12,10 @@ from hunav_drake.editor.document.text_patch import difference
 from hunav_drake.editor.files import SessionFile
 from hunav_drake.editor.forms import form_defaults, form_schema
 from hunav_drake.editor.state import State
-from hunav_drake.editor.templates import template_forms
 from hunav_drake.scenario.error import Finding, Loc
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.scenario.shipped import shipped_names
+from hunav_drake.scenario.templates import list_templates
 from hunav_drake.scenario.writer import SaveScenario
 
 Callback = Callable[[dict[str, Any]], None]
@@ -231,7 +231,10 @@ class EditedScenario:
                 "models": [],
                 "robots": [],
                 "metrics": [],
-                "templates": template_forms(),
+                "templates": [
+                    {"name": name, "title": name.capitalize(), "help": text}
+                    for name, text in list_templates().items()
+                ],
                 "examples": shipped_names(),
                 "ready": False,
             }
