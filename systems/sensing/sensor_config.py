@@ -123,7 +123,7 @@ class SensorConfig(ABC):
 
 
 # The sensors by type.
-SENSORS = Registry("sensor", SensorConfig, tag="type")
+SENSORS = Registry("sensor", SensorConfig)
 
 register_sensor = SENSORS.register
 
