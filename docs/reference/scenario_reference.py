@@ -13,7 +13,7 @@ A scenario is YAML. These are its keys, what they mean, their ranges and their
 defaults, as `hunav schema` has them. Lengths are in meters, times in seconds,
 angles in radians. A key that is left out has its default; an unknown key is an
 error. A choice (planner, model, robot, sensor, wall) is given by its name
-alone, or with its keys beside: `planner: {name: dwb, cycle_limit: 2.0}`.
+alone, or with its keys beside: `planner: {type: dwb, cycle_limit: 2.0}`.
 """
 
 

@@ -33,7 +33,7 @@ def make_scenario(model: str, num_humans: int) -> Scenario:
             )
         )
     walls = [
-        {"shape": "box", "center": [0, 9 * side], "size": [14, 0.2]}
+        {"type": "box", "center": [0, 9 * side], "size": [14, 0.2]}
         for side in (1, -1)
     ]
     scenario = Scenario(

@@ -20,7 +20,7 @@ TEXT = """\
 # Two people.
 world:
   walls:
-    - {shape: box, name: block, center: [5, 0], size: [2, 2]}  # the block
+    - {type: box, name: block, center: [5, 0], size: [2, 2]}  # the block
 humans:
   - name: ana   # first
     pose: [1.0, 2.0, 0.0]
@@ -104,7 +104,7 @@ def test_a_session_needs_no_drake_and_no_compiler():
         "session.subscribe(lambda message: None)\n"
         "session.receive({'do': 'hello'})\n"
         "session.receive({'do': 'edit', 'base': 0, 'ops':\n"
-        "    [['set', ['planner'], {'name': 'dwb', 'period': 0.1}]]})\n"
+        "    [['set', ['planner'], {'type': 'dwb', 'period': 0.1}]]})\n"
         "session.receive({'do': 'template', 'name': 'office'})\n"
         "assert session.data['humans'], session.data\n"
         "print([it for it in ('pydrake', 'numba', 'scipy', 'pandas',"
@@ -431,7 +431,7 @@ def _big():
     lines = ["world:", "  walls:"]
     for x, y in cells:
         points = [[x, y], [x + 0.8, y], [x + 0.8, y + 0.8], [x, y + 0.8]]
-        lines += ["    - shape: polygon", f"      points: {points}"]
+        lines += ["    - type: polygon", f"      points: {points}"]
     lines += ["humans:"]
     for i in range(100):
         x, y = cells[5 * i]

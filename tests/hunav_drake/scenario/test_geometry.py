@@ -161,7 +161,7 @@ def test_worlds_without_walls_take_no_place(count):
 
 def far_walls(planner: str, half: float = 100.0, goal: float = 3.0) -> str:
     """A world of 200 m, as a map of 4000 x 4000 cells of 5 cm may give."""
-    box = "{{shape: box, center: [{0}, {0}], size: [1, 1]}}"
+    box = "{{type: box, center: [{0}, {0}], size: [1, 1]}}"
     walls = ", ".join(map(box.format, (-half, half)))
     return (
         f"world: {{walls: [{walls}]}}\nrobot: {{goal: [{goal}, 0, 0]}}\n"

@@ -100,7 +100,7 @@ def test_who_is_pushed_into_a_robot_by_others_is_charged():
         HumanConfig(pose=(0.53, 0, 0), desired_speed=0.0),
         HumanConfig(pose=(1.04, 0, math.pi), goals=[(-5, 0)]),
     ]
-    robot = {"model": "differential_drive", "radius": PMB2_RADIUS}
+    robot = {"type": "differential_drive", "radius": PMB2_RADIUS}
     diagram = make_diagram(robot, humans)
     context = diagram.CreateDefaultContext()
     crowd = diagram.GetSubsystemByName("humans").GetSubsystemByName("crowd")
@@ -116,14 +116,14 @@ def test_who_is_pushed_into_a_robot_by_others_is_charged():
 @pytest.mark.parametrize("seconds", [0.0, 0.5])
 def test_who_stands_in_the_robot_at_the_start_is_in_a_contact(seconds):
     stander = HumanConfig(pose=(0.3, 0, 0), desired_speed=0.0)
-    diagram = make_diagram({"model": "differential_drive"}, [stander])
+    diagram = make_diagram({"type": "differential_drive"}, [stander])
     run = drive(diagram, (0, 0), duration=seconds + 2 * STEP)
     assert run.contacts[-1, 0, Contact.BY_ROBOT :].tolist() == [1, 1]
 
 
 def test_contexts_do_not_share_contacts_and_a_clone_goes_on():
     start = STARTS[0]
-    robot = {"model": "differential_drive", "radius": PMB2_RADIUS}
+    robot = {"type": "differential_drive", "radius": PMB2_RADIUS}
     walker = HumanConfig(
         pose=(*start, math.pi / 2),
         goals=[(start[0], 5)],

@@ -6,7 +6,7 @@ import pytest
 from hunav_drake import LoadScenario, MakeTrialDiagram, MakeTrialSimulator
 
 BEHIND_A_TABLE = """
-world: {furniture: [{kind: table, center: [2, 0]}]}
+world: {furniture: [{type: table, center: [2, 0]}]}
 humans: [{pose: [3.5, 0, 3.14]}]
 sensors:
 - {type: lidar, height: 0.3, num_rays: 720}
