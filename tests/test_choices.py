@@ -146,7 +146,7 @@ def test_bad_parameters_are_told_with_their_place(kind, name):
 
 @pytest.mark.parametrize("name", sorted(WALLS))
 def test_a_wall_has_finite_vertices(name):
-    wall = WALLS.make({"shape": name, **NEEDED.get(name, {})})
+    wall = WALLS.make({"type": name, **NEEDED.get(name, {})})
     vertices = wall.vertices()
     assert vertices.ndim == 2
     assert vertices.shape[1] == 2
@@ -257,7 +257,7 @@ def test_a_context_goes_through_a_file(kind, name, tmp_path):
 @pytest.mark.parametrize("name", sorted(ROBOTS))
 def test_a_robot_stands_alone_too(name):
     """Its system, by itself, has all ports, and drives when it is told."""
-    config = ROBOTS.make({"model": name, **NEEDED.get(name, {})})
+    config = ROBOTS.make({"type": name, **NEEDED.get(name, {})})
     humans = [HumanConfig(pose=(3, 3, 0))]
     task = RobotTask(humans=humans)
     builder = DiagramBuilder()

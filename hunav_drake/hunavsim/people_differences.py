@@ -111,7 +111,7 @@ _BEHAVIORS = (
         original="who turns away from the robot forgets it, and turns back",
         here="keeps it in mind for 1 s, and as long as it is near",
         why="they would turn to and fro every few steps",
-        key=_TREE + "{tree: scared, memory: 0.0, track: false}",
+        key=_TREE + "{type: scared, memory: 0.0, track: false}",
         by_profile=True,
     ),
     Difference(

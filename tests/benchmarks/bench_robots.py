@@ -38,7 +38,7 @@ def make_scenario(model: str, num_humans: int) -> Scenario:
     ]
     scenario = Scenario(
         robot={
-            "model": model,
+            "type": model,
             "start": (-5, 0, 0),
             "goal": (6, 0.5, 0),
             "goal_tolerance": 1e-6,

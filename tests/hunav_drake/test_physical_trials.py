@@ -295,7 +295,7 @@ def test_there_is_a_floor_where_the_robot_starts():
 @pytest.mark.parametrize("model", ["differential_drive", "pmb2", *MODELS])
 def test_every_robot_runs_in_every_world(model, name, tmp_path):
     """In a process of its own, which a fault of Drake's may end."""
-    robot = {"model": model}
+    robot = {"type": model}
     if model in MODELS:
         text, base, drive = MODELS[model]
         file = tmp_path / model

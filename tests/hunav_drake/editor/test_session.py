@@ -300,7 +300,7 @@ def test_no_code_of_a_scenario_is_run(tmp_path, monkeypatch):
     view = View(EditSession(TEXT))
     for path in (["robot", "model"], ["planner"], ["world", "walls", 0]):
         name = "evil_planner:Planner"
-        value = {"shape": name} if path[0] == "world" else name
+        value = {"type": name} if path[0] == "world" else name
         view.edit(["set", path, value])
     assert "evil_planner" not in sys.modules
     with pytest.raises(ScenarioError, match="runs none here"):

@@ -27,7 +27,7 @@ WALLS = st.one_of(
     st.builds(Polyline, points=st.lists(POINTS, min_size=2, max_size=5)),
 )
 FURNITURE_PARTS = st.builds(
-    lambda kind, center: FURNITURE.make({"kind": kind, "center": center}),
+    lambda kind, center: FURNITURE.make({"type": kind, "center": center}),
     st.sampled_from(sorted(FURNITURE)),
     POINTS,
 )
@@ -184,7 +184,7 @@ def test_maps_of_a_planner_that_are_too_large_are_told(
     (fault,) = info.value.faults
     assert fault.path == f"planner.{key}.resolution"
     least = re.search(r"a coarser one, (\S+) m at least", fault.message)[1]
-    settings = f"{{name: {planner}, {key}: {{resolution: {least}}}}}"
+    settings = f"{{type: {planner}, {key}: {{resolution: {least}}}}}"
     assert LoadScenario(data=far_walls(settings, half, goal))
 
 

@@ -195,7 +195,7 @@ CASES = {
     # Walls
     "no shape": (WALLS + "    - {size: [1, 1]}\n", 3, "walls[0]", "missing"),
     "unknown shape": (
-        WALLS + "    - {shape: boxx}\n",
+        WALLS + "    - {type: boxx}\n",
         3,
         "world.walls[0]",
         "there is no wall shape 'boxx'; did you mean 'box'?",

@@ -418,7 +418,7 @@ def test_an_unknown_parameter_is_told(name):
 )
 def test_a_parameter_out_of_range_is_told(name, parameter, value, words):
     with pytest.raises(ValueError, match=words) as info:
-        MOTION_MODELS.make({"name": name, parameter: value})
+        MOTION_MODELS.make({"type": name, parameter: value})
     assert parameter in str(info.value)
 
 

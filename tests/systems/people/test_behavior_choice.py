@@ -97,7 +97,7 @@ class TestForms:
         monkeypatch.chdir("/")
         (tmp_path / "trees").mkdir()
         (tmp_path / where).write_text(XML)
-        for behavior in (where, f"{{tree: {where}, time: 3}}"):
+        for behavior in (where, f"{{type: {where}, time: 3}}"):
             (human,) = load_person(behavior, tmp_path).humans
             assert human.behavior_name == "look"
             timer = constants(human.behavior, "TimeExpiredCondition")

@@ -29,7 +29,7 @@ def cross(start, model="differential_drive", *, keep_apart=True, every=STEP):
         behavior="distracted",
         desired_speed=1.0,
     )
-    robot = {"model": model, "radius": PMB2_RADIUS, "limits": {}}
+    robot = {"type": model, "radius": PMB2_RADIUS, "limits": {}}
     diagram = make_diagram(robot, [walker], keep_apart=keep_apart)
     return drive(diagram, (0.8, 0), duration=7.0, every=every)
 
@@ -81,7 +81,7 @@ def test_who_runs_into_a_robot_from_behind_is_charged(speed, model, step):
         # (The person does not feel the robot.)
         forces={"social_factor": 0.0},
     )
-    robot = {"model": model, "radius": PMB2_RADIUS, "limits": {}}
+    robot = {"type": model, "radius": PMB2_RADIUS, "limits": {}}
     diagram = make_diagram(robot, [walker], time_step=step)
     run = drive(diagram, (speed, 0), duration=4.0, every=step)
     time, counts = begin(run)

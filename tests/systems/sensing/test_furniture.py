@@ -42,7 +42,7 @@ def test_who_is_behind_it_is_seen(output):
 
 
 BETWEEN = """
-world: {furniture: [{kind: %s, center: [1.5, 0]}]}
+world: {furniture: [{type: %s, center: [1.5, 0]}]}
 humans: [{pose: [3, 0, 3.14], behavior: scared, radius: 0.3}]
 robot: {start: [0, 0, 0]}
 sensors:

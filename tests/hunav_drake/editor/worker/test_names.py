@@ -31,7 +31,7 @@ def test_a_wrong_port_is_found_where_it_stands():
     ("text", "path"),
     [
         ("planner: no_such", ["planner", "name"]),
-        ("crowd: {model: no_such}", ["crowd", "model", "name"]),
+        ("crowd: {model: no_such}", ["crowd", "model", "type"]),
         ("evaluator: {metrics: [no_such]}", ["evaluator", "metrics", 0]),
     ],
 )
