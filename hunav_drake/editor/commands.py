@@ -216,6 +216,7 @@ def _open(session: "EditSession", message: Open) -> None:
     session.state = State(document, file, text, state.revision + 1)
     session.state.look()
     session.tell(message.id, None)
+    session.renew()
 
 
 def _template(session: "EditSession", message: UseTemplate) -> None:

@@ -25,12 +25,7 @@ from hunav_drake.systems.common.choice_loading import (
     is_loaded,
     may_import,
 )
-from hunav_drake.systems.common.old_words import (
-    OLD_TAGS,
-    TAG,
-    twice,
-    with_tag,
-)
+from hunav_drake.systems.common.old_words import OLD_TAGS, TAG, twice, with_tag
 from hunav_drake.systems.common.plain_errors import plain_errors
 from hunav_drake.systems.common.suggest import shown, suggestion
 
@@ -45,12 +40,7 @@ class Registry(Mapping[str, type[Any]]):
     """
 
     def __init__(
-        self,
-        kind: str,
-        base: type[Any],
-        *,
-        default: str = "",
-        home: str = "",
+        self, kind: str, base: type[Any], *, default: str = "", home: str = ""
     ) -> None:
         """Constructs a Registry that is empty.
 
