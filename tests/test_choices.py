@@ -78,7 +78,7 @@ CHOICES = [
 
 def in_scenario(kind, name, /, **parameters) -> dict[str, Any]:
     """Returns a scenario as data, with that choice in it."""
-    registry, path = KINDS[kind]
+    path = KINDS[kind].path
     data: Any = {"type": name, **NEEDED.get(name, {}), **parameters}
     for step in reversed(path):
         data = [data] if isinstance(step, int) else {step: data}

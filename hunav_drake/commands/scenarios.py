@@ -43,7 +43,7 @@ def add_scenario_commands(commands: Any) -> None:
     check.add_argument(
         "--fix",
         action="store_true",
-        help="write the new words for old ones into the files, and nothing else",
+        help="write new words for old ones into the files first",
     )
     add_scenario_options(check)
     add_import_option(check)

@@ -29,7 +29,7 @@ class BehaviorConfig:
     """
 
     type: StrictStr
-    """The tree, as `HumanConfig.behavior`: a name, the path of a file, or XML."""
+    """Which tree: a name, the path of a file, or XML; see `HumanConfig`."""
 
     ports: dict[StrictStr, Any] = field(default_factory=dict)
     """Numbers, texts and truths by the names of the tree's ports; the others
