@@ -62,7 +62,7 @@ def MakeTrialSimulator(
         simulator = Simulator(diagram, context)
     status = diagram.GetOutputPort("trial_status")
     trial = diagram.GetSubsystemByName("monitor")
-    planner = trial.made_for["planner"]["name"]
+    planner = trial.made_for["planner"]["type"]
     is_own = IsOwnSystem(diagram)
 
     def monitor(root_context: Context) -> EventStatus:

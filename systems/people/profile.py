@@ -41,7 +41,7 @@ PROFILES: Mapping[str, Profile] = MappingProxyType(
         "hunavsim": Profile(
             crowd={
                 "model": {
-                    "name": "social_force",
+                    "type": "social_force",
                     "kernel": "hunavsim",
                     "time_gap": 0.0,
                     "speed_matching": 0.0,

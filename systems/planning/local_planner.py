@@ -17,7 +17,7 @@ from pydrake.systems.framework import (
 from hunav_drake.systems.common.checks import check_count, count_steps
 from hunav_drake.systems.common.layout import STATE_SIZE
 from hunav_drake.systems.common.ports import weakly
-from hunav_drake.systems.common.registry import tag_of
+from hunav_drake.systems.common.registry import known_name
 from hunav_drake.systems.planning.cycles import (
     CycleTimeout,
     call_cycle,
@@ -288,8 +288,7 @@ def _scan_size(planner: PurePlanner, task: PlanningTask) -> int:
 
 
 def _name_of(planner: PurePlanner) -> str:
-    tag = tag_of(planner)
-    return tag[1] if tag else type(planner).__name__
+    return known_name(planner) or type(planner).__name__
 
 
 def _check_planner(planner: PurePlanner, name: str) -> None:

@@ -10,7 +10,7 @@ PEOPLE, WALLS = 100, 500
 def big_text():
     """Returns a scenario of 100 people with 300 goals and 500 walls."""
     walls = "\n".join(
-        f"    - {{shape: box, center: [{3 * (i % 25)}, {3 * (i // 25)}],"
+        f"    - {{type: box, center: [{3 * (i % 25)}, {3 * (i // 25)}],"
         " size: [1.2, 0.2]}"
         for i in range(WALLS)
     )

@@ -21,7 +21,7 @@ TEXT = """\
 # Two people.
 world:
   walls:
-    - {shape: box, name: block, center: [5, 0], size: [2, 2]}  # the block
+    - {type: box, name: block, center: [5, 0], size: [2, 2]}  # the block
 humans:
   - name: ana   # first
     pose: [1.0, 2.0, 0.0]
@@ -105,7 +105,7 @@ def test_a_session_needs_no_drake_and_no_compiler():
         "session.subscribe(lambda message: None)\n"
         "session.receive({'do': 'hello'})\n"
         "session.receive({'do': 'edit', 'base': 0, 'ops':\n"
-        "    [['set', ['planner'], {'name': 'dwb', 'period': 0.1}]]})\n"
+        "    [['set', ['planner'], {'type': 'dwb', 'period': 0.1}]]})\n"
         "session.receive({'do': 'template', 'name': 'office'})\n"
         "assert session.data['humans'], session.data\n"
         "print([it for it in ('pydrake', 'numba', 'scipy', 'pandas',"
@@ -312,7 +312,7 @@ def test_no_code_of_a_scenario_is_run(tmp_path, monkeypatch):
     view = View(EditSession(TEXT))
     for path in (["robot", "model"], ["planner"], ["world", "walls", 0]):
         name = "evil_planner:Planner"
-        value = {"shape": name} if path[0] == "world" else name
+        value = {"type": name} if path[0] == "world" else name
         view.edit(["set", path, value])
     assert "evil_planner" not in sys.modules
     with pytest.raises(ScenarioError, match="runs none here"):
@@ -442,7 +442,7 @@ def _big():
     lines = ["world:", "  walls:"]
     for x, y in cells:
         points = [[x, y], [x + 0.8, y], [x + 0.8, y + 0.8], [x, y + 0.8]]
-        lines += ["    - shape: polygon", f"      points: {points}"]
+        lines += ["    - type: polygon", f"      points: {points}"]
     lines += ["humans:"]
     for i in range(100):
         x, y = cells[5 * i]

@@ -361,7 +361,7 @@ def test_who_could_react_walks_with_a_step_of_six_decimals():
 
 
 def test_behaviors_are_the_ones_of_the_profile():
-    ours = {"tree": "scared", "track": True}
+    ours = {"type": "scared", "track": True}
     scenario = Scenario(
         humans=[HumanConfig(pose=[0, 0, 0], behavior=ours)],
         crowd=CrowdConfig(profile="hunavsim"),
