@@ -23,7 +23,6 @@ from hunav_drake.systems.common.old_words import TAG
 from hunav_drake.systems.common.plain_errors import message_of
 from hunav_drake.systems.common.registry import Registry
 from hunav_drake.systems.people.behavior_choice import BehaviorConfig
-from hunav_drake.systems.people.names import name_people
 
 # What looks for faults in a scenario that fits the schema.
 Check = Callable[[Scenario], Iterable[Finding]]
@@ -121,8 +120,7 @@ def build_scenario(
             about them, nor about what hangs on them.
 
     Returns:
-        The scenario, in which each person has a name and a number, None
-        unless all is well; and the findings.
+        The scenario, None unless all is well; and the findings.
     """
     findings: list[Finding] = []
     scenario: Scenario | None
@@ -144,7 +142,7 @@ def build_scenario(
         ]
     if findings:
         return None, findings
-    return dc.replace(scenario, humans=name_people(scenario.humans)), []
+    return scenario, []
 
 
 def schema_findings(

@@ -50,7 +50,7 @@ def CheckScenario(scenario: Scenario, *, ways: bool = True) -> Scenario:
             too.
 
     Returns:
-        An equal scenario in which each person has a name and a number.
+        An equal scenario.
 
     Raises:
         ScenarioError: If something does not fit the schema, or cannot be

@@ -19,9 +19,8 @@ from hunav_drake.systems.people.behavior_choice import BehaviorConfig
 def SaveScenario(scenario: Scenario, filename: str | Path | None = None) -> str:
     """Writes a scenario as YAML.
 
-    LoadScenario() makes an equal scenario of it, if all people have a name
-    and a number, as those of a loaded scenario have. Only what differs from
-    the defaults is written.
+    LoadScenario() makes an equal scenario of it. Only what differs from the
+    defaults is written.
 
     Args:
         scenario: The scenario; it is not checked.
