@@ -97,6 +97,7 @@ def AddPerception(
     if system is None:
         return given
     humans = given["human_states"]
+    assert humans is not None
     CheckPorts(
         system,
         f"the perception {type(sees).__name__}",

@@ -133,7 +133,7 @@ CASES = {
         "[0.001, 5] m, got 0",
     ),
     "a million velocities": (
-        "planner:\n  name: dwb\n  vx_samples: 1000\n  vtheta_samples: 1000\n",
+        "planner:\n  type: dwb\n  vx_samples: 1000\n  vtheta_samples: 1000\n",
         4,
         "planner.vtheta_samples",
         "must be at most 40 with vx_samples 1000",
@@ -345,7 +345,7 @@ CASES = {
     ),
     # The robot, its planner, the evaluator, the simulation
     "robot's model": (
-        "robot:\n  model: tank\n",
+        "robot:\n  type: tank\n",
         2,
         "robot.type",
         "there is no robot 'tank'; valid: differential_drive",
@@ -358,7 +358,7 @@ CASES = {
     ),
     "tolerance": ("robot: {goal_tolerance: 0}", 1, "goal_tolerance", "(0, 10]"),
     "planner": (
-        "planner:\n  name: persuit\n",
+        "planner:\n  type: persuit\n",
         2,
         "planner.type",
         "there is no planner 'persuit'; did you mean 'pursuit'?",
@@ -397,7 +397,7 @@ CASES = {
         "planner:\n  type: pursuit\n  parameters: {cruise_speed: 0.3}\n",
         3,
         "planner.parameters",
-        "parameters stand beside the name now, as in planner: {type: pursuit,"
+        "parameters stand beside the type now, as in planner: {type: pursuit,"
         " cruise_speed: 0.8}",
     ),
     "motion model's parameters as before": (
