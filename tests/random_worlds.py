@@ -81,7 +81,7 @@ def _amend(
         elif path.startswith("population"):
             data["population"] = {}
         elif path.startswith("planner"):
-            data["planner"] = {"name": data["planner"]["name"]}
+            data["planner"] = {"type": data["planner"]["type"]}
         else:
             raise AssertionError(told)
     for path, index in sorted(members, reverse=True):
@@ -137,10 +137,10 @@ def _draw(rng: np.random.Generator, seed: int) -> Data:
         for _ in range(rng.integers(0, 3))
     ]
     robot = _drawn(rng, ROBOTS) | _ends(rng)
-    if ROBOTS[robot["model"]].physical:
+    if ROBOTS[robot["type"]].physical:
         # The disc that is asked for is that of the body.
         robot.pop("radius")
-        if robot["model"] == "urdf":
+        if robot["type"] == "urdf":
             drive = str(rng.choice([*DRIVES]))
             robot |= {"radius": 0.27}
             robot["drive"] = {"type": drive, **NEEDED.get(drive, {})}

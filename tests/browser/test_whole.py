@@ -112,7 +112,7 @@ def test_a_scenario_is_made_by_keys_alone(open_editor):
     editor.page.keyboard.type("plant")
     editor.press("Enter")
     editor.wait(lambda it: it.data["world"].get("furniture"))
-    assert editor.session.data["world"]["furniture"][0]["kind"] == "plant"
+    assert editor.session.data["world"]["furniture"][0]["type"] == "plant"
     # Tab goes through the parts in the order of the outline.
     editor.press("Escape", "Escape")
     editor.focus_map()

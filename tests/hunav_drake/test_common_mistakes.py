@@ -140,8 +140,8 @@ YAML = {
     ),
     "an unknown shape of wall": (
         "type: box, name: shelf",
-        "shape: bocks, name: shelf",
-        r"9: .*walls\[4\].*shape: there is no .*'bocks'; valid: box",
+        "type: bocks, name: shelf",
+        r"9: .*walls\[4\].*type: there is no .*'bocks'; valid: box",
     ),
     "a wall without its size": (
         "center: [5, 4.8], size: [0.5, 9.6]",

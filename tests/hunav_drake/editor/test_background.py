@@ -124,7 +124,7 @@ def test_walls_are_added_to_those_there_are(view, files):
     )
     view.ask("background", files=files)
     view.ask("trace")
-    shapes = [wall["shape"] for wall in view.data["world"]["walls"]]
+    shapes = [wall["type"] for wall in view.data["world"]["walls"]]
     assert shapes == ["box", "polygon"]
 
 

@@ -141,7 +141,7 @@ def test_hello_gets_all(view):
     assert [["humans", 0, "goals", 0], 9, 9] in text["places"]
     assert catalog["schema"]["$defs"]["HumanConfig"]
     assert catalog["defaults"]["simulation"]["time_step"] == 0.05
-    assert catalog["defaults"]["planner"]["name"] == "pursuit"
+    assert catalog["defaults"]["planner"]["type"] == "pursuit"
     assert "cafe" in catalog["examples"]
 
 
@@ -245,7 +245,7 @@ def test_a_button_moves_past_what_stands_beside():
         (["humans", 0, "max_speed"], 0.5, 1.2),
         (["planner"], {"period": 0.07}, 0.05),
         (["humans", 1, "pose"], [1.0, 2.0, 3], [1.7, 2.0, 3]),
-        (["world", "walls", 0, "shape"], "bux", "box"),
+        (["world", "walls", 0, "type"], "bux", "box"),
     ],
 )
 def test_fixes_of_values(view, path, value, fixed):
@@ -298,7 +298,7 @@ def test_no_code_of_a_scenario_is_run(tmp_path, monkeypatch):
     module.write_text("raise SystemExit('it ran')")
     monkeypatch.syspath_prepend(tmp_path)
     view = View(EditSession(TEXT))
-    for path in (["robot", "model"], ["planner"], ["world", "walls", 0]):
+    for path in (["robot", "type"], ["planner"], ["world", "walls", 0]):
         name = "evil_planner:Planner"
         value = {"type": name} if path[0] == "world" else name
         view.edit(["set", path, value])

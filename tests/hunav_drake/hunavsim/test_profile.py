@@ -230,7 +230,7 @@ def test_the_profile_has_a_row_for_every_field():
     # HuNavSim tell it, instead of what is so, is not of HuNavSim.)
     others = {"error_bound", "measured_velocities", "robot_obstacle_radius"}
     fields = {field.name for field in dc.fields(SocialForceModel)}
-    assert fields - others == set(table["model"]) - {"name"}
+    assert fields - others == set(table["model"]) - {"type"}
 
 
 TEXT = """

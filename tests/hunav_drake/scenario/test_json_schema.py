@@ -93,7 +93,7 @@ def test_fields_are_described(schema):
         for form in schema["properties"]["robot"]["oneOf"]
     ]
     fields = next(form for form in forms if "properties" in form)["properties"]
-    assert fields["model"] == {"const": "differential_drive"}
+    assert fields["type"] == {"const": "differential_drive"}
     assert fields["goal"]["description"] == (
         "The pose (x, y, yaw) to reach, in W, in meters and radians; without"
         " one the robot stays where it is."

@@ -334,7 +334,7 @@ CASES = {
     ),
     # The robot, its planner, the evaluator, the simulation
     "robot's model": (
-        "robot:\n  model: tank\n",
+        "robot:\n  type: tank\n",
         2,
         "robot.type",
         "there is no robot 'tank'; valid: differential_drive",
@@ -347,7 +347,7 @@ CASES = {
     ),
     "tolerance": ("robot: {goal_tolerance: 0}", 1, "goal_tolerance", "(0, 10]"),
     "planner": (
-        "planner:\n  name: persuit\n",
+        "planner:\n  type: persuit\n",
         2,
         "planner.type",
         "there is no planner 'persuit'; did you mean 'pursuit'?",
@@ -386,7 +386,7 @@ CASES = {
         "planner:\n  type: pursuit\n  parameters: {cruise_speed: 0.3}\n",
         3,
         "planner.parameters",
-        "parameters stand beside the name now, as in planner: {type: pursuit,"
+        "parameters stand beside the type now, as in planner: {type: pursuit,"
         " cruise_speed: 0.8}",
     ),
     "motion model's parameters as before": (

@@ -113,7 +113,7 @@ VALUES = st.recursive(
     | st.sampled_from(["ana", "box", "polygon", "regular", "", "x" * 70]),
     lambda inner: (
         st.lists(inner, max_size=4)
-        | st.dictionaries(st.sampled_from(["x", "pose", "shape"]), inner)
+        | st.dictionaries(st.sampled_from(["x", "pose", "type"]), inner)
     ),
     max_leaves=6,
 )

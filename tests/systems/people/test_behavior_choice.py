@@ -172,7 +172,7 @@ class TestSaving:
 
     def test_ports_are_written_beside_the_tree(self):
         text = SaveScenario(load_person("{type: curious, distance: 6.0}"))
-        assert "behavior:\n    tree: curious\n    distance: 6.0\n" in text
+        assert "behavior:\n    type: curious\n    distance: 6.0\n" in text
 
 
 FAULTS = {
@@ -231,7 +231,7 @@ FAULTS = {
     "list of behaviors": ("[curious]", "behavior: must be text, got a list"),
     "port given twice": (
         "{type: curious, ports: {distance: 3.0}, distance: 4.0}",
-        "the port distance is given twice, beside the tree and in ports",
+        "the port distance is given twice, beside the type and in ports",
     ),
     "port of the person": (
         "{type: curious, id: 3}",
@@ -266,7 +266,7 @@ def test_wrong_behavior_is_a_fault_at_its_place(name, tmp_path):
 def test_all_wrong_ports_are_told_at_their_lines():
     text = (
         f"{ROBOT}humans:\n  - pose: [0, 0, 0]\n    behavior:\n"
-        "      tree: curious\n      distance: -1.0\n      speed: fast\n"
+        "      type: curious\n      distance: -1.0\n      speed: fast\n"
         "      duration: 3\n      turn: 3\n"
     )
     with pytest.raises(ScenarioError) as caught:

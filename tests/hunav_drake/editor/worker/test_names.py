@@ -30,7 +30,7 @@ def test_a_wrong_port_is_found_where_it_stands():
 @pytest.mark.parametrize(
     ("text", "path"),
     [
-        ("planner: no_such", ["planner", "name"]),
+        ("planner: no_such", ["planner", "type"]),
         ("crowd: {model: no_such}", ["crowd", "model", "type"]),
         ("evaluator: {metrics: [no_such]}", ["evaluator", "metrics", 0]),
     ],
