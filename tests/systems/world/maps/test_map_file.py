@@ -228,15 +228,15 @@ def test_bodies_must_be_clear_of_the_map(tmp_path):
 
 
 def test_a_file_and_its_map_may_be_moved(tmp_path):
-    """So may a behavior tree, and a model."""
+    """So may a behavior tree."""
     there = tmp_path / "there"
     (there / "runs").mkdir(parents=True)
-    write_map(there, ROOM)
+    write_map(there, ROOM, resolution=1.0, origin=[0, 0, 0])
     (there / "tree.xml").write_text((TREES / "regular.xml").read_text())
     file = there / "a.yaml"
     file.write_text(
-        "world: {map: map.yaml}\nhumans: [{pose: [1.25, 2.2, 0],"
-        " behavior: ./tree.xml}]\nrobot: {start: [1.4, 2.2, 0], radius: .05}"
+        "world: {map: map.yaml}\nhumans: [{pose: [1.6, 2.2, 0],"
+        " behavior: ./tree.xml}]\nrobot: {start: [3.2, 2.2, 0]}"
     )
     scenario = LoadScenario(filename=file)
     text = SaveScenario(scenario, there / "runs/a.yaml")
