@@ -85,7 +85,7 @@ def RenderFilm(
     unseen = find_unseen(trial.world, trial.robot)
     for loc, fault in () if config.view == "plot" else unseen:
         raise ValueError(
-            f"{run}: {path_text(loc)}: no film can show it: {fault}; export its"
+            f"{run}: {path_text(None, loc)}: no film can show it: {fault}; export its"
             " meshes with normals, or take --view plot"
         )
     overlays = _overlays(trial, config)
