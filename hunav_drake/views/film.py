@@ -85,8 +85,8 @@ def RenderFilm(
     unseen = find_unseen(trial.world, trial.robot)
     for loc, fault in () if config.view == "plot" else unseen:
         raise ValueError(
-            f"{run}: {path_text(None, loc)}: no film can show it: {fault}; export its"
-            " meshes with normals, or take --view plot"
+            f"{run}: {path_text(None, loc)}: no film can show it: {fault};"
+            " export its meshes with normals, or take --view plot"
         )
     overlays = _overlays(trial, config)
     times = _times(trial, config, path.suffix.lower())
