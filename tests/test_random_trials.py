@@ -5,17 +5,27 @@ import pytest
 from tests.random_trials import is_good, run_trial, run_world
 
 
-@pytest.mark.parametrize("seed", range(500, 504))
-def test_bodies_in_a_random_trial(seed):
-    worst = run_trial(seed)
-    assert is_good(worst), worst
+def many(run, count):
+    """Returns the parameters of so many trials, 20 at a time."""
+    return [
+        pytest.param(run, range(first, first + 20), marks=pytest.mark.slow)
+        for first in range(0, count, 20)
+    ]
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("first", range(0, 100, 20))
-def test_bodies_in_many_random_trials(first):
-    for seed in range(first, first + 20):
-        worst = run_trial(seed)
+@pytest.mark.parametrize(
+    ("run", "seeds"),
+    [
+        *((run_trial, [seed]) for seed in range(500, 504)),
+        # Walls, furniture, robot, sensors, people drawn from the schema.
+        *((run_world, [seed]) for seed in range(500, 502)),
+        *many(run_trial, 100),
+        *many(run_world, 60),
+    ],
+)
+def test_bodies_in_random_trials(run, seeds):
+    for seed in seeds:
+        worst = run(seed)
         assert is_good(worst), (seed, worst)
 
 
@@ -24,19 +34,4 @@ def test_bodies_in_many_random_trials(first):
 def test_bodies_with_other_planners(planner):
     for seed in range(6):
         worst = run_trial(seed, planner)
-        assert is_good(worst), (seed, worst)
-
-
-@pytest.mark.parametrize("seed", range(500, 502))
-def test_a_random_world(seed):
-    """With walls, furniture, robot, sensors, people drawn from the schema."""
-    worst = run_world(seed)
-    assert is_good(worst), worst
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("first", range(0, 60, 20))
-def test_many_random_worlds(first):
-    for seed in range(first, first + 20):
-        worst = run_world(seed)
         assert is_good(worst), (seed, worst)

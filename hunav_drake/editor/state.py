@@ -23,7 +23,7 @@ from hunav_drake.scenario.building import (
 )
 from hunav_drake.scenario.checks import ALL_CHECKS
 from hunav_drake.scenario.error import Fault, Finding, ScenarioError
-from hunav_drake.scenario.loading import find_files
+from hunav_drake.scenario.file_paths import find_files
 from hunav_drake.scenario.old_words import find_old_words
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.systems.common.arrays import Array

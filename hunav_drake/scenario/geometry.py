@@ -15,6 +15,7 @@ from hunav_drake.scenario.error import Finding, Loc, path_text
 from hunav_drake.scenario.reachability import FreeSpace, nearest_in
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.robot.robot_config import RobotConfig
 from hunav_drake.systems.robot.robots import PhysicalRobot
 from hunav_drake.systems.sensing.sensor_config import CameraConfig
 from hunav_drake.systems.world.shapes import Polygon, Polyline, World, apart
@@ -86,25 +87,31 @@ def check_pictures(scenario: Scenario) -> Iterator[Finding]:
     """Looks for models of files that cameras cannot take pictures of."""
     if not any(isinstance(it, CameraConfig) for it in scenario.sensors):
         return
+    for loc, fault in find_unseen(scenario.world, scenario.robot):
+        yield Finding(
+            loc,
+            f"no camera can see it: {fault}; export its meshes with normals, or"
+            " leave the camera out",
+        )
+
+
+def find_unseen(world: World, robot: RobotConfig) -> Iterator[tuple[Loc, str]]:
+    """Looks for models of files that Drake cannot render, and tells why."""
     # Here, for most scenarios do without Drake's parser.
     from hunav_drake.systems.common.models import apart, reading
 
     named: list[tuple[Loc, str, dict[str, str]]] = [
         (("world", "models", i, "file"), model.file, {})
-        for i, model in enumerate(scenario.world.models)
+        for i, model in enumerate(world.models)
     ]
-    if isinstance(scenario.robot, PhysicalRobot):
-        source = scenario.robot.GetModel()
+    if isinstance(robot, PhysicalRobot):
+        source = robot.GetModel()
         named.append((("robot", "file"), source.file, {**source.packages}))
     for loc, file, packages in named:
         try:
             reading.check_pictures(file, packages)
         except apart.ModelFault as fault:
-            yield Finding(
-                loc,
-                f"no camera can see it: {fault}; export its meshes with"
-                " normals, or leave the camera out",
-            )
+            yield loc, str(fault)
 
 
 def _without_unreadable(scenario: Scenario) -> World:

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 import dataclasses as dc
-import itertools
 import os
 from pathlib import Path
 from typing import Any
@@ -19,10 +18,10 @@ from hunav_drake.scenario.error import (
     Fault,
     Loc,
     ScenarioError,
-    child,
     shown,
     suggestion,
 )
+from hunav_drake.scenario.file_paths import find_files
 from hunav_drake.scenario.foreign_files import FOREIGN_FILES, ForeignScenario
 from hunav_drake.scenario.old_words import renew
 from hunav_drake.scenario.overrides import apply_override, override_texts
@@ -32,9 +31,7 @@ from hunav_drake.scenario.shipped import shipped_names, shipped_text
 from hunav_drake.scenario.yaml_document import YamlDocument
 from hunav_drake.scenario.yaml_source import parse_yaml, read_yaml
 from hunav_drake.systems.common.files import as_file_name
-from hunav_drake.systems.common.old_words import TAG
 from hunav_drake.systems.common.suggest import nearest
-from hunav_drake.systems.people.behavior_choice import is_path
 
 
 def LoadScenario(
@@ -143,69 +140,6 @@ def _load_foreign(
     if faults:
         raise ScenarioError(imported.name, faults)
     return imported.build(checks, locs)
-
-
-def find_files(data: Any, folder: Path) -> None:
-    """Makes the paths in plain data of a scenario absolute.
-
-    Args:
-        data: Changed in place; it need not fit the schema.
-        folder: Where they start, absolute.
-    """
-    _find_trees(data, folder)
-    _find_world_files(data, folder)
-    _find_model(data, folder)
-
-
-def _find_trees(data: Any, folder: Path) -> None:
-    """Makes the paths of behavior trees absolute: they start at the file."""
-    humans = data.get("humans") if isinstance(data, dict) else None
-    for human in humans if isinstance(humans, list) else []:
-        holder, key = human, "behavior"
-        if isinstance(child(human, key), dict):
-            holder, key = human[key], TAG
-        tree = child(holder, key)
-        if isinstance(tree, str) and is_path(tree):
-            holder[key] = str(folder / tree)
-    population = child(data, "population")
-    lists = [child(population, key) for key in ("cohorts", "sources")]
-    parts = [part for part in lists if isinstance(part, list)]
-    for members in itertools.chain(*parts):
-        behaviors = child(members, "behaviors")
-        if isinstance(behaviors, dict):
-            members["behaviors"] = {
-                str(folder / tree)
-                if isinstance(tree, str) and is_path(tree)
-                else tree: weight
-                for tree, weight in behaviors.items()
-            }
-
-
-def _find_world_files(data: Any, folder: Path) -> None:
-    """Makes the paths of maps and models absolute: they start at the file."""
-    world = child(data, "world")
-    models = child(world, "models")
-    holders = [(world, "map")]
-    if isinstance(models, list):
-        holders += [(model, "file") for model in models]
-    for holder, key in holders:
-        path = child(holder, key)
-        if isinstance(path, str) and path and "://" not in path:
-            holder[key] = str(folder / path)
-
-
-def _find_model(data: Any, folder: Path) -> None:
-    """Makes the paths of the robot's model absolute, alike."""
-    robot = child(data, "robot")
-    file = child(robot, "file")
-    if isinstance(file, str) and file and not file.startswith("package://"):
-        robot["file"] = str(folder / file)
-    packages = child(robot, "packages")
-    if isinstance(packages, dict):
-        robot["packages"] = {
-            name: str(folder / path) if isinstance(path, str) else path
-            for name, path in packages.items()
-        }
 
 
 def _name(

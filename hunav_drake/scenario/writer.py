@@ -6,6 +6,7 @@ from typing import Any
 
 import yaml
 
+from hunav_drake.scenario.file_paths import relate_files
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.scenario.yaml_source import resolve
 from hunav_drake.systems.common.files import atomic_write
@@ -25,7 +26,8 @@ def SaveScenario(scenario: Scenario, filename: str | Path | None = None) -> str:
     Args:
         scenario: The scenario; it is not checked.
         filename: The file to write, if any. It appears as a whole or not at
-            all, in place of the one that was there.
+            all, in place of the one that was there. Paths in it start at it,
+            but for those with which it has no folder in common.
 
     Returns:
         The text.
@@ -36,6 +38,8 @@ def SaveScenario(scenario: Scenario, filename: str | Path | None = None) -> str:
             something other than numbers, texts, flags, lists and mappings.
     """
     data = plain(scenario, whole=False)
+    if filename is not None:
+        relate_files(data, Path(filename).absolute().parent)
     try:
         text: str = yaml.dump(
             data, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=80

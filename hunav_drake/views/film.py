@@ -7,6 +7,8 @@ from pathlib import Path
 
 from PIL import Image
 
+from hunav_drake.scenario.error import path_text
+from hunav_drake.scenario.geometry import find_unseen
 from hunav_drake.systems.scene.scene_config import NOT_RECORDED, Overlay
 from hunav_drake.views.camera import View
 from hunav_drake.views.film_files import (
@@ -71,14 +73,21 @@ def RenderFilm(
     Raises:
         OSError: If there is no recording, or if the film cannot be written.
         ValueError: If the recording cannot be read, if a value of the
-            configuration is out of its range, or if the film cannot be of the
-            kind that its name tells.
+            configuration is out of its range, if a mesh of a model cannot be
+            shown, or if the film cannot be of the kind that its name tells.
     """
     config = config or FilmConfig()
     path = Path(filename).resolve()
     check_film_file(path, config.size)
     _check_numbers(config)
     trial = LoadRecordedTrial(Path(run))
+    # A drawing shows outlines.
+    unseen = find_unseen(trial.world, trial.robot)
+    for loc, fault in () if config.view == "plot" else unseen:
+        raise ValueError(
+            f"{run}: {path_text(None, loc)}: no film can show it: {fault};"
+            " export its meshes with normals, or take --view plot"
+        )
     overlays = _overlays(trial, config)
     times = _times(trial, config, path.suffix.lower())
     pictures = _pictures(trial, config, overlays, times)

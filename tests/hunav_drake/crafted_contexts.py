@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hunav_drake import GetTrialResult, LoadContext, MakeTrialSimulator
 from hunav_drake.trial.context_file import _digest
 
 Arrays = dict[str, NDArray[Any]]
@@ -49,18 +50,37 @@ def crafted(arrays: Arrays, count: int, seed: int = 0) -> Iterator[Arrays]:
         elif _is_json(arrays[name]):
             changed[name] = np.array(_with_wrong_part(draw, arrays[name]))
         else:
-            changed[name] = _with_wrong_number(draw, arrays[name])
+            changed[name] = with_wrong_number(draw, arrays[name])
         changed["sha256"] = np.array(_digest(changed))
         yield changed
+
+
+def is_refused(scenario, diagram, path, duration) -> bool:
+    """Holds that a file is refused, or that a trial goes on from it."""
+    message = ""
+    try:
+        context = LoadContext(diagram, path)
+    except ValueError as error:
+        message = str(error)
+    if message:
+        assert message.startswith(f"{path}: ")
+        return True
+    simulator = MakeTrialSimulator(diagram, context)
+    simulator.AdvanceTo(context.get_time() + duration)
+    result = GetTrialResult(scenario, diagram, simulator.get_context())
+    assert np.isfinite(result.recording.robot).all()
+    assert np.isfinite(result.recording.humans).all()
+    return False
 
 
 def _is_json(array: NDArray[Any]) -> bool:
     return array.dtype.kind == "U" and str(array)[:1] in "[{"
 
 
-def _with_wrong_number(
+def with_wrong_number(
     draw: np.random.Generator, array: NDArray[Any]
 ) -> NDArray[Any]:
+    """Returns an array that is changed in one of many ways."""
     if draw.random() < 0.5 or not array.size or array.dtype.kind != "f":
         return _CHANGES[draw.integers(len(_CHANGES))](array)
     changed = array.copy()

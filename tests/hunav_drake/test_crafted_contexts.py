@@ -4,15 +4,13 @@ import numpy as np
 import pytest
 
 from hunav_drake import (
-    GetTrialResult,
-    LoadContext,
     LoadScenario,
     MakeTrialDiagram,
     MakeTrialSimulator,
     SaveContext,
 )
 from hunav_drake.systems.planning.planner_error import PlannerError
-from tests.hunav_drake.crafted_contexts import crafted
+from tests.hunav_drake.crafted_contexts import crafted, is_refused
 
 
 def check_crafted(scenario, count, folder):
@@ -26,26 +24,12 @@ def check_crafted(scenario, count, folder):
     refused = 0
     for arrays in crafted(whole, count):
         np.savez(path, **arrays)
-        message = ""
         try:
-            context = LoadContext(diagram, path)
-        except ValueError as error:
-            message = str(error)
-        if message:
-            assert message.startswith(f"{path}: ")
-            refused += 1
-            continue
-        simulator = MakeTrialSimulator(diagram, context)
-        try:
-            simulator.AdvanceTo(context.get_time() + 0.2)
+            refused += is_refused(scenario, diagram, path, 0.2)
         except PlannerError as error:
             # A world of 10^9 m, say: what it needs is told.
             if "take a coarser one" not in str(error):
                 raise
-            continue
-        result = GetTrialResult(scenario, diagram, simulator.get_context())
-        assert np.isfinite(result.recording.robot).all()
-        assert np.isfinite(result.recording.humans).all()
     return refused
 
 

@@ -25,8 +25,8 @@ from hunav_drake.systems.common.layout import Contact
 from hunav_drake.systems.crowd import CrowdConfig
 from hunav_drake.systems.evaluation import compute_metrics
 from hunav_drake.systems.evaluation.recording import Recording
-from tests.mutated_models import ROBOTS as MODELS
 from tests.processes import run_python
+from tests.robot_models import ROBOTS as MODELS
 
 PORTS = ("robot_state", "human_states", "contacts", "velocity_command")
 STEP = 0.05

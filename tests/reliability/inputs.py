@@ -24,7 +24,7 @@ from hunav_drake import (
     MakeTrialSimulator,
     SaveContext,
 )
-from hunav_drake.runs import LoadSuite, RunSuite
+from hunav_drake.benchmark import LoadSuite, RunSuite
 from hunav_drake.runs.files import WriteResult
 from hunav_drake.runs.recording_files import ReadRecording
 from hunav_drake.scenario.shipped import shipped_names, shipped_text
@@ -38,12 +38,13 @@ from tests.reliability.mutations import (
     mutate_bytes,
     mutate_json,
     mutate_lines,
+    mutate_model,
     mutate_table,
     mutate_text,
     pick,
 )
 from tests.reliability.recordings import hunavsim_messages, table_rows
-from tests.systems.robot.crate import CRATE, FOOTPRINT, STAGES
+from tests.robot_models import FILES, ROBOTS
 
 # Words of a command, or what reads a file here and raises a ValueError that
 # begins with its path.
@@ -75,21 +76,6 @@ _METRICS = {
         }
     }
 }
-
-
-_WHEELS = {
-    "type": "differential",
-    "left_wheel": "left_joint",
-    "right_wheel": "right_joint",
-    "wheel_radius": 0.08,
-    "wheel_separation": 0.3,
-}
-_JOINTS = {"x": "along_x", "y": "along_y", "yaw": "turn"}
-_ROBOTS = (
-    (CRATE, "chassis", {"type": "omnidirectional"}),
-    (STAGES, "chassis", {"type": "omnidirectional", **_JOINTS}),
-    (FOOTPRINT, "base_link", _WHEELS),
-)
 
 
 def _check_and_run(path: Path) -> list[Step]:
@@ -152,11 +138,14 @@ def world_map(rng: np.random.Generator, folder: Path) -> list[Step]:
 
 
 def robot(rng: np.random.Generator, folder: Path) -> list[Step]:
-    """A robot's model."""
-    text, base, drive = pick(rng, _ROBOTS)
-    change = pick(rng, (mutate_text, mutate_lines))
-    (folder / "robot.urdf").write_text(change(rng, text), errors="replace")
-    model = {"type": "urdf", "file": "robot.urdf", "base": base}
+    """A robot's model, beside meshes that it may name."""
+    name = pick(rng, list(ROBOTS))
+    text, base, drive = ROBOTS[name]
+    change = pick(rng, (mutate_model, mutate_model, mutate_text, mutate_lines))
+    files = {**FILES, name: change(rng, text)}
+    for file, content in files.items():
+        (folder / file).write_text(content, errors="replace")
+    model = {"type": "urdf", "file": name, "base": base}
     data = {"robot": {**model, "drive": drive, "goal": [3.0, 0.0, 0.0]}}
     return _check_and_run(_write_yaml(folder / "scenario.yaml", data))
 

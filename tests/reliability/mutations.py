@@ -14,6 +14,29 @@ NUMBERS = (
 )
 WORDS = ("", "x", "1e999", "nan", "inf", "-Infinity", "1_0", "0x1", "é", "\0")
 
+# Parts of the XML of models, and what they may become.
+_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+_IN_XML = re.compile(rf"(?<=[\"'> ]){_NUMBER}(?=[\"'< ])")
+_LISTS = re.compile(rf"(?<=[\"'>]){_NUMBER}(?: {_NUMBER})*(?=[\"'<])")
+_NAMES = re.compile(r"(?<=\")[A-Za-z_]\w*(?=\")|(?<=>)[A-Za-z_]\w*(?=<)")
+_ELEMENTS = re.compile(r"<([\w:]+)\b[^<>]*?(?:/>|>(?:(?!<\1\b).)*?</\1>)", re.S)
+_SHAPES = re.compile(
+    r"<(box|sphere|cylinder|ellipsoid)\b[^<>]*?(?:/>|>.*?</\1>)", re.S
+)
+
+_WRONG_NUMBERS = (
+    *("-0.1", "0", "nan", "inf", "-inf", "-20", "1e300", "1e-300", "1e12"),
+    *("a", "0x", "1,5", "--1", "${x}", "\N{SUPERSCRIPT TWO}"),
+)
+_WRONG_LISTS = ("", "a 0 0.1", "1 2", "1 2 3 4 5 6 7", "0 0 0", "nan nan nan")
+_WRONG_NAMES = ("", "nope", "world", "a b", "\N{SNOWMAN}", "::", "x" * 300)
+_MESHES = (
+    *("missing.obj", "part.stl", "part.dae", "broken.obj", "flat.obj"),
+    *("broken.gltf", "empty.obj", "package://nope/part.obj", "model://nope"),
+    *("/nowhere/part.obj", "", "ftp://nope/part.obj", "."),
+)
+_SCALES = ("1 1 1", "0 0 0", "-1 1 1", "1e30 1 1", "1e-12 1 1", "nan 1 1", "a")
+
 
 def pick(rng, things):
     return things[int(rng.integers(len(things)))]
@@ -137,3 +160,27 @@ def mutate_lines(rng, text):
     else:
         lines[to:to] = part
     return "".join(lines)
+
+
+def mutate_model(rng, text):
+    """Changes a number, list, name, shape or element of a robot's model."""
+    pattern, wrong = pick(
+        rng,
+        (
+            *3 * [(_IN_XML, _WRONG_NUMBERS)],
+            (_LISTS, _WRONG_LISTS),
+            (_NAMES, _WRONG_NAMES),
+            (_SHAPES, None),
+            (_ELEMENTS, ("", "twice")),
+        ),
+    )
+    place = pick(rng, list(pattern.finditer(text)))
+    if wrong is None:
+        mesh, scale = pick(rng, (*_MESHES, "part.obj")), pick(rng, _SCALES)
+        new = f'<mesh filename="{mesh}" scale="{scale}"/>'
+        if "<sdf" in text:
+            new = f"<mesh><uri>{mesh}</uri><scale>{scale}</scale></mesh>"
+    else:
+        new = pick(rng, wrong)
+        new = 2 * place[0] if new == "twice" else new
+    return text[: place.start()] + new + text[place.end() :]

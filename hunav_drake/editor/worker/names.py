@@ -9,7 +9,7 @@ from pydantic import TypeAdapter, ValidationError
 from hunav_drake.scenario.building import build_scenario
 from hunav_drake.scenario.checks import ALL_CHECKS
 from hunav_drake.scenario.error import Finding
-from hunav_drake.scenario.loading import find_files
+from hunav_drake.scenario.file_paths import find_files
 from hunav_drake.scenario.yaml_source import parse_yaml
 from hunav_drake.systems.world.models import footprint, model_hulls
 from hunav_drake.systems.world.shapes import Model

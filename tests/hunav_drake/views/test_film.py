@@ -14,6 +14,7 @@ from hunav_drake.views.film_files import frame_times, gif_period
 from hunav_drake.views.film_overlays import FilmOverlays
 from hunav_drake.views.film_scene import FilmScene
 from hunav_drake.views.recorded_trial import LoadRecordedTrial
+from tests.robot_models import FILES
 
 SIZE = (320, 200)
 
@@ -69,6 +70,34 @@ def test_robot_and_people_are_seen_where_they_are(run, view):
         x, y = (int(v) for v in pixel)
         assert shot.floor.mean() > 0.2
         assert not shot.floor[y, x]
+
+
+def test_meshes_that_cannot_be_shown_are_told(tmp_path):
+    """Drake's renderer asks for normals."""
+    (tmp_path / "tent.obj").write_text(FILES["part.obj"])
+    (tmp_path / "hall.sdf").write_text(
+        '<sdf version="1.9"><model name="hall"><static>1</static>'
+        '<link name="l"><visual name="v"><geometry><mesh><uri>tent.obj</uri>'
+        "</mesh></geometry></visual><collision name='c'><geometry><box><size>"
+        "1 1 1</size></box></geometry></collision></link></model></sdf>"
+    )
+    (tmp_path / "trial.yaml").write_text(
+        "{world: {models: [{file: hall.sdf}]},"
+        " robot: {start: [-2, 0, 0], goal: [-1, 0, 0]},"
+        " simulation: {duration: 0.1}}"
+    )
+    scenario = LoadScenario(filename=str(tmp_path / "trial.yaml"))
+    folder = WriteResult(
+        RunTrial(scenario),
+        tmp_path / "out",
+        add=lambda folder: SaveScenario(scenario, folder / "scenario.yaml"),
+    )
+    rule = r"world\.models\[0\]\.file: no film can show it: .*no normals"
+    with pytest.raises(ValueError, match=rule):
+        mut.RenderFilm(folder, tmp_path / "a.png", config())
+    assert mut.RenderFilm(
+        folder, tmp_path / "a.png", config(view="plot")
+    ).exists()
 
 
 NARROW = """

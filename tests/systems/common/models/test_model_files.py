@@ -14,7 +14,7 @@ from hunav_drake.systems.common.models.markup import find_markup_fault
 from hunav_drake.systems.robot import ROBOTS
 from hunav_drake.systems.world.shapes import Model, World
 from hunav_drake.systems.world.solids import WorldFileError
-from tests.mutated_models import FILES, ROBOTS as MODELS, try_mutants
+from tests.robot_models import FILES, ROBOTS as MODELS
 from tests.systems.robot.crate import FOOTPRINT
 
 WHEEL = '<sphere radius="0.08"/>'
@@ -283,8 +283,3 @@ def test_what_a_camera_cannot_see_is_refused_with_one(mesh, tmp_path):
         LoadScenario(data=yaml.safe_dump(seen))
     (fault,) = info.value.faults
     assert fault.path == "robot.file"
-
-
-@pytest.mark.slow
-def test_mutated_models_are_refused_cleanly_or_run():
-    assert try_mutants(100, seed=11) == []

@@ -1,4 +1,6 @@
+import dataclasses
 import math
+from pathlib import Path
 import resource
 
 import numpy as np
@@ -8,6 +10,7 @@ import shapely
 import yaml
 
 from hunav_drake import LoadScenario, RunTrial, SaveScenario, ScenarioError
+from hunav_drake.systems import behavior
 from hunav_drake.systems.world.maps.map_file import (
     MAX_CELLS,
     MapError,
@@ -18,6 +21,7 @@ from hunav_drake.systems.world.obstacles import inside
 from hunav_drake.systems.world.shapes import World
 from tests.maps import GRAY, write_map
 
+TREES = Path(behavior.__file__).parent / "trees"
 ROOM = ["######", "#....#", "#...?#", "######"]
 
 
@@ -221,6 +225,31 @@ def test_bodies_must_be_clear_of_the_map(tmp_path):
     assert fault.path == "humans[0].pose"
     words = "overlaps world.map; move it 0.15 m along (0.00, 1.00)"
     assert words in fault.message
+
+
+def test_a_file_and_its_map_may_be_moved(tmp_path):
+    """So may a behavior tree."""
+    there = tmp_path / "there"
+    (there / "runs").mkdir(parents=True)
+    write_map(there, ROOM, resolution=1.0, origin=[0, 0, 0])
+    (there / "tree.xml").write_text((TREES / "regular.xml").read_text())
+    file = there / "a.yaml"
+    file.write_text(
+        "world: {map: map.yaml}\nhumans: [{pose: [1.6, 2.2, 0],"
+        " behavior: ./tree.xml}]\nrobot: {start: [3.2, 2.2, 0]}"
+    )
+    scenario = LoadScenario(filename=file)
+    text = SaveScenario(scenario, there / "runs/a.yaml")
+    assert "map: ../map.yaml" in text
+    assert LoadScenario(filename=there / "runs/a.yaml") == scenario
+    here = there.rename(tmp_path / "here")
+    moved = LoadScenario(filename=here / "runs/a.yaml")
+    assert moved.world.map == str(here / "map.yaml")
+    assert moved.humans[0].behavior == str(here / "tree.xml")
+    elsewhere = dataclasses.replace(
+        scenario, world=World(map="/nowhere/map.yaml")
+    )
+    assert "map: /nowhere/map.yaml" in SaveScenario(elsewhere, here / "b.yaml")
 
 
 def test_people_walk_and_a_file_is_written_with_a_map(tmp_path):

@@ -1,0 +1,95 @@
+"""Paths in scenarios: in files they start at the file, else they are absolute.
+
+All take plain data, which they change in place, and which need not fit the
+schema.
+"""
+
+from collections.abc import Callable
+import itertools
+import os
+from pathlib import Path
+from typing import Any
+
+from hunav_drake.scenario.error import child
+from hunav_drake.systems.common.old_words import TAG
+from hunav_drake.systems.people.behavior_choice import is_path
+
+Change = Callable[[str], str]
+
+
+def find_files(data: Any, folder: Path) -> None:
+    """Makes paths absolute that start at a folder, which is absolute."""
+    _change_paths(data, lambda path: os.path.normpath(folder / path))
+
+
+def relate_files(data: Any, folder: Path) -> None:
+    """Makes absolute paths start at a folder, which is absolute.
+
+    Those that have no folder in common with it, but the root, stay.
+    """
+
+    def relate(path: str) -> str:
+        if not os.path.isabs(path):
+            return path
+        if Path(path).parts[:2] != folder.parts[:2]:
+            return path
+        return os.path.relpath(path, folder)
+
+    _change_paths(data, relate)
+
+
+def _change_paths(data: Any, change: Change) -> None:
+    _change_trees(data, change)
+    _change_world_files(data, change)
+    _change_model(data, change)
+
+
+def _change_trees(data: Any, change: Change) -> None:
+    """Changes the paths of behavior trees."""
+    humans = data.get("humans") if isinstance(data, dict) else None
+    for human in humans if isinstance(humans, list) else []:
+        holder, key = human, "behavior"
+        if isinstance(child(human, key), dict):
+            holder, key = human[key], TAG
+        tree = child(holder, key)
+        if isinstance(tree, str) and is_path(tree):
+            holder[key] = change(tree)
+    population = child(data, "population")
+    lists = [child(population, key) for key in ("cohorts", "sources")]
+    parts = [part for part in lists if isinstance(part, list)]
+    for members in itertools.chain(*parts):
+        behaviors = child(members, "behaviors")
+        if isinstance(behaviors, dict):
+            members["behaviors"] = {
+                change(tree)
+                if isinstance(tree, str) and is_path(tree)
+                else tree: weight
+                for tree, weight in behaviors.items()
+            }
+
+
+def _change_world_files(data: Any, change: Change) -> None:
+    """Changes the paths of maps and models."""
+    world = child(data, "world")
+    models = child(world, "models")
+    holders = [(world, "map")]
+    if isinstance(models, list):
+        holders += [(model, "file") for model in models]
+    for holder, key in holders:
+        path = child(holder, key)
+        if isinstance(path, str) and path and "://" not in path:
+            holder[key] = change(path)
+
+
+def _change_model(data: Any, change: Change) -> None:
+    """Changes the paths of the robot's model."""
+    robot = child(data, "robot")
+    file = child(robot, "file")
+    if isinstance(file, str) and file and not file.startswith("package://"):
+        robot["file"] = change(file)
+    packages = child(robot, "packages")
+    if isinstance(packages, dict):
+        robot["packages"] = {
+            name: change(path) if isinstance(path, str) else path
+            for name, path in packages.items()
+        }
