@@ -13,7 +13,9 @@ from hunav_drake.context_layout import (
     leaves,
     vectors,
 )
+from hunav_drake.seeds import made_from
 from hunav_drake.systems.common.suggest import shown
+from hunav_drake.systems.planning.local_planner import LocalPlanner
 
 
 def TransferContext(
@@ -72,7 +74,7 @@ def TransferContext(
             if not difference:
                 _copy(source, old, new)
             elif path == "planner":
-                _take_over_command(old, new)
+                _take_over_command(source, old, target, new)
         if difference and not _begins_anew(path):
             raise ValueError(
                 f"{path} cannot be taken over: {difference}. Make the other"
@@ -84,7 +86,7 @@ def TransferContext(
 
 def _given(diagram: Diagram) -> dict[str, Any]:
     """Returns what a scenario says of all whose state is taken over."""
-    made_for = diagram.GetSubsystemByName("monitor").made_for
+    made_for = made_from(diagram)
     parts = "humans", "population", "drawn", "robot", "evaluator"
     given = {part: made_for[part] for part in parts}
     return {**given, "time_step": made_for["simulation"]["time_step"]}
@@ -169,16 +171,13 @@ def _copy(source: System, old: Context, new: Context) -> None:
         new.SetAbstractState(i, value)
 
 
-def _take_over_command(old: Context, new: Context) -> None:
+def _take_over_command(
+    source: System, old: Context, target: System, new: Context
+) -> None:
     """Lets a planner begin with the command (v, omega) of the one before."""
-    groups = [
-        context.num_discrete_state_groups()
-        and context.get_discrete_state(0).size() == 3
-        for context in (old, new)
-    ]
-    if all(groups):
-        command = old.get_discrete_state(0).value()[:2]
-        new.get_mutable_discrete_state(0).get_mutable_value()[:2] = command
+    if isinstance(target, LocalPlanner):
+        command = source.GetOutputPort("velocity_command").Eval(old)
+        target.SetVelocityCommand(new, command)
 
 
 def _fix_inputs(

@@ -1,5 +1,8 @@
 """The seed of a Context: all that is drawn at random follows from it."""
 
+from collections.abc import Mapping
+from typing import Any
+
 from pydrake.common import RandomGenerator
 from pydrake.systems.framework import Context, Diagram
 
@@ -8,7 +11,13 @@ from hunav_drake.systems.common.random_streams import check_seed
 
 
 class TrialDiagram(Diagram):
-    """The diagram of a trial, as `MakeTrialDiagram` makes it."""
+    """The diagram of a trial, as `MakeTrialDiagram` makes it.
+
+    Attributes:
+        made_for: What of its scenario it was made from, as plain data.
+    """
+
+    made_for: Mapping[str, Any]
 
     def SetRandomContext(
         self, context: Context, generator: RandomGenerator
@@ -29,6 +38,20 @@ class TrialDiagram(Diagram):
         SetTrialSeed(self, context, DrawSeed(generator))
 
 
+def made_from(diagram: Diagram) -> Mapping[str, Any]:
+    """Returns what of its scenario the diagram of a trial was made from.
+
+    Raises:
+        TypeError: If it is not the diagram of a trial.
+    """
+    if not isinstance(diagram, TrialDiagram):
+        raise TypeError(
+            f"expected a diagram that MakeTrialDiagram has made, got a"
+            f" {type(diagram).__name__}"
+        )
+    return diagram.made_for
+
+
 def DrawSeed(generator: RandomGenerator) -> int:
     """Returns the next seed of a generator, in [0, 2^63)."""
     return int(generator()) << 31 | int(generator()) >> 1
@@ -41,7 +64,7 @@ def CheckPeopleSeed(diagram: Diagram, seed: int) -> None:
         ValueError: If they are drawn by the seed of the trial, and the diagram
             was made for another one.
     """
-    own = diagram.GetSubsystemByName("monitor").made_for["people_seed"]
+    own = made_from(diagram)["people_seed"]
     if own not in (None, seed):
         raise ValueError(
             f"the people of this diagram were drawn by seed {own}, so it does"

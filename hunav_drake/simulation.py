@@ -28,7 +28,7 @@ from hunav_drake.scenario.error import Fault, ScenarioError, shown
 from hunav_drake.scenario.named_files import behavior_sha256, files_sha256
 from hunav_drake.scenario.randomness import drawn_by_seed
 from hunav_drake.scenario.schema import Scenario
-from hunav_drake.seeds import DrawSeed, GetTrialSeed, SetTrialSeed
+from hunav_drake.seeds import DrawSeed, GetTrialSeed, SetTrialSeed, made_from
 from hunav_drake.systems.common.layout import STATE_SIZE, is_outside
 from hunav_drake.systems.common.plain_errors import ConfigError
 from hunav_drake.systems.common.registry import name_of
@@ -66,7 +66,7 @@ def MakeTrialSimulator(
         simulator = Simulator(diagram, context)
     status = diagram.GetOutputPort("trial_status")
     trial = diagram.GetSubsystemByName("monitor")
-    planner = trial.made_for["planner"]["name"]
+    planner = made_from(diagram)["planner"]["name"]
     is_own = IsOwnSystem(diagram)
 
     def monitor(root_context: Context) -> EventStatus:

@@ -11,7 +11,7 @@ from hunav_drake.scenario import CheckScenario
 from hunav_drake.scenario.population import people_seed, with_drawn_people
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.scenario.writer import plain
-from hunav_drake.seeds import CheckPeopleSeed, TrialDiagram
+from hunav_drake.seeds import CheckPeopleSeed, TrialDiagram, made_from
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.crowd.crowd_config import CrowdConfig
 from hunav_drake.systems.evaluation import Evaluator
@@ -121,10 +121,10 @@ def MakeTrialDiagram(
         TrialMonitor(
             stuck_time=scenario.simulation.stuck_time,
             stuck_distance=scenario.simulation.stuck_distance,
+            people_seed=made_for["people_seed"],
             **shared,
         ),
     )
-    monitor.made_for = made_for
     scene = AddScene(
         builder,
         scenario.world,
@@ -206,6 +206,7 @@ def MakeTrialDiagram(
     diagram = TrialDiagram()
     builder.BuildInto(diagram)
     diagram.set_name("trial")
+    diagram.made_for = made_for
     return diagram
 
 
@@ -234,7 +235,7 @@ def CheckTrialDiagram(scenario: Scenario, diagram: Diagram) -> None:
             another seed: see `SetTrialSeed`.
     """
     CheckPeopleSeed(diagram, scenario.simulation.seed)
-    made_for = diagram.GetSubsystemByName("monitor").made_for
+    made_for = made_from(diagram)
     parts = _fixed_parts(scenario)
     del parts["people_seed"]
     for part, value in parts.items():

@@ -1,10 +1,7 @@
 """The LeafSystem that detects the end of a trial."""
 
-from collections.abc import Mapping
 from enum import IntEnum
 import math
-from types import MappingProxyType
-from typing import Any
 
 import numpy as np
 from pydrake.systems.framework import (
@@ -60,12 +57,7 @@ class TrialMonitor(LeafSystem):
     The discrete state holds the place (x, y), the time since when the robot
     is near it, and 1 once there is such a place; and, in a group of its own,
     the time of the last update.
-
-    Attributes:
-        made_for: What the caller notes about the trial; nothing by default.
     """
-
-    made_for: Mapping[str, Any] = MappingProxyType({})
 
     def __init__(
         self,
@@ -75,6 +67,7 @@ class TrialMonitor(LeafSystem):
         stuck_time: float = 30.0,
         stuck_distance: float = 0.5,
         time_step: float = 0.05,
+        people_seed: int | None = None,
     ) -> None:
         """Constructs a TrialMonitor.
 
@@ -84,12 +77,15 @@ class TrialMonitor(LeafSystem):
             stuck_time: In seconds.
             stuck_distance: In meters.
             time_step: The time between two updates, in seconds.
+            people_seed: The seed by which the people of the trial were drawn,
+                if that is the trial's own; None else.
 
         Raises:
             ValueError: If a tolerance is negative, or something else is not
                 positive.
         """
         super().__init__()
+        self._people_seed = people_seed
         self._goal_tolerance = check_number(
             "goal_tolerance", goal_tolerance, "m"
         )
@@ -137,7 +133,7 @@ class TrialMonitor(LeafSystem):
 
     def DescribeMemory(self) -> list[str]:
         """Returns by which seed the people were drawn, if the trial's own."""
-        seed = self.made_for.get("people_seed")
+        seed = self._people_seed
         return [] if seed is None else [f"people drawn by seed {seed}"]
 
     def HasUpdated(self, context: Context) -> bool:

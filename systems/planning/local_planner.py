@@ -3,6 +3,7 @@
 import dataclasses
 import inspect
 
+from numpy.typing import ArrayLike
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import (
     BasicVector,
@@ -178,6 +179,16 @@ class LocalPlanner(LeafSystem):
             context: This system's own context.
         """
         return self._Decided(context).reason
+
+    def SetVelocityCommand(self, context: Context, command: ArrayLike) -> None:
+        """Gives the robot a command (v, omega) until the next cycle.
+
+        Args:
+            context: This system's own context.
+            command: In m/s and rad/s.
+        """
+        state = context.get_mutable_discrete_state(self._state)
+        state.get_mutable_value()[:2] = command
 
     def DescribeMemory(self) -> list[str]:
         """Returns what the state depends on: the planner and its parameters."""
