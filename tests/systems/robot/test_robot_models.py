@@ -321,7 +321,7 @@ def test_wheels_cannot_drive_what_the_world_carries(stages):
 
 
 def test_a_drive_of_ones_own_is_refused():
-    with pytest.raises(TypeError, match="Hover cannot be a drive: .*register"):
+    with pytest.raises(TypeError, match=r"Hover cannot be a drive: .*register"):
 
         class Hover(DriveConfig):
             """Drives in the air."""
