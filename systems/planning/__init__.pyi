@@ -1,8 +1,8 @@
 from .cycles import time_cycles as time_cycles
 from .dwb.dwb import DwbPlanner as DwbPlanner
 from .dwb.scl import SclPlanner as SclPlanner
-from .function_planner import register_plan as register_plan
 from .local_planner import LocalPlanner as LocalPlanner
+from .mppi.mppi import MppiPlanner as MppiPlanner
 from .navigation.navigation_planner import (
     NavigationPlanner as NavigationPlanner,
 )
@@ -21,5 +21,8 @@ from .planner import (
     register_planner as register_planner,
 )
 from .planner_error import PlannerError as PlannerError
-from .pure_planner import Planner as Planner
+from .pure_planner import Planner as Planner, register_plan as register_plan
 from .pursuit import PursuitPlanner as PursuitPlanner
+from .social.orca import OrcaPlanner as OrcaPlanner
+from .social.sfm import SfmPlanner as SfmPlanner
+from .social.sfw import SfwPlanner as SfwPlanner

@@ -1,12 +1,20 @@
-"""Planners that decide by a pure function: what users' own derive from."""
+"""Planners that decide by a pure function: a class, or a plain function."""
 
+from collections.abc import Callable
 from typing import Any
 
 from pydantic.dataclasses import dataclass
 
 from hunav_drake.systems.common.field_docs import explain
 from hunav_drake.systems.common.schema import CONFIG
-from hunav_drake.systems.planning.planner import PlanningTask, PurePlanner
+from hunav_drake.systems.planning.planner import (
+    Plan,
+    PlanningTask,
+    PurePlanner,
+    View,
+    check_arguments,
+    register_planner,
+)
 
 
 @explain
@@ -24,3 +32,58 @@ class Planner(PurePlanner):
         from hunav_drake.systems.planning.local_planner import LocalPlanner
 
         return LocalPlanner(self, task)
+
+
+PlanFunction = Callable[[PlanningTask, View, Any], Plan]
+
+
+def register_plan[Function: PlanFunction](
+    name: str, *, initial_memory: Any = None, scan_size: int = 0
+) -> Callable[[Function], Function]:
+    """Returns a decorator that makes a function a planner, known by a name.
+
+    For a planner without parameters of its own:
+
+        @register_plan("straight")
+        def straight(task, view, memory):
+            return Plan(0.5, 0.0, PlannerStatus.DRIVING)
+
+    Its class is `straight.planner`.
+
+    Args:
+        name: What it is called in scenarios.
+        initial_memory: See `Planner`.
+        scan_size: See `Planner`.
+
+    Raises:
+        TypeError: If the function does not take (task, view, memory).
+        ValueError: If the name is taken.
+    """
+
+    def add(function: Function) -> Function:
+        label = getattr(function, "__qualname__", repr(function))
+        check_arguments(function, f"the planner's function {label}")
+
+        class FunctionPlanner(Planner):
+            """Decides by a function."""
+
+            def plan(self, task: PlanningTask, view: View, memory: Any) -> Plan:
+                return function(task, view, memory)
+
+        made: Any = FunctionPlanner
+        # Where errors are told to be.
+        made.plan.__wrapped__ = function
+        made.initial_memory = initial_memory
+        made.scan_size = scan_size
+        # So that pickle finds it, and so that it may be defined again.
+        made.__module__ = function.__module__
+        made.__name__ = label.rpartition(".")[2]
+        made.__qualname__ = f"{label}.planner"
+        made.__doc__ = function.__doc__
+        made = dataclass(kw_only=True, config=CONFIG)(made)
+        register_planner(name)(made)
+        known: Any = function
+        known.planner = made
+        return function
+
+    return add

@@ -1,6 +1,6 @@
 """How a model of a robot is driven: choices of a scenario's robot."""
 
-from typing import Annotated
+from typing import Annotated, Any
 
 from pydantic import StrictFloat, StrictStr
 from pydantic.dataclasses import dataclass
@@ -19,15 +19,24 @@ WheelSpeed = Annotated[StrictFloat, within(0, 1e4, "rad/s", low_open=True)]
 @plain_errors
 @dataclass(kw_only=True, config=CONFIG)
 class DriveConfig:
-    """What all drives derive from; which one it is, a derived class tells."""
+    """What both drives derive from; which one it is, a derived class tells."""
+
+    def __init_subclass__(cls, **options: Any) -> None:
+        """Refuses drives from elsewhere, which no plant knows."""
+        super().__init_subclass__(**options)
+        if not cls.__module__.startswith("hunav_drake."):
+            raise TypeError(
+                f"{cls.__qualname__} cannot be a drive: models are driven as"
+                " DifferentialWheels or as a PlanarBase; for another way,"
+                " derive a robot from RobotConfig, and register it by"
+                " @register_robot"
+            )
 
 
 DRIVES = Registry("drive", DriveConfig, default="differential")
 
-register_drive = DRIVES.register
 
-
-@register_drive("differential")
+@DRIVES.register("differential")
 @dataclass(kw_only=True, config=CONFIG)
 class DifferentialWheels(DriveConfig):
     """Two driven wheels; what else carries the robot rolls or slides."""
@@ -54,7 +63,7 @@ class DifferentialWheels(DriveConfig):
     """How fast a wheel turns at most, in rad/s."""
 
 
-@register_drive("omnidirectional")
+@DRIVES.register("omnidirectional")
 @dataclass(kw_only=True, config=CONFIG)
 class PlanarBase(DriveConfig):
     """Motors that move the base along x and y of the world, and turn it.

@@ -1,6 +1,7 @@
 """Runs of trials in a process of the worker."""
 
 import dataclasses
+import math
 from pathlib import Path
 import time
 from typing import Any
@@ -22,7 +23,7 @@ from hunav_drake.scenario.error import ScenarioError
 from hunav_drake.scenario.population import people_seed
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.files import as_file_name
-from hunav_drake.systems.common.layout import STATE_SIZE
+from hunav_drake.systems.common.layout import STATE_SIZE, is_outside
 from hunav_drake.systems.planning.planner_error import PlannerError
 from hunav_drake.trial.diagram import MakeTrialDiagram
 from hunav_drake.trial.result import TrialResult
@@ -41,9 +42,6 @@ FRAME_TIME = 0.05
 # Paths that are drawn have at most so many instants, and numbers in all.
 _MAX_INSTANTS = 600
 _MAX_NUMBERS = 90_000
-
-# What is farther away is a person outside of the world, in meters.
-_OUTSIDE = 1e5
 
 
 class Trials:
@@ -253,10 +251,10 @@ def _paths(result: TrialResult) -> dict[str, Any]:
 
 def _poses(states: Array) -> list[list[float] | None]:
     """Returns (x, y, yaw) of rows of states; None for who is not there."""
-    rows = states.reshape(-1, STATE_SIZE)[:, :3]
+    rows = states.reshape(-1, STATE_SIZE)
     return [
-        [round(float(number), 3) for number in row]
-        if abs(row[0]) < _OUTSIDE
+        [round(float(number), 3) for number in row[:3]]
+        if math.isfinite(row[0]) and not is_outside(row)
         else None
         for row in rows
     ]

@@ -1,2 +1,5 @@
-from .navfn import GlobalPath as GlobalPath, plan_path as plan_path
-from .smoothing import smooth_path as smooth_path
+from .navfn import (
+    GlobalPath as GlobalPath,
+    plan_path as plan_path,
+    smooth_path as smooth_path,
+)

@@ -13,9 +13,11 @@ import numba
 import numpy as np
 
 from hunav_drake.systems.common.kernels import (
+    INTEGER,
     MATRIX,
     REAL,
     VECTOR,
+    WALLS,
     jit,
     jit_as,
     reads,
@@ -29,6 +31,8 @@ from hunav_drake.systems.crowd.social_force.compiled_forces import (
 from hunav_drake.systems.people.parameters import K_GOAL, K_OBSTACLE, SIGMA, TAU
 from hunav_drake.systems.planning.costmap.footprint import outline_cost
 from hunav_drake.systems.planning.costmap.raster import READ_CELLS
+from hunav_drake.systems.world.ray_cast import first_hit
+from hunav_drake.systems.world.walls import opened
 
 
 class Parameters(NamedTuple):
@@ -269,3 +273,25 @@ def candidate_costs(
             *(points, grid, polygon, odometry_yaw, p, k),
         )
     return result
+
+
+@jit_as(numba.float64[:, ::1], REAL, REAL, REAL, INTEGER, WALLS)
+def wall_points(x, y, reach, rays, table):
+    """Returns where rays from a point meet walls first, shape (m, 2).
+
+    There are `rays` of them, evenly in all directions, `reach` long, in meters;
+    those that meet nothing have no point. `table` is `Obstacles.table`.
+    """
+    walls = opened(table)
+    points = np.empty((rays, 2))
+    count = 0
+    for i in range(rays):
+        angle = 2 * math.pi * i / rays
+        dx = reach * math.cos(angle)
+        dy = reach * math.sin(angle)
+        part = first_hit(x, y, x + dx, y + dy, walls)
+        if part < math.inf:
+            points[count, 0] = x + part * dx
+            points[count, 1] = y + part * dy
+            count += 1
+    return points[:count].copy()

@@ -366,7 +366,7 @@ def weigh(
 def _points(planner: SfwPlanner, task: PlanningTask, view: View) -> Array:
     """Returns where obstacles are that are not people, shape (m, 2)."""
     from hunav_drake.systems.planning.costmap.obstacle_layer import scan_ends
-    from hunav_drake.systems.planning.social.obstacle_points import wall_points
+    from hunav_drake.systems.planning.social.prediction import wall_points
 
     x, y = view.robot[[X, Y]].tolist()
     reach = planner.max_obstacle_dist

@@ -1,7 +1,10 @@
 """Kernels of fixed types are compiled when they are used, and only so."""
 
+from dataclasses import astuple, dataclass
+import pickle
 import subprocess
 import sys
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -12,6 +15,7 @@ from hunav_drake.systems.common.kernels import (
     jit,
     jit_as,
     number_functions_apart,
+    reads,
     unowned,
 )
 
@@ -113,3 +117,21 @@ def test_two_processes_do_not_give_their_functions_the_same_numbers(scaled_sum):
         assert min(first, other.fndesc.uid) > 1 << 20
     finally:
         number_functions_apart()
+
+
+class Pair(NamedTuple):
+    first: float
+    second: float
+
+
+@dataclass
+class Gap:
+    width: float = 0.7
+    height: float = 2.0
+
+
+def test_kernels_know_the_numbers_of_an_array_by_name():
+    assert reads(Pair)(np.array([1.0, 2.0])) == Pair(1.0, 2.0)
+    numbers = reads(Gap)(np.array(astuple(Gap())))
+    assert (numbers.width, numbers.height) == (0.7, 2.0)
+    assert pickle.loads(pickle.dumps(numbers)) == numbers

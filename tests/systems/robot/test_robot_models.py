@@ -9,7 +9,7 @@ import yaml
 
 from hunav_drake import HumanConfig, LoadScenario, ScenarioError
 from hunav_drake.systems.common.layout import Contact
-from hunav_drake.systems.robot import ROBOTS
+from hunav_drake.systems.robot import ROBOTS, DriveConfig
 from hunav_drake.systems.world.obstacles import Obstacles
 from tests.systems.robot.crate import (
     CRATE,
@@ -318,3 +318,10 @@ def test_wheels_cannot_drive_what_the_world_carries(stages):
     ((place, message),) = ROBOTS.make(stages).find_faults()
     assert place == ("base",)
     assert "is carried by the world, so wheels cannot move it" in message
+
+
+def test_a_drive_of_ones_own_is_refused():
+    with pytest.raises(TypeError, match=r"Hover cannot be a drive: .*register"):
+
+        class Hover(DriveConfig):
+            """Drives in the air."""

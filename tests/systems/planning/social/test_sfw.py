@@ -14,7 +14,7 @@ from hunav_drake.systems.people.parameters import (
 from hunav_drake.systems.planning import PlanningTask, View
 from hunav_drake.systems.planning.costmap.footprint import circle_footprint
 from hunav_drake.systems.planning.social import SfwPlanner
-from hunav_drake.systems.planning.social.obstacle_points import wall_points
+from hunav_drake.systems.planning.social.prediction import wall_points
 from hunav_drake.systems.planning.social.sfw import set_up, weigh
 from hunav_drake.systems.robot.robot_config import RobotLimits
 from hunav_drake.systems.world.maps.costs import Costmap

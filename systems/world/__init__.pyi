@@ -1,0 +1,10 @@
+from .distance_field import DistanceField as DistanceField
+from .obstacles import Obstacles as Obstacles
+from .routes import RouteMap as RouteMap
+from .shapes import (
+    Box as Box,
+    Polygon as Polygon,
+    Polyline as Polyline,
+    Wall as Wall,
+    World as World,
+)
