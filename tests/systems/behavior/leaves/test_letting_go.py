@@ -141,10 +141,7 @@ def check_let_go(scenario):
 
 @pytest.mark.parametrize(
     ("width", "planner"),
-    some(
-        itertools.product(WIDTHS, PLANNERS),
-        [(1.5, "pursuit"), (1.9, "dwb"), (2.3, "pursuit")],
-    ),
+    some(itertools.product(WIDTHS, PLANNERS), [(1.5, "dwb"), (2.3, "pursuit")]),
 )
 def test_corridor_is_left_or_used_to_its_walls(width, planner):
     """Where it is too narrow for both, the person goes out of it."""
@@ -233,15 +230,12 @@ def test_random_corridors(number):
     check_random(number, kind, PLANNERS[number // 12 % 2])
 
 
-@pytest.mark.parametrize(
-    ("turn", "mirror"), [(math.pi / 2, False), (-1.0, True)]
-)
-def test_corridors_may_lie_anyhow(turn, mirror):
+def test_corridors_may_lie_anyhow():
     """What happens is the same, turned."""
     people = MEETINGS["aslant"]
     straight = RunTrial(trial("rooms", 1.7, people)).recording
     turned = RunTrial(
-        trial("rooms", 1.7, people, turn=turn, mirror=mirror)
+        trial("rooms", 1.7, people, turn=-1.0, mirror=True)
     ).recording
     assert turned.times[-1] == pytest.approx(straight.times[-1], abs=0.6)
     # (A corridor has two equal sides, and rounding decides for one.)
@@ -254,10 +248,7 @@ def test_corridors_may_lie_anyhow(turn, mirror):
 
 @pytest.mark.parametrize(
     ("width", "planner"),
-    some(
-        itertools.product([1.5, 1.9, 2.6], PLANNERS),
-        [(1.9, "dwb"), (2.6, "pursuit")],
-    ),
+    some(itertools.product([1.5, 1.9, 2.6], PLANNERS), [(1.9, "dwb")]),
 )
 def test_nobody_overtakes_a_robot_without_room(width, planner):
     """They once walked 7.9 m beside it at a gap of 0.04 m."""
@@ -309,9 +300,7 @@ def check_threat(scenario):
     assert recording.times[-1] < 100.0
 
 
-@pytest.mark.parametrize(
-    ("number", "planner"), [(3, "dwb"), (0, "pursuit"), (12, "pursuit")]
-)
+@pytest.mark.parametrize(("number", "planner"), [(3, "dwb"), (12, "pursuit")])
 def test_threat_without_a_goal_steps_aside_in_the_end(number, planner):
     """Also who has not seen the robot, and stands with the back to it."""
     check_threat(threats(planner, False)[number])
