@@ -66,14 +66,18 @@ def golden():
     return json.loads(GOLDEN.read_text())
 
 
-def different_cases() -> list[tuple[str, int]]:
-    """Returns the first seed, and those with other results than it."""
+def different_cases() -> list[object]:
+    """Returns the first seed, and as slow ones those with other results."""
     trials = golden()["trials"]
+    first, *others = SEEDS
     return [
-        (name, seed)
-        for name, seed in cases()
-        if seed == SEEDS[0]
-        or trials[f"{name} {seed}"] != trials[f"{name} {SEEDS[0]}"]
+        *((name, first) for name in ListScenarios()),
+        *(
+            pytest.param(name, seed, marks=pytest.mark.slow)
+            for name, seed in cases()
+            if seed in others
+            and trials[f"{name} {seed}"] != trials[f"{name} {first}"]
+        ),
     ]
 
 
