@@ -14,10 +14,10 @@ import numpy as np
 from PIL import Image
 
 from hunav_drake import LoadScenario
-from hunav_drake.benchmark import LoadSuite
-from hunav_drake.plots.style import draw_walls
+from hunav_drake.runs import LoadSuite
 from hunav_drake.scenario import draw_people
 from hunav_drake.systems.people.human_config import HumanConfig
+from hunav_drake.systems.scene.plan_walls import draw_walls
 
 FILE = Path(__file__).parent / "standard.png"
 COLUMNS = 4

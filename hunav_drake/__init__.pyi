@@ -1,21 +1,6 @@
-from .benchmark import (
-    ListSuites as ListSuites,
-    LoadSuite as LoadSuite,
-    RunSuite as RunSuite,
-    Suite as Suite,
-    SuiteResult as SuiteResult,
-)
-from .context_file import LoadContext as LoadContext, SaveContext as SaveContext
-from .context_transfer import TransferContext as TransferContext
 from .editor.entry import EditScenario as EditScenario
-from .humans import (
-    AddHumans as AddHumans,
-    HumanOptions as HumanOptions,
-    HumanPorts as HumanPorts,
-    MakeHumans as MakeHumans,
-)
 from .hunavsim.services import AgentServices as AgentServices
-from .plots import (
+from .report.plots import (
     find_approaches as find_approaches,
     plot_behavior_activity as plot_behavior_activity,
     plot_comparison as plot_comparison,
@@ -26,15 +11,18 @@ from .plots import (
     plot_trajectories as plot_trajectories,
     plot_zones as plot_zones,
 )
-from .recordings.readers import ReadRecording as ReadRecording
 from .report.writing import WriteReport as WriteReport
-from .results.files import (
-    LoadResults as LoadResults,
-    WriteResult as WriteResult,
+from .runs import (
+    ListSuites as ListSuites,
+    LoadSuite as LoadSuite,
+    RunSuite as RunSuite,
+    Suite as Suite,
+    SuiteResult as SuiteResult,
 )
-from .results.run_table import ReadRuns as ReadRuns
-from .results.statistics import compare as compare, summarize as summarize
-from .results.trial_result import TrialResult as TrialResult
+from .runs.files import LoadResults as LoadResults, WriteResult as WriteResult
+from .runs.recording_files import ReadRecording as ReadRecording
+from .runs.run_table import ReadRuns as ReadRuns
+from .runs.statistics import compare as compare, summarize as summarize
 from .scenario import (
     CheckScenario as CheckScenario,
     ListScenarios as ListScenarios,
@@ -43,19 +31,31 @@ from .scenario import (
     Scenario as Scenario,
     ScenarioError as ScenarioError,
 )
-from .seeds import (
+from .systems.people import HumanConfig as HumanConfig
+from .systems.planning.planner_error import PlannerError as PlannerError
+from .systems.robot import AddBodyState as AddBodyState
+from .trial.context_file import (
+    LoadContext as LoadContext,
+    SaveContext as SaveContext,
+)
+from .trial.context_transfer import TransferContext as TransferContext
+from .trial.diagram import MakeTrialDiagram as MakeTrialDiagram
+from .trial.humans import (
+    AddHumans as AddHumans,
+    HumanOptions as HumanOptions,
+    HumanPorts as HumanPorts,
+    MakeHumans as MakeHumans,
+)
+from .trial.result import TrialResult as TrialResult
+from .trial.seeds import (
     GetTrialSeed as GetTrialSeed,
     SetHumansSeed as SetHumansSeed,
     SetTrialSeed as SetTrialSeed,
 )
-from .simulation import (
+from .trial.simulation import (
     GetTrialResult as GetTrialResult,
     MakeRandomSimulator as MakeRandomSimulator,
     MakeTrialSimulator as MakeTrialSimulator,
     RunTrial as RunTrial,
 )
-from .systems.people import HumanConfig as HumanConfig
-from .systems.planning.planner_error import PlannerError as PlannerError
-from .systems.robot import AddBodyState as AddBodyState
-from .trial_diagram import MakeTrialDiagram as MakeTrialDiagram
 from .views.film import FilmConfig as FilmConfig, RenderFilm as RenderFilm

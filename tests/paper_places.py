@@ -16,14 +16,14 @@ import sys
 import numpy as np
 import pandas as pd
 
-from hunav_drake.benchmark import LoadSuite, RunSuite
-from hunav_drake.benchmark.comparison.paper import (
+from hunav_drake.runs import LoadSuite, RunSuite
+from hunav_drake.runs.comparison.paper import (
     METRICS,
     PLANNERS,
     PUBLISHED,
     PUBLISHED_BY_BEHAVIOR,
 )
-from hunav_drake.benchmark.suite import planner_overrides
+from hunav_drake.runs.suite import planner_overrides
 from hunav_drake.systems.common.arrays import Array
 
 # What is the same in all columns, or follows from others, or says little.

@@ -25,7 +25,7 @@ def start_hunav(*words: object) -> "subprocess.Popen[str]":
     code = (
         "import signal, sys\n"
         "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
-        "from hunav_drake.cli import main\n"
+        "from hunav_drake.commands.cli import main\n"
         "sys.exit(main(sys.argv[1:]))\n"
     )
     return subprocess.Popen(

@@ -83,7 +83,7 @@ def test_blocks_meet_through_ports(path):
             "def f():\n    import hunav_drake.systems.crowd.open_crowd",
             "open_crowd",
         ),
-        ("from hunav_drake.humans import AddHumans", "the application"),
+        ("from hunav_drake.trial.humans import AddHumans", "the application"),
         ("from hunav_drake import AddHumans", "the application"),
     ],
 )

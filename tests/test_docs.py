@@ -7,13 +7,12 @@ import textwrap
 import pytest
 
 from hunav_drake import LoadScenario, MakeTrialDiagram, RunTrial, cli
-from hunav_drake.benchmark import LoadSuite
-from hunav_drake.benchmark.comparison.paper import (
+from hunav_drake.runs import LoadSuite
+from hunav_drake.runs.comparison.paper import (
     PLANNERS as PAPER_PLANNERS,
     PUBLISHED,
     PUBLISHED_BY_BEHAVIOR,
 )
-from hunav_drake.results.metric_facts import is_built_in
 from hunav_drake.scenario import draw_people
 from hunav_drake.systems.common.layout import Contact
 from hunav_drake.systems.crowd import MOTION_MODELS
@@ -21,6 +20,7 @@ from hunav_drake.systems.evaluation import METRICS, select_metrics
 from hunav_drake.systems.evaluation.metric import TABLE_I
 from hunav_drake.systems.planning import PLANNERS
 from hunav_drake.systems.robot import ROBOTS
+from hunav_drake.trial.metric_facts import is_built_in
 from hunav_drake.validation.cases import CASES
 from tests import architecture
 

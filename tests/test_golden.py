@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 
 from hunav_drake import ListScenarios, LoadScenario, RunTrial
-from hunav_drake.results.machine import machine_traits
-from hunav_drake.results.provenance import program_versions
+from hunav_drake.trial.machine import machine_traits
+from hunav_drake.trial.provenance import program_versions
 
 GOLDEN = Path(__file__).parent / "data" / "golden.json"
 SEEDS = (0, 1, 2)

@@ -11,8 +11,8 @@ import sys
 from llvmlite import binding
 import pytest
 
-from hunav_drake.results.machine import MACHINE_TRAITS, machine_traits
-from hunav_drake.results.provenance import MakeProvenance
+from hunav_drake.trial.machine import MACHINE_TRAITS, machine_traits
+from hunav_drake.trial.provenance import MakeProvenance
 from tests.architecture import modules
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -29,7 +29,7 @@ MODULES = {"linalg", "blas", "lapack", "optimize", "interpolate", "signal"}
 
 # Whose results are for the eyes alone.
 PICTURES = (
-    *("hunav_drake/views/", "hunav_drake/plots/", "hunav_drake/replay.py"),
+    *("hunav_drake/views/", "hunav_drake/report/plots/"),
     *("systems/scene/overlays/", "systems/scene/meshes.py"),
     *("systems/scene/human_body.py", "systems/scene/surroundings.py"),
 )
@@ -124,7 +124,7 @@ def test_the_search_finds_what_reaches_blas(text, found):
         "(a * b).sum()",
         "np.einsum('ij,jk->ik', a, b)",
         "@decorated\ndef f(inner, dot): return inner + dot",
-        "from hunav_drake.systems.planning.mppi.optimize import optimize",
+        "from hunav_drake.systems.planning.mppi.mppi import optimize",
     ],
 )
 def test_the_search_finds_nothing_else(text):
@@ -158,7 +158,7 @@ def run(code, **variables):
 
 TELL_TRAITS = """
 import json
-from hunav_drake.results.machine import machine_traits
+from hunav_drake.trial.machine import machine_traits
 print(json.dumps(machine_traits()))
 """
 

@@ -7,10 +7,9 @@ import pytest
 
 PACKAGES = [
     "hunav_drake",
-    "hunav_drake.plots",
-    "hunav_drake.recordings",
+    "hunav_drake.report.plots",
     "hunav_drake.report",
-    "hunav_drake.results",
+    "hunav_drake.runs",
     "hunav_drake.scenario",
     "hunav_drake.systems",
     "hunav_drake.systems.behavior",

@@ -8,7 +8,7 @@ from statistics import fmean
 
 import pytest
 
-from hunav_drake.benchmark import LoadSuite, RunSuite
+from hunav_drake.runs import LoadSuite, RunSuite
 from tests.paper_results import FILE, ROWS, values_of
 
 ROOT = Path(__file__).resolve().parents[1]

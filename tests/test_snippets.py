@@ -9,7 +9,7 @@ import matplotlib as mpl
 import pytest
 
 from hunav_drake import LoadScenario, cli
-from hunav_drake.benchmark import LoadSuite
+from hunav_drake.runs import LoadSuite
 from hunav_drake.systems.behavior.nodes import registry as nodes
 from hunav_drake.systems.crowd import MOTION_MODELS
 from hunav_drake.systems.evaluation import METRICS

@@ -61,6 +61,8 @@ def test_runs_a_trial(installed, tmp_path):
 
     where = run("-c", "import hunav_drake; print(hunav_drake.__file__)")
     assert where.stdout.startswith(str(installed))
-    result = run("-m", "hunav_drake.cli", "run", "passing", "--out", "out")
+    result = run(
+        "-m", "hunav_drake.commands.cli", "run", "passing", "--out", "out"
+    )
     assert result.returncode == 0, result.stderr
     assert (tmp_path / "out/runs/passing_pursuit_0/replay.html").exists()

@@ -3,7 +3,7 @@
 import argparse
 import re
 
-from hunav_drake.cli import _make_parser
+from hunav_drake.commands.cli import _make_parser
 
 HEAD = """# The command
 

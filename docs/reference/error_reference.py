@@ -9,7 +9,7 @@ import shlex
 import sys
 import tempfile
 
-from hunav_drake import cli
+from hunav_drake.commands import cli
 
 # The mistakes are those that the tests make.
 sys.path.insert(0, str(Path(__file__).parents[2]))

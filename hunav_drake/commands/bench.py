@@ -10,14 +10,15 @@ from pathlib import Path
 import sys
 from typing import TYPE_CHECKING, Any
 
-from hunav_drake.commands.errors import DONE, FAILED, InputError, input_errors
+from hunav_drake.commands.errors import DONE, FAILED, input_errors
 from hunav_drake.commands.options import add_import_option, whole_number
+from hunav_drake.systems.common.input_error import InputError
 
 if TYPE_CHECKING:
-    from hunav_drake.benchmark.comparison.relations import Judgement
-    from hunav_drake.benchmark.running.run_row import RunRow
-    from hunav_drake.benchmark.suite import Suite
-    from hunav_drake.benchmark.suite_result import SuiteResult
+    from hunav_drake.runs.comparison.relations import Judgement
+    from hunav_drake.runs.running.run_row import RunRow
+    from hunav_drake.runs.suite import Suite
+    from hunav_drake.runs.suite_result import SuiteResult
 
 
 def add_bench_command(commands: Any) -> None:
@@ -140,10 +141,10 @@ def _until(text: str) -> tuple[str, float]:
 
 
 def _bench(options: argparse.Namespace) -> int:
-    from hunav_drake.benchmark import ListSuites, RunSuite
-    from hunav_drake.benchmark.comparison.relations import judge
-    from hunav_drake.benchmark.running.worker import UnfitWorkerError
-    from hunav_drake.benchmark.writing import WriteSuite
+    from hunav_drake.report.suite_files import WriteSuite
+    from hunav_drake.runs import ListSuites, RunSuite
+    from hunav_drake.runs.comparison.relations import judge
+    from hunav_drake.runs.running.worker import UnfitWorkerError
     from hunav_drake.scenario import ScenarioError
     from hunav_drake.systems.evaluation.metrics import select_metrics
 
@@ -185,8 +186,8 @@ def _bench(options: argparse.Namespace) -> int:
 
 
 def _suite(options: argparse.Namespace) -> "Suite":
-    from hunav_drake.benchmark import LoadSuite
-    from hunav_drake.benchmark.suite import Until, planner_overrides
+    from hunav_drake.runs import LoadSuite
+    from hunav_drake.runs.suite import Until, planner_overrides
 
     suite = LoadSuite(filename=options.suite)
     changes: dict[str, Any] = {}
@@ -218,7 +219,7 @@ def _executor(options: argparse.Namespace) -> Iterator[tuple[Any, int | None]]:
             raise InputError("--address goes with --executor dask")
         if options.workers == 1:
             # A process of its own: if it dies, the suite goes on.
-            from hunav_drake.benchmark.running.pool import WorkerPool
+            from hunav_drake.runs.running.pool import WorkerPool
 
             with WorkerPool(1) as pool:
                 yield pool, 1
@@ -229,7 +230,7 @@ def _executor(options: argparse.Namespace) -> Iterator[tuple[Any, int | None]]:
         raise InputError(
             "--executor dask needs Dask: pip install 'hunav_drake[dask]'"
         )
-    from hunav_drake.benchmark.running.cluster import ClusterError, connect
+    from hunav_drake.runs.running.cluster import ClusterError, connect
 
     if not options.address:
         raise InputError(
@@ -247,7 +248,7 @@ def _write_replays(
 ) -> None:
     from tqdm import tqdm
 
-    from hunav_drake.benchmark.replays import WriteReplays
+    from hunav_drake.views.suite_replays import WriteReplays
 
     disable = True if options.quiet else None
     with (
@@ -271,7 +272,7 @@ def _write_replays(
 def _write_markdown(result: "SuiteResult", options: argparse.Namespace) -> None:
     import shlex
 
-    from hunav_drake.benchmark.comparison.markdown import to_markdown
+    from hunav_drake.runs.comparison.markdown import to_markdown
     from hunav_drake.systems.common.files import atomic_write
 
     words = [*("hunav", "bench", options.suite)]
@@ -301,14 +302,14 @@ def _print(
     judgements: "list[Judgement]",
     options: argparse.Namespace,
 ) -> None:
-    from hunav_drake.benchmark.comparison.relations import tally
-    from hunav_drake.benchmark.comparison.tables import (
+    from hunav_drake.report.suite_files import suite_json
+    from hunav_drake.runs.comparison.relations import tally
+    from hunav_drake.runs.comparison.tables import (
         NOTE,
         behavior_tables,
         scenario_tables,
         to_text,
     )
-    from hunav_drake.benchmark.writing import suite_json
 
     if options.json:
         print(suite_json(result, judgements))
@@ -337,8 +338,8 @@ def _print(
 
 def _print_outcomes(result: "SuiteResult") -> None:
     """Prints why runs ended, and where all seeds are one trial."""
-    from hunav_drake.benchmark.suite_result import KEYS
-    from hunav_drake.results.outcomes import outcome_text, why_not_goal
+    from hunav_drake.runs.outcomes import outcome_text, why_not_goal
+    from hunav_drake.runs.suite_result import KEYS
 
     outcomes = result.outcomes()
     print(f"{len(result.rows)} runs ended: {outcome_text(outcomes)}")
@@ -370,7 +371,7 @@ class _Progress:
         self._bar.close()
 
     def show(self, row: "RunRow", done: int, total: int) -> None:
-        from hunav_drake.benchmark.running.run_row import FAILED
+        from hunav_drake.runs.running.run_row import FAILED
 
         value = row.metrics.get(self._metric, math.nan)
         if math.isfinite(value):

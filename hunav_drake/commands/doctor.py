@@ -7,8 +7,8 @@ import json
 import time
 from typing import Any
 
+from hunav_drake.commands.doctor_findings import Finding, examine
 from hunav_drake.commands.errors import DONE, FAILED
-from hunav_drake.doctor import Finding, examine
 
 
 def add_doctor_command(commands: Any) -> None:
@@ -54,9 +54,9 @@ def _all_findings() -> Iterator[Finding]:
 
 def _short_runs() -> Iterator[Finding]:
     """Runs a short trial twice, which must give the same."""
-    from hunav_drake.compiling import told_compile_time
     from hunav_drake.scenario import LoadScenario
-    from hunav_drake.simulation import RunTrial
+    from hunav_drake.trial.compiling import told_compile_time
+    from hunav_drake.trial.simulation import RunTrial
 
     scenario = LoadScenario(
         filename="passing", overrides=["simulation.duration=2.0"]

@@ -5,8 +5,9 @@ import contextlib
 from pathlib import Path
 from typing import Any
 
-from hunav_drake.commands.errors import DONE, InputError, input_errors
+from hunav_drake.commands.errors import DONE, input_errors
 from hunav_drake.commands.options import add_import_option
+from hunav_drake.systems.common.input_error import InputError
 
 _EXTRA = "hunav edit needs tornado: pip install 'hunav_drake[editor]'"
 
@@ -122,8 +123,8 @@ def _session(
 ) -> Any:
     """Returns a session on what the options name."""
     from hunav_drake.editor.session import EditSession
-    from hunav_drake.editor.templates import template_text
     from hunav_drake.scenario.shipped import shipped_names, shipped_text
+    from hunav_drake.scenario.templates import template_text
     from hunav_drake.systems.common.suggest import suggestion
 
     text = None
@@ -134,7 +135,7 @@ def _session(
         )
     with input_errors(ValueError):
         if options.template is not None:
-            text = template_text(options.template, {})
+            text = template_text(options.template)
         elif filename is not None and not filename.exists():
             if options.file in shipped_names():
                 filename, text = None, shipped_text(options.file)

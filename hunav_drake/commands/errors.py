@@ -7,32 +7,12 @@ from pathlib import Path
 import re
 import sys
 
+from hunav_drake.systems.common.input_error import InputError
+
 # The exit codes.
 DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
 _UNKNOWN_PART = re.compile("there is no (planner|motion model|node|metric) ")
-
-
-# The longest line of a message: what somebody wrote may be a whole file.
-_LONGEST = 2000
-
-
-def cut(text: str) -> str:
-    """Returns a message whose lines are not too long to be read."""
-    return "\n".join(
-        line
-        if len(line) <= _LONGEST
-        else f"{line[:_LONGEST]}... ({len(line) - _LONGEST} letters more)"
-        for line in text.split("\n")
-    )
-
-
-class InputError(Exception):
-    """The input of the user cannot be used; the text says why."""
-
-    def __init__(self, text: str) -> None:
-        """Constructs an error of this text."""
-        super().__init__(cut(text))
 
 
 def print_import_hint(error: Exception, options: argparse.Namespace) -> None:
@@ -119,7 +99,7 @@ def check_out(directory: Path) -> None:
     """Checks, before a run, that its results can be written."""
     import tempfile
 
-    from hunav_drake.results.run_folders import RUNS
+    from hunav_drake.runs.run_folders import RUNS
 
     try:
         (directory / RUNS).mkdir(parents=True, exist_ok=True)

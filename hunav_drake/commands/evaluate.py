@@ -6,15 +6,15 @@ import math
 from pathlib import Path
 from typing import Any
 
-from hunav_drake.recordings.readers import ReadRecording
-from hunav_drake.results.provenance import MakeSourceProvenance
-from hunav_drake.results.trial_result import MakeTrialResult, TrialResult
+from hunav_drake.runs.recording_files import ReadRecording
 from hunav_drake.systems.evaluation.metrics import METRICS, select_metrics
 from hunav_drake.systems.evaluation.recording import (
     GOAL_YAW_TOLERANCE,
     Recording,
 )
 from hunav_drake.systems.world.obstacles import Obstacles
+from hunav_drake.trial.provenance import MakeSourceProvenance
+from hunav_drake.trial.result import MakeTrialResult, TrialResult
 
 # The value of `--walls` for a place without walls.
 NO_WALLS = "none"

@@ -10,12 +10,12 @@ from typing import Any
 
 from hunav_drake.commands.errors import (
     DONE,
-    InputError,
     check_out,
     input_errors,
     os_error_text,
 )
 from hunav_drake.commands.options import add_format_option, add_import_option
+from hunav_drake.systems.common.input_error import InputError
 
 
 def add_metric_commands(commands: Any) -> None:
@@ -91,8 +91,8 @@ def _evaluate(options: argparse.Namespace) -> int:
     if options.out is not None:
         check_out(options.out)
     from hunav_drake.commands.evaluate import evaluate_file, lacks_walls
-    from hunav_drake.results.files import WriteResult
-    from hunav_drake.results.trial_result import FormatMetricsTable
+    from hunav_drake.runs.files import WriteResult
+    from hunav_drake.trial.result import FormatMetricsTable
 
     with input_errors(ValueError):
         result = evaluate_file(
@@ -114,7 +114,7 @@ def _evaluate(options: argparse.Namespace) -> int:
         except ValueError as error:
             raise InputError(f"--out {options.out}: {error}") from error
     if options.json:
-        from hunav_drake.results.run_summary import make_summary
+        from hunav_drake.runs.run_summary import make_summary
 
         print(make_summary(result).model_dump_json(indent=2))
         return DONE

@@ -7,13 +7,9 @@ from pathlib import Path
 import re
 from typing import TYPE_CHECKING, Any
 
-from hunav_drake.commands.errors import (
-    DONE,
-    InputError,
-    check_output,
-    input_errors,
-)
+from hunav_drake.commands.errors import DONE, check_output, input_errors
 from hunav_drake.commands.options import add_import_option, overlay_names
+from hunav_drake.systems.common.input_error import InputError
 
 if TYPE_CHECKING:
     from hunav_drake.systems.scene.scene_config import Overlay

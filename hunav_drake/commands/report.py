@@ -5,13 +5,9 @@ from pathlib import Path
 import sys
 from typing import Any
 
-from hunav_drake.commands.errors import (
-    DONE,
-    InputError,
-    check_output,
-    input_errors,
-)
+from hunav_drake.commands.errors import DONE, check_output, input_errors
 from hunav_drake.commands.options import add_import_option
+from hunav_drake.systems.common.input_error import InputError
 
 # How many of the runs that are left out are named in the terminal.
 _MOST_LINES = 5
@@ -41,7 +37,7 @@ def add_report_command(commands: Any) -> None:
 
 
 def _report(options: argparse.Namespace) -> int:
-    from hunav_drake.results.files import LoadResults
+    from hunav_drake.runs.files import LoadResults
 
     directory: Path = options.directory
     if options.output is not None:
@@ -58,7 +54,7 @@ def _report(options: argparse.Namespace) -> int:
         raise InputError(f"{directory}: there is no run to report on")
     # Only now, for these take long to load.
     from hunav_drake.report.writing import WriteReport
-    from hunav_drake.results.run_table import WriteTables
+    from hunav_drake.runs.run_table import WriteTables
 
     with input_errors():
         path = WriteReport(

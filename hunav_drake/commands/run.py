@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any, Literal
 from hunav_drake.commands.errors import (
     DONE,
     FAILED,
-    InputError,
     check_out,
     input_errors,
     os_error_text,
@@ -26,12 +25,13 @@ from hunav_drake.commands.options import (
     overlay_names,
     tell_doubts,
 )
+from hunav_drake.systems.common.input_error import InputError
 
 if TYPE_CHECKING:
     from pydrake.systems.framework import Diagram
 
-    from hunav_drake.results.trial_result import TrialResult
     from hunav_drake.scenario import Scenario
+    from hunav_drake.trial.result import TrialResult
 
 
 def add_run_command(commands: Any) -> None:
@@ -121,16 +121,16 @@ def _run(options: argparse.Namespace) -> int:
         tell_doubts(scenario)
     if options.out is not None:
         check_out(options.out)
-    from hunav_drake.compiling import told_compile_time
     from hunav_drake.scenario import ScenarioError
-    from hunav_drake.simulation import RunTrial
-    from hunav_drake.trial_diagram import MakeTrialDiagram
+    from hunav_drake.trial.compiling import told_compile_time
+    from hunav_drake.trial.diagram import MakeTrialDiagram
+    from hunav_drake.trial.simulation import RunTrial
 
     replay = options.out is not None and not options.no_replay
     meshcat = None
     if options.meshcat or replay:
-        from hunav_drake.replay import SetView, StartMeshcatLocal
         from hunav_drake.scenario import draw_people
+        from hunav_drake.views.replay import SetView, StartMeshcatLocal
 
         # Meshcat logs its address, which matters only with --meshcat.
         logging.getLogger("drake").setLevel(logging.WARNING)
@@ -202,12 +202,9 @@ def _print(
     result: "TrialResult", options: argparse.Namespace, elapsed: float
 ) -> None:
     """Prints what a trial gave; a planner that failed is told elsewhere."""
-    from hunav_drake.results.metric_facts import headline_of
-    from hunav_drake.results.run_summary import make_summary
-    from hunav_drake.results.trial_result import (
-        FormatMetricsTable,
-        how_it_ended,
-    )
+    from hunav_drake.runs.run_summary import make_summary
+    from hunav_drake.trial.metric_facts import headline_of
+    from hunav_drake.trial.result import FormatMetricsTable, how_it_ended
 
     if options.json:
         print(make_summary(result).model_dump_json(indent=2))
@@ -234,7 +231,7 @@ def _show(
     on_error: Literal["end", "raise"],
 ) -> "TrialResult":
     """Runs a trial in a browser, again as often as the one there wants."""
-    from hunav_drake.simulation import RunTrial
+    from hunav_drake.trial.simulation import RunTrial
     from hunav_drake.views.live import (
         LiveControls,
         RestartRequest,
@@ -271,8 +268,8 @@ def _keep(
     Meshcat holds the recorded replay.
     """
     from hunav_drake.report.writing import WriteReport
-    from hunav_drake.results.files import WriteResult
-    from hunav_drake.results.settings import setting_text
+    from hunav_drake.runs.files import WriteResult
+    from hunav_drake.runs.settings import setting_text
     from hunav_drake.scenario import SaveScenario
 
     label = options.label
@@ -283,7 +280,7 @@ def _keep(
         SaveScenario(scenario, folder / "scenario.yaml")
         replay = None
         if meshcat is not None:
-            from hunav_drake.replay import SaveReplay
+            from hunav_drake.views.replay import SaveReplay
 
             replay = folder / "replay.html"
             SaveReplay(meshcat, replay)

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 
 from hunav_drake.commands.errors import (
     DONE,
-    InputError,
     check_each,
     check_output,
     input_errors,
@@ -23,7 +22,7 @@ from hunav_drake.commands.options import (
     load_scenario,
     tell_doubts,
 )
-from hunav_drake.systems.common.suggest import did_you_mean
+from hunav_drake.systems.common.input_error import InputError
 
 if TYPE_CHECKING:
     from hunav_drake.scenario import Scenario
@@ -99,8 +98,8 @@ def add_new_command(commands: Any) -> None:
         "--template",
         metavar="NAME",
         default="corridor",
-        help="what to begin with: corridor (the default), crossing, office or"
-        " cafe",
+        help="what to begin with: corridor (the default), crossing, office,"
+        " cafe or room",
     )
     new.add_argument(
         "--force", action="store_true", help="overwrite an existing file"
@@ -213,24 +212,18 @@ def _import(options: argparse.Namespace) -> int:
 
 
 def _new(options: argparse.Namespace) -> int:
-    from hunav_drake.scenario.templates import list_templates, template_text
+    from hunav_drake.scenario.templates import template_text
     from hunav_drake.systems.common.files import atomic_write
 
-    templates = list_templates()
-    name: str = options.template
-    if name not in templates:
-        raise InputError(
-            f"--template: there is no template"
-            f" {name!r}{did_you_mean(name, templates)}; valid:"
-            f" {', '.join(templates)}"
-        )
+    with input_errors(ValueError):
+        text = template_text(options.template)
     path: Path = options.name
     if path.name in ("", ".."):
         raise InputError(f"{path}: give the file a name, such as my_office")
     if path.suffix not in (".yaml", ".yml"):
         path = path.with_name(f"{path.name}.yaml")
     check_output(path, options.force)
-    text = template_text(name).replace("FILE", path.name)
+    text = text.replace("FILE", path.name)
     with input_errors(place=path), atomic_write(path) as file:
         file.write(text.encode())
     print(f"Wrote {path}. Now: hunav run {path}")
@@ -254,7 +247,7 @@ def _name_choices(whole: argparse.ArgumentParser, is_bash: bool) -> None:
 
     For parsing they would be too narrow: what users register has names, too.
     """
-    from hunav_drake.benchmark import ListSuites
+    from hunav_drake.runs import ListSuites
     from hunav_drake.scenario import ListScenarios
     from hunav_drake.scenario.templates import list_templates
     from hunav_drake.systems.crowd.models import MOTION_MODELS

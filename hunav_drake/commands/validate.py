@@ -126,9 +126,9 @@ def _write(
     """Writes the files that were asked for, and returns where they are."""
     written: list[Path] = []
     if options.out is not None:
-        from hunav_drake.report.validation_page import WriteValidationPage
-        from hunav_drake.results.provenance import MakeValidationProvenance
         from hunav_drake.systems.common.files import atomic_write
+        from hunav_drake.trial.provenance import MakeValidationProvenance
+        from hunav_drake.validation.page import WriteValidationPage
         from hunav_drake.validation.tables import numbers_csv, outcomes_csv
 
         provenance = MakeValidationProvenance(options.seed, options.quick)
@@ -143,7 +143,7 @@ def _write(
                     file.write(text.encode())
                 written.append(options.out / name)
     if options.markdown is not None:
-        from hunav_drake.report.validation_page import WriteValidationMarkdown
+        from hunav_drake.validation.page import WriteValidationMarkdown
 
         with input_errors():
             written.append(WriteValidationMarkdown(outcomes, options.markdown))

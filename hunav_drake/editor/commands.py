@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 import dataclasses as dc
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from hunav_drake.editor.background import (
     BackgroundError,
@@ -12,6 +12,7 @@ from hunav_drake.editor.background import (
 from hunav_drake.editor.document.document import Document
 from hunav_drake.editor.document.plain_data import OperationError, jsonable
 from hunav_drake.editor.document.steps import Step
+from hunav_drake.editor.edited_scenario import EditedScenario
 from hunav_drake.editor.files import FileRefusedError, SessionFile
 from hunav_drake.editor.imports import imported
 from hunav_drake.editor.messages import (
@@ -32,15 +33,12 @@ from hunav_drake.editor.messages import (
     UseTemplate,
 )
 from hunav_drake.editor.state import State
-from hunav_drake.editor.templates import template_text
 from hunav_drake.editor.tracing import traced_walls
 from hunav_drake.scenario.shipped import shipped_names, shipped_text
-
-if TYPE_CHECKING:
-    from hunav_drake.editor.session import EditSession
+from hunav_drake.scenario.templates import template_text
 
 
-def _hello(session: "EditSession", message: Hello) -> None:
+def _hello(session: EditedScenario, message: Hello) -> None:
     session.send_catalog(message.id)
     session.send_state(message.id, None)
     session.send_faults(message.id)
@@ -51,7 +49,7 @@ def _hello(session: "EditSession", message: Hello) -> None:
         session.worker.repeat()
 
 
-def _edit(session: "EditSession", message: Edit) -> None:
+def _edit(session: EditedScenario, message: Edit) -> None:
     """Changes the data; the text follows."""
     if not _is_present(session, message):
         return
@@ -61,7 +59,7 @@ def _edit(session: "EditSession", message: Edit) -> None:
 
 
 def _change(
-    session: "EditSession",
+    session: EditedScenario,
     number: Any,
     label: str,
     data: dict[str, Any],
@@ -104,7 +102,7 @@ def _merge_key(message: Edit) -> Any:
     return message.label, tuple(tuple(it[1]) for it in message.ops)
 
 
-def _preview(session: "EditSession", message: Preview) -> None:
+def _preview(session: EditedScenario, message: Preview) -> None:
     if not _is_present(session, message):
         return
     state = session.state
@@ -117,7 +115,7 @@ def _preview(session: "EditSession", message: Preview) -> None:
     )
 
 
-def _text(session: "EditSession", message: TypedText) -> None:
+def _text(session: EditedScenario, message: TypedText) -> None:
     if not _is_present(session, message):
         return
     old = session.state.document
@@ -125,18 +123,18 @@ def _text(session: "EditSession", message: TypedText) -> None:
     session.take(message.id, "Typing", document, "typing")
 
 
-def _undo(session: "EditSession", message: Undo) -> None:
+def _undo(session: EditedScenario, message: Undo) -> None:
     found = session.state.steps.undo(session.text)
     _return_to(session, message.id, found, "undone")
 
 
-def _redo(session: "EditSession", message: Redo) -> None:
+def _redo(session: EditedScenario, message: Redo) -> None:
     found = session.state.steps.redo(session.text)
     _return_to(session, message.id, found, "done again")
 
 
 def _return_to(
-    session: "EditSession",
+    session: EditedScenario,
     number: Any,
     found: tuple[str, Any] | None,
     what: str,
@@ -153,7 +151,7 @@ def _return_to(
     session.tell(number, old.data)
 
 
-def _save(session: "EditSession", message: Save) -> None:
+def _save(session: EditedScenario, message: Save) -> None:
     """Writes the file, after asking where it could be regretted."""
     state, file = session.state, session.state.file
     path = file.path
@@ -184,7 +182,7 @@ def _save(session: "EditSession", message: Save) -> None:
     session.send_state(message.id, session.data)
 
 
-def _reload(session: "EditSession", message: Reload) -> None:
+def _reload(session: EditedScenario, message: Reload) -> None:
     state = session.state
     if state.file.path is None:
         raise FileRefusedError("there is no file yet; save it first")
@@ -198,7 +196,7 @@ def _reload(session: "EditSession", message: Reload) -> None:
     session.replace(message.id, "Read the file again", text)
 
 
-def _open(session: "EditSession", message: Open) -> None:
+def _open(session: EditedScenario, message: Open) -> None:
     state = session.state
     if state.is_dirty and not message.confirm:
         again = {"do": "open", "filename": message.filename, "confirm": True}
@@ -218,12 +216,15 @@ def _open(session: "EditSession", message: Open) -> None:
     session.tell(message.id, None)
 
 
-def _template(session: "EditSession", message: UseTemplate) -> None:
-    text = template_text(message.name, message.values)
+def _template(session: EditedScenario, message: UseTemplate) -> None:
+    try:
+        text = template_text(message.name)
+    except ValueError as error:
+        raise OperationError(str(error)) from None
     session.replace(message.id, f"Template {message.name}", text)
 
 
-def _import(session: "EditSession", message: Import) -> None:
+def _import(session: EditedScenario, message: Import) -> None:
     document = session.state.document
     if document.problem and message.mode == "add":
         raise OperationError(f"{document.problem}; mend it first")
@@ -240,7 +241,7 @@ def _import(session: "EditSession", message: Import) -> None:
         session.send("notes", message.id, title=label, notes=found.notes)
 
 
-def _background(session: "EditSession", message: UseBackground) -> None:
+def _background(session: EditedScenario, message: UseBackground) -> None:
     if not message.files:
         background = session.background
         place = checked_place(message.width_m, message.origin)
@@ -253,7 +254,7 @@ def _background(session: "EditSession", message: UseBackground) -> None:
     session.background = background
 
 
-def _trace(session: "EditSession", message: Trace) -> None:
+def _trace(session: EditedScenario, message: Trace) -> None:
     if not _is_present(session, message):
         return
     background = session.background
@@ -271,7 +272,7 @@ def _trace(session: "EditSession", message: Trace) -> None:
     _change(session, message.id, label, data)
 
 
-def _run(session: "EditSession", message: Run) -> None:
+def _run(session: EditedScenario, message: Run) -> None:
     state = session.state
     if session.worker is None:
         raise OperationError("trials cannot be run here: there is no worker")
@@ -294,14 +295,14 @@ def _run(session: "EditSession", message: Run) -> None:
     )
 
 
-def _cancel(session: "EditSession", message: Cancel) -> None:
+def _cancel(session: EditedScenario, message: Cancel) -> None:
     if session.worker is None:
         raise OperationError("there is nothing to be stopped")
     session.worker.cancel()
 
 
 def _is_present(
-    session: "EditSession", message: Edit | Preview | TypedText | Trace
+    session: EditedScenario, message: Edit | Preview | TypedText | Trace
 ) -> bool:
     """Answers with the state if a message is about an earlier one."""
     if message.base == session.state.revision:
@@ -312,7 +313,7 @@ def _is_present(
     return False
 
 
-COMMANDS: dict[type[Any], Callable[["EditSession", Any], None]] = {
+COMMANDS: dict[type[Any], Callable[[EditedScenario, Any], None]] = {
     Hello: _hello,
     Edit: _edit,
     Preview: _preview,

@@ -120,11 +120,10 @@ class Open(Message):
 
 @_message
 class UseTemplate(Message):
-    """Starts with a scenario that a template makes."""
+    """Starts with one of the templates of `hunav new`."""
 
     do: Literal["template"]
     name: StrictStr
-    values: dict[StrictStr, Any] = Field(default_factory=dict)
     confirm: StrictBool = False
 
 

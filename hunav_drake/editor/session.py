@@ -1,135 +1,19 @@
 """A session of editing one scenario, without a page: messages in and out."""
 
-from collections.abc import Callable, Sequence
-from pathlib import Path
-import threading
 from typing import Any
 
-from hunav_drake.editor.background import (
-    Background,
-    BackgroundError,
-    map_background,
-)
+from hunav_drake.editor.background import BackgroundError
 from hunav_drake.editor.commands import COMMANDS
-from hunav_drake.editor.document.document import Document
 from hunav_drake.editor.document.plain_data import OperationError
-from hunav_drake.editor.document.steps import Step
-from hunav_drake.editor.document.text_patch import difference
-from hunav_drake.editor.files import FileRefusedError, SessionFile
-from hunav_drake.editor.forms import form_defaults, form_schema
+from hunav_drake.editor.edited_scenario import EditedScenario
+from hunav_drake.editor.files import FileRefusedError
 from hunav_drake.editor.messages import MessageError, id_of, read_message
-from hunav_drake.editor.state import State
-from hunav_drake.editor.templates import template_forms
-from hunav_drake.scenario.error import Finding, Loc, ScenarioError
-from hunav_drake.scenario.schema import Scenario
-from hunav_drake.scenario.shipped import shipped_names
-from hunav_drake.scenario.writer import SaveScenario
+from hunav_drake.scenario.error import ScenarioError
 from hunav_drake.systems.common.choice_loading import registered_only
 
-Callback = Callable[[dict[str, Any]], None]
 
-# What the worker says that views get as it is.
-_PASSED_ON = ("worker", "runs", "frame", "result", "summary", "error")
-
-
-class EditSession:
-    """The text, the data and the faults of a scenario that is edited.
-
-    Messages come by `receive` and go to all who subscribed. Its parts are
-    `state`, which is what there is to edit, and `background`.
-    """
-
-    def __init__(
-        self,
-        text: str | None = None,
-        *,
-        scenario: Scenario | None = None,
-        filename: str | Path | None = None,
-        folder: str | Path | None = None,
-        imports: Sequence[str] = (),
-        worker: Any = None,
-        scenario_name: str | None = None,
-    ) -> None:
-        """Starts with a text, a scenario or a file; by default, with nothing.
-
-        Args:
-            text: The text of a scenario.
-            scenario: A scenario that was made in Python; it stays as it is.
-            filename: The file, which is read unless there is a text. It need
-                not exist yet.
-            folder: Where files may be read and written; by default that of
-                the file, or the present one.
-            imports: Modules that were imported for the scenario.
-            worker: What checks names and runs trials; None for nothing.
-            scenario_name: Which scenario of a file of several.
-
-        Raises:
-            ValueError: If the file cannot be read.
-        """
-        self._lock = threading.RLock()
-        self._callbacks: list[Callback] = []
-        self._catalog: dict[str, Any] = {}
-        self._ticket: tuple[Any, Any] = (None, None)
-        self.imports = tuple(imports)
-        self.worker = worker
-        self.background: Background | None = None
-        file = SessionFile(
-            None if filename is None else Path(filename),
-            None if folder is None else Path(folder),
-        )
-        saved = ""
-        if file.path is not None and file.path.exists():
-            saved = file.read()
-        if scenario is not None:
-            text = SaveScenario(scenario)
-        if text is None:
-            text = saved
-        elif file.path is None:
-            saved = text
-        prefix: Loc = () if scenario_name is None else (scenario_name,)
-        self.state = State(Document.read(text, prefix), file, saved)
-        self.state.look()
-        if worker is not None:
-            worker.listen(self._hear)
-        self._check_names()
-
-    @property
-    def text(self) -> str:
-        """The YAML text."""
-        return self.state.document.text
-
-    @property
-    def data(self) -> Any:
-        """The scenario as plain data; parts of it never change."""
-        return self.state.document.data
-
-    @property
-    def faults(self) -> list[dict[str, Any]]:
-        """What is wrong with it, in the form of the message ``faults``."""
-        with self._lock:
-            return self.state.faults()
-
-    @property
-    def scenario(self) -> Scenario:
-        """The scenario, checked as a whole.
-
-        Raises:
-            ScenarioError: While it has faults.
-        """
-        with self._lock:
-            return self.state.scenario()
-
-    def subscribe(self, callback: Callback) -> Callable[[], None]:
-        """Sends all messages to a function; returns what ends that."""
-        with self._lock:
-            self._callbacks.append(callback)
-
-        def unsubscribe() -> None:
-            with self._lock:
-                if callback in self._callbacks:
-                    self._callbacks.remove(callback)
-
-        return unsubscribe
+class EditSession(EditedScenario):
+    """Edits a scenario by messages, which come by `receive`."""
 
     def receive(self, message: Any) -> None:
         """Does what a message says; whatever it is, it is answered.
@@ -158,33 +42,6 @@ class EditSession:
                     faults=[_line(fault) for fault in error.faults],
                 )
 
-    def save(self, filename: str | Path | None = None) -> None:
-        """Writes the file.
-
-        Args:
-            filename: The file, wherever it is; by default the one that was
-                opened, or saved last.
-
-        Raises:
-            ValueError: If it cannot be written.
-        """
-        with self._lock:
-            path = None if filename is None else Path(filename)
-            self.state.file.write(self.text, path)
-            self.state.saved = self.text
-            self.send("saved", filename=str(self.state.file.path))
-            self.send_state(None, self.data)
-
-    def set_map(self, filename: str | Path) -> None:
-        """Lays a map of ROS 2 under the scenario.
-
-        Raises:
-            ValueError: If it cannot be read.
-        """
-        with self._lock:
-            self.background = map_background(filename)
-            self.send("background", **self.background.message())
-
     def poll(self) -> None:
         """Looks whether somebody else has changed the file.
 
@@ -204,141 +61,6 @@ class EditSession:
                 " again? Your changes can be got back by undo.",
                 again={"do": "reload", "confirm": True},
             )
-
-    def close(self) -> None:
-        """Ends the session, and its worker."""
-        if self.worker is not None:
-            self.worker.close()
-
-    def replace(self, number: Any, label: str, text: str) -> None:
-        """Puts another text in the place of the present one, as one step."""
-        old = self.state.document
-        self.take(number, label, Document.read(text, old.prefix, old))
-
-    def take(
-        self, number: Any, label: str, document: Document, key: Any = None
-    ) -> None:
-        """Takes another document, as one step, and tells it.
-
-        Args:
-            number: That of the message that asked for it.
-            label: What was done.
-            document: What there is now.
-            key: Steps of one key that follow each other at once become one.
-        """
-        state, old = self.state, self.state.document
-        patches = difference(old.text, document.text)
-        state.document = document
-        state.revision += 1
-        state.look()
-        step = Step(label, patches, old.data, document.data, key)
-        state.steps.add(step, document.text)
-        self.tell(number, old.data)
-
-    def tell(self, number: Any, before: Any) -> None:
-        """Tells the state, the faults and the text."""
-        self.send_state(number, before)
-        self.send_faults(number)
-        self.send_text(number)
-        self._check_names()
-
-    def send(self, kind: str, number: Any = None, **content: Any) -> None:
-        """Sends a message to all views."""
-        message = {"kind": kind, **content}
-        if number is not None:
-            message["id"] = number
-        for callback in list(self._callbacks):
-            callback(message)
-
-    def send_state(self, number: Any, before: Any) -> None:
-        """Sends the state; all of it unless it is known what was before."""
-        self.send("state", number, **self.state.state(before))
-
-    def send_faults(self, number: Any = None) -> None:
-        """Sends what is wrong."""
-        state = self.state
-        self.send(
-            "faults", number, revision=state.revision, faults=state.faults()
-        )
-
-    def send_text(self, number: Any) -> None:
-        """Sends the text, and the lines of what can be selected."""
-        state = self.state
-        self.send(
-            "text",
-            number,
-            revision=state.revision,
-            text=self.text,
-            places=[
-                [list(loc), first, last]
-                for loc, first, last in state.document.places()
-            ],
-        )
-
-    def send_catalog(self, number: Any = None) -> None:
-        """Sends what can be chosen."""
-        if not self._catalog:
-            self._catalog = {
-                "schema": form_schema(),
-                "defaults": form_defaults(),
-                "behaviors": [],
-                "planners": [],
-                "models": [],
-                "robots": [],
-                "metrics": [],
-                "templates": template_forms(),
-                "examples": shipped_names(),
-                "ready": False,
-            }
-        self.send("catalog", number, **self._catalog)
-
-    def _check_names(self) -> None:
-        """Asks the worker for what only it can tell."""
-        document = self.state.document
-        if self.worker is None or document.problem:
-            return
-        name = document.prefix[0] if document.prefix else None
-        ticket = self.worker.check(
-            "{}" if document.is_empty else document.text,
-            str(self.state.file.folder),
-            name,
-        )
-        self._ticket = ticket, document.data
-
-    def _hear(self, message: dict[str, Any]) -> None:
-        """Takes a message of the worker."""
-        with self._lock:
-            kind = message.get("kind")
-            content = {key: it for key, it in message.items() if key != "kind"}
-            if kind == "checked":
-                self._take_checked(content)
-            elif kind == "catalog":
-                if not self._catalog:
-                    self.send_catalog()
-                self._catalog = {**self._catalog, **content}
-                self.send_catalog()
-            elif kind in _PASSED_ON:
-                self.send(str(kind), content.pop("id", None), **content)
-
-    def _take_checked(self, content: dict[str, Any]) -> None:
-        ticket, data = self._ticket
-        if content.get("ticket") != ticket:
-            return
-        state = self.state
-        state.checked_data = data
-        state.checked = [
-            Finding(
-                tuple(fault["path"]),
-                fault["message"],
-                tuple(tuple(loc) for loc in fault.get("uses", ())),
-            )
-            for fault in content["faults"]
-        ]
-        models = content.get("models", {})
-        if models != state.models:
-            state.models = models
-            self.send_state(None, self.data)
-        self.send_faults()
 
 
 def _line(error: object) -> str:

@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, Any
 import anywidget
 import traitlets
 
-from hunav_drake.commands.user_code import import_user_code
 from hunav_drake.editor.session import EditSession
 from hunav_drake.editor.worker import Worker
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.scenario.shipped import shipped_names, shipped_text
+from hunav_drake.trial.user_code import import_user_code
 
 if TYPE_CHECKING:
-    from hunav_drake.results.trial_result import TrialResult
+    from hunav_drake.trial.result import TrialResult
 
 _STATIC = resources.files("hunav_drake.editor") / "static"
 _IMPORT = re.compile(r'from "\./([\w-]+\.js)"')
@@ -113,7 +113,7 @@ class ScenarioEditor(anywidget.AnyWidget):
     @property
     def results(self) -> "list[TrialResult]":
         """The results of all runs in the editor that have ended."""
-        from hunav_drake.results.files import LoadResults
+        from hunav_drake.runs.files import LoadResults
 
         folders = [it.name for it in self._worker.results.folders()]
         if not folders:

@@ -1,15 +1,14 @@
-"""All that is not as in HuNavSim, on purpose, and why: the one list of it."""
+"""All that is not as in HuNavSim, on purpose, and why: `differences.yaml`."""
 
 from collections.abc import Iterable, Mapping
 import dataclasses as dc
+from importlib import resources
 from types import MappingProxyType
-from typing import Any
+from typing import Any, Literal
 
-from hunav_drake.hunavsim.metric_differences import METRIC_ROWS
-from hunav_drake.hunavsim.people_differences import PEOPLE_ROWS
-from hunav_drake.hunavsim.row import Area, Difference
+import yaml
 
-DIFFERENCES: tuple[Difference, ...] = (*PEOPLE_ROWS, *METRIC_ROWS)
+Area = Literal["forces", "behaviors", "steps", "services", "metrics"]
 
 # What the areas are called, in order.
 AREAS: Mapping[Area, str] = MappingProxyType(
@@ -25,11 +24,59 @@ AREAS: Mapping[Area, str] = MappingProxyType(
 # The areas that the profile is about.
 PROFILE_AREAS: tuple[Area, ...] = ("forces", "behaviors", "steps")
 
+
+@dc.dataclass(frozen=True, kw_only=True)
+class Difference:
+    """Something that is not as in HuNavSim, on purpose.
+
+    Attributes:
+        area: What part of the program it is about.
+        name: What it is called; by default, the names of its metrics.
+        original: What HuNavSim does.
+        here: What is done here.
+        why: The reason.
+        key: What in a scenario undoes it alone; empty if nothing does.
+        by_profile: Whether `crowd: {profile: hunavsim}` undoes it.
+        metrics: The metrics that it is about.
+        series: Whether only their series differ, and not the values.
+    """
+
+    area: Area
+    name: str
+    original: str
+    here: str
+    why: str
+    key: str = ""
+    by_profile: bool = False
+    metrics: tuple[str, ...] = ()
+    series: bool = False
+
+
+def _read(file: str) -> str:
+    return (resources.files(__package__) / file).read_text(encoding="utf-8")
+
+
+def _read_differences() -> tuple[Difference, ...]:
+    data = yaml.safe_load(_read("differences.yaml"))
+    return tuple(
+        Difference(
+            area=area,
+            **{"name": ", ".join(row.get("metrics", ()))}
+            | row
+            | {"metrics": tuple(row.get("metrics", ()))},
+        )
+        for area in AREAS
+        for row in data[area]
+    )
+
+
+DIFFERENCES: tuple[Difference, ...] = _read_differences()
+
 # Of the metrics whose value differs, why.
 METRIC_REASONS: Mapping[str, str] = MappingProxyType(
     {
         name: f"HuNavSim: {row.original}; here: {row.here}"
-        for row in METRIC_ROWS
+        for row in DIFFERENCES
         if not row.series
         for name in row.metrics
     }
@@ -38,7 +85,7 @@ METRIC_REASONS: Mapping[str, str] = MappingProxyType(
 
 def differences_of_metric(name: str) -> list[Difference]:
     """Returns how a metric, or its series, differs from HuNavSim's."""
-    return [row for row in METRIC_ROWS if name in row.metrics]
+    return [row for row in DIFFERENCES if name in row.metrics]
 
 
 def left_by_profile() -> list[Difference]:
@@ -76,7 +123,7 @@ def as_text(rows: Iterable[Difference] = DIFFERENCES) -> str:
 def as_markdown(rows: Iterable[Difference] = DIFFERENCES) -> str:
     """Returns the page `docs/hunavsim.md`."""
     rows = list(rows)
-    parts = [_INTRODUCTION]
+    parts = [_read("differences.md")]
     parts.append(_table(left_by_profile(), undo=False))
     for area, title in AREAS.items():
         chosen = [row for row in rows if row.area == area]
@@ -105,31 +152,3 @@ def _table(rows: Iterable[Difference], *, undo: bool) -> str:
         f"| {' | '.join(cell.replace('|', r'\|') for cell in line)} |\n"
         for line in lines
     )
-
-
-_INTRODUCTION = """\
-# HuNavSim, and what differs from it
-
-`hunav differences --markdown` writes this page; `hunav differences` prints the
-list, `--json` as data.
-
-## As in HuNavSim, by one switch
-
-```yaml
-crowd: {profile: hunavsim}
-```
-
-or `CrowdConfig(profile="hunavsim")` for `AddHumans`, `MakeHumans` and
-`AgentServices`, or `--set crowd.profile=hunavsim`. Forces, walls, behaviors and
-goals are then HuNavSim's. `systems/people/profile.py` is the table of values,
-and `systems/behavior/hunavsim/` has the leaves and trees. A key that is given
-beside the profile counts. In trees of one's own, too, the names of HuNavSim's
-leaves mean what they mean there; only whether `RegularNav` feels the robot
-follows from the tree here: write `ignore_robot="true"` for who could react.
-
-People who walk from their start to the end of the recorded runs of HuNavSim,
-without being put back, are where they are there, bit for bit: regular and
-impassive people, groups, walls, each reaction alone, and six people with six
-behaviors for 60 s. `tests/hunav_drake/hunavsim/test_profile.py` holds this. The
-profile is for comparisons: its people are not better ones. This is left:
-"""

@@ -10,8 +10,8 @@ import math
 import pandas as pd
 
 from hunav_drake.hunavsim.agents_yaml import BEHAVIOR_NAMES
-from hunav_drake.results.trial_result import TrialResult
 from hunav_drake.systems.evaluation.metric import TABLE_I
+from hunav_drake.trial.result import TrialResult
 
 # HuNavSim's names where they are others.
 _RENAMED = {

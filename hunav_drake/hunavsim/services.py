@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydrake.systems.framework import Context
 
-from hunav_drake.humans import MakeHumans
 from hunav_drake.hunavsim.closest_obs import PeopleAtPoints
 from hunav_drake.hunavsim.requests import (
     ClosestObs,
@@ -17,13 +16,14 @@ from hunav_drake.hunavsim.requests import (
     read_rows,
 )
 from hunav_drake.hunavsim.stepwise import Array, StepwiseHumans
-from hunav_drake.seeds import SetHumansSeed
 from hunav_drake.systems.common.checks import check_kind
 from hunav_drake.systems.crowd import CrowdConfig
 from hunav_drake.systems.people import HumanConfig
 from hunav_drake.systems.people.names import people_ids
 from hunav_drake.systems.world.obstacles import Obstacles
 from hunav_drake.systems.world.shapes import World
+from hunav_drake.trial.humans import MakeHumans
+from hunav_drake.trial.seeds import SetHumansSeed
 
 # A duration is a number of steps if it is within this part of a step of one:
 # simulators keep their time in single precision, or add it up.

@@ -5,9 +5,6 @@ from typing import Any
 
 import pandas as pd
 
-from hunav_drake.plots.approaches import NEAR
-from hunav_drake.plots.comparison import comparison_height, plot_comparison
-from hunav_drake.plots.runs import run_names
 from hunav_drake.report.batch_tables import (
     ambiguous_seeds,
     headline_table,
@@ -15,6 +12,12 @@ from hunav_drake.report.batch_tables import (
     planner_tables,
 )
 from hunav_drake.report.figures import ReportFigure, make_figure, run_figures
+from hunav_drake.report.plots.approaches import NEAR
+from hunav_drake.report.plots.comparison import (
+    comparison_height,
+    plot_comparison,
+)
+from hunav_drake.report.plots.runs import run_names
 from hunav_drake.report.tables import (
     Cell,
     Table,
@@ -23,14 +26,14 @@ from hunav_drake.report.tables import (
     provenance_table,
     split_by_family,
 )
-from hunav_drake.results.independent_runs import draws_nothing
-from hunav_drake.results.metric_facts import headline_of, unit_of
-from hunav_drake.results.outcomes import count_outcomes
-from hunav_drake.results.quantity_text import label_text
-from hunav_drake.results.run_table import tabulate_runs
-from hunav_drake.results.settings import contenders, has_settings
-from hunav_drake.results.statistics import LEAST_PAIRS
-from hunav_drake.results.trial_result import TrialResult
+from hunav_drake.runs.independent_runs import draws_nothing
+from hunav_drake.runs.outcomes import count_outcomes
+from hunav_drake.runs.run_table import tabulate_runs
+from hunav_drake.runs.settings import contenders, has_settings
+from hunav_drake.runs.statistics import LEAST_PAIRS
+from hunav_drake.trial.metric_facts import headline_of, unit_of
+from hunav_drake.trial.quantity_text import label_text
+from hunav_drake.trial.result import TrialResult
 
 # More lines than this in a plot over time could not be told apart.
 _MOST_LINES = 6

@@ -15,9 +15,9 @@ from hunav_drake.report.tables import (
     metric_cell,
     number,
 )
-from hunav_drake.results.metric_facts import headline_of, unit_of
-from hunav_drake.results.quantity_text import label_text
-from hunav_drake.results.statistics import RATES, compare, early_mark, summarize
+from hunav_drake.runs.statistics import RATES, compare, early_mark, summarize
+from hunav_drake.trial.metric_facts import headline_of, unit_of
+from hunav_drake.trial.quantity_text import label_text
 
 # With more contenders (planners with their settings) than this, only the first
 # is compared with each of the others: there would be too many pairs.

@@ -6,14 +6,17 @@ import re
 from typing import NamedTuple
 import warnings
 
-from hunav_drake.plots.runs import Runs, recordings
-from hunav_drake.plots.series import plot_distance_to_people, plot_robot_speed
-from hunav_drake.plots.style import COLUMN, Axes
-from hunav_drake.plots.trajectories import (
+from hunav_drake.report.plots.runs import Runs, recordings
+from hunav_drake.report.plots.series import (
+    plot_distance_to_people,
+    plot_robot_speed,
+)
+from hunav_drake.report.plots.style import COLUMN, Axes
+from hunav_drake.report.plots.trajectories import (
     plot_trajectories,
     trajectories_height,
 )
-from hunav_drake.plots.zones import plot_zones, zones_height
+from hunav_drake.report.plots.zones import plot_zones, zones_height
 
 
 class ReportFigure(NamedTuple):
@@ -49,7 +52,7 @@ def make_figure(
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
-    from hunav_drake.plots.style import set_text_sizes
+    from hunav_drake.report.plots.style import set_text_sizes
 
     # Text stays text, so that the browser finds a font for any script; and the
     # same drawing is the same text.

@@ -6,15 +6,6 @@ import re
 from typing import Any
 from urllib.parse import quote
 
-from hunav_drake.benchmark.comparison.relations import Judgement
-from hunav_drake.benchmark.comparison.tables import (
-    NOTE,
-    Table as SuiteTable,
-    behavior_tables,
-    scenario_tables,
-)
-from hunav_drake.benchmark.running.recordings import recording_path, replay_path
-from hunav_drake.benchmark.suite_result import KEYS, SuiteResult
 from hunav_drake.report.environment import template_environment
 from hunav_drake.report.figures import ReportFigure, run_figures
 from hunav_drake.report.suite_tables import (
@@ -32,10 +23,19 @@ from hunav_drake.report.tables import (
     outcome_table,
     provenance_table,
 )
-from hunav_drake.results.outcomes import outcome_text
-from hunav_drake.results.provenance import MakeProvenance
-from hunav_drake.results.statistics import LEAST_PAIRS
+from hunav_drake.runs.comparison.relations import Judgement
+from hunav_drake.runs.comparison.tables import (
+    NOTE,
+    Table as SuiteTable,
+    behavior_tables,
+    scenario_tables,
+)
+from hunav_drake.runs.outcomes import outcome_text
+from hunav_drake.runs.running.recordings import recording_path, replay_path
+from hunav_drake.runs.statistics import LEAST_PAIRS
+from hunav_drake.runs.suite_result import KEYS, SuiteResult
 from hunav_drake.systems.evaluation.recording import Recording
+from hunav_drake.trial.provenance import MakeProvenance
 
 # The height of a plot over time, in inches.
 _SERIES = 2.4

@@ -7,13 +7,13 @@ from typing import Any, get_args
 
 import pandas as pd
 
-from hunav_drake.benchmark.comparison.relations import Judgement, tally
-from hunav_drake.benchmark.comparison.tables import Table as SuiteTable
-from hunav_drake.benchmark.suite import Strength
-from hunav_drake.benchmark.suite_result import KEYS, SuiteResult
 from hunav_drake.report.batch_tables import paired_tables
 from hunav_drake.report.tables import Cell, Marked, Table, metric_cell, number
-from hunav_drake.results.quantity_text import superscript
+from hunav_drake.runs.comparison.relations import Judgement, tally
+from hunav_drake.runs.comparison.tables import Table as SuiteTable
+from hunav_drake.runs.suite import Strength
+from hunav_drake.runs.suite_result import KEYS, SuiteResult
+from hunav_drake.trial.quantity_text import superscript
 
 # The heading of the columns with values that the paper printed.
 _PRINTED = "paper"

@@ -6,14 +6,10 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 
-from hunav_drake.results.metric_facts import direction_of, family_of
-from hunav_drake.results.outcomes import GOAL, why_not_goal
-from hunav_drake.results.quantity_text import (
-    number_text,
-    superscript,
-    unit_text,
-)
+from hunav_drake.runs.outcomes import GOAL, why_not_goal
 from hunav_drake.systems.evaluation.metrics import METRICS
+from hunav_drake.trial.metric_facts import direction_of, family_of
+from hunav_drake.trial.quantity_text import number_text, superscript, unit_text
 
 _ARROWS = {"lower": "↓", "higher": "↑"}
 

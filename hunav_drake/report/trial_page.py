@@ -5,10 +5,13 @@ from typing import Any
 
 import numpy as np
 
-from hunav_drake.plots.activity import activity_height, plot_behavior_activity
-from hunav_drake.plots.approaches import NEAR
-from hunav_drake.plots.style import COLUMN
 from hunav_drake.report.figures import ReportFigure, make_figure, run_figures
+from hunav_drake.report.plots.activity import (
+    activity_height,
+    plot_behavior_activity,
+)
+from hunav_drake.report.plots.approaches import NEAR
+from hunav_drake.report.plots.style import COLUMN
 from hunav_drake.report.tables import (
     Cell,
     MetricRows,
@@ -17,9 +20,9 @@ from hunav_drake.report.tables import (
     provenance_table,
     split_by_family,
 )
-from hunav_drake.results.metric_facts import headline_of, is_built_in, unit_of
-from hunav_drake.results.trial_result import TrialResult, run_facts
 from hunav_drake.systems.evaluation.metrics import METRICS
+from hunav_drake.trial.metric_facts import headline_of, is_built_in, unit_of
+from hunav_drake.trial.result import TrialResult, run_facts
 
 # The height of plots over time, in inches.
 _SERIES = 2.3

@@ -15,7 +15,7 @@ from hunav_drake.scenario.error import Finding, Loc, path_text
 from hunav_drake.scenario.reachability import FreeSpace, nearest_in
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.robot.physical_robots import PhysicalRobot
+from hunav_drake.systems.robot.robots import PhysicalRobot
 from hunav_drake.systems.sensing.sensor_config import CameraConfig
 from hunav_drake.systems.world.shapes import Polygon, Polyline, World, apart
 from hunav_drake.systems.world.solids import Fixture, WorldFileError

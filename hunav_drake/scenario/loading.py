@@ -5,7 +5,7 @@ import dataclasses as dc
 import itertools
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from hunav_drake.scenario.building import (
     Check,
@@ -23,6 +23,7 @@ from hunav_drake.scenario.error import (
     shown,
     suggestion,
 )
+from hunav_drake.scenario.foreign_files import FOREIGN_FILES, ForeignScenario
 from hunav_drake.scenario.overrides import apply_override, override_texts
 from hunav_drake.scenario.reachability import check_ways
 from hunav_drake.scenario.schema import Scenario
@@ -32,9 +33,6 @@ from hunav_drake.scenario.yaml_source import parse_yaml, read_yaml
 from hunav_drake.systems.common.files import as_file_name
 from hunav_drake.systems.common.suggest import nearest
 from hunav_drake.systems.people.behavior_choice import is_path
-
-if TYPE_CHECKING:
-    from hunav_drake.hunavsim.hunav_import import HunavImport
 
 
 def LoadScenario(
@@ -94,15 +92,14 @@ def LoadScenario(
         document = parse_yaml(data or "", name="data")
     if document.root is None:
         raise ScenarioError(document.name, document_faults(document))
-    # HuNavSim's own files; here, for that module knows this package.
-    from hunav_drake.hunavsim.agents_yaml import AGENTS_KEY, convert_agents
-
     checks = (*ALL_CHECKS, check_ways) if ways else ALL_CHECKS
     content = document.root.value
-    is_agents = isinstance(content, dict) and AGENTS_KEY in content
-    if is_agents and scenario_name is None:
-        agents = _load_agents(convert_agents(document), overrides, checks)
-        return _name(agents, filename, None)
+    if isinstance(content, dict) and scenario_name is None:
+        for key in FOREIGN_FILES.keys() & content:
+            foreign = FOREIGN_FILES[key](document)
+            return _name(
+                _load_foreign(foreign, overrides, checks), filename, None
+            )
     prefix = _prefix(document, scenario_name)
     plain = document.plain(prefix)
     if filename is not None:
@@ -134,8 +131,8 @@ def ListScenarios() -> dict[str, str]:
     return result
 
 
-def _load_agents(
-    imported: "HunavImport",
+def _load_foreign(
+    imported: ForeignScenario,
     overrides: Mapping[str, str] | Sequence[str],
     checks: Sequence[Check],
 ) -> Scenario:

@@ -5,11 +5,18 @@ from collections.abc import Iterator
 from hunav_drake.scenario.checks import first_lidar
 from hunav_drake.scenario.population import people_seed
 from hunav_drake.scenario.schema import Scenario
+from hunav_drake.systems.behavior import BEHAVIORS
+from hunav_drake.systems.crowd.motion_model import MotionModel
+from hunav_drake.systems.people.human_config import HumanConfig
+from hunav_drake.systems.people.population_config import MembersConfig
 from hunav_drake.systems.planning.planner import asked_scan_size
 from hunav_drake.systems.sensing.sensor_config import LidarConfig
 
 # The modes of force weights that draw.
 _DRAWN_MODES = ("random_normal", "random_uniform")
+
+# The behaviors in which no robot pushes; trees of one's own may ask for it.
+_UNPUSHED = frozenset(BEHAVIORS) - {"scared"}
 
 
 def drawn_by_seed(scenario: Scenario) -> tuple[str, ...]:
@@ -35,10 +42,8 @@ def _draws(scenario: Scenario) -> Iterator[str]:
         yield "population"
     if scenario.simulation.start_jitter and (scenario.humans or cohorts):
         yield "start jitter"
-    modes = {it.forces_mode for it in scenario.humans}
-    modes |= {it.forces_mode for it in cohorts}
-    modes |= {it.forces_mode for it in sources}
-    if modes.intersection(_DRAWN_MODES):
+    people = (*scenario.humans, *cohorts, *sources)
+    if any(_feels_weights(it, scenario.crowd.model) for it in people):
         yield "weights of forces"
     if sources:
         yield "arrivals at sources"
@@ -47,6 +52,23 @@ def _draws(scenario: Scenario) -> Iterator[str]:
     for part in (scenario.planner.sees, *scenario.sensors):
         if is_own(part):
             yield f"{type(part).__name__} of one's own"
+
+
+def _feels_weights(
+    people: HumanConfig | MembersConfig, model: MotionModel
+) -> bool:
+    """Returns whether weights of forces are drawn that people move by."""
+    if people.forces_mode not in _DRAWN_MODES:
+        return False
+    if is_own(model) or model.uses_weights == "all":
+        return True
+    if isinstance(people, HumanConfig):
+        grouped, behaviors = people.group_id >= 0, {people.behavior}
+    else:
+        grouped = any(people.group_sizes[1:])
+        behaviors = {name for name, share in people.behaviors.items() if share}
+    pushed = grouped or not behaviors <= _UNPUSHED
+    return model.uses_weights == "pushed" and pushed
 
 
 def _is_noise_seen(scenario: Scenario) -> bool:

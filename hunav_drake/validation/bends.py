@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hunav_drake.systems.world.shapes import Box
-from hunav_drake.validation.case import Numbers, Setting, case, not_applicable
+from hunav_drake.validation.case import Case, Numbers, Setting, case
 from hunav_drake.validation.places import (
     Area,
     corridor,
@@ -259,7 +259,7 @@ CASES = (
     storey_sweep,
     assigned_exits,
     shorter_way,
-    not_applicable(
+    Case(
         "choice_of_exit",
         "RiMEA 11, NIST 3.3 and 4.1, ISO 9, 15 and 16",
         question="Do people choose among exits, by distance, by what others do,"

@@ -94,21 +94,6 @@ def case(
     return make
 
 
-def not_applicable(
-    name: str, standards: str, *, question: str, expected: str, reason: str
-) -> Case:
-    """Returns a case that cannot be asked here, and says why.
-
-    Args:
-        name: See `Case`.
-        standards: See `Case`.
-        question: See `Case`.
-        expected: See `Case`.
-        reason: See `Case`.
-    """
-    return Case(name, standards, question, expected, reason=reason)
-
-
 @dataclass(frozen=True)
 class Outcome:
     """What a case gave for a model.

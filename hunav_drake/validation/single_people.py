@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hunav_drake.systems.common.layout import Command
-from hunav_drake.validation.case import Numbers, Setting, case, not_applicable
+from hunav_drake.validation.case import Case, Numbers, Setting, case
 from hunav_drake.validation.places import Area, corridor, room, spread
 from hunav_drake.validation.walkers import SPEED, Walkers
 
@@ -138,7 +138,7 @@ def speeds_by_age(setting: Setting) -> Numbers:
 CASES = (
     corridor_time,
     kept_speed,
-    not_applicable(
+    Case(
         "stairs",
         "RiMEA 2, 3 and 13, NIST 2.2, ISO 3 and 12",
         question="Do people walk slower on stairs, and more at once on wide"
@@ -149,7 +149,7 @@ CASES = (
     own_times,
     speeds_by_age,
     population_speeds,
-    not_applicable(
+    Case(
         "smoke",
         "NIST 2.5, ISO 18",
         question="Do people walk slower in smoke?",

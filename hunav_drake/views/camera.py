@@ -7,13 +7,13 @@ from typing import Literal, get_args
 import numpy as np
 from pydrake.math import RigidTransform, RotationMatrix
 
-from hunav_drake.replay import FIELD_OF_VIEW, camera_pose
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.scene.bounds import (
     Bounds,
     overview_rotation,
     view_axes,
 )
+from hunav_drake.views.replay import FIELD_OF_VIEW, camera_pose
 
 View = Literal["perspective", "top", "follow", "plot"]
 VIEWS: tuple[View, ...] = get_args(View)

@@ -20,7 +20,6 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.sensors import CameraInfo
 
-from hunav_drake.replay import FIELD_OF_VIEW, LIGHT_FROM, view_bounds
 from hunav_drake.systems.common.arrays import Array, Mask
 from hunav_drake.systems.scene import AddScene
 from hunav_drake.systems.scene.bounds import Bounds, view_axes
@@ -33,6 +32,7 @@ from hunav_drake.views.camera import (
     top_camera,
 )
 from hunav_drake.views.recorded_trial import RecordedTrial
+from hunav_drake.views.replay import FIELD_OF_VIEW, LIGHT_FROM, view_bounds
 
 _RENDERER = "film"
 _BACKGROUND = [0.945, 0.95, 0.96]

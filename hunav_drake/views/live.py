@@ -8,7 +8,6 @@ import numpy as np
 from pydrake.geometry import Meshcat
 from pydrake.systems.framework import Context, Diagram
 
-from hunav_drake.replay import camera_pose, view_bounds
 from hunav_drake.scenario import draw_people
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.systems.common.layout import X, Y
@@ -17,6 +16,7 @@ from hunav_drake.systems.scene.overlays.board import Board
 from hunav_drake.systems.scene.scene import figure_names
 from hunav_drake.systems.scene.scene_config import COSTMAPS, OVERLAYS
 from hunav_drake.views.camera import FOLLOW_DISTANCE
+from hunav_drake.views.replay import camera_pose, view_bounds
 
 # The controls in the page.
 PAUSE, RESTART, VIEW = "Pause / go on", "Restart", "Next view"

@@ -6,16 +6,16 @@ import math
 import numpy as np
 from PIL import Image
 
-from hunav_drake.plots.style import draw_walls
-from hunav_drake.replay import view_bounds
 from hunav_drake.systems.common.layout import RADIUS, YAW, X, Y
 from hunav_drake.systems.scene.palette import REACTION, ROBOT_ACCENT, TOPS
+from hunav_drake.systems.scene.plan_walls import draw_walls
 from hunav_drake.systems.scene.scene_config import (
     PROXEMIC_RADII,
     WALKED_TIME,
     Overlay,
 )
 from hunav_drake.views.recorded_trial import RecordedTrial
+from hunav_drake.views.replay import view_bounds
 
 _DPI = 100
 _WALKED_STEP = 0.2

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from hunav_drake.recordings.readers import ReadRecording
-from hunav_drake.results.run_folders import RUNS, find_runs
+from hunav_drake.runs.recording_files import ReadRecording
+from hunav_drake.runs.run_folders import RUNS, find_runs
 from hunav_drake.scenario import LoadScenario, ScenarioError
 from hunav_drake.scenario.population import draw_people
 from hunav_drake.systems.common.arrays import Array, Mask

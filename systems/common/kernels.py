@@ -7,7 +7,9 @@ notice when a file was damaged, or written by two processes at a time: so each
 has a checksum here, and what is not whole is compiled anew.
 """
 
+from collections import namedtuple
 import contextlib
+import dataclasses
 import hashlib
 import itertools
 import os
@@ -23,6 +25,7 @@ from numba.core.caching import FunctionCache, IndexDataCacheFile
 from numba.core.cgutils import get_null_value
 from numba.extending import intrinsic, overload
 from numba.np.arrayobj import make_array
+from numba.np.unsafe.ndarray import to_fixed_tuple
 
 _FOLDER = Path(__file__).parents[1]
 _STAMP = _FOLDER / "__pycache__" / "kernels.sha256"
@@ -202,6 +205,9 @@ jit = jit_with()
 # calls one that was read from there. Only who compiles a caller needs them.
 jit_generator = numba.njit(error_model="numpy")
 
+# Small functions that are part of what calls them need not be kept, either.
+jit_inline = numba.njit(error_model="numpy")
+
 # Types of arguments, for functions that Python calls: with fixed types they
 # are compiled once, whether or not Drake hands out read-only arrays.
 VECTOR = numba.types.Array(numba.float64, 1, "C", readonly=True)
@@ -262,6 +268,36 @@ def _compiled_when_used(kernel, signature):
     kernel._compile_for_args = compile_for_args
     kernel.get_call_template = get_call_template
     return kernel
+
+
+def reads(kind):
+    """Returns a compiled function that reads a NamedTuple from an array.
+
+    Kernels that Python calls take parameters as one array, for Python hands
+    over a NamedTuple of many numbers ten times slower, and know them by name.
+
+    Args:
+        kind: The class of the NamedTuple, or a dataclass that has such fields;
+            all are numbers.
+    """
+    if dataclasses.is_dataclass(kind):
+        kind = _fields_of(kind)
+    size = len(kind._fields)
+
+    @jit_inline
+    def read(array):
+        return kind(*to_fixed_tuple(array, size))
+
+    return read
+
+
+def _fields_of(config):
+    """Returns a NamedTuple of the fields of a dataclass, as its `Numbers`."""
+    names = [field.name for field in dataclasses.fields(config)]
+    config.Numbers = namedtuple("Numbers", names, module=config.__module__)
+    # Where it is found when a kernel that takes it is read from disk.
+    config.Numbers.__qualname__ = f"{config.__qualname__}.Numbers"
+    return config.Numbers
 
 
 def unowned(array):

@@ -117,6 +117,11 @@ def _as_int(value: Any) -> Any:
     return value
 
 
+def fault(rule: str) -> PydanticCustomError:
+    """Returns the error of a value that breaks a rule."""
+    return PydanticCustomError("rule", "{rule}", {"rule": rule})
+
+
 def one_line(value: str) -> str:
     """Returns a text that can be shown in a terminal, in a line of its own.
 
@@ -164,7 +169,8 @@ Speed = Annotated[StrictFloat, within(0, 10, "m/s")]
 PositiveSpeed = Annotated[StrictFloat, within(0, 10, "m/s", low_open=True)]
 Length = Annotated[StrictFloat, within(0, 1e5, "m")]
 PositiveLength = Annotated[StrictFloat, within(0, 1e5, "m", low_open=True)]
-BodyRadius = Annotated[StrictFloat, within(0, 5, "m", low_open=True)]
+# Bodies of less than a millimeter can be neither drawn nor met.
+BodyRadius = Annotated[StrictFloat, within(0.001, 5, "m")]
 BodyRadii = Annotated[
     tuple[BodyRadius, BodyRadius],
     BeforeValidator(as_tuple),

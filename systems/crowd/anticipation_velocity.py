@@ -19,6 +19,7 @@ from hunav_drake.systems.common.kernels import (
     WALLS,
     jit,
     jit_as,
+    reads,
 )
 from hunav_drake.systems.common.layout import (
     FORCES_SIZE,
@@ -39,8 +40,6 @@ from hunav_drake.systems.crowd.motion_model import (
 )
 from hunav_drake.systems.crowd.orca.neighbors import make_cells
 from hunav_drake.systems.crowd.speed_models import (
-    BODY_RADIUS,
-    TIME_GAP,
     Share,
     SpeedModel,
     Time,
@@ -60,20 +59,6 @@ from hunav_drake.systems.crowd.surroundings import (
     wishes,
 )
 from hunav_drake.systems.world.walls import opened
-
-# The fields of AnticipationVelocityModel after those of SpeedModel.
-(
-    _AVOIDANCE,
-    _RANGE,
-    _TIME,
-    _FOLLOWING,
-    _REPULSION,
-    _RIGHT,
-    _WIDTH,
-    _BESIDE,
-    _SAME,
-    _OVERTAKING,
-) = range(7, 17)
 
 
 @jit
@@ -105,33 +90,33 @@ def _aside(rows, state, wx, wy, wish, p):
         closing = (state[VX] - row[THEIR_VX]) * nx
         closing += (state[VY] - row[THEIR_VY]) * ny
         gap = distance - row[TOUCH]
-        left = max(gap - p[_TIME] * closing, 0.0)
+        left = max(gap - p.anticipation_time * closing, 0.0)
         # Who is held up looks ahead as at the speed wanted.
         closing = wish * (wx * nx + wy * ny)
         closing -= row[THEIR_VX] * nx + row[THEIR_VY] * ny
-        held = max(gap - p[_TIME] * closing, 0.0)
+        held = max(gap - p.anticipation_time * closing, 0.0)
         # 0 for who wants to go the same way, 1 for who wants the opposite.
         along = wx * row[WISH_X] + wy * row[WISH_Y]
         against = min(max(0.5 - 0.5 * along / wish, 0.0), 1.0)
-        against = max(against - p[_SAME], 0.0) / (1 - p[_SAME])
+        against = max(against - p.same_way, 0.0) / (1 - p.same_way)
         # 1 for who wants to be much slower, on much the same way.
         slower = 1 - math.hypot(row[WISH_X], row[WISH_Y]) / wish
-        slower = min(p[_OVERTAKING] * max(slower, 0.0), 1.0) * (1 - against)
+        slower = min(p.overtaking * max(slower, 0.0), 1.0) * (1 - against)
         beside = 0.0
-        qx = row[AT_X] + p[_TIME] * row[THEIR_VX]
-        qy = row[AT_Y] + p[_TIME] * row[THEIR_VY]
+        qx = row[AT_X] + p.anticipation_time * row[THEIR_VX]
+        qy = row[AT_Y] + p.anticipation_time * row[THEIR_VY]
         side = wx * qy - wy * qx
-        if p[_BESIDE] > 0:
-            beside = max(abs(side) - p[_BESIDE] * row[TOUCH], 0.0)
-        side += against * p[_RIGHT]
-        if p[_WIDTH] > 0:
-            side = min(max(side / p[_WIDTH], -1.0), 1.0)
+        if p.side_reach > 0:
+            beside = max(abs(side) - p.side_reach * row[TOUCH], 0.0)
+        side += against * p.keep_right
+        if p.side_width > 0:
+            side = min(max(side / p.side_width, -1.0), 1.0)
         else:
             side = -1.0 if side < -TINY else 1.0
-        weight = (p[_FOLLOWING] + against) * math.exp(-left / p[_RANGE])
-        weight += slower * math.exp(-held / p[_RANGE])
-        total += side * weight * math.exp(-beside / p[_RANGE])
-    return p[_AVOIDANCE] * total
+        weight = (p.following + against) * math.exp(-left / p.avoidance_range)
+        weight += slower * math.exp(-held / p.avoidance_range)
+        total += side * weight * math.exp(-beside / p.avoidance_range)
+    return p.avoidance_strength * total
 
 
 @jit_as(
@@ -140,7 +125,16 @@ def _aside(rows, state, wx, wy, wish, p):
     *(REAL, REAL, VECTOR),
 )
 def anticipated_velocities(
-    states, radii, command, parameters, robots, at_walls, table, sight, step, p
+    states,
+    radii,
+    command,
+    parameters,
+    robots,
+    at_walls,
+    table,
+    sight,
+    step,
+    model,
 ):
     """Returns the accelerations to the velocities that n people choose.
 
@@ -154,11 +148,12 @@ def anticipated_velocities(
         table: `Obstacles.table`.
         sight: Walls farther than this do not count, in meters.
         step: The time step, in seconds.
-        p: Shape (17,): the fields of AnticipationVelocityModel.
+        model: Shape (17,): the fields of AnticipationVelocityModel.
 
     Returns:
         Shape (n, FORCES_SIZE), in m/s^2: the total, and zeros.
     """
+    p = _model_in(model)
     walls = opened(table)
     n = len(states)
     forces = np.zeros((n, FORCES_SIZE))
@@ -167,7 +162,7 @@ def anticipated_velocities(
     wanted = wishes(states, radii, command, parameters, robots, step)
     cells = make_cells(states[:, X].copy(), states[:, Y].copy())
     rows = np.empty((n + len(robots), 7))
-    body = p[BODY_RADIUS]
+    body = p.body_radius
     fastest = 0.0
     for i in range(n):
         fastest = max(fastest, math.hypot(states[i, VX], states[i, VY]))
@@ -180,8 +175,11 @@ def anticipated_velocities(
             continue
         wish = math.hypot(wanted[i, 0], wanted[i, 1])
         speed = math.hypot(vx, vy)
-        ahead = p[_TIME] * (max(speed, wish) + fastest) - LEAST * p[_RANGE]
-        reach = 2 * body + max(p[TIME_GAP] * max(wish, speed), ahead)
+        ahead = (
+            p.anticipation_time * (max(speed, wish) + fastest)
+            - LEAST * p.avoidance_range
+        )
+        reach = 2 * body + max(p.time_gap * max(wish, speed), ahead)
         seen = look_around(
             *(i, states, radii, command, robots, wanted, cells, body, reach),
             rows,
@@ -192,7 +190,9 @@ def anticipated_velocities(
             wx = wanted[i, 0] / wish
             wy = wanted[i, 1] / wish
             right = _aside(rows[:seen], states[i], wx, wy, wish, p)
-            ux, uy = repulsion(rows[:seen], p[_REPULSION], p[_RANGE], 0.0)
+            ux, uy = repulsion(
+                rows[:seen], p.repulsion_strength, p.avoidance_range, 0.0
+            )
             ux += wx + right * wy
             uy += wy - right * wx
         walk_on(
@@ -283,3 +283,6 @@ class AnticipationVelocityModel(SpeedModel):
     def forces(self, snapshot: Snapshot) -> Array:
         """Returns the accelerations, as totals: see `MotionModel.forces`."""
         return chosen_accelerations(anticipated_velocities, snapshot, self)
+
+
+_model_in = reads(AnticipationVelocityModel)

@@ -19,6 +19,7 @@ from hunav_drake.systems.common.kernels import (
     WALLS,
     jit,
     jit_as,
+    reads,
 )
 from hunav_drake.systems.common.layout import (
     FORCES_SIZE,
@@ -37,13 +38,7 @@ from hunav_drake.systems.crowd.motion_model import (
     register_motion_model,
 )
 from hunav_drake.systems.crowd.orca.neighbors import make_cells
-from hunav_drake.systems.crowd.speed_models import (
-    BODY_RADIUS,
-    TIME_GAP,
-    Share,
-    SpeedModel,
-    walk_on,
-)
+from hunav_drake.systems.crowd.speed_models import Share, SpeedModel, walk_on
 from hunav_drake.systems.crowd.surroundings import (
     AT_X,
     AT_Y,
@@ -53,9 +48,6 @@ from hunav_drake.systems.crowd.surroundings import (
     wishes,
 )
 from hunav_drake.systems.world.walls import opened
-
-# The fields of CollisionFreeSpeedModel after those of SpeedModel.
-_STRENGTH, _RANGE, _EPSILON = range(7, 10)
 
 # The exponent that repulsion grows to at most, and that below which it is left
 # out: 1e-6 of the strength.
@@ -95,7 +87,16 @@ def repulsion(rows, strength, length, epsilon):
     *(REAL, REAL, VECTOR),
 )
 def collision_free_speeds(
-    states, radii, command, parameters, robots, at_walls, table, sight, step, p
+    states,
+    radii,
+    command,
+    parameters,
+    robots,
+    at_walls,
+    table,
+    sight,
+    step,
+    model,
 ):
     """Returns the accelerations to the velocities that n people choose.
 
@@ -109,11 +110,12 @@ def collision_free_speeds(
         table: `Obstacles.table`.
         sight: Walls farther than this do not count, in meters.
         step: The time step, in seconds.
-        p: Shape (10,): the fields of CollisionFreeSpeedModel.
+        model: Shape (10,): the fields of CollisionFreeSpeedModel.
 
     Returns:
         Shape (n, FORCES_SIZE), in m/s^2: the total, and zeros.
     """
+    p = _model_in(model)
     walls = opened(table)
     n = len(states)
     forces = np.zeros((n, FORCES_SIZE))
@@ -122,7 +124,7 @@ def collision_free_speeds(
     wanted = wishes(states, radii, command, parameters, robots, step)
     cells = make_cells(states[:, X].copy(), states[:, Y].copy())
     rows = np.empty((n + len(robots), 7))
-    body = p[BODY_RADIUS]
+    body = p.body_radius
     for i in range(n):
         vx = states[i, VX]
         vy = states[i, VY]
@@ -132,7 +134,7 @@ def collision_free_speeds(
             continue
         wish = math.hypot(wanted[i, 0], wanted[i, 1])
         speed = max(wish, math.hypot(vx, vy))
-        reach = 2 * body + max(p[TIME_GAP] * speed, -LEAST * p[_RANGE])
+        reach = 2 * body + max(p.time_gap * speed, -LEAST * p.repulsion_range)
         seen = look_around(
             *(i, states, radii, command, robots, wanted, cells, body, reach),
             rows,
@@ -141,7 +143,7 @@ def collision_free_speeds(
         uy = 0.0
         if wish > 0:
             ux, uy = repulsion(
-                rows[:seen], p[_STRENGTH], p[_RANGE], p[_EPSILON]
+                rows[:seen], p.repulsion_strength, p.repulsion_range, p.epsilon
             )
             ux += wanted[i, 0] / wish
             uy += wanted[i, 1] / wish
@@ -189,3 +191,6 @@ class CollisionFreeSpeedModel(SpeedModel):
     def forces(self, snapshot: Snapshot) -> Array:
         """Returns the accelerations, as totals: see `MotionModel.forces`."""
         return chosen_accelerations(collision_free_speeds, snapshot, self)
+
+
+_model_in = reads(CollisionFreeSpeedModel)

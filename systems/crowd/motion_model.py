@@ -3,7 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 import math
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -73,10 +73,14 @@ class MotionModel(ABC):
             `bodies.time_gap`. Models that see to it themselves do not ask.
         keeps_radii: Whether people keep their radii clear of each other, and
             not only their bodies, where they pass in a door.
+        uses_weights: For whom the factors of goal, obstacles and other people
+            count that `HumanConfig.forces_mode` draws: for everybody, for
+            nobody, or for people in groups and whom a robot pushes ("pushed").
     """
 
     follows: ClassVar[bool] = False
     keeps_radii: ClassVar[bool] = False
+    uses_weights: ClassVar[Literal["all", "pushed", "none"]] = "all"
 
     @abstractmethod
     def forces(self, snapshot: Snapshot) -> Array:

@@ -31,17 +31,6 @@ from hunav_drake.systems.crowd.surroundings import AT_X, AT_Y, TINY, TOUCH
 from hunav_drake.systems.world.nearest import nearest_on_segments
 from hunav_drake.systems.world.walls import runs_in
 
-# The fields of SpeedModel in order.
-(
-    BODY_RADIUS,
-    TIME_GAP,
-    REACTION_TIME,
-    HESITATION,
-    ACCELERATION,
-    TURN_TIME,
-    TURN_RATE,
-) = range(7)
-
 # A turn that is a half one, to this, goes to the right, in radians.
 _TIE = 1e-9
 
@@ -162,7 +151,7 @@ def walk_on(
         walls: See `Walls`.
         sight: Walls farther than this do not count, in meters.
         step: The time step, in seconds.
-        pace: Shape (7 or more,): the fields of `SpeedModel`.
+        pace: The fields of `SpeedModel`, and maybe more.
         out: Receives the total: a row of `layout.FORCES`.
     """
     vx = state[VX]
@@ -170,12 +159,12 @@ def walk_on(
     speed = math.hypot(vx, vy)
     length = math.hypot(ux, uy)
     # Of directions that nearly add up to nothing, none is meant.
-    firm = min(length / pace[HESITATION], 1.0) if pace[HESITATION] > 0 else 1.0
+    firm = min(length / pace.hesitation, 1.0) if pace.hesitation > 0 else 1.0
     ease = 1.0
     if speed >= _WALKING:
         ex, ey = _turned(
             *(vx / speed, vy / speed, ux, uy),
-            *(pace[REACTION_TIME], pace[TURN_RATE], step),
+            *(pace.reaction_time, pace.turn_rate, step),
         )
         if length >= TINY:
             ease = (ex * ux + ey * uy) / length
@@ -190,10 +179,10 @@ def walk_on(
         ease = min(ease, max(facing, _BACKWARD))
     target = wish * (1 + ease) / 2
 
-    change = pace[ACCELERATION] * step
+    change = pace.acceleration * step
     speed = max(vx * ex + vy * ey, 0.0)
     speed += min(max(target - speed, -change), change)
-    most = max(_gap(rows, ex, ey), 0.0) / max(pace[TIME_GAP], step)
+    most = max(_gap(rows, ex, ey), 0.0) / max(pace.time_gap, step)
     if firm < 1 and wish > 0:
         most = firm * min(most, target)
     speed = min(speed, most)
@@ -264,6 +253,8 @@ class SpeedModel(MotionModel):
     Attributes stand for what the papers call l = 2 r and T; what follows them
     is not in the papers, whose people turn, start and stop at once.
     """
+
+    uses_weights = "pushed"
 
     body_radius: Annotated[StrictFloat, within(0, 5, "m", low_open=True)] = 0.15
     """The largest radius that people have to each other and to walls (l / 2),

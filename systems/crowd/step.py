@@ -12,7 +12,7 @@ from hunav_drake.systems.common.layout import FORCES_SIZE, MOTION_SIZE
 from hunav_drake.systems.common.registry import name_of
 from hunav_drake.systems.crowd.bodies.bodies import ITERATIONS, Bodies
 from hunav_drake.systems.crowd.bodies.in_view import InView
-from hunav_drake.systems.crowd.bodies.whole_step import whole_step
+from hunav_drake.systems.crowd.bodies.whole_step import Numbers, whole_step
 from hunav_drake.systems.crowd.crowd_config import CrowdConfig
 from hunav_drake.systems.crowd.limits import limited, plain
 from hunav_drake.systems.crowd.motion_model import (
@@ -136,12 +136,16 @@ class CrowdStep:
     def _compiled_step(self, model: SocialForceModel) -> tuple[Array, ...]:
         """Returns what `whole_step` takes that does not change."""
         bodies = self._bodies
-        numbers = [
+        numbers = Numbers(
             *bodies.options,
-            *(self._obstacle_range, self._max_obstacles, model.error_bound),
-            *(self._in_view.time_gap, self._in_view.speed_matching),
-            *(self._time_step, ITERATIONS),
-        ]
+            reach=self._obstacle_range,
+            most=self._max_obstacles,
+            error=model.error_bound,
+            time_gap=self._in_view.time_gap,
+            matching=self._in_view.speed_matching,
+            time_step=self._time_step,
+            iterations=ITERATIONS,
+        )
         return (
             np.column_stack([bodies.sizes, self.radii]),
             self._obstacles.table,

@@ -1,16 +1,12 @@
 """Features of the relative motion of robot and people."""
 
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hunav_drake.systems.common.arrays import Array, Mask
 from hunav_drake.systems.common.layout import RADIUS, VX, VY, YAW, X, Y
-
-if TYPE_CHECKING:
-    from hunav_drake.systems.evaluation.recording import Recording
-
+from hunav_drake.systems.evaluation.recorded_arrays import RecordedArrays
 
 # Half of what people see around their heading, in radians.
 HALF_FIELD_OF_VIEW = np.pi / 3
@@ -24,7 +20,7 @@ class EncounterFeatures:
     where a person is missing.
     """
 
-    def __init__(self, recording: "Recording") -> None:
+    def __init__(self, recording: RecordedArrays) -> None:
         self._recording = recording
 
     @cached_property

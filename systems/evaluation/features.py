@@ -1,7 +1,6 @@
 """Features that several metrics share, each computed once per recording."""
 
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,12 +12,9 @@ from hunav_drake.systems.crowd.social_force.numpy_forces import (
     obstacle_force,
     pair_force,
 )
+from hunav_drake.systems.evaluation.recorded_arrays import RecordedArrays
 from hunav_drake.systems.people.parameters import SocialForceParameters
 from hunav_drake.systems.world.obstacles import nearest_points
-
-if TYPE_CHECKING:
-    from hunav_drake.systems.evaluation.recording import Recording
-
 
 # Bodies closer than this are in contact, in meters.
 CONTACT_GAP = 0.02
@@ -70,7 +66,7 @@ class Features:
     asked for. NaN stands for no value: a missing person, no goal, no group.
     """
 
-    def __init__(self, recording: "Recording") -> None:
+    def __init__(self, recording: RecordedArrays) -> None:
         self._recording = recording
 
     @cached_property

@@ -1,20 +1,16 @@
 """Features of the robot's path: its length, and its gap to walls."""
 
-from dataclasses import dataclass
 from functools import cached_property
-import math
-from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import RADIUS, Y
-from hunav_drake.systems.common.poses import wrap_angle, wrap_angles
+from hunav_drake.systems.common.poses import wrap_angles
+from hunav_drake.systems.evaluation.features import Features
+from hunav_drake.systems.evaluation.recorded_arrays import RecordedArrays
+from hunav_drake.systems.evaluation.way import Way
 from hunav_drake.systems.world.obstacles import inside, nearest_wall
-
-if TYPE_CHECKING:
-    from hunav_drake.systems.evaluation.recording import Recording
-
 
 # The shortest ways keep at least this far from walls, in meters, also those
 # of a robot without extent.
@@ -25,42 +21,6 @@ _LEAST_CLEARANCE = 0.05
 _LEAST_STEP = 0.05
 
 
-@dataclass(frozen=True)
-class Way:
-    """A shortest way.
-
-    Attributes:
-        length: In meters.
-        first_heading: Where it leads at first, in radians.
-        last_heading: Where it leads in the end, in radians.
-        turning: How much it turns between the two, not signed, in radians.
-    """
-
-    length: float
-    first_heading: float
-    last_heading: float
-    turning: float
-
-    @classmethod
-    def straight(cls, start: Array, end: Array) -> Self:
-        """Returns the straight way between two positions (2,), in meters."""
-        x, y = (end - start).tolist()
-        heading = math.atan2(y, x)
-        return cls(math.hypot(x, y), heading, heading, 0.0)
-
-    def then(self, other: Self) -> Self:
-        """Returns this way with another one after it."""
-        if not self.length or not other.length:
-            return self if self.length else other
-        bend = abs(wrap_angle(other.first_heading - self.last_heading))
-        return type(self)(
-            self.length + other.length,
-            self.first_heading,
-            other.last_heading,
-            self.turning + bend + other.turning,
-        )
-
-
 class PathFeatures:
     """Features of the robot's N + 1 samples and the walls alone.
 
@@ -68,13 +28,14 @@ class PathFeatures:
     all that is left of a recording with some of them shares it.
     """
 
-    def __init__(self, recording: "Recording") -> None:
+    def __init__(self, recording: RecordedArrays, features: Features) -> None:
         self._recording = recording
+        self._features = features
 
     @cached_property
     def length(self) -> float:
         """The length of the robot's path, in meters."""
-        return float(self._recording.features.step_lengths.sum())
+        return float(self._features.step_lengths.sum())
 
     @cached_property
     def wall_gap(self) -> Array:

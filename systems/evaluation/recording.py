@@ -1,41 +1,22 @@
 """A recorded trial, as arrays: all that a metric is computed from."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
-import math
 from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.common.layout import (
-    CONTACT_SIZE,
-    STATE_SIZE,
-    Contact,
-    X,
-    Y,
-)
+from hunav_drake.systems.common.layout import Contact, X, Y
 from hunav_drake.systems.common.suggest import did_you_mean
 from hunav_drake.systems.evaluation import recording_file
 from hunav_drake.systems.evaluation.encounter_features import EncounterFeatures
 from hunav_drake.systems.evaluation.features import Features
 from hunav_drake.systems.evaluation.path_features import PathFeatures
-from hunav_drake.systems.evaluation.recording_checks import (
-    LARGEST,
-    check_increasing,
-    check_numbers,
-    check_states,
-    checked_array,
-    checked_goal,
-    checked_path,
-    per_human,
-)
+from hunav_drake.systems.evaluation.recorded_arrays import RecordedArrays
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.people.names import name_people, people_ids
-from hunav_drake.systems.world.obstacles import Obstacles
 
 # How near to the goal's heading is at the goal where the goal has one and
 # nothing else is told, in radians.
@@ -43,7 +24,7 @@ GOAL_YAW_TOLERANCE = 0.25
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class Recording:
+class Recording(RecordedArrays):
     """What happened in a trial, at N + 1 instants, to a robot and n people.
 
     Everything is in SI units and radians, in the world frame W; the rows of
@@ -97,129 +78,11 @@ class Recording:
             beyond `LARGEST`, or times do not increase.
     """
 
-    times: Array
-    robot: Array
-    humans: Array
-    behavior_status: NDArray[np.int64] | None = None
-    human_names: tuple[str, ...] = ()
-    human_ids: tuple[int, ...] = ()
-    behaviors: tuple[str, ...] = ()
-    group_ids: tuple[int, ...] = ()
-    goal: tuple[float, float, float] | None = None
-    goal_tolerance: float = 0.2
-    goal_yaw_tolerance: float = math.pi
-    robot_max_speed: float | None = None
-    obstacles: Obstacles = field(
-        default_factory=lambda: Obstacles.from_points([])
-    )
-    walls_known: bool = True
-    nearest_walls: Array | None = None
-    reference_path: Array | None = None
-    contacts: Array | None = None
-    wall_contact: Array | None = None
-    contact_forces_known: bool = False
-    hunavsim_forces: bool = False
-    told_velocities: Array | None = None
-
-    def __post_init__(self) -> None:
-        times = checked_array("times", self.times, (None,))
-        samples = len(times)
-        if not samples:
-            raise ValueError("recording.times: needs at least one sample")
-        check_increasing("times", times)
-        robot = checked_array("robot", self.robot, (samples, STATE_SIZE))
-        humans = checked_array(
-            "humans", self.humans, (samples, None, STATE_SIZE)
-        )
-        n = humans.shape[1]
-        check_states(robot, humans)
-        status: Any = self.behavior_status
-        if status is None:
-            status = np.zeros((samples, n))
-        status = checked_array("behavior_status", status, (samples, n))
-        check_numbers("behavior_status", status, whole=True)
-        status = status.astype(np.int64)
-        status.setflags(write=False)
-        nearest = self.nearest_walls
-        if nearest is not None:
-            nearest = checked_array(
-                "nearest_walls", nearest, (samples, n + 1, None, 2)
-            )
-            known = ~np.isnan(nearest).all(axis=-1)
-            check_numbers("nearest_walls", nearest[known])
-        told = self.told_velocities
-        if told is not None:
-            told = checked_array("told_velocities", told, (samples, n + 1, 2))
-            check_numbers("told_velocities", told[~np.isnan(told)])
-        reference = self.reference_path
-        if reference is not None:
-            reference = checked_path(reference)
-        contacts = self.contacts
-        if contacts is not None:
-            contacts = checked_array(
-                "contacts", contacts, (samples, n, CONTACT_SIZE)
-            )
-            check_numbers("contacts", contacts)
-        walls = self.wall_contact
-        if walls is not None:
-            walls = checked_array(
-                "wall_contact", walls, (samples, CONTACT_SIZE)
-            )
-            check_numbers("wall_contact", walls)
-        self._set(
-            contacts=contacts,
-            wall_contact=walls,
-            times=times,
-            robot=robot,
-            humans=humans,
-            behavior_status=status,
-            nearest_walls=nearest,
-            told_velocities=told,
-            reference_path=reference,
-            goal=checked_goal(self.goal),
-        )
-        for name, default in (
-            ("human_names", [f"human_{i + 1}" for i in range(n)]),
-            ("human_ids", list(range(1, n + 1))),
-            ("behaviors", ["regular"] * n),
-            ("group_ids", [-1] * n),
-        ):
-            self._set(**{name: per_human(name, getattr(self, name), default)})
-        for name in ("goal_tolerance", "goal_yaw_tolerance", "robot_max_speed"):
-            if getattr(self, name) is None and name == "robot_max_speed":
-                continue
-            number = float(checked_array(name, getattr(self, name), ()))
-            if not 0 < number <= LARGEST:
-                raise ValueError(
-                    f"recording.{name}: must be positive, and at most"
-                    f" {LARGEST:g}, got {number}"
-                )
-            self._set(**{name: number})
-
-    def _set(self, **values: Any) -> None:
-        # The way of dataclasses themselves to fill in a frozen one.
-        for name, value in values.items():
-            object.__setattr__(self, name, value)
-
-    def __len__(self) -> int:
-        """Returns the number of samples, N + 1."""
-        return len(self.times)
-
     def __repr__(self) -> str:
         return (
             f"<Recording of {len(self)} samples from {self.times[0]:g} s to"
             f" {self.times[-1]:g} s, with {self.num_humans} people>"
         )
-
-    @property
-    def num_humans(self) -> int:
-        """The number of people, n."""
-        return int(self.humans.shape[1])
-
-    @property
-    def near_walls_known(self) -> bool:
-        """Whether at least the walls near to everybody are known."""
-        return self.walls_known or self.nearest_walls is not None
 
     @cached_property
     def features(self) -> Features:
@@ -229,7 +92,7 @@ class Recording:
     @cached_property
     def path_features(self) -> PathFeatures:
         """Features of the robot's path and the walls."""
-        return PathFeatures(self)
+        return PathFeatures(self, self.features)
 
     @cached_property
     def encounters(self) -> EncounterFeatures:

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from hunav_drake.systems.common.arrays import Array, Mask
 from hunav_drake.systems.common.poses import wrap_angle, wrap_angles
-from hunav_drake.systems.evaluation.path_features import Way
+from hunav_drake.systems.evaluation.way import Way
 from hunav_drake.systems.world.obstacles import (
     Obstacles,
     nearest_points,

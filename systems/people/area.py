@@ -5,17 +5,17 @@ from typing import Annotated, Self
 import numpy as np
 from pydantic import Field, model_validator
 from pydantic.dataclasses import dataclass
-from pydantic_core import PydanticCustomError
 import shapely
 
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.plain_errors import plain_errors
-from hunav_drake.systems.common.schema import CONFIG, Point, Points, Rectangle
-
-
-def fault(rule: str) -> PydanticCustomError:
-    """Returns the error of a value that breaks a rule."""
-    return PydanticCustomError("rule", "{rule}", {"rule": rule})
+from hunav_drake.systems.common.schema import (
+    CONFIG,
+    Point,
+    Points,
+    Rectangle,
+    fault,
+)
 
 
 @plain_errors

@@ -25,10 +25,11 @@ from hunav_drake.systems.common.schema import (
     PositiveLength,
     PositiveSpeed,
     Speed,
+    fault,
     within,
 )
 from hunav_drake.systems.common.suggest import did_you_mean
-from hunav_drake.systems.people.area import Area, fault
+from hunav_drake.systems.people.area import Area
 from hunav_drake.systems.people.human_config import ForcesMode
 from hunav_drake.systems.people.parameters import SocialForceParameters
 from hunav_drake.systems.people.walking_speeds import AGES, MAX_DEVIATIONS

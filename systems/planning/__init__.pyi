@@ -14,7 +14,6 @@ from .perception import (
 from .planner import (
     PLANNERS as PLANNERS,
     Plan as Plan,
-    Planner as Planner,
     PlannerConfig as PlannerConfig,
     PlannerStatus as PlannerStatus,
     PlanningTask as PlanningTask,
@@ -22,4 +21,5 @@ from .planner import (
     register_planner as register_planner,
 )
 from .planner_error import PlannerError as PlannerError
+from .pure_planner import Planner as Planner
 from .pursuit import PursuitPlanner as PursuitPlanner

@@ -7,12 +7,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from hunav_drake.systems.planning.planner import (
-    NO_PATH,
-    Plan,
-    Planner,
-    PlannerStatus,
-)
+from hunav_drake.systems.planning.planner import NO_PATH, Plan, PlannerStatus
 from hunav_drake.systems.planning.value_arrays import from_arrays, to_arrays
 
 _NUMBERS = (float, int, np.floating, np.integer)
@@ -54,11 +49,9 @@ class Decision:
         return Decision(plan)
 
 
-def idle(planner: Planner) -> Decision:
+def idle(memory: Any) -> Decision:
     """Returns what holds while there is nothing to do."""
-    return Decision(
-        Plan(0.0, 0.0, PlannerStatus.IDLE, memory=planner.initial_memory)
-    )
+    return Decision(Plan(0.0, 0.0, PlannerStatus.IDLE, memory=memory))
 
 
 def plan_fault(plan: Any, *, keeps: bool = True) -> str:

@@ -8,12 +8,12 @@ from pydantic.dataclasses import dataclass
 from hunav_drake.systems.common.schema import CONFIG
 from hunav_drake.systems.planning.planner import (
     Plan,
-    Planner,
     PlanningTask,
     View,
     check_arguments,
     register_planner,
 )
+from hunav_drake.systems.planning.pure_planner import Planner
 
 PlanFunction = Callable[[PlanningTask, View, Any], Plan]
 

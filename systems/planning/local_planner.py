@@ -32,8 +32,8 @@ from hunav_drake.systems.planning.decision import (
 from hunav_drake.systems.planning.planner import (
     NO_PATH,
     Plan,
-    Planner,
     PlanningTask,
+    PurePlanner,
     View,
     asked_scan_size,
 )
@@ -76,7 +76,7 @@ class LocalPlanner(LeafSystem):
     the abstract state holds the whole plan that was decided last.
     """
 
-    def __init__(self, planner: Planner, task: PlanningTask) -> None:
+    def __init__(self, planner: PurePlanner, task: PlanningTask) -> None:
         """Constructs a LocalPlanner.
 
         Args:
@@ -124,7 +124,7 @@ class LocalPlanner(LeafSystem):
         self._status = self.DeclareVectorOutputPort(
             "status", 1, self._CalcStatus, prerequisites_of_calc={ticket}
         )
-        self._idle = idle(planner)
+        self._idle = idle(planner.initial_memory)
         self._decision = None
         if planner.initial_memory is not None:
             self._decision = self.DeclareAbstractState(
@@ -274,7 +274,7 @@ class LocalPlanner(LeafSystem):
             )
 
 
-def _scan_size(planner: Planner, task: PlanningTask) -> int:
+def _scan_size(planner: PurePlanner, task: PlanningTask) -> int:
     """Returns how many distances of a lidar a planner gets."""
     size = asked_scan_size(planner)
     if size is not None:
@@ -287,12 +287,12 @@ def _scan_size(planner: Planner, task: PlanningTask) -> int:
     return task.lidar.num_rays
 
 
-def _name_of(planner: Planner) -> str:
+def _name_of(planner: PurePlanner) -> str:
     tag = tag_of(planner)
     return tag[1] if tag else type(planner).__name__
 
 
-def _check_planner(planner: Planner, name: str) -> None:
+def _check_planner(planner: PurePlanner, name: str) -> None:
     """Raises TypeError if what a planner's class declares cannot be."""
     if fault := memory_fault(planner.initial_memory):
         raise TypeError(f"planner {name!r}: initial_memory: it {fault}")

@@ -11,9 +11,9 @@ from hunav_drake.systems.common.registry import Registry
 from hunav_drake.systems.common.schema import CONFIG
 from hunav_drake.systems.sensing.sensor_config import (
     SensingTask,
-    Sight,
     VisiblePeopleConfig,
 )
+from hunav_drake.systems.sensing.sensor_parameters import Sight
 
 
 @explain

@@ -213,13 +213,8 @@ class Plan(NamedTuple):
 
 @explain
 @checked_dataclass(kw_only=True, config=CONFIG)
-class Planner(PlannerConfig):
-    """A planner that decides by a pure function, as a `LocalPlanner` does.
-
-    Whatever it wants to remember goes through ``memory``, an immutable value
-    of any type, which lives in the Context: None, numbers, texts, tuples,
-    NamedTuples, frozen dataclasses and read-only arrays are saved with it.
-    """
+class PurePlanner(PlannerConfig):
+    """What `Planner` has, but for the system that it makes."""
 
     initial_memory: ClassVar[Any] = None
     """What it remembers before the first cycle, and while there is no goal.
@@ -256,12 +251,6 @@ class Planner(PlannerConfig):
             view: What it sees now.
             memory: What the last cycle remembered.
         """
-
-    def MakeSystem(self, task: PlanningTask) -> Any:
-        """Makes a `LocalPlanner` that decides by `plan`."""
-        from hunav_drake.systems.planning.local_planner import LocalPlanner
-
-        return LocalPlanner(self, task)
 
 
 def asked_scan_size(planner: PlannerConfig) -> int | None:

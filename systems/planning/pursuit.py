@@ -18,12 +18,12 @@ from hunav_drake.systems.common.schema import (
 from hunav_drake.systems.planning.clearance import clearance_ahead, people_ahead
 from hunav_drake.systems.planning.planner import (
     Plan,
-    Planner,
     PlannerStatus,
     PlanningTask,
     View,
     register_planner,
 )
+from hunav_drake.systems.planning.pure_planner import Planner
 from hunav_drake.systems.planning.scanned_bodies import BODY_RADIUS, bodies
 
 

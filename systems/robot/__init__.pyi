@@ -7,16 +7,16 @@ from .drives import (
     DriveConfig as DriveConfig,
     PlanarBase as PlanarBase,
 )
-from .physical_robots import (
-    PhysicalRobot as PhysicalRobot,
-    PMB2Config as PMB2Config,
-    UrdfRobot as UrdfRobot,
-)
 from .robot_config import (
     ROBOTS as ROBOTS,
-    DifferentialDriveConfig as DifferentialDriveConfig,
     RobotConfig as RobotConfig,
     RobotLimits as RobotLimits,
     RobotTask as RobotTask,
     register_robot as register_robot,
+)
+from .robots import (
+    DifferentialDriveConfig as DifferentialDriveConfig,
+    PhysicalRobot as PhysicalRobot,
+    PMB2Config as PMB2Config,
+    UrdfRobot as UrdfRobot,
 )

@@ -9,9 +9,9 @@ from pydrake.systems.framework import DiagramBuilder
 from hunav_drake.systems.common.models.apart import ModelFault
 from hunav_drake.systems.common.models.reading import refuse_planes
 from hunav_drake.systems.robot.drives import DRIVES
-from hunav_drake.systems.robot.physical_robots import UrdfRobot
-from hunav_drake.systems.robot.plant_robot import AddPlantRobot, body_reach
+from hunav_drake.systems.robot.plant_robot import body_reach
 from hunav_drake.systems.robot.robot_config import RobotTask
+from hunav_drake.systems.robot.robots import UrdfRobot
 from hunav_drake.systems.world.obstacles import Obstacles
 
 # The first steps of a trial, in seconds, and a speed and a turn rate.
@@ -36,11 +36,11 @@ def try_robot(
     config = UrdfRobot(
         file=file, packages=packages, base=base, drive=DRIVES.make(drive)
     )
-    body_reach(config)
+    body_reach(config.GetModel(), config.GetDrive())
     builder = DiagramBuilder()
     nothing = Obstacles.from_shapes([], solid=[])
-    robot = AddPlantRobot(
-        builder, config, RobotTask(time_step=_STEP, obstacles=nothing), "robot"
+    robot = config.AddToBuilder(
+        builder, RobotTask(time_step=_STEP, obstacles=nothing)
     )
     builder.ExportInput(robot.GetInputPort("velocity_command"))
     diagram = builder.Build()

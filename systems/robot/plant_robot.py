@@ -2,7 +2,7 @@
 
 import itertools
 import math
-from typing import TYPE_CHECKING
+from typing import NamedTuple
 
 import numpy as np
 from pydrake.geometry import (
@@ -27,23 +27,34 @@ from hunav_drake.systems.robot.driven_model import (
     DrivenModel,
     make_motor_speeds,
 )
-from hunav_drake.systems.robot.drives import PlanarBase
+from hunav_drake.systems.robot.drives import DriveConfig, PlanarBase
 from hunav_drake.systems.robot.plant_contacts import PlantContacts
+from hunav_drake.systems.robot.plant_model import ModelSource
 from hunav_drake.systems.robot.plant_people import (
     PEOPLE,
     AddPeople,
     PeopleDriver,
 )
 from hunav_drake.systems.robot.plant_walls import AddFloorAndWalls
-from hunav_drake.systems.robot.robot_config import RobotTask
+from hunav_drake.systems.robot.robot_config import RobotConfig, RobotTask
 from hunav_drake.systems.robot.robot_driver import RobotDriver
-
-if TYPE_CHECKING:
-    from hunav_drake.systems.robot.physical_robots import PhysicalRobot
-
 
 # How many corners the prism has that stands for a cylinder.
 _CORNERS = 64
+
+
+class Body(NamedTuple):
+    """What is simulated.
+
+    Attributes:
+        model: Where the model is.
+        drive: How it is driven.
+        max_step: The longest step of the plant, in seconds.
+    """
+
+    model: ModelSource
+    drive: DriveConfig
+    max_step: float
 
 
 def plant_step(time_step: float, longest: float) -> float:
@@ -63,7 +74,11 @@ def plant_step(time_step: float, longest: float) -> float:
 
 
 def AddPlantRobot(
-    builder: DiagramBuilder, config: "PhysicalRobot", task: RobotTask, name: str
+    builder: DiagramBuilder,
+    config: RobotConfig,
+    body: Body,
+    task: RobotTask,
+    name: str,
 ) -> Diagram:
     """Adds a robot, people and walls as bodies of a plant.
 
@@ -92,6 +107,7 @@ def AddPlantRobot(
     Args:
         builder: A DiagramBuilder.
         config: The robot.
+        body: How it is simulated.
         task: The world and the people whom it meets.
         name: What the system of the robot is called.
 
@@ -108,7 +124,7 @@ def AddPlantRobot(
                 f"the diagram has a system named {taken!r} already, and the"
                 f" robot {type(config).__name__} needs one of its own"
             )
-    step = plant_step(task.time_step, config.max_plant_step)
+    step = plant_step(task.time_step, body.max_step)
     scene_graph = builder.AddNamedSystem("scene_graph", SceneGraph())
     plant = builder.AddNamedSystem("plant", MultibodyPlant(step))
     plant.RegisterAsSourceForSceneGraph(scene_graph)
@@ -118,8 +134,8 @@ def AddPlantRobot(
     plant.set_contact_model(ContactModel.kPoint)
     # What it computes of a step is a function of the Context alone.
     plant.SetUseSampledOutputPorts(False)
-    drive = config.GetDrive()
-    model = AddDrivenModel(plant, config.GetModel(), drive, config.start)
+    drive = body.drive
+    model = AddDrivenModel(plant, body.model, drive, config.start)
     AddFloorAndWalls(plant, task.obstacles, config.start[:2])
     people = AddPeople(plant, task.humans, task.starts) if task.humans else ()
     _FilterCollisions(plant, scene_graph, model.instance)
@@ -230,22 +246,29 @@ def _Connect(
         builder.Connect(output, taker)
 
 
-def body_reach(config: "PhysicalRobot") -> float:
+def body_reach(
+    source: ModelSource,
+    drive: DriveConfig,
+    start: tuple[float, float, float] = (0.0, 0.0, 0.0),
+) -> float:
     """Returns how far the shapes of a robot reach from its base, in meters.
 
     That is in the plane, and at most: spheres and capsules by their radius,
     cylinders by prisms and others by boxes around them. It is infinite if it
     may change in a trial, as with an arm.
 
+    Args:
+        source: The model of the robot.
+        drive: How it is driven.
+        start: Where it is, (x, y, yaw) in W, in meters and radians.
+
     Raises:
         ModelFault: If the model cannot be driven.
     """
     scene_graph = SceneGraph()
-    plant = MultibodyPlant(config.max_plant_step)
+    plant = MultibodyPlant(0.01)
     plant.RegisterAsSourceForSceneGraph(scene_graph)
-    model = AddDrivenModel(
-        plant, config.GetModel(), config.GetDrive(), config.start
-    )
+    model = AddDrivenModel(plant, source, drive, start)
     plant.Finalize()
     return _reach(plant, scene_graph, model)
 

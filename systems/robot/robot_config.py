@@ -7,7 +7,7 @@ from dataclasses import field
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
-from pydantic import StrictBool, StrictFloat
+from pydantic import StrictFloat
 from pydantic.dataclasses import dataclass
 
 from hunav_drake.systems.common.arrays import Array
@@ -196,32 +196,7 @@ ROBOTS = Registry(
     RobotConfig,
     tag="model",
     default="differential_drive",
-    home="hunav_drake.systems.robot.physical_robots",
+    home="hunav_drake.systems.robot.robots",
 )
 
 register_robot = ROBOTS.register
-
-
-@register_robot("differential_drive")
-@dataclass(kw_only=True, config=CONFIG)
-class DifferentialDriveConfig(RobotConfig):
-    """A kinematic robot that follows (v, omega) within its limits."""
-
-    walls_stop: StrictBool = True
-    """Whether walls stop it: then its disc gets no deeper into one than 1 cm,
-    and it slides along; else it goes on, as it does through people. Contacts
-    with walls are counted in either case."""
-
-    def MakeSystem(self, task: RobotTask) -> Any:
-        """Makes a `DifferentialDrive`."""
-        # Reading a scenario does without Drake.
-        from hunav_drake.systems.robot.differential_drive import (
-            DifferentialDrive,
-        )
-
-        return DifferentialDrive(
-            self,
-            time_step=task.time_step,
-            obstacles=task.obstacles,
-            walls_stop=self.walls_stop,
-        )

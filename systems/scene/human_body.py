@@ -1,7 +1,11 @@
-"""A person's figure: bodies, joints and clothes, built in code."""
+"""A person's figure: bodies, joints and clothes; its parts are in `models`."""
+
+from functools import cache
+from importlib import resources
 
 import numpy as np
 from numpy.typing import ArrayLike
+from pydrake.common import MemoryFile
 from pydrake.geometry import InMemoryMesh, Mesh, Rgba
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import MultibodyPlant
@@ -14,9 +18,8 @@ from pydrake.multibody.tree import (
     RigidBody,
 )
 
-from hunav_drake.systems.scene import human_parts
-from hunav_drake.systems.scene.gait import THIGH
-from hunav_drake.systems.scene.legs import HIP_Y, figure_width
+from hunav_drake.systems.people.gait import THIGH
+from hunav_drake.systems.people.legs import HIP_Y, figure_width
 from hunav_drake.systems.scene.meshes import disc
 from hunav_drake.systems.scene.palette import (
     BODY_DISC,
@@ -88,11 +91,10 @@ def AddHumanBody(
     def AddPart(
         body: RigidBody,
         part: str,
-        mesh: InMemoryMesh,
         color: Rgba,
         X_BG: RigidTransform | None = None,
     ) -> None:
-        shape = Mesh(mesh, [width, width, 1.0])
+        shape = Mesh(_read_mesh(part), [width, width, 1.0])
         if label is None:
             AddVisual(plant, body, part, shape, color, X_BG)
         else:
@@ -116,12 +118,12 @@ def AddHumanBody(
     AddVisual(plant, base, "disc", flat, BODY_DISC, perceived=False)
 
     trunk = plant.AddRigidBody("trunk", instance)
-    AddPart(trunk, "hips", human_parts.Hips(), clothes.trousers)
-    AddPart(trunk, "torso", human_parts.Torso(), clothes.top)
+    AddPart(trunk, "hips", clothes.trousers)
+    AddPart(trunk, "torso", clothes.top)
     X_BH = _tilted(_BENT_DOWN) if telephone else None
-    AddPart(trunk, "head", human_parts.Head(), clothes.skin, X_BH)
-    AddPart(trunk, "hair", human_parts.Hair(), clothes.hair, X_BH)
-    AddPart(trunk, "eyes", human_parts.Eyes(), EYES, X_BH)
+    AddPart(trunk, "head", clothes.skin, X_BH)
+    AddPart(trunk, "hair", clothes.hair, X_BH)
+    AddPart(trunk, "eyes", EYES, X_BH)
 
     world, floor, top = plant.world_frame(), base.body_frame(), [0, 0, 1]
     for joint in (
@@ -133,11 +135,11 @@ def AddHumanBody(
     for side, sign in (("left", 1.0), ("right", -1.0)):
         hip = [0, sign * HIP_Y, 0]
         thigh = AddSwinging(f"{side}_thigh", trunk, f"{side}_hip", hip, -1)
-        AddPart(thigh, "thigh", human_parts.Thigh(), clothes.trousers)
+        AddPart(thigh, "thigh", clothes.trousers)
         knee = [0, 0, -THIGH]
         shin = AddSwinging(f"{side}_shin", thigh, f"{side}_knee", knee, 1)
-        AddPart(shin, "shin", human_parts.Shin(), clothes.trousers)
-        AddPart(shin, "shoe", human_parts.Shoe(), clothes.shoes)
+        AddPart(shin, "shin", clothes.trousers)
+        AddPart(shin, "shoe", clothes.shoes)
     for side, sign in (("left", 1.0), ("right", -1.0)):
         place = [0, sign * _SHOULDER_Y, _SHOULDER_Z]
         arm = AddSwinging(f"{side}_arm", trunk, f"{side}_shoulder", place, -1)
@@ -145,22 +147,30 @@ def AddHumanBody(
             # On the trunk, as it does not swing.
             turn = RotationMatrix.MakeZRotation(_INWARDS)
             X_TS = RigidTransform(turn, np.multiply(place, [1, width, 1]))
-            for part, mesh, color in (
-                ("sleeve", human_parts.BentSleeve(), clothes.top),
-                ("hand", human_parts.HoldingHand(), clothes.skin),
-                ("telephone", human_parts.Telephone(), TELEPHONE),
-                ("screen", human_parts.TelephoneScreen(), TELEPHONE_SCREEN),
+            for part, color in (
+                ("bent_sleeve", clothes.top),
+                ("holding_hand", clothes.skin),
+                ("telephone", TELEPHONE),
+                ("telephone_screen", TELEPHONE_SCREEN),
             ):
-                AddPart(trunk, part, mesh, color, X_TS)
+                AddPart(trunk, part, color, X_TS)
         else:
-            AddPart(arm, "sleeve", human_parts.Sleeve(), clothes.top)
-            AddPart(arm, "hand", human_parts.Hand(), clothes.skin)
+            AddPart(arm, "sleeve", clothes.top)
+            AddPart(arm, "hand", clothes.skin)
     return joints
 
 
 def disc_height(level: int) -> float:
     """Returns how high the disc of a person lies: see `AddHumanBody`, in m."""
     return _DISC_Z + _DISC_STEP * (level % _DISC_LEVELS)
+
+
+@cache
+def _read_mesh(name: str) -> InMemoryMesh:
+    """Returns a mesh of `models`, as a file in memory."""
+    file = resources.files(__package__) / f"models/{name}.obj"
+    text = file.read_text(encoding="utf-8")
+    return InMemoryMesh(mesh_file=MemoryFile(text, ".obj", name))
 
 
 def _tilted(pitch: float) -> RigidTransform:

@@ -14,7 +14,7 @@ from pydrake.systems.framework import (
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.checks import check_time_step
 from hunav_drake.systems.common.layout import STATE_SIZE, YAW
-from hunav_drake.systems.scene.gait import (
+from hunav_drake.systems.people.gait import (
     advance_gait,
     initial_gait,
     pose_figures,

@@ -18,11 +18,6 @@ from pydrake.multibody.tree import RigidBody
 from hunav_drake.systems.scene.meshes import TriangleMesh
 
 
-def MakeInMemoryMesh(mesh: TriangleMesh, name: str) -> InMemoryMesh:
-    """Returns a mesh for Drake, as a file in memory that its messages name."""
-    return InMemoryMesh(mesh_file=MemoryFile(mesh.to_obj(), ".obj", name))
-
-
 def AddVisual(
     plant: MultibodyPlant,
     body: RigidBody,
@@ -40,7 +35,8 @@ def AddVisual(
     scene in Meshcat only if it is `shown`.
     """
     if isinstance(shape, TriangleMesh):
-        shape = Mesh(MakeInMemoryMesh(shape, name))
+        file = MemoryFile(shape.to_obj(), ".obj", name)
+        shape = Mesh(InMemoryMesh(mesh_file=file))
     X_BG = X_BG or RigidTransform()
     if perceived and shown:
         plant.RegisterVisualGeometry(body, X_BG, shape, name, color.rgba)

@@ -19,7 +19,7 @@ from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
 from pydrake.systems.sensors import CameraInfo, RgbdSensor
 
-from hunav_drake.systems.sensing.sensor_config import CameraConfig
+from hunav_drake.systems.sensing.sensor_parameters import CameraParameters
 
 # What renders all cameras of a SceneGraph.
 RENDERER = "hunav_drake"
@@ -38,7 +38,7 @@ _LIGHTS = (
 
 
 def MakeCamera(
-    config: CameraConfig, scene_graph: SceneGraph, parent_frame: FrameId
+    config: CameraParameters, scene_graph: SceneGraph, parent_frame: FrameId
 ) -> Diagram:
     """Makes a camera.
 
@@ -113,7 +113,7 @@ def MakeCamera(
     return diagram
 
 
-def camera_pose(config: CameraConfig) -> RigidTransform:
+def camera_pose(config: CameraParameters) -> RigidTransform:
     """Returns the pose X_PC of a camera on what carries it.
 
     As Drake has it, the camera C looks along its z, and x goes to the right of
@@ -129,14 +129,14 @@ def camera_pose(config: CameraConfig) -> RigidTransform:
     return RigidTransform(turn @ tilt @ ahead, [x, y, config.height])
 
 
-def focal_length(config: CameraConfig) -> float:
+def focal_length(config: CameraParameters) -> float:
     """Returns the focal length of a camera, in pixels."""
     return 0.5 * config.image_size[1] / math.tan(0.5 * config.field_of_view_y)
 
 
 def AddCamera(
     builder: DiagramBuilder,
-    config: CameraConfig,
+    config: CameraParameters,
     scene_graph: SceneGraph,
     *,
     parent_frame: FrameId | None = None,

@@ -23,11 +23,11 @@ from hunav_drake.systems.common.random_streams import (
     halves_to_seed,
     seed_to_halves,
 )
-from hunav_drake.systems.scene.gait import advance_gait, initial_gait
-from hunav_drake.systems.scene.legs import ELLIPSE_SIZE, legs_at
+from hunav_drake.systems.people.gait import advance_gait, initial_gait
+from hunav_drake.systems.people.legs import ELLIPSE_SIZE, legs_at
 from hunav_drake.systems.sensing.ray_kernels import ray_distances
 from hunav_drake.systems.sensing.scans import sensor_pose
-from hunav_drake.systems.sensing.sensor_config import LidarConfig
+from hunav_drake.systems.sensing.sensor_parameters import LidarParameters
 from hunav_drake.systems.world.obstacles import Obstacles
 
 # People are so tall, in meters: a plane above meets nobody.
@@ -76,7 +76,7 @@ class Lidar(LeafSystem):
 
     def __init__(
         self,
-        config: LidarConfig | None = None,
+        config: LidarParameters | None = None,
         *,
         obstacles: Obstacles | None = None,
         num_humans: int = 0,
@@ -103,7 +103,7 @@ class Lidar(LeafSystem):
                 lidar is not a multiple of ``time_step``.
         """
         super().__init__()
-        self._config = config or LidarConfig()
+        self._config = config or LidarParameters()
         self._steps_per_scan = count_steps(self._config.period, time_step)
         self._time_step = time_step
         self._number = check_count("number", number)

@@ -5,11 +5,11 @@ from numpy.typing import ArrayLike
 
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import YAW, X, Y
-from hunav_drake.systems.sensing.sensor_config import LidarConfig, SensorConfig
+from hunav_drake.systems.sensing.sensor_parameters import LidarParameters, Mount
 
 
 def sensor_pose(
-    config: SensorConfig, robot_state: ArrayLike | None = None
+    config: Mount, robot_state: ArrayLike | None = None
 ) -> tuple[float, float, float]:
     """Returns where a sensor is and where it looks: (x, y, yaw) in W.
 
@@ -41,7 +41,9 @@ def sensor_pose(
 
 
 def scan_points(
-    config: LidarConfig, scan: ArrayLike, robot_state: ArrayLike | None = None
+    config: LidarParameters,
+    scan: ArrayLike,
+    robot_state: ArrayLike | None = None,
 ) -> Array:
     """Returns the points that a scan met.
 

@@ -16,7 +16,7 @@ from hunav_drake.systems.common.checks import check_count
 from hunav_drake.systems.common.layout import OUTSIDE, STATE_SIZE, X, Y
 from hunav_drake.systems.sensing.ray_kernels import people_in_view
 from hunav_drake.systems.sensing.scans import sensor_pose
-from hunav_drake.systems.sensing.sensor_config import VisiblePeopleConfig
+from hunav_drake.systems.sensing.sensor_parameters import VisibleParameters
 from hunav_drake.systems.world.obstacles import Obstacles
 
 
@@ -51,7 +51,7 @@ class VisiblePeople(LeafSystem):
 
     def __init__(
         self,
-        config: VisiblePeopleConfig | None = None,
+        config: VisibleParameters | None = None,
         *,
         obstacles: Obstacles | None = None,
         num_humans: int,
@@ -68,7 +68,7 @@ class VisiblePeople(LeafSystem):
             ValueError: If ``num_humans`` is negative.
         """
         super().__init__()
-        self._config = config or VisiblePeopleConfig()
+        self._config = config or VisibleParameters()
         if obstacles is None:
             obstacles = Obstacles.from_shapes([], solid=[])
         self._walls = obstacles.table

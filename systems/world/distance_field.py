@@ -1,7 +1,6 @@
 """How far the places of a grid are from the nearest wall."""
 
 from dataclasses import dataclass
-import functools
 import math
 
 import numpy as np
@@ -9,7 +8,6 @@ from numpy.typing import ArrayLike
 
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.world.nearest import signed_distances
-from hunav_drake.systems.world.obstacles import Obstacles
 
 # The most places of a field: 200 MB.
 _MOST = 25_000_000
@@ -46,13 +44,10 @@ class DistanceField:
         return self.distances[i, j]
 
 
-@functools.lru_cache(maxsize=8)
 def distance_field(
-    obstacles: Obstacles,
-    resolution: float,
-    bounds: tuple[float, float, float, float],
+    table: Array, resolution: float, bounds: tuple[float, float, float, float]
 ) -> DistanceField:
-    """Returns what `Obstacles.distance_field` does; the last ones are kept."""
+    """Returns what `Obstacles.distance_field` does, of its `table`."""
     x0, y0, x1, y1 = map(float, bounds)
     if not 0 < resolution < math.inf:
         raise ValueError(f"resolution must be positive, got {resolution} m")
@@ -74,7 +69,7 @@ def distance_field(
             f" the bounds; take at most {_MOST}"
         )
     distances: Array = signed_distances(
-        x0, y0, resolution, rows, columns, obstacles.table
+        x0, y0, resolution, rows, columns, table
     )
     distances.setflags(write=False)
     return DistanceField(distances, (x0, y0), float(resolution))

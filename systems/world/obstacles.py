@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from functools import cached_property
+from functools import cached_property, lru_cache
 import hashlib
 from typing import TYPE_CHECKING, Any, Self
 
@@ -149,10 +149,20 @@ class Obstacles:
             ValueError: If the resolution is not positive, the bounds are not
                 in order, or the grid has more than 25 million places.
         """
-        # Here, for a scenario can be read without loading numba.
-        from hunav_drake.systems.world.distance_field import distance_field
+        return _distance_field(self, resolution, tuple(bounds))
 
-        return distance_field(self, resolution, tuple(bounds))
+
+@lru_cache(maxsize=8)
+def _distance_field(
+    obstacles: Obstacles,
+    resolution: float,
+    bounds: tuple[float, float, float, float],
+) -> "DistanceField":
+    """Returns a distance field; the last ones are kept."""
+    # Here, for a scenario can be read without loading numba.
+    from hunav_drake.systems.world.distance_field import distance_field
+
+    return distance_field(obstacles.table, resolution, bounds)
 
 
 def nearest_points(obstacles: Obstacles, points: ArrayLike) -> Array:

@@ -9,8 +9,7 @@ import numpy as np
 
 from hunav_drake.systems.planning import PlanningTask, View
 from hunav_drake.systems.planning.mppi import MppiMemory, MppiPlanner
-from hunav_drake.systems.planning.mppi.mppi import CriticWeights
-from hunav_drake.systems.planning.mppi.optimize import optimize
+from hunav_drake.systems.planning.mppi.mppi import CriticWeights, optimize
 from hunav_drake.systems.planning.navigation.memory import LocalPlan, Sight
 from hunav_drake.systems.robot import RobotLimits
 from hunav_drake.systems.world.obstacles import Obstacles

@@ -7,15 +7,15 @@ import time
 from pydrake.geometry import Meshcat
 
 from hunav_drake import MakeTrialDiagram, MakeTrialSimulator
-from hunav_drake.replay import (
+from hunav_drake.scenario import LoadScenario, Scenario, draw_people
+from hunav_drake.systems.scene import SceneKinematics
+from hunav_drake.views.film import FilmConfig, RenderFilm
+from hunav_drake.views.replay import (
     RecordReplay,
     SaveReplay,
     SetView,
     StartMeshcatLocal,
 )
-from hunav_drake.scenario import LoadScenario, Scenario, draw_people
-from hunav_drake.systems.scene import SceneKinematics
-from hunav_drake.views.film import FilmConfig, RenderFilm
 
 DURATION = 60.0
 
@@ -76,8 +76,8 @@ def cpu_without_scene(scenario: Scenario) -> float:
 
 def cpu_of_film(size: tuple[int, int], *, shadows: bool) -> float:
     """Returns the CPU seconds of one picture of a film."""
-    from hunav_drake.results.files import WriteResult
-    from hunav_drake.simulation import RunTrial
+    from hunav_drake.runs.files import WriteResult
+    from hunav_drake.trial.simulation import RunTrial
 
     with tempfile.TemporaryDirectory() as folder:
         scenario = LoadScenario(filename="passing")

@@ -12,9 +12,9 @@ import tempfile
 import threading
 import time
 
-from hunav_drake.benchmark import LoadSuite, RunSuite
-from hunav_drake.benchmark.running.run_log import NAME
-from hunav_drake.benchmark.writing import WriteSuite
+from hunav_drake.report.suite_files import WriteSuite
+from hunav_drake.runs import LoadSuite, RunSuite
+from hunav_drake.runs.running.run_log import NAME
 
 RUNS = 10_000
 

@@ -15,7 +15,7 @@ from hunav_drake import (
     SetTrialSeed,
 )
 from hunav_drake.scenario import Scenario
-from hunav_drake.simulation import GetTrialResult
+from hunav_drake.trial.simulation import GetTrialResult
 
 DURATION = 60.0
 

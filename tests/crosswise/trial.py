@@ -21,10 +21,10 @@ from hunav_drake import (
     SetTrialSeed,
     TrialResult,
 )
-from hunav_drake.replay import RecordReplay, SaveReplay, StartMeshcatLocal
-from hunav_drake.results.files import LoadResults, WriteResult
+from hunav_drake.runs.files import LoadResults, WriteResult
 from hunav_drake.views.camera import View
 from hunav_drake.views.film import FilmConfig, RenderFilm
+from hunav_drake.views.replay import RecordReplay, SaveReplay, StartMeshcatLocal
 from tests.crosswise.factors import Row, overrides, refusal
 
 SEED = 3

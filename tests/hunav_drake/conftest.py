@@ -1,6 +1,6 @@
 import pytest
 
-from hunav_drake.cli import main
+from hunav_drake.commands.cli import main
 
 
 @pytest.fixture

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hunav_drake.context_file import _digest
+from hunav_drake.trial.context_file import _digest
 
 Arrays = dict[str, NDArray[Any]]
 

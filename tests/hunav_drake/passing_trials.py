@@ -4,9 +4,9 @@ import dataclasses
 
 import numpy as np
 
-from hunav_drake.results.provenance import MakeProvenance
-from hunav_drake.results.trial_result import MakeTrialResult, TrialResult
 from hunav_drake.systems.evaluation.recording import Recording
+from hunav_drake.trial.provenance import MakeProvenance
+from hunav_drake.trial.result import MakeTrialResult, TrialResult
 
 
 def make_recording(

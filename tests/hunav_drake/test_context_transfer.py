@@ -15,7 +15,7 @@ from hunav_drake import (
 )
 from hunav_drake.systems import robot
 from hunav_drake.systems.robot.drives import DifferentialWheels
-from hunav_drake.systems.robot.physical_robots import UrdfRobot
+from hunav_drake.systems.robot.robots import UrdfRobot
 
 
 def scenario(name, *overrides):

@@ -5,7 +5,7 @@ import threading
 import pytest
 
 from hunav_drake import LoadScenario, RunTrial
-from hunav_drake.interrupts import interrupts_between_steps
+from hunav_drake.trial.interrupts import interrupts_between_steps
 
 
 @pytest.fixture(autouse=True)

@@ -6,16 +6,16 @@ import os
 import pytest
 import yaml
 
-from hunav_drake.benchmark import LoadSuite
-from hunav_drake.benchmark.running.cell import make_cells
-from hunav_drake.benchmark.running.recordings import (
+from hunav_drake.commands.cli import main
+from hunav_drake.hunavsim.result_files import hunav_texts
+from hunav_drake.runs import LoadSuite
+from hunav_drake.runs.files import WriteResult
+from hunav_drake.runs.running.cell import make_cells
+from hunav_drake.runs.running.recordings import (
     FOLDER,
     recording_path,
     replay_path,
 )
-from hunav_drake.cli import main
-from hunav_drake.hunavsim.result_files import hunav_texts
-from hunav_drake.results.files import WriteResult
 from hunav_drake.scenario import LoadScenario, ScenarioError
 from hunav_drake.systems.common.files import as_file_name, is_file_name
 from tests.hunav_drake.passing_trials import make_recording, make_result

@@ -11,11 +11,11 @@ from pydrake.systems.primitives import TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 import pytest
 
-from hunav_drake import replay as mut
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.robot import DifferentialDriveConfig
 from hunav_drake.systems.scene import AddScene, Bounds
 from hunav_drake.systems.world.shapes import Box, World
+from hunav_drake.views import replay as mut
 from tests import screenshot
 
 CORRIDOR = World(

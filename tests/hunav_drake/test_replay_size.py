@@ -6,8 +6,8 @@ import re
 import pytest
 
 from hunav_drake import LoadScenario, RunTrial
-from hunav_drake.replay import SaveReplay, SetView, StartMeshcatLocal
 from hunav_drake.scenario import draw_people
+from hunav_drake.views.replay import SaveReplay, SetView, StartMeshcatLocal
 from tests.screenshot import unpacked
 
 DURATION = 60.0

@@ -9,7 +9,7 @@ import pytest
 
 from hunav_drake import LoadScenario, RunTrial, WriteReport, WriteResult
 from hunav_drake.systems.evaluation.recording import Recording
-from hunav_drake.trial_end import explain_end
+from hunav_drake.trial.end import explain_end
 
 HALL = """
 world:

@@ -24,13 +24,13 @@ from hunav_drake import (
     MakeTrialSimulator,
     SaveContext,
 )
-from hunav_drake.benchmark import LoadSuite, RunSuite
-from hunav_drake.context_file import _digest
-from hunav_drake.recordings.readers import ReadRecording
-from hunav_drake.results.files import WriteResult
+from hunav_drake.runs import LoadSuite, RunSuite
+from hunav_drake.runs.files import WriteResult
+from hunav_drake.runs.recording_files import ReadRecording
 from hunav_drake.scenario.shipped import shipped_names, shipped_text
-from hunav_drake.simulation import RunTrial
 from hunav_drake.systems import behavior
+from hunav_drake.trial.context_file import _digest
+from hunav_drake.trial.simulation import RunTrial
 from tests.agents import AGENTS
 from tests.maps import write_map
 from tests.reliability.mutations import (

@@ -17,9 +17,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hunav_drake.benchmark.running.run_log import read_rows
-from hunav_drake.results.files import LoadResults
-from hunav_drake.results.run_folders import find_runs
+from hunav_drake.runs.files import LoadResults
+from hunav_drake.runs.run_folders import find_runs
+from hunav_drake.runs.running.run_log import read_rows
 
 _SUITE = {
     "name": "small",
@@ -87,7 +87,7 @@ def _look_at_file(folder: Path, printed: str) -> str:
 
 
 def _hunav(line: str) -> list[str]:
-    return [sys.executable, "-m", "hunav_drake.cli", *line.split()]
+    return [sys.executable, "-m", "hunav_drake.commands.cli", *line.split()]
 
 
 COMMANDS = {

@@ -126,7 +126,7 @@ def verdict(steps, place: str) -> tuple[str, str]:
         steps: Who reads it: see `tests.reliability.inputs`.
         place: Its folder, which makes no message long.
     """
-    from hunav_drake.cli import main
+    from hunav_drake.commands.cli import main
 
     for number, step in enumerate(steps):
         out, err = io.StringIO(), io.StringIO()

@@ -40,7 +40,13 @@ def here(tmp_path):
 def hunav(name, here, *, before=(), environment=None, **options):
     line = COMMANDS[name].replace("OUT", "out")
     return subprocess.run(
-        [*before, sys.executable, "-m", "hunav_drake.cli", *line.split()],
+        [
+            *before,
+            sys.executable,
+            "-m",
+            "hunav_drake.commands.cli",
+            *line.split(),
+        ],
         cwd=here,
         env={**os.environ, "PYTHONPATH": str(ROOT), **(environment or {})},
         capture_output=True,

@@ -1,6 +1,5 @@
 import { button, fill, h } from "./dom.js";
 import { arrayOps, copied, wordsFor } from "./changes.js";
-import { describe } from "./schema.js";
 import { numberInput, words } from "./fields.js";
 
 /** No more copies than these are made at a time. */
@@ -103,14 +102,6 @@ export function addDialogs(store, root) {
     });
   }
 
-  function template(it) {
-    const values = { ...it.defaults };
-    const properties = describe(it.schema, it.schema).properties ?? {};
-    const nodes = Object.fromEntries(Object.entries(properties).map(([key, part]) => [key, describe(it.schema, part)]));
-    const create = () => begin({ do: "template", name: it.name, values });
-    show(it.title ?? words(it.name), h("div", { class: "template-form" }, numberRows(values, nodes)), buttons(act("Back", start), act("Create", create, true)));
-  }
-
   /** Asks how often what is selected is to be there, and how far apart. */
   function array() {
     const { data, selection } = store;
@@ -143,7 +134,7 @@ export function addDialogs(store, root) {
   }
 
   function start() {
-    const templates = store.catalog.templates.map((it) => h("button", { type: "button", class: "card", "data-template": it.name, onclick: () => template(it) }, h("strong", null, it.title ?? words(it.name)), h("span", null, it.help ?? it.schema?.description?.split("\n")[0] ?? "")));
+    const templates = store.catalog.templates.map((it) => h("button", { type: "button", class: "card", "data-template": it.name, onclick: () => begin({ do: "template", name: it.name }) }, h("strong", null, it.title), h("span", null, it.help)));
     show(
       "New scenario",
       h("div", { class: "cards" }, h("button", { type: "button", class: "card", onclick: () => dialog.close() }, h("strong", null, "Empty"), h("span", null, "A floor without anything")), templates),

@@ -4,7 +4,7 @@ import inspect
 import shutil
 from typing import Any
 
-from hunav_drake.plots.style import PALETTE
+from hunav_drake.report.plots.style import PALETTE
 from hunav_drake.scenario.json_schema import (
     described_schema,
     scenario_json_schema,

@@ -193,8 +193,8 @@ def _import(names: Sequence[str]) -> None:
     """Imports modules of users; what is wrong with one is printed."""
     if not names:
         return
-    from hunav_drake.commands.errors import InputError
-    from hunav_drake.commands.user_code import import_user_code
+    from hunav_drake.systems.common.input_error import InputError
+    from hunav_drake.trial.user_code import import_user_code
 
     try:
         import_user_code(names)

@@ -6,9 +6,9 @@ from typing import Any
 
 import pandas as pd
 
-from hunav_drake.results.quantity_text import number_text
-from hunav_drake.results.statistics import summarize
+from hunav_drake.runs.statistics import summarize
 from hunav_drake.systems.evaluation.metrics import METRICS
+from hunav_drake.trial.quantity_text import number_text
 
 
 def plain_number(value: float) -> float | str | None:

@@ -10,15 +10,8 @@ from pydrake.systems.framework import Context, Diagram
 
 from hunav_drake.editor.worker.child import Channel, Stopped
 from hunav_drake.editor.worker.statistics import plain_number, value_text
-from hunav_drake.replay import (
-    RecordReplay,
-    SaveReplay,
-    SetView,
-    StartMeshcatLocal,
-)
 from hunav_drake.report.writing import WriteReport
-from hunav_drake.results.files import WriteResult
-from hunav_drake.results.trial_result import TrialResult
+from hunav_drake.runs.files import WriteResult
 from hunav_drake.scenario import (
     LoadScenario,
     SaveScenario,
@@ -27,12 +20,19 @@ from hunav_drake.scenario import (
 )
 from hunav_drake.scenario.error import ScenarioError
 from hunav_drake.scenario.population import people_seed
-from hunav_drake.simulation import RunTrial
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.files import as_file_name
 from hunav_drake.systems.common.layout import STATE_SIZE
 from hunav_drake.systems.planning.planner_error import PlannerError
-from hunav_drake.trial_diagram import MakeTrialDiagram
+from hunav_drake.trial.diagram import MakeTrialDiagram
+from hunav_drake.trial.result import TrialResult
+from hunav_drake.trial.simulation import RunTrial
+from hunav_drake.views.replay import (
+    RecordReplay,
+    SaveReplay,
+    SetView,
+    StartMeshcatLocal,
+)
 
 # The least time between two frames, in seconds; between them, nobody looks
 # for messages.

@@ -2,6 +2,8 @@
 
 from importlib import resources
 
+from hunav_drake.systems.common.suggest import shown, suggestion
+
 
 def list_templates() -> dict[str, str]:
     """Returns the names of the templates with their first lines."""
@@ -21,9 +23,13 @@ def template_text(name: str) -> str:
     """Returns the YAML of a template, with its comments.
 
     Raises:
-        KeyError: If there is no such template.
+        ValueError: If there is no such template.
     """
-    file = resources.files(__name__) / f"{name}.yaml"
-    if not file.is_file():
-        raise KeyError(name)
-    return file.read_text(encoding="utf-8")
+    folder = resources.files(__name__)
+    names = [entry.name for entry in folder.iterdir()]
+    if f"{name}.yaml" not in names:
+        valid = list(list_templates())
+        raise ValueError(
+            f"there is no template {shown(name)}; {suggestion(name, valid)}"
+        )
+    return (folder / f"{name}.yaml").read_text(encoding="utf-8")

@@ -16,13 +16,7 @@ from hunav_drake.systems.common.layout import (
     YAW,
 )
 from hunav_drake.systems.crowd.bodies.contacts import deepest, robot_touches
-from hunav_drake.systems.crowd.bodies.finish import (
-    ACCELERATION,
-    KEEP_APART,
-    STANDING,
-    TURN_RATE,
-    for_each_robot,
-)
+from hunav_drake.systems.crowd.bodies.finish import Options, for_each_robot
 from hunav_drake.systems.crowd.bodies.keep_apart import keep_apart, would_meet
 from hunav_drake.systems.crowd.bodies.rate_limits import limit_rates
 from hunav_drake.systems.crowd.bodies.standing import stand
@@ -79,7 +73,7 @@ class Bodies:
     Attributes:
         radii: Shape (n,), those of the bodies, in meters; read-only.
         sizes: Shape (n, 2): see `finish`.
-        options: Shape (5,): see there.
+        options: See there, too.
     """
 
     def __init__(
@@ -104,12 +98,12 @@ class Bodies:
             math.inf if limit is None else limit
             for limit in (config.max_acceleration, config.max_turn_rate)
         )
-        self.options = np.array(
-            [
-                *(config.standing, config.keep_apart),
-                *(acceleration, turn_rate, self._is_walled),
-            ],
-            dtype=float,
+        self.options = Options(
+            standing=float(config.standing),
+            keep_apart=float(config.keep_apart),
+            acceleration=acceleration,
+            turn_rate=turn_rate,
+            walled=float(self._is_walled),
         )
         self._robots_stop = bool(config.robots_stop)
         is_limited = math.isfinite(min(acceleration, turn_rate))
@@ -227,20 +221,19 @@ class Bodies:
         before, command = snapshot.states, snapshot.command
         time_step = snapshot.time_step
         robots = self._as_met(snapshot.robots)
-        acceleration, turn_rate = self.options[[ACCELERATION, TURN_RATE]]
+        options = self.options
         stances = stances.copy()
         after = after.copy()
-        if self.options[STANDING]:
+        if options.standing:
             stand(before, after, forces, command, stances, time_step)
-        if self.options[STANDING] or min(acceleration, turn_rate) < math.inf:
-            limit_rates(
-                before, after, command, acceleration, turn_rate, time_step
-            )
+        limits = options.acceleration, options.turn_rate
+        if options.standing or min(limits) < math.inf:
+            limit_rates(before, after, command, *limits, time_step)
         margins = self.sizes[:, 1].copy()
         if self._is_walled:
             after = keep_out_of_walls(before, after, margins, self._table)
         free = for_each_robot(after, len(robots))
-        if self.options[KEEP_APART] and would_meet(
+        if options.keep_apart and would_meet(
             before, after, self.sizes, robots, self._robots_stop, time_step
         ):
             keep_apart(

@@ -1,6 +1,7 @@
 """The end of a step of a crowd: what bodies make of the motion proposed."""
 
 import math
+from typing import NamedTuple
 
 from numba import float64
 import numpy as np
@@ -13,8 +14,23 @@ from hunav_drake.systems.crowd.bodies.rate_limits import limit_rates
 from hunav_drake.systems.crowd.bodies.standing import stand
 from hunav_drake.systems.crowd.walls.keep_out import keep_out_of_walls
 
-# What is switched on: the fields of `options`, in order. Limits may be inf.
-STANDING, KEEP_APART, ACCELERATION, TURN_RATE, WALLED = range(5)
+
+class Options(NamedTuple):
+    """What bodies do; all are floats.
+
+    Attributes:
+        standing: Whether people stand where they want to: 1 or 0.
+        keep_apart: Whether they are kept apart: 1 or 0.
+        acceleration: The limit of it, in m/s^2; may be infinite.
+        turn_rate: That of the turn rate, in rad/s; likewise.
+        walled: Whether walls stop people: 1 or 0.
+    """
+
+    standing: float
+    keep_apart: float
+    acceleration: float
+    turn_rate: float
+    walled: float
 
 
 @jit_as(float64[:, ::1], MATRIX, INTEGER)
@@ -64,29 +80,25 @@ def finish(
         sizes: Shape (n, 2), the radius of each body, and how far its center is
             kept from walls (see `wall_margins`), in meters.
         table: `Obstacles.table`.
-        options: Shape (5,): 1 or 0 for standing and keeping apart, the limits
-            of acceleration, in m/s^2, and turn rate, in rad/s, and 1 or 0 for
-            walls that stop people.
+        options: See `Options`.
         time_step: In seconds.
         iterations: See `project`.
         pairs: See `keep_apart`.
         known: See there.
     """
-    is_limited = (
-        options[ACCELERATION] < math.inf or options[TURN_RATE] < math.inf
-    )
-    if options[STANDING] != 0:
+    is_limited = options.acceleration < math.inf or options.turn_rate < math.inf
+    if options.standing != 0:
         stand(before, after, forces, command, stances, time_step)
-    if is_limited or options[STANDING] != 0:
+    if is_limited or options.standing != 0:
         limit_rates(
             *(before, after, command),
-            *(options[ACCELERATION], options[TURN_RATE], time_step),
+            *(options.acceleration, options.turn_rate, time_step),
         )
-    is_walled = options[WALLED] != 0
+    is_walled = options.walled != 0
     if is_walled:
         after = keep_out_of_walls(before, after, sizes[:, 1].copy(), table)
     free = for_each_robot(after, len(robots))
-    if options[KEEP_APART] != 0:
+    if options.keep_apart != 0:
         is_moved = keep_apart(
             *(before, after, sizes, command, robots, table, is_walled),
             *(False, time_step, iterations, pairs, known, free),

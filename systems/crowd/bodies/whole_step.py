@@ -6,13 +6,20 @@ that of handing over its arrays.
 """
 
 import math
+from typing import NamedTuple
 
 import numba
 from numba import float64
 import numpy as np
 
-from hunav_drake.systems.common.kernels import MATRIX, VECTOR, WALLS, jit_as
-from hunav_drake.systems.crowd.bodies.finish import finish
+from hunav_drake.systems.common.kernels import (
+    MATRIX,
+    VECTOR,
+    WALLS,
+    jit_as,
+    reads,
+)
+from hunav_drake.systems.crowd.bodies.finish import Options, finish
 from hunav_drake.systems.crowd.bodies.time_gap import follow
 from hunav_drake.systems.crowd.limits import is_within
 from hunav_drake.systems.crowd.social_force.kernel import (
@@ -21,14 +28,35 @@ from hunav_drake.systems.crowd.social_force.kernel import (
 )
 from hunav_drake.systems.people.parameters import K_OBSTACLE
 
-# The fields of `numbers`: those of the options of `finish`, and then the
-# reach and the number of walls, the error of forces, the time gap and what
-# part of others' speed is added, the time step, and the iterations of
-# `keep_apart`.
-OPTIONS = 5
-REACH, MOST, ERROR, TIME_GAP, MATCHING, TIME_STEP, ITERATIONS = range(
-    OPTIONS, OPTIONS + 7
-)
+
+class Numbers(NamedTuple):
+    """What does not change in a trial, after the fields of `Options`.
+
+    Attributes:
+        reach: Walls farther than this are not felt, in meters.
+        most: How many walls are felt at most; 0 for all.
+        error: See `fast_social_forces`.
+        time_gap: At which people follow each other, in seconds; 0 for none.
+        matching: What part of others' speed is added.
+        time_step: In seconds.
+        iterations: Those of `keep_apart`.
+    """
+
+    standing: float
+    keep_apart: float
+    acceleration: float
+    turn_rate: float
+    walled: float
+    reach: float
+    most: float
+    error: float
+    time_gap: float
+    matching: float
+    time_step: float
+    iterations: float
+
+
+_numbers_in = reads(Numbers)
 
 
 @jit_as(
@@ -53,7 +81,7 @@ def whole_step(
         sizes: Shape (n, 3): those of `finish`, and the radius of each
             person, in meters.
         table: `Obstacles.table`.
-        numbers: Shape (12,): see the fields above.
+        numbers: Shape (12,): see `Numbers`.
 
     Returns:
         The states and the stances, in shapes as given, what `robot_touches`
@@ -61,6 +89,7 @@ def whole_step(
         not if a number is so large that `limited` would change it, or a force
         is not finite.
     """
+    p = _numbers_in(numbers)
     n = len(states)
     stance = stances.copy()
     touches = np.zeros((n * len(robots), 2))
@@ -81,20 +110,20 @@ def whole_step(
     pairs = np.empty((0, 2), np.int64)
     known = -1.0
     wanted = command.copy()
-    if numbers[TIME_GAP] > 0:
+    if p.time_gap > 0:
         wanted, felt, pairs, known = follow(
             *(states, bodies, command, parameters, felt),
-            *(numbers[TIME_GAP], numbers[MATCHING]),
+            *(p.time_gap, p.matching),
         )
     forces = fast_social_forces(
         *(states, radii, wanted, parameters, robots, felt, table),
-        *(numbers[REACH], int(numbers[MOST]), numbers[ERROR]),
+        *(p.reach, int(p.most), p.error),
     )
     total = 0.0
     for i in range(n):
         for c in range(forces.shape[1]):
             total += forces[i, c]
-    after = advance(states, forces, wanted, numbers[TIME_STEP])
+    after = advance(states, forces, wanted, p.time_step)
     for i in range(n):
         for c in range(after.shape[1]):
             total += after[i, c]
@@ -102,7 +131,11 @@ def whole_step(
         return after, stance, touches, False
     after, touches = finish(
         *(states, after, forces, wanted, stance, robots, sizes, table),
-        *(numbers[:OPTIONS], numbers[TIME_STEP], int(numbers[ITERATIONS])),
+        Options(
+            *(p.standing, p.keep_apart),
+            *(p.acceleration, p.turn_rate, p.walled),
+        ),
+        *(p.time_step, int(p.iterations)),
         *(pairs, known),
     )
     return after, stance, touches, True

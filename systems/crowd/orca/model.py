@@ -20,6 +20,7 @@ from hunav_drake.systems.common.kernels import (
     WALLS,
     jit,
     jit_as,
+    reads,
 )
 from hunav_drake.systems.common.layout import (
     COHERENCE_FORCE,
@@ -60,20 +61,6 @@ from hunav_drake.systems.crowd.orca.rules import avoid_disc, avoid_walls
 from hunav_drake.systems.crowd.social_force import kernel
 from hunav_drake.systems.crowd.surroundings import goal_velocities
 from hunav_drake.systems.world.walls import opened
-
-# The fields of OrcaModel in order.
-(
-    _NEIGHBOR_DISTANCE,
-    _MAX_NEIGHBORS,
-    _HORIZON,
-    _WALL_HORIZON,
-    _MARGIN,
-    _RELAXATION,
-    _EPSILON,
-    _BODY_RADIUS,
-    _RECOVERY,
-    _QUEUE,
-) = range(10)
 
 Time = Annotated[StrictFloat, within(0, 1e3, "s", low_open=True)]
 
@@ -128,22 +115,23 @@ def orca_accelerations(
     Returns:
         Shape (n, FORCES_SIZE), in m/s^2: the total, and zeros.
     """
+    p = _model_in(model)
     walls = opened(table)
     n = len(states)
     forces = np.zeros((n, FORCES_SIZE))
     if n == 0:
         return forces
     wanted = _wanted(
-        states, radii, command, parameters, robots, step, model[_RELAXATION]
+        states, radii, command, parameters, robots, step, p.relaxation_time
     )
     cells = make_cells(states[:, X].copy(), states[:, Y].copy())
-    most = int(model[_MAX_NEIGHBORS])
-    far = model[_NEIGHBOR_DISTANCE]
-    margin = model[_MARGIN]
-    body = model[_BODY_RADIUS]
-    recovery = max(model[_RECOVERY], step)
-    cosine = math.cos(model[_EPSILON])
-    sine = math.sin(model[_EPSILON])
+    most = int(p.max_neighbors)
+    far = p.neighbor_distance
+    margin = p.safety_margin
+    body = p.body_radius
+    recovery = max(p.recovery_time, step)
+    cosine = math.cos(p.epsilon)
+    sine = math.sin(p.epsilon)
     nearest = np.empty(most)
     found = np.empty(n, np.int64)
     shares = np.empty(n)
@@ -168,12 +156,12 @@ def orca_accelerations(
             shares[a] = -1.0
             if walks[i] and walks[j]:
                 both = (states[i], command[i], states[j], command[j])
-                shares[a] = share_in_queue(*both, model[_QUEUE])
+                shares[a] = share_in_queue(*both, p.queue_distance)
                 if shares[a] >= 0:
                     felt = min(felt, body)
         hard = avoid_walls(
             *(rules, x, y, felt + margin, cap, walls),
-            *(sight, model[_WALL_HORIZON], step),
+            *(sight, p.wall_horizon, step),
         )
         count = hard
         for a in range(neighbors + len(robots)):
@@ -220,7 +208,7 @@ def orca_accelerations(
             ey = sine * dx + cosine * dy
             count += avoid_disc(
                 *(rules[count], ex, ey, own, own[0] - vx, own[1] - vy),
-                *(reach, share, model[_HORIZON], apart_in),
+                *(reach, share, p.time_horizon, apart_in),
             )
         vx, vy = best_velocity(
             *(rules, hard, count, cap, wanted[i, 0], wanted[i, 1]), scratch
@@ -259,6 +247,8 @@ class OrcaModel(MotionModel):
     on the very point of a wall are not moved by it, nor people by someone in
     the same place with the same velocity.
     """
+
+    uses_weights = "none"
 
     keeps_radii: ClassVar[bool] = True
 
@@ -309,3 +299,6 @@ class OrcaModel(MotionModel):
             snapshot.states, forces, snapshot.command, snapshot.time_step
         )
         return states
+
+
+_model_in = reads(OrcaModel)

@@ -12,8 +12,8 @@ from hunav_drake.systems.evaluation.metrics import reduce
 from hunav_drake.systems.evaluation.metrics.goal import time_to_reach_goal
 from hunav_drake.systems.evaluation.metrics.path import since_previous
 from hunav_drake.systems.evaluation.metrics.speeds import STILL_SPEED
-from hunav_drake.systems.evaluation.path_features import Way
 from hunav_drake.systems.evaluation.recording import Recording
+from hunav_drake.systems.evaluation.way import Way
 
 _metric = partial(register_metric, family="efficiency")
 

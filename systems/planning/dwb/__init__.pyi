@@ -1,8 +1,9 @@
-from .choose import Candidates as Candidates, candidates as candidates
 from .dwb import (
+    Candidates as Candidates,
     CriticParameters as CriticParameters,
     CriticScales as CriticScales,
     DwbPlanner as DwbPlanner,
+    candidates as candidates,
 )
 from .dwb_memory import DwbMemory as DwbMemory
 from .scl import SclPlanner as SclPlanner

@@ -2,13 +2,22 @@
 
 from dataclasses import field
 import math
-from typing import Annotated, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple
 
-from pydantic import Field, StrictBool, StrictFloat
+import numpy as np
+from pydantic import (
+    AfterValidator,
+    Field,
+    StrictBool,
+    StrictFloat,
+    ValidationInfo,
+)
 from pydantic.dataclasses import dataclass
 
 from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.layout import OMEGA, YAW
 from hunav_drake.systems.common.plain_errors import plain_errors
+from hunav_drake.systems.common.poses import wrap_angle
 from hunav_drake.systems.common.schema import (
     CONFIG,
     Integer,
@@ -16,10 +25,11 @@ from hunav_drake.systems.common.schema import (
     PositiveLength,
     PositiveSpeed,
     Speed,
+    fault,
     within,
 )
 from hunav_drake.systems.planning.costmap.costmap_config import Period
-from hunav_drake.systems.planning.dwb.dwb_memory import DwbMemory
+from hunav_drake.systems.planning.dwb.dwb_memory import DwbMemory, Trend
 from hunav_drake.systems.planning.navigation.memory import Control, LocalPlan
 from hunav_drake.systems.planning.navigation.navigation_planner import (
     NavigationPlanner,
@@ -41,10 +51,38 @@ from hunav_drake.systems.robot.robot_config import (
 )
 from hunav_drake.systems.world.maps.costs import Costmap
 
+if TYPE_CHECKING:
+    from hunav_drake.systems.planning.dwb.scoring import Parameters
+
+# Slower measured speeds, in m/s, and turn rates, in rad/s, count as none.
+_STILL = 0.001
+
+# As many speeds are tried at most for the sake of a small goal.
+_MOST_SPEEDS = 100
+
+# Why there is no command, by what stands for the best sample.
+_FAULTS = {
+    -1: "each way ahead leads into something",
+    -2: "the plan is nowhere on the local map",
+}
+
+
 Scale = Annotated[StrictFloat, within(0, 1e6)]
 Fall = Annotated[StrictFloat, within(-100, -1e-6, "m/s^2")]
 TurnFall = Annotated[StrictFloat, within(-1000, -1e-6, "rad/s^2")]
 Samples = Annotated[Integer, Field(ge=2, le=1000)]
+
+_MOST_VELOCITIES = 40_000
+
+
+def _check_samples(turns: int, info: ValidationInfo) -> int:
+    speeds = info.data.get("vx_samples", 0)
+    if speeds * turns > _MOST_VELOCITIES:
+        raise fault(
+            f"must be at most {_MOST_VELOCITIES // speeds} with vx_samples"
+            f" {speeds}, for {_MOST_VELOCITIES} velocities, got {turns}"
+        )
+    return turns
 
 
 @plain_errors
@@ -137,6 +175,45 @@ class CriticParameters:
     does not count."""
 
 
+class Dynamics(NamedTuple):
+    """What follows from the parameters and the task.
+
+    Attributes:
+        p: By name.
+        values: As one array, which kernels read.
+    """
+
+    p: "Parameters"
+    values: Array
+
+
+class Weighed(NamedTuple):
+    """What `weigh_samples` gives, and what the critics remember."""
+
+    best: int
+    vs: Array
+    ws: Array
+    scores: Array
+    memory: DwbMemory
+
+
+class Candidates(NamedTuple):
+    """All that DWB has weighed in one cycle, for those who look at it.
+
+    Attributes:
+        velocities: Shape (n, 2), rows (v, omega), in m/s and rad/s.
+        scores: Shape (n, 11): the total and the scaled scores of the critics,
+            `Critic` in their order; infinite where a critic forbids it.
+        best: The row of the one taken; -1 if all are forbidden.
+        paths: What is predicted for each, shape (k, 3), rows (x, y, yaw).
+    """
+
+    velocities: Array
+    scores: Array
+    best: int
+    paths: list[Array]
+
+
 @register_planner("dwb")
 @dataclass(kw_only=True, config=CONFIG)
 class DwbPlanner(NavigationPlanner):
@@ -187,8 +264,9 @@ class DwbPlanner(NavigationPlanner):
     """How many speeds are tried; more, up to 100, where the goal is smaller
     than the distance between two places that they lead to."""
 
-    vtheta_samples: Samples = 20
-    """How many turn rates are tried."""
+    vtheta_samples: Annotated[Samples, AfterValidator(_check_samples)] = 20
+    """How many turn rates are tried: with each speed, so that at most 40 000
+    velocities are."""
 
     sim_time: Period = 1.7
     """How far ahead the robot is predicted, in seconds."""
@@ -268,7 +346,196 @@ class DwbPlanner(NavigationPlanner):
         memory: Any,
     ) -> Control:
         """Decides the command: see `NavigationPlanner.control`."""
-        # Reading a scenario does without numba.
-        from hunav_drake.systems.planning.dwb.choose import choose
-
         return choose(self, task, view, local, costmap, memory)
+
+
+def _parameters(planner: DwbPlanner, task: PlanningTask) -> "Parameters":
+    """Returns what follows from the parameters of DWB and the task."""
+    from hunav_drake.systems.planning.dwb.scoring import Parameters
+
+    profile = planner.dwb_profile
+    turn = either(planner.max_vel_theta, profile.max_vel_theta)
+    high = min(planner.max_vel_x, task.limits.max_speed)
+    low = max(min(planner.min_vel_x, high), -task.limits.max_reverse_speed)
+    # Their ways must end close enough together for one to end at the goal.
+    apart = (high - low) * planner.sim_time / task.goal_tolerance
+    speeds = max(planner.vx_samples, min(math.ceil(apart) + 1, _MOST_SPEEDS))
+    at_once = planner.trajectory_generator == "limited_accel"
+    values = {
+        **vars(planner),
+        **vars(planner.critics),
+        **vars(planner.scales),
+        "low": low,
+        "high": high,
+        "turn": min(turn, task.limits.max_turn_rate),
+        "reach_time": planner.period if at_once else planner.sim_time,
+        "speeds": speeds,
+        "turns": planner.vtheta_samples,
+        "at_once": at_once,
+        "time_granularity": either(planner.time_granularity, 0.0),
+    }
+    for name in (
+        "acc_lim_x",
+        "decel_lim_x",
+        "acc_lim_theta",
+        "decel_lim_theta",
+    ):
+        values[name] = either(values[name], getattr(profile, name))
+    return Parameters(*(float(values[name]) for name in Parameters._fields))
+
+
+def dynamics(planner: DwbPlanner, task: PlanningTask) -> Dynamics:
+    """Returns what follows from the parameters of DWB and the task, once."""
+
+    def make() -> Dynamics:
+        p = _parameters(planner, task)
+        values = np.array(p)
+        values.setflags(write=False)
+        return Dynamics(p, values)
+
+    return planner.once(task, "dwb", make)
+
+
+def choose(
+    planner: DwbPlanner,
+    task: PlanningTask,
+    view: View,
+    local: LocalPlan,
+    costmap: Costmap,
+    memory: DwbMemory,
+) -> Control:
+    """Returns the command of one cycle: see `DwbPlanner.control`."""
+    weighed = _weigh(planner, task, view, local, costmap, memory)
+    best, memory = weighed.best, weighed.memory
+    if best < 0:
+        return Control(0.0, 0.0, memory, _FAULTS[best])
+    turns = len(weighed.ws)
+    v, omega = float(weighed.vs[best // turns]), float(weighed.ws[best % turns])
+    critics = planner.critics
+    x, y, yaw = view.robot[: YAW + 1].tolist()
+    trend = memory.x.after(v), memory.theta
+    if abs(v) <= critics.x_only_threshold:
+        trend = trend[0], memory.theta.after(omega)
+    # A change of sign, which forbids the other one.
+    changed = any(
+        new.sign == -old.sign != 0
+        for new, old in zip(trend, (memory.x, memory.theta), strict=True)
+    )
+    memory = memory._replace(
+        x=trend[0], theta=trend[1], cycles=memory.cycles + 1
+    )
+    if changed:
+        memory = memory._replace(pose=(x, y, yaw), cycles=0)
+    moved = math.hypot(x - memory.pose[0], y - memory.pose[1])
+    turned = abs(wrap_angle(yaw - memory.pose[2]))
+    waited = memory.cycles * planner.period
+    if (memory.x.only or memory.theta.only) and (
+        moved > critics.oscillation_reset_dist
+        or turned > critics.oscillation_reset_angle
+        or 0 <= critics.oscillation_reset_time <= waited
+    ):
+        memory = memory._replace(x=Trend(), theta=Trend())
+    if planner.limit_vel_cmd_in_traj:
+        v, omega = _first_velocity(planner, task, view, v, omega)
+    return Control(v, omega, memory)
+
+
+def candidates(
+    planner: DwbPlanner,
+    task: PlanningTask,
+    view: View,
+    local: LocalPlan,
+    costmap: Costmap,
+    memory: DwbMemory | None = None,
+) -> Candidates:
+    """Returns all that DWB weighs in a cycle: velocities, scores, and ways.
+
+    Args:
+        planner: The parameters.
+        task: What does not change.
+        view: What the planner sees.
+        local: What is to be followed.
+        costmap: The local map.
+        memory: What the critics remember; by default nothing.
+
+    Raises:
+        ValueError: If the plan is nowhere on the map.
+    """
+    from hunav_drake.systems.planning.dwb.scoring import roll_out
+
+    weighed = _weigh(planner, task, view, local, costmap, memory or DwbMemory())
+    best, vs, ws, scores, _ = weighed
+    if best == -2:
+        raise ValueError(f"there is nothing to weigh: {_FAULTS[best]}")
+    velocities = np.column_stack([np.repeat(vs, len(ws)), np.tile(ws, len(vs))])
+    state, values = robot_state(view), dynamics(planner, task).values
+    paths = [roll_out(state, v, w, values) for v, w in velocities]
+    return Candidates(velocities, scores, best, paths)
+
+
+def robot_state(view: View) -> Array:
+    """Returns (x, y, yaw, v, omega) of the robot as DWB takes it."""
+    x, y, yaw, vx, vy, omega = view.robot[: OMEGA + 1].tolist()
+    v = vx * math.cos(yaw) + vy * math.sin(yaw)
+    return np.array(
+        [
+            *(x, y, yaw),
+            v if abs(v) >= _STILL else 0.0,
+            omega if abs(omega) >= _STILL else 0.0,
+        ]
+    )
+
+
+def _weigh(
+    planner: DwbPlanner,
+    task: PlanningTask,
+    view: View,
+    local: LocalPlan,
+    costmap: Costmap,
+    memory: DwbMemory,
+) -> Weighed:
+    """Returns what is weighed in one cycle."""
+    # Reading a scenario does without numba.
+    from hunav_drake.systems.planning.dwb.weighing import weigh_samples
+
+    if local.is_new:
+        memory = DwbMemory()
+    state = robot_state(view)
+    x, y, _, v, _ = state.tolist()
+    to_goal = math.hypot(local.goal[0] - x, local.goal[1] - y)
+    in_window = memory.in_window or to_goal < task.goal_tolerance
+    rotating = memory.rotating or (
+        in_window and abs(v) <= planner.critics.trans_stopped_velocity
+    )
+    memory = memory._replace(in_window=in_window, rotating=rotating)
+
+    best, vs, ws, scores = weigh_samples(
+        *(state, np.array(local.goal), local.poses),
+        *(costmap.costs, *costmap.origin, costmap.resolution),
+        np.array(
+            [
+                float(in_window) + float(rotating),
+                float(memory.x.only),
+                float(memory.theta.only),
+            ]
+        ),
+        *(planner.setup(task).footprint, dynamics(planner, task).values),
+    )
+    return Weighed(best, vs, ws, scores, memory)
+
+
+def _first_velocity(
+    planner: DwbPlanner, task: PlanningTask, view: View, v: float, w: float
+) -> tuple[float, float]:
+    """Returns the velocity of the first step of a prediction."""
+    from hunav_drake.systems.planning.dwb.scoring import steps_of, toward
+
+    p = dynamics(planner, task).p
+    if p.at_once:
+        return v, w
+    now = robot_state(view)
+    dt = p.sim_time / steps_of(v, w, p)
+    return (
+        toward(now[3], p.acc_lim_x, p.decel_lim_x, dt, v),
+        toward(now[4], p.acc_lim_theta, p.decel_lim_theta, dt, w),
+    )

@@ -1,67 +1,124 @@
 """The scores of velocities: roll-outs and critics of DWB, by numba.
 
 Poses are (x, y, yaw) in W; v is a speed in m/s and w a turn rate in rad/s.
-`p` are parameters, at the places named here.
+`p` are `Parameters`.
 """
 
+from enum import IntEnum
 import math
+from typing import NamedTuple
 
 import numba
 import numpy as np
 
-from hunav_drake.systems.common.kernels import REAL, VECTOR, jit, jit_as
+from hunav_drake.systems.common.kernels import REAL, VECTOR, jit, jit_as, reads
 from hunav_drake.systems.planning.costmap.footprint import outline_cost
 
-# The critics in their order: the columns of scores after the total.
-CRITICS = (
-    "rotate_to_goal",
-    "oscillation",
-    "base_obstacle",
-    "obstacle_footprint",
-    "goal_align",
-    "path_align",
-    "path_dist",
-    "goal_dist",
-    "prefer_forward",
-    "twirling",
-)
-(
-    ROTATE_TO_GOAL,
-    OSCILLATION,
-    BASE_OBSTACLE,
-    OBSTACLE_FOOTPRINT,
-    GOAL_ALIGN,
-    PATH_ALIGN,
-    PATH_DIST,
-    GOAL_DIST,
-    PREFER_FORWARD,
-    TWIRLING,
-) = range(1, 11)
 
-# Where the parameters are: the scales of the critics come first, at 1 to 10.
-(
-    SIM_TIME,
-    LINEAR_GRANULARITY,
-    ANGULAR_GRANULARITY,
-    TIME_GRANULARITY,
-    ACC_X,
-    DECEL_X,
-    ACC_THETA,
-    DECEL_THETA,
-    AT_ONCE,
-    MAX_SPEED,
-    MIN_SPEED,
-    MIN_TURN,
-    FORWARD_POINT,
-    SLOWING_FACTOR,
-    LOOKAHEAD_TIME,
-    SUM_SCORES,
-    PENALTY,
-    STRAFE_X,
-    STRAFE_THETA,
-    THETA_SCALE,
-    NUM_PARAMETERS,
-) = range(11, 32)
+class Critic(IntEnum):
+    """The columns of scores after the total: `CriticScales` in their order."""
+
+    ROTATE_TO_GOAL = 1
+    OSCILLATION = 2
+    BASE_OBSTACLE = 3
+    OBSTACLE_FOOTPRINT = 4
+    GOAL_ALIGN = 5
+    PATH_ALIGN = 6
+    PATH_DIST = 7
+    GOAL_DIST = 8
+    PREFER_FORWARD = 9
+    TWIRLING = 10
+
+
+class Parameters(NamedTuple):
+    """What samples are drawn within, and weighed by; all are floats.
+
+    Attributes:
+        low: The least speed, in m/s.
+        high: The largest speed, in m/s.
+        turn: The largest turn rate, in rad/s.
+        reach_time: The time in which samples are reached, in seconds.
+        speeds: How many speeds are tried.
+        turns: How many turn rates are tried.
+        at_once: Whether a sample is held from the start on: 1 or 0.
+
+    The others are those of `DwbPlanner`, of its critics and of their scales;
+    `time_granularity` is 0 if it is not given, and `sum_scores` 1 or 0.
+    """
+
+    low: float
+    high: float
+    turn: float
+    reach_time: float
+    speeds: float
+    turns: float
+    at_once: float
+    sim_time: float
+    linear_granularity: float
+    angular_granularity: float
+    time_granularity: float
+    acc_lim_x: float
+    decel_lim_x: float
+    acc_lim_theta: float
+    decel_lim_theta: float
+    min_speed_xy: float
+    min_speed_theta: float
+    forward_point_distance: float
+    slowing_factor: float
+    lookahead_time: float
+    sum_scores: float
+    penalty: float
+    strafe_x: float
+    strafe_theta: float
+    theta_scale: float
+    rotate_to_goal: float
+    oscillation: float
+    base_obstacle: float
+    obstacle_footprint: float
+    goal_align: float
+    path_align: float
+    path_dist: float
+    goal_dist: float
+    prefer_forward: float
+    twirling: float
+
+
+parameters_in = reads(Parameters)
+
+
+class Targets(NamedTuple):
+    """What ways are compared with.
+
+    Attributes:
+        row: The cell of GoalDist.
+        column: The same along the other axis.
+        ahead_row: The cell of GoalAlign.
+        ahead_column: The same along the other axis.
+        yaw: The heading of the goal, in radians.
+    """
+
+    row: float
+    column: float
+    ahead_row: float
+    ahead_column: float
+    yaw: float
+
+
+class Latches(NamedTuple):
+    """What critics do by what they remember.
+
+    Attributes:
+        rotating: What RotateToGoal does: 0 nothing, 1 slow down, 2 turn.
+        v_sign: The sign that Oscillation allows for v; 0 for all.
+        w_sign: That for w.
+        path_align: Whether PathAlign is on.
+    """
+
+    rotating: int
+    v_sign: float
+    w_sign: float
+    path_align: bool
+
 
 # Small turns, by their series: exact but for the last bit.
 _SMALL = 0.05
@@ -78,10 +135,10 @@ def toward(now, rise, fall, dt, target):
 @jit
 def steps_of(v, w, p):
     """Returns in how many steps a velocity is rolled out."""
-    if p[TIME_GRANULARITY] > 0:
-        return max(1, math.ceil(p[SIM_TIME] / p[TIME_GRANULARITY]))
-    far = abs(v) * p[SIM_TIME] / p[LINEAR_GRANULARITY]
-    turned = abs(w) * p[SIM_TIME] / p[ANGULAR_GRANULARITY]
+    if p.time_granularity > 0:
+        return max(1, math.ceil(p.sim_time / p.time_granularity))
+    far = abs(v) * p.sim_time / p.linear_granularity
+    turned = abs(w) * p.sim_time / p.angular_granularity
     return max(1, math.ceil(max(far, turned)))
 
 
@@ -101,27 +158,28 @@ def _turned(c, s, angle):
 
 
 @jit_as(numba.float64[:, ::1], VECTOR, REAL, REAL, VECTOR)
-def roll_out(state, v, w, p):
+def roll_out(state, v, w, parameters):
     """Returns the poses of one sample, shape (n, 3), the start first.
 
     `state` is (x, y, yaw, v, w) of the robot. The velocity goes towards the
     sample, each step begins in the old direction, and the last pose comes
     twice (`StandardTrajectoryGenerator`, with `include_last_point`).
     """
+    p = parameters_in(parameters)
     count = steps_of(v, w, p)
-    dt = p[SIM_TIME] / count
+    dt = p.sim_time / count
     x, y, yaw, now_v, now_w = state[0], state[1], state[2], state[3], state[4]
     poses = np.empty((count + 2, 3))
     for k in range(count + 1):
         poses[k, 0] = x
         poses[k, 1] = y
         poses[k, 2] = yaw
-        if p[AT_ONCE] != 0:
+        if p.at_once != 0:
             now_v = v
             now_w = w
         else:
-            now_v = toward(now_v, p[ACC_X], p[DECEL_X], dt, v)
-            now_w = toward(now_w, p[ACC_THETA], p[DECEL_THETA], dt, w)
+            now_v = toward(now_v, p.acc_lim_x, p.decel_lim_x, dt, v)
+            now_w = toward(now_w, p.acc_lim_theta, p.decel_lim_theta, dt, w)
         x += now_v * math.cos(yaw) * dt
         y += now_v * math.sin(yaw) * dt
         yaw += now_w * dt
@@ -142,7 +200,7 @@ def _rotate_score(v, w, yaw, goal_yaw, speed, mode, p):
     if mode == 1:
         if v * v >= speed * speed:
             return math.inf
-        return v * v * p[SLOWING_FACTOR] + _yaw_error(yaw, goal_yaw)
+        return v * v * p.slowing_factor + _yaw_error(yaw, goal_yaw)
     if v != 0:
         return math.inf
     return _yaw_error(yaw, goal_yaw)
@@ -152,10 +210,10 @@ def _rotate_score(v, w, yaw, goal_yaw, speed, mode, p):
 def _forward_score(v, w, p):
     """Returns the score of PreferForward."""
     if v < 0:
-        return p[PENALTY]
-    if v < p[STRAFE_X] and abs(w) < p[STRAFE_THETA]:
-        return p[PENALTY]
-    return abs(w) * p[THETA_SCALE]
+        return p.penalty
+    if v < p.strafe_x and abs(w) < p.strafe_theta:
+        return p.penalty
+    return abs(w) * p.theta_scale
 
 
 @jit
@@ -188,13 +246,10 @@ def score_samples(
         oy: The same along the other axis.
         resolution: The side of a cell.
         distances: From the plan: see `path_distances`.
-        targets: The cells (row, column) of GoalDist and of GoalAlign, and the
-            yaw of the goal: 5 numbers.
-        latches: What RotateToGoal does (0 nothing, 1 slow down, 2 turn), the
-            signs that Oscillation allows for v and for w (0 for all), and
-            whether PathAlign is on.
+        targets: See `Targets`.
+        latches: See `Latches`.
         polygon: The outline of the robot, shape (k, 2).
-        p: The parameters.
+        p: See `Parameters`.
         scores: Written: shape (len(vs) * len(ws), 11), the total and the
             scaled scores of the critics, row by row as v, then w ascend. The
             total is infinite if a critic forbids it, and that one's score;
@@ -206,8 +261,8 @@ def score_samples(
     rows, columns = costs.shape
     inverse = 1.0 / resolution
     grid_scale = 0.5 * resolution
-    on_grid = p[PATH_DIST] != 0 or p[GOAL_DIST] != 0
-    mode = int(latches[0])
+    on_grid = p.path_dist != 0 or p.goal_dist != 0
+    mode = latches.rotating
     start_c = math.cos(state[2])
     start_s = math.sin(state[2])
     best = -1
@@ -220,21 +275,21 @@ def score_samples(
             row_of += 1
             out = scores[row_of]
             if (
-                v * v > p[MAX_SPEED] * p[MAX_SPEED] + 1e-5
-                or (abs(v) < p[MIN_SPEED] and abs(w) < p[MIN_TURN])
+                v * v > p.high * p.high + 1e-5
+                or (abs(v) < p.min_speed_xy and abs(w) < p.min_speed_theta)
                 or (v == 0 and w == 0)
             ):
                 out[:] = math.inf
                 continue
             out[:] = 0.0
-            if p[OSCILLATION] != 0 and (
-                v * latches[1] < 0 or w * latches[2] < 0
+            if p.oscillation != 0 and (
+                v * latches.v_sign < 0 or w * latches.w_sign < 0
             ):
                 out[0] = math.inf
-                out[OSCILLATION] = math.inf
+                out[Critic.OSCILLATION] = math.inf
                 continue
             count = steps_of(v, w, p)
-            dt = p[SIM_TIME] / count
+            dt = p.sim_time / count
             x = state[0]
             y = state[1]
             yaw = state[2]
@@ -246,7 +301,7 @@ def score_samples(
             step_c = 1.0
             step_s = 0.0
             steady = False
-            if p[AT_ONCE] != 0:
+            if p.at_once != 0:
                 now_v = v
                 now_w = w
                 steady = True
@@ -261,33 +316,35 @@ def score_samples(
                 row = math.floor((y - oy) * inverse)
                 column = math.floor((x - ox) * inverse)
                 inside = 0 <= row < rows and 0 <= column < columns
-                if p[BASE_OBSTACLE] != 0:
+                if p.base_obstacle != 0:
                     if not inside or costs[row, column] >= 253:
-                        legal = BASE_OBSTACLE
+                        legal = Critic.BASE_OBSTACLE
                         break
                     cost = float(costs[row, column])
-                    base = base + cost if p[SUM_SCORES] != 0 else cost
+                    base = base + cost if p.sum_scores != 0 else cost
                 elif not inside and on_grid:
-                    legal = PATH_DIST
+                    legal = Critic.PATH_DIST
                     break
-                if p[OBSTACLE_FOOTPRINT] != 0:
+                if p.obstacle_footprint != 0:
                     edge = outline_cost(
                         costs, ox, oy, resolution, x, y, yaw, polygon
                     )
                     if edge < 0 or edge >= 254:
-                        legal = OBSTACLE_FOOTPRINT
+                        legal = Critic.OBSTACLE_FOOTPRINT
                         break
-                    if p[SUM_SCORES] != 0:
+                    if p.sum_scores != 0:
                         outline += edge
                     else:
                         outline = float(edge)
-                if k * dt <= p[LOOKAHEAD_TIME]:
+                if k * dt <= p.lookahead_time:
                     ahead_yaw = yaw
                 if k == count:
                     break
                 if not steady:
-                    now_v = toward(now_v, p[ACC_X], p[DECEL_X], dt, v)
-                    now_w = toward(now_w, p[ACC_THETA], p[DECEL_THETA], dt, w)
+                    now_v = toward(now_v, p.acc_lim_x, p.decel_lim_x, dt, v)
+                    now_w = toward(
+                        now_w, p.acc_lim_theta, p.decel_lim_theta, dt, w
+                    )
                 x += now_v * c * dt
                 y += now_v * s * dt
                 yaw += now_w * dt
@@ -304,46 +361,48 @@ def score_samples(
                 out[0] = math.inf
                 out[legal] = math.inf
                 continue
-            if p[SUM_SCORES] != 0 and p[BASE_OBSTACLE] != 0:
+            if p.sum_scores != 0 and p.base_obstacle != 0:
                 # The last pose comes twice.
                 base += costs[row, column]
-            if p[SUM_SCORES] != 0 and p[OBSTACLE_FOOTPRINT] != 0:
+            if p.sum_scores != 0 and p.obstacle_footprint != 0:
                 outline += outline_cost(
                     costs, ox, oy, resolution, x, y, yaw, polygon
                 )
-            if p[ROTATE_TO_GOAL] != 0:
-                last_yaw = ahead_yaw if p[LOOKAHEAD_TIME] >= 0 else yaw
-                out[ROTATE_TO_GOAL] = p[ROTATE_TO_GOAL] * _rotate_score(
-                    v, w, last_yaw, targets[4], state[3], mode, p
+            if p.rotate_to_goal != 0:
+                last_yaw = ahead_yaw if p.lookahead_time >= 0 else yaw
+                out[Critic.ROTATE_TO_GOAL] = p.rotate_to_goal * _rotate_score(
+                    v, w, last_yaw, targets.yaw, state[3], mode, p
                 )
-            out[BASE_OBSTACLE] = p[BASE_OBSTACLE] * base
-            out[OBSTACLE_FOOTPRINT] = p[OBSTACLE_FOOTPRINT] * outline
-            if p[GOAL_ALIGN] != 0 or (p[PATH_ALIGN] != 0 and latches[3] != 0):
-                fx = x + p[FORWARD_POINT] * c
-                fy = y + p[FORWARD_POINT] * s
+            out[Critic.BASE_OBSTACLE] = p.base_obstacle * base
+            out[Critic.OBSTACLE_FOOTPRINT] = p.obstacle_footprint * outline
+            if p.goal_align != 0 or (p.path_align != 0 and latches.path_align):
+                fx = x + p.forward_point_distance * c
+                fy = y + p.forward_point_distance * s
                 i = math.floor((fy - oy) * inverse)
                 j = math.floor((fx - ox) * inverse)
-                away = abs(i - targets[2]) + abs(j - targets[3])
-                out[GOAL_ALIGN] = p[GOAL_ALIGN] * grid_scale * away
-                if latches[3] != 0:
+                away = abs(i - targets.ahead_row) + abs(
+                    j - targets.ahead_column
+                )
+                out[Critic.GOAL_ALIGN] = p.goal_align * grid_scale * away
+                if latches.path_align:
                     # Manhattan distances go on beyond the map.
                     edge_i = min(max(i, 0), rows - 1)
                     edge_j = min(max(j, 0), columns - 1)
                     near = distances[edge_i, edge_j]
                     beyond = abs(i - edge_i) + abs(j - edge_j)
-                    out[PATH_ALIGN] = (
-                        p[PATH_ALIGN] * grid_scale * (near + beyond)
+                    out[Critic.PATH_ALIGN] = (
+                        p.path_align * grid_scale * (near + beyond)
                     )
-            if p[PATH_DIST] != 0:
+            if p.path_dist != 0:
                 near = distances[row, column]
-                out[PATH_DIST] = p[PATH_DIST] * grid_scale * near
-            if p[GOAL_DIST] != 0:
-                away = abs(row - targets[0]) + abs(column - targets[1])
-                out[GOAL_DIST] = p[GOAL_DIST] * grid_scale * away
-            if p[PREFER_FORWARD] != 0:
+                out[Critic.PATH_DIST] = p.path_dist * grid_scale * near
+            if p.goal_dist != 0:
+                away = abs(row - targets.row) + abs(column - targets.column)
+                out[Critic.GOAL_DIST] = p.goal_dist * grid_scale * away
+            if p.prefer_forward != 0:
                 forward = _forward_score(v, w, p)
-                out[PREFER_FORWARD] = p[PREFER_FORWARD] * forward
-            out[TWIRLING] = p[TWIRLING] * abs(w)
+                out[Critic.PREFER_FORWARD] = p.prefer_forward * forward
+            out[Critic.TWIRLING] = p.twirling * abs(w)
             total = 0.0
             for k in range(1, len(out)):
                 total += out[k]

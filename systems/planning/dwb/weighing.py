@@ -16,16 +16,14 @@ from hunav_drake.systems.common.kernels import (
 from hunav_drake.systems.planning.costmap.raster import READ_CELLS
 from hunav_drake.systems.planning.dwb.map_grid import mark_plan, path_distances
 from hunav_drake.systems.planning.dwb.scoring import (
-    ACC_THETA,
-    ACC_X,
-    CRITICS,
-    DECEL_THETA,
-    DECEL_X,
-    FORWARD_POINT,
+    Critic,
+    Latches,
+    Targets,
+    parameters_in,
     score_samples,
 )
 
-_COLUMNS = 1 + len(CRITICS)
+_COLUMNS = 1 + len(Critic)
 
 
 @jit
@@ -77,10 +75,10 @@ def velocity_samples(now, low, high, rise, fall, count, time):
         )
     ),
     *(VECTOR, VECTOR, MATRIX, READ_CELLS, REAL, REAL, REAL),
-    *(VECTOR, VECTOR, MATRIX, VECTOR),
+    *(VECTOR, MATRIX, VECTOR),
 )
 def weigh_samples(
-    state, goal, plan, costs, ox, oy, resolution, bounds, latches, polygon, p
+    state, goal, plan, costs, ox, oy, resolution, latches, polygon, parameters
 ):
     """Samples velocities, and scores them: see `score_samples`.
 
@@ -92,25 +90,24 @@ def weigh_samples(
         ox: The origin of the map.
         oy: The same along the other axis.
         resolution: The side of a cell.
-        bounds: The least and the largest v, the largest w, the time in which
-            samples can be reached, and how many there are of v and of w.
         latches: What RotateToGoal does (0 nothing, 1 slow down, 2 turn), and
             the signs that Oscillation allows for v and for w (0 for all).
         polygon: The outline of the robot, shape (k, 2).
-        p: The parameters.
+        parameters: See `scoring.Parameters`.
 
     Returns:
         The row of the best (-1 if all are forbidden, -2 if the plan is not on
         the map), the samples of v and those of w, and the scores.
     """
+    p = parameters_in(parameters)
     distances, last = path_distances(costs, ox, oy, resolution, plan)
     vs = _samples(
-        *(state[3], bounds[0], bounds[1], p[ACC_X], p[DECEL_X]),
-        *(int(bounds[4]), bounds[3]),
+        *(state[3], p.low, p.high, p.acc_lim_x, p.decel_lim_x),
+        *(int(p.speeds), p.reach_time),
     )
     ws = _samples(
-        *(state[4], -bounds[2], bounds[2], p[ACC_THETA], p[DECEL_THETA]),
-        *(int(bounds[5]), bounds[3]),
+        *(state[4], -p.turn, p.turn, p.acc_lim_theta, p.decel_lim_theta),
+        *(int(p.turns), p.reach_time),
     )
     scores = np.empty((len(vs) * len(ws), _COLUMNS))
     if last[0] < 0:
@@ -119,7 +116,7 @@ def weigh_samples(
     dx = goal[0] - state[0]
     dy = goal[1] - state[1]
     far = math.hypot(dx, dy)
-    ahead = p[FORWARD_POINT]
+    ahead = p.forward_point_distance
     end_x = plan[-1, 0]
     end_y = plan[-1, 1]
     if far > 0:
@@ -129,16 +126,13 @@ def weigh_samples(
         *(costs, ox, oy, resolution, plan, end_x, end_y),
         np.empty((0, 0), dtype=np.int32),
     )
-    targets = np.empty(5)
-    targets[0] = last[0]
-    targets[1] = last[1]
-    targets[2] = aligned[0]
-    targets[3] = aligned[1]
-    targets[4] = goal[2]
-    switches = np.empty(4)
-    switches[:3] = latches[:3]
+    targets = Targets(
+        *(float(last[0]), float(last[1])),
+        *(float(aligned[0]), float(aligned[1])),
+        goal[2],
+    )
     # PathAlign has no say at the goal.
-    switches[3] = 1.0 if far > ahead else 0.0
+    switches = Latches(int(latches[0]), latches[1], latches[2], far > ahead)
     best = score_samples(
         *(state, vs, ws, costs, ox, oy, resolution, distances, targets),
         *(switches, polygon, p, scores),

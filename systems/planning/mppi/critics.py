@@ -3,7 +3,7 @@
 They are those of nav2_mppi_controller in words of its manual, written anew,
 with power 1, and one about people. `poses` has shape (n, 3), rows (x, y, yaw)
 at the ends of the steps; `path` shape (k, 2), evenly spaced points of the local
-plan; `p` are the parameters.
+plan; `p` are `Parameters`.
 """
 
 import math
@@ -15,20 +15,6 @@ from hunav_drake.systems.common.layout import VX, VY, X, Y
 from hunav_drake.systems.crowd.social_force.compiled_forces import pair_force
 from hunav_drake.systems.people.parameters import GAMMA, LAMBDA
 from hunav_drake.systems.planning.costmap.footprint import outline_cost
-from hunav_drake.systems.planning.mppi.parameters import (
-    ALIGN_EVERY,
-    ANGLE_AHEAD,
-    COST_EVERY,
-    COST_NEAR_GOAL,
-    CRITICAL_COST,
-    DT,
-    FOLLOW_AHEAD,
-    MAX_TURN,
-    MAX_V,
-    MIN_V,
-    SOCIAL_EVERY,
-    USE_FOOTPRINT,
-)
 
 _INSCRIBED = 253
 _LETHAL = 254
@@ -50,9 +36,9 @@ def constraint_score(velocities, p):
     for k in range(len(velocities)):
         v = velocities[k, 0]
         omega = abs(velocities[k, 1])
-        total += max(v - p[MAX_V], 0.0) + max(p[MIN_V] - v, 0.0)
-        total += max(omega - p[MAX_TURN], 0.0)
-    return total * p[DT]
+        total += max(v - p.max_v, 0.0) + max(p.min_v - v, 0.0)
+        total += max(omega - p.max_turn, 0.0)
+    return total * p.dt
 
 
 @jit
@@ -72,8 +58,8 @@ def cost_score(poses, costs, ox, oy, resolution, polygon, to_goal, p):
     Near the goal only what is critical counts.
     """
     inverse = 1.0 / resolution
-    every = int(p[COST_EVERY])
-    graded = to_goal > p[COST_NEAR_GOAL]
+    every = int(p.cost_step)
+    graded = to_goal > p.near_goal_distance
     total = 0.0
     count = 0
     for k in range(0, len(poses), every):
@@ -81,7 +67,7 @@ def cost_score(poses, costs, ox, oy, resolution, polygon, to_goal, p):
         cost = cell_cost(costs, ox, oy, inverse, poses[k, 0], poses[k, 1])
         if cost >= _LETHAL:
             return math.inf
-        if p[USE_FOOTPRINT] != 0:
+        if p.consider_footprint != 0:
             if cost > 0:
                 edge = outline_cost(
                     *(costs, ox, oy, resolution),
@@ -90,7 +76,7 @@ def cost_score(poses, costs, ox, oy, resolution, polygon, to_goal, p):
                 if edge < 0 or edge >= _LETHAL:
                     return math.inf
             if cost >= _INSCRIBED:
-                total += p[CRITICAL_COST]
+                total += p.critical_cost
                 continue
         elif cost >= _INSCRIBED:
             return math.inf
@@ -132,7 +118,7 @@ def path_align_score(start_x, start_y, poses, path, spacing, free, p):
         free: For each of them, whether nothing is there.
         p: The parameters.
     """
-    every = int(p[ALIGN_EVERY])
+    every = int(p.path_align_step)
     x = start_x
     y = start_y
     way = 0.0
@@ -155,7 +141,7 @@ def path_align_score(start_x, start_y, poses, path, spacing, free, p):
 def path_follow_score(poses, path, free, reached, p):
     """Returns how far the end is from a point a bit beyond what all reach."""
     last = len(path) - 1
-    i = min(reached + int(p[FOLLOW_AHEAD]), last)
+    i = min(reached + int(p.path_follow_offset), last)
     while i < last and not free[i]:
         i += 1
     dx = poses[-1, 0] - path[i, 0]
@@ -166,7 +152,7 @@ def path_follow_score(poses, path, free, reached, p):
 @jit
 def angle_point(path, reached, p):
     """Returns the point (x, y) ahead that PathAngle turns to."""
-    i = min(reached + int(p[ANGLE_AHEAD]), len(path) - 1)
+    i = min(reached + int(p.path_angle_offset), len(path) - 1)
     return path[i, 0], path[i, 1]
 
 
@@ -186,7 +172,7 @@ def prefer_forward_score(velocities, p):
     total = 0.0
     for k in range(len(velocities)):
         total += max(-velocities[k, 0], 0.0)
-    return total * p[DT]
+    return total * p.dt
 
 
 @jit
@@ -205,12 +191,12 @@ def social_score(poses, velocities, humans, forces, p):
         forces: The parameters of the social force.
         p: The parameters.
     """
-    every = int(p[SOCIAL_EVERY])
+    every = int(p.social_step)
     total = 0.0
     count = 0
     for k in range(every - 1, len(poses), every):
         count += 1
-        time = (k + 1) * p[DT]
+        time = (k + 1) * p.dt
         vx = velocities[k, 0] * math.cos(poses[k, 2])
         vy = velocities[k, 0] * math.sin(poses[k, 2])
         on_x = 0.0

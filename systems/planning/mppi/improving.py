@@ -5,34 +5,20 @@ import math
 import numba
 import numpy as np
 
-from hunav_drake.systems.common.kernels import MATRIX, REAL, VECTOR, jit, jit_as
+from hunav_drake.systems.common.kernels import (
+    MATRIX,
+    REAL,
+    VECTOR,
+    jit,
+    jit_as,
+    reads,
+)
 from hunav_drake.systems.planning.costmap.raster import READ_CELLS
 from hunav_drake.systems.planning.mppi import critics
 from hunav_drake.systems.planning.mppi.parameters import (
-    ALIGN_AHEAD,
-    ALIGN_BLOCKED,
-    ANGLE_LEAST,
-    COLLISION_COST,
-    CONSTRAINT,
-    CONTROL,
-    COST,
-    FOLLOW_NEAR,
-    GAMMA,
-    GOAL,
-    GOAL_ANGLE,
-    GOAL_ANGLE_NEAR,
-    GOAL_NEAR,
-    HOLD,
     NUM_SCORES,
-    PATH_ALIGN,
-    PATH_ANGLE,
-    PATH_FOLLOW,
-    PATH_NEAR,
-    PREFER_FORWARD,
-    SOCIAL,
-    STD_TURN,
-    STD_V,
-    TEMPERATURE,
+    Critic,
+    Parameters,
 )
 from hunav_drake.systems.planning.mppi.rollouts import (
     command_of,
@@ -42,75 +28,83 @@ from hunav_drake.systems.planning.mppi.rollouts import (
     smooth,
 )
 
+_CONTROL = int(Critic.CONTROL)
+
+_parameters_in = reads(Parameters)
+
 _CUBE = numba.types.Array(numba.float64, 3, "C", readonly=True)
 
 
 @jit
-def _switches(state, goal, path, free, reached, p):
+def _switches(state, goal, path, free, reached, weights, p):
     """Returns which critics have a say, shape (NUM_SCORES,)."""
     on = np.zeros(NUM_SCORES, dtype=np.bool_)
-    for critic in range(1, CONTROL):
-        on[critic] = p[critic] != 0
+    for critic in range(1, _CONTROL):
+        on[critic] = weights[critic] != 0
     to_goal = math.hypot(goal[0] - state[0], goal[1] - state[1])
-    on[GOAL] &= to_goal < p[GOAL_NEAR]
-    on[GOAL_ANGLE] &= to_goal < p[GOAL_ANGLE_NEAR]
-    on[PATH_FOLLOW] &= to_goal >= p[FOLLOW_NEAR]
-    for critic in (PATH_ALIGN, PATH_ANGLE, PREFER_FORWARD):
-        on[critic] &= to_goal >= p[PATH_NEAR]
+    on[Critic.GOAL] &= to_goal < p.goal_threshold
+    on[Critic.GOAL_ANGLE] &= to_goal < p.goal_angle_threshold
+    on[Critic.PATH_FOLLOW] &= to_goal >= p.path_follow_threshold
+    is_far = to_goal >= p.path_threshold
+    on[Critic.PATH_ALIGN] &= is_far
+    on[Critic.PATH_ANGLE] &= is_far
+    on[Critic.PREFER_FORWARD] &= is_far
     blocked = 0
     for k in range(reached):
         blocked += not free[k]
-    on[PATH_ALIGN] &= reached >= p[ALIGN_AHEAD]
-    if blocked > 2 and blocked > p[ALIGN_BLOCKED] * reached:
-        on[PATH_ALIGN] = False
+    on[Critic.PATH_ALIGN] &= reached >= p.path_align_offset
+    if blocked > 2 and blocked > p.max_path_occupancy_ratio * reached:
+        on[Critic.PATH_ALIGN] = False
     x, y = critics.angle_point(path, reached, p)
     bearing = math.atan2(y - state[1], x - state[0])
     turn = critics.angle_between(state[2], bearing)
-    on[PATH_ANGLE] &= turn > p[ANGLE_LEAST]
+    on[Critic.PATH_ANGLE] &= turn > p.max_angle_to_furthest
     return on, to_goal
 
 
-# (Its many arrays in three lines, not in nineteen.)
+# (Its many arrays in three lines, not in twenty.)
 @jit
 def _score(
     state, poses, velocities, goal, path, spacing, free, reached, on, to_goal,
-    costs, ox, oy, resolution, polygon, humans, forces, p, out,
+    costs, ox, oy, resolution, polygon, humans, forces, weights, p, out,
 ):  # fmt: skip
     """Writes the scaled scores of one rollout; whether it does not collide."""
     out[:] = 0.0
-    if on[CONSTRAINT]:
-        out[CONSTRAINT] = critics.constraint_score(velocities, p)
+    if on[Critic.CONSTRAINT]:
+        out[Critic.CONSTRAINT] = critics.constraint_score(velocities, p)
     collides = False
-    if on[COST]:
+    if on[Critic.COST]:
         cost = critics.cost_score(
             poses, costs, ox, oy, resolution, polygon, to_goal, p
         )
         collides = cost == math.inf
         # As a part of the cost of something lethal.
-        out[COST] = 0.0 if collides else cost / 254
-    if on[GOAL]:
-        out[GOAL] = critics.goal_score(poses, goal)
-    if on[GOAL_ANGLE]:
-        out[GOAL_ANGLE] = critics.goal_angle_score(poses, goal)
-    if on[PATH_ALIGN]:
-        out[PATH_ALIGN] = critics.path_align_score(
+        out[Critic.COST] = 0.0 if collides else cost / 254
+    if on[Critic.GOAL]:
+        out[Critic.GOAL] = critics.goal_score(poses, goal)
+    if on[Critic.GOAL_ANGLE]:
+        out[Critic.GOAL_ANGLE] = critics.goal_angle_score(poses, goal)
+    if on[Critic.PATH_ALIGN]:
+        out[Critic.PATH_ALIGN] = critics.path_align_score(
             state[0], state[1], poses, path, spacing, free, p
         )
-    if on[PATH_FOLLOW]:
-        out[PATH_FOLLOW] = critics.path_follow_score(
+    if on[Critic.PATH_FOLLOW]:
+        out[Critic.PATH_FOLLOW] = critics.path_follow_score(
             poses, path, free, reached, p
         )
-    if on[PATH_ANGLE]:
+    if on[Critic.PATH_ANGLE]:
         x, y = critics.angle_point(path, reached, p)
-        out[PATH_ANGLE] = critics.path_angle_score(poses, x, y)
-    if on[PREFER_FORWARD]:
-        out[PREFER_FORWARD] = critics.prefer_forward_score(velocities, p)
-    if on[SOCIAL] and not collides:
-        out[SOCIAL] = critics.social_score(poses, velocities, humans, forces, p)
-    for critic in range(1, CONTROL):
-        out[critic] *= p[critic]
+        out[Critic.PATH_ANGLE] = critics.path_angle_score(poses, x, y)
+    if on[Critic.PREFER_FORWARD]:
+        out[Critic.PREFER_FORWARD] = critics.prefer_forward_score(velocities, p)
+    if on[Critic.SOCIAL] and not collides:
+        out[Critic.SOCIAL] = critics.social_score(
+            poses, velocities, humans, forces, p
+        )
+    for critic in range(1, _CONTROL):
+        out[critic] *= weights[critic]
     if collides:
-        out[COST] = p[COLLISION_COST]
+        out[Critic.COST] = p.collision_cost
     return not collides
 
 
@@ -148,7 +142,8 @@ def average(sampled, totals, temperature):
         )
     ),
     *(VECTOR, MATRIX, MATRIX, _CUBE, VECTOR, MATRIX, REAL),
-    *(READ_CELLS, REAL, REAL, REAL, MATRIX, MATRIX, VECTOR, VECTOR),
+    *(READ_CELLS, REAL, REAL, REAL, MATRIX, MATRIX, VECTOR),
+    *(VECTOR, VECTOR),
 )
 def improve(
     state,
@@ -165,7 +160,8 @@ def improve(
     polygon,
     humans,
     forces,
-    p,
+    weights,
+    parameters,
 ):
     """Samples controls around the last ones, and averages them.
 
@@ -184,13 +180,15 @@ def improve(
         polygon: The outline of the robot, shape (j, 2).
         humans: Shape (i, 7): the rows of the people.
         forces: The parameters of the social force.
-        p: The parameters.
+        weights: Shape (11,): those of the critics, by `Critic`.
+        parameters: See `Parameters`.
 
     Returns:
         How many rollouts do not collide, the new controls, the scores, shape
         (m, 11) (the total, the scaled ones of the critics, and how far the
         controls are from the last ones), and the poses, shape (m, n, 3).
     """
+    p = _parameters_in(parameters)
     count = noise.shape[0]
     steps = noise.shape[1]
     sampled = np.empty((count, steps, 2))
@@ -198,42 +196,42 @@ def improve(
     velocities = np.empty((count, steps, 2))
     ends = np.empty((count, 2))
     scores = np.empty((count, NUM_SCORES))
-    hold = int(p[HOLD])
+    hold = int(p.hold)
     for i in range(count):
         for k in range(steps):
             # The first control is on its way to the robot already.
             scale = 0.0 if k == 0 and hold > 0 else 1.0
             draw = command_of(k, hold)
             sampled[i, k, 0] = (
-                controls[k, 0] + scale * p[STD_V] * noise[i, draw, 0]
+                controls[k, 0] + scale * p.std_v * noise[i, draw, 0]
             )
             sampled[i, k, 1] = (
-                controls[k, 1] + scale * p[STD_TURN] * noise[i, draw, 1]
+                controls[k, 1] + scale * p.std_turn * noise[i, draw, 1]
             )
         roll_out(state, sampled[i], p, poses[i], velocities[i])
         ends[i] = poses[i, -1, :2]
     reached = critics.furthest_reached(ends, path)
     free = critics.free_points(path, costs, ox, oy, resolution)
-    on, to_goal = _switches(state, goal, path, free, reached, p)
+    on, to_goal = _switches(state, goal, path, free, reached, weights, p)
     alive = 0
     for i in range(count):
         out = scores[i]
         alive += _score(
             *(state, poses[i], velocities[i], goal, path, spacing, free),
             *(reached, on, to_goal, costs, ox, oy, resolution, polygon),
-            *(humans, forces, p, out),
+            *(humans, forces, weights, p, out),
         )
         along_v = 0.0
         along_turn = 0.0
         for k in range(steps):
             along_v += controls[k, 0] * (sampled[i, k, 0] - controls[k, 0])
             along_turn += controls[k, 1] * (sampled[i, k, 1] - controls[k, 1])
-        out[CONTROL] = p[GAMMA] * (
-            along_v / p[STD_V] ** 2 + along_turn / p[STD_TURN] ** 2
+        out[Critic.CONTROL] = p.gamma * (
+            along_v / p.std_v**2 + along_turn / p.std_turn**2
         )
         for critic in range(1, NUM_SCORES):
             out[0] += out[critic]
-    new = average(sampled, scores[:, 0], p[TEMPERATURE])
+    new = average(sampled, scores[:, 0], p.temperature)
     limit(new, state, p)
     new = held(smooth(new, past), hold)
     return alive, new, scores, poses

@@ -1,62 +1,71 @@
-"""The columns of MPPI's parameters, as its kernels take them."""
+"""MPPI's critics, and its parameters, as its kernels take them."""
 
-# The critics in the order of their scores, after the total.
-CRITICS = (
-    "constraint",
-    "cost",
-    "goal",
-    "goal_angle",
-    "path_align",
-    "path_follow",
-    "path_angle",
-    "prefer_forward",
-    "social",
-)
+from enum import IntEnum
+from typing import NamedTuple
 
-# Their weights have the numbers of their scores.
-(
-    CONSTRAINT,
-    COST,
-    GOAL,
-    GOAL_ANGLE,
-    PATH_ALIGN,
-    PATH_FOLLOW,
-    PATH_ANGLE,
-    PREFER_FORWARD,
-    SOCIAL,
-) = range(1, 10)
 
-# The score that no critic gives: how far controls are from the last ones.
-CONTROL = 10
-NUM_SCORES = 11
+class Critic(IntEnum):
+    """The columns of scores after the total: `CriticWeights` in their order.
 
-(
-    DT,
-    MIN_V,
-    MAX_V,
-    MAX_TURN,
-    ACC_V,
-    ACC_TURN,
-    STD_V,
-    STD_TURN,
-    TEMPERATURE,
-    GAMMA,
-    COLLISION_COST,
-    CRITICAL_COST,
-    USE_FOOTPRINT,
-    COST_NEAR_GOAL,
-    GOAL_NEAR,
-    GOAL_ANGLE_NEAR,
-    PATH_NEAR,
-    FOLLOW_NEAR,
-    ALIGN_AHEAD,
-    ALIGN_BLOCKED,
-    FOLLOW_AHEAD,
-    ANGLE_AHEAD,
-    ANGLE_LEAST,
-    COST_EVERY,
-    ALIGN_EVERY,
-    SOCIAL_EVERY,
-    HOLD,
-    NUM_PARAMETERS,
-) = range(NUM_SCORES, NUM_SCORES + 28)
+    The last one is no critic: how far controls are from the last ones.
+    """
+
+    CONSTRAINT = 1
+    COST = 2
+    GOAL = 3
+    GOAL_ANGLE = 4
+    PATH_ALIGN = 5
+    PATH_FOLLOW = 6
+    PATH_ANGLE = 7
+    PREFER_FORWARD = 8
+    SOCIAL = 9
+    CONTROL = 10
+
+
+NUM_SCORES = 1 + len(Critic)
+
+
+class Parameters(NamedTuple):
+    """What rollouts are drawn within, and weighed by; all are floats.
+
+    Attributes:
+        dt: The step of rollouts, in seconds.
+        min_v: The least speed, in m/s.
+        max_v: The largest speed, in m/s.
+        max_turn: The largest turn rate, in rad/s.
+        acc_v: How fast the speed changes, in m/s^2.
+        acc_turn: How fast the turn rate changes, in rad/s^2.
+        std_v: The standard deviation of the noise of speeds, in m/s.
+        std_turn: That of turn rates, in rad/s.
+        hold: For how many steps a command holds: see `Setting`.
+
+    The others are those of `MppiPlanner` and of its `CriticSettings`.
+    """
+
+    dt: float
+    min_v: float
+    max_v: float
+    max_turn: float
+    acc_v: float
+    acc_turn: float
+    std_v: float
+    std_turn: float
+    hold: float
+    temperature: float
+    gamma: float
+    collision_cost: float
+    critical_cost: float
+    consider_footprint: float
+    near_goal_distance: float
+    goal_threshold: float
+    goal_angle_threshold: float
+    path_threshold: float
+    path_follow_threshold: float
+    path_align_offset: float
+    max_path_occupancy_ratio: float
+    path_follow_offset: float
+    path_angle_offset: float
+    max_angle_to_furthest: float
+    cost_step: float
+    path_align_step: float
+    social_step: float

@@ -5,15 +5,6 @@ import math
 import numpy as np
 
 from hunav_drake.systems.common.kernels import jit
-from hunav_drake.systems.planning.mppi.parameters import (
-    ACC_TURN,
-    ACC_V,
-    DT,
-    HOLD,
-    MAX_TURN,
-    MAX_V,
-    MIN_V,
-)
 
 # The weights of the quadratic that fits nine points best, at its middle
 # (Savitzky and Golay 1964, table I).
@@ -60,7 +51,7 @@ def roll_out(state, controls, p, poses, velocities):
         poses: Written: shape (n, 3), rows (x, y, yaw) at the ends of the steps.
         velocities: Written: shape (n, 2), rows (v, omega) during the steps.
     """
-    dt = p[DT]
+    dt = p.dt
     x = state[0]
     y = state[1]
     yaw = state[2]
@@ -68,8 +59,8 @@ def roll_out(state, controls, p, poses, velocities):
     omega = state[4]
     for k in range(len(controls)):
         if k > 0:
-            v = toward(v, controls[k - 1, 0], p[ACC_V] * dt)
-            omega = toward(omega, controls[k - 1, 1], p[ACC_TURN] * dt)
+            v = toward(v, controls[k - 1, 0], p.acc_v * dt)
+            omega = toward(omega, controls[k - 1, 1], p.acc_turn * dt)
         x += v * math.cos(yaw) * dt
         y += v * math.sin(yaw) * dt
         yaw += omega * dt
@@ -87,17 +78,17 @@ def limit(controls, state, p):
     Of a command that holds for several steps, it is what the robot can reach
     by its end.
     """
-    hold = int(p[HOLD])
-    dt = p[DT]
+    hold = int(p.hold)
+    dt = p.dt
     v = state[3]
     omega = state[4]
     for k in range(len(controls)):
         if k == 0 or command_of(k, hold) != command_of(k - 1, hold):
             reach = dt if k == 0 else dt * max(hold, 1)
-            wanted = min(max(controls[k, 0], p[MIN_V]), p[MAX_V])
-            v = toward(v, wanted, p[ACC_V] * reach)
-            wanted = min(max(controls[k, 1], -p[MAX_TURN]), p[MAX_TURN])
-            omega = toward(omega, wanted, p[ACC_TURN] * reach)
+            wanted = min(max(controls[k, 0], p.min_v), p.max_v)
+            v = toward(v, wanted, p.acc_v * reach)
+            wanted = min(max(controls[k, 1], -p.max_turn), p.max_turn)
+            omega = toward(omega, wanted, p.acc_turn * reach)
         controls[k, 0] = v
         controls[k, 1] = omega
 

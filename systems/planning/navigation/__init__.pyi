@@ -4,8 +4,8 @@ from .memory import (
     LocalPlan as LocalPlan,
     NavigationMemory as NavigationMemory,
 )
-from .navigation_planner import (
-    NavigationPlanner as NavigationPlanner,
+from .navigation_parameters import (
     ProgressChecker as ProgressChecker,
     Recoveries as Recoveries,
 )
+from .navigation_planner import NavigationPlanner as NavigationPlanner

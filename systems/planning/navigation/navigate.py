@@ -1,7 +1,6 @@
 """One cycle of navigation: plan, check, control, recover."""
 
 import math
-from typing import TYPE_CHECKING
 
 from hunav_drake.systems.common.layout import YAW, X, Y
 from hunav_drake.systems.common.poses import is_at_goal
@@ -14,6 +13,9 @@ from hunav_drake.systems.planning.navigation.memory import (
     LocalPlan,
     NavigationMemory,
     Sight,
+)
+from hunav_drake.systems.planning.navigation.navigation_parameters import (
+    NavigationParameters,
 )
 from hunav_drake.systems.planning.navigation.profiles import cycles
 from hunav_drake.systems.planning.navigation.recovery import (
@@ -28,14 +30,9 @@ from hunav_drake.systems.planning.planner import (
 )
 from hunav_drake.systems.world.maps.costs import INSCRIBED, NO_MAP, Costmap
 
-if TYPE_CHECKING:
-    from hunav_drake.systems.planning.navigation.navigation_planner import (
-        NavigationPlanner,
-    )
-
 
 def navigate(
-    planner: "NavigationPlanner",
+    planner: NavigationParameters,
     task: PlanningTask,
     view: View,
     memory: NavigationMemory,
@@ -93,7 +90,7 @@ def navigate(
 
 
 def look(
-    planner: "NavigationPlanner",
+    planner: NavigationParameters,
     task: PlanningTask,
     view: View,
     memory: NavigationMemory,
@@ -116,7 +113,7 @@ def look(
 
 
 def replan(
-    planner: "NavigationPlanner",
+    planner: NavigationParameters,
     task: PlanningTask,
     view: View,
     memory: NavigationMemory,
@@ -179,7 +176,7 @@ def _planned(
 
 
 def _find(
-    planner: "NavigationPlanner", costmap: Costmap, view: View
+    planner: NavigationParameters, costmap: Costmap, view: View
 ) -> GlobalPath:
     return plan_path(
         costmap,
@@ -208,7 +205,7 @@ def _waits(
 
 
 def follow(
-    planner: "NavigationPlanner",
+    planner: NavigationParameters,
     task: PlanningTask,
     view: View,
     memory: NavigationMemory,
@@ -266,7 +263,7 @@ def follow(
 
 
 def _failing(
-    planner: "NavigationPlanner",
+    planner: NavigationParameters,
     task: PlanningTask,
     view: View,
     memory: NavigationMemory,

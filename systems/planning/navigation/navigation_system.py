@@ -1,20 +1,18 @@
 """The LeafSystem of planners with maps: its ports give the maps as well."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, OutputPort
 
 from hunav_drake.systems.common.ports import weakly
 from hunav_drake.systems.planning.local_planner import LocalPlanner
+from hunav_drake.systems.planning.navigation.navigation_parameters import (
+    NavigationParameters,
+)
 from hunav_drake.systems.planning.planner import PlanningTask, View
 from hunav_drake.systems.world.maps.costs import NO_MAP, Costmap
-
-if TYPE_CHECKING:
-    from hunav_drake.systems.planning.navigation.navigation_planner import (
-        NavigationPlanner,
-    )
 
 MapFunction = Callable[[PlanningTask, View, Any], Costmap]
 
@@ -44,10 +42,10 @@ class NavigationSystem(LocalPlanner):
     nothing otherwise. All else is as in a `LocalPlanner`.
     """
 
-    _planner: "NavigationPlanner"
+    _planner: NavigationParameters
 
     def __init__(
-        self, planner: "NavigationPlanner", task: PlanningTask
+        self, planner: NavigationParameters, task: PlanningTask
     ) -> None:
         """Constructs a NavigationSystem: see `LocalPlanner`."""
         super().__init__(planner, task)

@@ -6,7 +6,6 @@ they would touch something (nav2_recoveries, nav2_behaviors).
 """
 
 import math
-from typing import TYPE_CHECKING
 
 from hunav_drake.systems.common.layout import YAW
 from hunav_drake.systems.common.poses import wrap_angle
@@ -16,6 +15,9 @@ from hunav_drake.systems.planning.navigation.memory import (
     Recovery,
     Sight,
 )
+from hunav_drake.systems.planning.navigation.navigation_parameters import (
+    NavigationParameters,
+)
 from hunav_drake.systems.planning.planner import (
     Plan,
     PlannerStatus,
@@ -24,14 +26,9 @@ from hunav_drake.systems.planning.planner import (
 )
 from hunav_drake.systems.world.maps.costs import LETHAL, UNKNOWN
 
-if TYPE_CHECKING:
-    from hunav_drake.systems.planning.navigation.navigation_planner import (
-        NavigationPlanner,
-    )
-
 
 def begin_recovery(
-    planner: "NavigationPlanner",
+    planner: NavigationParameters,
     task: PlanningTask,
     view: View,
     memory: NavigationMemory,
@@ -72,7 +69,7 @@ def begin_recovery(
 
 
 def recover(
-    planner: "NavigationPlanner",
+    planner: NavigationParameters,
     task: PlanningTask,
     view: View,
     memory: NavigationMemory,
@@ -104,7 +101,7 @@ def recover(
 
 def _command(
     kind: str,
-    planner: "NavigationPlanner",
+    planner: NavigationParameters,
     task: PlanningTask,
     view: View,
     memory: NavigationMemory,

@@ -7,7 +7,6 @@ import numpy as np
 from pydantic import StrictFloat
 from pydantic.dataclasses import dataclass
 
-from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import OMEGA, VX, VY, YAW, X, Y
 from hunav_drake.systems.common.poses import wrap_angle
 from hunav_drake.systems.common.schema import (
@@ -84,13 +83,23 @@ class OrcaPlanner(NavigationPlanner):
             carrot_at,
         )
         from hunav_drake.systems.planning.social.reciprocal import (
+            Parameters,
             avoiding_velocity,
         )
 
         reaction = self.reaction_time(task)
         if (stop := at_end(task, view, local, reaction)) is not None:
             return stop
-        p = self.once(task, "orca", lambda: self._parameters(task))
+        p = Parameters(
+            speed=min(self.desired_speed, task.limits.max_speed),
+            radius_to_people=task.robot_radius + self.offset + self.margin,
+            radius_to_walls=self.setup(task).robot_radius + self.offset,
+            neighbor_distance=self.neighbor_distance,
+            horizon=self.time_horizon,
+            wall_horizon=self.wall_horizon,
+            share=self.share,
+            step=self.period,
+        )
         robot = view.robot
         c, s = math.cos(robot[YAW]), math.sin(robot[YAW])
         x, y = robot[X] + self.offset * c, robot[Y] + self.offset * s
@@ -98,7 +107,7 @@ class OrcaPlanner(NavigationPlanner):
         own = np.array([x, y, robot[VX] - swing * s, robot[VY] + swing * c])
         gx, gy = carrot_at(view, local, self.carrot_distance)
         left = math.hypot(local.goal[0] - robot[X], local.goal[1] - robot[Y])
-        speed = min(p[0], max(left, 0.15), left / reaction)
+        speed = min(p.speed, max(left, 0.15), left / reaction)
         # At last it is the axle that is to get there. What is behind is turned
         # to: to its side, the point can move while the axle stands.
         at = (x, y) if left > 2 * self.offset else robot[[X, Y]]
@@ -107,7 +116,7 @@ class OrcaPlanner(NavigationPlanner):
         bearing = robot[YAW] + error
         velocity = avoiding_velocity(
             *(own, speed * math.cos(bearing), speed * math.sin(bearing)),
-            *(bodies(task, view), task.obstacles.table, p),
+            *(bodies(task, view), task.obstacles.table, np.array(p)),
         )
         v = c * velocity[0] + s * velocity[1]
         aside = c * velocity[1] - s * velocity[0]
@@ -120,22 +129,6 @@ class OrcaPlanner(NavigationPlanner):
         )
         low = -task.limits.max_reverse_speed
         return Control(
-            float(min(max(v, low), p[0])), float(min(max(omega, -most), most))
+            float(min(max(v, low), p.speed)),
+            float(min(max(omega, -most), most)),
         )
-
-    def _parameters(self, task: PlanningTask) -> Array:
-        """Returns the parameters of `avoiding_velocity`, in its order."""
-        p = np.array(
-            [
-                min(self.desired_speed, task.limits.max_speed),
-                task.robot_radius + self.offset + self.margin,
-                self.setup(task).robot_radius + self.offset,
-                self.neighbor_distance,
-                self.time_horizon,
-                self.wall_horizon,
-                self.share,
-                self.period,
-            ]
-        )
-        p.setflags(write=False)
-        return p

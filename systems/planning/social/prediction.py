@@ -2,16 +2,24 @@
 
 Symbols: a candidate is a pair (v, omega) that the robot is driven towards for
 some steps, while everybody moves by the social force model of lightsfm, the
-robot being one of them. `p` are the parameters, in the order of the constants
-below; `k` is a row of the crowd's parameters (`people.parameters`).
+robot being one of them. `p` are `Parameters`; `k` is a row of the crowd's
+parameters (`people.parameters`).
 """
 
 import math
+from typing import NamedTuple
 
 import numba
 import numpy as np
 
-from hunav_drake.systems.common.kernels import MATRIX, REAL, VECTOR, jit, jit_as
+from hunav_drake.systems.common.kernels import (
+    MATRIX,
+    REAL,
+    VECTOR,
+    jit,
+    jit_as,
+    reads,
+)
 from hunav_drake.systems.common.layout import VX, VY, X, Y
 from hunav_drake.systems.crowd.social_force.compiled_forces import (
     pair_force,
@@ -22,25 +30,34 @@ from hunav_drake.systems.people.parameters import K_GOAL, K_OBSTACLE, SIGMA, TAU
 from hunav_drake.systems.planning.costmap.footprint import outline_cost
 from hunav_drake.systems.planning.costmap.raster import READ_CELLS
 
-# The places of the parameters in `p`.
-(
-    STEPS,
-    DT,
-    MAX_TRANS_ACC,
-    MAX_ROT_ACC,
-    MAX_TRANS_VEL,
-    PEOPLE_VELOCITY,
-    ROBOT_RADIUS,
-    PERSON_RADIUS,
-    NAIVE_GOAL_TIME,
-    SOCIAL_WEIGHT,
-    COSTMAP_WEIGHT,
-    VELOCITY_WEIGHT,
-    ANGLE_WEIGHT,
-    DISTANCE_WEIGHT,
-    ODOMETRY_YAW,
-) = range(15)
-NUM_PARAMETERS = 15
+
+class Parameters(NamedTuple):
+    """What is predicted, and how it is weighed; all are floats.
+
+    Attributes:
+        steps: How many steps there are.
+        dt: The time of each, in seconds.
+
+    The others are those of `SfwPlanner`.
+    """
+
+    steps: float
+    dt: float
+    max_trans_acc: float
+    max_rot_acc: float
+    max_trans_vel: float
+    people_velocity: float
+    sfm_robot_radius: float
+    person_radius: float
+    naive_goal_time: float
+    social_weight: float
+    costmap_weight: float
+    velocity_weight: float
+    angle_weight: float
+    distance_weight: float
+
+
+_parameters_in = reads(Parameters)
 
 # From this cost on a footprint touches something.
 _LETHAL = 254
@@ -110,7 +127,9 @@ def _social_force(i, x, y, vx, vy, k):
 
 
 @jit
-def predict(robot, v, omega, humans, goals, points, grid, polygon, p, k):
+def predict(
+    robot, v, omega, humans, goals, points, grid, polygon, odometry_yaw, p, k
+):
     """Returns the cost of a candidate; infinite if it is not valid.
 
     Args:
@@ -122,7 +141,9 @@ def predict(robot, v, omega, humans, goals, points, grid, polygon, p, k):
         points: Shape (m, 2): where obstacles are.
         grid: The costmap: costs, x and y of its origin, resolution.
         polygon: The outline of the robot, shape (k, 2).
-        p: The parameters.
+        odometry_yaw: The direction that the robot's velocity is taken along
+            in the forces, in radians; NaN for its heading.
+        p: See `Parameters`.
         k: Those of the forces.
     """
     costs, ox, oy, resolution = grid
@@ -140,64 +161,65 @@ def predict(robot, v, omega, humans, goals, points, grid, polygon, p, k):
         vx[i + 1] = humans[i, VX]
         vy[i + 1] = humans[i, VY]
     # (NaN for a velocity as it is.)
-    odometry = p[ODOMETRY_YAW]
-    heading = yaw if math.isnan(odometry) else odometry
+    heading = yaw if math.isnan(odometry_yaw) else odometry_yaw
     vx[0] = speed * math.cos(heading)
     vy[0] = speed * math.sin(heading)
-    dt = p[DT]
+    dt = p.dt
     work = 0.0
     footprints = 0.0
     ax = np.empty(n + 1)
     ay = np.empty(n + 1)
     # Who has once been at their goal has none any more.
     arrived = np.zeros(n + 1, np.bool_)
-    for _ in range(int(p[STEPS])):
+    for _ in range(int(p.steps)):
         cost = outline_cost(costs, ox, oy, resolution, rx, ry, yaw, polygon)
         if cost < 0 or cost >= _LETHAL:
             return math.inf
         footprints += cost / 255.0
         # The forces are those before anybody moves.
         social_x, social_y = _social_force(0, x, y, vx, vy, k)
-        wall_x, wall_y = _obstacle_force(x[0], y[0], p[ROBOT_RADIUS], points, k)
+        wall_x, wall_y = _obstacle_force(
+            x[0], y[0], p.sfm_robot_radius, points, k
+        )
         on_robot = math.sqrt(social_x * social_x + social_y * social_y)
         on_robot += math.sqrt(wall_x * wall_x + wall_y * wall_y)
         for i in range(1, n + 1):
             fx, fy = _social_force(i, x, y, vx, vy, k)
-            reach = math.inf if arrived[i] else p[PERSON_RADIUS]
+            reach = math.inf if arrived[i] else p.person_radius
             gx, gy = _desired_force(
                 *(x[i], y[i], vx[i], vy[i], goals[i, 0], goals[i, 1]),
-                *(reach, p[PEOPLE_VELOCITY], k),
+                *(reach, p.people_velocity, k),
             )
-            wx, wy = _obstacle_force(x[i], y[i], p[PERSON_RADIUS], points, k)
+            wx, wy = _obstacle_force(x[i], y[i], p.person_radius, points, k)
             ax[i] = fx + gx + wx
             ay[i] = fy + gy + wy
         for i in range(1, n + 1):
             vx[i] += ax[i] * dt
             vy[i] += ay[i] * dt
             pace = math.sqrt(vx[i] * vx[i] + vy[i] * vy[i])
-            if pace > p[PEOPLE_VELOCITY]:
-                vx[i] *= p[PEOPLE_VELOCITY] / pace
-                vy[i] *= p[PEOPLE_VELOCITY] / pace
+            if pace > p.people_velocity:
+                vx[i] *= p.people_velocity / pace
+                vy[i] *= p.people_velocity / pace
             x[i] += vx[i] * dt
             y[i] += vy[i] * dt
             left = math.hypot(goals[i, 0] - x[i], goals[i, 1] - y[i])
-            arrived[i] = arrived[i] or left <= p[PERSON_RADIUS]
+            arrived[i] = arrived[i] or left <= p.person_radius
         # The robot moves with its heading of before.
-        speed = _toward(speed, v, p[MAX_TRANS_ACC] * dt)
-        turn = _toward(turn, omega, p[MAX_ROT_ACC] * dt)
+        speed = _toward(speed, v, p.max_trans_acc * dt)
+        turn = _toward(turn, omega, p.max_rot_acc * dt)
         rx += speed * math.cos(yaw) * dt
         ry += speed * math.sin(yaw) * dt
         yaw += turn * dt
         x[0] = rx
         y[0] = ry
-        heading = yaw if math.isnan(odometry) else odometry
+        heading = yaw if math.isnan(odometry_yaw) else odometry_yaw
         vx[0] = speed * math.cos(heading)
         vy[0] = speed * math.sin(heading)
         on_people = 0.0
         for i in range(1, n + 1):
             dx = rx - x[i]
             dy = ry - y[i]
-            if dx * dx + dy * dy <= p[ROBOT_RADIUS] * p[ROBOT_RADIUS]:
+            if dx * dx + dy * dy <= p.sfm_robot_radius * p.sfm_robot_radius:
                 return math.inf
             fx, fy = pair_force(dx, dy, vx[i] - vx[0], vy[i] - vy[0], k)
             on_people += math.sqrt(fx * fx + fy * fy)
@@ -208,18 +230,18 @@ def predict(robot, v, omega, humans, goals, points, grid, polygon, p, k):
     if dx != 0 or dy != 0:
         bearing = abs(wrap(math.atan2(dy, dx) - yaw))
     return (
-        p[VELOCITY_WEIGHT] * abs(p[MAX_TRANS_VEL] - speed) / p[MAX_TRANS_VEL]
-        + p[DISTANCE_WEIGHT] * (dx * dx + dy * dy)
-        + p[ANGLE_WEIGHT] * bearing / math.pi
-        + p[COSTMAP_WEIGHT] * footprints / p[STEPS]
-        + p[SOCIAL_WEIGHT] * work
+        p.velocity_weight * abs(p.max_trans_vel - speed) / p.max_trans_vel
+        + p.distance_weight * (dx * dx + dy * dy)
+        + p.angle_weight * bearing / math.pi
+        + p.costmap_weight * footprints / p.steps
+        + p.social_weight * work
     )
 
 
 @jit_as(
     numba.float64[::1],
     *(VECTOR, MATRIX, MATRIX, MATRIX, MATRIX),
-    *(READ_CELLS, REAL, REAL, REAL, MATRIX, VECTOR, VECTOR),
+    *(READ_CELLS, REAL, REAL, REAL, MATRIX, REAL, VECTOR, VECTOR),
 )
 def candidate_costs(
     robot,
@@ -232,16 +254,18 @@ def candidate_costs(
     oy,
     resolution,
     polygon,
-    p,
+    odometry_yaw,
+    parameters,
     k,
 ):
     """Returns the costs of candidates, rows (v, omega): see `predict`."""
+    p = _parameters_in(parameters)
     result = np.empty(len(candidates))
     state = (robot[0], robot[1], robot[2], robot[3], robot[4])
     grid = (costs, ox, oy, resolution)
     for c in range(len(candidates)):
         result[c] = predict(
             *(state, candidates[c, 0], candidates[c, 1], humans, goals),
-            *(points, grid, polygon, p, k),
+            *(points, grid, polygon, odometry_yaw, p, k),
         )
     return result

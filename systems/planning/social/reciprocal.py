@@ -3,6 +3,8 @@
 van den Berg, Guy, Lin & Manocha 2011; the rules are those of the crowd's ORCA.
 """
 
+from typing import NamedTuple
+
 from numba import float64
 import numpy as np
 
@@ -12,27 +14,43 @@ from hunav_drake.systems.common.kernels import (
     VECTOR,
     WALLS,
     jit_as,
+    reads,
 )
 from hunav_drake.systems.common.layout import RADIUS, VX, VY, X, Y
 from hunav_drake.systems.crowd.orca.half_planes import best_velocity
 from hunav_drake.systems.crowd.orca.rules import avoid_disc, avoid_walls
 from hunav_drake.systems.world.walls import opened
 
-# The places of the parameters.
-(
-    SPEED,
-    RADIUS_TO_PEOPLE,
-    RADIUS_TO_WALLS,
-    NEIGHBOR_DISTANCE,
-    HORIZON,
-    WALL_HORIZON,
-    SHARE,
-    STEP,
-) = range(8)
+
+class Parameters(NamedTuple):
+    """What is avoided, and how; all are floats.
+
+    Attributes:
+        speed: The largest speed, in m/s.
+        radius_to_people: In meters.
+        radius_to_walls: In meters.
+        neighbor_distance: See `OrcaPlanner`.
+        horizon: Its `time_horizon`, in seconds.
+        wall_horizon: See there.
+        share: See there.
+        step: The time in which who overlaps comes apart, in seconds.
+    """
+
+    speed: float
+    radius_to_people: float
+    radius_to_walls: float
+    neighbor_distance: float
+    horizon: float
+    wall_horizon: float
+    share: float
+    step: float
+
+
+_parameters_in = reads(Parameters)
 
 
 @jit_as(float64[::1], VECTOR, REAL, REAL, MATRIX, WALLS, VECTOR)
-def avoiding_velocity(own, tx, ty, humans, table, p):
+def avoiding_velocity(own, tx, ty, humans, table, parameters):
     """Returns the velocity in W, in m/s, that is nearest to a wanted one.
 
     Args:
@@ -41,18 +59,19 @@ def avoiding_velocity(own, tx, ty, humans, table, p):
         ty: The same along the other axis.
         humans: Rows of `human_states`.
         table: `Obstacles.table`.
-        p: The parameters.
+        parameters: See `Parameters`.
     """
+    p = _parameters_in(parameters)
     walls = opened(table)
     rules = np.empty((len(walls.segments) + len(humans), 3))
     scratch = np.empty(rules.shape)
-    sight = p[RADIUS_TO_WALLS] + p[SPEED] * p[WALL_HORIZON]
+    sight = p.radius_to_walls + p.speed * p.wall_horizon
     hard = avoid_walls(
-        *(rules, own[0], own[1], p[RADIUS_TO_WALLS], p[SPEED], walls),
-        *(sight, p[WALL_HORIZON], p[STEP]),
+        *(rules, own[0], own[1], p.radius_to_walls, p.speed, walls),
+        *(sight, p.wall_horizon, p.step),
     )
     count = hard
-    far = p[NEIGHBOR_DISTANCE]
+    far = p.neighbor_distance
     for i in range(len(humans)):
         dx = humans[i, X] - own[0]
         dy = humans[i, Y] - own[1]
@@ -61,10 +80,10 @@ def avoiding_velocity(own, tx, ty, humans, table, p):
         count += avoid_disc(
             *(rules[count], dx, dy, own[2:4]),
             *(own[2] - humans[i, VX], own[3] - humans[i, VY]),
-            *(p[RADIUS_TO_PEOPLE] + humans[i, RADIUS], p[SHARE]),
-            *(p[HORIZON], p[STEP]),
+            *(p.radius_to_people + humans[i, RADIUS], p.share),
+            *(p.horizon, p.step),
         )
-    vx, vy = best_velocity(rules, hard, count, p[SPEED], tx, ty, scratch)
+    vx, vy = best_velocity(rules, hard, count, p.speed, tx, ty, scratch)
     result = np.empty(2)
     result[0] = vx
     result[1] = vy

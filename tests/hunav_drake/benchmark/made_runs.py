@@ -1,8 +1,8 @@
 """Suites whose runs are made up, so that what follows is known."""
 
-from hunav_drake.benchmark import Suite, SuiteResult
-from hunav_drake.benchmark.running.cell import Cell
-from hunav_drake.benchmark.running.run_row import RunRow
+from hunav_drake.runs import Suite, SuiteResult
+from hunav_drake.runs.running.cell import Cell
+from hunav_drake.runs.running.run_row import RunRow
 
 
 def make_cell(scenario, planner):

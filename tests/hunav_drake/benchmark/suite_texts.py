@@ -1,12 +1,9 @@
 """All that a suite tells, but for what its runs have cost."""
 
-from hunav_drake.benchmark.comparison.latex import to_latex
-from hunav_drake.benchmark.comparison.relations import judge
-from hunav_drake.benchmark.comparison.tables import (
-    behavior_tables,
-    scenario_tables,
-)
-from hunav_drake.benchmark.writing import suite_json
+from hunav_drake.report.suite_files import suite_json
+from hunav_drake.runs.comparison.latex import to_latex
+from hunav_drake.runs.comparison.relations import judge
+from hunav_drake.runs.comparison.tables import behavior_tables, scenario_tables
 
 
 def texts_of(result):

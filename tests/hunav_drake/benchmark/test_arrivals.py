@@ -6,19 +6,15 @@ import re
 import numpy as np
 import pytest
 
-from hunav_drake.benchmark.comparison.latex import to_latex
-from hunav_drake.benchmark.comparison.markdown import to_markdown
-from hunav_drake.benchmark.comparison.relations import judge
-from hunav_drake.benchmark.comparison.tables import (
-    ENDS,
-    scenario_tables,
-    to_text,
-)
-from hunav_drake.benchmark.suite import Relation
-from hunav_drake.benchmark.writing import WriteSuite
+from hunav_drake.report.suite_files import WriteSuite
 from hunav_drake.report.suite_page import suite_page
-from hunav_drake.results.intervals import wilson_interval
-from hunav_drake.results.statistics import compare
+from hunav_drake.runs.comparison.latex import to_latex
+from hunav_drake.runs.comparison.markdown import to_markdown
+from hunav_drake.runs.comparison.relations import judge
+from hunav_drake.runs.comparison.tables import ENDS, scenario_tables, to_text
+from hunav_drake.runs.intervals import wilson_interval
+from hunav_drake.runs.statistics import compare
+from hunav_drake.runs.suite import Relation
 from tests.hunav_drake.benchmark.made_runs import make_result, runs_of
 
 SEEDS = 40

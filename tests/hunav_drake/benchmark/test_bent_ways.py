@@ -7,7 +7,7 @@ import math
 import pytest
 
 from hunav_drake import LoadScenario, RunTrial
-from hunav_drake.benchmark import LoadSuite
+from hunav_drake.runs import LoadSuite
 
 # The corners that the shortest way bends around, and on which side: -1 on the
 # left of it, 1 on the right.

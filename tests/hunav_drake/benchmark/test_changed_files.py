@@ -8,10 +8,10 @@ from pydantic.dataclasses import dataclass
 import pytest
 
 from hunav_drake import LoadScenario
-from hunav_drake.benchmark import LoadSuite, RunSuite
-from hunav_drake.benchmark.running.cell import make_cells
-from hunav_drake.benchmark.running.task import Task
-from hunav_drake.benchmark.running.worker import UnfitWorkerError, do_task
+from hunav_drake.runs import LoadSuite, RunSuite
+from hunav_drake.runs.running.cell import make_cells
+from hunav_drake.runs.running.task import Task
+from hunav_drake.runs.running.worker import UnfitWorkerError, do_task
 from hunav_drake.scenario.named_files import files_sha256, named_files
 from hunav_drake.systems.planning import (
     Plan,

@@ -1,7 +1,7 @@
 import pytest
 
-from hunav_drake.benchmark.running import code_hash
-from hunav_drake.benchmark.running.code_hash import (
+from hunav_drake.runs.running import code_hash
+from hunav_drake.runs.running.code_hash import (
     PACKAGE,
     code_sha256,
     hash_code,

@@ -11,10 +11,10 @@ import time
 
 import pytest
 
-from hunav_drake.benchmark import LoadSuite, RunSuite
-from hunav_drake.benchmark.running.cell import make_cells
-from hunav_drake.benchmark.running.run_log import NAME, read_rows
-from hunav_drake.benchmark.running.worker import Task, UnfitWorkerError, do_task
+from hunav_drake.runs import LoadSuite, RunSuite
+from hunav_drake.runs.running.cell import make_cells
+from hunav_drake.runs.running.run_log import NAME, read_rows
+from hunav_drake.runs.running.worker import Task, UnfitWorkerError, do_task
 from tests.hunav_drake.benchmark.suite_texts import texts_of
 
 SUITE = """
@@ -31,7 +31,7 @@ relations:
 CODE = """
 import json
 import sys
-from hunav_drake.benchmark import LoadSuite, RunSuite
+from hunav_drake.runs import LoadSuite, RunSuite
 from tests.hunav_drake.benchmark.suite_texts import texts_of
 
 result = RunSuite(LoadSuite(filename=sys.argv[1]), workers=1)
@@ -181,7 +181,7 @@ def test_without_dask_the_remedy_is_told(hunav, monkeypatch):
 
 def test_a_scheduler_that_does_not_answer_is_told(hunav, tmp_path, monkeypatch):
     pytest.importorskip("distributed", reason="the extra `dask` is not here")
-    from hunav_drake.benchmark.running import cluster
+    from hunav_drake.runs.running import cluster
 
     monkeypatch.setattr(cluster, "_SCHEDULER", 0.5)
     code, _, err = hunav(
@@ -215,10 +215,7 @@ class FakeClient:
 
 def test_workers_of_other_versions_are_refused():
     pytest.importorskip("distributed", reason="the extra `dask` is not here")
-    from hunav_drake.benchmark.running.cluster import (
-        ClusterError,
-        check_workers,
-    )
+    from hunav_drake.runs.running.cluster import ClusterError, check_workers
 
     check_workers(FakeClient({"tcp://a": {}, "tcp://b": {}}))
     with pytest.raises(ClusterError, match="got no worker"):
@@ -236,7 +233,7 @@ def test_workers_of_other_versions_are_refused():
 def test_a_worker_that_came_later_with_another_version_ends_the_suite(
     tmp_path, monkeypatch
 ):
-    from hunav_drake.benchmark.running import worker
+    from hunav_drake.runs.running import worker
 
     suite = LoadSuite(data=SUITE)
     monkeypatch.setattr(worker, "_sha256_here", lambda text: "another")

@@ -4,8 +4,8 @@ from hypothesis import given, strategies as st
 import numpy as np
 import pytest
 
-from hunav_drake.benchmark import LoadSuite
-from hunav_drake.benchmark.formula import check_formula, holds, names_in
+from hunav_drake.runs import LoadSuite
+from hunav_drake.runs.formula import check_formula, holds, names_in
 from hunav_drake.scenario import ScenarioError
 
 

@@ -4,8 +4,8 @@ import subprocess
 
 import pytest
 
-from hunav_drake.benchmark.comparison.latex import PACKAGES, escaped, to_latex
-from hunav_drake.benchmark.comparison.tables import Table
+from hunav_drake.runs.comparison.latex import PACKAGES, escaped, to_latex
+from hunav_drake.runs.comparison.tables import Table
 
 SPECIAL = r"my_planner 50% & #1 $x^2 {y} ~\z <a> 3 ± 0.1 m²"
 

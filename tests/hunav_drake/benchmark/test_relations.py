@@ -4,20 +4,20 @@ import math
 import numpy as np
 import pytest
 
-from hunav_drake.benchmark import LoadSuite, SuiteResult
-from hunav_drake.benchmark.comparison.paper import (
+from hunav_drake.runs import LoadSuite, SuiteResult
+from hunav_drake.runs.comparison.paper import (
     METRICS,
     PUBLISHED,
     PUBLISHED_BY_BEHAVIOR,
 )
-from hunav_drake.benchmark.comparison.relations import judge, tally
-from hunav_drake.benchmark.comparison.tables import (
+from hunav_drake.runs.comparison.relations import judge, tally
+from hunav_drake.runs.comparison.tables import (
     ENDS,
     behavior_tables,
     scenario_tables,
     to_text,
 )
-from hunav_drake.benchmark.suite import Relation, Suite, planner_overrides
+from hunav_drake.runs.suite import Relation, Suite, planner_overrides
 from hunav_drake.scenario import ScenarioError
 from tests.hunav_drake.benchmark.made_runs import (
     make_cell,

@@ -11,15 +11,15 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from hunav_drake.benchmark import LoadSuite, RunSuite
-from hunav_drake.benchmark.running.cell import Cell
-from hunav_drake.benchmark.running.plan import CellPlan
-from hunav_drake.benchmark.running.pool import InlineExecutor
-from hunav_drake.benchmark.running.run_log import NAME, read_rows
-from hunav_drake.benchmark.running.run_row import RunRow
-from hunav_drake.benchmark.running.worker import do_task
-from hunav_drake.benchmark.suite import Relation, Suite, Until
-from hunav_drake.results.intervals import mean_interval, wilson_interval
+from hunav_drake.runs import LoadSuite, RunSuite
+from hunav_drake.runs.intervals import mean_interval, wilson_interval
+from hunav_drake.runs.running.cell import Cell
+from hunav_drake.runs.running.plan import CellPlan
+from hunav_drake.runs.running.pool import InlineExecutor
+from hunav_drake.runs.running.run_log import NAME, read_rows
+from hunav_drake.runs.running.run_row import RunRow
+from hunav_drake.runs.running.worker import do_task
+from hunav_drake.runs.suite import Relation, Suite, Until
 from hunav_drake.scenario import ScenarioError
 
 SUITE = """
@@ -150,7 +150,7 @@ def test_a_crash_of_a_library_is_a_row(workers, tmp_path, hunav):
 
 
 def test_an_error_of_a_run_is_not_run_again(suite, tmp_path, monkeypatch):
-    from hunav_drake.benchmark.running import worker
+    from hunav_drake.runs.running import worker
 
     prepared = worker._prepared
     monkeypatch.setattr(worker, "_prepared", lambda *_: 1 / 0)

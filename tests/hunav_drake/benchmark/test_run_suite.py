@@ -9,12 +9,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from hunav_drake.benchmark import LoadSuite, RunSuite, Suite
-from hunav_drake.benchmark.running import code_hash
-from hunav_drake.benchmark.running.code_hash import hash_code
-from hunav_drake.benchmark.running.run_log import NAME, RunLog, read_rows
-from hunav_drake.benchmark.running.run_row import row_to_json
-from hunav_drake.benchmark.running.task import Task
+from hunav_drake.runs import LoadSuite, RunSuite, Suite
+from hunav_drake.runs.running import code_hash
+from hunav_drake.runs.running.code_hash import hash_code
+from hunav_drake.runs.running.run_log import NAME, RunLog, read_rows
+from hunav_drake.runs.running.run_row import row_to_json
+from hunav_drake.runs.running.task import Task
 from hunav_drake.scenario import ScenarioError
 from hunav_drake.systems.planning import (
     Plan,
@@ -354,8 +354,8 @@ import time
 
 import numpy as np
 
-from hunav_drake.benchmark import LoadSuite, RunSuite
-from hunav_drake.benchmark.running.run_log import NAME, read_rows
+from hunav_drake.runs import LoadSuite, RunSuite
+from hunav_drake.runs.running.run_log import NAME, read_rows
 
 suite = LoadSuite(filename=sys.argv[1])
 out = Path(sys.argv[2])

@@ -3,12 +3,8 @@ import math
 from hypothesis import given, settings, strategies as st
 import numpy as np
 
-from hunav_drake.benchmark.running.run_row import RunRow, row_to_json
-from hunav_drake.benchmark.running.run_table import (
-    METRICS,
-    RunTable,
-    behavior_group,
-)
+from hunav_drake.runs.running.run_row import RunRow, row_to_json
+from hunav_drake.runs.running.run_table import METRICS, RunTable, behavior_group
 
 numbers = st.floats(allow_nan=True, allow_infinity=True)
 values = st.dictionaries(st.sampled_from("abcd"), numbers, max_size=4)

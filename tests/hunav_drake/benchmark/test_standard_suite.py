@@ -5,7 +5,7 @@ from importlib import resources
 import json
 from pathlib import Path
 
-from hunav_drake.benchmark import LoadSuite
+from hunav_drake.runs import LoadSuite
 
 PINNED = Path(__file__).parents[2] / "data" / "standard_suite.json"
 

@@ -2,7 +2,10 @@
 
 import dataclasses
 import json
+import math
 
+import numpy as np
+import pandas as pd
 import pytest
 
 from hunav_drake import (
@@ -12,16 +15,19 @@ from hunav_drake import (
     RunSuite,
     RunTrial,
     Suite,
+    SuiteResult,
     cli,
+    compare,
     plot_comparison,
     summarize,
 )
-from hunav_drake.benchmark.comparison.relations import judge
-from hunav_drake.benchmark.comparison.tables import ENDS, scenario_tables
-from hunav_drake.benchmark.replays import WriteReplays
-from hunav_drake.benchmark.running.plan import CellPlan
 from hunav_drake.report.suite_page import suite_page
-from hunav_drake.results.outcomes import count_outcomes
+from hunav_drake.runs.comparison.relations import judge
+from hunav_drake.runs.comparison.tables import ENDS, scenario_tables
+from hunav_drake.runs.outcomes import count_outcomes
+from hunav_drake.runs.running.plan import CellPlan
+from hunav_drake.runs.suite import Relation
+from hunav_drake.views.suite_replays import WriteReplays
 from tests.hunav_drake.benchmark.made_runs import (
     make_cell,
     make_result,
@@ -186,3 +192,78 @@ def test_equal_runs_count_once_where_nothing_is_drawn():
     (label,) = (it.get_text() for it in ax.get_yticklabels())
     assert "all seeds alike" in label
     assert len(ax.containers) == 1
+
+
+def one_beside_drawn(lengths, fixed="a"):
+    """Returns runs of a planner of which nothing is drawn, and of another."""
+    other = {"a": "b", "b": "a"}[fixed]
+    paths = {fixed: [5.0], other: lengths}
+    result = make_result(
+        {
+            ("hall", name): [
+                {"path_length": it, "completed": 1.0} for it in paths[name]
+            ]
+            for name in ("a", "b")
+        },
+        relations=[
+            Relation(scenarios=["hall"], metric="path_length", holds=holds)
+            for holds in ("a < b", "b < a", "(a * 0.5 < b) & (b * 0.5 < a)")
+        ],
+    )
+    cells = [
+        dataclasses.replace(
+            it, drawn="nothing" if it.planner == fixed else "noise"
+        )
+        for it in result.cells
+    ]
+    return SuiteResult(result.suite, cells, result.rows)
+
+
+@pytest.mark.parametrize(("fixed", "sign"), [("a", 1), ("b", -1)])
+def test_a_run_of_which_nothing_is_drawn_stands_for_every_seed(fixed, sign):
+    lengths = [4.0, 6.0, 6.0, 6.0]
+    result = one_beside_drawn(lengths, fixed)
+    compared = compare(result.runs(), "a", "b").loc["hall", "path_length"]
+    assert compared["n"] == 4
+    assert compared[["a", "b"]].tolist() == [5.0, 5.5][::sign]
+    assert compared["difference"] == sign * 0.5
+    by_hand = result.runs().assign(drawn="noise").to_dict("records")
+    (run,) = (it for it in by_hand if it["planner"] == fixed)
+    by_hand += [{**run, "seed": seed} for seed in (1, 2, 3)]
+    expected = compare(pd.DataFrame(by_hand), "a", "b")
+    pd.testing.assert_series_equal(
+        compared, expected.loc["hall", "path_length"]
+    )
+    judged = judge(result)
+    if fixed == "b":
+        judged[:2] = judged[1::-1]
+    assert [it.verdict for it in judged] == ["mean only", "fails", "holds"]
+    # Of four, at least three of the drawn ones must be 6: 0.74 of samples.
+    assert judged[0].share == pytest.approx(0.7383, abs=0.04)
+    assert judged[2].share == 1
+    assert "5.5" in judged[0].numbers
+    assert "(n = 4)" in judged[0].numbers
+
+
+def test_a_seed_that_draws_something_tells_no_share():
+    result = one_beside_drawn([6.0, math.nan, math.nan])
+    judged = judge(result)
+    assert [it.verdict for it in judged] == ["mean only", "fails", "mean only"]
+    assert np.isnan([it.share for it in judged]).all()
+    fixed = [dataclasses.replace(it, drawn="nothing") for it in result.cells]
+    (first, *_) = judge(SuiteResult(result.suite, fixed, result.rows[:2]))
+    assert (first.verdict, first.share) == ("holds", 1)
+
+
+def test_two_runs_of_which_nothing_is_drawn_are_one_pair():
+    runs = one_beside_drawn([6.0] * 3).runs().assign(drawn="nothing")
+    runs.loc[runs.planner == "a", "seed"] = 7
+    assert (compare(runs, "a", "b")["n"] == 1).all()
+
+
+def test_a_run_stands_for_the_seeds_of_its_own_scenario():
+    runs = one_beside_drawn([4.0, 6.0, 6.0, 6.0]).runs()
+    yard = runs.assign(scenario="yard", seed=runs.seed + 5)
+    compared = compare(pd.concat([runs, yard[:-1]]), "a", "b")
+    counts = compared.xs("path_length", level="metric")["n"]
+    assert counts.to_dict() == {"hall": 4, "yard": 3}

@@ -7,8 +7,8 @@ import time
 import pytest
 import yaml
 
-from hunav_drake.cli import main
-from hunav_drake.results.run_table import ReadRuns
+from hunav_drake.commands.cli import main
+from hunav_drake.runs.run_table import ReadRuns
 from hunav_drake.scenario import ListScenarios, LoadScenario
 from hunav_drake.systems.evaluation import Recording
 from tests.processes import run_python
@@ -25,7 +25,7 @@ def test_help_answers_at_once():
         times.append(time.perf_counter() - started)
     assert "run a trial" in done.stdout
     # The bound has room for a slow machine: NumPy alone takes longer.
-    code = "import sys; from hunav_drake import cli; print(*sys.modules)"
+    code = "import sys; import hunav_drake.commands.cli; print(*sys.modules)"
     modules = run_python(code).stdout.split()
     assert not {"numpy", "pydrake", "pandas", "yaml"} & set(modules)
     print(f"hunav --help takes {min(times):.2f} s")
@@ -44,7 +44,7 @@ def test_help_answers_at_once():
 def test_a_command_loads_no_more_than_it_needs(words, spared):
     """What it loads is most of its time."""
     code = (
-        "import sys; from hunav_drake import cli;"
+        "import sys; from hunav_drake.commands import cli;"
         f" assert cli.main({words!r}) == 0; print(); print(*sys.modules)"
     )
     done = subprocess.run(
@@ -331,7 +331,7 @@ def test_a_closed_pipe_is_no_error(tmp_path):
 def test_an_output_that_is_full_is_told(word):
     with open("/dev/full", "w") as full:
         done = subprocess.run(
-            [sys.executable, "-m", "hunav_drake.cli", word],
+            [sys.executable, "-m", "hunav_drake.commands.cli", word],
             stdout=full,
             stderr=subprocess.PIPE,
             text=True,
@@ -345,7 +345,13 @@ def test_an_output_that_is_full_is_told(word):
 def test_a_name_in_another_script_needs_no_unicode():
     done = subprocess.run(
         [
-            *(sys.executable, "-m", "hunav_drake.cli", "run", "passing"),
+            *(
+                sys.executable,
+                "-m",
+                "hunav_drake.commands.cli",
+                "run",
+                "passing",
+            ),
             *("--set", "name=愛", "--set", "simulation.duration=1.0"),
         ],
         env={**os.environ, "PYTHONIOENCODING": "ascii"},

@@ -8,8 +8,7 @@ import subprocess
 
 import pytest
 
-from hunav_drake import doctor
-from hunav_drake.commands import doctor as command
+from hunav_drake.commands import doctor as command, doctor_findings as doctor
 
 
 def only(findings):

@@ -9,7 +9,7 @@ import time
 import pytest
 
 from hunav_drake import LoadScenario, RunTrial
-from hunav_drake.cli import _all_commands, _make_parser, main
+from hunav_drake.commands.cli import _all_commands, _make_parser, main
 from hunav_drake.commands.options import AFTER_INTERRUPT, EXAMPLES
 from hunav_drake.scenario.templates import list_templates, template_text
 from tests.processes import press_ctrl_c, start_hunav

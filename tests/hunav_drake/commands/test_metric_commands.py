@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from hunav_drake.results.run_table import ReadRuns
+from hunav_drake.runs.run_table import ReadRuns
 from hunav_drake.systems.evaluation.metrics import METRICS
 from hunav_drake.systems.evaluation.recording import Recording
 

@@ -10,16 +10,16 @@ import numba
 import pytest
 
 from hunav_drake import LoadScenario, RunTrial
-from hunav_drake.compiling import compile_time
-from hunav_drake.results.metric_facts import HEADLINE
 from hunav_drake.systems.evaluation.metrics import METRICS
+from hunav_drake.trial.compiling import compile_time
+from hunav_drake.trial.metric_facts import HEADLINE
 from tests.processes import run_python
 
 SHORT = ["--set", "simulation.duration=1"]
 
 
 def test_the_version_is_told(capsys):
-    from hunav_drake.cli import main
+    from hunav_drake.commands.cli import main
 
     with pytest.raises(SystemExit) as info:
         main(["--version"])
@@ -67,7 +67,7 @@ def test_a_program_reads_json(hunav, tmp_path):
 def test_files_are_written_also_if_nobody_reads_the_output(hunav, tmp_path):
     hunav("run", "passing", *SHORT, "--out", tmp_path / "a", "--no-replay")
     (recording,) = (tmp_path / "a").rglob("*.npz")
-    command = [sys.executable, "-m", "hunav_drake.cli"]
+    command = [sys.executable, "-m", "hunav_drake.commands.cli"]
     for i, arguments in enumerate(
         (["evaluate", recording], ["run", "passing", *SHORT, "--no-replay"])
     ):
@@ -130,7 +130,7 @@ def test_compiling_is_measured_apart_and_counted():
 def test_who_waits_for_kernels_is_told_so():
     code = (
         "import numba\n"
-        "from hunav_drake.compiling import told_compile_time\n"
+        "from hunav_drake.trial.compiling import told_compile_time\n"
         "with told_compile_time():\n"
         "    numba.njit(lambda x: x + 1)(1.0)\n"
     )

@@ -96,7 +96,7 @@ class Stop:
 
 @pytest.fixture(scope="module")
 def here(tmp_path_factory):
-    from hunav_drake.cli import main
+    from hunav_drake.commands.cli import main
 
     here = tmp_path_factory.mktemp("here")
     (here / "tiny.yaml").write_text(SUITE)

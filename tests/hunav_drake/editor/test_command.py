@@ -16,7 +16,7 @@ pytest.importorskip("tornado", reason="the extra `editor` is not here")
     not Path("/proc/self/maps").exists(), reason="there is no /proc"
 )
 def test_a_page_comes_soon_from_a_small_process():
-    code = "from hunav_drake.cli import main; main()"
+    code = "from hunav_drake.commands.cli import main; main()"
     command = [sys.executable, "-c", code, "edit", "cafe", "--no-browser"]
     with subprocess.Popen(
         command, stdout=subprocess.PIPE, text=True

@@ -14,6 +14,7 @@ import pytest
 from hunav_drake.editor.document.plain_data import jsonable
 from hunav_drake.editor.session import EditSession
 from hunav_drake.scenario import CheckScenario, LoadScenario, ScenarioError
+from hunav_drake.scenario.templates import list_templates, template_text
 from hunav_drake.scenario.yaml_source import parse_yaml
 
 TEXT = """\
@@ -235,6 +236,17 @@ def test_a_button_moves_past_what_stands_beside():
         view.edit(*fault["fix"]["ops"])
     assert view.faults == []
     assert view.data["humans"][0]["pose"][2] == 0.5
+
+
+@pytest.mark.parametrize("name", list_templates())
+def test_a_template_is_that_of_hunav_new_and_has_no_faults(name):
+    view = View(EditSession(""))
+    view.ask("template", name=name)
+    assert view.text == template_text(name)
+    assert view.faults == []
+    (answer,) = view.ask("template", name=f"{name}x")
+    assert answer["kind"] == "error"
+    assert f"did you mean '{name}'?" in answer["message"]
 
 
 @pytest.mark.parametrize(

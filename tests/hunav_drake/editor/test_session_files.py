@@ -204,7 +204,7 @@ def test_a_new_scenario_needs_a_name(tmp_path):
     assert "file name" in answer["message"]
     view.ask("save", filename="first.yaml")
     saved = LoadScenario(filename=tmp_path / "first.yaml")
-    assert len(saved.humans) == 8
+    assert len(saved.humans) == 2
 
 
 def test_python_may_save_anywhere(view, tmp_path):

@@ -376,7 +376,11 @@ def test_reactions_are_drawn_as_in_hunavsim(number, mode):
         ("behavior: 1", "behavior: true", "11: ana.behavior: must be one of"),
         ("behavior: 1", "behavior: {type: 9}", "11: ana.behavior.type: must"),
         ("id: 7", "id: -7", "9: ana.id: must be at least 0, got -7"),
-        ("radius: 0.4", "radius: 40", "14: ana.radius: must be in (0, 5] m"),
+        (
+            "radius: 0.4",
+            "radius: 40",
+            "14: ana.radius: must be in [0.001, 5] m",
+        ),
         ("max_vel: 1.5", "max_vel: fast", "13: ana.max_vel: must be a number"),
         (
             "max_vel: 1.5",

@@ -15,7 +15,6 @@ from hunav_drake import (
     RunTrial,
     SaveContext,
 )
-from hunav_drake.humans import MakeHumans
 from hunav_drake.hunavsim.agents_yaml import BEHAVIOR_NAMES
 from hunav_drake.hunavsim.services import AgentServices
 from hunav_drake.scenario import (
@@ -31,6 +30,7 @@ from hunav_drake.systems.crowd.models import SocialForceModel
 from hunav_drake.systems.people import HumanConfig, SocialForceParameters
 from hunav_drake.systems.people.profile import PROFILES
 from hunav_drake.systems.world.obstacles import Obstacles
+from hunav_drake.trial.humans import MakeHumans
 from tests.recorded import COMPACT, read_recorded, recorded_names, single
 
 TRACES = recorded_names("crowd")

@@ -10,8 +10,8 @@ from matplotlib.quiver import Quiver
 import numpy as np
 import pytest
 
-from hunav_drake.plots import plot_forces
-from hunav_drake.plots.forces import _COLORS
+from hunav_drake.report.plots import plot_forces
+from hunav_drake.report.plots.forces import _COLORS
 from hunav_drake.systems.common.layout import FORCES
 from hunav_drake.systems.world.obstacles import Obstacles
 

@@ -3,14 +3,14 @@ import math
 import numpy as np
 import pytest
 
-from hunav_drake.plots.validation import (
+from hunav_drake.validation.cases import CASES
+from hunav_drake.validation.plots import (
     PLOTS,
     plot_counterflow,
     plot_door_flow,
     plot_lanes,
     plot_speeds,
 )
-from hunav_drake.validation.cases import CASES
 
 
 def line_of(ax, label):

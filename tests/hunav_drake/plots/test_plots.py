@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 
 import hunav_drake
-from hunav_drake.plots import (
+from hunav_drake.report.plots import (
     find_approaches,
     plot_behavior_activity,
     plot_comparison,
@@ -21,8 +21,8 @@ from hunav_drake.plots import (
     plot_trajectories,
     plot_zones,
 )
-from hunav_drake.plots.style import shown
-from hunav_drake.results.statistics import summarize
+from hunav_drake.report.plots.style import shown
+from hunav_drake.runs.statistics import summarize
 from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.systems.world.maps.costs import NO_MAP, Costmap
 from hunav_drake.systems.world.obstacles import Obstacles
@@ -378,12 +378,12 @@ def test_a_costmap_lies_where_it_is_in_the_world():
 
 
 def test_every_plot_is_exported():
-    for name in hunav_drake.plots.__all__:
+    for name in hunav_drake.report.plots.__all__:
         if name.startswith("plot_"):
             assert name in hunav_drake.__all__
         if name != "Approach":
             exported = getattr(hunav_drake, name)
-            assert exported is getattr(hunav_drake.plots, name)
+            assert exported is getattr(hunav_drake.report.plots, name)
 
 
 def test_a_metric_without_values_is_an_empty_plot():

@@ -9,10 +9,9 @@ import warnings
 import numpy as np
 import pytest
 
-from hunav_drake.recordings.readers import ReadRecording
-from hunav_drake.results.files import LoadResults, WriteResult
-from hunav_drake.results.run_table import ReadRuns
-from hunav_drake.results.trial_result import MakeTrialResult
+from hunav_drake.runs.files import LoadResults, WriteResult
+from hunav_drake.runs.recording_files import ReadRecording
+from hunav_drake.runs.run_table import ReadRuns
 from hunav_drake.systems.evaluation.compute import (
     evaluate,
     evaluate_by_behavior,
@@ -21,6 +20,7 @@ from hunav_drake.systems.evaluation.metrics import select_metrics
 from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.systems.evaluation.recording_checks import LARGEST
 from hunav_drake.systems.world.obstacles import Obstacles
+from hunav_drake.trial.result import MakeTrialResult
 from tests.reliability.mutations import (
     mutate_array,
     mutate_bytes,

@@ -9,8 +9,8 @@ import re
 import numpy as np
 import pytest
 
-from hunav_drake.cli import main
-from hunav_drake.recordings.readers import ReadRecording
+from hunav_drake.commands.cli import main
+from hunav_drake.runs.recording_files import ReadRecording
 from hunav_drake.systems.evaluation.compute import (
     compute_metrics,
     compute_steps,

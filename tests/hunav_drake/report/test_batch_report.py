@@ -6,15 +6,15 @@ import re
 import numpy as np
 import pytest
 
-from hunav_drake import cli
+from hunav_drake.commands import cli
 from hunav_drake.report.trial_page import is_about_robot_alone
 from hunav_drake.report.writing import WriteReport
-from hunav_drake.results.files import LoadResults, WriteResult
-from hunav_drake.results.run_table import ReadRuns
-from hunav_drake.results.trial_result import MakeTrialResult
+from hunav_drake.runs.files import LoadResults, WriteResult
+from hunav_drake.runs.run_table import ReadRuns
 from hunav_drake.systems.evaluation.metrics import METRICS, register_metric
 from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.systems.world.obstacles import Obstacles
+from hunav_drake.trial.result import MakeTrialResult
 from tests.hunav_drake.passing_trials import make_recording, make_result
 from tests.hunav_drake.report.pages import visible
 

@@ -6,13 +6,13 @@ import pandas as pd
 from PIL import Image
 import pytest
 
-from hunav_drake import cli
+from hunav_drake.commands import cli
 from hunav_drake.report.tables import number
 from hunav_drake.report.writing import WriteReport
-from hunav_drake.results.files import LoadResults, WriteResult
-from hunav_drake.results.quantity_text import label_text, number_text, unit_text
-from hunav_drake.results.run_table import ReadRuns
+from hunav_drake.runs.files import LoadResults, WriteResult
+from hunav_drake.runs.run_table import ReadRuns
 from hunav_drake.systems.evaluation.metrics import METRICS
+from hunav_drake.trial.quantity_text import label_text, number_text, unit_text
 from tests import screenshot
 from tests.hunav_drake.passing_trials import (
     make_recording,

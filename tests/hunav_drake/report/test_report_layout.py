@@ -5,18 +5,18 @@ import re
 import numpy as np
 import pytest
 
-from hunav_drake.plots.style import (
+from hunav_drake.report.plots.style import (
     PALETTE,
     PEOPLE,
     ROBOT,
-    WALL,
     behavior_styles,
 )
 from hunav_drake.report.writing import WriteReport
-from hunav_drake.results.metric_facts import bounds_of
-from hunav_drake.results.run_table import tabulate_runs
-from hunav_drake.results.statistics import summarize
+from hunav_drake.runs.run_table import tabulate_runs
+from hunav_drake.runs.statistics import summarize
 from hunav_drake.systems.behavior import BEHAVIORS
+from hunav_drake.systems.scene.plan_walls import WALL
+from hunav_drake.trial.metric_facts import bounds_of
 from tests.hunav_drake.passing_trials import (
     make_recording,
     make_result,

@@ -3,12 +3,12 @@ import re
 
 import pytest
 
-from hunav_drake.benchmark import LoadSuite, RunSuite
-from hunav_drake.benchmark.comparison.relations import judge
-from hunav_drake.benchmark.replays import WriteReplays
-from hunav_drake.benchmark.running.run_row import RunRow
-from hunav_drake.benchmark.suite_result import SuiteResult
-from hunav_drake.benchmark.writing import WriteSuite
+from hunav_drake.report.suite_files import WriteSuite
+from hunav_drake.runs import LoadSuite, RunSuite
+from hunav_drake.runs.comparison.relations import judge
+from hunav_drake.runs.running.run_row import RunRow
+from hunav_drake.runs.suite_result import SuiteResult
+from hunav_drake.views.suite_replays import WriteReplays
 from tests.hunav_drake.benchmark.made_runs import make_result, runs_of
 from tests.hunav_drake.report.pages import visible
 

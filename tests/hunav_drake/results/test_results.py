@@ -10,18 +10,18 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from hunav_drake.results import files
-from hunav_drake.results.files import LoadResults, WriteResult
-from hunav_drake.results.provenance import MakeProvenance
-from hunav_drake.results.run_folders import find_pages, find_runs
-from hunav_drake.results.run_table import ReadRuns, WriteTables, tabulate_runs
-from hunav_drake.results.trial_result import (
+from hunav_drake.runs import files
+from hunav_drake.runs.files import LoadResults, WriteResult
+from hunav_drake.runs.run_folders import find_pages, find_runs
+from hunav_drake.runs.run_table import ReadRuns, WriteTables, tabulate_runs
+from hunav_drake.systems.evaluation.metrics import METRICS, register_metric
+from hunav_drake.systems.evaluation.recording import Recording
+from hunav_drake.trial.provenance import MakeProvenance
+from hunav_drake.trial.result import (
     FormatMetricsTable,
     MakeTrialResult,
     TrialResult,
 )
-from hunav_drake.systems.evaluation.metrics import METRICS, register_metric
-from hunav_drake.systems.evaluation.recording import Recording
 from tests.hunav_drake.passing_trials import make_recording, make_result
 
 # The children only write files; none of the threads' locks matters to them.

@@ -1,23 +1,19 @@
 import pandas as pd
 import pytest
 
-from hunav_drake.results.duplicate_runs import drop_duplicate_runs
-from hunav_drake.results.files import LoadResults, WriteResult
-from hunav_drake.results.metric_facts import (
+from hunav_drake.runs.duplicate_runs import drop_duplicate_runs
+from hunav_drake.runs.files import LoadResults, WriteResult
+from hunav_drake.runs.run_table import ReadRuns, tabulate_runs
+from hunav_drake.runs.settings import contenders, setting_text, short_settings
+from hunav_drake.runs.statistics import compare, summarize
+from hunav_drake.systems.evaluation.metrics import METRICS, register_metric
+from hunav_drake.trial.metric_facts import (
     direction_of,
     family_of,
     is_built_in,
     unit_of,
 )
-from hunav_drake.results.run_table import ReadRuns, tabulate_runs
-from hunav_drake.results.settings import (
-    contenders,
-    setting_text,
-    short_settings,
-)
-from hunav_drake.results.statistics import compare, summarize
-from hunav_drake.results.trial_result import FormatMetricsTable
-from hunav_drake.systems.evaluation.metrics import METRICS, register_metric
+from hunav_drake.trial.result import FormatMetricsTable
 from tests.hunav_drake.passing_trials import make_result
 
 SLOW = "planner.cruise_speed=0.3"

@@ -4,15 +4,15 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from hunav_drake.results.intervals import (
+from hunav_drake.runs.intervals import (
     LEAST_DRAWN,
     bootstrap_interval,
     mean_interval,
     paired_rate_interval,
     wilson_interval,
 )
-from hunav_drake.results.run_table import ReadRuns
-from hunav_drake.results.statistics import LEAST_PAIRS, compare, summarize
+from hunav_drake.runs.run_table import ReadRuns
+from hunav_drake.runs.statistics import LEAST_PAIRS, compare, summarize
 
 
 def make_runs(n=8):

@@ -8,6 +8,7 @@ from hunav_drake.scenario.randomness import (
     how_to_draw,
     same_for_all_seeds,
 )
+from hunav_drake.systems.crowd.models import MOTION_MODELS
 
 COHORT = "cohorts: [{number: 3, start: [{rectangle: [3, 1, 6, 3]}]}]"
 SOURCE = (
@@ -74,6 +75,36 @@ def test_what_is_drawn_differs_and_nothing_else(changes, drawn):
     scenario = LoadScenario(data=BARE, overrides=[*short, walls, *changes])
     assert drawn_by_seed(scenario) == drawn
     assert_told_truly(scenario)
+
+
+ALONE = "[{pose: [2, 0.3, 3], goals: [[-4, 0]], forces_mode: random_normal%s}]"
+
+
+@pytest.mark.parametrize(
+    ("people", "feel"),
+    [
+        (f"humans={ALONE % ''}", {"all"}),
+        (f"humans={ALONE % ', behavior: scared'}", {"all", "pushed"}),
+        (
+            "population={seed: 1, cohorts: [{number: 2, start: [{rectangle:"
+            " [2, 1, 4, 3]}], goals: [{point: [-4, 0]}], group_sizes: [0, 1],"
+            " forces_mode: random_uniform}]}",
+            {"all", "pushed"},
+        ),
+    ],
+)
+@pytest.mark.parametrize("model", MOTION_MODELS)
+def test_weights_count_as_drawn_where_a_motion_model_uses_them(
+    model, people, feel
+):
+    scenario = LoadScenario(
+        data=f"{BARE}crowd: {{model: {model}}}",
+        overrides=["simulation.duration=3.0", "planner=pursuit", people],
+    )
+    assert_told_truly(scenario)
+    assert bool(drawn_by_seed(scenario)) == (
+        scenario.crowd.model.uses_weights in feel
+    )
 
 
 def test_what_draws_is_told_as_it_fits():

@@ -161,7 +161,7 @@ def test_an_override_reaches_one_of_two_people_who_share_an_anchor():
         ("robot.radius=" + "[" * 10_000, "nests deeper"),
         ("robot.radius=*a", "there is no anchor 'a'"),
         ("robot.radius=big", "robot.radius: must be a number, got 'big'"),
-        ("robot.radius=-1", "robot.radius: must be in (0, 5] m, got -1"),
+        ("robot.radius=-1", "robot.radius: must be in [0.001, 5] m, got -1"),
         ("robot.radios=1", "robot.radios: unknown key; did you mean 'radius'?"),
         ("humans[7].radius=1", "humans has 1 members, counted from 0"),
         ("humans.radius=1", "humans is a list of 1, not a mapping"),
@@ -191,7 +191,7 @@ def test_faults_of_the_file_and_of_overrides_come_together():
     )
     assert text.splitlines() == [
         "data: 3 faults",
-        "data:1: robot.radius: must be in (0, 5] m, got -1.0",
+        "data:1: robot.radius: must be in [0.001, 5] m, got -1.0",
         *text.splitlines()[2:],
     ]
     assert "--set x: must be a path" in text

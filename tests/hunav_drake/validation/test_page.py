@@ -9,12 +9,12 @@ import re
 import numpy as np
 import pytest
 
-from hunav_drake.report.validation_page import _overview, _section
 from hunav_drake.systems.crowd import MOTION_MODELS
 from hunav_drake.validation.case import VERDICTS, Outcome, Setting, judge
 from hunav_drake.validation.cases import CASES
 from hunav_drake.validation.diagrams import fundamental_diagram
 from hunav_drake.validation.measures import weidmann
+from hunav_drake.validation.page import _overview, _section
 
 PAGE = (Path(__file__).parents[3] / "docs/validation.md").read_text()
 

@@ -4,11 +4,11 @@ import numpy as np
 from PIL import Image
 import pytest
 
-from hunav_drake.results.files import WriteResult
+from hunav_drake.runs.files import WriteResult
 from hunav_drake.scenario import LoadScenario, SaveScenario
-from hunav_drake.simulation import RunTrial
 from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.systems.scene.scene_config import OVERLAYS
+from hunav_drake.trial.simulation import RunTrial
 from hunav_drake.views import film as mut
 from hunav_drake.views.film_files import frame_times, gif_period
 from hunav_drake.views.film_overlays import FilmOverlays

@@ -2,12 +2,12 @@ import time
 
 import pytest
 
-from hunav_drake.replay import StartMeshcatLocal
 from hunav_drake.scenario import LoadScenario
-from hunav_drake.simulation import MakeTrialSimulator, RunTrial
 from hunav_drake.systems.scene.scene_config import COSTMAPS
-from hunav_drake.trial_diagram import MakeTrialDiagram
+from hunav_drake.trial.diagram import MakeTrialDiagram
+from hunav_drake.trial.simulation import MakeTrialSimulator, RunTrial
 from hunav_drake.views import live as mut
+from hunav_drake.views.replay import StartMeshcatLocal
 
 
 def text(value):

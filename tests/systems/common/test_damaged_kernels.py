@@ -142,7 +142,7 @@ def test_without_any_folder_each_process_compiles(source, monkeypatch):
 def hunav(folder, *words):
     """Runs a command whose compiled code is in a folder."""
     return subprocess.run(
-        [sys.executable, "-m", "hunav_drake.cli", *words],
+        [sys.executable, "-m", "hunav_drake.commands.cli", *words],
         env={**os.environ, "NUMBA_CACHE_DIR": str(folder)},
         capture_output=True,
         text=True,

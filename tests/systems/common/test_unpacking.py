@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from hunav_drake import LoadContext, LoadScenario, MakeTrialDiagram
-from hunav_drake.recordings.readers import ReadRecording
-from hunav_drake.results.run_table import ReadRuns
+from hunav_drake.runs.recording_files import ReadRecording
+from hunav_drake.runs.run_table import ReadRuns
 from hunav_drake.systems.common.files import (
     VARIABLE,
     read_arrays,
@@ -54,8 +54,8 @@ def test_nothing_else_unpacks():
         if (calls := list(unpackers(path.read_text())))
     }
     # A table that is packed is none.
-    assert found.pop("hunav_drake.results.run_table") == ["pd.read_csv"] * 2
-    calls = ast.unparse(tree(modules()["hunav_drake.results.run_table"]))
+    assert found.pop("hunav_drake.runs.run_table") == ["pd.read_csv"] * 2
+    calls = ast.unparse(tree(modules()["hunav_drake.runs.run_table"]))
     assert calls.count("compression=None") == 2
     assert list(found) == ["hunav_drake.systems.common.files"]
 
@@ -158,7 +158,7 @@ def test_bombs_are_refused_with_a_line_and_little_memory(tmp_path, name):
     path = bomb(tmp_path, name)
     assert path.stat().st_size < 10e6
     done = subprocess.run(
-        [sys.executable, "-m", "hunav_drake.cli", "evaluate", path],
+        [sys.executable, "-m", "hunav_drake.commands.cli", "evaluate", path],
         # In bytes: a fraction of what it would be unpacked.
         preexec_fn=lambda: resource.setrlimit(
             resource.RLIMIT_DATA, (1_500_000_000,) * 2

@@ -10,7 +10,6 @@ from pydrake.systems.analysis import Simulator
 import pytest
 
 from hunav_drake import LoadScenario, RunTrial
-from hunav_drake.humans import MakeHumans
 from hunav_drake.systems.common.layout import (
     COMMAND_SIZE,
     VX,
@@ -25,6 +24,7 @@ from hunav_drake.systems.crowd.bodies.passing_robots import pass_robots
 from hunav_drake.systems.people import HumanConfig, SocialForceParameters
 from hunav_drake.systems.people.parameters import EPSILON
 from hunav_drake.systems.world.shapes import World
+from hunav_drake.trial.humans import MakeHumans
 from tests.systems.crowd.crowds import NO_WALLS, box_between
 from tests.systems.crowd.test_bodies import commands_to
 from tests.systems.crowd.walls.test_passages import MODELS

@@ -7,10 +7,9 @@ import pandas as pd
 import pytest
 import yaml
 
-from hunav_drake.cli import main
-from hunav_drake.results.files import LoadResults, WriteResult
-from hunav_drake.results.run_table import WriteTables
-from hunav_drake.results.trial_result import MakeTrialResult
+from hunav_drake.commands.cli import main
+from hunav_drake.runs.files import LoadResults, WriteResult
+from hunav_drake.runs.run_table import WriteTables
 from hunav_drake.systems.evaluation.compute import (
     compute_by_behavior,
     compute_metrics,
@@ -23,6 +22,7 @@ from hunav_drake.systems.evaluation.metric import (
 )
 from hunav_drake.systems.evaluation.metrics import METRICS, select_metrics
 from hunav_drake.systems.evaluation.recording import Recording
+from hunav_drake.trial.result import MakeTrialResult
 
 FAMILIES = {
     "path",
@@ -178,8 +178,9 @@ def test_by_behavior_of_nobody_is_empty():
     "command",
     [
         "import hunav_drake.systems.evaluation as e; e.select_metrics('all')",
-        "from hunav_drake.cli import main; main(['metrics'])",
-        "from hunav_drake.cli import main; main(['metrics', 'show', 'all'])",
+        "from hunav_drake.commands.cli import main; main(['metrics'])",
+        "from hunav_drake.commands.cli import main;"
+        " main(['metrics', 'show', 'all'])",
     ],
 )
 def test_listing_metrics_needs_neither_drake_nor_pandas_nor_numba(command):

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from hunav_drake import MakeTrialDiagram, RunTrial
-from hunav_drake.humans import MakeHumans
 from hunav_drake.scenario import (
     BehaviorConfig,
     CheckScenario,
@@ -15,6 +14,7 @@ from hunav_drake.scenario import (
     ScenarioError,
 )
 from hunav_drake.systems.behavior import BehaviorTreeError, LoadBehavior
+from hunav_drake.trial.humans import MakeHumans
 
 # Looks at the robot from where it is, for as long as it is told.
 XML = """\

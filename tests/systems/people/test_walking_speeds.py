@@ -7,7 +7,6 @@ from pydrake.systems.analysis import Simulator
 import pytest
 from scipy import stats
 
-from hunav_drake.humans import MakeHumans
 from hunav_drake.systems.people.area import Area
 from hunav_drake.systems.people.population import draw_bodies, draw_population
 from hunav_drake.systems.people.population_config import (
@@ -22,6 +21,7 @@ from hunav_drake.systems.people.walking_speeds import (
     walking_speed_deviation,
 )
 from hunav_drake.systems.world.obstacles import Obstacles
+from hunav_drake.trial.humans import MakeHumans
 
 FIELD = Area(rectangle=[0, 0, 100, 100])
 # The distribution of speeds in deviations from the mean.

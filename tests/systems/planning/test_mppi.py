@@ -11,21 +11,23 @@ from hunav_drake.systems.people.parameters import SocialForceParameters
 from hunav_drake.systems.planning import PLANNERS, View
 from hunav_drake.systems.planning.mppi import MppiMemory, MppiPlanner
 from hunav_drake.systems.planning.mppi.improving import average, improve
-from hunav_drake.systems.planning.mppi.mppi import CriticSettings, CriticWeights
-from hunav_drake.systems.planning.mppi.optimize import (
+from hunav_drake.systems.planning.mppi.mppi import (
     FAULT,
+    CriticSettings,
+    CriticWeights,
     draw_noise,
     even_path,
     optimize,
     setting,
 )
-from hunav_drake.systems.planning.mppi.parameters import CONTROL, CRITICS
+from hunav_drake.systems.planning.mppi.parameters import Critic
 from hunav_drake.systems.planning.mppi.rollouts import smooth
 from hunav_drake.systems.planning.navigation.memory import LocalPlan
 from hunav_drake.systems.robot import RobotLimits
 from hunav_drake.systems.world.maps.costs import Costmap
 from tests.systems.planning.test_local_planner import make_task
 
+CRITICS = [critic.name.lower() for critic in Critic][:-1]
 DT = 0.05
 N = 24
 STRAIGHT = np.column_stack([np.arange(61) * 0.05, np.zeros(61), np.zeros(61)])
@@ -315,7 +317,7 @@ def test_leaving_the_last_controls_costs():
         planner, control=(0.4, 0.3), state=(0, 0, 0, 0.4, 0.3), noise=noise
     )
     expected = 0.1 * (0.4 * 0.3 / 0.2**2 + 0.3 * -1.0 / 0.5**2)
-    assert scores[0, CONTROL] == pytest.approx(expected)
+    assert scores[0, Critic.CONTROL] == pytest.approx(expected)
     assert scores[0, 0] == pytest.approx(expected)
 
 

@@ -8,8 +8,7 @@ import pytest
 
 from hunav_drake.systems.planning import View
 from hunav_drake.systems.planning.mppi import MppiMemory, MppiPlanner
-from hunav_drake.systems.planning.mppi.optimize import optimize, setting
-from hunav_drake.systems.planning.mppi.parameters import DT
+from hunav_drake.systems.planning.mppi.mppi import optimize, setting
 from hunav_drake.systems.planning.mppi.rollouts import (
     command_of,
     held,
@@ -26,7 +25,7 @@ from tests.systems.planning.test_mppi import FAR, NOBODY, STRAIGHT, make_map
 def test_the_horizon_does_not_depend_on_the_period(step, cycles):
     planner = MppiPlanner(period=step * cycles)
     made = setting(planner, dataclasses.replace(make_task(), time_step=step))
-    dt = made.p[DT]
+    dt = made.p.dt
     horizon = planner.time_steps * planner.model_dt
     assert made.steps * dt == pytest.approx(horizon, abs=dt / 2)
     assert dt <= max(planner.model_dt, step) + 1e-12

@@ -17,8 +17,11 @@ from hunav_drake import (
 from hunav_drake.systems.common.layout import Contact
 from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.systems.planning import Plan, PlannerStatus, register_plan
-from hunav_drake.systems.robot import DifferentialDrive, RobotLimits
-from hunav_drake.systems.robot.robot_config import DifferentialDriveConfig
+from hunav_drake.systems.robot import (
+    DifferentialDrive,
+    DifferentialDriveConfig,
+    RobotLimits,
+)
 from hunav_drake.systems.world.obstacles import Obstacles
 
 RADIUS = 0.35

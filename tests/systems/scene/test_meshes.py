@@ -1,4 +1,5 @@
 from collections import Counter
+from pathlib import Path
 
 from hypothesis import given, strategies as st
 import numpy as np
@@ -13,6 +14,7 @@ from hunav_drake.systems.scene.meshes import (
     loft,
     triangulate,
 )
+from hunav_drake.systems.scene.models.make_people import make_people
 
 L_SHAPE = [(0, 0), (3, 0), (3, 1), (1, 1), (1, 2), (0, 2)]
 
@@ -148,3 +150,10 @@ def test_triangles_cover_any_star_shaped_outline_once(radii, turn):
 )
 def test_outlines_that_are_no_simple_polygons_are_cut_too(outline):
     assert triangulate(outline).shape == (len(outline) - 2, 3)
+
+
+def test_the_shipped_parts_of_people_are_those_that_the_script_makes():
+    """`python -m hunav_drake.systems.scene.models.make_people` writes them."""
+    made = {f"{k}.obj": mesh.to_obj() for k, mesh in make_people().items()}
+    files = Path(make_people.__code__.co_filename).parent.glob("*.obj")
+    assert {file.name: file.read_text() for file in files} == made

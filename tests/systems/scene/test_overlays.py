@@ -11,9 +11,10 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 import pytest
 
+from hunav_drake.systems.people import gait
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.robot import DifferentialDriveConfig
-from hunav_drake.systems.scene import AddScene, SceneConfig, gait
+from hunav_drake.systems.scene import AddScene, SceneConfig
 from hunav_drake.systems.scene.human_body import disc_height
 from hunav_drake.systems.scene.overlays import board as mut
 from hunav_drake.systems.scene.overlays.costmaps import (

@@ -8,6 +8,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 import pytest
 
+from hunav_drake.systems.people.gait import FIGURE_SIZE, GAIT_SIZE, SHIN, THIGH
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.robot import (
     DifferentialDriveConfig,
@@ -15,7 +16,6 @@ from hunav_drake.systems.robot import (
     UrdfRobot,
 )
 from hunav_drake.systems.scene import AddScene, SceneKinematics, scene_bounds
-from hunav_drake.systems.scene.gait import FIGURE_SIZE, GAIT_SIZE, SHIN, THIGH
 from hunav_drake.systems.scene.scene import frame_period
 from hunav_drake.systems.scene.surroundings import ShowCut
 from hunav_drake.systems.world.furniture import FURNITURE, Shelf
@@ -207,11 +207,11 @@ def test_who_is_distracted_looks_at_a_telephone():
     assert "telephone" not in middles("regular")
     dut = middles("distracted")
     telephone, screen, eyes = (
-        dut[name] for name in ("telephone", "screen", "eyes")
+        dut[name] for name in ("telephone", "telephone_screen", "eyes")
     )
     # Seen from the hips, in meters: as far off as an arm is long.
     assert 0.2 < np.linalg.norm(telephone - eyes) < 0.5
-    assert np.hypot(*(telephone - dut["hand"])[:2]) < 0.1
+    assert np.hypot(*(telephone - dut["holding_hand"])[:2]) < 0.1
     assert abs(telephone[1]) < 0.1
     outward = (screen - telephone) / np.linalg.norm(screen - telephone)
     to_eyes = (eyes - telephone) / np.linalg.norm(eyes - telephone)

@@ -9,9 +9,9 @@ import shapely
 
 from hunav_drake import HumanConfig
 from hunav_drake.systems.common.layout import STATE_SIZE
+from hunav_drake.systems.people.gait import GAIT_SIZE, initial_gait
+from hunav_drake.systems.people.legs import legs_at
 from hunav_drake.systems.scene import AddScene
-from hunav_drake.systems.scene.gait import GAIT_SIZE, initial_gait
-from hunav_drake.systems.scene.legs import legs_at
 from hunav_drake.systems.sensing import Lidar, LidarConfig
 from hunav_drake.systems.world.shapes import World
 from tests.systems.sensing.scans import fix, rows, scan

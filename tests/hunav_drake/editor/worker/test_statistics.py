@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hunav_drake.editor.worker.statistics import plain_number, summary_rows
-from hunav_drake.results.intervals import mean_interval
+from hunav_drake.runs.intervals import mean_interval
 
 
 def test_numbers_are_those_of_json():

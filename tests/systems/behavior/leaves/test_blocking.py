@@ -6,12 +6,12 @@ import numpy as np
 from pydrake.systems.analysis import Simulator
 import pytest
 
-from hunav_drake.humans import MakeHumans
 from hunav_drake.systems.behavior import NodeStatus, ParseTree, Person
 from hunav_drake.systems.common.layout import Command
 from hunav_drake.systems.crowd import CrowdConfig
 from hunav_drake.systems.people import HumanConfig
 from hunav_drake.systems.world.obstacles import Obstacles
+from hunav_drake.trial.humans import MakeHumans
 from tests.systems.behavior.ticks import as_original
 
 BODIES = 0.7

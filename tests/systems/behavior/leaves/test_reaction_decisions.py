@@ -7,7 +7,6 @@ import numpy as np
 from pydrake.systems.analysis import Simulator
 import pytest
 
-from hunav_drake.humans import MakeHumans
 from hunav_drake.systems.behavior import (
     LoadBehavior,
     LoadTree,
@@ -17,6 +16,7 @@ from hunav_drake.systems.behavior import (
 from hunav_drake.systems.behavior.behavior_tree import BehaviorTree
 from hunav_drake.systems.common.layout import Command
 from hunav_drake.systems.people import BehaviorConfig, HumanConfig
+from hunav_drake.trial.humans import MakeHumans
 from tests.systems.behavior.ticks import as_original, at
 
 REACTIONS = ["surprised", "scared", "curious", "threatening"]

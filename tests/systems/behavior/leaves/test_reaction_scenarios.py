@@ -14,10 +14,10 @@ from hunav_drake import (
     MakeTrialSimulator,
     RunTrial,
 )
-from hunav_drake.humans import MakeHumans
 from hunav_drake.systems.common.layout import YAW, X, Y
 from hunav_drake.systems.people import HumanConfig
 from hunav_drake.systems.world.obstacles import Obstacles
+from hunav_drake.trial.humans import MakeHumans
 from tests.systems.behavior.ticks import all_discrete_state
 
 REACTIONS = [

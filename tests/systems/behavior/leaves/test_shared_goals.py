@@ -6,10 +6,10 @@ import numpy as np
 from pydrake.systems.analysis import Simulator
 import pytest
 
-from hunav_drake.humans import MakeHumans
 from hunav_drake.systems.behavior import NodeStatus, ParseTree
 from hunav_drake.systems.common.layout import Command
 from hunav_drake.systems.people import HumanConfig
+from hunav_drake.trial.humans import MakeHumans
 from tests.systems.behavior.ticks import NO_ROBOT, at, person
 
 REACHED = "<root><BehaviorTree><IsGoalReached {}/></BehaviorTree></root>"

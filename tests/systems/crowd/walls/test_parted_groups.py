@@ -5,11 +5,11 @@ from pydrake.systems.analysis import Simulator
 import pytest
 
 from hunav_drake import HumanConfig
-from hunav_drake.humans import MakeHumans
 from hunav_drake.systems.common.layout import COMMAND_SIZE, Command
 from hunav_drake.systems.crowd import CrowdConfig
 from hunav_drake.systems.crowd.walls.parted_groups import parted, walking_groups
 from hunav_drake.systems.world.shapes import Polyline, World
+from hunav_drake.trial.humans import MakeHumans
 from tests.systems.crowd.walls.test_passages import (
     MODELS,
     arrive,

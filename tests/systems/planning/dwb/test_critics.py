@@ -14,10 +14,10 @@ from hunav_drake.systems.planning.dwb import (
     candidates,
     velocity_samples,
 )
-from hunav_drake.systems.planning.dwb.choose import dynamics, robot_state
+from hunav_drake.systems.planning.dwb.dwb import dynamics, robot_state
 from hunav_drake.systems.planning.dwb.dwb_memory import Trend
 from hunav_drake.systems.planning.dwb.map_grid import path_distances, plan_span
-from hunav_drake.systems.planning.dwb.scoring import CRITICS, roll_out
+from hunav_drake.systems.planning.dwb.scoring import Critic, roll_out
 from hunav_drake.systems.planning.navigation import LocalPlan
 from hunav_drake.systems.robot import RobotLimits
 from hunav_drake.systems.world.maps.costs import Costmap
@@ -56,7 +56,7 @@ def weigh(
     *, view=None, local=None, costs=None, memory=None, critics=None, **scales
 ):
     """Returns the candidates, scored by the given critics alone."""
-    only = dict.fromkeys(CRITICS, 0.0) | {
+    only = {critic.name.lower(): 0.0 for critic in Critic} | {
         name: float(scale) for name, scale in scales.items()
     }
     planner = DwbPlanner(scales=only, critics=critics or {})
@@ -69,7 +69,7 @@ def weigh(
         memory,
     )
     for name in scales:
-        only_column = result.scores[:, 1 + CRITICS.index(name)]
+        only_column = result.scores[:, Critic[name.upper()]]
         legal = np.isfinite(result.scores[:, 0])
         if len(scales) == 1:
             np.testing.assert_array_equal(
@@ -128,7 +128,7 @@ def test_there_are_419_candidates():
 def test_a_steady_roll_out_is_a_circle():
     view = make_view(v=0.5, omega=0.6)
     planner = DwbPlanner()
-    p = dynamics(planner, TASK).p
+    p = dynamics(planner, TASK).values
     path = roll_out(robot_state(view), 0.5, 0.6, p)
     # 1.7 * 0.6 / 0.025 steps, the start, and the last pose once more.
     assert len(path) == 41 + 2
@@ -141,13 +141,15 @@ def test_a_steady_roll_out_is_a_circle():
 
 def test_a_roll_out_accelerates_towards_its_sample():
     state = robot_state(make_view(v=0.2))
-    p = dynamics(DwbPlanner(), TASK).p
+    p = dynamics(DwbPlanner(), TASK).values
     path = roll_out(state, 0.5, 0.0, p)
     steps = np.diff(path[:-1, 0])
     dt = 1.7 / math.ceil(1.7 * 0.5 / 0.05)
     speeds = np.minimum(0.5, 0.2 + 0.6 * dt * np.arange(1, len(steps) + 1))
     np.testing.assert_allclose(steps, speeds * dt)
-    at_once = dynamics(DwbPlanner(trajectory_generator="limited_accel"), TASK).p
+    at_once = dynamics(
+        DwbPlanner(trajectory_generator="limited_accel"), TASK
+    ).values
     assert roll_out(state, 0.5, 0.0, at_once)[-1, 0] == pytest.approx(0.85)
 
 

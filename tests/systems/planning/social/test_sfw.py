@@ -13,9 +13,9 @@ from hunav_drake.systems.people.parameters import (
 )
 from hunav_drake.systems.planning import PlanningTask, View
 from hunav_drake.systems.planning.costmap.footprint import circle_footprint
-from hunav_drake.systems.planning.social import SfwPlanner, prediction
+from hunav_drake.systems.planning.social import SfwPlanner
 from hunav_drake.systems.planning.social.obstacle_points import wall_points
-from hunav_drake.systems.planning.social.sfw_cycle import set_up, weigh
+from hunav_drake.systems.planning.social.sfw import set_up, weigh
 from hunav_drake.systems.robot.robot_config import RobotLimits
 from hunav_drake.systems.world.maps.costs import Costmap
 from hunav_drake.systems.world.obstacles import Obstacles
@@ -209,7 +209,6 @@ def test_a_costmap_that_is_touched_makes_a_candidate_impossible():
 
 def test_the_footprint_is_that_of_the_navigation():
     assert SfwPlanner().setup(task()).footprint is circle_footprint(0.275)
-    assert prediction.NUM_PARAMETERS == 15
 
 
 def test_it_cruises_at_the_speed_of_the_paper():

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from hunav_drake import LoadScenario, MakeTrialDiagram, RunTrial
-from hunav_drake.simulation import MakeTrialSimulator
 from hunav_drake.systems.people.parameters import (
     PARAMETERS,
     SocialForceParameters,
@@ -19,6 +18,7 @@ from hunav_drake.systems.planning.social.forces import robot_force
 from hunav_drake.systems.planning.social.reciprocal import avoiding_velocity
 from hunav_drake.systems.robot import RobotLimits
 from hunav_drake.systems.world.obstacles import Obstacles
+from hunav_drake.trial.simulation import MakeTrialSimulator
 
 NO_WALLS = Obstacles.from_points([]).table
 K = np.array([getattr(SocialForceParameters(), name) for name in PARAMETERS])

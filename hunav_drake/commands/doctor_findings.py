@@ -1,0 +1,315 @@
+"""Looks for what is missing on a machine, or in the way."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from importlib import metadata
+import importlib.util
+import os
+from pathlib import Path
+import platform
+import re
+import shutil
+import socket
+import subprocess
+import sys
+import tempfile
+from typing import Literal
+
+# Recordings and replays of a suite need about this much, in bytes.
+_ROOM = 1 << 30
+
+# The ports at which Meshcat tries to listen.
+_PORTS = range(7000, 7100)
+
+# How long a camera may take to start, in seconds.
+_CAMERA_TIME = 60.0
+
+# What a user may install besides, a module of it, and who asks for it.
+_EXTRAS = (
+    ("completion", "shtab", "hunav completion"),
+    ("dask", "distributed", "hunav bench --executor dask"),
+    ("editor", "anywidget", "hunav edit"),
+    ("film", "av", "hunav render to .mp4"),
+    ("notebook", "jupyterlab", "make notebook"),
+)
+
+_REQUIREMENT = re.compile(r"([\w.-]+)(?:\[[^]]*\])?\s*>=\s*([\w.]+)")
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What was found about one thing.
+
+    Attributes:
+        name: Of the thing.
+        state: `ok`; `note` for what only some need; `trouble` for what must
+            be mended.
+        text: What is so.
+        remedy: What to do about it; empty if nothing.
+    """
+
+    name: str
+    state: Literal["ok", "note", "trouble"]
+    text: str
+    remedy: str = ""
+
+
+def examine() -> Iterator[Finding]:
+    """Yields what is found about this machine, each once it is known."""
+    for look in (
+        *(check_python, check_versions, check_copies, check_kernels),
+        *(check_routes, check_room, check_port, check_camera),
+        *(check_graphviz, check_extras),
+    ):
+        yield from look()
+
+
+def check_python() -> Iterator[Finding]:
+    """Compares Python with what the package asks for."""
+    present = platform.python_version()
+    try:
+        wanted = metadata.metadata("hunav_drake")["Requires-Python"] or ""
+    except metadata.PackageNotFoundError:
+        yield Finding(
+            "hunav_drake",
+            "trouble",
+            "runs from a folder, but is not installed",
+            "pip install -e . in the clone, or pip install hunav_drake",
+        )
+        return
+    lowest = wanted.removeprefix(">=")
+    if _key(present) < _key(lowest):
+        yield Finding(
+            "python",
+            "trouble",
+            f"{present}, but {wanted} is needed",
+            f"make a new environment with Python {lowest} or newer",
+        )
+        return
+    yield Finding("python", "ok", f"{present} ({sys.executable})")
+
+
+def check_versions() -> Iterator[Finding]:
+    """Compares what is installed with the lower bounds of the package."""
+    try:
+        required = metadata.requires("hunav_drake") or []
+    except metadata.PackageNotFoundError:
+        return
+    for requirement in required:
+        bound = _REQUIREMENT.fullmatch(requirement.strip())
+        if bound is None:
+            # (It is of an extra: see `check_extras`.)
+            continue
+        name, lowest = bound.groups()
+        remedy = f"pip install '{name}>={lowest}'"
+        try:
+            present = metadata.version(name)
+        except metadata.PackageNotFoundError:
+            yield Finding(name, "trouble", "not installed", remedy)
+            continue
+        if _key(present) < _key(lowest):
+            text = f"{present}, but at least {lowest} is needed"
+            yield Finding(name, "trouble", text, remedy)
+        else:
+            yield Finding(name, "ok", present)
+
+
+def check_copies() -> Iterator[Finding]:
+    """Looks for other copies of the package, which may be taken for it."""
+    import hunav_drake
+
+    used = Path(hunav_drake.__file__).resolve().parent
+    version = _version_in(used.parent)
+    for entry in sys.path:
+        other = Path(entry or os.curdir, "hunav_drake").resolve()
+        if other == used or not (other / "__init__.py").is_file():
+            continue
+        found = _version_in(other.parent)
+        yield Finding(
+            "copies",
+            "note" if found == version else "trouble",
+            f"{used} ({version}) is used, but {other} ({found}) is there, too",
+            "pip uninstall hunav_drake until none is left; install it again",
+        )
+
+
+def check_kernels() -> Iterator[Finding]:
+    """Tells whether compiled code can be kept, and whether it is there."""
+    name = "compiled code"
+    remedy = "set NUMBA_CACHE_DIR to a folder that can be written"
+    from hunav_drake.systems.crowd.social_force import kernel
+
+    # Nothing, if numba finds no place at all.
+    folder = Path(kernel.social_forces.stats.cache_path or "")
+    if not folder.name or not _is_writable(folder):
+        where = f" in {folder}" if folder.name else ""
+        text = f"cannot be kept{where}: each run compiles it anew"
+        yield Finding(name, "trouble", text, remedy)
+    elif any(folder.glob("*.nbi")):
+        yield Finding(name, "ok", f"is kept in {folder}")
+    else:
+        yield Finding(
+            name,
+            "note",
+            f"none yet in {folder}: the first run compiles it, once",
+        )
+
+
+def check_routes() -> Iterator[Finding]:
+    """Tells whether routes through large maps can be kept."""
+    from hunav_drake.systems.world.route_files import VARIABLE, cache_folder
+
+    folder = cache_folder()
+    if folder is None:
+        yield Finding("routes", "ok", f"not kept, as {VARIABLE} is empty")
+    elif _is_writable(folder):
+        yield Finding("routes", "ok", f"are kept in {folder}")
+    else:
+        yield Finding(
+            "routes",
+            "note",
+            f"cannot be kept in {folder}: large maps take longer",
+            f"set {VARIABLE} to a folder that can be written",
+        )
+
+
+def check_room() -> Iterator[Finding]:
+    """Tells whether there is room for results in the present folder."""
+    free = shutil.disk_usage(os.curdir).free
+    text = f"{free / 1e9:.1f} GB free in {Path.cwd()}"
+    if free < _ROOM:
+        remedy = "make room, or write elsewhere with --out DIR"
+        yield Finding("disk", "trouble", text, remedy)
+    else:
+        yield Finding("disk", "ok", text)
+
+
+def check_port() -> Iterator[Finding]:
+    """Tells whether Meshcat can listen to a browser on this computer."""
+    error: OSError | None = None
+    for port in _PORTS:
+        with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as it:
+            try:
+                it.bind(("127.0.0.1", port))
+            except OSError as refused:
+                error = refused
+                continue
+        yield Finding("meshcat", "ok", f"port {port} is free")
+        return
+    yield Finding(
+        "meshcat",
+        "trouble",
+        f"no port from {_PORTS[0]} to {_PORTS[-1]} can be used: {error}",
+        "end other programs that show scenes, or run with --no-replay",
+    )
+
+
+def check_camera() -> Iterator[Finding]:
+    """Tells whether cameras can draw, in a process that may crash."""
+    code = f"from {__name__} import draw_once; draw_once()"
+    try:
+        done = subprocess.run(
+            [sys.executable, "-c", code],
+            capture_output=True,
+            text=True,
+            errors="replace",
+            timeout=_CAMERA_TIME,
+            check=False,
+        )
+        failed = done.returncode != 0
+        lines = done.stderr.strip().splitlines() or [
+            f"the renderer ended with {done.returncode}"
+        ]
+    except subprocess.TimeoutExpired:
+        failed, lines = True, [f"nothing after {_CAMERA_TIME:g} s"]
+    if failed:
+        yield Finding(
+            "camera",
+            "note",
+            f"cannot draw ({lines[-1]}): no cameras, no films",
+            "install EGL: apt-get install libegl1 libgl1-mesa-dri",
+        )
+    else:
+        yield Finding("camera", "ok", "draws without a display")
+
+
+def draw_once() -> None:
+    """Draws an empty scene by a camera, as a test of the renderer."""
+    from pydrake.geometry import (
+        ClippingRange,
+        ColorRenderCamera,
+        MakeRenderEngineVtk,
+        RenderCameraCore,
+        RenderEngineVtkParams,
+        SceneGraph,
+    )
+    from pydrake.math import RigidTransform
+    from pydrake.systems.sensors import CameraInfo
+
+    scene = SceneGraph()
+    scene.AddRenderer("vtk", MakeRenderEngineVtk(RenderEngineVtkParams()))
+    core = RenderCameraCore(
+        "vtk",
+        CameraInfo(width=8, height=8, fov_y=1.0),
+        ClippingRange(0.1, 10.0),
+        RigidTransform(),
+    )
+    query = scene.get_query_output_port().Eval(scene.CreateDefaultContext())
+    query.RenderColorImage(
+        ColorRenderCamera(core), scene.world_frame_id(), RigidTransform()
+    )
+
+
+def check_graphviz() -> Iterator[Finding]:
+    """Tells whether pictures of trees and diagrams can be drawn."""
+    found = shutil.which("dot")
+    if found is None:
+        yield Finding(
+            "graphviz",
+            "note",
+            "not there: no pictures of behavior trees and diagrams",
+            "apt-get install graphviz, or brew install graphviz",
+        )
+    else:
+        yield Finding("graphviz", "ok", found)
+
+
+def check_extras() -> Iterator[Finding]:
+    """Tells which commands need something that is not installed."""
+    for extra, module, command in _EXTRAS:
+        if importlib.util.find_spec(module) is not None:
+            yield Finding(extra, "ok", f"for {command}")
+        else:
+            yield Finding(
+                extra,
+                "note",
+                f"not installed, for {command}",
+                f"pip install 'hunav_drake[{extra}]'",
+            )
+
+
+def _key(version: str) -> tuple[int, ...]:
+    """Returns the numbers of a version, up to the first that is none."""
+    leading = re.match(r"\d+(\.\d+)*", version)
+    numbers = [int(it) for it in leading[0].split(".")] if leading else []
+    while numbers and numbers[-1] == 0:
+        numbers.pop()
+    return tuple(numbers)
+
+
+def _version_in(folder: Path) -> str:
+    """Returns the version that is installed in a folder, or a question."""
+    for found in metadata.distributions(name="hunav_drake", path=[str(folder)]):
+        return found.version
+    return "of unknown version"
+
+
+def _is_writable(folder: Path) -> bool:
+    """Tells whether files can be made in a folder, which may be missing."""
+    while not folder.exists() and folder != folder.parent:
+        folder = folder.parent
+    try:
+        with tempfile.TemporaryFile(dir=folder):
+            return True
+    except OSError:
+        return False

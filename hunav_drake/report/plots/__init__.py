@@ -1,0 +1,35 @@
+"""Plots of one trial or many.
+
+Every function takes data and the axes to draw on, `ax`, and returns the axes.
+Without `ax` it makes a new figure, as wide as a column of a paper. No function
+shows its figure: a notebook does so by itself, and a script calls
+`matplotlib.pyplot.show` or `savefig`.
+
+The colors are those of Okabe & Ito 2008, which color-blind people can tell
+apart.
+"""
+
+from hunav_drake.report.plots.activity import plot_behavior_activity
+from hunav_drake.report.plots.approaches import Approach, find_approaches
+from hunav_drake.report.plots.comparison import plot_comparison
+from hunav_drake.report.plots.costmaps import plot_costmap
+from hunav_drake.report.plots.forces import plot_forces
+from hunav_drake.report.plots.series import (
+    plot_distance_to_people,
+    plot_robot_speed,
+)
+from hunav_drake.report.plots.trajectories import plot_trajectories
+from hunav_drake.report.plots.zones import plot_zones
+
+__all__ = [
+    "Approach",
+    "find_approaches",
+    "plot_behavior_activity",
+    "plot_comparison",
+    "plot_costmap",
+    "plot_distance_to_people",
+    "plot_forces",
+    "plot_robot_speed",
+    "plot_trajectories",
+    "plot_zones",
+]

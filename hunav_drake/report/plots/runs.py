@@ -1,0 +1,84 @@
+"""The runs that a plot takes, and their names."""
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from hunav_drake.runs.settings import short_settings
+from hunav_drake.systems.evaluation.recording import Recording
+from hunav_drake.trial.result import TrialResult
+
+Run = Recording | TrialResult
+
+# One run, several that are named by their differences, or several with names.
+Runs = Run | Iterable[TrialResult] | Mapping[str, Run]
+
+
+def recordings(data: Runs) -> dict[str, Recording]:
+    """Returns the recordings of runs by name.
+
+    The name of a single run is empty. For several results see `run_names`.
+
+    Raises:
+        TypeError: If the data are not of type `Runs`.
+    """
+    if isinstance(data, Recording | TrialResult):
+        return {"": _recording(data)}
+    if isinstance(data, Mapping):
+        return {str(name): _recording(run) for name, run in data.items()}
+    results = list(data)
+    for result in results:
+        if not isinstance(result, TrialResult):
+            raise TypeError(
+                "needs a recording, a result, several results, or a dict of"
+                f" either by name; got {type(result).__name__} in a list"
+            )
+    return {
+        name: result.recording
+        for name, result in zip(run_names(results), results, strict=True)
+    }
+
+
+def run_names(results: list[TrialResult]) -> list[str]:
+    """Returns a short name for each result; no two are equal.
+
+    A name holds what differs between the results: scenario, planner, setting,
+    seed. Names that are still equal get a number.
+    """
+    if len(results) == 1:
+        return [""]
+    short = short_settings(dict.fromkeys(r.setting for r in results))
+    parts = [
+        [
+            r.scenario_name,
+            _told(r, "planner"),
+            short[r.setting],
+            _told(r, "seed", "seed "),
+        ]
+        for r in results
+    ]
+    differs = [len(set(column)) > 1 for column in zip(*parts, strict=True)]
+    names: list[str] = []
+    for row in parts:
+        chosen = [p for p, d in zip(row, differs, strict=True) if d and p]
+        base = ", ".join(chosen) or "run"
+        name, count = base, 1
+        while name in names:
+            count += 1
+            name = f"{base} ({count})"
+        names.append(name)
+    return names
+
+
+def _told(result: TrialResult, key: str, prefix: str = "") -> str:
+    value = result.provenance.get(key, "")
+    return f"{prefix}{value}" if value != "" else ""
+
+
+def _recording(run: Any) -> Recording:
+    if isinstance(run, TrialResult):
+        return run.recording
+    if isinstance(run, Recording):
+        return run
+    raise TypeError(
+        f"needs a recording or a result of a trial, got {type(run).__name__}"
+    )

@@ -1,0 +1,298 @@
+"""Trajectories of the robot and the people on the map."""
+
+from collections.abc import Sequence
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+import shapely
+
+from hunav_drake.report.plots.runs import Runs, recordings
+from hunav_drake.report.plots.style import (
+    COLUMN,
+    PEOPLE,
+    ROBOT,
+    SMALL_SIZE,
+    Axes,
+    behavior_styles,
+    legend_outside,
+    line_styles,
+    new_axes,
+    shown,
+)
+from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.layout import RADIUS, X, Y
+from hunav_drake.systems.evaluation.recording import Recording
+from hunav_drake.systems.scene.plan_walls import draw_walls
+
+# Round numbers for the time between marks, in seconds, and about how many marks
+# there are.
+_INTERVALS = (0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 60.0, 120.0, 300.0, 600.0)
+_MARKS = 6
+
+# With more people than this, colors show behaviors, not people.
+_MANY = 6
+
+# The largest map beside the numbers of its axes, in inches.
+_MAP = np.array([0.85 * COLUMN, COLUMN])
+
+# How far the middle of a label is from its point, in points: 8 directions,
+# near and less near.
+_REACH = np.array([7.0, 10.0])
+_ANGLES = np.arange(8) * np.pi / 4 + np.pi / 2
+
+# A label is left out with a label or a line nearer to its middle than this, in
+# points.
+_LABEL_ROOM = 9.0
+_LINE_ROOM = 3.5
+
+
+class _Label(NamedTuple):
+    """A text beside a point.
+
+    Attributes:
+        text: The text.
+        place: The point (x, y), in the units of the axes.
+        color: The color of the text.
+    """
+
+    text: str
+    place: tuple[float, float]
+    color: str
+
+
+def plot_trajectories(
+    data: Runs, *, mark_every: float | None = None, ax: Axes | None = None
+) -> Axes:
+    """Draws the trajectories of the robot and the people on the map.
+
+    Discs show the start positions in true size, and the star is the goal. Dots
+    mark equal steps of time, with the time in seconds beside them. With
+    several runs each robot has a color, and the people of the first run are
+    thin gray lines. In a single run each person has a color; with more than
+    six people each behavior has one, and names stand beside the start
+    positions where there is room.
+
+    Args:
+        data: One run, or several.
+        mark_every: The time between dots, in seconds; by default such that
+            there are about six.
+        ax: Where to draw; by default a new figure.
+
+    Raises:
+        TypeError: If the data are not runs.
+        ValueError: If `mark_every` is not positive.
+    """
+    if mark_every is not None and not mark_every > 0:
+        raise ValueError(f"mark_every must be positive, got {mark_every}")
+    runs = recordings(data)
+    low, high, scale, tall = _frame(list(runs.values()))
+    ax = new_axes(ax, trajectories_height(data), layout="compressed")
+    longest = max((r.times[-1] - r.times[0] for r in runs.values()), default=0)
+    every = mark_every or _interval(float(longest))
+    labels: list[_Label] = []
+    for i, ((name, run), style) in enumerate(
+        zip(runs.items(), line_styles(len(runs)), strict=True)
+    ):
+        draw_walls(ax, run.obstacles)
+        if name:
+            _draw_path(ax, run.robot, label=shown(name), lw=1.4, **style)
+            for person in range(0 if i else run.num_humans):
+                states = run.humans[:, person]
+                _draw_path(ax, states, color=PEOPLE, lw=0.7, zorder=1)
+            labels += _mark_times(
+                ax, run.times, run.robot, every, color=style["color"]
+            )
+        else:
+            labels += _draw_run(ax, run, every)
+        if run.goal is not None:
+            ax.plot(*run.goal[:2], "*", ms=9, mfc="white", mec="black", mew=0.8)
+    ax.plot([], [], "o", ms=3, color="0.4", label=f"every {every:g} s")
+    ax.set(
+        xlabel="x (m)",
+        ylabel="y (m)",
+        aspect="equal",
+        xlim=(low[0], high[0]),
+        ylim=(low[1], high[1]),
+    )
+    _place_labels(ax, labels, scale=72.0 * scale)
+    legend_outside(ax, columns=4, beside=tall)
+    return ax
+
+
+def trajectories_height(data: Runs) -> float:
+    """Returns the height of a figure for `plot_trajectories`, in inches."""
+    low, high, scale, tall = _frame(list(recordings(data).values()))
+    return scale * float(high[1] - low[1]) + (0.5 if tall else 0.8)
+
+
+def _draw_run(ax: Axes, run: Recording, every: float) -> list[_Label]:
+    """Draws a single run, with a color for each person or behavior."""
+    _draw_start(ax, run.robot, ROBOT)
+    _draw_path(ax, run.robot, color=ROBOT, lw=1.8, label="robot", zorder=3)
+    labels = _mark_times(ax, run.times, run.robot, every, color=ROBOT)
+    many = run.num_humans > _MANY
+    keys = run.behaviors if many else run.human_names
+    names = list(dict.fromkeys(keys)) if many else list(keys)
+    styles = (
+        list(behavior_styles(names).values())
+        if many
+        else line_styles(len(names))
+    )
+    named: set[int] = set()
+    for i in range(run.num_humans):
+        k = names.index(keys[i]) if many else i
+        style = styles[k]
+        label = None if k in named else shown(names[k])
+        named.add(k)
+        states = run.humans[:, i]
+        _draw_path(ax, states, lw=1.0, label=label, **style)
+        _draw_start(ax, states, style["color"])
+        marks = _mark_times(
+            ax, run.times, states, every, color=style["color"], small=True
+        )
+        labels += _name(run, i, style["color"]) if many else marks
+    return labels
+
+
+def _name(run: Recording, person: int, color: str) -> list[_Label]:
+    """Returns the name of a person as a label at the start position."""
+    there = np.flatnonzero(run.features.present[:, person])
+    if not there.size:
+        return []
+    x, y = run.humans[there[0], person, [X, Y]]
+    name = shown(run.human_names[person])
+    return [_Label(name, (float(x), float(y)), color)]
+
+
+def _draw_path(ax: Axes, states: Array, **options: Any) -> None:
+    ax.plot(states[:, X], states[:, Y], solid_capstyle="round", **options)
+
+
+def _draw_start(ax: Axes, states: Array, color: str) -> None:
+    from matplotlib.patches import Circle
+
+    there = np.flatnonzero(~np.isnan(states[:, X]))
+    if there.size:
+        x, y, radius = states[there[0], [X, Y, RADIUS]]
+        ax.add_patch(Circle((x, y), radius, color=color, alpha=0.25, lw=0))
+
+
+def _mark_times(
+    ax: Axes,
+    times: Array,
+    states: Array,
+    every: float,
+    *,
+    color: str,
+    small: bool = False,
+) -> list[_Label]:
+    """Draws the time marks of one trajectory, and returns their labels."""
+    first = math.ceil(times[0] / every - 1e-9)
+    last = math.floor(times[-1] / every + 1e-9)
+    when = np.arange(first, last + 1) * every
+    # The nearest sample; a person who is absent then has no mark.
+    after = np.clip(np.searchsorted(times, when), 1, max(len(times) - 1, 1))
+    before = after - 1
+    after = np.minimum(after, len(times) - 1)
+    nearer = times[after] - when < when - times[before]
+    index = np.where(nearer, after, before)
+    places = states[index][:, [X, Y]]
+    there = ~np.isnan(places[:, 0])
+    ax.plot(
+        *places[there].T,
+        ls="",
+        marker="o",
+        ms=2.5 if small else 3.5,
+        color=color,
+        zorder=4,
+        gid="marks",
+    )
+    return [
+        _Label(f"{time:g}", (float(x), float(y)), color)
+        for time, (x, y) in zip(when[there], places[there], strict=True)
+    ]
+
+
+def _interval(duration: float) -> float:
+    """Returns the time between marks for a trial of some seconds."""
+    return min(
+        _INTERVALS,
+        key=lambda t: abs(math.log(max(duration, 1e-9) / t / _MARKS)),
+    )
+
+
+def _frame(runs: list[Recording]) -> tuple[Array, Array, float, bool]:
+    """Returns the limits and the scale of the map.
+
+    They are the lower left and the upper right corner, in meters; the scale, in
+    inches per meter; and whether the legend goes beside it, for it is tall.
+    """
+    low, high = _bounds(runs)
+    size = high - low
+    return low, high, float((_MAP / size).min()), size[1] > 1.2 * size[0]
+
+
+def _bounds(runs: list[Recording]) -> tuple[Array, Array]:
+    """Returns the corners of all that is drawn, with a margin, in meters."""
+    points = [np.zeros((0, 2))]
+    for run in runs:
+        for states in (run.robot, run.humans.reshape(-1, run.humans.shape[-1])):
+            center, radius = states[:, : Y + 1], states[:, RADIUS, None]
+            points += [center - radius, center + radius]
+        points.append(run.obstacles.segments.reshape(-1, 2))
+        if run.goal is not None:
+            points.append(np.array([run.goal[:2]]))
+    everything = np.concatenate(points)
+    everything = everything[~np.isnan(everything[:, 0])]
+    if not len(everything):
+        everything = np.array([[-1.0, -1.0], [1.0, 1.0]])
+    low, high = everything.min(axis=0), everything.max(axis=0)
+    margin = max(0.2, 0.03 * float((high - low).max()))
+    return low - margin, high + margin
+
+
+def _place_labels(ax: Axes, labels: Sequence[_Label], *, scale: float) -> None:
+    """Writes labels beside their points, away from drawn lines and each other.
+
+    They are placed in the given order; those without room are left out. One
+    unit of the axes is `scale` points long in the figure.
+    """
+    drawn = shapely.geometrycollections(
+        [
+            _shape(np.column_stack(it.get_data()) * scale)
+            for it in ax.get_lines()
+        ]
+    )
+    directions = np.column_stack([np.cos(_ANGLES), np.sin(_ANGLES)])
+    offsets = (_REACH[:, None, None] * directions).reshape(-1, 2)
+    placed = [np.full(2, np.inf)]
+    for label in labels:
+        middles = np.asarray(label.place) * scale + offsets
+        to_line = shapely.distance(shapely.points(middles), drawn)
+        gaps = np.linalg.norm(middles - np.array(placed)[:, None], axis=2)
+        to_label = gaps.min(axis=0)
+        fits = (to_line > _LINE_ROOM) & (to_label > _LABEL_ROOM)
+        if not fits.any():
+            continue
+        room = np.minimum(to_line, to_label)
+        best = int(np.argmax(np.where(fits, np.minimum(room, 8.0), -1.0)))
+        placed.append(middles[best])
+        ax.annotate(
+            label.text,
+            label.place,
+            xytext=offsets[best],
+            textcoords="offset points",
+            ha="center",
+            va="center",
+            fontsize=SMALL_SIZE - 1,
+            color=label.color,
+            annotation_clip=True,
+            parse_math=False,
+            zorder=5,
+        )
+
+
+def _shape(points: np.ndarray) -> shapely.Geometry:
+    points = points[~np.isnan(points[:, 0])]
+    return shapely.LineString(points if len(points) != 1 else [*points] * 2)

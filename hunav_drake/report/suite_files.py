@@ -1,0 +1,144 @@
+"""Writes what a suite has given: CSV, LaTeX, JSON and an HTML report."""
+
+from collections.abc import Sequence
+import hashlib
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from hunav_drake.report.suite_page import suite_page
+from hunav_drake.runs.comparison.latex import PACKAGES, to_latex
+from hunav_drake.runs.comparison.relations import Judgement, judge
+from hunav_drake.runs.comparison.tables import behavior_tables, scenario_tables
+from hunav_drake.runs.running.run_row import row_to_json
+from hunav_drake.runs.suite_result import SuiteResult
+from hunav_drake.systems.common.files import atomic_write
+
+_FILES = (
+    *("runs.csv", "runs_by_behavior.csv", "summary.csv", "costs.csv"),
+    *("outcomes.csv", "relations.csv", "tables.tex", "report.html"),
+)
+
+
+def WriteSuite(
+    result: SuiteResult,
+    folder: str | Path,
+    judgements: Sequence[Judgement] | None = None,
+) -> Path:
+    """Writes the files of a suite, each in one piece.
+
+    Args:
+        result: What the suite has given.
+        folder: Where the files go.
+        judgements: What became of its relations; by default they are tested.
+
+    They are `runs.csv`, `runs_by_behavior.csv`, `summary.csv`, `costs.csv`,
+    `outcomes.csv`, `relations.csv`, `tables.tex`, `report.html`, and, when all
+    others are there, `suite.json`. Nothing is written where they are of the
+    same suite, with the same runs and replays.
+
+    Returns:
+        The path of the report.
+
+    Raises:
+        OSError: If a file cannot be written.
+    """
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    judgements = judge(result) if judgements is None else judgements
+    report, last = folder / "report.html", folder / "suite.json"
+    made_from = _sha256(result, judgements, folder)
+    if _is_written(folder, last, made_from):
+        return report
+    last.unlink(missing_ok=True)
+    summary = result.summary().reset_index()
+    relations = pd.DataFrame([vars(it) for it in judgements])
+    for name, table in (
+        ("runs", result.runs()),
+        ("runs_by_behavior", result.runs(by_behavior=True)),
+        ("summary", summary),
+        ("costs", result.costs()),
+        ("outcomes", result.outcomes()),
+        ("relations", relations),
+    ):
+        _write(folder / f"{name}.csv", table.to_csv(index=False))
+    tables = (*scenario_tables(result), *behavior_tables(result))
+    preamble = (
+        f"% Suite {result.suite.name}, version {result.suite.version},"
+        f" {len(result.rows)} runs; the hashes of its cells are in suite.json."
+        f"\n% In the preamble: \\usepackage{{{','.join(PACKAGES)}}}\n\n"
+    )
+    _write(folder / "tables.tex", preamble + "\n".join(map(to_latex, tables)))
+    _write(report, suite_page(result, judgements))
+    _write(last, suite_json(result, judgements, made_from) + "\n")
+    return report
+
+
+def _sha256(
+    result: SuiteResult, judgements: Sequence[Judgement], folder: Path
+) -> str:
+    """Returns a hash of all that the files tell."""
+    replays = sorted(path.name for path in folder.glob("replays/*"))
+    about = (result.suite, result.cells, list(judgements), replays)
+    found = hashlib.sha256(repr(about).encode())
+    for row in result.rows:
+        found.update(row_to_json(row).encode())
+    return found.hexdigest()
+
+
+def _is_written(folder: Path, last: Path, made_from: str) -> bool:
+    """Returns whether all files are there, made from the same."""
+    paths = [*(folder / name for name in _FILES), last]
+    if not all(path.is_file() for path in paths):
+        return False
+    return f'"made_from": "{made_from}"' in last.read_text(errors="replace")
+
+
+def suite_json(
+    result: SuiteResult, judgements: Sequence[Judgement], made_from: str = ""
+) -> str:
+    """Returns suite, cells, statistics and relations as JSON.
+
+    Args:
+        result: What the suite has given.
+        judgements: What became of its relations.
+        made_from: A hash of all of it, with what the runs cost.
+    """
+    summary = result.summary().reset_index()
+    data = {
+        "suite": result.suite.name,
+        "version": result.suite.version,
+        "code_sha256": result.code_sha256,
+        "made_from": made_from,
+        "cells": [
+            {"name": cell.name, "sha256": cell.sha256, "drawn": cell.drawn}
+            for cell in result.cells
+        ],
+        "outcomes": result.outcomes().to_dict("records"),
+        "summary": summary.to_dict("records"),
+        "relations": [vars(it) for it in judgements],
+        "failures": [
+            {"cell": row.cell, "seed": row.seed, "reason": row.end_message}
+            for row in result.failures
+        ],
+    }
+    return json.dumps(_finite(data), indent=1, ensure_ascii=False)
+
+
+def _finite(value: Any) -> Any:
+    """Returns data in which numbers that JSON does not have are null."""
+    if isinstance(value, dict):
+        return {str(key): _finite(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_finite(item) for item in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
+
+
+def _write(path: Path, text: str) -> None:
+    with atomic_write(path) as file:
+        file.write(text.encode())

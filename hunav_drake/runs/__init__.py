@@ -1,0 +1,6 @@
+"""Many runs: suites, result folders, recordings, tables and statistics."""
+
+import lazy_loader
+
+# What the stub beside this file lists is loaded when it is first asked for.
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

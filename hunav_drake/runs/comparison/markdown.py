@@ -1,0 +1,119 @@
+"""The results of a suite as a page of Markdown, to be kept with others."""
+
+import re
+
+import pandas as pd
+
+from hunav_drake.runs.comparison.tables import ENDS, NOTE, mean_text, shown_unit
+from hunav_drake.runs.outcomes import count_outcomes, outcome_text, why_not_goal
+from hunav_drake.runs.statistics import summarize
+from hunav_drake.runs.suite_result import KEYS, SuiteResult
+from hunav_drake.trial.provenance import program_versions
+from hunav_drake.trial.quantity_text import unit_text
+
+# What most want to know first: whether the robot arrives, how fast, and what
+# people have to bear.
+METRICS = (
+    "completed",
+    "time_to_reach_goal",
+    "path_length",
+    "min_dist_to_people",
+    "intimate_space_intrusions",
+    "personal_space_intrusions",
+    "robot_on_person_collisions",
+    "social_work",
+)
+
+# So many digits of a hash tell cells apart.
+_DIGITS = 12
+
+
+def to_markdown(result: SuiteResult, command: str) -> str:
+    """Returns a page with a table for each scenario and setting.
+
+    A row is a planner; its cells are as in other tables. The same suite gives
+    the same page, whatever it cost.
+
+    Args:
+        result: What the suite has given.
+        command: What makes the page.
+    """
+    suite = result.suite
+    runs = result.runs()
+    versions = ", ".join(f"{k} {v}" for k, v in program_versions().items())
+    lines = [
+        f"# Results of the suite {suite.name}, version {suite.version}",
+        "",
+        f"{suite.description} Made by".strip(),
+        "",
+        f"    {command}",
+        "",
+        f"with {_counts(runs, suite.repetitions)} ({versions})."
+        " Numbers are means \N{PLUS-MINUS SIGN} half of their 95 % confidence"
+        " interval, which, of rates, is in square brackets; where there is"
+        f" none, there is one seed, or all are equal. {NOTE} Distances are"
+        " between surfaces. The last column begins the hash of the cell, which"
+        " is in `suite.json`.",
+    ]
+    keys = dict.fromkeys((c.scenario, c.setting) for c in result.cells)
+    for scenario, setting in keys if len(runs) else ():
+        part = runs[(runs.scenario == scenario) & (runs.setting == setting)]
+        part.attrs = runs.attrs
+        if part.empty:
+            continue
+        title = ", ".join(word for word in (scenario, setting) if word)
+        lines += ["", f"## {title}", "", *_table(result, part)]
+        ends = count_outcomes(part, ["planner"])
+        for planner, own in ends.groupby("planner", sort=False):
+            if why := why_not_goal(own):
+                lines += ["", f"{planner}: {'. '.join(why)}."]
+    if same := result.same_seeds():
+        lines += ["", *(f"{line}." for line in same)]
+    return "\n".join(lines) + "\n"
+
+
+def _counts(runs: pd.DataFrame, repetitions: int) -> str:
+    """Returns how many seeds the cells have, as a phrase."""
+    if runs.empty:
+        return "no run"
+    cells = runs.groupby(list(KEYS), sort=False).seed.nunique()
+    least, most = int(cells.min()), int(cells.max())
+    words = str(least) if least == most else f"{least} to {most}"
+    text = f"{words} seed{'s' * (most > 1)} for each cell"
+    if repetitions > 1:
+        text += f", each {repetitions} times"
+    return text
+
+
+def _table(result: SuiteResult, runs: pd.DataFrame) -> list[str]:
+    names = [name for name in METRICS if name in runs]
+    scenario, setting = runs.scenario.iloc[0], runs.setting.iloc[0]
+    statistics = summarize(runs, "planner", metrics=names) if names else None
+    heads = []
+    for name in names:
+        unit = unit_text(shown_unit(runs, name))
+        heads.append(f"{name} ({unit})" if unit else name)
+    ends = count_outcomes(runs, ["planner"])
+    lines = [
+        _row(["planner", *heads, ENDS, "cell"]),
+        _row(["---", *["---:"] * len(heads), "---", "---"]),
+    ]
+    for cell in result.cells:
+        if (cell.scenario, cell.setting) != (scenario, setting):
+            continue
+        if statistics is None or cell.planner not in statistics.index:
+            continue
+        values = []
+        for name in names:
+            described = statistics.loc[(cell.planner, name)]
+            values.append(mean_text(described, name, shown_unit(runs, name)))
+        values.append(outcome_text(ends[ends.planner == cell.planner]))
+        lines.append(
+            _row([cell.planner, *values, f"`{cell.sha256[:_DIGITS]}`"])
+        )
+    return lines
+
+
+def _row(cells: list[str]) -> str:
+    escaped = (re.sub(r"([|*])", r"\\\1", cell) for cell in cells)
+    return f"| {' | '.join(escaped)} |"

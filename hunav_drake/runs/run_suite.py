@@ -1,0 +1,289 @@
+"""Runs a suite: in worker processes, to be stopped and resumed at any time."""
+
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import CancelledError, Executor, Future
+import contextlib
+import os
+from pathlib import Path
+from queue import Empty, SimpleQueue
+
+import numpy as np
+
+from hunav_drake.runs.running.cell import make_cells
+from hunav_drake.runs.running.code_hash import hash_code, hash_of_all
+from hunav_drake.runs.running.plan import CellPlan
+from hunav_drake.runs.running.pool import InlineExecutor, WorkerPool
+from hunav_drake.runs.running.recordings import keep_recording
+from hunav_drake.runs.running.run_log import RunLog
+from hunav_drake.runs.running.run_row import LOST, RunRow, failed_row
+from hunav_drake.runs.running.run_table import RunTable
+from hunav_drake.runs.running.task import Task
+from hunav_drake.runs.running.worker import UnfitWorkerError, do_task, warm_up
+from hunav_drake.runs.suite import Suite
+from hunav_drake.runs.suite_result import SuiteResult
+from hunav_drake.trial.user_code import import_user_code
+
+# How often a run is given out alone, if its worker dies each time.
+_ATTEMPTS = 3
+
+# Called with each run that has ended, how many have, and how many there are.
+Progress = Callable[[RunRow, int, int], object]
+
+
+def RunSuite(
+    suite: Suite,
+    *,
+    out: str | Path | None = None,
+    workers: int | None = None,
+    executor: Executor | None = None,
+    folder: str | Path | None = None,
+    imports: Sequence[str] = (),
+    fresh: bool = False,
+    progress: Progress = lambda row, done, total: None,
+) -> SuiteResult:
+    """Runs all trials of a suite that are not yet done.
+
+    Everything is checked before the first trial. A trial that fails is a row
+    with its reason. The results do not depend on who runs what, and in which
+    order.
+
+    Args:
+        suite: What to run: see `LoadSuite`.
+        out: A folder for the results. What it holds already is not run again.
+            By default they are in memory alone.
+        workers: How many processes run trials; by default one for each
+            processor. With 1, this one does, so that a crash of a library ends
+            it. With `executor`, how many trials it can run at once: so many
+            tasks are under way, twice.
+        executor: Who runs trials instead: any of `concurrent.futures`, such as
+            that of a Dask client, `client.get_executor()`. It is not shut
+            down.
+        folder: Where relative paths of scenarios begin, as in a suite file.
+        imports: Modules and files that this process and each worker import
+            first, as with `--import`. A file must be at the same place for all
+            of them. If one of them has changed since, the runs in `out` do not
+            count; changes of what they import in turn, or of what is registered
+            elsewhere, as in a notebook, are not noticed: see `fresh`.
+        fresh: Runs everything. What `out` holds is kept as `runs_old.jsonl`,
+            `recordings_old` and `replays_old`.
+        progress: Called with each run that ends.
+
+    Raises:
+        ScenarioError: If a scenario of a cell is not sound, or a name in the
+            suite is that of nothing: all faults.
+        ValueError: If `out` holds runs of these cells by other scenarios,
+            files that they name, versions or code.
+        OSError: If `out` cannot be written, or is in use.
+        UnfitWorkerError: If a worker has other versions or code than this
+            process.
+        ConnectionError: If the executor has given its tasks up.
+    """
+    imported = _absolute(imports)
+    # What they register, the suite may name.
+    import_user_code(imported)
+    cells = make_cells(suite, Path(folder) if folder is not None else None)
+    in_this_process = executor is None and workers == 1
+    workers = workers or os.cpu_count() or 1
+    code = hash_code(imported)
+    # The pools of this package import them as they start.
+    remote = () if executor is None else imported
+    with contextlib.ExitStack() as stack:
+        log = None
+        done = RunTable()
+        plans = [CellPlan(cell, suite, code, remote) for cell in cells]
+        if out is not None:
+            out = Path(out)
+            log = stack.enter_context(RunLog(out, fresh=fresh))
+            done = _take_done(log, plans, hash_of_all(code))
+        if all(plan.is_done for plan in plans):
+            return SuiteResult(suite, cells, _counted(done, plans), out)
+        window = 2 * workers + 2
+        if in_this_process:
+            # What this process runs is written before it runs the next.
+            window = 1
+            executor = stack.enter_context(InlineExecutor())
+        elif executor is None:
+            executor = stack.enter_context(WorkerPool(workers, imports))
+        # Where there is a log, the runs are in it, and none in memory.
+        rows = done if log is None else None
+        done = RunTable()
+        _Driver(executor, plans, log, rows, progress).run(window)
+        if log is not None:
+            rows = RunTable(log.read(cells, hash_of_all(code)))
+        return SuiteResult(suite, cells, _counted(rows or done, plans), out)
+
+
+def _absolute(imports: Sequence[str]) -> tuple[str, ...]:
+    """Returns modules, and files as other processes can find them."""
+    return tuple(
+        str(Path(name).resolve()) if name.endswith(".py") else name
+        for name in imports
+    )
+
+
+def _take_done(
+    log: RunLog, plans: Sequence[CellPlan], code_sha256: str
+) -> RunTable:
+    """Notes the runs of a log in the plans, and returns them."""
+    by_name = {plan.cell.name: plan for plan in plans}
+    done = RunTable()
+    for row in log.read([plan.cell for plan in plans], code_sha256):
+        # Who has died may not do so again.
+        if row.end_reason != LOST:
+            by_name[row.cell].take(row)
+            done.append(row)
+    return done
+
+
+def _counted(rows: RunTable, plans: Sequence[CellPlan]) -> RunTable:
+    """Returns the runs that a suite from the start would have, too.
+
+    A folder may have more, of other seeds, repetitions or an other `until`.
+    """
+    by_name = {plan.cell.name: plan for plan in plans}
+    runs = zip(
+        rows.texts("cell"),
+        rows.seeds.tolist(),
+        rows.repetitions.tolist(),
+        strict=True,
+    )
+    asked = [
+        i
+        for i, (cell, seed, repetition) in enumerate(runs)
+        if by_name[cell].counts(seed, repetition)
+    ]
+    return rows.sorted(np.array(asked, dtype=np.int64))
+
+
+class _Driver:
+    """Gives out tasks, and takes in rows."""
+
+    def __init__(
+        self,
+        executor: Executor,
+        plans: Sequence[CellPlan],
+        log: RunLog | None,
+        rows: RunTable | None,
+        progress: Progress,
+    ) -> None:
+        self._executor = executor
+        self._plans = {plan.cell.name: plan for plan in plans}
+        self._log = log
+        self._rows = rows
+        self._progress = progress
+        # Runs that may have killed a worker, and how often they did so alone.
+        self._suspects: dict[tuple[str, int, int], int] = {}
+        self._again: list[Task] = []
+        self._done = sum(plan.done for plan in plans)
+        # Plans that may have tasks to give out.
+        self._open = list(plans)
+
+    def run(self, window: int) -> None:
+        """Runs until all plans are done, `window` tasks at a time at most."""
+        self._warm_up()
+        running: dict[Future[list[RunRow]], Task] = {}
+        ended: SimpleQueue[Future[list[RunRow]]] = SimpleQueue()
+        try:
+            while True:
+                # Where one dies, all that is under way may be lost with it:
+                # what is suspected of that runs alone.
+                most = 1 if self._suspects else window
+                while len(running) < most and (task := self._next()):
+                    future = self._executor.submit(do_task, task)
+                    running[future] = task
+                    future.add_done_callback(ended.put)
+                if not running:
+                    return
+                rows: list[RunRow] = []
+                for future in _all(ended):
+                    rows += self._result(future, running.pop(future))
+                self._take(rows)
+        except BaseException:
+            for future in running:
+                future.cancel()
+            raise
+
+    def _warm_up(self) -> None:
+        """Lets one worker compile the kernels, before all do at once."""
+        kinds: dict[tuple[str, str], str] = {}
+        for plan in self._plans.values():
+            if not plan.is_done:
+                kinds.setdefault(plan.kind, plan.cell.text)
+        future = self._executor.submit(warm_up, list(kinds.values()))
+        # What fails here fails again in its own run, which tells it.
+        with contextlib.suppress(Exception):
+            future.result()
+
+    def _next(self) -> Task | None:
+        if self._again:
+            return self._again.pop()
+        while self._open:
+            if task := self._open[0].next_task():
+                return task
+            self._open.pop(0)
+        # Of plans without an end, some may have got more to do.
+        self._open = [p for p in self._plans.values() if not p.is_done]
+        return next(filter(None, (p.next_task() for p in self._open)), None)
+
+    def _take(self, rows: Sequence[RunRow]) -> None:
+        """Keeps the rows of runs that have ended."""
+        new = [row for row in rows if self._plans[row.cell].take(row)]
+        if self._log is not None:
+            # First the recording: a row in the log is a run that is done.
+            for row in new:
+                keep_recording(row, self._log.path.parent)
+            self._log.append(new)
+        total = sum(plan.total for plan in self._plans.values())
+        for row in new:
+            if self._rows is not None:
+                self._rows.append(row)
+            self._done += 1
+            self._progress(row, self._done, total)
+
+    def _result(
+        self, future: "Future[list[RunRow]]", task: Task
+    ) -> list[RunRow]:
+        try:
+            rows = future.result()
+            for row in rows:
+                self._suspects.pop((row.cell, row.seed, row.repetition), None)
+            return rows
+        except UnfitWorkerError:
+            raise
+        except CancelledError as error:
+            raise ConnectionError(
+                "the executor has given up its tasks: is its cluster still"
+                " there? What has ended is kept"
+            ) from error
+        except Exception as error:
+            return self._retry(task, error)
+
+    def _retry(self, task: Task, error: Exception) -> list[RunRow]:
+        """Gives the runs of a dead worker out again, each alone."""
+        failed = []
+        for seed, repetition in task.runs:
+            key = task.cell, seed, repetition
+            # The first time it was not alone.
+            deaths = self._suspects.get(key, -1) + 1
+            if deaths < _ATTEMPTS:
+                self._suspects[key] = deaths
+                self._again.append(task.one(seed, repetition))
+                continue
+            del self._suspects[key]
+            reason = (
+                f"its worker process died {_ATTEMPTS} times"
+                f" ({type(error).__name__}: {error}); start the suite again,"
+                " and it is run again"
+            )
+            failed.append(failed_row(task, seed, repetition, reason, LOST))
+        return failed
+
+
+def _all(
+    queue: "SimpleQueue[Future[list[RunRow]]]",
+) -> Iterator["Future[list[RunRow]]"]:
+    """Yields what is in a queue; if that is nothing, it waits for one."""
+    yield queue.get()
+    with contextlib.suppress(Empty):
+        while True:
+            yield queue.get_nowait()

@@ -1,0 +1,161 @@
+"""The cells of a suite: a scenario with a planner and a setting."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+import hashlib
+import json
+from pathlib import Path
+
+from hunav_drake.runs.running.recordings import recording_path
+from hunav_drake.runs.suite import Suite, planner_overrides
+from hunav_drake.runs.suite_checks import name_faults
+from hunav_drake.scenario import (
+    CheckScenario,
+    Fault,
+    LoadScenario,
+    SaveScenario,
+    Scenario,
+    ScenarioError,
+)
+from hunav_drake.scenario.named_files import behavior_sha256, files_sha256
+from hunav_drake.scenario.randomness import drawn_by_seed, how_to_draw, is_own
+from hunav_drake.systems.common.registry import name_of
+from hunav_drake.systems.common.suggest import shown
+from hunav_drake.trial.provenance import drawn_text, program_versions
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cell:
+    """One scenario with one planner and one setting.
+
+    Attributes:
+        scenario: The name of the scenario.
+        planner: The label of the planner.
+        setting: The name of the setting; empty if there is only one.
+        text: The scenario with both, as `SaveScenario` writes it.
+        sha256: A hash of all that its runs follow from, but for the seed:
+            scenario, the content of the files that it names, behavior trees,
+            versions and the kind of machine.
+        drawn: What its seeds draw, as tables tell it; empty if not known.
+        how_to_draw: What to set so that seeds differ, if they do not.
+        once: Whether one run tells all: its seeds draw nothing, and its
+            planner comes with the package, so that it repeats itself.
+    """
+
+    scenario: str
+    planner: str
+    setting: str
+    text: str
+    sha256: str
+    drawn: str = ""
+    how_to_draw: str = ""
+    once: bool = False
+
+    @property
+    def name(self) -> str:
+        """The cell as messages call it, "crossing/dwb"."""
+        parts = (self.scenario, self.planner, self.setting)
+        return "/".join(part for part in parts if part)
+
+
+def make_cells(suite: Suite, folder: Path | None = None) -> list[Cell]:
+    """Makes all cells of a suite, and checks each of them.
+
+    Args:
+        suite: The suite.
+        folder: Where relative paths of scenarios begin; by default the
+            current folder.
+
+    Raises:
+        ScenarioError: It lists the faults of all scenarios, each once; or, if
+            they have none, the names in the suite that nothing has.
+    """
+    faults: dict[Fault, None] = {}
+    cells: list[Cell] = []
+    scenarios: list[Scenario] = []
+    choices = [planner_overrides(choice) for choice in suite.planners]
+    settings = dict(suite.settings) or {"": []}
+    for entry in suite.scenarios:
+        filename = _find(entry, folder)
+        for label, keys in choices or [("", {})]:
+            for setting, changes in settings.items():
+                # JSON is YAML, on one line.
+                planner = [f"planner={json.dumps(keys)}"] if keys else []
+                overrides = [*suite.overrides, *changes, *planner]
+                try:
+                    scenario = CheckScenario(
+                        LoadScenario(filename=filename, overrides=overrides)
+                    )
+                except ScenarioError as error:
+                    faults |= dict.fromkeys(error.faults)
+                    continue
+                cells.append(_make_cell(scenario, label, setting))
+                scenarios.append(scenario)
+    faults |= dict.fromkeys(_same_names(cells))
+    # Of a scenario that is not sound nobody knows the name.
+    faults |= {} if faults else dict.fromkeys(name_faults(suite, scenarios))
+    if faults:
+        raise ScenarioError(suite.name, faults)
+    return cells
+
+
+def _make_cell(scenario: Scenario, label: str, setting: str) -> Cell:
+    text = SaveScenario(scenario)
+    drawn = drawn_by_seed(scenario)
+    return Cell(
+        scenario=scenario.name,
+        planner=label or name_of(scenario.planner),
+        setting=setting,
+        text=text,
+        sha256=cell_sha256(text, scenario),
+        drawn=drawn_text(drawn),
+        how_to_draw="" if drawn else how_to_draw(scenario),
+        once=not drawn and not is_own(scenario.planner),
+    )
+
+
+def cell_sha256(text: str, scenario: Scenario) -> str:
+    """Returns the hash of all that runs follow from, but for the seed.
+
+    Nor does it tell the processor, so that machines can share a suite.
+
+    Args:
+        text: The scenario, as `SaveScenario` writes it.
+        scenario: The same.
+    """
+    follows = (
+        program_versions(),
+        text,
+        behavior_sha256(scenario),
+        files_sha256(scenario),
+    )
+    return hashlib.sha256(json.dumps(follows).encode()).hexdigest()
+
+
+def _find(entry: str, folder: Path | None) -> str:
+    """Returns the path of a scenario's file, or its shipped name."""
+    if folder is not None and (folder / entry).is_file():
+        return str(folder / entry)
+    return entry
+
+
+def _same_names(cells: Sequence[Cell]) -> list[Fault]:
+    seen: dict[str, str] = {}
+    faults = []
+    for cell in cells:
+        # Their recordings are in one folder.
+        name = recording_path(Path(), cell.name, 0).name.lower()
+        if name in seen:
+            message = (
+                f"two cells are called {shown(cell.name)}"
+                if seen[name] == cell.name
+                else f"the names of the cells {shown(seen[name])} and"
+                f" {shown(cell.name)} are too much alike for those of files"
+            )
+            message += (
+                "; give each scenario a name, and each planner a label, of its"
+                " own"
+            )
+            faults.append(Fault("suite", 0, "", message))
+        seen[name] = cell.name
+    return faults

@@ -1,0 +1,164 @@
+"""What a worker process does: runs of one cell, one seed after the other."""
+
+from collections.abc import Iterable
+import functools
+import platform
+import threading
+import time
+from typing import Any
+
+from hunav_drake.runs.running.code_hash import code_sha256
+from hunav_drake.runs.running.run_row import (
+    RunRow,
+    cycle_cost,
+    failed_row,
+    make_row,
+)
+from hunav_drake.runs.running.task import Task
+from hunav_drake.systems.common.input_error import InputError
+from hunav_drake.trial.provenance import program_versions
+from hunav_drake.trial.user_code import fault_of_user_code, import_user_code
+
+
+class UnfitWorkerError(RuntimeError):
+    """A worker would give other results than the driver, or none."""
+
+
+# The last cell of this thread, for the next of its tasks.
+_last = threading.local()
+
+_imported: set[str] = set()
+_importing = threading.Lock()
+
+
+def do_task(task: Task) -> list[RunRow]:
+    """Runs the trials of a task; what fails becomes a row that says why.
+
+    Raises:
+        UnfitWorkerError: If versions, code or behavior trees are not those of
+            the driver, or user code cannot be imported here.
+    """
+    _import(task.imports)
+    _check_version(task)
+    return [_run(task, seed, repetition) for seed, repetition in task.runs]
+
+
+def warm_up(texts: Iterable[str]) -> None:
+    """Compiles what trials need, and writes it to the cache on disk."""
+    from hunav_drake.scenario import LoadScenario
+    from hunav_drake.trial.diagram import MakeTrialDiagram
+    from hunav_drake.trial.simulation import MakeTrialSimulator
+
+    for text in texts:
+        scenario = LoadScenario(data=text)
+        simulator = MakeTrialSimulator(MakeTrialDiagram(scenario))
+        simulator.AdvanceTo(4 * scenario.simulation.time_step)
+
+
+def _run(task: Task, seed: int, repetition: int) -> RunRow:
+    from hunav_drake.systems.planning import time_cycles
+    from hunav_drake.trial.simulation import RunTrial
+
+    wall, cpu = time.perf_counter(), time.process_time()
+    try:
+        scenario, diagram = _prepared(task, seed)
+        with time_cycles() as cycles:
+            result = RunTrial(scenario, seed, diagram=diagram)
+    except (KeyboardInterrupt, MemoryError):
+        raise
+    except Exception as error:
+        reason = fault_of_user_code(error) or f"{type(error).__name__}: {error}"
+        return failed_row(task, seed, repetition, reason)
+    cost = {
+        "wall": time.perf_counter() - wall,
+        "cpu": time.process_time() - cpu,
+        **cycle_cost(cycles),
+    }
+    return make_row(result, task, seed, repetition, cost)
+
+
+def _prepared(task: Task, seed: int) -> tuple[Any, Any]:
+    """Returns the scenario and the diagram, made once for all its seeds.
+
+    Of people whom each seed draws anew, it is made for each.
+    """
+    from hunav_drake.scenario import LoadScenario
+    from hunav_drake.scenario.population import people_seed
+    from hunav_drake.trial.diagram import MakeTrialDiagram
+
+    sha256, made = getattr(_last, "cell", ("", None))
+    if (
+        made is None
+        or sha256 != task.sha256
+        or people_seed(made[0]) not in (None, seed)
+    ):
+        _last.cell = "", None
+        scenario = LoadScenario(
+            data=task.text, overrides=[f"simulation.seed={seed}"]
+        )
+        made = scenario, MakeTrialDiagram(scenario)
+        _last.cell = task.sha256, made
+    return made
+
+
+def _import(names: Iterable[str]) -> None:
+    """Imports what this process has not imported yet."""
+    with _importing:
+        new = [name for name in names if name not in _imported]
+        try:
+            import_user_code(new)
+        except InputError as error:
+            raise UnfitWorkerError(f"{_place()}: {error}") from None
+        _imported.update(new)
+
+
+@functools.lru_cache(maxsize=64)
+def _loaded(text: str) -> Any:
+    from hunav_drake.scenario import LoadScenario
+
+    return LoadScenario(data=text)
+
+
+def _sha256_here(text: str) -> str:
+    """Returns the hash of a cell; the files that it names may change."""
+    from hunav_drake.runs.running.cell import cell_sha256
+
+    return cell_sha256(text, _loaded(text))
+
+
+@functools.lru_cache(maxsize=64)
+def _has_code(name: str, sha256: str) -> bool:
+    """Returns whether code is here what it is where the suite is."""
+    try:
+        return code_sha256(name) == sha256
+    except (OSError, ImportError):
+        return False
+
+
+def _check_version(task: Task) -> None:
+    """Holds that runs follow from the same here as where the suite is."""
+    for name, sha256 in task.code:
+        if not _has_code(name, sha256):
+            raise UnfitWorkerError(
+                f"{_place()}: has other code of {name} than the suite: it was"
+                " changed meanwhile, or differs there; install the same on all"
+                " workers, and start the suite again"
+            )
+    try:
+        here = _sha256_here(task.text)
+    except Exception as error:
+        # Of its own runs, this is told by the rows.
+        if not isinstance(error, ImportError):
+            return
+        raise UnfitWorkerError(f"{_place()}: {error}") from None
+    if here != task.sha256:
+        told = ", ".join(f"{k} {v}" for k, v in program_versions().items())
+        raise UnfitWorkerError(
+            f"{_place()}: has other versions, behavior trees or files than the"
+            f" suite ({told}): install the same on all workers; if a map or a"
+            " model was changed meanwhile, start the suite again"
+        )
+
+
+def _place() -> str:
+    return f"the worker on {platform.node() or 'this machine'}"

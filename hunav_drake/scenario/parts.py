@@ -1,0 +1,56 @@
+"""The classes that the parts of a scenario are of, gathered for users."""
+
+from hunav_drake.systems.crowd.crowd_config import CrowdConfig
+from hunav_drake.systems.evaluation.evaluator_config import EvaluatorConfig
+from hunav_drake.systems.people.area import Area
+from hunav_drake.systems.people.behavior_choice import BehaviorConfig
+from hunav_drake.systems.people.human_config import HumanConfig
+from hunav_drake.systems.people.parameters import SocialForceParameters
+from hunav_drake.systems.people.population_config import (
+    AgeBand,
+    CohortConfig,
+    PopulationConfig,
+    SinkConfig,
+    SourceConfig,
+    SpeedDistribution,
+)
+from hunav_drake.systems.planning.planner import PlannerConfig
+from hunav_drake.systems.robot.robot_config import RobotConfig, RobotLimits
+from hunav_drake.systems.robot.robots import DifferentialDriveConfig
+from hunav_drake.systems.sensing.sensor_config import (
+    CameraConfig,
+    LidarConfig,
+    SensorConfig,
+    VisiblePeopleConfig,
+)
+from hunav_drake.systems.world.furniture import Furniture
+from hunav_drake.systems.world.shapes import Box, Polygon, Polyline, Wall, World
+
+__all__ = [
+    "AgeBand",
+    "Area",
+    "BehaviorConfig",
+    "Box",
+    "CameraConfig",
+    "CohortConfig",
+    "CrowdConfig",
+    "DifferentialDriveConfig",
+    "EvaluatorConfig",
+    "Furniture",
+    "HumanConfig",
+    "LidarConfig",
+    "PlannerConfig",
+    "Polygon",
+    "Polyline",
+    "PopulationConfig",
+    "RobotConfig",
+    "RobotLimits",
+    "SensorConfig",
+    "SinkConfig",
+    "SocialForceParameters",
+    "SourceConfig",
+    "SpeedDistribution",
+    "VisiblePeopleConfig",
+    "Wall",
+    "World",
+]

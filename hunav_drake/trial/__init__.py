@@ -1,0 +1,1 @@
+"""One trial: its diagram, simulator, seed, result, and saved Contexts."""

@@ -1,0 +1,267 @@
+"""Saves a Context to a file, and loads it."""
+
+import hashlib
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.systems.framework import Context, Diagram, PortDataType, System
+
+from hunav_drake.systems.behavior import BehaviorTree
+from hunav_drake.systems.common.files import atomic_write, read_arrays
+from hunav_drake.systems.common.suggest import shown
+from hunav_drake.systems.evaluation.recording_checks import LARGEST
+from hunav_drake.trial.context_layout import (
+    Checking,
+    abstract_states,
+    free_ports,
+    layout,
+    leaves,
+    misfit,
+    vectors,
+)
+
+_FORMAT = "hunav_drake context 2"
+
+# Whose numbers are in SI units, not too large to be told in a recording.
+_OWN = ("hunav_drake.", "pydrake.systems.primitives")
+
+Array = NDArray[Any]
+
+
+def SaveContext(
+    diagram: Diagram, context: Context, filename: str | Path
+) -> Path:
+    """Writes a Context to a file, bit for bit.
+
+    The file (.npz) holds the time, the state and the numeric parameters of all
+    systems, among them the recording of an Evaluator, and the fixed values of
+    input ports. It does not hold the diagram: keep the scenario, or the code,
+    beside it. Nor does it hold abstract parameters, such as the geometry of a
+    scene, nor what the output ports of a discrete MultibodyPlant tell of its
+    last step, such as contacts, which they tell again after the next one.
+
+    Args:
+        diagram: The root diagram.
+        context: Its Context.
+        filename: The file to write.
+
+    Returns:
+        The file.
+
+    Raises:
+        ValueError: If a system has an abstract state that is not `Storable`,
+            an input port has a fixed value that is abstract, or a number of
+            the state or a parameter is not finite, though it is by default.
+        OSError: If the file cannot be written.
+    """
+    arrays = {
+        "format": np.array(_FORMAT),
+        "time": np.array(context.get_time()),
+        "systems": np.array(json.dumps(layout(diagram, context))),
+    }
+    for key, port in free_ports(diagram):
+        own = port.get_system().GetMyContextFromRoot(context)
+        if port.HasValue(own):
+            if port.get_data_type() == PortDataType.kAbstractValued:
+                raise ValueError(
+                    f"{port.GetFullDescription()} has a fixed value that is"
+                    " abstract, which cannot be saved"
+                )
+            arrays[key] = port.Eval(own)
+    default = diagram.CreateDefaultContext()
+    for key, system in leaves(diagram):
+        own = system.GetMyContextFromRoot(context)
+        defaults = dict(vectors(system.GetMyContextFromRoot(default)))
+        for name, vector in vectors(own):
+            values = vector.CopyToVector()
+            _check_values(system, name, values, defaults[name].CopyToVector())
+            arrays[f"{key}/{name}"] = values
+        for i, value in abstract_states(system, own):
+            for name, array in value.to_arrays().items():
+                arrays[f"{key}/abstract/{i}/{name}"] = array
+    arrays["sha256"] = np.array(_digest(arrays))
+    path = Path(filename)
+    with atomic_write(path) as file:
+        # (Older NumPy would write `allow_pickle` as an array, if given; mypy
+        # takes the arrays for it.)
+        np.savez(file, **arrays)  # type: ignore[arg-type]
+    return path
+
+
+def LoadContext(diagram: Diagram, filename: str | Path) -> Context:
+    """Reads a Context that `SaveContext` wrote.
+
+    What is in the file counts, as the goal of a trial, which is a parameter;
+    whatever else is different in the diagram is as it is there: a trial can go
+    on among other walls, or with another model of motion. But planners and
+    behavior trees must be those that were saved: no other could make sense of
+    their memory.
+
+    Args:
+        diagram: A diagram of the same systems as the one that was saved: for a
+            trial, by `MakeTrialDiagram` from the same scenario.
+        filename: The file.
+
+    Returns:
+        A Context of the diagram, equal to the one that was saved.
+
+    Raises:
+        ValueError: If the file is not of that kind, its systems are not
+            those of the diagram, or it is not as `SaveContext` wrote it.
+        OSError: If the file cannot be read.
+    """
+    arrays = _read(Path(filename))
+    context = diagram.CreateDefaultContext()
+    intact = str(arrays.pop("sha256", "")) == _digest(arrays)
+    if intact:
+        try:
+            saved = json.loads(str(arrays["systems"]))
+        except (LookupError, ValueError, RecursionError):
+            saved = None
+        found = misfit(saved, layout(diagram, context))
+        if found:
+            raise ValueError(
+                f"{filename}: {found}. Make the diagram as it was made when"
+                " the Context was saved."
+            )
+    remedy = "Save the Context once more, or take a copy of the file."
+    try:
+        _fill(diagram, context, arrays)
+    except ValueError as error:
+        raise ValueError(
+            f"{filename}: is damaged: {error}. {remedy}"
+        ) from error
+    if not intact:
+        raise ValueError(
+            f"{filename}: is damaged: its content is not what SaveContext"
+            f" wrote. {remedy}"
+        )
+    return context
+
+
+def _fill(diagram: Diagram, context: Context, arrays: dict[str, Array]) -> None:
+    """Sets all of a Context that a file holds; a ValueError says the fault."""
+    time = _numbers(arrays, "time", ())
+    if not np.isfinite(time):
+        raise ValueError(f"the time must be finite, got {time} s")
+    if abs(time) > LARGEST:
+        raise ValueError(f"the time must be at most {LARGEST:g} s, got {time}")
+    context.SetTime(float(time))
+    for key, port in free_ports(diagram):
+        if key in arrays:
+            own = port.get_system().GetMyMutableContextFromRoot(context)
+            port.FixValue(own, _numbers(arrays, key, (port.size(),)))
+    for key, system in leaves(diagram):
+        own = system.GetMyMutableContextFromRoot(context)
+        for name, vector in vectors(own, mutable=True):
+            values = _numbers(arrays, f"{key}/{name}", (vector.size(),))
+            _check_values(system, name, values, vector.CopyToVector())
+            vector.SetFromVector(values)
+        place = system.GetSystemPathname()
+        if isinstance(system, Checking):
+            try:
+                system.CheckContext(own)
+            except ValueError as error:
+                raise ValueError(f"{place}: {error}") from error
+        for i, value in abstract_states(system, own):
+            head = f"{key}/abstract/{i}/"
+            stored = {
+                name.removeprefix(head): array
+                for name, array in arrays.items()
+                if name.startswith(head)
+            }
+            try:
+                state = value.from_arrays(stored)
+            except (LookupError, TypeError, ValueError) as error:
+                raise ValueError(f"{place}: {error}") from error
+            own.SetAbstractState(i, state)
+    for _, system in leaves(diagram):
+        if isinstance(system, BehaviorTree):
+            _check_tick(system, system.GetMyContextFromRoot(context))
+
+
+def _check_tick(system: BehaviorTree, context: Context) -> None:
+    """Checks that a tree can make something of its memory.
+
+    Only its leaves know what that may be.
+    """
+    inputs = map(system.get_input_port, range(system.num_input_ports()))
+    if not all(port.HasValue(context) for port in inputs):
+        return
+    try:
+        for i in range(system.num_output_ports()):
+            system.get_output_port(i).Eval(context)
+    except Exception as error:
+        raise ValueError(
+            f"{system.GetSystemPathname()}: a tick with its memory fails:"
+            f" {type(error).__name__}: {error}"
+        ) from error
+
+
+def _numbers(
+    arrays: dict[str, Array], key: str, shape: tuple[int, ...]
+) -> Array:
+    """Returns an array of the file, of float64 and of this shape."""
+    array = arrays.get(key)
+    if array is None:
+        raise ValueError(f"it has no entry {key!r}")
+    if array.shape != shape or array.dtype != np.float64:
+        raise ValueError(
+            f"the entry {key!r} must be float64 of shape {shape}, got"
+            f" {array.dtype} of shape {array.shape}"
+        )
+    return array
+
+
+def _check_values(
+    system: System, name: str, values: Array, default: Array
+) -> None:
+    """Checks that numbers are finite where they are so by default.
+
+    Those of behavior trees have a rule of their own.
+    """
+    try:
+        if isinstance(system, BehaviorTree):
+            system.CheckMemory(values)
+            default = np.full(values.shape, np.nan)
+        bad = np.flatnonzero(~np.isfinite(values) & np.isfinite(default))
+        if bad.size:
+            raise ValueError(
+                f"must be finite, but number {bad[0]} is {values[bad[0]]}"
+            )
+        # Whoever's systems there are besides, their numbers are their own.
+        if type(system).__module__.startswith(_OWN):
+            known = np.isfinite(values) & ~(np.abs(default) > LARGEST)
+            bad = np.flatnonzero(known & (np.abs(values) > LARGEST))
+            if bad.size:
+                raise ValueError(
+                    f"must be at most {LARGEST:g} in size, but number {bad[0]}"
+                    f" is {values[bad[0]]}"
+                )
+    except ValueError as error:
+        raise ValueError(
+            f"{system.GetSystemPathname()}: {name}: {error}"
+        ) from error
+
+
+def _digest(arrays: dict[str, Array]) -> str:
+    """Returns a hash of all that is in a file."""
+    digest = hashlib.sha256()
+    for name, array in sorted(arrays.items()):
+        head = f"{name} {array.dtype.str} {array.shape}\n"
+        digest.update(head.encode() + array.tobytes())
+    return digest.hexdigest()
+
+
+def _read(path: Path) -> dict[str, Array]:
+    arrays = read_arrays(path, "a Context written by SaveContext")
+    known = str(arrays.get("format"))
+    if known != _FORMAT:
+        raise ValueError(
+            f"{path}: is not a Context written by SaveContext of this version:"
+            f" the format must be {_FORMAT!r}, got {shown(known)}"
+        )
+    return arrays

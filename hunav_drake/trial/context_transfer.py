@@ -1,0 +1,216 @@
+"""Takes the state of one trial over into the diagram of another."""
+
+from collections.abc import Iterator
+from typing import Any
+
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.systems.framework import Context, Diagram, InputPort, System
+
+from hunav_drake.systems.common.suggest import shown
+from hunav_drake.trial.context_layout import (
+    Remembering,
+    abstract_states,
+    free_ports,
+    leaves,
+    vectors,
+)
+
+
+def TransferContext(
+    diagram: Diagram, context: Context, other: Diagram
+) -> Context:
+    """Returns a Context of another diagram, at the same instant.
+
+    So a trial goes on with another planner, other walls or another motion
+    model: what if? People, robot, recording and goal are as they were, bit for
+    bit, and so are the fixed values of input ports. Planner, perception and
+    sensors of the same kind and parameters go on as they were; others begin
+    anew, a planner with the command that the robot has just got.
+
+    Args:
+        diagram: The diagram of the trial, by `MakeTrialDiagram`.
+        context: Its root Context; it is not changed.
+        other: The diagram to go on with, by `MakeTrialDiagram`: of a scenario
+            with the same people, robot, goal, evaluator and time step.
+
+    Returns:
+        A root Context of `other`, with the time, state, parameters and fixed
+        inputs of the systems that both have by name.
+
+    Raises:
+        ValueError: If anything that the scenarios say of these differs; if a
+            system with a state, but for planner, perception and sensors, is
+            in one of the diagrams alone, or is another one, so that its state
+            has no meaning there; if an input port with a fixed value is; or if
+            `context` is not of `diagram`.
+    """
+    diagram.ValidateContext(context)
+    difference = _first_difference(_given(diagram), _given(other), "")
+    if difference:
+        raise ValueError(
+            f"{difference[1:]}; the state cannot be taken over. Make the other"
+            " diagram of the same people, robot, goal, evaluator and time step;"
+            " where walls decide who is drawn, list the people under humans."
+        )
+    result = other.CreateDefaultContext()
+    result.SetTime(context.get_time())
+    sources = {_path(system): system for _, system in leaves(diagram)}
+    targets = {_path(system): system for _, system in leaves(other)}
+    for path in dict.fromkeys([*sources, *targets]):
+        source, target = sources.get(path), targets.get(path)
+        difference = ""
+        if target is None:
+            if _has_state(source, context):
+                difference = f"it was a {type(source).__name__}, and is no more"
+        elif source is None:
+            if _has_state(target, result):
+                difference = f"it is a {type(target).__name__}, and was not yet"
+        else:
+            old = source.GetMyContextFromRoot(context)
+            new = target.GetMyMutableContextFromRoot(result)
+            difference = _difference(source, old, target, new)
+            if not difference:
+                _copy(source, old, new)
+            elif path == "planner":
+                _take_over_command(old, new)
+        if difference and not _begins_anew(path):
+            raise ValueError(
+                f"{path} cannot be taken over: {difference}. Make the other"
+                " diagram of the same people, robot, goal and evaluator."
+            )
+    _fix_inputs(diagram, context, other, result)
+    return result
+
+
+def _given(diagram: Diagram) -> dict[str, Any]:
+    """Returns what a scenario says of all whose state is taken over."""
+    made_for = diagram.GetSubsystemByName("monitor").made_for
+    parts = "humans", "population", "drawn", "robot", "evaluator"
+    given = {part: made_for[part] for part in parts}
+    return {**given, "time_step": made_for["simulation"]["time_step"]}
+
+
+def _first_difference(was: Any, now: Any, path: str) -> str:
+    """Returns where plain values differ first, and how; nothing if nowhere."""
+    if isinstance(was, dict) and isinstance(now, dict):
+        keys = dict.fromkeys([*was, *now])
+        pairs = [(f".{key}", was.get(key), now.get(key)) for key in keys]
+    elif isinstance(was, list) and isinstance(now, list):
+        if len(was) != len(now):
+            return f"{path}: there were {len(was)}, and are {len(now)}"
+        pairs = [
+            (f"[{i}]", *pair)
+            for i, pair in enumerate(zip(was, now, strict=True))
+        ]
+    else:
+        told = f"{path}: it was {shown(was)}, and is {shown(now)}"
+        return "" if was == now else told
+    found = (_first_difference(a, b, path + key) for key, a, b in pairs)
+    return next(filter(None, found), "")
+
+
+def _begins_anew(path: str) -> bool:
+    """Tells whether a system may be another one, without the state it had."""
+    part = path.split("/")[0]
+    return part in ("planner", "perception") or part.startswith("sensor_")
+
+
+def _path(system: System) -> str:
+    """Returns where a system is, below the root, as "humans/crowd"."""
+    return str(system.GetSystemPathname()).split("::", 2)[-1].replace("::", "/")
+
+
+def _difference(
+    source: System, old: Context, target: System, new: Context
+) -> str:
+    """Returns how two systems differ, or nothing: then states fit."""
+    kinds = type(source).__name__, type(target).__name__
+    if kinds[0] != kinds[1]:
+        return f"it was a {kinds[0]}, and is a {kinds[1]}"
+    if isinstance(source, Remembering) and isinstance(target, Remembering):
+        for was, now in zip(
+            source.DescribeMemory(), target.DescribeMemory(), strict=False
+        ):
+            if was != now:
+                return f"it was {was}, and is {now}"
+    if _joints(source) != _joints(target):
+        return "its bodies move by other joints"
+    sizes = [
+        {name: vector.size() for name, vector in vectors(context)}
+        for context in (old, new)
+    ]
+    if sizes[0] != sizes[1]:
+        return f"its numbers were {sizes[0]}, and are {sizes[1]}"
+    if old.num_abstract_states() != new.num_abstract_states():
+        return "it remembers other things"
+    return ""
+
+
+def _has_state(system: System, root_context: Context) -> bool:
+    """Tells whether a leaf has numbers or values that change."""
+    context = system.GetMyContextFromRoot(root_context)
+    numbers = any(True for _ in vectors(context))
+    return numbers or context.num_abstract_states() > 0
+
+
+def _joints(system: System) -> list[str]:
+    """Returns what the numbers of a plant are; nothing for other systems."""
+    if not isinstance(system, MultibodyPlant):
+        return []
+    return [*system.GetPositionNames(), *system.GetVelocityNames()]
+
+
+def _copy(source: System, old: Context, new: Context) -> None:
+    """Copies what `SaveContext` keeps of a leaf."""
+    values = dict(vectors(old))
+    for name, vector in vectors(new, mutable=True):
+        vector.SetFromVector(values[name].CopyToVector())
+    for i, value in abstract_states(source, old):
+        new.SetAbstractState(i, value)
+
+
+def _take_over_command(old: Context, new: Context) -> None:
+    """Lets a planner begin with the command (v, omega) of the one before."""
+    groups = [
+        context.num_discrete_state_groups()
+        and context.get_discrete_state(0).size() == 3
+        for context in (old, new)
+    ]
+    if all(groups):
+        command = old.get_discrete_state(0).value()[:2]
+        new.get_mutable_discrete_state(0).get_mutable_value()[:2] = command
+
+
+def _fix_inputs(
+    diagram: Diagram, context: Context, other: Diagram, result: Context
+) -> None:
+    """Gives the input ports of the other diagram the values fixed in one."""
+    targets = dict(_ports(other))
+    for name, port in _ports(diagram):
+        own = port.get_system().GetMyContextFromRoot(context)
+        if not port.HasValue(own) or _begins_anew(name):
+            continue
+        target = targets.get(name)
+        if target is None or (
+            (target.get_data_type(), target.size())
+            != (port.get_data_type(), port.size())
+        ):
+            raise ValueError(
+                f"the input {name} has a fixed value, and the other diagram no"
+                " such input; make it alike, or do not fix the input"
+            )
+        target.FixValue(
+            target.get_system().GetMyMutableContextFromRoot(result),
+            port.Eval(own),
+        )
+
+
+def _ports(diagram: Diagram) -> Iterator[tuple[str, InputPort]]:
+    """Yields the input ports that may have a fixed value, each with its path.
+
+    Inputs of the diagram itself have their bare name.
+    """
+    for _, port in free_ports(diagram):
+        system = port.get_system()
+        prefix = "" if system is diagram else f"{_path(system)}/"
+        yield prefix + port.get_name(), port

@@ -1,0 +1,213 @@
+"""Writes what the validation found, as HTML and as Markdown with pictures."""
+
+from collections.abc import Iterator, Mapping, Sequence
+import functools
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from hunav_drake.report.environment import template_environment
+from hunav_drake.report.figures import make_figure
+from hunav_drake.report.plots.style import COLUMN, set_text_sizes
+from hunav_drake.report.tables import provenance_table
+from hunav_drake.systems.common.files import atomic_write
+from hunav_drake.validation.case import VERDICTS, Case, Outcome
+from hunav_drake.validation.cases import by_topic
+from hunav_drake.validation.plots import PLOTS, ValidationPlot
+from hunav_drake.validation.sources import SOURCES
+from hunav_drake.validation.tables import counts, models_of, told
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+TITLE = "Validation of the motion models"
+
+PREFACE = (
+    "Each case puts people of a model of human motion into a plane world and"
+    " asks whether they walk as people do. Cases are numbered as in the RiMEA"
+    " guideline 4.1.1, in NIST Technical Note 1822 and in ISO 20414:2020; where"
+    " the original needs a building, the case is its form in a plane. Standards"
+    " print thresholds for RiMEA 1, 5, 10 and 15 and NIST 2.8 and 5.2; the"
+    " others are tolerances of this project. Unless a case tells otherwise,"
+    " people have a radius of 0.2 m, prefer 1.34 m/s, and steps take 0.05 s."
+    " When nobody has left for 20 s, at wide places up to 60 s, those who are"
+    " still there count as never leaving."
+)
+
+_MARKS = {"passes": "yes", "fails": "**no**", "not applicable": "n/a"}
+
+
+def WriteValidationPage(
+    outcomes: Sequence[Outcome],
+    filename: str | Path,
+    provenance: Mapping[str, Any],
+) -> Path:
+    """Writes a page about outcomes as one HTML file, with plots.
+
+    Args:
+        outcomes: Those of some cases, each for the same models.
+        filename: The file to write; an existing one is replaced.
+        provenance: What must be equal for outcomes to be the same.
+
+    Returns:
+        The path of the file.
+
+    Raises:
+        OSError: If the file cannot be written.
+    """
+    models = models_of(outcomes)
+    rows = _rows(outcomes)
+    count = sum(map(len, rows.values()))
+    sums = {
+        verdict: [counts(outcomes, model)[verdict] for model in models]
+        for verdict in VERDICTS
+    }
+    text = (
+        template_environment()
+        .get_template("validation.html")
+        .render(
+            title=TITLE,
+            about=[
+                "1 case" if count == 1 else f"{count} cases",
+                "1 model" if len(models) == 1 else f"{len(models)} models",
+                f"{provenance['form']} form",
+            ],
+            preface=PREFACE,
+            replay=None,
+            left_out={},
+            duplicates=[],
+            models=models,
+            sources=SOURCES,
+            topics=rows,
+            sums=sums,
+            figures=[
+                make_figure(
+                    plot.case.replace("_", "-"),
+                    plot.caption,
+                    (COLUMN, plot.height(len(measured))),
+                    functools.partial(_draw, plot, measured),
+                    layout=plot.layout,
+                )
+                for plot, measured in _plots(outcomes)
+            ],
+            provenance=provenance_table(provenance),
+        )
+    )
+    return _write(Path(filename), text.encode())
+
+
+def _draw(plot: ValidationPlot, measured: Any, ax: "Axes") -> object:
+    return plot.draw(measured, ax=ax)
+
+
+def _rows(outcomes: Sequence[Outcome]) -> dict[str, list[dict[str, Any]]]:
+    """Returns each case with its outcomes, by topic."""
+    return {
+        topic: [
+            {
+                "case": case,
+                "outcomes": [o for o in outcomes if o.case == case.name],
+            }
+            for case in cases
+        ]
+        for topic, cases in by_topic(o.case for o in outcomes).items()
+    }
+
+
+def _plots(
+    outcomes: Sequence[Outcome],
+) -> Iterator[tuple[ValidationPlot, dict[str, Any]]]:
+    """Yields the plots of those cases that have numbers."""
+    for plot in PLOTS:
+        measured = {
+            outcome.model: outcome.numbers
+            for outcome in outcomes
+            if outcome.case == plot.case and outcome.numbers
+        }
+        if measured:
+            yield plot, measured
+
+
+def WriteValidationMarkdown(
+    outcomes: Sequence[Outcome], filename: str | Path
+) -> Path:
+    """Writes a page about outcomes as Markdown, and its pictures beside it.
+
+    Args:
+        outcomes: Those of some cases, each for the same models.
+        filename: The file to write; an existing one is replaced. The pictures
+            are named after it.
+
+    Returns:
+        The path of the file.
+
+    Raises:
+        OSError: If a file cannot be written.
+    """
+    path = Path(filename)
+    models = models_of(outcomes)
+    lines = [f"# {TITLE}", "", PREFACE, ""]
+    lines += ["`hunav validate --markdown FILE` writes this page.", ""]
+    lines += ["## Overview", "", *_overview(outcomes, models), ""]
+    for plot, measured in _plots(outcomes):
+        picture = path.with_name(f"{path.stem}_{plot.case}.svg")
+        _write_picture(picture, plot, measured)
+        lines += [f"![{plot.caption}]({picture.name})", "", plot.caption, ""]
+    for topic, rows in _rows(outcomes).items():
+        lines += [f"## {topic}", ""]
+        for row in rows:
+            lines += _section(row["case"], row["outcomes"])
+    lines += ["## Sources", "", *(f"- {source}" for source in SOURCES), ""]
+    return _write(path, "\n".join(lines).encode())
+
+
+def _overview(outcomes: Sequence[Outcome], models: list[str]) -> list[str]:
+    lines = [
+        "| " + " | ".join(["case", "standard", *models]) + " |",
+        "| --- " * (len(models) + 2) + "|",
+    ]
+    for rows in _rows(outcomes).values():
+        for row in rows:
+            name = row["case"].name
+            marks = [_MARKS[outcome.verdict] for outcome in row["outcomes"]]
+            cells = [f"[{name}](#{name})", row["case"].standards, *marks]
+            lines.append("| " + " | ".join(cells) + " |")
+    for verdict in VERDICTS:
+        sums = [str(counts(outcomes, model)[verdict]) for model in models]
+        lines.append("| " + " | ".join([verdict, "", *sums]) + " |")
+    return lines
+
+
+def _section(case: Case, outcomes: Sequence[Outcome]) -> list[str]:
+    source = f" ({case.standards})" if case.standards else ""
+    lines = [f"### {case.name}", "", f"{case.question}{source}", ""]
+    lines += [f"Expected: {case.expected}.", ""]
+    if case.measure is None:
+        return [*lines, f"Not applicable: {case.reason}.", ""]
+    lines += ["| model | verdict | measured |", "| --- | --- | --- |"]
+    for outcome in outcomes:
+        text = told(outcome).replace("|", r"\|")
+        lines.append(f"| {outcome.model} | {outcome.verdict} | {text} |")
+    return [*lines, ""]
+
+
+def _write_picture(path: Path, plot: ValidationPlot, measured: Any) -> None:
+    import matplotlib as mpl
+    from matplotlib.figure import Figure
+
+    # The same drawing is the same file.
+    with mpl.rc_context({"svg.hashsalt": plot.case}):
+        drawing = Figure(
+            figsize=(1.6 * COLUMN, 1.6 * plot.height(len(measured))),
+            layout=plot.layout,
+        )
+        ax = drawing.subplots()
+        set_text_sizes(ax)
+        _draw(plot, measured, ax)
+        with atomic_write(path) as file:
+            drawing.savefig(file, format="svg", metadata={"Date": None})
+
+
+def _write(path: Path, content: bytes) -> Path:
+    with atomic_write(path) as file:
+        file.write(content)
+    return path

@@ -1,0 +1,256 @@
+"""Shows a trial in Meshcat, and writes its replay.
+
+A run is recorded by the visualizer of the scene:
+
+    meshcat = StartMeshcatLocal()
+    SetView(meshcat, scenario.world, scenario.humans, scenario.robot)
+    scene = AddScene(builder, ..., meshcat=meshcat)
+    ...
+    with RecordReplay(scene.visualizer):
+        simulator.AdvanceTo(20.0)
+    SaveReplay(meshcat, "replay.html")
+"""
+
+import base64
+from collections.abc import Sequence
+import gzip
+from importlib.resources import files
+import itertools
+import math
+import os
+from pathlib import Path
+
+import numpy as np
+from pydrake.geometry import Meshcat, MeshcatParams
+
+from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.files import atomic_write
+from hunav_drake.systems.people.human_config import HumanConfig
+from hunav_drake.systems.robot.robot_config import RobotConfig
+from hunav_drake.systems.scene.bounds import (
+    Bounds,
+    overview_rotation,
+    scene_bounds,
+    view_axes,
+)
+from hunav_drake.systems.scene.record_replay import RecordReplay
+from hunav_drake.systems.world.shapes import World
+
+__all__ = [
+    "RecordReplay",
+    "SaveReplay",
+    "SetCamera",
+    "SetLight",
+    "SetView",
+    "StartMeshcatLocal",
+]
+
+# The camera: a long lens.
+FIELD_OF_VIEW = math.radians(32.0)
+
+# The width of the window by its height, as most are; what does not fit into a
+# narrower one is cut off at the sides.
+_ASPECT = 1.5
+
+# What is seen beside the outermost walls, people and goals, and how high
+# people and the figures' heads reach, in meters.
+_MARGIN = 0.3
+_HEIGHT = 1.8
+
+# What is seen around the places of people and robot, in meters.
+_AROUND = 2.5
+
+# Where the light comes from as seen from the camera: left, behind it, above.
+LIGHT_FROM = (-0.45, -0.55, 1.0)
+
+
+def StartMeshcatLocal(port: int | None = None) -> Meshcat:
+    """Starts a Meshcat that only this computer can reach.
+
+    Args:
+        port: The port to listen on; None for the first free one from 7000.
+    """
+    return Meshcat(MeshcatParams(host="localhost", port=port))
+
+
+def SetView(
+    meshcat: Meshcat,
+    world: World,
+    humans: Sequence[HumanConfig] = (),
+    robot: RobotConfig | None = None,
+    *,
+    aspect: float = _ASPECT,
+) -> None:
+    """Sets camera, light and background so that what happens is well seen.
+
+    The view is kept in a replay file.
+
+    Args:
+        meshcat: Where the world is shown.
+        world: The walls.
+        humans: The people.
+        robot: The robot, if there is one.
+        aspect: The width of the window by its height.
+    """
+    bounds = view_bounds(world, humans, robot)
+    SetCamera(meshcat, bounds, aspect=aspect)
+    SetLight(meshcat, scene_bounds(world, humans, robot, margin=_MARGIN))
+    meshcat.SetProperty("/Background", "top_color", [0.97, 0.975, 0.98])
+    meshcat.SetProperty("/Background", "bottom_color", [0.90, 0.91, 0.925])
+    for clutter in ("/Grid", "/Axes"):
+        meshcat.SetProperty(clutter, "visible", False)
+
+
+def SetCamera(
+    meshcat: Meshcat, bounds: Bounds, *, aspect: float = _ASPECT
+) -> None:
+    """Points the camera at a rectangle of floor, from above at an angle.
+
+    The longer side of the rectangle lies along the width of the screen.
+    """
+    p_WC, p_WT = camera_pose(bounds, aspect)
+    distance = float(np.linalg.norm(p_WC - p_WT))
+    meshcat.SetCamera(
+        Meshcat.PerspectiveCamera(
+            fov=math.degrees(FIELD_OF_VIEW),
+            aspect=aspect,
+            # Near and far planes close to the scene, because the depth buffer
+            # has to tell marks on the floor from the floor.
+            near=distance / 100,
+            far=distance * 20,
+        )
+    )
+    meshcat.SetCameraPose(p_WC, p_WT)
+
+
+def SetLight(meshcat: Meshcat, bounds: Bounds) -> None:
+    """Lights a rectangle of floor evenly, with shadows.
+
+    Meshcat's own lamps hang near the origin; a world may be elsewhere and
+    larger. They give way to its spot light, set so far off that it is a sun.
+    """
+    center = np.array([*bounds.center, 0.0])
+    reach = math.hypot(*bounds.size) / 2 + 2.0
+    distance = 5.0 * reach
+    right, ahead = view_axes(bounds)
+    to_light = np.array(LIGHT_FROM) @ [right, ahead, [0.0, 0.0, 1.0]]
+    position = center + distance * to_light / np.linalg.norm(to_light)
+
+    for lamp in ("PointLightNegativeX", "PointLightPositiveX"):
+        meshcat.SetProperty(f"/Lights/{lamp}", "visible", False)
+    meshcat.SetProperty("/Lights/AmbientLight/<object>", "intensity", 1.1)
+    meshcat.SetProperty("/Lights/FillLight/<object>", "intensity", 0.5)
+    fill = 10.0 * right - 10.0 * ahead + [0.0, 0.0, 6.0]
+    meshcat.SetProperty("/Lights/FillLight", "position", fill.tolist())
+
+    sun = "/Lights/SpotLight/<object>"
+    meshcat.SetProperty(sun, "position", position.tolist())
+    for name, value in {
+        "intensity": 2.7,
+        "decay": 0.0,
+        "angle": math.atan(reach / distance),
+        "penumbra": 0.0,
+        "shadow.mapSize.width": 4096.0,
+        "shadow.mapSize.height": 4096.0,
+        "shadow.camera.near": distance - 2 * reach,
+        "shadow.camera.far": distance + 2 * reach,
+        "shadow.bias": -0.0005,
+        "shadow.normalBias": 0.02,
+        # The lamp's target is no node of the scene that could be moved; its
+        # place is read from this matrix, in three.js' axes (y is up).
+        "target.matrixWorld.elements.12": center[0],
+        "target.matrixWorld.elements.13": center[2],
+        "target.matrixWorld.elements.14": -center[1],
+    }.items():
+        meshcat.SetProperty(sun, name, float(value))
+    meshcat.SetProperty(sun, "castShadow", True)
+    meshcat.SetProperty("/Lights/SpotLight", "visible", True)
+
+
+def SaveReplay(meshcat: Meshcat, filename: str | os.PathLike[str]) -> Path:
+    """Writes what a Meshcat shows, with its recording, as one web page.
+
+    The page needs neither a server nor a network. It has check boxes for the
+    overlays, views to choose, and pause, restart, speed and time. It unpacks
+    itself in any browser of the last years. It is complete or absent: an
+    interrupted write leaves what was there before.
+
+    Args:
+        meshcat: What to save.
+        filename: The file to write, in a folder that exists.
+
+    Returns:
+        The absolute path of the file.
+    """
+    path = Path(filename).resolve()
+    page = with_panel(meshcat.StaticHtml())
+    # What moves is told in many words: packed, a page is a fifth as large.
+    packed = base64.b64encode(gzip.compress(page.encode(), 6, mtime=0))
+    loader = _part("packed.html")
+    before, after = loader.split("PACKED_PAGE")
+    html = before + packed.decode() + after
+    with atomic_write(path) as file:
+        file.write(html.encode())
+    return path
+
+
+def with_panel(html: str) -> str:
+    """Returns a page of Meshcat with the controls of a replay."""
+    # The last: an end of a body may be quoted in a script before.
+    before, after = html.rsplit("</body>", 1)
+    return f"{before}{_part('panel.html')}</body>{after}"
+
+
+def _part(name: str) -> str:
+    return (files("hunav_drake.views") / name).read_text("utf-8")
+
+
+def view_bounds(
+    world: World,
+    humans: Sequence[HumanConfig] = (),
+    robot: RobotConfig | None = None,
+) -> Bounds:
+    """Returns what of a world is to be seen: where people and robot will be.
+
+    That is where they start and go and some meters around, as far as there is
+    anything; without people and robot, everything.
+    """
+    whole = scene_bounds(world, humans, robot, margin=_MARGIN)
+    if not humans and robot is None:
+        return whole
+    part = scene_bounds(World(), humans, robot, margin=_AROUND)
+    return Bounds(
+        max(whole.x_min, part.x_min),
+        max(whole.y_min, part.y_min),
+        min(whole.x_max, part.x_max),
+        min(whole.y_max, part.y_max),
+    )
+
+
+def camera_pose(bounds: Bounds, aspect: float = _ASPECT) -> tuple[Array, Array]:
+    """Returns where the camera is and where it looks, p_WC and p_WT, in m.
+
+    The camera is as near as it can be with everything over the rectangle, up
+    to the height of a person, inside the picture.
+    """
+    # Camera axes in W: to the right, up in the picture, and backwards.
+    right, up, back = overview_rotation(bounds).matrix().T
+    _, ahead = view_axes(bounds)
+    xs, ys = (bounds.x_min, bounds.x_max), (bounds.y_min, bounds.y_max)
+    corners = np.array([*itertools.product(xs, ys, (0.0, _HEIGHT))])
+    tan_up = math.tan(FIELD_OF_VIEW / 2)
+    tan_right = aspect * tan_up
+    p_WT = np.array([*bounds.center, 0.0])
+    # What is nearer looks larger: move the target along the floor until there
+    # is as much room above as below.
+    for _ in range(20):
+        p_TQ = corners - p_WT
+        distance = np.max(
+            p_TQ @ back
+            + np.maximum(
+                np.abs(p_TQ @ right) / tan_right, np.abs(p_TQ @ up) / tan_up
+            )
+        )
+        height = (p_TQ @ up) / (distance - p_TQ @ back)
+        p_WT = p_WT + ahead * distance * (height.max() + height.min()) / 2
+    return p_WT + distance * back, p_WT

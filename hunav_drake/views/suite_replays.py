@@ -1,0 +1,116 @@
+"""Replays of a suite, for a browser: of the first seed of each cell."""
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import as_completed
+import json
+import os
+from pathlib import Path
+
+from hunav_drake.runs.running.cell import Cell
+from hunav_drake.runs.running.pool import InlineExecutor, WorkerPool
+from hunav_drake.runs.running.recordings import replay_path
+from hunav_drake.runs.running.run_row import FAILED
+from hunav_drake.runs.suite_result import SuiteResult
+from hunav_drake.systems.common.files import remove_drafts
+
+
+def WriteReplays(
+    result: SuiteResult,
+    folder: str | Path,
+    *,
+    workers: int | None = None,
+    imports: Sequence[str] = (),
+    progress: Callable[[int, int], object] = lambda done, total: None,
+) -> list[Path]:
+    """Writes a replay of the first seed of each cell, where there is none.
+
+    The trial is run again, with Meshcat, which changes nothing: what its robot
+    does is compared with what the suite has measured.
+
+    Args:
+        result: What the suite has given.
+        folder: The folder of the suite; replays are in its `replays`.
+        workers: How many processes write them; by default one for each
+            processor.
+        imports: Modules and files that each worker imports first.
+        progress: Called with how many are written, and how many there are.
+
+    Returns:
+        The paths of those that were written now.
+
+    Raises:
+        RuntimeError: If a trial does not repeat itself.
+        OSError: If a file cannot be written.
+    """
+    seeds = {
+        cell.name: result.suite.seed_list(cell.scenario)[0]
+        for cell in result.cells
+    }
+    firsts = {
+        row.cell: row.metrics
+        for row in result.rows
+        if row.seed == seeds[row.cell]
+        and row.repetition == 0
+        and row.end_reason not in FAILED
+    }
+    wanted = {
+        cell.name: (
+            cell,
+            replay_path(Path(folder), cell.name, seeds[cell.name]),
+        )
+        for cell in result.cells
+        if cell.name in firsts
+    }
+    missing = [it for it in wanted.values() if not it[1].is_file()]
+    if not missing:
+        return []
+    workers = min(workers or os.cpu_count() or 1, len(missing))
+    pool = InlineExecutor if workers == 1 else WorkerPool
+    arguments = (imports,) if workers == 1 else (workers, imports)
+    try:
+        with pool(*arguments) as executor:
+            futures = {
+                executor.submit(
+                    *(_write, cell, seeds[cell.name], path),
+                    json.dumps(firsts[cell.name]),
+                ): path
+                for cell, path in missing
+            }
+            for done, future in enumerate(as_completed(futures), start=1):
+                future.result()
+                progress(done, len(futures))
+    except BaseException:
+        # The workers were ended, whatever they were doing.
+        for _, path in missing:
+            remove_drafts(path)
+        raise
+    return [path for _, path in missing]
+
+
+def _write(cell: Cell, seed: int, path: Path, metrics: str) -> None:
+    """Runs a trial once more, and writes its replay."""
+    import logging
+
+    from hunav_drake.scenario import LoadScenario
+    from hunav_drake.scenario.population import draw_people
+    from hunav_drake.trial.simulation import RunTrial
+    from hunav_drake.views.replay import SaveReplay, SetView, StartMeshcatLocal
+
+    # Meshcat logs its address, which nobody needs.
+    logging.getLogger("drake").setLevel(logging.WARNING)
+    scenario = LoadScenario(
+        data=cell.text, overrides=[f"simulation.seed={seed}"]
+    )
+    meshcat = StartMeshcatLocal()
+    people = draw_people(scenario)
+    SetView(meshcat, scenario.world, people, scenario.robot)
+    result = RunTrial(scenario, meshcat=meshcat)
+    again = json.dumps({str(k): float(v) for k, v in result.metrics.items()})
+    if again != metrics:
+        raise RuntimeError(
+            f"{cell.name}, seed {seed}: the trial does not repeat itself, so"
+            " there is no replay of it; does a planner or metric of yours keep"
+            " something from run to run?"
+        )
+    path.parent.mkdir(parents=True, exist_ok=True)
+    SaveReplay(meshcat, path)

@@ -1,0 +1,145 @@
+"""The arrays of a recorded trial, checked."""
+
+from dataclasses import dataclass, field
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.layout import CONTACT_SIZE, STATE_SIZE
+from hunav_drake.systems.evaluation.recording_checks import (
+    LARGEST,
+    check_increasing,
+    check_numbers,
+    check_states,
+    checked_array,
+    checked_goal,
+    checked_path,
+    per_human,
+)
+from hunav_drake.systems.world.obstacles import Obstacles
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class RecordedArrays:
+    """The fields of a `Recording`, which tells what they mean."""
+
+    times: Array
+    robot: Array
+    humans: Array
+    behavior_status: NDArray[np.int64] | None = None
+    human_names: tuple[str, ...] = ()
+    human_ids: tuple[int, ...] = ()
+    behaviors: tuple[str, ...] = ()
+    group_ids: tuple[int, ...] = ()
+    goal: tuple[float, float, float] | None = None
+    goal_tolerance: float = 0.2
+    goal_yaw_tolerance: float = math.pi
+    robot_max_speed: float | None = None
+    obstacles: Obstacles = field(
+        default_factory=lambda: Obstacles.from_points([])
+    )
+    walls_known: bool = True
+    nearest_walls: Array | None = None
+    reference_path: Array | None = None
+    contacts: Array | None = None
+    wall_contact: Array | None = None
+    contact_forces_known: bool = False
+    hunavsim_forces: bool = False
+    told_velocities: Array | None = None
+
+    def __post_init__(self) -> None:
+        times = checked_array("times", self.times, (None,))
+        samples = len(times)
+        if not samples:
+            raise ValueError("recording.times: needs at least one sample")
+        check_increasing("times", times)
+        robot = checked_array("robot", self.robot, (samples, STATE_SIZE))
+        humans = checked_array(
+            "humans", self.humans, (samples, None, STATE_SIZE)
+        )
+        n = humans.shape[1]
+        check_states(robot, humans)
+        status: Any = self.behavior_status
+        if status is None:
+            status = np.zeros((samples, n))
+        status = checked_array("behavior_status", status, (samples, n))
+        check_numbers("behavior_status", status, whole=True)
+        status = status.astype(np.int64)
+        status.setflags(write=False)
+        nearest = self.nearest_walls
+        if nearest is not None:
+            nearest = checked_array(
+                "nearest_walls", nearest, (samples, n + 1, None, 2)
+            )
+            known = ~np.isnan(nearest).all(axis=-1)
+            check_numbers("nearest_walls", nearest[known])
+        told = self.told_velocities
+        if told is not None:
+            told = checked_array("told_velocities", told, (samples, n + 1, 2))
+            check_numbers("told_velocities", told[~np.isnan(told)])
+        reference = self.reference_path
+        if reference is not None:
+            reference = checked_path(reference)
+        contacts = self.contacts
+        if contacts is not None:
+            contacts = checked_array(
+                "contacts", contacts, (samples, n, CONTACT_SIZE)
+            )
+            check_numbers("contacts", contacts)
+        walls = self.wall_contact
+        if walls is not None:
+            walls = checked_array(
+                "wall_contact", walls, (samples, CONTACT_SIZE)
+            )
+            check_numbers("wall_contact", walls)
+        self._set(
+            contacts=contacts,
+            wall_contact=walls,
+            times=times,
+            robot=robot,
+            humans=humans,
+            behavior_status=status,
+            nearest_walls=nearest,
+            told_velocities=told,
+            reference_path=reference,
+            goal=checked_goal(self.goal),
+        )
+        for name, default in (
+            ("human_names", [f"human_{i + 1}" for i in range(n)]),
+            ("human_ids", list(range(1, n + 1))),
+            ("behaviors", ["regular"] * n),
+            ("group_ids", [-1] * n),
+        ):
+            self._set(**{name: per_human(name, getattr(self, name), default)})
+        for name in ("goal_tolerance", "goal_yaw_tolerance", "robot_max_speed"):
+            if getattr(self, name) is None and name == "robot_max_speed":
+                continue
+            number = float(checked_array(name, getattr(self, name), ()))
+            if not 0 < number <= LARGEST:
+                raise ValueError(
+                    f"recording.{name}: must be positive, and at most"
+                    f" {LARGEST:g}, got {number}"
+                )
+            self._set(**{name: number})
+
+    def _set(self, **values: Any) -> None:
+        # The way of dataclasses themselves to fill in a frozen one.
+        for name, value in values.items():
+            object.__setattr__(self, name, value)
+
+    def __len__(self) -> int:
+        """Returns the number of samples, N + 1."""
+        return len(self.times)
+
+    @property
+    def num_humans(self) -> int:
+        """The number of people, n."""
+        return int(self.humans.shape[1])
+
+    @property
+    def near_walls_known(self) -> bool:
+        """Whether at least the walls near to everybody are known."""
+        return self.walls_known or self.nearest_walls is not None

@@ -1,0 +1,44 @@
+"""A shortest way, as what metrics need of it."""
+
+from dataclasses import dataclass
+import math
+from typing import Self
+
+from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.poses import wrap_angle
+
+
+@dataclass(frozen=True)
+class Way:
+    """A shortest way.
+
+    Attributes:
+        length: In meters.
+        first_heading: Where it leads at first, in radians.
+        last_heading: Where it leads in the end, in radians.
+        turning: How much it turns between the two, not signed, in radians.
+    """
+
+    length: float
+    first_heading: float
+    last_heading: float
+    turning: float
+
+    @classmethod
+    def straight(cls, start: Array, end: Array) -> Self:
+        """Returns the straight way between two positions (2,), in meters."""
+        x, y = (end - start).tolist()
+        heading = math.atan2(y, x)
+        return cls(math.hypot(x, y), heading, heading, 0.0)
+
+    def then(self, other: Self) -> Self:
+        """Returns this way with another one after it."""
+        if not self.length or not other.length:
+            return self if self.length else other
+        bend = abs(wrap_angle(other.first_heading - self.last_heading))
+        return type(self)(
+            self.length + other.length,
+            self.first_heading,
+            other.last_heading,
+            self.turning + bend + other.turning,
+        )

@@ -1,0 +1,191 @@
+"""The legs of walking figures: their sections, and where they meet a plane.
+
+A lidar that scans at the height of legs sees what is drawn: both have their
+sections and their gait from here and from `gait`.
+"""
+
+import math
+
+import numpy as np
+
+from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.kernels import jit
+from hunav_drake.systems.common.layout import RADIUS, STATE_SIZE
+from hunav_drake.systems.people.gait import (
+    BASE_X,
+    BASE_Y,
+    BASE_YAW,
+    GAIT_SIZE,
+    HIP_HEIGHT,
+    LEFT_HIP,
+    LEFT_KNEE,
+    RIGHT_HIP,
+    RIGHT_KNEE,
+    SHIN,
+    THIGH,
+    pose_figures,
+)
+
+# The radius of the disc, in meters, at which a figure has the width of an
+# adult; other radii make it wider or slimmer, within reason.
+NOMINAL_RADIUS = 0.35
+WIDTH_LIMITS = (0.6, 1.6)
+
+# Half the distance between the hips, in meters.
+HIP_Y = 0.09
+
+# Horizontal sections of a leg that hangs straight down: the middle (x, y, z)
+# below the joint that it hangs from, and the half widths along x and y, all in
+# meters. The lowest of the shoe reaches from HEEL to TOE, which the gait puts
+# on the floor.
+THIGH_SECTIONS: Array = np.array(
+    [
+        [0.000, 0, -0.455, 0.040, 0.040],
+        [0.000, 0, -0.420, 0.063, 0.061],
+        [0.004, 0, -0.300, 0.071, 0.068],
+        [0.000, 0, -0.120, 0.086, 0.082],
+        [0.000, 0, 0.000, 0.086, 0.080],
+        [0.000, 0, 0.050, 0.060, 0.060],
+    ]
+)
+SHIN_SECTIONS: Array = np.array(
+    [
+        [0.000, 0, -0.400, 0.058, 0.053],
+        [-0.004, 0, -0.260, 0.059, 0.055],
+        [-0.006, 0, -0.120, 0.065, 0.060],
+        [0.000, 0, 0.000, 0.064, 0.061],
+        [0.000, 0, 0.040, 0.046, 0.046],
+    ]
+)
+SHOE_SECTIONS: Array = np.array(
+    [
+        [0.045, 0, -SHIN, 0.105, 0.040],
+        [0.048, 0, -0.445, 0.125, 0.046],
+        [0.044, 0, -0.425, 0.120, 0.045],
+        [0.020, 0, -0.400, 0.080, 0.044],
+        [0.000, 0, -0.370, 0.050, 0.042],
+    ]
+)
+for _sections in (THIGH_SECTIONS, SHIN_SECTIONS, SHOE_SECTIONS):
+    _sections.setflags(write=False)
+
+# A row of `legs_at`: the middle of an ellipse, the direction of its first half
+# axis, in W, and both half axes; in meters and radians.
+ELLIPSE_SIZE = 5
+
+
+@jit
+def figure_width(radius: float) -> float:
+    """Returns how wide a figure is, in widths of an adult, by its disc."""
+    return min(max(radius / NOMINAL_RADIUS, WIDTH_LIMITS[0]), WIDTH_LIMITS[1])
+
+
+@jit
+def legs_at(gait: Array, human_states: Array, height: float) -> Array:
+    """Returns what a horizontal plane cuts out of the legs of people.
+
+    Legs are taken for ellipses. One that does not reach the plane, as a foot
+    in the air above it, has half axes of 0.
+
+    Args:
+        gait: The gait of the people, shape (4n,): see `gait`.
+        human_states: The rows of the people, shape (7n,).
+        height: That of the plane above the floor, in meters.
+
+    Returns:
+        Shape (2n, 5), the left leg of each person before the right one: rows
+        (x, y, yaw, a, b) in W, in meters and radians.
+    """
+    figures = pose_figures(gait, human_states)
+    n = gait.size // GAIT_SIZE
+    result = np.zeros((2 * n, ELLIPSE_SIZE))
+    for i in range(n):
+        q = figures[i]
+        width = figure_width(human_states[i * STATE_SIZE + RADIUS])
+        yaw = q[BASE_YAW]
+        c, s = math.cos(yaw), math.sin(yaw)
+        for side in range(2):
+            hip = q[LEFT_HIP] if side == 0 else q[RIGHT_HIP]
+            knee = q[LEFT_KNEE] if side == 0 else q[RIGHT_KNEE]
+            x, a, b = _leg_at(hip, knee, q[HIP_HEIGHT] - height, width)
+            y = width * (HIP_Y if side == 0 else -HIP_Y)
+            row = result[2 * i + side]
+            row[0] = q[BASE_X] + c * x - s * y
+            row[1] = q[BASE_Y] + s * x + c * y
+            row[2] = yaw
+            row[3] = a
+            row[4] = b
+    return result
+
+
+@jit
+def _leg_at(
+    hip: float, knee: float, below: float, width: float
+) -> tuple[float, float, float]:
+    """Returns x of a leg's middle, and its half axes, so far below the hip."""
+    shin = hip - knee
+    knee_x, knee_below = THIGH * math.sin(hip), THIGH * math.cos(hip)
+    low, high, b = _cut(hip, below, THIGH_SECTIONS, width)
+    for k in range(2):
+        part = SHIN_SECTIONS if k == 0 else SHOE_SECTIONS
+        rear, front, half = _cut(shin, below - knee_below, part, width)
+        low, high = min(low, knee_x + rear), max(high, knee_x + front)
+        b = max(b, half)
+    if low > high:
+        return 0.0, 0.0, 0.0
+    return 0.5 * (low + high), 0.5 * (high - low), b
+
+
+@jit
+def _cut(
+    angle: float, below: float, sections: Array, width: float
+) -> tuple[float, float, float]:
+    """Returns what a plane cuts out of a part that hangs at an angle.
+
+    The plane is so far below the joint. Seen from the side, the part is a
+    polygon between the ends of its sections.
+
+    Returns:
+        How far behind and before the joint the cut begins and ends, and its
+        half width, in meters; (infinity, -infinity, 0) for no cut.
+    """
+    c, s = math.cos(angle), math.sin(angle)
+    low, high = math.inf, -math.inf
+    count = len(sections)
+    for k in range(2 * count):
+        # Up along the rear ends, then down along the front ones.
+        x, z = _corner(sections, k, width)
+        x_next, z_next = _corner(sections, (k + 1) % (2 * count), width)
+        above = x * s + z * c + below
+        above_next = x_next * s + z_next * c + below
+        if (above >= 0) == (above_next >= 0):
+            continue
+        part = above / (above - above_next)
+        x += part * (x_next - x)
+        z += part * (z_next - z)
+        low = min(low, x * c - z * s)
+        high = max(high, x * c - z * s)
+    if low > high:
+        return low, high, 0.0
+    # How wide the section in the middle is.
+    z = -0.5 * (low + high) * s - below * c
+    heights = sections[:, 2]
+    k = 1
+    while k < count - 1 and heights[k] < z:
+        k += 1
+    part = (z - heights[k - 1]) / (heights[k] - heights[k - 1])
+    part = min(max(part, 0.0), 1.0)
+    half = sections[k - 1, 4] + part * (sections[k, 4] - sections[k - 1, 4])
+    return low, high, width * half
+
+
+@jit
+def _corner(sections: Array, k: int, width: float) -> tuple[float, float]:
+    """Returns (x, z) of a corner of a part, as seen from its side."""
+    count = len(sections)
+    if k < count:
+        x, half, z = sections[k, 0], -sections[k, 3], sections[k, 2]
+    else:
+        k = 2 * count - 1 - k
+        x, half, z = sections[k, 0], sections[k, 3], sections[k, 2]
+    return width * (x + half), z

@@ -1,0 +1,205 @@
+"""The robots of trials: kinematic, or bodies that people and walls stop."""
+
+from abc import abstractmethod
+from collections.abc import Iterator
+from dataclasses import field
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+
+from pydantic import StrictBool, StrictFloat, StrictStr
+from pydantic.dataclasses import dataclass
+
+from hunav_drake.systems.common.field_docs import explain
+from hunav_drake.systems.common.schema import (
+    CONFIG,
+    BodyRadius,
+    FilePath,
+    within,
+)
+from hunav_drake.systems.robot.drives import (
+    DRIVES,
+    DifferentialWheels,
+    DriveConfig,
+)
+from hunav_drake.systems.robot.robot_config import (
+    RobotConfig,
+    RobotTask,
+    register_robot,
+)
+
+if TYPE_CHECKING:
+    from hunav_drake.systems.robot.plant_model import ModelSource
+
+
+# A disc that is larger than the body by more than this is doubtful, in meters.
+_LARGER_DISC = 0.02
+
+
+@register_robot("differential_drive")
+@dataclass(kw_only=True, config=CONFIG)
+class DifferentialDriveConfig(RobotConfig):
+    """A kinematic robot that follows (v, omega) within its limits."""
+
+    walls_stop: StrictBool = True
+    """Whether walls stop it: then its disc gets no deeper into one than 1 cm,
+    and it slides along; else it goes on, as it does through people. Contacts
+    with walls are counted in either case."""
+
+    def MakeSystem(self, task: RobotTask) -> Any:
+        """Makes a `DifferentialDrive`."""
+        # Reading a scenario does without Drake.
+        from hunav_drake.systems.robot.differential_drive import (
+            DifferentialDrive,
+        )
+
+        return DifferentialDrive(
+            self,
+            time_step=task.time_step,
+            obstacles=task.obstacles,
+            walls_stop=self.walls_stop,
+        )
+
+
+@explain
+@dataclass(kw_only=True, config=CONFIG)
+class PhysicalRobot(RobotConfig):
+    """What all robots have that are bodies of a MultibodyPlant.
+
+    In a trial, that is the system "plant", with people and walls as bodies,
+    too; its SceneGraph is "scene_graph".
+    """
+
+    physical: ClassVar[bool] = True
+
+    max_plant_step: Annotated[StrictFloat, within(1e-4, 0.02, "s")] = 0.0125
+    """The longest step of the plant, in seconds. It takes the time step of the
+    trial, or a half, a quarter ... of it."""
+
+    @abstractmethod
+    def GetModel(self) -> "ModelSource":
+        """Returns where the model is."""
+
+    @abstractmethod
+    def GetDrive(self) -> DriveConfig:
+        """Returns how it is driven."""
+
+    def MakeSystem(self, task: RobotTask) -> Any:
+        """Makes a Diagram with a plant of its own inside."""
+        from pydrake.systems.framework import DiagramBuilder
+
+        builder = DiagramBuilder()
+        robot = self.AddToBuilder(builder, task)
+        for name in ("velocity_command", "human_states"):
+            if robot.HasInputPort(name):
+                builder.ExportInput(robot.GetInputPort(name), name)
+        for name in ("robot_state", "contacts"):
+            builder.ExportOutput(robot.GetOutputPort(name), name)
+        return builder.Build()
+
+    def AddToBuilder(
+        self, builder: Any, task: RobotTask, *, name: str = "robot"
+    ) -> Any:
+        """Adds robot, "plant" and "scene_graph" to a builder.
+
+        Args:
+            builder: A DiagramBuilder.
+            task: What the robot is to know of the world and the people.
+            name: What the system is called that is returned, which has the
+                ports of the robot: see `AddPlantRobot`.
+
+        Raises:
+            ValueError: If the model cannot be driven, or there is a system of
+                one of these names.
+        """
+        from hunav_drake.systems.robot.plant_robot import AddPlantRobot, Body
+
+        body = Body(self.GetModel(), self.GetDrive(), self.max_plant_step)
+        return AddPlantRobot(builder, self, body, task, name)
+
+    def AddFigure(self, plant: Any, name: str) -> Any:
+        """Adds the model to a plant that is only looked at."""
+        from hunav_drake.systems.robot.plant_model import AddFigure
+
+        return AddFigure(plant, self.GetModel(), self.GetDrive(), name)
+
+    def find_faults(self) -> Iterator[tuple[tuple[str, ...], str]]:
+        """Looks whether the model can be driven."""
+        from hunav_drake.systems.common.models.apart import ModelFault
+        from hunav_drake.systems.robot.plant_model import inspect_model
+
+        try:
+            inspect_model(self.GetModel(), self.GetDrive())
+        except ModelFault as fault:
+            yield fault.place, str(fault)
+
+    def find_doubts(self) -> Iterator[tuple[tuple[str, ...], str]]:
+        """Looks whether people are kept off the disc and not the body."""
+        from hunav_drake.systems.robot.plant_robot import body_reach
+
+        reach = body_reach(self.GetModel(), self.GetDrive(), self.start)
+        if self.radius - reach > _LARGER_DISC:
+            yield (
+                ("radius",),
+                f"is {self.radius:g} m, but the collision shapes of the model"
+                f" reach only {reach:.3g} m from its base: people are moved off"
+                " the disc without a force on the robot; for forces that count,"
+                f" set it to {reach:.3g}",
+            )
+
+
+@register_robot("pmb2")
+@dataclass(kw_only=True, config=CONFIG)
+class PMB2Config(PhysicalRobot):
+    """A round base on two driven wheels, with the figures of PAL's PMB2."""
+
+    radius: BodyRadius = 0.27
+    """The radius of its body, in meters."""
+
+    def GetModel(self) -> "ModelSource":
+        """Returns the model of the package."""
+        from hunav_drake.systems.robot.plant_model import ModelSource
+
+        file = "package://hunav_drake/systems/robot/models/pmb2.sdf"
+        return ModelSource(file=file, base="base")
+
+    def GetDrive(self) -> DriveConfig:
+        """Returns its two wheels: 6 N m, and 1 m/s at the rim."""
+        return DifferentialWheels(
+            left_wheel="left_wheel_joint",
+            right_wheel="right_wheel_joint",
+            wheel_separation=0.4044,
+            wheel_radius=0.0985,
+            max_torque=6.0,
+            max_wheel_speed=1.0 / 0.0985,
+        )
+
+
+@register_robot("urdf")
+@dataclass(kw_only=True, config=CONFIG)
+class UrdfRobot(PhysicalRobot):
+    """Any robot of a URDF or SDF file, driven on wheels or otherwise."""
+
+    file: FilePath
+    """The file: a path, in a scenario file from where that is, or
+    package://name/..."""
+
+    base: StrictStr
+    """The body whose place and heading are those of the robot."""
+
+    drive: Annotated[DriveConfig, DRIVES]
+    """How it is driven; see `hunav_drake.systems.robot.DRIVES`."""
+
+    packages: dict[StrictStr, StrictStr] = field(default_factory=dict)
+    """Folders of packages by name, for package://name/...; besides those that
+    ROS_PACKAGE_PATH and the package.xml above the file name."""
+
+    def GetModel(self) -> "ModelSource":
+        """Returns the user's model."""
+        from hunav_drake.systems.robot.plant_model import ModelSource
+
+        return ModelSource(
+            file=self.file, base=self.base, packages=dict(self.packages)
+        )
+
+    def GetDrive(self) -> DriveConfig:
+        """Returns the user's drive."""
+        return self.drive

@@ -1,0 +1,170 @@
+"""What sensors are parametrized by: where each is, and what it measures."""
+
+import math
+from typing import Annotated, Literal, Self
+
+import numpy as np
+from pydantic import Field, StrictBool, StrictFloat, model_validator
+from pydantic.dataclasses import dataclass as checked_dataclass
+from pydantic_core import PydanticCustomError
+
+from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.field_docs import explain
+from hunav_drake.systems.common.schema import (
+    CONFIG,
+    Integer,
+    Name,
+    Pose,
+    within,
+)
+
+Height = Annotated[StrictFloat, within(0, 100, "m", low_open=True)]
+Range = Annotated[StrictFloat, within(0, 1000, "m", low_open=True)]
+Period = Annotated[StrictFloat, within(0, 10, "s", low_open=True)]
+Pitch = Annotated[StrictFloat, within(-math.pi / 2, math.pi / 2, "rad")]
+Turn = Annotated[StrictFloat, within(0, 2 * math.pi, "rad", low_open=True)]
+Pixels = Annotated[Integer, Field(ge=16, le=4096)]
+
+# The highest plane, in meters, that cuts legs alone, of people of all gaits.
+LEG_HEIGHT = 0.7
+
+
+@explain
+@checked_dataclass(kw_only=True, config=CONFIG)
+class Mount:
+    """Where a sensor is."""
+
+    name: Name = ""
+    """What it is called in the diagram; by default as its type, with a number
+    if that is taken."""
+
+    mount: Literal["robot", "world"] = "robot"
+    """What carries it: the robot, or the ground."""
+
+    pose: Pose = (0.0, 0.0, 0.0)
+    """Where it is on what carries it, and where it looks: (x, y, yaw), in
+    meters and radians."""
+
+
+@explain
+@checked_dataclass(kw_only=True, config=CONFIG)
+class LidarParameters(Mount):
+    """How a lidar scans a horizontal plane."""
+
+    height: Height = 0.3
+    """How high the plane is above the floor, in meters."""
+
+    num_rays: Annotated[Integer, Field(ge=1, le=100_000)] = 360
+    """How many distances a scan has. The rays go counter-clockwise, the same
+    step apart, and the middle of the field is straight ahead. A full turn
+    begins straight back."""
+
+    field_of_view: Turn = 2 * math.pi
+    """How wide a scan is, in radians."""
+
+    range_min: Annotated[StrictFloat, within(0, 1000, "m")] = 0.05
+    """The least distance, in meters. A ray that meets something nearer gives
+    this."""
+
+    range_max: Range = 10.0
+    """The largest distance, in meters. A ray that meets nothing gives this."""
+
+    period: Period = 0.1
+    """The time between two scans, in seconds: a multiple of the step."""
+
+    noise: Annotated[StrictFloat, within(0, 10, "m")] = 0.0
+    """The standard deviation of the distances, in meters; 0 for exact ones."""
+
+    people: Literal["legs", "discs"] = "legs"
+    """What people are taken for: two legs that walk as the figures do, or the
+    discs of the crowd."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if self.range_max <= self.range_min:
+            raise _fault(
+                f"range_max must be above range_min ({self.range_min:g} m),"
+                f" got {self.range_max:g}"
+            )
+        if self.people == "legs" and self.height > LEG_HEIGHT:
+            raise _fault(
+                f"height must be at most {LEG_HEIGHT:g} m where it meets legs,"
+                f" got {self.height:g}; lower it, or set people: discs"
+            )
+        return self
+
+    @property
+    def angle_step(self) -> float:
+        """The angle from a ray to the next one, in radians."""
+        full = self.field_of_view > 2 * math.pi - 1e-9
+        return self.field_of_view / max(self.num_rays - (not full), 1)
+
+    @property
+    def first_angle(self) -> float:
+        """The angle of the first ray from straight ahead, in radians."""
+        return -0.5 * self.field_of_view if self.num_rays > 1 else 0.0
+
+    def angles(self) -> Array:
+        """Returns the angle of each ray from straight ahead, in radians."""
+        steps = np.arange(self.num_rays, dtype=float)
+        return self.first_angle + self.angle_step * steps
+
+
+@explain
+@checked_dataclass(kw_only=True, config=CONFIG)
+class Sight:
+    """How far and how wide something sees people."""
+
+    range_max: Range = 10.0
+    """How far it sees, in meters."""
+
+    field_of_view: Turn = 2 * math.pi
+    """How wide it sees, in radians."""
+
+    hidden_by_people: StrictBool = False
+    """Whether people hide those behind them; walls always do."""
+
+
+@explain
+@checked_dataclass(kw_only=True, config=CONFIG)
+class VisibleParameters(Sight, Mount):
+    """How people are seen from where a sensor is."""
+
+
+@explain
+@checked_dataclass(kw_only=True, config=CONFIG)
+class CameraParameters(Mount):
+    """How a camera sees."""
+
+    height: Height = 1.0
+    """How high it is above the floor, in meters."""
+
+    pitch: Pitch = 0.0
+    """How far it looks down, in radians."""
+
+    image_size: tuple[Pixels, Pixels] = (640, 480)
+    """The width and the height of its images, in pixels."""
+
+    field_of_view_y: Annotated[
+        StrictFloat, within(0, 3.0, "rad", low_open=True)
+    ] = math.pi / 4
+    """How much it sees from the lowest row to the highest, in radians."""
+
+    range_min: Range = 0.1
+    """The least depth, in meters. What is nearer gives 0."""
+
+    range_max: Range = 20.0
+    """The largest depth, in meters. What is farther gives infinity."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if self.range_max <= self.range_min:
+            raise _fault(
+                f"range_max must be above range_min ({self.range_min:g} m),"
+                f" got {self.range_max:g}"
+            )
+        return self
+
+
+def _fault(rule: str) -> PydanticCustomError:
+    return PydanticCustomError("rule", "{rule}", {"rule": rule})
