@@ -21,11 +21,11 @@ FOLDER = Path(__file__).parent
 SCENARIO = """
 world:
   walls:
-    - {shape: box, center: [4, 4], size: [10, 0.2], height: 2.0}
-    - {shape: box, center: [4, -4], size: [10, 0.2], height: 2.0}
-    - {shape: box, center: [9, 0], size: [0.2, 8], height: 2.0}
-    - {shape: box, center: [5, 2.6], size: [0.2, 2.6], height: 2.0}
-    - {shape: box, center: [3.5, -2.8], size: [0.8, 0.8], yaw: 0.4}
+    - {type: box, center: [4, 4], size: [10, 0.2], height: 2.0}
+    - {type: box, center: [4, -4], size: [10, 0.2], height: 2.0}
+    - {type: box, center: [9, 0], size: [0.2, 8], height: 2.0}
+    - {type: box, center: [5, 2.6], size: [0.2, 2.6], height: 2.0}
+    - {type: box, center: [3.5, -2.8], size: [0.8, 0.8], yaw: 0.4}
 humans:
   - {pose: [3.5, 0.8, 3.1], goals: [[-2, 0.8]]}
   - {pose: [6.8, 0.0, 3.1], goals: [[-2, 0]]}

@@ -136,7 +136,7 @@ def mutants(
 
 def uncleanness(file: Path, base: str, drive: dict) -> str:
     """Returns what is unclean of a trial with a model; empty if nothing."""
-    robot = {"model": "urdf", "file": str(file), "base": base, "drive": drive}
+    robot = {"type": "urdf", "file": str(file), "base": base, "drive": drive}
     trial = {"robot": robot | {"goal": [3, 0, 0]}}
     trial["simulation"] = {"duration": 0.5}
     try:

@@ -12,4 +12,4 @@ def planner_override(name: str, parameters: str = "") -> str:
             few samples, with which it decides fast, not as well.
     """
     few = {"mppi": "batch_size: 60, "}.get(name, "")
-    return f"planner={{name: {name}, {few}{parameters}}}"
+    return f"planner={{type: {name}, {few}{parameters}}}"

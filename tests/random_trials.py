@@ -60,7 +60,7 @@ def draw_trial(seed: int) -> dict[str, object]:
         [[6, 0], [6, middle - door / 2]],
         [[6, middle + door / 2], [6, _HEIGHT]],
     ]
-    walls = [{"shape": "polyline", "points": line} for line in lines]
+    walls = [{"type": "polyline", "points": line} for line in lines]
     places: list[np.ndarray] = [np.array([1.0, 1.0])]
     while len(places) < 2 * n + 2:
         place = rng.uniform([0.6, 0.6], [_WIDTH - 0.6, _HEIGHT - 0.6])

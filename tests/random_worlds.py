@@ -81,7 +81,7 @@ def _amend(
         elif path.startswith("population"):
             data["population"] = {}
         elif path.startswith("planner"):
-            data["planner"] = {"name": data["planner"]["name"]}
+            data["planner"] = {"type": data["planner"]["type"]}
         else:
             raise AssertionError(told)
     for path, index in sorted(members, reverse=True):
@@ -106,7 +106,7 @@ def _apart(data: Data) -> list[Data]:
 def _draw(rng: np.random.Generator, seed: int) -> Data:
     corners = [[0, 0], [WIDTH, 0], [WIDTH, HEIGHT], [0, HEIGHT], [0, 0]]
     walls = [
-        {"shape": "polyline", "points": [corners[i], corners[i + 1]]}
+        {"type": "polyline", "points": [corners[i], corners[i + 1]]}
         for i in range(4)
     ]
     walls += [_wall(rng) for _ in range(rng.integers(0, 6))]
@@ -137,10 +137,10 @@ def _draw(rng: np.random.Generator, seed: int) -> Data:
         for _ in range(rng.integers(0, 3))
     ]
     robot = _drawn(rng, ROBOTS) | _ends(rng)
-    if ROBOTS[robot["model"]].physical:
+    if ROBOTS[robot["type"]].physical:
         # The disc that is asked for is that of the body.
         robot.pop("radius")
-        if robot["model"] == "urdf":
+        if robot["type"] == "urdf":
             drive = str(rng.choice([*DRIVES]))
             robot |= {"radius": 0.27}
             robot["drive"] = {"type": drive, **NEEDED.get(drive, {})}
@@ -175,7 +175,7 @@ def _drawn(rng: np.random.Generator, registry: Registry) -> Data:
     """Returns a choice of a register, with its options."""
     name = str(rng.choice(shipped(registry)))
     needed = NEEDED.get(name, {})
-    return {registry.tag: name, **needed, **_options(rng, registry[name])}
+    return {"type": name, **needed, **_options(rng, registry[name])}
 
 
 def _wall(rng: np.random.Generator) -> Data:

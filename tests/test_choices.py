@@ -78,12 +78,12 @@ CHOICES = [
 
 def in_scenario(kind, name, /, **parameters) -> dict[str, Any]:
     """Returns a scenario as data, with that choice in it."""
-    registry, path = KINDS[kind]
-    data: Any = {registry.tag: name, **NEEDED.get(name, {}), **parameters}
+    path = KINDS[kind].path
+    data: Any = {"type": name, **NEEDED.get(name, {}), **parameters}
     for step in reversed(path):
         data = [data] if isinstance(step, int) else {step: data}
     if kind == "drive":
-        data["robot"] = {"model": "urdf", **NEEDED["urdf"], **data["robot"]}
+        data["robot"] = {"type": "urdf", **NEEDED["urdf"], **data["robot"]}
     return data
 
 
@@ -146,7 +146,7 @@ def test_bad_parameters_are_told_with_their_place(kind, name):
 
 @pytest.mark.parametrize("name", sorted(WALLS))
 def test_a_wall_has_finite_vertices(name):
-    wall = WALLS.make({"shape": name, **NEEDED.get(name, {})})
+    wall = WALLS.make({"type": name, **NEEDED.get(name, {})})
     vertices = wall.vertices()
     assert vertices.ndim == 2
     assert vertices.shape[1] == 2
@@ -166,7 +166,7 @@ MOVING = [
 
 def make_trial(kind, name):
     scenario = Scenario(
-        world=World(walls=[{"shape": "box", **NEEDED["box"]}]),
+        world=World(walls=[{"type": "box", **NEEDED["box"]}]),
         humans=[
             HumanConfig(pose=(6, 0.3, 3), goals=[(0, -6)], group_id=1),
             HumanConfig(pose=(6, 1.3, 3), goals=[(0, -5)], group_id=1),
@@ -179,11 +179,11 @@ def make_trial(kind, name):
         part = {"crowd": CrowdConfig(model=name)}
     elif kind == "robot":
         parameters = {"goal": (10, 0, 0), **NEEDED.get(name, {})}
-        part = {"robot": {"model": name, **parameters}}
+        part = {"robot": {"type": name, **parameters}}
     elif kind == "sensor":
         part = {"sensors": [{"type": name}]}
     elif kind == "perception":
-        part = {"planner": {"name": "sfm", "sees": name}}
+        part = {"planner": {"type": "sfm", "sees": name}}
     else:
         part = {kind: name}
     return dataclasses.replace(scenario, **part)
@@ -257,7 +257,7 @@ def test_a_context_goes_through_a_file(kind, name, tmp_path):
 @pytest.mark.parametrize("name", sorted(ROBOTS))
 def test_a_robot_stands_alone_too(name):
     """Its system, by itself, has all ports, and drives when it is told."""
-    config = ROBOTS.make({"model": name, **NEEDED.get(name, {})})
+    config = ROBOTS.make({"type": name, **NEEDED.get(name, {})})
     humans = [HumanConfig(pose=(3, 3, 0))]
     task = RobotTask(humans=humans)
     builder = DiagramBuilder()
@@ -401,7 +401,7 @@ def test_the_bare_name_of_a_choice_may_be_refined():
     )
     assert scenario.planner.cruise_speed == 0.3
     assert scenario.crowd.model == MOTION_MODELS.make(
-        {"name": "orca", "time_horizon": 3}
+        {"type": "orca", "time_horizon": 3}
     )
 
 

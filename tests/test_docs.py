@@ -42,7 +42,7 @@ def test_the_robot_of_the_page_drives(monkeypatch):
     monkeypatch.setattr(ROBOTS, "_choices", dict(ROBOTS))
     text = (DOCS / "robots.md").read_text()
     run_python("robots")
-    scenario = LoadScenario(data="robot: {model: gantry, goal: [2, 0, 0]}")
+    scenario = LoadScenario(data="robot: {type: gantry, goal: [2, 0, 0]}")
     assert RunTrial(scenario).end_reason == "goal"
     metrics = [m.name for m in select_metrics(["contacts"])]
     for name in [*set(ROBOTS) - {"gantry"}, *metrics, *Contact.__members__]:

@@ -13,7 +13,7 @@ A scenario is YAML. These are its keys, what they mean, their ranges and their
 defaults, as `hunav schema` has them. Lengths are in meters, times in seconds,
 angles in radians. A key that is left out has its default; an unknown key is an
 error. A choice (planner, model, robot, sensor, wall) is given by its name
-alone, or with its keys beside: `planner: {name: dwb, cycle_limit: 2.0}`.
+alone, or with its keys beside: `planner: {type: dwb, cycle_limit: 2.0}`.
 """
 
 
@@ -82,12 +82,11 @@ class _Page:
         self, option: Schema, key: str
     ) -> tuple[str, list[tuple[str, Schema, str]]]:
         """Returns one member of a choice, which may be a class with a name."""
-        for tag, part in option.get("properties", {}).items():
-            if "const" in part:
-                choice = part["const"]
-                name = f"{key}-{choice}"
-                title = f"`{key}: {{{tag}: {choice}}}`"
-                return f"[`{choice}`](#{name})", [(name, option, title)]
+        choice = option.get("properties", {}).get("type", {}).get("const")
+        if choice is not None:
+            name = f"{key}-{choice}"
+            title = f"`{key}: {{type: {choice}}}`"
+            return f"[`{choice}`](#{name})", [(name, option, title)]
         if "enum" in option:
             # The names alone, of the choices that stand beside.
             return "", []

@@ -68,7 +68,7 @@ def add_bench_command(commands: Any) -> None:
         action="append",
         default=[],
         metavar="KEY=VALUE",
-        help="change a value of all scenarios: robot.model=pmb2",
+        help="change a value of all scenarios: robot.type=pmb2",
     )
     bench.add_argument(
         "--beside",
@@ -76,7 +76,7 @@ def add_bench_command(commands: Any) -> None:
         default=[],
         metavar="KEY=VALUE",
         help="run everything a second time with this change, and print its"
-        " tables beside: robot.model=pmb2",
+        " tables beside: robot.type=pmb2",
     )
     bench.add_argument(
         "--until",

@@ -110,7 +110,7 @@ def _seed(text: str) -> int:
 
 
 def _run(options: argparse.Namespace) -> int:
-    more = [f"planner.name={options.planner}"] if options.planner else []
+    more = [f"planner.type={options.planner}"] if options.planner else []
     if options.seed is not None:
         more.append(f"simulation.seed={options.seed}")
     if options.overlays is not None:

@@ -39,6 +39,11 @@ def add_scenario_commands(commands: Any) -> None:
     check.add_argument(
         "scenario", nargs="+", help="a shipped scenario or a file"
     )
+    check.add_argument(
+        "--fix",
+        action="store_true",
+        help="write new words for old ones into the files first",
+    )
     add_scenario_options(check)
     add_import_option(check)
 
@@ -132,6 +137,8 @@ def _check(options: argparse.Namespace) -> int:
     from hunav_drake.systems.common.registry import name_of
 
     def describe(name: str) -> str:
+        if options.fix:
+            _fix(Path(name))
         scenario = load_scenario(name, options, ways=True)
         people = len(scenario.humans) + scenario.population.number
         sound[name] = scenario
@@ -146,6 +153,23 @@ def _check(options: argparse.Namespace) -> int:
     for name, scenario in sound.items():
         tell_doubts(scenario, f"{name}: ")
     return code
+
+
+def _fix(path: Path) -> None:
+    """Writes the new words into a file that has old ones, and tells it."""
+    from hunav_drake.scenario import ScenarioError
+    from hunav_drake.scenario.old_words import renewed_text
+    from hunav_drake.systems.common.files import atomic_write
+
+    with input_errors(ScenarioError, place=path):
+        content = path.read_bytes()
+        new, counts = renewed_text(content, str(path))
+        if not counts:
+            return
+        with atomic_write(path) as file:
+            file.write(new)
+    told = ", ".join(f"{old!r} {count}" for old, count in counts.items())
+    print(f"{path}: wrote 'type' for old words: {told}")
 
 
 def _describe_world(world: "World") -> str:

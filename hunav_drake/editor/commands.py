@@ -214,6 +214,7 @@ def _open(session: EditedScenario, message: Open) -> None:
     session.state = State(document, file, text, state.revision + 1)
     session.state.look()
     session.tell(message.id, None)
+    session.renew()
 
 
 def _template(session: EditedScenario, message: UseTemplate) -> None:

@@ -12,11 +12,13 @@ from hunav_drake.editor.document.text_patch import difference
 from hunav_drake.editor.files import SessionFile
 from hunav_drake.editor.forms import form_defaults, form_schema
 from hunav_drake.editor.state import State
-from hunav_drake.scenario.error import Finding, Loc
+from hunav_drake.scenario.error import Finding, Loc, ScenarioError
+from hunav_drake.scenario.old_words import find_old_words, renewed_text
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.scenario.shipped import shipped_names
 from hunav_drake.scenario.templates import list_templates
 from hunav_drake.scenario.writer import SaveScenario
+from hunav_drake.systems.common.old_words import TAG
 
 Callback = Callable[[dict[str, Any]], None]
 
@@ -80,6 +82,7 @@ class EditedScenario:
             saved = text
         prefix: Loc = () if scenario_name is None else (scenario_name,)
         self.state = State(Document.read(text, prefix), file, saved)
+        self.renew()
         self.state.look()
         if worker is not None:
             worker.listen(self._hear)
@@ -159,6 +162,25 @@ class EditedScenario:
         """Puts another text in the place of the present one, as one step."""
         old = self.state.document
         self.take(number, label, Document.read(text, old.prefix, old))
+        self.renew()
+
+    def renew(self) -> None:
+        """Writes the new words for old ones, as one step, and tells it."""
+        old = self.state.document
+        if next(find_old_words(old.data), None) is None:
+            return
+        content = self.text.encode("utf-8", "surrogatepass")
+        try:
+            content, words = renewed_text(content, "scenario")
+        except ScenarioError:
+            # What is left is told among the faults.
+            return
+        told = ", ".join(map(repr, words))
+        label = f"Write {TAG!r} for {told}"
+        new = Document.read(content.decode(), old.prefix, old)
+        self.take(None, label, new)
+        message = f"the text has old words: {told} is now {TAG!r}; save it"
+        self.send("note", message=message)
 
     def take(
         self, number: Any, label: str, document: Document, key: Any = None

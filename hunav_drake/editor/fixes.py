@@ -8,6 +8,7 @@ from typing import Any
 from hunav_drake.editor.document.plain_data import get
 from hunav_drake.editor.free_places import FreePlaces, radius_at
 from hunav_drake.scenario.error import Finding, Loc
+from hunav_drake.systems.common.old_words import TAG
 
 Fix = dict[str, Any]
 
@@ -72,7 +73,9 @@ def _fixes(finding: Finding, data: Any) -> Iterator[Fix]:
         found := _MEANT.search(message)
     ):
         yield from _renamed(loc, data, found[1])
-    elif message.startswith("unknown key;"):
+    elif message.startswith(f"is now {TAG!r};"):
+        yield from _renamed(loc, data, TAG)
+    elif message.startswith(("unknown key;", "is the old word for")):
         yield _fix("Remove it", ["remove", list(loc)])
     elif found := _MEANT.search(message):
         if isinstance(value, str):

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 import copy
 import dataclasses as dc
+import itertools
 from pathlib import Path
 from typing import Any
 
@@ -23,13 +24,15 @@ from hunav_drake.scenario.building import (
 from hunav_drake.scenario.checks import ALL_CHECKS
 from hunav_drake.scenario.error import Fault, Finding, ScenarioError
 from hunav_drake.scenario.loading import find_files
+from hunav_drake.scenario.old_words import find_old_words
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.choice_loading import registered_only
+from hunav_drake.systems.common.old_words import TAG
 from hunav_drake.systems.world.maps.map_file import map_outlines
 from hunav_drake.systems.world.solids import WorldFileError
 
-# For so many faults a free place is looked for.
+# For so many faults a free place is looked for; so many old words are told.
 _MAX_FREED = 50
 
 
@@ -177,17 +180,23 @@ class State:
         ]
 
     def _warnings(self) -> list[dict[str, Any]]:
-        name = get(self.document.data, ("world", "map"))
+        data = self.document.data
+        found = [
+            Finding(loc, f"is now {TAG!r}; rename it")
+            for loc in itertools.islice(find_old_words(data), _MAX_FREED)
+        ]
+        name = get(data, ("world", "map"))
         if isinstance(name, str) and name and self._map_path() is None:
-            found = Finding(
-                ("world", "map"),
-                f"is not shown: it is outside the folder {self.file.folder};"
-                " put the map into it",
+            found.append(
+                Finding(
+                    ("world", "map"),
+                    "is not shown: it is outside the folder"
+                    f" {self.file.folder}; put the map into it",
+                )
             )
-            message = message_of(found, self.document.data)
-            line = self.document.line(found.loc)
-            return [{**message, "severity": "warning", "line": line}]
-        return []
+        line = self.document.line
+        messages = (message_of(it, data, line(it.loc)) for it in found)
+        return [{**it, "severity": "warning"} for it in messages]
 
     def _all_outlines(self) -> dict[str, Outline]:
         return self._outlines.of(

@@ -39,7 +39,7 @@ def traced_walls(background: Background) -> list[dict[str, Any]]:
         if (corners := _simplified(outline)) is None:
             continue
         points = turned(corners * background.cell, background.origin)
-        walls.append({"shape": "polygon", "points": points.round(3).tolist()})
+        walls.append({"type": "polygon", "points": points.round(3).tolist()})
     if not walls:
         raise BackgroundError(
             f"{background.name} has no dark places to make walls of"

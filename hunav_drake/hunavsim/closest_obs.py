@@ -25,7 +25,6 @@ from hunav_drake.systems.crowd import CrowdConfig
 from hunav_drake.systems.crowd.motion_model import Snapshot
 from hunav_drake.systems.crowd.step import CrowdStep
 from hunav_drake.systems.people import HumanConfig
-from hunav_drake.systems.people.names import name_people
 from hunav_drake.systems.people.profile import complete_people
 from hunav_drake.systems.world.obstacles import Obstacles
 
@@ -52,7 +51,7 @@ class PeopleAtPoints:
         """Takes a diagram of `MakeHumans` and what it was made of."""
         config = config or CrowdConfig()
         self._crowd = diagram.GetSubsystemByName("crowd")
-        self._humans = complete_people(name_people(humans), config.profile)
+        self._humans = complete_people(humans, config.profile)
         self._walls = obstacles or Obstacles.from_points([])
         self._config = config
         self._time_step = time_step

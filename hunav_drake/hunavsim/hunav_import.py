@@ -268,7 +268,7 @@ class HunavImport:
             self._origin((*here, port), (*loc, key))
         if ports:
             values = {port: value for port, (_, value) in ports.items()}
-            human["behavior"] = {"tree": human["behavior"], **values}
+            human["behavior"] = {"type": human["behavior"], **values}
 
     def _choice(
         self, number: Any, names: Mapping[int, str], loc: Loc

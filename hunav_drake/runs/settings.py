@@ -6,10 +6,13 @@ import re
 import pandas as pd
 
 # Changes of a scenario that have columns of their own in the table of runs.
-_TOLD = ("planner.name", "simulation.seed")
+_TOLD = ("planner.type", "planner.name", "simulation.seed")
 
-# The way to a key of a scenario, as in "planner.speed=0.3".
-_WAY = re.compile(r"[^\s;=,]*\.(?=[A-Za-z_][\w-]*(\[\d+\])*=)")
+# The way to a key of a scenario, as in "planner.speed=0.3". A type says nothing
+# without what it is of: "robot.type=pmb2".
+_WAY = re.compile(
+    r"[^\s;=,]*\.(?!type=)(?=[A-Za-z_][\w-]*(\[\d+\])*(\.type)?=)"
+)
 
 
 def setting_text(changes: Iterable[str]) -> str:

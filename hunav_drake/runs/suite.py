@@ -16,6 +16,7 @@ from pydantic.dataclasses import dataclass
 from pydantic_core import PydanticCustomError
 
 from hunav_drake.runs.formula import check_formula
+from hunav_drake.systems.common.old_words import TAG, with_tag
 from hunav_drake.systems.common.plain_errors import plain_errors
 from hunav_drake.systems.common.schema import (
     CONFIG,
@@ -61,7 +62,7 @@ def _check_label(value: dict[str, Any]) -> dict[str, Any]:
     return value
 
 
-# A planner: its name, or a mapping of its name and parameters; `label` names
+# A planner: its name, or a mapping of its `type` and parameters; `label` names
 # it in tables.
 PlannerChoice = (
     StrictStr | Annotated[dict[str, Any], AfterValidator(_check_label)]
@@ -146,7 +147,7 @@ class Suite:
     """Names of shipped scenarios, or files. Paths start at the suite's file."""
 
     planners: list[PlannerChoice] = field(default_factory=list)
-    """Planners: names, or mappings as in a scenario, {name: dwb, ...}, to which
+    """Planners: names, or mappings as in a scenario, {type: dwb, ...}, to which
     a `label` may be added; by default that of each scenario."""
 
     settings: dict[Name, list[StrictStr]] = field(default_factory=dict)
@@ -188,11 +189,11 @@ class Suite:
 def planner_overrides(choice: PlannerChoice) -> tuple[str, Mapping[str, Any]]:
     """Returns the label of a planner, and its keys as in a scenario."""
     if isinstance(choice, str):
-        return choice, {"name": choice}
-    keys = dict(choice)
+        return choice, {TAG: choice}
+    keys = dict(with_tag("planner", choice))
     label = keys.pop("label", None)
     if label is None:
-        name = str(keys.get("name", ""))
-        rest = (f"{k}={v}" for k, v in keys.items() if k != "name")
+        name = str(keys.get(TAG, ""))
+        rest = (f"{k}={v}" for k, v in keys.items() if k != TAG)
         label = " ".join([name, *rest])
     return str(label), keys

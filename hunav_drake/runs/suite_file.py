@@ -2,7 +2,7 @@
 
 from importlib import resources
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 from pydantic import TypeAdapter, ValidationError
 
@@ -14,10 +14,12 @@ from hunav_drake.scenario.building import (
     schema_findings,
 )
 from hunav_drake.scenario.error import Fault, ScenarioError
+from hunav_drake.scenario.old_words import renew
 from hunav_drake.scenario.yaml_document import YamlDocument
 from hunav_drake.scenario.yaml_source import parse_yaml, read_yaml
 from hunav_drake.systems.common.files import as_file_name
 from hunav_drake.systems.common.suggest import did_you_mean
+from hunav_drake.systems.planning.planner import PLANNERS, PlannerConfig
 
 
 def ListSuites() -> dict[str, str]:
@@ -52,6 +54,8 @@ def LoadSuite(
     faults = document_faults(document)
     if document.root is None or faults:
         raise ScenarioError(document.name, faults)
+    choices = list[Annotated[PlannerConfig, PLANNERS]]
+    renew(document, ("planners",), choices)
     plain = document.plain()
     if isinstance(plain, dict) and filename is not None:
         plain.setdefault("name", as_file_name(Path(filename).stem))

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterable, Mapping, Sequence
 import copy
 import dataclasses as dc
+import functools
 from types import NoneType, UnionType
 from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
 
@@ -18,9 +19,10 @@ from hunav_drake.scenario.error import (
 )
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.scenario.yaml_document import YamlDocument
+from hunav_drake.systems.common.old_words import TAG
 from hunav_drake.systems.common.plain_errors import message_of
 from hunav_drake.systems.common.registry import Registry
-from hunav_drake.systems.people.names import name_people
+from hunav_drake.systems.people.behavior_choice import BehaviorConfig
 
 # What looks for faults in a scenario that fits the schema.
 Check = Callable[[Scenario], Iterable[Finding]]
@@ -32,13 +34,13 @@ _MAX_SCHEMA_FAULTS = 1000
 # schema, while the rest is checked: nobody in particular, out of all ways.
 _SUBSTITUTE_HUMAN = {"pose": [0.0, 0.0, 0.0]}
 _SUBSTITUTES = {
-    "walls": {"shape": "box", "center": [1e5, 1e5], "size": [1e-3, 1e-3]},
-    "furniture": {"kind": "pillar", "center": [1e5, 1e5]},
+    "walls": {"type": "box", "center": [1e5, 1e5], "size": [1e-3, 1e-3]},
+    "furniture": {"type": "pillar", "center": [1e5, 1e5]},
 }
 
 _OLD_PARAMETERS = (
-    "parameters stand beside the name now, as in planner: {name: pursuit,"
-    " cruise_speed: 0.8} or crowd: {model: {name: orca, time_horizon: 2.0}}"
+    "parameters stand beside the type now, as in planner: {type: pursuit,"
+    " cruise_speed: 0.8} or crowd: {model: {type: orca, time_horizon: 2.0}}"
 )
 
 
@@ -118,8 +120,7 @@ def build_scenario(
             about them, nor about what hangs on them.
 
     Returns:
-        The scenario, in which each person has a name and a number, None
-        unless all is well; and the findings.
+        The scenario, None unless all is well; and the findings.
     """
     findings: list[Finding] = []
     scenario: Scenario | None
@@ -141,7 +142,7 @@ def build_scenario(
         ]
     if findings:
         return None, findings
-    return dc.replace(scenario, humans=name_people(scenario.humans)), []
+    return scenario, []
 
 
 def schema_findings(
@@ -202,11 +203,8 @@ def _clean(
         keys = []
         if isinstance(hint, type) and dc.is_dataclass(hint):
             keys = [field.name for field in dc.fields(hint)]
-            keys += [registry.tag] if registry is not None else []
-            hints = get_type_hints(hint, include_extras=True)
-            hint = hints.get(str(step))
-        else:
-            hint = next(iter(get_args(hint)), None)
+            keys += [TAG] if registry is not None else []
+        hint = inner_hint(hint, step)
     return tuple(loc), keys
 
 
@@ -219,16 +217,37 @@ def _plain(hint: Any) -> tuple[Any, Registry | None]:
     return hint, registry
 
 
-def registry_at(loc: Loc) -> Registry | None:
-    """Returns the register that a part of a scenario chooses from, if any."""
+def inner_hint(hint: Any, step: str | int) -> Any:
+    """Returns the type of a field of a dataclass, or of a list's members."""
+    hint, _ = _plain(hint)
+    if isinstance(hint, type) and dc.is_dataclass(hint):
+        return _hints(hint).get(str(step))
+    return next(iter(get_args(hint)), None)
+
+
+@functools.cache
+def _hints(cls: type[Any]) -> dict[str, Any]:
+    return get_type_hints(cls, include_extras=True)
+
+
+def hint_at(loc: Loc) -> Any:
+    """Returns the type of a part of a scenario; None if there is none."""
     hint: Any = Scenario
-    registry = None
     for step in loc:
-        if not (isinstance(hint, type) and dc.is_dataclass(hint)):
-            return None
-        hints = get_type_hints(hint, include_extras=True)
-        hint, registry = _plain(hints.get(str(step)))
-    return registry
+        hint = inner_hint(hint, step)
+    return hint
+
+
+def kind_of(hint: Any) -> str:
+    """Returns what kind of choice is of a type, as registers call it.
+
+    Behaviors are one, too. It is empty for what is none.
+    """
+    hint, registry = _plain(hint)
+    if registry is not None:
+        return registry.kind
+    members = [_plain(member)[0] for member in get_args(hint)]
+    return "behavior" if BehaviorConfig in members else ""
 
 
 def _best_effort(data: Any, faulty: Iterable[Loc]) -> Scenario | None:
@@ -248,9 +267,8 @@ def _best_effort(data: Any, faulty: Iterable[Loc]) -> Scenario | None:
             else:
                 human.pop(loc[2], None)
         elif len(loc) >= 2 and isinstance(data.get(loc[0]), dict):
-            registry = registry_at(loc[:1])
-            if registry is not None and loc[1] == registry.tag:
-                # What stands beside the name is of an unknown kind.
+            if loc[1] == TAG and kind_of(hint_at(loc[:1])):
+                # What stands beside it is of an unknown kind.
                 data.pop(loc[0])
             else:
                 data[loc[0]].pop(loc[1], None)

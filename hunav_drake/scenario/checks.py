@@ -20,6 +20,7 @@ from hunav_drake.scenario.reachability import check_angles, check_ways
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.scenario.writer import plain
 from hunav_drake.systems.common.checks import is_multiple, nearest_multiples
+from hunav_drake.systems.common.old_words import TAG
 from hunav_drake.systems.common.registry import name_of
 from hunav_drake.systems.common.schema import MAX_COORDINATE
 from hunav_drake.systems.people.behavior_choice import (
@@ -49,7 +50,7 @@ def CheckScenario(scenario: Scenario, *, ways: bool = True) -> Scenario:
             too.
 
     Returns:
-        An equal scenario in which each person has a name and a number.
+        An equal scenario.
 
     Raises:
         ScenarioError: If something does not fit the schema, or cannot be
@@ -311,7 +312,7 @@ def _behavior_faults(
     )
 
     tree = tree_of(behavior)
-    loc: Loc = () if isinstance(behavior, str) else ("tree",)
+    loc: Loc = () if isinstance(behavior, str) else (TAG,)
     if tree not in BEHAVIORS and not is_xml(tree) and not is_path(tree):
         yield (
             loc,

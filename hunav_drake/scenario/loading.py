@@ -24,6 +24,7 @@ from hunav_drake.scenario.error import (
     suggestion,
 )
 from hunav_drake.scenario.foreign_files import FOREIGN_FILES, ForeignScenario
+from hunav_drake.scenario.old_words import renew
 from hunav_drake.scenario.overrides import apply_override, override_texts
 from hunav_drake.scenario.reachability import check_ways
 from hunav_drake.scenario.schema import Scenario
@@ -31,6 +32,7 @@ from hunav_drake.scenario.shipped import shipped_names, shipped_text
 from hunav_drake.scenario.yaml_document import YamlDocument
 from hunav_drake.scenario.yaml_source import parse_yaml, read_yaml
 from hunav_drake.systems.common.files import as_file_name
+from hunav_drake.systems.common.old_words import TAG
 from hunav_drake.systems.common.suggest import nearest
 from hunav_drake.systems.people.behavior_choice import is_path
 
@@ -101,6 +103,7 @@ def LoadScenario(
                 _load_foreign(foreign, overrides, checks), filename, None
             )
     prefix = _prefix(document, scenario_name)
+    renew(document, prefix)
     plain = document.plain(prefix)
     if filename is not None:
         is_file = os.path.isfile(filename)
@@ -160,7 +163,7 @@ def _find_trees(data: Any, folder: Path) -> None:
     for human in humans if isinstance(humans, list) else []:
         holder, key = human, "behavior"
         if isinstance(child(human, key), dict):
-            holder, key = human[key], "tree"
+            holder, key = human[key], TAG
         tree = child(holder, key)
         if isinstance(tree, str) and is_path(tree):
             holder[key] = str(folder / tree)

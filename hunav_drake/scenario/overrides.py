@@ -5,9 +5,11 @@ import itertools
 import re
 from typing import Any
 
-from hunav_drake.scenario.building import registry_at
+from hunav_drake.scenario.building import hint_at, kind_of
 from hunav_drake.scenario.error import Loc, path_text, shown
+from hunav_drake.scenario.old_words import renew_override
 from hunav_drake.scenario.yaml_source import parse_yaml
+from hunav_drake.systems.common.old_words import TAG
 
 # A part of a scenario, as in humans[1].goals[0]: names and places in lists.
 _KEY = r"[A-Za-z_][\w-]*"
@@ -46,6 +48,8 @@ def apply_override(data: Any, text: str) -> Loc:
     document = parse_yaml(value_text, name="value")
     for _, finding in document.findings:
         raise ValueError(f"the value {finding.message}")
+    value = document.plain()
+    loc = renew_override(loc, value, text)
     target = data
     for i, (step, following) in enumerate(itertools.pairwise(loc)):
         if (
@@ -57,7 +61,7 @@ def apply_override(data: Any, text: str) -> Loc:
         target = _member(target, loc[: i + 1])
     if not (isinstance(target, dict) and isinstance(loc[-1], str)):
         _member(target, loc)
-    target[loc[-1]] = document.plain()
+    target[loc[-1]] = value
     return loc
 
 
@@ -66,8 +70,8 @@ def _make_mapping(target: dict[str, Any], step: str, loc: Loc) -> None:
     value = target.get(step)
     if value is None:
         target[step] = {}
-    elif isinstance(value, str) and (registry := registry_at(loc)):
-        target[step] = {registry.tag: value}
+    elif isinstance(value, str) and kind_of(hint_at(loc)):
+        target[step] = {TAG: value}
 
 
 def _member(data: Any, loc: Loc) -> Any:

@@ -7,7 +7,6 @@ from hunav_drake.scenario.error import Finding, Loc, path_text, shown
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.systems.common.schema import MAX_COORDINATE
 from hunav_drake.systems.people.human_config import MAX_GROUP_ID, HumanConfig
-from hunav_drake.systems.people.names import name_people
 from hunav_drake.systems.people.population import (
     Drawn,
     PopulationError,
@@ -31,7 +30,7 @@ def draw_people(scenario: Scenario) -> list[HumanConfig]:
     Raises:
         PopulationError: If there is no room for somebody.
     """
-    return name_people([*scenario.humans, *_draw(scenario).people])
+    return with_drawn_people(scenario)[0].humans
 
 
 def with_drawn_people(scenario: Scenario) -> tuple[Scenario, Traffic | None]:
@@ -47,7 +46,7 @@ def with_drawn_people(scenario: Scenario) -> tuple[Scenario, Traffic | None]:
     drawn = _draw(scenario)
     listed = dc.replace(
         scenario,
-        humans=name_people([*scenario.humans, *drawn.people]),
+        humans=[*scenario.humans, *drawn.people],
         population=PopulationConfig(),
     )
     traffic = drawn.traffic

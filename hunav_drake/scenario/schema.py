@@ -15,6 +15,7 @@ from hunav_drake.systems.common.schema import CONFIG, FileName, Integer, within
 from hunav_drake.systems.crowd.crowd_config import CrowdConfig
 from hunav_drake.systems.evaluation.evaluator_config import EvaluatorConfig
 from hunav_drake.systems.people.human_config import HumanConfig
+from hunav_drake.systems.people.names import name_people
 from hunav_drake.systems.people.population_config import PopulationConfig
 from hunav_drake.systems.planning.planner import PLANNERS, PlannerConfig
 from hunav_drake.systems.robot.robot_config import ROBOTS, RobotConfig
@@ -76,7 +77,8 @@ class Scenario:
     """How people move, and how they take in the world."""
 
     humans: list[HumanConfig] = field(default_factory=list)
-    """The people, one by one."""
+    """The people, one by one. Those without a name or a number are given
+    "human_1", "human_2", ... and 1, 2, ... as far as these are free."""
 
     population: PopulationConfig = field(default_factory=PopulationConfig)
     """People who are drawn, besides those listed under humans."""
@@ -102,3 +104,8 @@ class Scenario:
 
     scene: SceneConfig = field(default_factory=SceneConfig)
     """What is seen of the trial, where it is shown."""
+
+    def __post_init__(self) -> None:
+        """Gives names and numbers to the people who have none."""
+        if any(not it.name or it.id is None for it in self.humans):
+            self.humans = name_people(self.humans)

@@ -9,7 +9,8 @@ import yaml
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.scenario.yaml_source import resolve
 from hunav_drake.systems.common.files import atomic_write
-from hunav_drake.systems.common.registry import tag_of
+from hunav_drake.systems.common.old_words import TAG
+from hunav_drake.systems.common.registry import known_name
 from hunav_drake.systems.crowd.crowd_config import CrowdConfig
 from hunav_drake.systems.evaluation.evaluator_config import EvaluatorConfig
 from hunav_drake.systems.people.behavior_choice import BehaviorConfig
@@ -18,9 +19,8 @@ from hunav_drake.systems.people.behavior_choice import BehaviorConfig
 def SaveScenario(scenario: Scenario, filename: str | Path | None = None) -> str:
     """Writes a scenario as YAML.
 
-    LoadScenario() makes an equal scenario of it, if all people have a name
-    and a number, as those of a loaded scenario have. Only what differs from
-    the defaults is written.
+    LoadScenario() makes an equal scenario of it. Only what differs from the
+    defaults is written.
 
     Args:
         scenario: The scenario; it is not checked.
@@ -86,16 +86,16 @@ def plain(value: Any, *, whole: bool = True) -> Any:
     """
     if isinstance(value, list | tuple):
         return [plain(item, whole=whole) for item in value]
-    tag = tag_of(value)
+    name = known_name(value)
     # What nobody has registered has no form as data.
-    nameless = hasattr(type(value), "__registry__") and tag is None
+    nameless = hasattr(type(value), "__registry__") and name is None
     if not dc.is_dataclass(value) or nameless:
         return value
-    if isinstance(value, BehaviorConfig) and not {"tree", "ports"} & set(
-        value.ports
+    if isinstance(value, BehaviorConfig) and not (
+        {TAG, "ports", "tree"} & set(value.ports)
     ):
-        return {"tree": value.tree, **value.ports}
-    result: dict[str, Any] = dict([tag]) if tag else {}
+        return {TAG: value.type, **value.ports}
+    result: dict[str, Any] = {TAG: name} if name else {}
     # What is as by default may hang on a profile.
     defaults = (
         value.defaults()

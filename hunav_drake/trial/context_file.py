@@ -23,7 +23,7 @@ from hunav_drake.trial.context_layout import (
     vectors,
 )
 
-_FORMAT = "hunav_drake context 2"
+_FORMAT = "hunav_drake context 3"
 
 # Whose numbers are in SI units, not too large to be told in a recording.
 _OWN = ("hunav_drake.", "pydrake.systems.primitives")

@@ -32,7 +32,7 @@ class Storable(Protocol):
 
 @runtime_checkable
 class Remembering(Protocol):
-    """A system whose state only a system made alike can use."""
+    """A system, or a diagram, whose state only one made alike can use."""
 
     def DescribeMemory(self) -> list[str]:
         """Returns all that the meaning of the state depends on, in words."""
@@ -121,8 +121,20 @@ def vectors(
 
 
 def layout(diagram: Diagram, context: Context) -> list[dict[str, Any]]:
-    """Returns what each leaf system is, and what its numbers mean."""
-    parts = []
+    """Returns what each leaf system is, and what its numbers mean.
+
+    First comes the diagram itself, which may tell what it was made of.
+    """
+    parts: list[dict[str, Any]] = [
+        {
+            "key": "",
+            "type": type(diagram).__name__,
+            "path": diagram.GetSystemPathname(),
+            "sizes": {},
+            "abstract": 0,
+            "memory": memory(diagram),
+        }
+    ]
     for key, system in leaves(diagram):
         own = system.GetMyContextFromRoot(context)
         sizes = {name: vector.size() for name, vector in vectors(own)}
@@ -132,12 +144,17 @@ def layout(diagram: Diagram, context: Context) -> list[dict[str, Any]]:
             "path": system.GetSystemPathname(),
             "sizes": sizes,
             "abstract": own.num_abstract_states(),
-            "memory": [],
+            "memory": memory(system),
         }
-        if isinstance(system, Remembering):
-            part["memory"] = system.DescribeMemory()
         parts.append(part)
     return parts
+
+
+def memory(system: System) -> list[str]:
+    """Returns what the meaning of a system's state depends on, in words."""
+    if isinstance(system, Remembering):
+        return system.DescribeMemory()
+    return []
 
 
 def misfit(saved: Any, present: list[dict[str, Any]]) -> str:

@@ -6,12 +6,13 @@ from typing import Any
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Context, Diagram, InputPort, System
 
+from hunav_drake.scenario.writer import plain
 from hunav_drake.systems.common.suggest import shown
 from hunav_drake.trial.context_layout import (
-    Remembering,
     abstract_states,
     free_ports,
     leaves,
+    memory,
     vectors,
 )
 
@@ -56,6 +57,7 @@ def TransferContext(
     result.SetTime(context.get_time())
     sources = {_path(system): system for _, system in leaves(diagram)}
     targets = {_path(system): system for _, system in leaves(other)}
+    kept = set()
     for path in dict.fromkeys([*sources, *targets]):
         source, target = sources.get(path), targets.get(path)
         difference = ""
@@ -71,23 +73,31 @@ def TransferContext(
             difference = _difference(source, old, target, new)
             if not difference:
                 _copy(source, old, new)
-            elif path == "planner":
-                _take_over_command(old, new)
+                kept.add(path)
         if difference and not _begins_anew(path):
             raise ValueError(
                 f"{path} cannot be taken over: {difference}. Make the other"
                 " diagram of the same people, robot, goal and evaluator."
             )
+    planner = other.GetSubsystemByName("planner")
+    if "planner" not in kept and hasattr(planner, "SetCommand"):
+        command = diagram.GetOutputPort("velocity_command").Eval(context)
+        planner.SetCommand(planner.GetMyMutableContextFromRoot(result), command)
     _fix_inputs(diagram, context, other, result)
     return result
 
 
 def _given(diagram: Diagram) -> dict[str, Any]:
     """Returns what a scenario says of all whose state is taken over."""
-    made_for = diagram.GetSubsystemByName("monitor").made_for
-    parts = "humans", "population", "drawn", "robot", "evaluator"
-    given = {part: made_for[part] for part in parts}
-    return {**given, "time_step": made_for["simulation"]["time_step"]}
+    scenario = diagram.scenario
+    return {
+        "humans": plain(scenario.humans),
+        "population": plain(scenario.population),
+        "drawn": plain(diagram.humans[len(scenario.humans) :]),
+        "robot": plain(scenario.robot),
+        "evaluator": plain(scenario.evaluator),
+        "time_step": scenario.simulation.time_step,
+    }
 
 
 def _first_difference(was: Any, now: Any, path: str) -> str:
@@ -127,12 +137,9 @@ def _difference(
     kinds = type(source).__name__, type(target).__name__
     if kinds[0] != kinds[1]:
         return f"it was a {kinds[0]}, and is a {kinds[1]}"
-    if isinstance(source, Remembering) and isinstance(target, Remembering):
-        for was, now in zip(
-            source.DescribeMemory(), target.DescribeMemory(), strict=False
-        ):
-            if was != now:
-                return f"it was {was}, and is {now}"
+    for was, now in zip(memory(source), memory(target), strict=False):
+        if was != now:
+            return f"it was {was}, and is {now}"
     if _joints(source) != _joints(target):
         return "its bodies move by other joints"
     sizes = [
@@ -167,18 +174,6 @@ def _copy(source: System, old: Context, new: Context) -> None:
         vector.SetFromVector(values[name].CopyToVector())
     for i, value in abstract_states(source, old):
         new.SetAbstractState(i, value)
-
-
-def _take_over_command(old: Context, new: Context) -> None:
-    """Lets a planner begin with the command (v, omega) of the one before."""
-    groups = [
-        context.num_discrete_state_groups()
-        and context.get_discrete_state(0).size() == 3
-        for context in (old, new)
-    ]
-    if all(groups):
-        command = old.get_discrete_state(0).value()[:2]
-        new.get_mutable_discrete_state(0).get_mutable_value()[:2] = command
 
 
 def _fix_inputs(

@@ -1,41 +1,81 @@
 """The diagram of a trial."""
 
+from collections.abc import Sequence
 import dataclasses
 from typing import TYPE_CHECKING, Any
 
-from pydrake.systems.framework import Diagram, DiagramBuilder
-from pydrake.systems.primitives import ConstantVectorSource
+from pydrake.common import RandomGenerator
+from pydrake.systems.framework import Context, Diagram, DiagramBuilder
 
 from hunav_drake.scenario import CheckScenario
 from hunav_drake.scenario.population import people_seed, with_drawn_people
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.scenario.writer import plain
-from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.crowd.crowd_config import CrowdConfig
-from hunav_drake.systems.evaluation import Evaluator
-from hunav_drake.systems.evaluation.trial_monitor import TrialMonitor
-from hunav_drake.systems.people.names import name_people
-from hunav_drake.systems.people.starts import draw_starts
-from hunav_drake.systems.robot import DiscContacts, RobotTask
-from hunav_drake.systems.scene import AddScene
-from hunav_drake.systems.scene.scene_config import COSTMAPS
-from hunav_drake.systems.sensing.sensor_config import LidarConfig
-from hunav_drake.trial.humans import AddHumans
-from hunav_drake.trial.planner import (
-    AddPerception,
+from hunav_drake.systems.people import HumanConfig
+from hunav_drake.trial.blocks import (
+    AddEvaluator,
+    AddGoal,
+    AddMonitor,
+    AddPeople,
     AddPlanner,
+    AddRobot,
+    AddTrialScene,
+)
+from hunav_drake.trial.seeds import CheckPeopleSeed, DrawSeed, SetTrialSeed
+from hunav_drake.trial.sensors import (
+    AddPerception,
+    AddSensors,
     with_planner_lidar,
 )
-from hunav_drake.trial.seeds import CheckPeopleSeed, TrialDiagram
-from hunav_drake.trial.sensors import AddSensors
+from hunav_drake.trial.wires import ConnectByName, Ports
 
 if TYPE_CHECKING:
     from pydrake.geometry import Meshcat
 
 
+class TrialDiagram(Diagram):
+    """The diagram of a trial, as `MakeTrialDiagram` makes it.
+
+    Attributes:
+        scenario: What it was made from. A change of it changes nothing.
+        humans: All people, those of the population last.
+    """
+
+    def __init__(
+        self, scenario: Scenario, humans: Sequence[HumanConfig]
+    ) -> None:
+        """Constructs a diagram of nothing yet."""
+        super().__init__()
+        self.scenario = scenario
+        self.humans = humans
+
+    def DescribeMemory(self) -> list[str]:
+        """Returns by which seed the people were drawn, if the trial's own."""
+        seed = people_seed(self.scenario)
+        return [] if seed is None else [f"people drawn by seed {seed}"]
+
+    def SetRandomContext(
+        self, context: Context, generator: RandomGenerator
+    ) -> None:
+        """Draws a seed, and sets it as `SetTrialSeed` does.
+
+        Drake's own function, which `MonteCarloSimulation` calls, knows nothing
+        of this one: it resets a Context to the seed of the diagram. See
+        `MakeRandomSimulator`.
+
+        Args:
+            context: A Context of this diagram, changed.
+            generator: What the seed is drawn from: see `DrawSeed`.
+
+        Raises:
+            ValueError: If the people of the trial are drawn by its seed.
+        """
+        SetTrialSeed(self, context, DrawSeed(generator))
+
+
 def MakeTrialDiagram(
     scenario: Scenario, meshcat: "Meshcat | None" = None
-) -> Diagram:
+) -> TrialDiagram:
     """Makes the diagram of a trial: its whole state is one Context.
 
     Args:
@@ -59,170 +99,78 @@ def MakeTrialDiagram(
         "recording", "trial_status", "query", what the sensors measure, as
         "scan", "local_costmap" and "global_costmap" (see `NavigationSystem`) of
         a planner with maps, and "traffic" (see `OpenCrowd`) if people come and
-        go. It is a `TrialDiagram`.
+        go. It knows its scenario: see `TrialDiagram`.
 
     Raises:
         ScenarioError: If the scenario cannot be simulated.
     """
     scenario = CheckScenario(scenario, ways=False)
-    made_for = _fixed_parts(scenario)
-    scenario, traffic = with_drawn_people(with_planner_lidar(scenario))
-    made_for["drawn"] = plain(scenario.humans[len(made_for["humans"]) :])
-    robot_config = scenario.robot
-    time_step = scenario.simulation.time_step
-    obstacles = scenario.world.obstacles()
+    full, traffic = with_drawn_people(with_planner_lidar(scenario))
+    obstacles = full.world.obstacles()
 
+    # At an instant, Drake updates the blocks in the order of these lines.
     builder = DiagramBuilder()
-    humans = AddHumans(
-        builder,
-        scenario.humans,
-        obstacles=scenario.world,
-        config=_crowd(scenario),
-        time_step=time_step,
-        start_jitter=scenario.simulation.start_jitter,
-        seed=scenario.simulation.seed,
-        traffic=traffic,
-    )
-    task = RobotTask(
-        time_step=time_step,
-        obstacles=obstacles,
-        humans=scenario.humans,
-        human_starts=draw_starts(
-            scenario.humans,
-            scenario.simulation.seed,
-            scenario.simulation.start_jitter,
-        ),
-    )
-    robot = robot_config.AddToBuilder(builder, task)
-    contacts = robot
-    if not robot.HasOutputPort("contacts"):
-        contacts = builder.AddNamedSystem(
-            "contacts", DiscContacts(scenario.humans, time_step=time_step)
-        )
-    planner = AddPlanner(builder, scenario, obstacles)
-    shared = {
-        "goal_tolerance": robot_config.goal_tolerance,
-        "goal_yaw_tolerance": robot_config.goal_yaw_tolerance,
-        "time_step": time_step,
-    }
-    evaluator = builder.AddNamedSystem(
-        "evaluator",
-        Evaluator(
-            scenario.humans,
-            config=scenario.evaluator,
-            robot_max_speed=robot_config.limits.max_speed,
-            obstacles=obstacles,
-            feels_forces=contacts is robot,
-            **shared,
-        ),
-    )
-    monitor = builder.AddNamedSystem(
-        "monitor",
-        TrialMonitor(
-            stuck_time=scenario.simulation.stuck_time,
-            stuck_distance=scenario.simulation.stuck_distance,
-            **shared,
-        ),
-    )
-    monitor.made_for = made_for
-    scene = AddScene(
-        builder,
-        scenario.world,
-        scenario.humans,
-        robot_config,
-        time_step=time_step,
-        meshcat=meshcat,
-        config=scenario.scene,
-        scan_angles=_scan_angles(scenario),
-    )
-
-    robot_state = robot.GetOutputPort("robot_state")
-    builder.Connect(
-        planner.GetOutputPort("velocity_command"),
-        robot.GetInputPort("velocity_command"),
-    )
-    builder.Connect(robot_state, humans.robot_states)
-    builder.Connect(robot_state, scene.robot_state)
-    builder.Connect(humans.human_states, scene.human_states)
-    given = {
-        "robot_state": robot_state,
+    humans = AddPeople(builder, full, traffic)
+    robot = AddRobot(builder, full, obstacles)
+    planner = AddPlanner(builder, full, obstacles)
+    evaluator = AddEvaluator(builder, full, obstacles, robot.feels_forces)
+    monitor = AddMonitor(builder, full)
+    scene = AddTrialScene(builder, full, meshcat)
+    goal = AddGoal(builder, full)
+    given: Ports = {
+        "robot_state": robot.robot_state,
         "human_states": humans.human_states,
         "behavior_status": humans.behavior_status,
-        "contacts": contacts.GetOutputPort("contacts"),
+        "contacts": robot.contacts,
         "robot_touches": humans.robot_touches,
+        "wall_contact": robot.wall_contact,
+        "goal": goal,
     }
-    if robot.HasOutputPort("wall_contact"):
-        given["wall_contact"] = robot.GetOutputPort("wall_contact")
-    if robot_config.goal is not None:
-        goal = ConstantVectorSource(robot_config.goal)
-        given["goal"] = builder.AddNamedSystem("goal", goal).get_output_port()
-    sensed = AddSensors(builder, scenario, scene, given)
-    given |= sensed
-    systems = [robot, evaluator, monitor]
-    if contacts is not robot:
-        systems.append(contacts)
-    wanted = [(system, given) for system in systems]
-    wanted.append((planner, AddPerception(builder, scenario, given)))
-    for system, ports in wanted:
-        for name, port in ports.items():
-            if system.HasInputPort(name):
-                builder.Connect(port, system.GetInputPort(name))
-    costmaps = {
-        name: planner.GetOutputPort(name)
-        for name in COSTMAPS
-        if planner.HasOutputPort(name)
+    sensed = AddSensors(builder, full, scene, given)
+    given = {**given, **sensed}
+    seen = AddPerception(builder, full, given)
+    drawn: Ports = {
+        "robot_state": robot.robot_state,
+        "human_states": humans.human_states,
+        "behavior_status": humans.behavior_status,
+        "forces": humans.forces,
+        "planner_path": planner.path,
+        "scan": sensed.get("scan"),
+        **planner.costmaps,
     }
-    for name, port in (
-        ("robot_state", robot_state),
-        ("human_states", humans.human_states),
-        ("behavior_status", humans.behavior_status),
-        ("forces", humans.forces),
-        ("contacts", given["contacts"]),
-        ("velocity_command", planner.GetOutputPort("velocity_command")),
-        ("planner_status", planner.GetOutputPort("status")),
-        ("planner_path", planner.GetOutputPort("path")),
-        ("metrics", evaluator.GetOutputPort("metrics")),
-        ("recording", evaluator.GetOutputPort("recording")),
-        ("trial_status", monitor.get_trial_status_output_port()),
-        ("query", scene.query_object),
-        *sensed.items(),
-        *costmaps.items(),
-    ):
-        builder.ExportOutput(port, name)
-    if humans.traffic is not None:
-        builder.ExportOutput(humans.traffic, "traffic")
-    # What is drawn besides, where anything is: see `SceneConfig`.
-    for name, port in (
-        ("behavior_status", humans.behavior_status),
-        ("forces", humans.forces),
-        ("planner_path", planner.GetOutputPort("path")),
-        ("scan", sensed.get("scan")),
-        *costmaps.items(),
-    ):
-        if port is not None and scene.system.HasInputPort(name):
-            builder.Connect(port, scene.system.GetInputPort(name))
-    if scenario.evaluator.start == "by_trigger":
-        builder.ExportInput(evaluator.GetInputPort("trigger"), "trigger")
-    diagram = TrialDiagram()
+
+    builder.Connect(planner.velocity_command, robot.velocity_command)
+    builder.Connect(robot.robot_state, humans.robot_states)
+    ConnectByName(builder, given, *robot.systems, evaluator, monitor)
+    ConnectByName(builder, seen, planner.system)
+    ConnectByName(builder, drawn, scene.system)
+
+    if full.evaluator.start == "by_trigger":
+        builder.ExportInput(evaluator.get_trigger_input_port(), "trigger")
+    outputs = {
+        "robot_state": robot.robot_state,
+        "human_states": humans.human_states,
+        "behavior_status": humans.behavior_status,
+        "forces": humans.forces,
+        "contacts": robot.contacts,
+        "velocity_command": planner.velocity_command,
+        "planner_status": planner.status,
+        "planner_path": planner.path,
+        "metrics": evaluator.get_metrics_output_port(),
+        "recording": evaluator.get_recording_output_port(),
+        "trial_status": monitor.get_trial_status_output_port(),
+        "query": scene.query_object,
+        **sensed,
+        **planner.costmaps,
+        "traffic": humans.traffic,
+    }
+    for name, port in outputs.items():
+        if port is not None:
+            builder.ExportOutput(port, name)
+    diagram = TrialDiagram(scenario, full.humans)
     builder.BuildInto(diagram)
     diagram.set_name("trial")
     return diagram
-
-
-def _scan_angles(scenario: Scenario) -> Array | None:
-    """Returns the angles of the scan's rays to the robot's heading."""
-    for sensor in scenario.sensors:
-        if isinstance(sensor, LidarConfig) and sensor.mount == "robot":
-            return sensor.pose[2] + sensor.angles()
-    return None
-
-
-def _crowd(scenario: Scenario) -> CrowdConfig:
-    """Returns how people move, with what hangs on the robot."""
-    crowd = scenario.crowd
-    if crowd.robots_stop is not None:
-        return crowd
-    return dataclasses.replace(crowd, robots_stop=scenario.robot.physical)
 
 
 def CheckTrialDiagram(scenario: Scenario, diagram: Diagram) -> None:
@@ -234,11 +182,11 @@ def CheckTrialDiagram(scenario: Scenario, diagram: Diagram) -> None:
             another seed: see `SetTrialSeed`.
     """
     CheckPeopleSeed(diagram, scenario.simulation.seed)
-    made_for = diagram.GetSubsystemByName("monitor").made_for
-    parts = _fixed_parts(scenario)
-    del parts["people_seed"]
+    made_from = _fixed_parts(diagram.scenario)
+    # (Anew, so that those are named, too, who were added to its list.)
+    parts = _fixed_parts(dataclasses.replace(scenario))
     for part, value in parts.items():
-        if value != made_for[part]:
+        if value != made_from[part]:
             raise ValueError(
                 f"the diagram was made from a scenario with other {part}: make"
                 " it by MakeTrialDiagram from this one"
@@ -247,9 +195,8 @@ def CheckTrialDiagram(scenario: Scenario, diagram: Diagram) -> None:
 
 def _fixed_parts(scenario: Scenario) -> dict[str, Any]:
     """Returns what a diagram is made from, as plain data by section."""
-    humans = name_people(scenario.humans)
-    parts: dict[str, Any] = plain(dataclasses.replace(scenario, humans=humans))
+    parts: dict[str, Any] = plain(scenario)
     for free in (parts, parts["simulation"]):
         for key in ("name", "description", "seed", "duration"):
             free.pop(key, None)
-    return {**parts, "people_seed": people_seed(scenario)}
+    return parts

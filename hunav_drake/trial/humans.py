@@ -19,7 +19,7 @@ from hunav_drake.systems.common.checks import check_kind
 from hunav_drake.systems.common.suggest import did_you_mean
 from hunav_drake.systems.crowd import CrowdConfig, HumanCrowd
 from hunav_drake.systems.people import HumanConfig
-from hunav_drake.systems.people.names import check_consistent, name_people
+from hunav_drake.systems.people.names import check_consistent
 from hunav_drake.systems.people.profile import complete_people
 from hunav_drake.systems.people.traffic import Traffic
 from hunav_drake.systems.world.obstacles import Obstacles
@@ -97,7 +97,7 @@ def MakeHumans(
 
     Args:
         humans: The people; there may be none. Those without a name or a number
-            are given some that are free: see `name_people`.
+            are given some that are free: see `people_names`.
         options: See `HumanOptions`.
 
     Returns:
@@ -123,7 +123,7 @@ def MakeHumans(
         obstacles = obstacles.obstacles()
     # Before anything is made of them: crowd and trees know the same numbers.
     config = options.get("config") or CrowdConfig()
-    humans = complete_people(name_people(humans), config.profile)
+    humans = complete_people(humans, config.profile)
     check_consistent(humans)
     if separate_trees is None:
         separate_trees = len(humans) <= MAX_SEPARATE_TREES
@@ -308,7 +308,7 @@ def AddHumans(
         figures = AddFigures(
             builder,
             scene_graph,
-            name_people(humans),
+            humans,
             time_step=options.get("time_step", 0.05),
             name=f"{name}_figures",
         )

@@ -5,12 +5,13 @@ import traceback
 import numpy as np
 from pydrake.systems.framework import Context, Diagram, System
 
+from hunav_drake.systems.common.registry import name_of
 from hunav_drake.systems.planning.local_planner import LocalPlanner
 from hunav_drake.systems.planning.planner_error import PlannerError, told
 
 
 def PlannerErrorOf(
-    error: Exception, diagram: Diagram, context: Context, name: str
+    error: Exception, diagram: Diagram, context: Context
 ) -> PlannerError | None:
     """Returns what an exception tells about the planner of a trial.
 
@@ -18,7 +19,6 @@ def PlannerErrorOf(
         error: What the simulation raised.
         diagram: From `MakeTrialDiagram`.
         context: Its Context, at the time of the exception.
-        name: That of the planner.
 
     Returns:
         The error of the planner; None if the exception was raised elsewhere.
@@ -30,13 +30,14 @@ def PlannerErrorOf(
         this = frame.f_locals.get("self")
         if any(this is system for system in systems):
             reason = told(error, frame.f_code)
+            name = name_of(diagram.scenario.planner)
             result = PlannerError(name, context.get_time(), reason)
             result.__cause__ = error
             return result
     return None
 
 
-def CheckCommand(diagram: Diagram, context: Context, name: str) -> None:
+def CheckCommand(diagram: Diagram, context: Context) -> None:
     """Checks the command of a planner that is a system of its own.
 
     A `LocalPlanner` checks that itself.
@@ -44,7 +45,6 @@ def CheckCommand(diagram: Diagram, context: Context, name: str) -> None:
     Args:
         diagram: From `MakeTrialDiagram`.
         context: Its Context.
-        name: That of the planner.
 
     Raises:
         PlannerError: If the command is not finite.
@@ -53,7 +53,7 @@ def CheckCommand(diagram: Diagram, context: Context, name: str) -> None:
     if not np.isfinite(command).all():
         v, omega = command.tolist()
         raise PlannerError(
-            name,
+            name_of(diagram.scenario.planner),
             context.get_time(),
             f"its port velocity_command must give finite numbers, gives"
             f" ({v:g}, {omega:g})",

@@ -3,30 +3,9 @@
 from pydrake.common import RandomGenerator
 from pydrake.systems.framework import Context, Diagram
 
+from hunav_drake.scenario.population import people_seed
 from hunav_drake.systems.common.layout import STATE_SIZE
 from hunav_drake.systems.common.random_streams import check_seed
-
-
-class TrialDiagram(Diagram):
-    """The diagram of a trial, as `MakeTrialDiagram` makes it."""
-
-    def SetRandomContext(
-        self, context: Context, generator: RandomGenerator
-    ) -> None:
-        """Draws a seed, and sets it as `SetTrialSeed` does.
-
-        Drake's own function, which `MonteCarloSimulation` calls, knows nothing
-        of this one: it resets a Context to the seed of the diagram. See
-        `MakeRandomSimulator`.
-
-        Args:
-            context: A Context of this diagram, changed.
-            generator: What the seed is drawn from: see `DrawSeed`.
-
-        Raises:
-            ValueError: If the people of the trial are drawn by its seed.
-        """
-        SetTrialSeed(self, context, DrawSeed(generator))
 
 
 def DrawSeed(generator: RandomGenerator) -> int:
@@ -41,7 +20,7 @@ def CheckPeopleSeed(diagram: Diagram, seed: int) -> None:
         ValueError: If they are drawn by the seed of the trial, and the diagram
             was made for another one.
     """
-    own = diagram.GetSubsystemByName("monitor").made_for["people_seed"]
+    own = people_seed(diagram.scenario)
     if own not in (None, seed):
         raise ValueError(
             f"the people of this diagram were drawn by seed {own}, so it does"

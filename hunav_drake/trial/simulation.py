@@ -62,14 +62,13 @@ def MakeTrialSimulator(
         simulator = Simulator(diagram, context)
     status = diagram.GetOutputPort("trial_status")
     trial = diagram.GetSubsystemByName("monitor")
-    planner = trial.made_for["planner"]["name"]
     is_own = IsOwnSystem(diagram)
 
     def monitor(root_context: Context) -> EventStatus:
         if progress is not None:
             progress(root_context.get_time())
         if is_own:
-            CheckCommand(diagram, root_context, planner)
+            CheckCommand(diagram, root_context)
         if not trial.IsStep(trial.GetMyContextFromRoot(root_context)):
             return EventStatus.DidNothing()
         value = TrialStatus(int(status.Eval(root_context)[0]))
@@ -178,10 +177,8 @@ def RunTrial(
         try:
             simulator.AdvanceTo(scenario.simulation.duration)
         except Exception as error:
-            failure = PlannerErrorOf(
-                *(error, diagram, simulator.get_context()),
-                name_of(scenario.planner),
-            )
+            context = simulator.get_context()
+            failure = PlannerErrorOf(error, diagram, context)
             if failure is None:
                 raise
             if on_planner_error == "raise":

@@ -141,24 +141,24 @@ def LoadBehavior(
         TreePortError: At the first invalid value for a port.
     """
     if isinstance(behavior, str):
-        behavior = BehaviorConfig(tree=behavior)
-    if is_xml(behavior.tree):
+        behavior = BehaviorConfig(type=behavior)
+    if is_xml(behavior.type):
         return ParseTree(
-            behavior.tree,
+            behavior.type,
             name="behavior",
             ports=behavior.ports,
             profile=profile,
         )
-    if is_path(behavior.tree):
-        if not os.path.isfile(behavior.tree):
+    if is_path(behavior.type):
+        if not os.path.isfile(behavior.type):
             raise BehaviorTreeError(
-                "there is no such file", Place(behavior.tree)
+                "there is no such file", Place(behavior.type)
             )
-    elif behavior.tree not in BEHAVIORS:
+    elif behavior.type not in BEHAVIORS:
         # Any other word is meant as a name, even where there is such a file.
         place = Place("behavior")
-        raise Spot(place).unknown("behavior", behavior.tree, BEHAVIORS)
-    return LoadTree(behavior.tree, behavior.ports, profile=profile)
+        raise Spot(place).unknown("behavior", behavior.type, BEHAVIORS)
+    return LoadTree(behavior.type, behavior.ports, profile=profile)
 
 
 def LoadBehaviors(
@@ -197,12 +197,12 @@ def CheckBehavior(
         value for a port.
     """
     if isinstance(behavior, str):
-        behavior = BehaviorConfig(tree=behavior)
+        behavior = BehaviorConfig(type=behavior)
     ports = dict(behavior.ports)
     for _ in range(MAX_FAULTS):
         try:
             LoadBehavior(
-                BehaviorConfig(tree=behavior.tree, ports=ports), profile=profile
+                BehaviorConfig(type=behavior.type, ports=ports), profile=profile
             )
         except TreePortError as error:
             yield error

@@ -2,9 +2,9 @@
 
 A planner, a motion model, a robot or the shape of a wall is a choice. Its
 class is a dataclass of its parameters, known by a name. As data it is a
-mapping of one key that names the class, the tag, and of parameters beside it::
+mapping: the key `type` names the class, and parameters stand beside it::
 
-    planner: {name: pursuit, cruise_speed: 0.8}
+    planner: {type: pursuit, cruise_speed: 0.8}
 
 The name alone stands for the choice with its defaults: ``planner: pursuit``.
 A class that is not registered is named by its module: ``my_module:MyPlanner``.
@@ -25,6 +25,7 @@ from hunav_drake.systems.common.choice_loading import (
     is_loaded,
     may_import,
 )
+from hunav_drake.systems.common.old_words import OLD_TAGS, TAG, twice, with_tag
 from hunav_drake.systems.common.plain_errors import plain_errors
 from hunav_drake.systems.common.suggest import shown, suggestion
 
@@ -34,32 +35,24 @@ class Registry(Mapping[str, type[Any]]):
 
     As a part of an annotation, ``Annotated[Base, REGISTRY]``, it is the type
     of a field of a pydantic dataclass: the field takes a choice, its name, or
-    a mapping with the tag. What is registered is looked up each time, so users
+    a mapping with a `type`. What is registered is looked up each time, so users
     may add choices later.
     """
 
     def __init__(
-        self,
-        kind: str,
-        base: type[Any],
-        *,
-        tag: str,
-        default: str = "",
-        home: str = "",
+        self, kind: str, base: type[Any], *, default: str = "", home: str = ""
     ) -> None:
         """Constructs a Registry that is empty.
 
         Args:
             kind: What the choices are called in messages.
             base: The class that all choices derive from.
-            tag: The key that names a choice.
-            default: What is meant by a mapping without the tag; by default,
-                the tag must be there.
+            default: What is meant by a mapping without a `type`; by default,
+                there must be one.
             home: The module that registers the choices of the package, loaded
                 when it is needed.
         """
         self.kind = kind
-        self.tag = tag
         self.default = default
         self._base = base
         base.__registry__ = self
@@ -112,13 +105,13 @@ class Registry(Mapping[str, type[Any]]):
                     f"a {self.kind} named {name!r} is registered already, from"
                     f" {'.'.join(_origin(old))}; choose another name"
                 )
-            if vars(choice).get("__choice__", (self.tag, name))[1] != name:
+            if vars(choice).get("__choice__", name) != name:
                 raise ValueError(
                     f"{choice.__qualname__} is registered already, as"
                     f" {name_of(choice)!r}; derive a class from it"
                 )
             known_as: Any = plain_errors(choice)
-            known_as.__choice__ = self.tag, name
+            known_as.__choice__ = name
             self._choices[name] = choice
             return choice
 
@@ -128,8 +121,8 @@ class Registry(Mapping[str, type[Any]]):
         """Returns the choice that data stand for.
 
         Args:
-            data: A choice, its name, or a mapping with the tag; None for the
-                default.
+            data: A choice, its name, or a mapping with a `type`; None for
+                the default.
 
         Raises:
             ValidationError: If there is no such choice or parameter, or if a
@@ -140,13 +133,14 @@ class Registry(Mapping[str, type[Any]]):
     def find(self, data: Any) -> type[Any] | None:
         """Returns the class that data choose; None if there is no such."""
         if isinstance(data, Mapping):
-            data = data.get(self.tag, self.default)
+            old = OLD_TAGS.get(self.kind)
+            data = data.get(TAG, data.get(old, self.default))
         if isinstance(data, str):
             try:
                 return self._named(data)
             except _NoChoiceError:
                 return None
-        return type(data) if tag_of(data) else None
+        return type(data) if known_name(data) else None
 
     def __get_pydantic_core_schema__(
         self, source: Any, handler: Any
@@ -168,20 +162,20 @@ class Registry(Mapping[str, type[Any]]):
             form = handler(_adapter(choice).core_schema)
             whole = handler.resolve_ref_schema(form)
             whole["properties"] = {
-                self.tag: {"const": name},
+                TAG: {"const": name},
                 **whole.get("properties", {}),
             }
             whole["additionalProperties"] = False
             if not whole.get("required"):
                 names.append(name)
             if name != self.default:
-                whole["required"] = [self.tag, *whole.get("required", [])]
+                whole["required"] = [TAG, *whole.get("required", [])]
             forms.append(form)
         bare = [{"enum": names}] if names else []
         placed = {
             "type": "object",
-            "properties": {self.tag: place},
-            "required": [self.tag],
+            "properties": {TAG: place},
+            "required": [TAG],
         }
         return {"oneOf": [*bare, *forms, place, placed]}
 
@@ -224,16 +218,17 @@ class Registry(Mapping[str, type[Any]]):
                 f"{choice.__qualname__}.{name} changes nothing without a type;"
                 f" write {name}: TYPE = {vars(choice)[name]!r:.40}"
             )
-        if self.tag in fields:
-            raise TypeError(
-                f"{choice.__qualname__} must not have a field {self.tag!r}:"
-                f" that key names the {self.kind}"
-            )
+        for tag in (TAG, OLD_TAGS.get(self.kind)):
+            if tag in fields:
+                raise TypeError(
+                    f"{choice.__qualname__} must not have a field {tag!r}:"
+                    f" that key names the {self.kind}"
+                )
 
     def _validate(self, value: Any) -> Any:
         """Makes a choice of data, for pydantic."""
         if isinstance(value, self._base) and not isinstance(value, type):
-            if tag_of(value) is None:
+            if known_name(value) is None:
                 raise PydanticCustomError(
                     "choice",
                     "{type} is not registered; give it a name by a decorator"
@@ -244,16 +239,21 @@ class Registry(Mapping[str, type[Any]]):
         if isinstance(value, UnloadedChoice) and not is_loaded(self):
             return value
         if isinstance(value, str):
-            value = {self.tag: value}
+            value = {TAG: value}
         if not isinstance(value, Mapping):
             raise PydanticCustomError(
                 "choice", f"must be a mapping, or the name of a {self.kind}"
             )
-        parameters = {key: value[key] for key in value if key != self.tag}
+        value = with_tag(self.kind, value)
+        if fault := twice(self.kind, value):
+            error = PydanticCustomError("twice", "{fault}", {"fault": fault})
+            old = OLD_TAGS[self.kind]
+            self._raise_at(error, {old: value[old]})
+        parameters = {key: value[key] for key in value if key != TAG}
         if not is_loaded(self):
-            name = value.get(self.tag, self.default)
+            name = value.get(TAG, self.default)
             self._check_name(name)
-            return UnloadedChoice(self._base, {self.tag: name, **parameters})
+            return UnloadedChoice(self._base, {TAG: name, **parameters})
         choice: Any = self._select(value)
         result = _adapter(choice).validate_python(parameters)
         # Users' dataclasses may ignore what they do not know.
@@ -266,7 +266,7 @@ class Registry(Mapping[str, type[Any]]):
 
     def _select(self, value: Mapping[str, Any]) -> type[Any]:
         """Returns the class that a mapping names."""
-        name = value.get(self.tag, self.default or None)
+        name = value.get(TAG, self.default or None)
         choices = self._loaded()
         words = ""
         try:
@@ -275,7 +275,7 @@ class Registry(Mapping[str, type[Any]]):
             choice, words = None, str(error)
         if choice is not None:
             return choice
-        if self.tag not in value:
+        if TAG not in value:
             words = f"is missing; {suggestion('', list(choices))}"
         elif isinstance(name, str):
             words = words or (
@@ -286,7 +286,7 @@ class Registry(Mapping[str, type[Any]]):
             self._check_name(name)
         self._raise_at(
             PydanticCustomError("choice_name", "{words}", {"words": words}),
-            {self.tag: name},
+            {TAG: name},
         )
         raise AssertionError("not reached")
 
@@ -295,7 +295,7 @@ class Registry(Mapping[str, type[Any]]):
             words = f"must be the name of a {self.kind}, got {shown(name)}"
             self._raise_at(
                 PydanticCustomError("choice_name", "{words}", {"words": words}),
-                {self.tag: name},
+                {TAG: name},
             )
 
     def _named(self, name: str) -> type[Any] | None:
@@ -327,8 +327,8 @@ class Registry(Mapping[str, type[Any]]):
         except TypeError as error:
             raise _NoChoiceError(f"{shown(name)}: {error}") from error
         choice: type[Any] = found
-        if tag_of(choice) is None:
-            found.__choice__ = self.tag, name
+        if known_name(choice) is None:
+            found.__choice__ = name
             self._choices[name] = choice
         return choice
 
@@ -379,12 +379,12 @@ def _origin(choice: type[Any]) -> tuple[str, str]:
     return choice.__module__, choice.__qualname__
 
 
-def tag_of(choice: Any) -> tuple[str, str] | None:
-    """Returns the key and the name of a choice; None if it is none."""
+def known_name(choice: Any) -> str | None:
+    """Returns the name of a choice, or of its class; None if it has none."""
     cls = choice if isinstance(choice, type) else type(choice)
     # Not inherited: a class derived from a choice is another one.
-    tag: tuple[str, str] | None = vars(cls).get("__choice__")
-    return tag
+    name: str | None = vars(cls).get("__choice__")
+    return name
 
 
 def name_of(choice: Any) -> str:
@@ -393,7 +393,7 @@ def name_of(choice: Any) -> str:
     Raises:
         ValueError: If it is not registered.
     """
-    tag = tag_of(choice)
-    if tag is None:
+    name = known_name(choice)
+    if name is None:
         raise ValueError(f"{choice!r:.80} is not registered")
-    return tag[1]
+    return name

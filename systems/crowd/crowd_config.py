@@ -36,8 +36,8 @@ class CrowdConfig:
     model: Annotated[MotionModel, MOTION_MODELS] = field(
         default_factory=MOTION_MODELS.make
     )
-    """The motion model: a registered one, its name, or a mapping of its name
-    and parameters, as in {name: orca, time_horizon: 2.0}. See
+    """The motion model: a registered one, its name, or a mapping of its `type`
+    and parameters, as in {type: orca, time_horizon: 2.0}. See
     `hunav_drake.systems.crowd.MOTION_MODELS`."""
 
     obstacle_range: PositiveLength = 5.0

@@ -104,7 +104,6 @@ class MotionModel(ABC):
 MOTION_MODELS = Registry(
     "motion model",
     MotionModel,
-    tag="name",
     default="social_force",
     home="hunav_drake.systems.crowd.models",
 )

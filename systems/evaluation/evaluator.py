@@ -114,7 +114,8 @@ class Evaluator(LeafSystem):
 
         Args:
             humans: The people, in the order of ``human_states``; may be none.
-                Names and numbers are given out as by `name_people`.
+                Those without a name or a number have that of `people_names`
+                and `people_ids`.
             config: What part of the trial is recorded, and how often.
             time_step: The time step that all systems share, in seconds.
             goal_tolerance: How near to the goal is at the goal, in meters.

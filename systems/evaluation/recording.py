@@ -16,7 +16,7 @@ from hunav_drake.systems.evaluation.features import Features
 from hunav_drake.systems.evaluation.path_features import PathFeatures
 from hunav_drake.systems.evaluation.recorded_arrays import RecordedArrays
 from hunav_drake.systems.people.human_config import HumanConfig
-from hunav_drake.systems.people.names import name_people, people_ids
+from hunav_drake.systems.people.names import people_ids, people_names
 
 # How near to the goal's heading is at the goal where the goal has one and
 # nothing else is told, in radians.
@@ -217,7 +217,7 @@ class Recording(RecordedArrays):
 def describe_people(humans: Sequence[HumanConfig]) -> dict[str, Any]:
     """Returns what a Recording tells of people that does not change."""
     return {
-        "human_names": tuple(h.name for h in name_people(humans)),
+        "human_names": tuple(people_names(humans)),
         "human_ids": tuple(people_ids(humans)),
         "behaviors": tuple(h.behavior_name for h in humans),
         "group_ids": tuple(h.group_id for h in humans),

@@ -1,10 +1,7 @@
 """The LeafSystem that detects the end of a trial."""
 
-from collections.abc import Mapping
 from enum import IntEnum
 import math
-from types import MappingProxyType
-from typing import Any
 
 import numpy as np
 from pydrake.systems.framework import (
@@ -60,12 +57,7 @@ class TrialMonitor(LeafSystem):
     The discrete state holds the place (x, y), the time since when the robot
     is near it, and 1 once there is such a place; and, in a group of its own,
     the time of the last update.
-
-    Attributes:
-        made_for: What the caller notes about the trial; nothing by default.
     """
-
-    made_for: Mapping[str, Any] = MappingProxyType({})
 
     def __init__(
         self,
@@ -134,11 +126,6 @@ class TrialMonitor(LeafSystem):
     def get_trial_status_output_port(self) -> OutputPort:
         """Returns the port that tells how the trial stands."""
         return self._status
-
-    def DescribeMemory(self) -> list[str]:
-        """Returns by which seed the people were drawn, if the trial's own."""
-        seed = self.made_for.get("people_seed")
-        return [] if seed is None else [f"people drawn by seed {seed}"]
 
     def HasUpdated(self, context: Context) -> bool:
         """Tells whether the updates of the present instant are done.

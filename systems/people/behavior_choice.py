@@ -7,7 +7,9 @@ from typing import Annotated, Any
 
 from pydantic import Discriminator, StrictStr, Tag, model_validator
 from pydantic.dataclasses import dataclass
+from pydantic_core import ArgsKwargs, PydanticCustomError
 
+from hunav_drake.systems.common.old_words import TAG, twice, with_tag
 from hunav_drake.systems.common.plain_errors import plain_errors
 from hunav_drake.systems.common.schema import CONFIG
 
@@ -21,13 +23,13 @@ from hunav_drake.systems.common.schema import CONFIG
 class BehaviorConfig:
     """A behavior tree, and values for its ports.
 
-    In a scenario file the ports stand beside the tree::
+    In a scenario file the ports stand beside the type::
 
-        behavior: {tree: curious, distance: 6.0, duration: 10}
+        behavior: {type: curious, distance: 6.0, duration: 10}
     """
 
-    tree: StrictStr
-    """As `HumanConfig.behavior`: a name, the path of a file, or XML."""
+    type: StrictStr
+    """Which tree: a name, the path of a file, or XML; see `HumanConfig`."""
 
     ports: dict[StrictStr, Any] = field(default_factory=dict)
     """Numbers, texts and truths by the names of the tree's ports; the others
@@ -36,20 +38,35 @@ class BehaviorConfig:
     @model_validator(mode="before")
     @classmethod
     def _gather_ports(cls, data: Any) -> Any:
+        if isinstance(data, ArgsKwargs):
+            given = with_tag("behavior", data.kwargs or {})
+            return ArgsKwargs(data.args, given)
         if not isinstance(data, Mapping):
             return data
-        ports = {key: value for key, value in data.items() if key != "tree"}
+        data = with_tag("behavior", data)
+        if fault := twice("behavior", data):
+            raise _error(f"tree {fault}")
+        ports = {key: value for key, value in data.items() if key != TAG}
         if isinstance(ports.get("ports"), Mapping):
             own = ports.pop("ports")
-            twice = [str(name) for name in own if name in ports]
-            if twice:
-                raise ValueError(
-                    f"the port {twice[0]} is given twice, beside the tree and"
+            again = [str(name) for name in own if name in ports]
+            if again:
+                raise _error(
+                    f"the port {again[0]} is given twice, beside the type and"
                     " in ports; remove one of them"
                 )
             ports |= own
-        tree = {"tree": data["tree"]} if "tree" in data else {}
-        return {**tree, "ports": ports}
+        tag = {TAG: data[TAG]} if TAG in data else {}
+        return {**tag, "ports": ports}
+
+    @property
+    def tree(self) -> str:
+        """The old word for `type`."""
+        return self.type
+
+
+def _error(rule: str) -> PydanticCustomError:
+    return PydanticCustomError("rule", "{rule}", {"rule": rule})
 
 
 def _kind(behavior: Any) -> str:
@@ -67,7 +84,7 @@ Behavior = Annotated[
 
 def tree_of(behavior: str | BehaviorConfig) -> str:
     """Returns the name, path or XML of a behavior's tree."""
-    return behavior if isinstance(behavior, str) else behavior.tree
+    return behavior if isinstance(behavior, str) else behavior.type
 
 
 def is_xml(tree: str) -> bool:

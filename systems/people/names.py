@@ -18,20 +18,29 @@ def people_ids(humans: Sequence[HumanConfig]) -> list[int]:
     return [next(free) if human.id is None else human.id for human in humans]
 
 
-def name_people(humans: Sequence[HumanConfig]) -> list[HumanConfig]:
-    """Returns people who have names and numbers.
+def people_names(humans: Sequence[HumanConfig]) -> list[str]:
+    """Returns the names of people.
 
     Those who have none are given "human_1", "human_2", ... in order, without
-    those that are taken, and the numbers of `people_ids`. The arguments are
-    not changed.
+    those that are taken.
     """
     taken = {human.name for human in humans}
     free = (
         name for k in itertools.count(1) if (name := f"human_{k}") not in taken
     )
+    return [human.name or next(free) for human in humans]
+
+
+def name_people(humans: Sequence[HumanConfig]) -> list[HumanConfig]:
+    """Returns people with the names of `people_names` and their `people_ids`.
+
+    The arguments are not changed.
+    """
     return [
-        dataclasses.replace(human, name=human.name or next(free), id=number)
-        for human, number in zip(humans, people_ids(humans), strict=True)
+        dataclasses.replace(human, name=name, id=number)
+        for human, name, number in zip(
+            humans, people_names(humans), people_ids(humans), strict=True
+        )
     ]
 
 

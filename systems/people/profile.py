@@ -13,6 +13,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 from hunav_drake.systems.people.human_config import HumanConfig
+from hunav_drake.systems.people.names import people_ids, people_names
 
 ProfileName = Literal["default", "hunavsim"]
 
@@ -41,7 +42,7 @@ PROFILES: Mapping[str, Profile] = MappingProxyType(
         "hunavsim": Profile(
             crowd={
                 "model": {
-                    "name": "social_force",
+                    "type": "social_force",
                     "kernel": "hunavsim",
                     "time_gap": 0.0,
                     "speed_matching": 0.0,
@@ -67,7 +68,7 @@ PROFILES: Mapping[str, Profile] = MappingProxyType(
 def complete_people(
     humans: Sequence[HumanConfig], profile: ProfileName
 ) -> list[HumanConfig]:
-    """Returns people as they are with a profile.
+    """Returns people as they are with a profile, with names and numbers.
 
     Args:
         humans: The people, which are not changed.
@@ -75,11 +76,13 @@ def complete_people(
     """
     _, defaults, single = PROFILES[profile]
     result = []
-    for human in humans:
-        values = {
-            name: default if (value := getattr(human, name)) is None else value
-            for name, default in defaults.items()
-        }
+    for human, own_name, number in zip(
+        humans, people_names(humans), people_ids(humans), strict=True
+    ):
+        values: dict[str, Any] = {"name": own_name, "id": number}
+        for name, default in defaults.items():
+            value = getattr(human, name)
+            values[name] = default if value is None else value
         for name in single:
             if (value := getattr(human, name)) is not None:
                 values[name] = float(np.float32(value))

@@ -3,6 +3,7 @@
 import dataclasses
 import inspect
 
+from numpy.typing import ArrayLike
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import (
     BasicVector,
@@ -17,7 +18,7 @@ from pydrake.systems.framework import (
 from hunav_drake.systems.common.checks import check_count, count_steps
 from hunav_drake.systems.common.layout import STATE_SIZE
 from hunav_drake.systems.common.ports import weakly
-from hunav_drake.systems.common.registry import tag_of
+from hunav_drake.systems.common.registry import known_name
 from hunav_drake.systems.planning.cycles import (
     CycleTimeout,
     call_cycle,
@@ -179,6 +180,16 @@ class LocalPlanner(LeafSystem):
         """
         return self._Decided(context).reason
 
+    def SetCommand(self, context: Context, command: ArrayLike) -> None:
+        """Sets the command that the robot has until the next one is decided.
+
+        Args:
+            context: This system's own context, changed.
+            command: (v, omega), in m/s and rad/s.
+        """
+        state = context.get_mutable_discrete_state(self._state)
+        state.get_mutable_value()[:2] = command
+
     def DescribeMemory(self) -> list[str]:
         """Returns what the state depends on: the planner and its parameters."""
         planner = self._planner
@@ -288,8 +299,7 @@ def _scan_size(planner: PurePlanner, task: PlanningTask) -> int:
 
 
 def _name_of(planner: PurePlanner) -> str:
-    tag = tag_of(planner)
-    return tag[1] if tag else type(planner).__name__
+    return known_name(planner) or type(planner).__name__
 
 
 def _check_planner(planner: PurePlanner, name: str) -> None:

@@ -39,9 +39,7 @@ class PerceptionConfig(ABC):
 
 
 # The perceptions by type.
-PERCEPTIONS = Registry(
-    "perception", PerceptionConfig, tag="type", default="everything"
-)
+PERCEPTIONS = Registry("perception", PerceptionConfig, default="everything")
 
 register_perception = PERCEPTIONS.register
 

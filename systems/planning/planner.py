@@ -300,7 +300,6 @@ def check_arguments(function: Any, label: str, *first: str) -> None:
 PLANNERS = Registry(
     "planner",
     PlannerConfig,
-    tag="name",
     default="pursuit",
     home="hunav_drake.systems.planning.planners",
 )

@@ -22,7 +22,7 @@ class DriveConfig:
     """What all drives derive from; which one it is, a derived class tells."""
 
 
-DRIVES = Registry("drive", DriveConfig, tag="type", default="differential")
+DRIVES = Registry("drive", DriveConfig, default="differential")
 
 register_drive = DRIVES.register
 

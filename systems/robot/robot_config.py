@@ -194,7 +194,6 @@ class RobotConfig(ABC):
 ROBOTS = Registry(
     "robot",
     RobotConfig,
-    tag="model",
     default="differential_drive",
     home="hunav_drake.systems.robot.robots",
 )

@@ -22,6 +22,7 @@ from pydrake.systems.rendering import MultibodyPositionToGeometryPose
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.checks import check_time_step
 from hunav_drake.systems.people.human_config import HumanConfig
+from hunav_drake.systems.people.names import people_names
 from hunav_drake.systems.robot.robot_config import RobotConfig
 from hunav_drake.systems.scene.bounds import scene_bounds
 from hunav_drake.systems.scene.human_body import AddHumanBody
@@ -249,8 +250,8 @@ def figure_names(humans: Sequence[HumanConfig]) -> tuple[str, ...]:
     """Returns a valid and unique name for the figure of each person."""
     taken = {"robot", "WorldModelInstance", "DefaultModelInstance"}
     names = []
-    for i, human in enumerate(humans):
-        plain = re.sub(r"\W+", "_", human.name, flags=re.ASCII).strip("_")
+    for i, human_name in enumerate(people_names(humans)):
+        plain = re.sub(r"\W+", "_", human_name, flags=re.ASCII).strip("_")
         stem = plain or f"human_{i + 1}"
         name, number = stem, 2
         while name in taken:

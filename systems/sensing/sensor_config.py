@@ -97,7 +97,7 @@ class SensorConfig(Mount, ABC):
 
 
 # The sensors by type.
-SENSORS = Registry("sensor", SensorConfig, tag="type")
+SENSORS = Registry("sensor", SensorConfig)
 
 register_sensor = SENSORS.register
 

@@ -65,7 +65,7 @@ class Wall(ABC):
         return [Prism(self.vertices(), 0.0, self.height, closed=self.solid)]
 
 
-WALLS = Registry("wall shape", Wall, tag="shape")
+WALLS = Registry("wall shape", Wall)
 
 register_wall = WALLS.register
 

@@ -109,7 +109,7 @@ def main() -> None:
         for name in ("pursuit", "dwb", "scl", "sfw", "sfm", "orca", "mppi"):
             scenario = LoadScenario(
                 filename=f"scenarios/{trial}.yaml",
-                overrides=[f"planner.name={name}"],
+                overrides=[f"planner.type={name}"],
             )
             diagram = MakeTrialDiagram(scenario)
             RunTrial(scenario, 0, diagram=diagram)

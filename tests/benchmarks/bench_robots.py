@@ -33,12 +33,12 @@ def make_scenario(model: str, num_humans: int) -> Scenario:
             )
         )
     walls = [
-        {"shape": "box", "center": [0, 9 * side], "size": [14, 0.2]}
+        {"type": "box", "center": [0, 9 * side], "size": [14, 0.2]}
         for side in (1, -1)
     ]
     scenario = Scenario(
         robot={
-            "model": model,
+            "type": model,
             "start": (-5, 0, 0),
             "goal": (6, 0.5, 0),
             "goal_tolerance": 1e-6,

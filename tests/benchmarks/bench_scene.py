@@ -22,8 +22,8 @@ DURATION = 60.0
 ROOM = """
 world:
   walls:
-    - {shape: box, center: [0, 8.1], size: [24, 0.2]}
-    - {shape: box, center: [0, -8.1], size: [24, 0.2]}
+    - {type: box, center: [0, 8.1], size: [24, 0.2]}
+    - {type: box, center: [0, -8.1], size: [24, 0.2]}
 population:
   cohorts:
     - name: guest

@@ -11,10 +11,10 @@ SMALL = """\
 # Two people in a hall.
 world:
   walls:
-    - {shape: box, name: north, center: [0, 4], size: [10, 0.2]}   # thick
-    - {shape: polyline, name: rail, points: [[-4, -3], [0, -3], [4, -3]]}
+    - {type: box, name: north, center: [0, 4], size: [10, 0.2]}   # thick
+    - {type: polyline, name: rail, points: [[-4, -3], [0, -3], [4, -3]]}
   furniture:
-    - {kind: table, name: desk, center: [3, 1.5], size: [1.2, 0.8]}
+    - {type: table, name: desk, center: [3, 1.5], size: [1.2, 0.8]}
 humans:
   # who comes first
   - name: alba

@@ -22,7 +22,7 @@ for extra in ("anywidget", "jupyterlab"):
 PATIENCE = 300
 SCENE = """\
 world:
-  walls: [{shape: box, center: [0, 4], size: [10, 0.2]}]
+  walls: [{type: box, center: [0, 4], size: [10, 0.2]}]
 humans:
   # who comes first
   - {name: alba, pose: [-3, 0, 0], goals: [[2, 0]]}

@@ -107,7 +107,7 @@ def test_ports_of_a_behavior_are_set_and_reset(open_with_worker):
     editor.expect(port.locator(".unit")).to_have_text("m")
     port.locator("input").fill("6.5")
     editor.wait_for(
-        ["humans", 0, "behavior"], {"tree": "curious", "distance": 6.5}
+        ["humans", 0, "behavior"], {"type": "curious", "distance": 6.5}
     )
     editor.wait(lambda it: "distance: 6.5" in it.text)
     port.locator("input").press("Tab")

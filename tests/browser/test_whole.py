@@ -10,7 +10,7 @@ PEOPLE, WALLS = 100, 500
 def big_text():
     """Returns a scenario of 100 people with 300 goals and 500 walls."""
     walls = "\n".join(
-        f"    - {{shape: box, center: [{3 * (i % 25)}, {3 * (i // 25)}],"
+        f"    - {{type: box, center: [{3 * (i % 25)}, {3 * (i // 25)}],"
         " size: [1.2, 0.2]}"
         for i in range(WALLS)
     )
@@ -112,7 +112,7 @@ def test_a_scenario_is_made_by_keys_alone(open_editor):
     editor.page.keyboard.type("plant")
     editor.press("Enter")
     editor.wait(lambda it: it.data["world"].get("furniture"))
-    assert editor.session.data["world"]["furniture"][0]["kind"] == "plant"
+    assert editor.session.data["world"]["furniture"][0]["type"] == "plant"
     # Tab goes through the parts in the order of the outline.
     editor.press("Escape", "Escape")
     editor.focus_map()

@@ -35,7 +35,7 @@ def test_walls_boxes_polygons_and_rooms_are_drawn(open_editor):
     editor.double_click(-2, 3.5)
     editor.wait(lambda it: len(it.data["world"]["walls"]) == walls + 1)
     wall = editor.session.data["world"]["walls"][-1]
-    assert wall["shape"] == "polyline"
+    assert wall["type"] == "polyline"
     assert len(wall["points"]) == 3
     editor.press("Escape")
 
@@ -43,7 +43,7 @@ def test_walls_boxes_polygons_and_rooms_are_drawn(open_editor):
     for place in ((3, -1), (4, -1), (4, -0.2), (3, -1)):
         editor.click(*place)
     editor.wait(lambda it: len(it.data["world"]["walls"]) == walls + 2)
-    assert editor.session.data["world"]["walls"][-1]["shape"] == "polygon"
+    assert editor.session.data["world"]["walls"][-1]["type"] == "polygon"
     editor.press("Escape")
 
     editor.tool("box")
@@ -75,7 +75,7 @@ def test_furniture_is_placed_moved_turned_and_resized(open_editor):
     editor.click(0, 3)
     editor.wait(lambda it: len(it.data["world"]["furniture"]) == 2)
     plant = editor.session.data["world"]["furniture"][1]
-    assert plant["kind"] == "plant"
+    assert plant["type"] == "plant"
     assert near(plant["center"], (0, 3))
     editor.press("Escape")
     editor.click(3, 1.5)

@@ -113,7 +113,7 @@ def _walk(
             (it for it in get_args(hint) if isinstance(it, Registry)), None
         )
         if registry is not None:
-            _add(found, path, tuple(shipped(registry)), owner, registry.tag)
+            _add(found, path, tuple(shipped(registry)), owner, "type")
             for choice in shipped(registry):
                 _walk(found, registry[choice], f"{path}.", (path, choice))
         elif dataclasses.is_dataclass(hint):
@@ -237,7 +237,7 @@ def overrides(row: Row) -> list[str]:
             data = [] if level == "none" else [{"type": level}]
             result.append(f"sensors={json.dumps(data)}")
         elif path == "robot":
-            result.append(f"robot.model={level}")
+            result.append(f"robot.type={level}")
             result += [
                 f"robot.{key}={json.dumps(value)}"
                 for key, value in NEEDED.get(level, {}).items()

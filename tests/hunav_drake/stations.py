@@ -10,8 +10,8 @@ STATION = """\
 name: station
 world:
   walls:
-    - {shape: box, center: [6, 4.1], size: [12.4, 0.2]}
-    - {shape: box, center: [6, -4.1], size: [12.4, 0.2]}
+    - {type: box, center: [6, 4.1], size: [12.4, 0.2]}
+    - {type: box, center: [6, -4.1], size: [12.4, 0.2]}
 robot: {start: [6, -3.4, 1.57], goal: [6, 3.4, 1.57]}
 simulation: {duration: 20.0}
 population:

@@ -46,11 +46,11 @@ ROOM = """
 name: room
 world:
   walls:
-    - {shape: box, name: south, center: [5, -0.1], size: [10.4, 0.2]}
-    - {shape: box, name: north, center: [5, 10.1], size: [10.4, 0.2]}
-    - {shape: box, name: west, center: [-0.1, 5], size: [0.2, 10.4]}
-    - {shape: box, name: east, center: [10.1, 5], size: [0.2, 10.4]}
-    - {shape: box, name: shelf, center: [5, 4.8], size: [0.5, 9.6]}
+    - {type: box, name: south, center: [5, -0.1], size: [10.4, 0.2]}
+    - {type: box, name: north, center: [5, 10.1], size: [10.4, 0.2]}
+    - {type: box, name: west, center: [-0.1, 5], size: [0.2, 10.4]}
+    - {type: box, name: east, center: [10.1, 5], size: [0.2, 10.4]}
+    - {type: box, name: shelf, center: [5, 4.8], size: [0.5, 9.6]}
 humans:
   - {name: ana, pose: [2, 7, 0], goals: [[8, 8]], radius: 0.14}
 robot: {radius: 0.15, start: [2, 2, 0], goal: [8, 2, 0]}
@@ -139,9 +139,9 @@ YAML = {
         r"12: robot.start: overlaps humans\[0\] \('ana'\) by .*; move one",
     ),
     "an unknown shape of wall": (
-        "shape: box, name: shelf",
-        "shape: bocks, name: shelf",
-        r"9: .*walls\[4\].*shape: there is no .*'bocks'; valid: box",
+        "type: box, name: shelf",
+        "type: bocks, name: shelf",
+        r"9: .*walls\[4\].*type: there is no .*'bocks'; valid: box",
     ),
     "a wall without its size": (
         "center: [5, 4.8], size: [0.5, 9.6]",
@@ -155,18 +155,18 @@ YAML = {
     ),
     "an unknown planner": (
         "name: room",
-        "planner: {name: dwbb}",
-        r"planner.name: there is no planner 'dwbb'; did you mean 'dwb'",
+        "planner: {type: dwbb}",
+        r"planner.type: there is no planner 'dwbb'; did you mean 'dwb'",
     ),
     "a parameter of another planner": (
         "name: room",
-        "planner: {name: pursuit, crus_speed: 1}",
+        "planner: {type: pursuit, crus_speed: 1}",
         r"planner.crus_speed: unknown key; did you mean 'cruise_speed'",
     ),
     "an unknown motion model": (
         "name: room",
-        "crowd: {model: {name: orcha}}",
-        r"model.name: there is no motion model 'orcha'; did you mean 'orca'",
+        "crowd: {model: {type: orcha}}",
+        r"model.type: there is no motion model 'orcha'; did you mean 'orca'",
     ),
     "an unknown metric": (
         "name: room",
@@ -180,7 +180,7 @@ YAML = {
     ),
     "a period that is no whole number of steps": (
         "name: room",
-        "planner: {name: pursuit, period: 0.07}",
+        "planner: {type: pursuit, period: 0.07}",
         r"period: must be a multiple of .*0.05 s.*got 0.07; nearest: 0.05 or",
     ),
     "a seed that is no number": (
@@ -255,11 +255,11 @@ COMMANDS = {
     "a seed below 0": ("run passing --seed=-1", r"--seed: .*\[0, 2\^63\), got"),
     "unknown planner": (
         "run passing --planner persuit",
-        r"planner.name: there is no planner 'persuit'; did you mean 'pursuit'",
+        r"planner.type: there is no planner 'persuit'; did you mean 'pursuit'",
     ),
     "a planner's module that is not there": (
         "run passing --planner nowhere:Mine",
-        r"planner.name: cannot get 'nowhere:Mine'.*No module named 'nowhere'",
+        r"planner.type: cannot get 'nowhere:Mine'.*No module named 'nowhere'",
     ),
     "a setting without a value": (
         "run passing --set robot.radius",

@@ -42,7 +42,7 @@ def ports(diagram, context):
         ("cafe", ("planner=dwb",)),
         ("combined", ("planner={name: mppi, batch_size: 100}",)),
         ("station", ()),
-        ("crossing", ("robot.model=pmb2",)),
+        ("crossing", ("robot.type=pmb2",)),
     ],
 )
 def test_another_diagram_of_the_scenario_goes_on_alike(name, overrides):
@@ -127,7 +127,7 @@ OTHERS = {
         "population.cohorts=[{number: 1, start: [{rectangle: [2, 1, 4, 2]}]}]",
         "there were 0, and are 1",
     ),
-    "robot.model": ("robot.model=pmb2", "and is 'pmb2'"),
+    "robot.type": ("robot.type=pmb2", "and is 'pmb2'"),
     "robot.radius": ("robot.radius=0.2", "it was 0.35, and is 0.2"),
     "robot.limits.max_speed": ("robot.limits.max_speed=0.5", "and is 0.5"),
     "robot.goal": ("robot.goal=null", "and is nothing"),
@@ -160,7 +160,7 @@ def test_other_people_robots_and_evaluators_are_refused(passing, part):
 def test_people_whom_other_walls_draw_elsewhere_are_refused():
     people = "population.cohorts=[{number: 6, start: [{rectangle: [1, 0, 5,"
     people += " 2]}]}]"
-    wall = "world.walls=[{shape: box, center: [3, 1], size: [3, 1]}]"
+    wall = "world.walls=[{type: box, center: [3, 1], size: [3, 1]}]"
     alone, same, beside = (
         MakeTrialDiagram(scenario("passing", people, *changes))
         for changes in ((), ("crowd.model=orca",), (wall,))
@@ -176,7 +176,7 @@ def test_people_whom_other_walls_draw_elsewhere_are_refused():
     [
         "crowd.model=orca",
         "crowd.robot_gap=0.1",
-        "world.walls=[{shape: box, center: [0, 3], size: [5, 1]}]",
+        "world.walls=[{type: box, center: [0, 3], size: [5, 1]}]",
         "simulation.stuck_time=1000.0",
         "scene.overlays=[]",
     ],

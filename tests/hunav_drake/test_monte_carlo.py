@@ -20,7 +20,7 @@ from hunav_drake import (
 
 HALL = """\
 robot: {goal: [9, 0, 0]}
-planner: {name: pursuit}
+planner: {type: pursuit}
 simulation: {duration: 1.0}
 population:
   cohorts:

@@ -49,7 +49,7 @@ def test_other_names_are_taken(name):
 
 @pytest.mark.parametrize("label", ["a\nb", "x" * 65, "", 3, ["a"]])
 def test_a_label_is_a_name(label):
-    planner = {"name": "pursuit", "label": label}
+    planner = {"type": "pursuit", "label": label}
     (path,) = faults_of(LoadSuite, {**SUITE, "planners": [planner]})
     assert path.startswith("planners[0]")
 
@@ -87,8 +87,8 @@ def test_results_of_any_names_are_in_their_folder(tmp_path):
 
 def test_cells_whose_files_would_be_one_are_refused():
     planners = [
-        {"name": "pursuit", "label": "a b"},
-        {"name": "pursuit", "cruise_speed": 0.4, "label": "a_B"},
+        {"type": "pursuit", "label": "a b"},
+        {"type": "pursuit", "cruise_speed": 0.4, "label": "a_B"},
     ]
     suite = LoadSuite(data=yaml.dump({**SUITE, "planners": planners}))
     with pytest.raises(ScenarioError, match="too much alike"):

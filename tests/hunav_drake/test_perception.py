@@ -29,7 +29,7 @@ from hunav_drake.systems.planning import (
     register_plan,
     register_planner,
 )
-from hunav_drake.trial.planner import with_planner_lidar
+from hunav_drake.trial.sensors import with_planner_lidar
 from tests.planners import NAMES, planner_override
 
 
@@ -65,7 +65,7 @@ def test_all_planners_of_the_package_are_tested():
 CORNER = """
 world:
   walls:
-    - {shape: polyline, points: [[1.2, 0.5], [1.2, 6]]}
+    - {type: polyline, points: [[1.2, 0.5], [1.2, 6]]}
 humans:
   - {pose: [2.0, 1.3, -1.57], desired_speed: 0.0, behavior: impassive}
 robot: {start: [0, 0.2, 0], goal: [2.6, 2.6, 1.57]}
@@ -75,7 +75,7 @@ simulation: {duration: 2.0}
 LANE = """
 world:
   walls:
-    - {shape: polyline, points: [[0.2, 0.4], [3.5, 0.4]]}
+    - {type: polyline, points: [[0.2, 0.4], [3.5, 0.4]]}
 humans:
   - {pose: [1, 0.76, 0], desired_speed: 0.0, behavior: impassive, radius: 0.35}
 robot: {start: [0, 0, 0], goal: [6, 0, 0]}
@@ -132,7 +132,7 @@ def test_range_field_and_occlusion_are_options(option, seen):
         LoadScenario(
             data=f"humans: {humans}\n"
             "robot: {start: [0, 0, 0], goal: [9, 9, 0]}\n"
-            f"planner: {{name: watching, sees: {{type: visible, {option}}}}}\n"
+            f"planner: {{type: watching, sees: {{type: visible, {option}}}}}\n"
             "simulation: {duration: 0.05}\n"
         )
     )

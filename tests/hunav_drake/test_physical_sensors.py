@@ -25,7 +25,7 @@ STEPS = 120
 def collision(noise=0.03) -> Scenario:
     """Somebody runs into the robot, which sees it by a noisy lidar."""
     return Scenario(
-        robot={"model": "pmb2", "start": (0, 0, 0.1), "goal": (6, 0, 0)},
+        robot={"type": "pmb2", "start": (0, 0, 0.1), "goal": (6, 0, 0)},
         humans=[
             HumanConfig(
                 pose=(2.2, 0.05, 3.1), goals=[(-4, 0)], desired_speed=1.3
@@ -34,7 +34,7 @@ def collision(noise=0.03) -> Scenario:
         ],
         crowd=CrowdConfig(robot_gap=0.0),
         world=World(
-            walls=[{"shape": "box", "center": [2, 2.2], "size": [9, 0.2]}]
+            walls=[{"type": "box", "center": [2, 2.2], "size": [9, 0.2]}]
         ),
         sensors=[
             LidarConfig(num_rays=180, noise=noise, period=0.1),

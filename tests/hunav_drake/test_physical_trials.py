@@ -34,7 +34,7 @@ STEP = 0.05
 def collision_course(model="pmb2", **simulation) -> Scenario:
     """Somebody who runs into the robot, and others around it."""
     return Scenario(
-        robot={"model": model, "goal": (6, 0, 0), "start": (0, 0, 0.1)},
+        robot={"type": model, "goal": (6, 0, 0), "start": (0, 0, 0.1)},
         humans=[
             HumanConfig(
                 pose=(2.2, 0.05, 3.1), goals=[(-4, 0)], desired_speed=1.3
@@ -44,7 +44,7 @@ def collision_course(model="pmb2", **simulation) -> Scenario:
         ],
         crowd=CrowdConfig(robot_gap=0.0),
         world=World(
-            walls=[{"shape": "box", "center": [2, 2.2], "size": [9, 0.2]}]
+            walls=[{"type": "box", "center": [2, 2.2], "size": [9, 0.2]}]
         ),
         simulation=SimulationConfig(duration=6.0, stuck_time=60, **simulation),
     )
@@ -219,7 +219,7 @@ def test_recordings_without_contacts_are_read(result, tmp_path):
 
 
 def test_crowds_give_way_by_the_robot_of_the_trial():
-    text = "robot: {model: pmb2}\nhumans: [{pose: [3, 0, 0]}]\n"
+    text = "robot: {type: pmb2}\nhumans: [{pose: [3, 0, 0]}]\n"
     assert LoadScenario(data=text).crowd.robots_stop is None
     chosen = LoadScenario(data=f"{text}crowd: {{robots_stop: false}}\n")
     assert chosen.crowd.robots_stop is False
@@ -229,7 +229,7 @@ def test_crowds_give_way_by_the_robot_of_the_trial():
 @pytest.mark.parametrize("model", ["pmb2", "urdf"])
 def test_people_who_come_and_go_have_no_bodies_and_are_refused(model):
     """In one line, before anything runs."""
-    overrides = [f"robot.model={model}"]
+    overrides = [f"robot.type={model}"]
     if model == "urdf":
         drive = "{type: omnidirectional}"
         overrides += ["robot.file=a.urdf", "robot.base=b"]
@@ -244,7 +244,7 @@ def test_people_who_come_and_go_have_no_bodies_and_are_refused(model):
 
 def test_people_of_cohorts_who_leave_for_good_are_refused_too():
     text = """
-    robot: {model: pmb2, start: [-5, 0, 0]}
+    robot: {type: pmb2, start: [-5, 0, 0]}
     population:
       cohorts:
         - {number: 2, start: [{rectangle: [0, 0, 3, 3]}], sinks: {out: 1}}
@@ -259,7 +259,7 @@ def test_people_of_cohorts_who_leave_for_good_are_refused_too():
 @pytest.mark.filterwarnings("ignore:.*robot.radius")
 def test_any_number_of_walls_stands_on_the_floor():
     """Half spaces crash Drake beside some 50 boxes."""
-    overrides = ["robot.model=pmb2", "simulation.duration=1.0"]
+    overrides = ["robot.type=pmb2", "simulation.duration=1.0"]
     scenario = LoadScenario(filename="office", overrides=overrides)
     diagram = MakeTrialDiagram(scenario)
     simulator = MakeTrialSimulator(diagram)
@@ -277,7 +277,7 @@ def test_any_number_of_walls_stands_on_the_floor():
 
 
 def test_there_is_a_floor_where_the_robot_starts():
-    robot = {"model": "pmb2", "start": (9e4, -9e4, 0), "goal": (9e4, -8e4, 0)}
+    robot = {"type": "pmb2", "start": (9e4, -9e4, 0), "goal": (9e4, -8e4, 0)}
     simulation = SimulationConfig(duration=1.0)
     diagram = MakeTrialDiagram(Scenario(robot=robot, simulation=simulation))
     simulator = Simulator(diagram)
@@ -299,7 +299,7 @@ def test_every_robot_of_ones_own_runs_in_worlds(model, tmp_path):
     text, base, drive = MODELS[model]
     file = tmp_path / model
     file.write_text(text)
-    robot = {"model": "urdf", "file": str(file), "base": base}
+    robot = {"type": "urdf", "file": str(file), "base": base}
     robot |= {"drive": drive, "radius": 0.3}
     overrides = [f"robot.{key}={json.dumps(it)}" for key, it in robot.items()]
     overrides.append("simulation.duration=5.0")

@@ -48,7 +48,7 @@ def run(
             evaluator: {{period: {step}}}
             """,
         overrides=[
-            f"planner={{name: {name}, period: {period}"
+            f"planner={{type: {name}, period: {period}"
             + (", batch_size: 200}" if name == "mppi" else "}")
         ],
     )

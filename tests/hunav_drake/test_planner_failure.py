@@ -182,7 +182,7 @@ def test_a_scenario_names_a_class_by_its_place(in_folder, monkeypatch):
     folder = in_folder("by_place", 99)
     monkeypatch.syspath_prepend(folder)
     scenario = LoadScenario(
-        data="planner: {name: 'by_place:Mine', speed: 0.9}\n"
+        data="planner: {type: 'by_place:Mine', speed: 0.9}\n"
         "robot: {goal: [3, 0, 0]}\n"
     )
     result = RunTrial(scenario)

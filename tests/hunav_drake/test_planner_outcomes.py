@@ -30,7 +30,7 @@ def load(text, name, parameters=""):
 ENCLOSED = """
 world:
   walls:
-    - {shape: polyline, points: [[2, -1], [4, -1], [4, 1], [2, 1], [2, -1]]}
+    - {type: polyline, points: [[2, -1], [4, -1], [4, 1], [2, 1], [2, -1]]}
 robot: {goal: [3, 0, 0]}
 simulation: {duration: 30, stuck_time: 3}
 """
@@ -54,7 +54,7 @@ def test_a_goal_that_no_way_leads_to(name):
 COVERED = """
 world:
   walls:
-    - {shape: polyline, points: [[-2, -3], [8, -3], [8, 3], [-2, 3], [-2, -3]]}
+    - {type: polyline, points: [[-2, -3], [8, -3], [8, 3], [-2, 3], [-2, -3]]}
 humans: [{pose: [4, 0, 0], behavior: impassive, desired_speed: 0.0}]
 robot: {goal: [4, 0, 0], radius: 0.25}
 simulation: {duration: 40, stuck_time: 11}
@@ -79,7 +79,7 @@ def test_people_who_cover_the_goal(name):
 def test_a_start_or_goal_in_a_wall_is_told_before_anything_runs(name, place):
     other = {"start": "goal", "goal": "start"}[place]
     text = f"""
-world: {{walls: [{{shape: box, center: [3, 0], size: [2, 2]}}]}}
+world: {{walls: [{{type: box, center: [3, 0], size: [2, 2]}}]}}
 robot: {{{place}: [3, 0.2, 0], {other}: [0, 0, 0]}}
 """
     words = rf"robot.{place}: .* world.walls\[0\].*; move it "
@@ -120,7 +120,7 @@ def test_a_planner_with_maps_that_breaks_ends_the_trial(how):
             return breaks() if view.robot[0] < 7.3 else Control(0.5, 0.0)
 
     scenario = LoadScenario(
-        filename="passing", overrides=["planner={name: mine, cycle_limit: 0.5}"]
+        filename="passing", overrides=["planner={type: mine, cycle_limit: 0.5}"]
     )
     result = RunTrial(scenario)
     assert result.end_reason == "planner_failed"

@@ -18,7 +18,7 @@ def load(name, planner, *overrides):
     return LoadScenario(
         filename=f"scenarios/{name}.yaml",
         overrides=[
-            *(f"planner.name={planner}", "crowd.profile=default"),
+            *(f"planner.type={planner}", "crowd.profile=default"),
             *overrides,
         ],
     )
@@ -48,7 +48,7 @@ def test_reaches_the_goal_for_nearly_all_seeds(name, planner):
 def test_reaches_the_goal_in_buildings(name, planner):
     """One seed of what `hunav bench planners` measures."""
     scenario = LoadScenario(
-        filename=name, overrides=[f"planner.name={planner}"]
+        filename=name, overrides=[f"planner.type={planner}"]
     )
     result = RunTrial(scenario)
     assert result.end_reason == "goal", result.end_message
@@ -65,8 +65,8 @@ def test_sfw_does_not_stay_between_walls():
         data="""
             world:
               walls:
-                - {shape: box, center: [0, 2.0], size: [0.2, 3.0]}
-                - {shape: box, center: [0, -2.0], size: [0.2, 3.0]}
+                - {type: box, center: [0, 2.0], size: [0.2, 3.0]}
+                - {type: box, center: [0, -2.0], size: [0.2, 3.0]}
             robot: {start: [0, 0, 0], goal: [4, 0, 0]}
             simulation: {duration: 30}
             """,
@@ -95,7 +95,7 @@ def test_a_trial_tells_why_its_planner_gave_up():
         data="""
             world:
               walls:
-                - shape: polyline
+                - type: polyline
                   points: [[2, -1], [4, -1], [4, 1], [2, 1], [2, -1]]
             robot: {goal: [3, 0, 0]}
             planner: dwb

@@ -16,8 +16,8 @@ PEOPLE = 10
 ROOM = f"""
 world:
   walls:
-    - {{shape: box, center: [0, 8.1], size: [24, 0.2]}}
-    - {{shape: box, center: [0, -8.1], size: [24, 0.2]}}
+    - {{type: box, center: [0, 8.1], size: [24, 0.2]}}
+    - {{type: box, center: [0, -8.1], size: [24, 0.2]}}
 population:
   cohorts:
     - name: guest

@@ -273,7 +273,7 @@ def test_a_robot_before_a_wall_is_stuck(passing):
         world={
             "walls": [
                 *passing.world.walls,
-                {"shape": "box", "center": [4.0, 0.0], "size": [0.2, 4.0]},
+                {"type": "box", "center": [4.0, 0.0], "size": [0.2, 4.0]},
             ]
         },
         simulation={"stuck_time": 5.0},

@@ -14,12 +14,12 @@ from hunav_drake.trial.end import explain_end
 HALL = """
 world:
   walls:
-    - {shape: box, name: block, center: [5, 9.5], size: [0.2, 17.2]}
-    - {shape: box, name: low, center: [5, -9.5], size: [0.2, 18.2]}
-    - {shape: box, name: west, center: [-9, 0], size: [0.2, 36.6]}
-    - {shape: box, name: east, center: [19, 0], size: [0.2, 36.6]}
-    - {shape: box, name: north, center: [5, 18.2], size: [28, 0.2]}
-    - {shape: box, name: south, center: [5, -18.7], size: [28, 0.2]}
+    - {type: box, name: block, center: [5, 9.5], size: [0.2, 17.2]}
+    - {type: box, name: low, center: [5, -9.5], size: [0.2, 18.2]}
+    - {type: box, name: west, center: [-9, 0], size: [0.2, 36.6]}
+    - {type: box, name: east, center: [19, 0], size: [0.2, 36.6]}
+    - {type: box, name: north, center: [5, 18.2], size: [28, 0.2]}
+    - {type: box, name: south, center: [5, -18.7], size: [28, 0.2]}
 robot: {radius: 0.3, start: [0, 0, 0], goal: [4, 0, 0], goal_tolerance: 0.2}
 """
 # The door becomes 0.4 m wide.
@@ -162,10 +162,10 @@ def test_a_robot_that_stops_before_a_pillar_says_the_pillar(
     data = f"""
 world:
   walls:
-    - {{shape: box, name: pillar, center: [3, 0], size: {size}}}
-    - {{shape: box, center: [3, 1], size: [12, 0.1]}}
-    - {{shape: box, center: [3, -1], size: [12, 0.1]}}
-planner: {{name: {planner}}}
+    - {{type: box, name: pillar, center: [3, 0], size: {size}}}
+    - {{type: box, center: [3, 1], size: [12, 0.1]}}
+    - {{type: box, center: [3, -1], size: [12, 0.1]}}
+planner: {{type: {planner}}}
 simulation: {{stuck_time: 5}}
 robot: {{radius: 0.25, start: [0, 0, 0], goal: [6, 0, 0]}}
 """

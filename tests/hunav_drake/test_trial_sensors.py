@@ -178,7 +178,7 @@ class Careful(Planner):
 
 
 WALL_AHEAD = """
-world: {walls: [{shape: box, center: [4, 0], size: [0.2, 4]}]}
+world: {walls: [{type: box, center: [4, 0], size: [0.2, 4]}]}
 robot: {goal: [8, 0, 0], start: [0, 0, 0]}
 simulation: {duration: 12}
 """

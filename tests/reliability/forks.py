@@ -34,7 +34,7 @@ def load_trial(
     """Returns a shipped scenario with other parts; None if that is refused."""
     changes = [
         planner_override(planner),
-        f"robot.model={robot}",
+        f"robot.type={robot}",
         f"simulation.duration={duration}",
     ]
     try:

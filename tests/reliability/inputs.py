@@ -55,7 +55,7 @@ _TREES = Path(behavior.__file__).parent / "trees"
 _SUITE = {
     "name": "small",
     "scenarios": ["free_run"],
-    "planners": ["pursuit", {"name": "dwb", "label": "other"}],
+    "planners": ["pursuit", {"type": "dwb", "label": "other"}],
     "overrides": ["simulation.duration=0.2"],
     "settings": {"a": ["robot.radius=0.3"]},
     "seeds": 1,
@@ -156,7 +156,7 @@ def robot(rng: np.random.Generator, folder: Path) -> list[Step]:
     text, base, drive = pick(rng, _ROBOTS)
     change = pick(rng, (mutate_text, mutate_lines))
     (folder / "robot.urdf").write_text(change(rng, text), errors="replace")
-    model = {"model": "urdf", "file": "robot.urdf", "base": base}
+    model = {"type": "urdf", "file": "robot.urdf", "base": base}
     data = {"robot": {**model, "drive": drive, "goal": [3.0, 0.0, 0.0]}}
     return _check_and_run(_write_yaml(folder / "scenario.yaml", data))
 

@@ -39,7 +39,7 @@ _ROOM = {
         {"name": "b", "pose": [-1, 0, 0], "goals": [[-3, 0]], "group_id": 1},
     ],
     "world": {
-        "walls": [{"shape": "box", "center": [-4.5, 0], "size": [0.2, 9]}]
+        "walls": [{"type": "box", "center": [-4.5, 0], "size": [0.2, 9]}]
     },
 }
 

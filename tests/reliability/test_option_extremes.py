@@ -37,7 +37,7 @@ def test_all_numbers_of_the_schema_are_tried():
     ],
 )
 def test_what_would_hang_is_refused(place, value):
-    data = {"planner": {"name": place[8:11], place[13:]: value}}
+    data = {"planner": {"type": place[8:11], place[13:]: value}}
     with pytest.raises(ScenarioError, match=r"must be in [\[(]0"):
         LoadScenario(data=json.dumps(data))
 

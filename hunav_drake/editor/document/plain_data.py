@@ -8,9 +8,10 @@ from collections.abc import Iterator, Sequence
 import math
 from typing import Any
 
-from hunav_drake.scenario.building import registry_at
+from hunav_drake.scenario.building import hint_at, kind_of
 from hunav_drake.scenario.error import Loc, path_text, shown
 from hunav_drake.scenario.yaml_source import MAX_DEPTH, MAX_NODES
+from hunav_drake.systems.common.old_words import TAG
 
 # A change of data: the path of a part, and what is there now.
 Change = tuple[Loc, Any]
@@ -240,10 +241,6 @@ def _as_mapping(data: Any, loc: Loc) -> Any:
     """Returns a mapping for what is missing, or for the name of a choice."""
     if data is None:
         return {}
-    if isinstance(data, str):
-        if loc and loc[-1] == "behavior":
-            return {"tree": data}
-        registry = registry_at(loc)
-        if registry is not None:
-            return {registry.tag: data}
+    if isinstance(data, str) and kind_of(hint_at(loc)):
+        return {TAG: data}
     return data

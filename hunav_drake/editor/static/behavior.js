@@ -8,7 +8,7 @@ import { makePorts } from "./ports.js";
 /** Returns the tree of a person's behavior: a name, a path or XML. */
 function treeOf(person, defaults) {
   const it = person?.behavior ?? defaults?.behavior ?? "regular";
-  return typeof it === "string" ? it : String(it.tree ?? "");
+  return typeof it === "string" ? it : String(it.type ?? "");
 }
 
 /** Makes the panel of what people do about the robot. */

@@ -7,7 +7,7 @@ import { Target } from "./fields.js";
 import { makeField, objectBody } from "./parts.js";
 
 /** What of a person, a wall or the robot is asked for first. */
-const FIRST = ["name", "kind", "pose", "start", "goal", "center", "yaw", "size", "behavior", "desired_speed", "goals", "cyclic", "group_id", "radius", "points", "height", "file", "model", "round", "load", "goal_tolerance"];
+const FIRST = ["name", "pose", "start", "goal", "center", "yaw", "size", "behavior", "desired_speed", "goals", "cyclic", "group_id", "radius", "points", "height", "file", "round", "load", "goal_tolerance"];
 
 /** Returns the parts that forms are of: the person of a goal, the robot. */
 function ownersOf(paths) {

@@ -64,7 +64,7 @@ export function furnitureTool(store, map) {
       if (!kind) return null;
       palette.hidden = true;
       const name = newName(store, FURNITURE, kind.tag);
-      const value = { [kind.key]: kind.tag, name, center: place };
+      const value = { type: kind.tag, name, center: place };
       const { size = [0.5, 0.5], height = 1 } = defaultsOf(kind.schema);
       addParts(store, `Add ${name}`, [{ list: FURNITURE, value }], [boxOutline({ center: place, size, height }, kind.tag)]);
       return null;

@@ -44,7 +44,7 @@ function handlesOf(data, path, scale) {
   }
   const points = value?.points;
   if (Array.isArray(points) && points.length <= MOST_CORNERS && points.every(isPoint)) {
-    const closed = points.length > 2 && value.shape !== "polyline";
+    const closed = points.length > 2 && value.type !== "polyline";
     points.forEach(([x, y], i) => {
       handles.push({ name: `corner ${i}`, x, y, square: true });
       const next = points[i + 1] ?? (closed ? points[0] : null);

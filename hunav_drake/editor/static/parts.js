@@ -116,17 +116,16 @@ export function objectBody(target, root, node, path, body, { without = [], first
 
 function unionField(target, root, node, path) {
   const body = h("div", { class: "union-body" });
-  const { key } = node.members[0];
   const tags = () => [...new Set([...node.names, ...node.members.map((it) => it.tag)])];
   const select = h("select", {
-    "aria-label": words(path.at(-1) ?? key),
+    "aria-label": words(path.at(-1) ?? "type"),
     onchange() {
       const member = node.members.find((it) => it.tag === select.value);
       const { store, bases } = target;
       const ops = bases.map((base) => {
         const old = valueAt(store.data, [...base, ...path]);
-        const kept = Object.entries(old && typeof old === "object" ? old : {}).filter(([name]) => name !== key && member?.schema.properties?.[name]);
-        return setOp(store.data, [...base, ...path], { [key]: select.value, ...Object.fromEntries(kept) });
+        const kept = Object.entries(old && typeof old === "object" ? old : {}).filter(([name]) => name !== "type" && member?.schema.properties?.[name]);
+        return setOp(store.data, [...base, ...path], { type: select.value, ...Object.fromEntries(kept) });
       });
       store.edit(`Choose ${words(select.value)} for ${target.what()}`, ops);
     },
@@ -136,7 +135,7 @@ function unionField(target, root, node, path) {
   const build = () => {
     const { value } = target.value(path);
     const member = memberOf(node, value ?? node.fallback) ?? (value === undefined ? node.members[0] : null);
-    const tag = typeof value === "string" ? value : value?.[key] ?? member?.tag;
+    const tag = typeof value === "string" ? value : value?.type ?? member?.tag;
     const names = tags();
     select.replaceChildren(...(names.includes(tag) ? names : [tag ?? "", ...names]).map((it) => h("option", { value: it }, words(it ?? ""))));
     select.value = tag ?? "";
@@ -176,7 +175,7 @@ function listField(target, root, node, path) {
     const choice = kinds && h("select", { "aria-label": `Kind of ${words(path.at(-1))}` }, kinds.map((it) => h("option", { value: it.tag }, words(it.tag))));
     const add = button("plus", `Add to ${words(path.at(-1))}`, () => {
       const member = kinds?.find((it) => it.tag === choice.value);
-      const begin = member ? { [member.key]: member.tag, ...skeleton(root, describe(root, member.schema)) } : skeleton(root, item);
+      const begin = member ? { type: member.tag, ...skeleton(root, describe(root, member.schema)) } : skeleton(root, item);
       const { store, bases } = target;
       store.edit(`Add to ${words(path.at(-1))}`, bases.map((base) => {
         const list = valueAt(store.data, [...base, ...path]) ?? [];

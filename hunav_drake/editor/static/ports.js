@@ -5,7 +5,7 @@ import { Target, checkField, choiceField, numberField, textField } from "./field
 /**
  * The ports of a behavior tree, as a form. A behavior is written as a name
  * alone, `curious`, and once a port differs as a mapping,
- * `{tree: curious, distance: 6.0}`.
+ * `{type: curious, distance: 6.0}`.
  */
 
 /** People whose behaviors are set as if they always were mappings. */
@@ -18,14 +18,14 @@ class PortTarget extends Target {
   #ports(base) {
     const it = this.store.get([...base, "behavior"]);
     if (!it || typeof it !== "object") return {};
-    const { tree: _, ...ports } = it;
+    const { type: _, ...ports } = it;
     return ports;
   }
 
   #write(label, change) {
     const ops = this.bases.map((base) => {
       const ports = change({ ...this.#ports(base) });
-      const value = Object.keys(ports).length ? { tree: this.tree, ...ports } : this.tree;
+      const value = Object.keys(ports).length ? { type: this.tree, ...ports } : this.tree;
       return setOp(this.store.data, [...base, "behavior"], value);
     });
     this.store.edit(label, ops);

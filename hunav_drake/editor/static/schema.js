@@ -19,7 +19,7 @@ function resolved(root, node) {
 const isNull = (it) => it.type === "null";
 const isOwn = (it) => it.pattern === "^[^:]+:[^:]+$" || Object.values(it.properties ?? {}).some((p) => p?.pattern === "^[^:]+:[^:]+$");
 
-/** Returns the members of a tagged union: [{tag, key, schema}]. */
+/** Returns the members of a union, which their `type` tells apart. */
 function unionOf(root, options) {
   const members = [];
   const names = [];
@@ -27,8 +27,8 @@ function unionOf(root, options) {
     const it = resolved(root, option);
     if (isOwn(it)) continue;
     if (it.enum) names.push(...it.enum);
-    const found = Object.entries(it.properties ?? {}).find(([, p]) => p?.const !== undefined);
-    if (found) members.push({ key: found[0], tag: found[1].const, schema: it });
+    const tag = it.properties?.type?.const;
+    if (tag !== undefined) members.push({ tag, schema: it });
   }
   return { members, names };
 }
@@ -67,7 +67,7 @@ export function describe(root, schema) {
     const union = unionOf(root, it.oneOf);
     if (union.members.length) return { ...node, kind: "union", ...union };
     if (union.names.length) return { ...node, kind: "enum", values: union.names };
-    const object = it.oneOf.map((option) => resolved(root, option)).find((option) => option.properties?.tree);
+    const object = it.oneOf.map((option) => resolved(root, option)).find((option) => option.properties?.type);
     return { ...node, kind: object ? "behavior" : "any" };
   }
   if (it.enum) return { ...node, kind: "enum", values: it.enum };
@@ -92,9 +92,9 @@ export function describe(root, schema) {
 
 /** Returns the member of a union that a value is, or null. */
 export function memberOf(node, value) {
-  const name = typeof value === "string" ? value : value?.[node.members[0]?.key];
+  const name = typeof value === "string" ? value : value?.type;
   const isUnnamed = name === undefined && value && typeof value === "object";
-  const is = ({ key, tag, schema }) => (isUnnamed ? !schema.required?.includes(key) : tag === name);
+  const is = ({ tag, schema }) => (isUnnamed ? !schema.required?.includes("type") : tag === name);
   return node.members.find(is) ?? null;
 }
 
@@ -131,8 +131,8 @@ export function defaultsOf(schema) {
 export function skeleton(root, node) {
   switch (node.kind) {
     case "union": {
-      const { key, tag, schema } = node.members[0];
-      return { [key]: tag, ...skeleton(root, { ...describe(root, schema), kind: "object" }) };
+      const { tag, schema } = node.members[0];
+      return { type: tag, ...skeleton(root, { ...describe(root, schema), kind: "object" }) };
     }
     case "object": {
       const result = {};

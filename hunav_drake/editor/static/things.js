@@ -38,7 +38,7 @@ export const personPath = (path) => (path[0] === HUMANS ? path.slice(0, 2) : nul
 /** Returns what a person's behavior tree is called. */
 export function behaviorOf(person, defaults) {
   const it = person.behavior ?? defaults?.behavior ?? "regular";
-  const name = typeof it === "string" ? it : String(it.tree ?? "");
+  const name = typeof it === "string" ? it : String(it.type ?? "");
   return name.startsWith("<") ? "own tree" : name.split("/").at(-1);
 }
 
@@ -60,7 +60,7 @@ export function nameOf(data, path) {
   const value = valueAt(data, path);
   if (path.length === 2 && path[0] === HUMANS) return value?.name || `human_${path[1] + 1}`;
   if (value && typeof value === "object" && !Array.isArray(value)) {
-    const kind = value.kind ?? value.shape ?? value.type ?? String(path.at(-2)).replace(/s$/, "");
+    const kind = value.type ?? String(path.at(-2)).replace(/s$/, "");
     return value.name || `${String(kind).replace("_", " ")} ${Number(path.at(-1)) + 1}`;
   }
   return path.filter((it) => typeof it === "string").join(" ") || "scenario";

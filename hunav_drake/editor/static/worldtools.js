@@ -42,7 +42,7 @@ function lineTool(store, map, face, { shape, least, closes }) {
       const had = points.length > 0;
       if (points.length >= least) {
         const called = newName(store, WALLS, face.name);
-        const value = { shape, name: called, points };
+        const value = { type: shape, name: called, points };
         addParts(store, `Add ${called}`, [{ list: WALLS, value }], [{ points, closed: closes, kind: shape, height: 2.5 }]);
       }
       this.leave();
@@ -68,7 +68,7 @@ function areaTool(store, map, face, partsFor) {
     const box = area(a, b);
     if (Math.min(...box.size) < 0.05) return;
     const [label, boxes] = partsFor(box);
-    const parts = boxes.map((value) => ({ list: WALLS, value: { shape: "box", ...value } }));
+    const parts = boxes.map((value) => ({ list: WALLS, value: { type: "box", ...value } }));
     addParts(store, label, parts, boxes.map((it) => boxOutline(it)));
     store.tools.choose("select");
   }
@@ -123,7 +123,7 @@ function withDoor(wall, place) {
   if (Array.isArray(wall.points)) {
     const { points } = wall;
     const { index } = segmentAt(points, place);
-    if (wall.shape !== "polyline" || index >= points.length) return null;
+    if (wall.type !== "polyline" || index >= points.length) return null;
     const [a, b] = [points[index - 1], points[index]];
     const length = Math.hypot(b[0] - a[0], b[1] - a[1]);
     if (length < DOOR + 0.2) return null;

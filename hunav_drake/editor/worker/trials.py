@@ -162,7 +162,7 @@ def load_scenario(message: dict[str, Any]) -> Scenario:
         data=message["text"],
         folder=message["folder"],
         scenario_name=message["name"],
-        overrides=[] if planner is None else {"planner.name": planner},
+        overrides=[] if planner is None else {"planner.type": planner},
     )
     filename = message["filename"]
     default = message["name"] or (Path(filename).stem if filename else "")

@@ -88,7 +88,7 @@ class Furniture(ABC):
         return result
 
 
-FURNITURE = Registry("kind of furniture", Furniture, tag="kind")
+FURNITURE = Registry("kind of furniture", Furniture)
 
 register_furniture = FURNITURE.register
 

@@ -139,7 +139,7 @@ def test_robots_and_trees_of_ones_own_count(tmp_path):
     mesh.write_text(MESH)
     tree.write_text(TREE)
     (tmp_path / "trial.yaml").write_text(
-        "robot: {model: urdf, file: cart.urdf, base: base, packages: {cart: .},"
+        "robot: {type: urdf, file: cart.urdf, base: base, packages: {cart: .},"
         " drive: {type: omnidirectional}}\n"
         "humans: [{pose: [3.0, 0.0, 0.0], behavior: mine.xml}]\n"
     )
@@ -174,7 +174,7 @@ def test_the_policy_of_a_planner_counts(tmp_path):
         policy.write_text(speed)
         scenario = LoadScenario(
             filename="crossing",
-            overrides=[f"planner={{name: learned, policy: {policy}}}"],
+            overrides=[f"planner={{type: learned, policy: {policy}}}"],
         )
         assert named_files(scenario) == [policy]
         hashes.append(files_sha256(scenario))
@@ -225,7 +225,7 @@ def test_a_robots_packages_count_by_what_is_used_of_them(tmp_path):
     (tmp_path / "hull.obj").write_text(MESH)
     (tmp_path / "notes.txt").write_text("")
     robot = (
-        f"robot={{model: urdf, file: {tmp_path}/cart.urdf, base: base,"
+        f"robot={{type: urdf, file: {tmp_path}/cart.urdf, base: base,"
         f" packages: {{cart: {tmp_path}}}, drive: {{type: omnidirectional}}}}"
     )
     scenario = LoadScenario(filename="crossing", overrides=[robot])

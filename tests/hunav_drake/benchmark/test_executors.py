@@ -20,7 +20,7 @@ from tests.hunav_drake.benchmark.suite_texts import texts_of
 SUITE = """
 name: small
 scenarios: [crossing, combined]
-planners: [pursuit, {name: pursuit, cruise_speed: 0.4, label: slow}]
+planners: [pursuit, {type: pursuit, cruise_speed: 0.4, label: slow}]
 overrides: [simulation.duration=1.0]
 seeds: 8
 relations:

@@ -30,7 +30,7 @@ overrides: [simulation.duration=1.0]
 seeds: 4
 """
 
-SLOW = {"name": "pursuit", "cruise_speed": 0.4, "label": "slow"}
+SLOW = {"type": "pursuit", "cruise_speed": 0.4, "label": "slow"}
 
 
 @pytest.fixture
@@ -384,7 +384,7 @@ def test_a_name_of_two_is_told_where_a_formula_has_it(
 ):
     def load(formula):
         relation = CROSSING | {"scenarios": scenarios, "holds": formula}
-        planners = [{"name": "dwb", "label": it} for it in labels]
+        planners = [{"type": "dwb", "label": it} for it in labels]
         data = {"scenarios": ["crossing"], "planners": planners}
         return LoadSuite(data=json.dumps(data | {"relations": [relation]}))
 

@@ -27,7 +27,7 @@ from tests.hunav_drake.benchmark.made_runs import make_cell, make_row
 SUITE = """
 name: small
 scenarios: [crossing]
-planners: [pursuit, {name: pursuit, cruise_speed: 0.4, label: slow}]
+planners: [pursuit, {type: pursuit, cruise_speed: 0.4, label: slow}]
 overrides: [simulation.duration=2.0]
 seeds: 4
 """
@@ -447,7 +447,7 @@ def test_a_suite_in_python_is_that_of_a_file(suite):
         scenarios=["crossing"],
         planners=[
             "pursuit",
-            {"name": "pursuit", "cruise_speed": 0.4, "label": "slow"},
+            {"type": "pursuit", "cruise_speed": 0.4, "label": "slow"},
         ],
         overrides=["simulation.duration=2.0"],
         seeds=4,

@@ -48,7 +48,7 @@ seeds: [4, 2, 9]
 repetitions: 2
 settings: {fixed: [], drawn: [simulation.start_jitter=0.1]}
 """
-BLOCKED = "world={walls: [{shape: box, center: [0.9, 0], size: [0.2, 6]}]}"
+BLOCKED = "world={walls: [{type: box, center: [0.9, 0], size: [0.2, 6]}]}"
 
 
 @pytest.fixture

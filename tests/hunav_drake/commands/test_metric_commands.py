@@ -99,7 +99,7 @@ def test_walls_may_be_given(hunav, tmp_path):
     world = tmp_path / "world.yaml"
     world.write_text(
         "robot: {start: [0, 0, 0], goal: [1, 0, 0]}\n"
-        "world: {walls: [{shape: polyline, points: [[-5, 1], [5, 1]]}]}\n"
+        "world: {walls: [{type: polyline, points: [[-5, 1], [5, 1]]}]}\n"
     )
 
     def run(*options):

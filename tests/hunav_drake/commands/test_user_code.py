@@ -138,7 +138,7 @@ def test_a_metric_of_ones_own_that_fails_is_a_warning(hunav, tmp_path):
     assert "simulation.py" not in err
 
 
-@pytest.mark.parametrize("change", ["planner.name=mine", "crowd.model=mine"])
+@pytest.mark.parametrize("change", ["planner.type=mine", "crowd.model=mine"])
 def test_what_is_unknown_may_be_imported(hunav, change):
     code, _, err = hunav("check", "passing", "--set", change)
     assert code == 2

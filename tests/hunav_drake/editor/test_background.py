@@ -119,12 +119,12 @@ def test_walls_are_added_to_those_there_are(view, files):
         [
             "set",
             ["world", "walls"],
-            [{"shape": "box", "center": [9, 9], "size": [1, 1]}],
+            [{"type": "box", "center": [9, 9], "size": [1, 1]}],
         ]
     )
     view.ask("background", files=files)
     view.ask("trace")
-    shapes = [wall["shape"] for wall in view.data["world"]["walls"]]
+    shapes = [wall["type"] for wall in view.data["world"]["walls"]]
     assert shapes == ["box", "polygon"]
 
 

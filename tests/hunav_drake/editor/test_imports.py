@@ -122,11 +122,11 @@ def test_people_are_added_beside_names_that_are_none(view, wrong):
 
 def test_scenarios_are_added(view):
     other = "humans: [{name: ana, pose: [8, 8, 0]}]\nworld:\n  furniture:\n"
-    other += "    - {kind: table, center: [9, 9]}\n"
+    other += "    - {type: table, center: [9, 9]}\n"
     view.ask("import", kind="scenario", mode="add", name="o.yaml", text=other)
     assert len(view.data["humans"]) == 3
     assert view.data["world"]["furniture"] == [
-        {"kind": "table", "center": [9, 9]}
+        {"type": "table", "center": [9, 9]}
     ]
     assert len(view.data["world"]["walls"]) == 1
 

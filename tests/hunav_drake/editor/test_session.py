@@ -21,7 +21,7 @@ TEXT = """\
 # Two people.
 world:
   walls:
-    - {shape: box, name: block, center: [5, 0], size: [2, 2]}  # the block
+    - {type: box, name: block, center: [5, 0], size: [2, 2]}  # the block
 humans:
   - name: ana   # first
     pose: [1.0, 2.0, 0.0]
@@ -105,7 +105,7 @@ def test_a_session_needs_no_drake_and_no_compiler():
         "session.subscribe(lambda message: None)\n"
         "session.receive({'do': 'hello'})\n"
         "session.receive({'do': 'edit', 'base': 0, 'ops':\n"
-        "    [['set', ['planner'], {'name': 'dwb', 'period': 0.1}]]})\n"
+        "    [['set', ['planner'], {'type': 'dwb', 'period': 0.1}]]})\n"
         "session.receive({'do': 'template', 'name': 'office'})\n"
         "assert session.data['humans'], session.data\n"
         "print([it for it in ('pydrake', 'numba', 'scipy', 'pandas',"
@@ -142,7 +142,7 @@ def test_hello_gets_all(view):
     assert [["humans", 0, "goals", 0], 9, 9] in text["places"]
     assert catalog["schema"]["$defs"]["HumanConfig"]
     assert catalog["defaults"]["simulation"]["time_step"] == 0.05
-    assert catalog["defaults"]["planner"]["name"] == "pursuit"
+    assert catalog["defaults"]["planner"]["type"] == "pursuit"
     assert "cafe" in catalog["examples"]
 
 
@@ -257,7 +257,7 @@ def test_a_template_is_that_of_hunav_new_and_has_no_faults(name):
         (["humans", 0, "max_speed"], 0.5, 1.2),
         (["planner"], {"period": 0.07}, 0.05),
         (["humans", 1, "pose"], [1.0, 2.0, 3], [1.7, 2.0, 3]),
-        (["world", "walls", 0, "shape"], "bux", "box"),
+        (["world", "walls", 0, "type"], "bux", "box"),
     ],
 )
 def test_fixes_of_values(view, path, value, fixed):
@@ -310,9 +310,9 @@ def test_no_code_of_a_scenario_is_run(tmp_path, monkeypatch):
     module.write_text("raise SystemExit('it ran')")
     monkeypatch.syspath_prepend(tmp_path)
     view = View(EditSession(TEXT))
-    for path in (["robot", "model"], ["planner"], ["world", "walls", 0]):
+    for path in (["robot", "type"], ["planner"], ["world", "walls", 0]):
         name = "evil_planner:Planner"
-        value = {"shape": name} if path[0] == "world" else name
+        value = {"type": name} if path[0] == "world" else name
         view.edit(["set", path, value])
     assert "evil_planner" not in sys.modules
     with pytest.raises(ScenarioError, match="runs none here"):
@@ -442,7 +442,7 @@ def _big():
     lines = ["world:", "  walls:"]
     for x, y in cells:
         points = [[x, y], [x + 0.8, y], [x + 0.8, y + 0.8], [x, y + 0.8]]
-        lines += ["    - shape: polygon", f"      points: {points}"]
+        lines += ["    - type: polygon", f"      points: {points}"]
     lines += ["humans:"]
     for i in range(100):
         x, y = cells[5 * i]

@@ -23,14 +23,14 @@ description: >-
 world:
     walls:
     # the north
-    - shape: box     # a box
+    - type: box     # a box
       center: [ 1, 2.50 ]
       size: [3.0,0.2]
 
     # the south
-    - {shape: box, center: [1, -2],  size: [3, .2]}  # short
+    - {type: box, center: [1, -2],  size: [3, .2]}  # short
     -
-      shape: polyline
+      type: polyline
       points: [[0, 0],
                [1, 1],   # a corner
                [2, 0]]
@@ -44,7 +44,7 @@ humans:
       # first
       - [5, 6.0]
       - [ 7,8 ]   # last
-    behavior: {tree: curious, distance: 6.0}
+    behavior: {type: curious, distance: 6.0}
     # (no more of ana)
 
   # Ben stands.
@@ -210,8 +210,8 @@ def _lines_gone(old, new):
         ),
         (
             ("set", ("humans", 0, "behavior", "duration"), 3),
-            ["    behavior: {tree: curious, distance: 6.0}"],
-            ["    behavior: {tree: curious, distance: 6.0, duration: 3}"],
+            ["    behavior: {type: curious, distance: 6.0}"],
+            ["    behavior: {type: curious, distance: 6.0, duration: 3}"],
         ),
         (("set", ("humans", 1, "max_speed"), 1.5), [], ["    max_speed: 1.5"]),
         (
@@ -220,15 +220,15 @@ def _lines_gone(old, new):
             [],
         ),
         (
-            ("insert", ("world", "walls", 2), {"shape": "box"}),
+            ("insert", ("world", "walls", 2), {"type": "box"}),
             [],
-            ["    - {shape: box}"],
+            ["    - {type: box}"],
         ),
         (
             ("remove", ("world", "walls", 1)),
             [
                 "    # the south",
-                "    - {shape: box, center: [1, -2],  size: [3, .2]}  # short",
+                "    - {type: box, center: [1, -2],  size: [3, .2]}  # short",
             ],
             [],
         ),
@@ -238,9 +238,9 @@ def _lines_gone(old, new):
             ["  - name: eva", "    goals:", "      - [1, 2]"],
         ),
         (
-            ("set", ("planner",), {"name": "dwb", "period": 0.1}),
+            ("set", ("planner",), {"type": "dwb", "period": 0.1}),
             ["planner: pursuit"],
-            ["planner:", "  name: dwb", "  period: 0.1"],
+            ["planner:", "  type: dwb", "  period: 0.1"],
         ),
         (("set", ("empty",), 1), ["empty:"], ["empty: 1"]),
         (("set", ("simulation", "seed"), 4), [], ["simulation:", "  seed: 4"]),

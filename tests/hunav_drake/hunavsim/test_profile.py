@@ -230,7 +230,7 @@ def test_the_profile_has_a_row_for_every_field():
     # HuNavSim tell it, instead of what is so, is not of HuNavSim.)
     others = {"error_bound", "measured_velocities", "robot_obstacle_radius"}
     fields = {field.name for field in dc.fields(SocialForceModel)}
-    assert fields - others == set(table["model"]) - {"name"}
+    assert fields - others == set(table["model"]) - {"type"}
 
 
 TEXT = """
@@ -361,7 +361,7 @@ def test_who_could_react_walks_with_a_step_of_six_decimals():
 
 
 def test_behaviors_are_the_ones_of_the_profile():
-    ours = {"tree": "scared", "track": True}
+    ours = {"type": "scared", "track": True}
     scenario = Scenario(
         humans=[HumanConfig(pose=[0, 0, 0], behavior=ours)],
         crowd=CrowdConfig(profile="hunavsim"),

@@ -17,7 +17,7 @@ LONG = ("a_contender_of_a_rather_long_name_" * 2)[:64]
 SUITE = f"""
 name: small
 scenarios: [crossing, combined]
-planners: [pursuit, {{name: pursuit, cruise_speed: 0.4, label: {LONG}}}]
+planners: [pursuit, {{type: pursuit, cruise_speed: 0.4, label: {LONG}}}]
 overrides: [simulation.duration=1.0]
 seeds: 2
 relations:

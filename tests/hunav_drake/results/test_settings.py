@@ -47,7 +47,7 @@ def test_a_setting_is_what_was_changed_in_any_order():
     assert setting_text([a, b]) == setting_text([b, a]) == told
     # The last one counts, and other columns tell planner and seed.
     assert setting_text(["x=1", "x=2"]) == "x=2"
-    assert setting_text(["planner.name=dwb", "simulation.seed=3"]) == ""
+    assert setting_text(["planner.type=dwb", "simulation.seed=3"]) == ""
     assert setting_text([]) == ""
 
 

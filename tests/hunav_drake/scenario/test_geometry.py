@@ -27,7 +27,7 @@ WALLS = st.one_of(
     st.builds(Polyline, points=st.lists(POINTS, min_size=2, max_size=5)),
 )
 FURNITURE_PARTS = st.builds(
-    lambda kind, center: FURNITURE.make({"kind": kind, "center": center}),
+    lambda kind, center: FURNITURE.make({"type": kind, "center": center}),
     st.sampled_from(sorted(FURNITURE)),
     POINTS,
 )
@@ -159,7 +159,7 @@ def test_worlds_without_walls_take_no_place(count):
 
 def far_walls(planner: str, half: float = 100.0, goal: float = 3.0) -> str:
     """A world of 200 m, as a map of 4000 x 4000 cells of 5 cm may give."""
-    box = "{{shape: box, center: [{0}, {0}], size: [1, 1]}}"
+    box = "{{type: box, center: [{0}, {0}], size: [1, 1]}}"
     walls = ", ".join(map(box.format, (-half, half)))
     return (
         f"world: {{walls: [{walls}]}}\nrobot: {{goal: [{goal}, 0, 0]}}\n"
@@ -182,7 +182,7 @@ def test_maps_of_a_planner_that_are_too_large_are_told(
     (fault,) = info.value.faults
     assert fault.path == f"planner.{key}.resolution"
     least = re.search(r"a coarser one, (\S+) m at least", fault.message)[1]
-    settings = f"{{name: {planner}, {key}: {{resolution: {least}}}}}"
+    settings = f"{{type: {planner}, {key}: {{resolution: {least}}}}}"
     assert LoadScenario(data=far_walls(settings, half, goal))
 
 

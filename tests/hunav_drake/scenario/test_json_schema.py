@@ -36,7 +36,7 @@ def test_a_saved_scenario_fits(dut, name):
     dut.validate(yaml.safe_load(saved))
 
 
-WALL = "shape: box, center: [5, 5], size: [1, 1]"
+WALL = "type: box, center: [5, 5], size: [1, 1]"
 PERSON = "pose: [5, 5, 0]"
 COHORT = "number: 3, start: [{rectangle: [0, 0, 9, 9]}]"
 
@@ -45,18 +45,18 @@ COHORT = "number: 3, start: [{rectangle: [0, 0, 9, 9]}]"
     ("right", "wrong"),
     [
         ("planner: pursuit", "planner: persuit"),
-        ("planner: {name: pursuit}", "planner: {name: persuit}"),
+        ("planner: {type: pursuit}", "planner: {type: persuit}"),
         ("planner: {cruise_speed: 1}", "planner: {cruise_sped: 1}"),
         ("planner: {cruise_speed: 1}", "planner: {cruise_speed: -1}"),
         ("planner: {period: 0.1}", "planner: {period: 0}"),
         ("crowd: {model: orca}", "crowd: {model: orka}"),
         (
-            "crowd: {model: {name: orca, time_horizon: 2}}",
+            "crowd: {model: {type: orca, time_horizon: 2}}",
             "crowd: {model: {time_horizon: 2}}",
         ),
         ("crowd: {model: {kernel: numpy}}", "crowd: {model: {kernel: gpu}}"),
         ("robot: {radius: 0.3}", "robot: {radius: 6}"),
-        ("robot: differential_drive", "robot: {model: tank}"),
+        ("robot: differential_drive", "robot: {type: tank}"),
         (
             f"world: {{walls: [{{{WALL}}}]}}",
             "world: {walls: [{center: [5, 5], size: [1, 1]}]}",
@@ -73,7 +73,7 @@ COHORT = "number: 3, start: [{rectangle: [0, 0, 9, 9]}]"
         ),
         (f"humans: [{{{PERSON}}}]", "humans: [{pose: [5, 5]}]"),
         (
-            f"humans: [{{{PERSON}, behavior: {{tree: curious, duration: 3}}}}]",
+            f"humans: [{{{PERSON}, behavior: {{type: curious, duration: 3}}}}]",
             f"humans: [{{{PERSON}, behavior: {{duration: 3}}}}]",
         ),
         ("simulation: {seed: 1}", "simulation: {sed: 1}"),
@@ -97,7 +97,7 @@ def test_fields_are_described(schema):
         for form in schema["properties"]["robot"]["oneOf"]
     ]
     fields = next(form for form in forms if "properties" in form)["properties"]
-    assert fields["model"] == {"const": "differential_drive"}
+    assert fields["type"] == {"const": "differential_drive"}
     assert fields["goal"]["description"] == (
         "The pose (x, y, yaw) to reach, in W, in meters and radians; without"
         " one the robot stays where it is."
@@ -126,7 +126,7 @@ def test_the_command_writes_it_with_what_users_add(
     schema = json.loads(capsys.readouterr().out)
     assert json.loads(file.read_text()) == schema
     jsonschema.validate(
-        {"planner": {"name": "of my own", "boldness": 2}}, schema
+        {"planner": {"type": "of my own", "boldness": 2}}, schema
     )
     # Without --force, nothing is written over.
     assert cli.main(["schema", "-o", str(file)]) == 2

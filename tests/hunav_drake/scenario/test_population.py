@@ -18,7 +18,7 @@ from tests.hunav_drake.scenario.loading_failure import failure
 
 TEXT = """\
 name: hall
-world: {walls: [{shape: box, center: [5, 5], size: [2, 2]}]}
+world: {walls: [{type: box, center: [5, 5], size: [2, 2]}]}
 robot: {start: [0, 0, 0], goal: [9, 0, 0]}
 simulation: {duration: 1.0, start_jitter: 0.05}
 humans:

@@ -17,7 +17,7 @@ SOURCE = (
 )
 FEEL = "humans=[{pose: [2, 0.3, 3], goals: [[-4, 0]], forces_mode: %s}]"
 NOISY = "sensors=[{type: lidar, num_rays: 60, noise: 0.2}]"
-BY_LIDAR = "planner={name: sfm, sees: lidar}"
+BY_LIDAR = "planner={type: sfm, sees: lidar}"
 BARE = "robot: {goal: [6, 0, 0]}\n"
 
 
@@ -71,7 +71,7 @@ def test_seeds_of_shipped_scenarios_differ_where_something_is_drawn(name):
 )
 def test_what_is_drawn_differs_and_nothing_else(changes, drawn):
     short = ["simulation.duration=3.0", "planner=pursuit"]
-    walls = "world={walls: [{shape: box, center: [3, -1], size: [2, 1]}]}"
+    walls = "world={walls: [{type: box, center: [3, -1], size: [2, 1]}]}"
     scenario = LoadScenario(data=BARE, overrides=[*short, walls, *changes])
     assert drawn_by_seed(scenario) == drawn
     assert_told_truly(scenario)

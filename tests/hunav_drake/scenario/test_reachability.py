@@ -16,12 +16,12 @@ from hunav_drake.systems.world.shapes import Box, World
 ROOMS = """
 world:
   walls:
-    - {{shape: box, name: south, center: [6, -0.1], size: [12.4, 0.2]}}
-    - {{shape: box, name: north, center: [6, 6.1], size: [12.4, 0.2]}}
-    - {{shape: box, name: west, center: [-0.1, 3], size: [0.2, 6.4]}}
-    - {{shape: box, name: east, center: [12.1, 3], size: [0.2, 6.4]}}
-    - {{shape: box, name: below, center: [6, {below}], size: [0.2, {size}]}}
-    - {{shape: box, name: above, center: [6, {above}], size: [0.2, {size}]}}
+    - {{type: box, name: south, center: [6, -0.1], size: [12.4, 0.2]}}
+    - {{type: box, name: north, center: [6, 6.1], size: [12.4, 0.2]}}
+    - {{type: box, name: west, center: [-0.1, 3], size: [0.2, 6.4]}}
+    - {{type: box, name: east, center: [12.1, 3], size: [0.2, 6.4]}}
+    - {{type: box, name: below, center: [6, {below}], size: [0.2, {size}]}}
+    - {{type: box, name: above, center: [6, {above}], size: [0.2, {size}]}}
 robot:
   radius: 0.3
   start: [2, 3, 0]

@@ -24,7 +24,7 @@ one:
   robot: {radius: 0.2}
 two:
   robot: {radius: 0.3}
-  planner: {name: nobody}
+  planner: {type: nobody}
 """
 
 
@@ -99,7 +99,7 @@ def test_a_wrong_scenario_name_lists_the_nearest():
 
 def test_faults_of_a_named_scenario_have_their_lines():
     text = str(failure(data=TWO, scenario_name="two"))
-    assert "data:5: planner.name: there is no planner 'nobody'" in text
+    assert "data:5: planner.type: there is no planner 'nobody'" in text
 
 
 @pytest.mark.parametrize(
@@ -186,7 +186,7 @@ def test_faults_of_an_override_are_placed_there(override, words):
 def test_faults_of_the_file_and_of_overrides_come_together():
     text = str(
         failure(
-            data="robot: {radius: -1}", overrides=["x", "planner.name=none"]
+            data="robot: {radius: -1}", overrides=["x", "planner.type=none"]
         )
     )
     assert text.splitlines() == [
@@ -195,7 +195,7 @@ def test_faults_of_the_file_and_of_overrides_come_together():
         *text.splitlines()[2:],
     ]
     assert "--set x: must be a path" in text
-    assert "--set planner.name=none: planner.name: there is no" in text
+    assert "--set planner.type=none: planner.type: there is no" in text
 
 
 def test_everybody_has_a_name_and_a_number():
@@ -227,10 +227,10 @@ def test_naming_leaves_the_given_scenario_alone():
 def test_saved_text_has_only_what_differs_from_the_defaults():
     scenario = LoadScenario(
         data="humans:\n- {pose: [5, 5, 0], radius: 0.35, goals: [[7, 8]]}\n"
-        "world: {walls: [{shape: box, center: [1, 2], size: [0.2, 0.2]}]}\n"
+        "world: {walls: [{type: box, center: [1, 2], size: [0.2, 0.2]}]}\n"
     )
     assert SaveScenario(scenario) == (
-        "world:\n  walls:\n  - shape: box\n    center: [1.0, 2.0]\n"
+        "world:\n  walls:\n  - type: box\n    center: [1.0, 2.0]\n"
         "    size: [0.2, 0.2]\n"
         "humans:\n- name: human_1\n  id: 1\n  pose: [5.0, 5.0, 0.0]\n"
         "  goals:\n  - [7.0, 8.0]\n"

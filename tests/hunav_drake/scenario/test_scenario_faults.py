@@ -20,7 +20,7 @@ from tests.hunav_drake.scenario.loading_failure import failure
 
 HUMAN = "humans:\n  - name: ana\n    pose: [5, 5, 0]\n"
 WALLS = "world:\n  walls:\n"
-BOX = WALLS + "    - {shape: box, name: bar, center: [5, 5], size: [2, 2]}\n"
+BOX = WALLS + "    - {type: box, name: bar, center: [5, 5], size: [2, 2]}\n"
 ROOM = BOX + "robot: {start: [0, 0, 0]}\n"
 
 # What the file says; the line that is named (0 for the whole file); the path;
@@ -133,7 +133,7 @@ CASES = {
         "[0.001, 5] m, got 0",
     ),
     "a million velocities": (
-        "planner:\n  name: dwb\n  vx_samples: 1000\n  vtheta_samples: 1000\n",
+        "planner:\n  type: dwb\n  vx_samples: 1000\n  vtheta_samples: 1000\n",
         4,
         "planner.vtheta_samples",
         "must be at most 40 with vx_samples 1000",
@@ -206,69 +206,69 @@ CASES = {
     # Walls
     "no shape": (WALLS + "    - {size: [1, 1]}\n", 3, "walls[0]", "missing"),
     "unknown shape": (
-        WALLS + "    - {shape: boxx}\n",
+        WALLS + "    - {type: boxx}\n",
         3,
         "world.walls[0]",
         "there is no wall shape 'boxx'; did you mean 'box'?",
     ),
     "wall as list": (WALLS + "    - []\n", 3, "world.walls[0]", "a mapping"),
     "key of a wall": (
-        BOX + "    - shape: box\n      center: [1, 1]\n      sise: [1, 1]\n",
+        BOX + "    - type: box\n      center: [1, 1]\n      sise: [1, 1]\n",
         6,
         "world.walls[1].sise",
         "did you mean 'size'?",
     ),
     "flat box": (
-        WALLS + "    - {shape: box, center: [1, 1], size: [1, 0]}\n",
+        WALLS + "    - {type: box, center: [1, 1], size: [1, 0]}\n",
         3,
         "world.walls[0].size[1]",
         "must be in (0, 100000] m, got 0",
     ),
     "two corners": (
-        WALLS + "    - {shape: polygon, points: [[1, 1], [2, 2]]}\n",
+        WALLS + "    - {type: polygon, points: [[1, 1], [2, 2]]}\n",
         3,
         "points",
         "a list of at least 3",
     ),
     "one point": (
-        WALLS + "    - {shape: polyline, points: [[1, 1]]}\n",
+        WALLS + "    - {type: polyline, points: [[1, 1]]}\n",
         3,
         "points",
         "a list of at least 2",
     ),
     "no length": (
-        WALLS + "    - {shape: polyline, points: [[9, 9], [9, 9]]}\n",
+        WALLS + "    - {type: polyline, points: [[9, 9], [9, 9]]}\n",
         3,
         "world.walls[0].points[1]",
         "repeats points[0]",
     ),
     "repeated corner": (
-        WALLS + "    - shape: polygon\n      points:\n        - [5, 5]\n"
+        WALLS + "    - type: polygon\n      points:\n        - [5, 5]\n"
         "        - [6, 5]\n        - [6, 5]\n        - [6, 6]\n",
         7,
         "world.walls[0].points[2]",
         "repeats points[1]",
     ),
     "closed twice": (
-        WALLS + "    - {shape: polygon, points: [[5,5],[6,5],[6,6],[5,5]]}\n",
+        WALLS + "    - {type: polygon, points: [[5,5],[6,5],[6,6],[5,5]]}\n",
         3,
         "points[3]",
         "the last corner joins the first by itself",
     ),
     "no area": (
-        WALLS + "    - {shape: polygon, points: [[5, 5], [6, 6], [8, 8]]}\n",
+        WALLS + "    - {type: polygon, points: [[5, 5], [6, 6], [8, 8]]}\n",
         3,
         "points",
         "must enclose an area",
     ),
     "bow tie": (
-        WALLS + "    - {shape: polygon, points: [[5,5],[7,7],[7,5],[5,7]]}\n",
+        WALLS + "    - {type: polygon, points: [[5,5],[7,7],[7,5],[5,7]]}\n",
         3,
         "points",
         "must not cross itself; the side from points[0] meets",
     ),
     "spike": (
-        WALLS + "    - {shape: polygon, points: [[5,5],[9,5],[7,5],[7,8]]}\n",
+        WALLS + "    - {type: polygon, points: [[5,5],[9,5],[7,5],[7,8]]}\n",
         3,
         "points",
         "must not cross itself",
@@ -287,7 +287,7 @@ CASES = {
         "overlaps world.walls[0] ('bar'); move it 0.05 m along (0.00, 1.00)",
     ),
     "across a thin wall": (
-        WALLS + "    - {shape: polyline, points: [[5, 0], [5, 9]]}\n"
+        WALLS + "    - {type: polyline, points: [[5, 0], [5, 9]]}\n"
         "humans:\n  - {pose: [5.0, 4, 0]}\n",
         5,
         "humans[0].pose",
@@ -326,13 +326,13 @@ CASES = {
         "there is no motion model 'orka'; did you mean 'orca'?",
     ),
     "motion model's parameter": (
-        "crowd:\n  model:\n    name: orca\n    time_horizn: 1.0\n",
+        "crowd:\n  model:\n    type: orca\n    time_horizn: 1.0\n",
         4,
         "crowd.model.time_horizn",
         "did you mean 'time_horizon'?",
     ),
     "motion model's value": (
-        "crowd:\n  model:\n    {name: orca, time_horizon: 0}\n",
+        "crowd:\n  model:\n    {type: orca, time_horizon: 0}\n",
         3,
         "crowd.model.time_horizon",
         "must be in (0, 1000] s, got 0",
@@ -345,9 +345,9 @@ CASES = {
     ),
     # The robot, its planner, the evaluator, the simulation
     "robot's model": (
-        "robot:\n  model: tank\n",
+        "robot:\n  type: tank\n",
         2,
-        "robot.model",
+        "robot.type",
         "there is no robot 'tank'; valid: differential_drive",
     ),
     "robot's limits": (
@@ -358,19 +358,19 @@ CASES = {
     ),
     "tolerance": ("robot: {goal_tolerance: 0}", 1, "goal_tolerance", "(0, 10]"),
     "planner": (
-        "planner:\n  name: persuit\n",
+        "planner:\n  type: persuit\n",
         2,
-        "planner.name",
+        "planner.type",
         "there is no planner 'persuit'; did you mean 'pursuit'?",
     ),
     "planner's parameter": (
-        "planner:\n  name: pursuit\n  cruise_sped: 1.0\n",
+        "planner:\n  type: pursuit\n  cruise_sped: 1.0\n",
         3,
         "planner.cruise_sped",
         "did you mean 'cruise_speed'?",
     ),
     "planner's value": (
-        "planner:\n  name: pursuit\n  cruise_speed: fast\n",
+        "planner:\n  type: pursuit\n  cruise_speed: fast\n",
         3,
         "planner.cruise_speed",
         "must be a number, got 'fast'",
@@ -378,7 +378,7 @@ CASES = {
     "bare name of a planner": (
         "planner: persuit\n",
         1,
-        "planner.name",
+        "planner.type",
         "there is no planner 'persuit'; did you mean 'pursuit'?",
     ),
     "planner that is a number": (
@@ -388,23 +388,23 @@ CASES = {
         "must be a mapping, or the name of a planner, got 5",
     ),
     "planner's name that is a number": (
-        "planner: {name: 5}\n",
+        "planner: {type: 5}\n",
         1,
-        "planner.name",
+        "planner.type",
         "must be the name of a planner, got 5",
     ),
     "planner's parameters as before": (
-        "planner:\n  name: pursuit\n  parameters: {cruise_speed: 0.3}\n",
+        "planner:\n  type: pursuit\n  parameters: {cruise_speed: 0.3}\n",
         3,
         "planner.parameters",
-        "parameters stand beside the name now, as in planner: {name: pursuit,"
+        "parameters stand beside the type now, as in planner: {type: pursuit,"
         " cruise_speed: 0.8}",
     ),
     "motion model's parameters as before": (
         "crowd:\n  model: orca\n  parameters: {time_horizon: 0.3}\n",
         3,
         "crowd.parameters",
-        "crowd: {model: {name: orca, time_horizon: 2.0}}",
+        "crowd: {model: {type: orca, time_horizon: 2.0}}",
     ),
     "planner's period": (
         "planner: {period: 0.12}\n",
@@ -554,7 +554,7 @@ def test_a_huge_file_is_not_read(tmp_path):
         + ", ".join(f"cruise_spee{i}: 1" for i in range(50_000))
         + "}",
         WALLS
-        + "    - {shape: polyline, points: [[0, 0], [9, 9]]}\n" * 9_000
+        + "    - {type: polyline, points: [[0, 0], [9, 9]]}\n" * 9_000
         + "humans:\n"
         + "- {pose: [1, 2, 3]}\n" * 5_000,
     ],
@@ -569,7 +569,7 @@ def test_large_nonsense_takes_little_time(text):
 def test_all_faults_come_at_once_in_order_of_lines():
     error = failure(
         data=WALLS
-        + "    - {shape: box, name: bar, center: [5, 5], size: [2, 2]}\n"
+        + "    - {type: box, name: bar, center: [5, 5], size: [2, 2]}\n"
         "humans:\n"
         "  - name: ana\n"
         "    pose: [5, 5, 0]\n"

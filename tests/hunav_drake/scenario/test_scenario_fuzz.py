@@ -48,8 +48,8 @@ world world.walls world.walls[0] world.walls[1].center humans humans[0]
 humans[1].pose humans[1].pose[2] humans[0].goals humans[0].goals[0][1]
 humans[0].forces humans[0].forces.n humans[0].id humans[1].name
 humans[0].behavior humans[1].max_speed robot robot.start robot.goal
-robot.limits robot.radius planner planner.name planner.period
-planner.parameters planner.x crowd.model crowd.model.name crowd.model.kernel
+robot.limits robot.radius planner planner.type planner.period
+planner.parameters planner.x crowd.model crowd.model.type crowd.model.kernel
 evaluator.period evaluator.metrics
 simulation.time_step simulation.duration simulation.seed crowd
 crowd.max_obstacles other
@@ -110,7 +110,7 @@ VALUES = st.recursive(
     | st.sampled_from(["ana", "box", "polygon", "regular", "", "x" * 70]),
     lambda inner: (
         st.lists(inner, max_size=4)
-        | st.dictionaries(st.sampled_from(["x", "pose", "shape"]), inner)
+        | st.dictionaries(st.sampled_from(["x", "pose", "type"]), inner)
     ),
     max_leaves=6,
 )
@@ -277,7 +277,7 @@ def test_polygons_are_simple_or_refused_however_they_are_turned(points):
             verdicts.add(
                 is_scenario(
                     data="robot: {start: [50, 50, 0]}\nworld:\n  walls:\n"
-                    f"    - {{shape: polygon, points: {corners}}}"
+                    f"    - {{type: polygon, points: {corners}}}"
                 )
             )
     assert len(verdicts) == 1

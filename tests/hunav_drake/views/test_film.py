@@ -74,8 +74,8 @@ def test_robot_and_people_are_seen_where_they_are(run, view):
 NARROW = """
 world:
   walls:
-    - {shape: box, center: [0, 0.8], size: [6, 0.2]}
-    - {shape: box, center: [0, -0.8], size: [6, 0.2]}
+    - {type: box, center: [0, 0.8], size: [6, 0.2]}
+    - {type: box, center: [0, -0.8], size: [6, 0.2]}
 humans: [{pose: [1, 0, 3.14]}]
 robot: {start: [-2, 0, 0], goal: [2.5, 0, 0]}
 simulation: {duration: 0.5}

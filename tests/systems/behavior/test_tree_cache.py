@@ -49,7 +49,7 @@ def file(tmp_path):
 
 
 def test_people_of_one_behavior_share_one_parse(parses):
-    config = BehaviorConfig(tree="curious", ports={"distance": 4.0})
+    config = BehaviorConfig(type="curious", ports={"distance": 4.0})
     humans = [
         HumanConfig(pose=(i, 0, 0), behavior=behavior)
         for i, behavior in enumerate(["curious", config, "regular"] * 10)
@@ -60,7 +60,7 @@ def test_people_of_one_behavior_share_one_parse(parses):
 
 
 def test_checks_and_fingerprints_parse_nothing_anew(parses, file):
-    behavior = BehaviorConfig(tree=str(file), ports={"blind": True})
+    behavior = BehaviorConfig(type=str(file), ports={"blind": True})
     tree = LoadBehavior(behavior)
     assert not list(CheckBehavior(behavior))
     tree_fingerprint(behavior)

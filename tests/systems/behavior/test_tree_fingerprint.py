@@ -41,7 +41,7 @@ def fingerprint(folder, outer=OUTER, inner=INNER, **ports):
     (folder / "outer.xml").write_text(outer)
     (folder / "inner.xml").write_text(inner)
     path = str(folder / "outer.xml")
-    return tree_fingerprint(BehaviorConfig(tree=path, ports=ports))
+    return tree_fingerprint(BehaviorConfig(type=path, ports=ports))
 
 
 def test_fingerprint_is_of_the_content_not_of_the_place(tmp_path):
@@ -77,7 +77,7 @@ def test_each_behavior_has_its_own(monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     for name, value in before.items():
         assert tree_fingerprint(LoadTree(name)) == value
-        assert tree_fingerprint(BehaviorConfig(tree=name)) == value
+        assert tree_fingerprint(BehaviorConfig(type=name)) == value
 
 
 @pytest.mark.usefixtures("node_types")

@@ -55,7 +55,7 @@ def as_original(name, **changed):
         for port, value in (ORIGINAL | changed).items()
         if f'<input_port name="{port}"' in source
     }
-    return BehaviorConfig(tree=source, ports=ports)
+    return BehaviorConfig(type=source, ports=ports)
 
 
 def at(x, y, yaw=0.0, vx=0.0, vy=0.0):

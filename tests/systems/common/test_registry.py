@@ -19,7 +19,7 @@ class Brush(ABC):
 
 @pytest.fixture
 def dut():
-    return Registry("brush", Brush, tag="kind", default="broad")
+    return Registry("brush", Brush, default="broad")
 
 
 def make_choice(result=2.0):
@@ -44,8 +44,8 @@ class Needy(Brush):
     "data",
     [
         "broad",
-        {"kind": "broad"},
-        {"kind": "broad", "gain": 2.0},
+        {"type": "broad"},
+        {"type": "broad", "gain": 2.0},
         {"gain": 2},
         {},
         None,
@@ -112,11 +112,11 @@ def test_what_is_no_choice_is_refused(dut):
 
     @dataclass
     class Tagged(Brush):
-        kind: str = ""
+        type: str = ""
 
         def paint(self): ...
 
-    with pytest.raises(TypeError, match="must not have a field 'kind'"):
+    with pytest.raises(TypeError, match="must not have a field 'type'"):
         dut.register("broad")(Tagged)
     assert not dut
 
@@ -137,10 +137,10 @@ def test_a_field_that_would_change_nothing_is_refused(dut, decorate):
     assert dut.register("typed")(typed)().gain == 3.0
 
 
-@pytest.mark.parametrize("data", ["braod", {"kind": "braod", "gain": 1}])
+@pytest.mark.parametrize("data", ["braod", {"type": "braod", "gain": 1}])
 def test_an_unknown_name_tells_the_nearest(dut, data):
     dut.register("broad")(make_choice())
-    words = r"kind\n  there is no brush 'braod'; did you mean 'broad'\?"
+    words = r"type\n  there is no brush 'braod'; did you mean 'broad'\?"
     with pytest.raises(ValueError, match=words):
         dut.make(data)
 
@@ -156,13 +156,13 @@ def test_what_is_neither_name_nor_mapping_is_told(dut, data):
 def test_a_name_that_is_no_text_is_told(dut, name):
     dut.register("broad")(make_choice())
     with pytest.raises(ValueError, match=r"must be the name of a brush, got"):
-        dut.make({"kind": name})
+        dut.make({"type": name})
 
 
 def test_without_a_default_the_tag_must_be_there():
-    dut = Registry("brush", Brush, tag="kind")
+    dut = Registry("brush", Brush)
     dut.register("broad")(make_choice())
-    with pytest.raises(ValueError, match=r"kind\n  is missing; valid: broad"):
+    with pytest.raises(ValueError, match=r"type\n  is missing; valid: broad"):
         dut.make({"gain": 3.0})
 
 
@@ -176,7 +176,7 @@ def test_an_unknown_parameter_is_never_ignored(dut):
 def test_a_value_outside_its_range_is_told_with_its_place(dut):
     dut.register("broad")(make_choice())
     with pytest.raises(ValueError, match=r"gain\n .*greater than 0"):
-        dut.make({"kind": "broad", "gain": -1})
+        dut.make({"type": "broad", "gain": -1})
 
 
 def test_a_plain_dataclass_is_checked_too(dut):
@@ -187,11 +187,11 @@ def test_a_plain_dataclass_is_checked_too(dut):
 
         def paint(self): ...
 
-    assert dut.make({"kind": "plain", "gain": 3}) == Plain(3)
+    assert dut.make({"type": "plain", "gain": 3}) == Plain(3)
     with pytest.raises(ValueError, match=r"gain\n .*valid number"):
-        dut.make({"kind": "plain", "gain": "wide"})
+        dut.make({"type": "plain", "gain": "wide"})
     with pytest.raises(ValueError, match=r"gian\n  Unexpected keyword"):
-        dut.make({"kind": "plain", "gian": 50.0})
+        dut.make({"type": "plain", "gian": 50.0})
 
 
 def test_a_parameter_without_a_default_must_be_given(dut):
@@ -206,11 +206,11 @@ def test_as_a_field_it_takes_what_is_registered_later(dut):
         brush: Annotated[Brush, dut]
 
     adapter = TypeAdapter(Box)
-    with pytest.raises(ValueError, match=r"brush\.kind\n  there is no brush"):
+    with pytest.raises(ValueError, match=r"brush\.type\n  there is no brush"):
         Box(brush="broad")
     broad = dut.register("broad")(make_choice())
     assert Box(brush="broad").brush == broad()
-    made = adapter.validate_python({"brush": {"kind": "broad", "gain": 3}})
+    made = adapter.validate_python({"brush": {"type": "broad", "gain": 3}})
     assert made.brush.gain == 3.0
     assert '"broad"' in json.dumps(adapter.json_schema())
 

@@ -25,7 +25,7 @@ BODILESS = {
 # And who do not follow others, nor walk around robots, nor leave a group.
 FREE = {
     **BODILESS,
-    "model": {"name": "social_force", "time_gap": 0.0},
+    "model": {"type": "social_force", "time_gap": 0.0},
     "robot_gap": 0.0,
     "groups_part": False,
 }

@@ -239,7 +239,7 @@ def test_derivatives_of_contact_are_those_of_finite_differences(seed):
     rng = np.random.default_rng(seed)
     humans = [HumanConfig(pose=(0.5 * i, 0.02 * i, 0.0)) for i in range(4)]
     config = CrowdConfig(
-        model={"name": "social_force", "time_gap": 0.0}, robot_gap=0.0
+        model={"type": "social_force", "time_gap": 0.0}, robot_gap=0.0
     )
     dut = HumanCrowd(humans, config=config)
     context = dut.CreateDefaultContext()

@@ -377,7 +377,7 @@ def drifting(monkeypatch):
 @pytest.mark.usefixtures("drifting")
 def test_a_model_of_ones_own_moves_a_crowd():
     dut, context = make_crowd_of_three(
-        CrowdConfig(**{**BODILESS, "model": {"name": "drifting", "wind": 2.0}})
+        CrowdConfig(**{**BODILESS, "model": {"type": "drifting", "wind": 2.0}})
     )
     Simulator(dut, context).AdvanceTo(1.0 - 0.01)
     np.testing.assert_allclose(human_states(dut, context)[:, 0], [2, 6, 3])
@@ -396,7 +396,7 @@ def test_an_unknown_model_is_told():
 def test_an_unknown_parameter_is_told(name):
     with pytest.raises(ValueError, match="no_such_thing"):
         make_crowd_of_three(
-            CrowdConfig(model={"name": name, "no_such_thing": 1.0})
+            CrowdConfig(model={"type": name, "no_such_thing": 1.0})
         )
 
 
@@ -417,7 +417,7 @@ def test_an_unknown_parameter_is_told(name):
 )
 def test_a_parameter_out_of_range_is_told(name, parameter, value, words):
     with pytest.raises(ValueError, match=words) as info:
-        MOTION_MODELS.make({"name": name, parameter: value})
+        MOTION_MODELS.make({"type": name, parameter: value})
     assert parameter in str(info.value)
 
 
@@ -464,7 +464,7 @@ def drift(model, change, walls):
         [HumanConfig(pose=[0, 0, 0]), HumanConfig(pose=[0, 1, 0])],
         obstacles=WALL if walls else None,
         config=CrowdConfig(
-            **{**BODILESS, "model": {"name": model, "change": change}}
+            **{**BODILESS, "model": {"type": model, "change": change}}
         ),
         num_robots=0,
     )
@@ -542,7 +542,7 @@ def test_no_finite_number_is_too_large(model, parameters, size):
     n = 60
     dut = HumanCrowd(
         [HumanConfig(pose=[0, 0, 0], group_id=i % 3) for i in range(n)],
-        config=CrowdConfig(model={"name": model, **parameters}),
+        config=CrowdConfig(model={"type": model, **parameters}),
         obstacles=WALL,
     )
     context = dut.CreateDefaultContext()

@@ -447,8 +447,8 @@ def test_planners_and_people_pass_in_a_corridor_of_a_door(planner, offset):
 CORRIDOR = """
 world:
   walls:
-  - {{shape: box, name: north, center: [0, {side}], size: [24, 0.2]}}
-  - {{shape: box, name: south, center: [0, -{side}], size: [24, 0.2]}}
+  - {{type: box, name: north, center: [0, {side}], size: [24, 0.2]}}
+  - {{type: box, name: south, center: [0, -{side}], size: [24, 0.2]}}
 humans:
 - {{pose: [4, {y}, 3.14159265], goals: [[-6, {y}]]}}
 crowd: {{model: {model}}}

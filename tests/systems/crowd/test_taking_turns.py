@@ -219,7 +219,7 @@ def test_bodies_that_do_not_block_each_other_take_no_turns(options):
         humans,
         obstacles=door(0.8),
         config=CrowdConfig(
-            **{"model": {"name": "social_force", "time_gap": 0.0}, **options}
+            **{"model": {"type": "social_force", "time_gap": 0.0}, **options}
         ),
         time_step=0.05,
     )

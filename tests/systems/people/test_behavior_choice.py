@@ -69,10 +69,10 @@ class TestForms:
 
     def test_name_with_ports(self):
         (human,) = load_person(
-            "{tree: curious, distance: 6.0, duration: 10}"
+            "{type: curious, distance: 6.0, duration: 10}"
         ).humans
         assert human.behavior == BehaviorConfig(
-            tree="curious", ports={"distance": 6.0, "duration": 10}
+            type="curious", ports={"distance": 6.0, "duration": 10}
         )
         assert human.behavior_name == "curious"
         visible = constants(human.behavior, "IsRobotVisible")
@@ -82,13 +82,13 @@ class TestForms:
         assert timer["seconds"] == 10.0
 
     def test_ports_in_a_mapping_of_their_own(self):
-        flat = load_person("{tree: curious, distance: 6.0}").humans
-        own = load_person("{tree: curious, ports: {distance: 6.0}}").humans
+        flat = load_person("{type: curious, distance: 6.0}").humans
+        own = load_person("{type: curious, ports: {distance: 6.0}}").humans
         assert own == flat
 
     def test_no_ports(self):
-        (human,) = load_person("{tree: scared}").humans
-        assert human.behavior == BehaviorConfig(tree="scared")
+        (human,) = load_person("{type: scared}").humans
+        assert human.behavior == BehaviorConfig(type="scared")
 
     @pytest.mark.parametrize("where", ["look.xml", "trees/look.xml"])
     def test_path_starts_at_the_scenario_file(
@@ -97,7 +97,7 @@ class TestForms:
         monkeypatch.chdir("/")
         (tmp_path / "trees").mkdir()
         (tmp_path / where).write_text(XML)
-        for behavior in (where, f"{{tree: {where}, time: 3}}"):
+        for behavior in (where, f"{{type: {where}, time: 3}}"):
             (human,) = load_person(behavior, tmp_path).humans
             assert human.behavior_name == "look"
             timer = constants(human.behavior, "TimeExpiredCondition")
@@ -117,7 +117,7 @@ class TestForms:
 
     def test_xml_with_ports_of_each_type(self):
         config = BehaviorConfig(
-            tree=XML,
+            type=XML,
             ports={"time": 1, "once": False, "rate": 0.5, "role": "unseen"},
         )
         timer = constants(config, "TimeExpiredCondition")
@@ -129,12 +129,12 @@ class TestForms:
         scenario = LoadScenario(
             filename="reaction_curious",
             overrides=[
-                "humans[0].behavior={tree: curious}",
+                "humans[0].behavior={type: curious}",
                 "humans[0].behavior.distance=7.0",
             ],
         )
         assert scenario.humans[0].behavior == BehaviorConfig(
-            tree="curious", ports={"distance": 7.0}
+            type="curious", ports={"distance": 7.0}
         )
 
 
@@ -143,13 +143,13 @@ class TestSaving:
         "behavior",
         [
             "curious",
-            BehaviorConfig(tree="scared"),
+            BehaviorConfig(type="scared"),
             BehaviorConfig(
-                tree="curious", ports={"distance": 6.0, "only_once": False}
+                type="curious", ports={"distance": 6.0, "only_once": False}
             ),
             XML,
             XML.replace("\n", " "),
-            BehaviorConfig(tree=XML, ports={"role": "unseen", "time": 3}),
+            BehaviorConfig(type=XML, ports={"role": "unseen", "time": 3}),
         ],
         ids=["name", "no ports", "ports", "xml", "one line", "xml and ports"],
     )
@@ -171,8 +171,8 @@ class TestSaving:
         )
 
     def test_ports_are_written_beside_the_tree(self):
-        text = SaveScenario(load_person("{tree: curious, distance: 6.0}"))
-        assert "behavior:\n    tree: curious\n    distance: 6.0\n" in text
+        text = SaveScenario(load_person("{type: curious, distance: 6.0}"))
+        assert "behavior:\n    type: curious\n    distance: 6.0\n" in text
 
 
 FAULTS = {
@@ -181,60 +181,60 @@ FAULTS = {
         "behavior: there is no behavior 'curius'; did you mean 'curious'?",
     ),
     "unknown name with ports": (
-        "{tree: curius, distance: 1}",
-        "behavior.tree: there is no behavior 'curius'",
+        "{type: curius, distance: 1}",
+        "behavior.type: there is no behavior 'curius'",
     ),
     "unknown port": (
-        "{tree: curious, distence: 6}",
+        "{type: curious, distence: 6}",
         "behavior.distence: there is no port 'distence'; did you mean"
         " 'distance'?",
     ),
     "ports of a tree without any": (
-        "{tree: '<root><BehaviorTree><RegularNav/></BehaviorTree></root>',"
+        "{type: '<root><BehaviorTree><RegularNav/></BehaviorTree></root>',"
         " distance: 6}",
         "behavior.distance: there is no port 'distance'; there is none",
     ),
     "range": (
-        "{tree: curious, distance: -6.0}",
+        "{type: curious, distance: -6.0}",
         "behavior.distance: <IsRobotVisible>: port distance: must be in",
     ),
     "text for a number": (
-        '{tree: curious, distance: "6.0"}',
+        '{type: curious, distance: "6.0"}',
         "behavior.distance: must be a number, got '6.0'",
     ),
     "truth for a number": (
-        "{tree: curious, distance: true}",
+        "{type: curious, distance: true}",
         "behavior.distance: must be a number, got True",
     ),
     "number for a truth": (
-        "{tree: curious, only_once: 1}",
+        "{type: curious, only_once: 1}",
         "behavior.only_once: must be true or false, got 1",
     ),
     "number for a text": (
-        "{tree: curious, robot: 1}",
+        "{type: curious, robot: 1}",
         "behavior.robot: must be a text, got 1",
     ),
     "unknown word": (
-        "{tree: curious, robot: cat}",
+        "{type: curious, robot: cat}",
         "behavior.robot: <CuriousNav>: port robot: should be 'pedestrian'",
     ),
-    "list": ("{tree: curious, distance: [1]}", "must be a number, got [1]"),
-    "nothing": ("{tree: curious, distance: }", "must be a number, got None"),
+    "list": ("{type: curious, distance: [1]}", "must be a number, got [1]"),
+    "nothing": ("{type: curious, distance: }", "must be a number, got None"),
     "huge": (
-        f"{{tree: curious, distance: {'9' * 400}}}",
+        f"{{type: curious, distance: {'9' * 400}}}",
         "behavior.distance: ",
     ),
-    "no tree": ("{distance: 6.0}", "behavior.tree: is missing"),
-    "empty": ("{}", "behavior.tree: is missing"),
-    "tree of another type": ("{tree: 3}", "behavior.tree: must be text"),
+    "no tree": ("{distance: 6.0}", "behavior.type: is missing"),
+    "empty": ("{}", "behavior.type: is missing"),
+    "tree of another type": ("{type: 3}", "behavior.type: must be text"),
     "number": ("3", "behavior: must be text, got 3"),
     "list of behaviors": ("[curious]", "behavior: must be text, got a list"),
     "port given twice": (
-        "{tree: curious, ports: {distance: 3.0}, distance: 4.0}",
-        "the port distance is given twice, beside the tree and in ports",
+        "{type: curious, ports: {distance: 3.0}, distance: 4.0}",
+        "the port distance is given twice, beside the type and in ports",
     ),
     "port of the person": (
-        "{tree: curious, id: 3}",
+        "{type: curious, id: 3}",
         "behavior.id: id cannot be set: it is the number of the person",
     ),
     "missing file": ("none.xml", "none.xml: there is no such file"),
@@ -266,7 +266,7 @@ def test_wrong_behavior_is_a_fault_at_its_place(name, tmp_path):
 def test_all_wrong_ports_are_told_at_their_lines():
     text = (
         f"{ROBOT}humans:\n  - pose: [0, 0, 0]\n    behavior:\n"
-        "      tree: curious\n      distance: -1.0\n      speed: fast\n"
+        "      type: curious\n      distance: -1.0\n      speed: fast\n"
         "      duration: 3\n      turn: 3\n"
     )
     with pytest.raises(ScenarioError) as caught:
@@ -280,7 +280,7 @@ def test_all_wrong_ports_are_told_at_their_lines():
 def test_thousands_of_wrong_ports_take_no_time():
     ports = ", ".join(f"p{i}: 1" for i in range(5000))
     with pytest.raises(ScenarioError) as caught:
-        load_person(f"{{tree: curious, {ports}}}")
+        load_person(f"{{type: curious, {ports}}}")
     assert len(caught.value.faults) <= 20
 
 
@@ -288,14 +288,14 @@ def test_port_without_default_must_be_given():
     xml = XML.replace(' default="2.0"', "")
     with pytest.raises(BehaviorTreeError, match="needs a value for time"):
         LoadBehavior(xml)
-    config = BehaviorConfig(tree=xml, ports={"time": 4.0})
+    config = BehaviorConfig(type=xml, ports={"time": 4.0})
     assert constants(config, "TimeExpiredCondition")["seconds"] == 4.0
 
 
 def test_scenario_made_in_python_is_checked():
     human = HumanConfig(
         pose=(0.0, 5.0, 0.0),
-        behavior=BehaviorConfig(tree="curious", ports={"distence": 1.0}),
+        behavior=BehaviorConfig(type="curious", ports={"distence": 1.0}),
     )
     with pytest.raises(ScenarioError, match="did you mean 'distance'"):
         CheckScenario(Scenario(humans=[human]))
@@ -307,7 +307,7 @@ def test_people_are_made_with_their_ports():
             HumanConfig(
                 pose=(0.0, 0.0, 0.0),
                 behavior=BehaviorConfig(
-                    tree="surprised", ports={"distance": distance}
+                    type="surprised", ports={"distance": distance}
                 ),
             )
             for distance in (1.0, 3.0)
@@ -323,7 +323,7 @@ def test_people_are_made_with_their_ports():
 
 def test_walls_of_the_world_hide_the_robot():
     text = (
-        "world: {walls: [{shape: box, center: [1.5, 0], size: [0.2, 2]}]}\n"
+        "world: {walls: [{type: box, center: [1.5, 0], size: [0.2, 2]}]}\n"
         "robot: {start: [3, 0, 0]}\n"
         "humans:\n  - pose: [0, 0, 0]\n    behavior: surprised\n"
         "  - pose: [3, 3, -1.57]\n    behavior: surprised\n"
@@ -339,7 +339,7 @@ def test_result_names_the_behavior():
     scenario = LoadScenario(
         filename="reaction_curious",
         overrides=[
-            "humans[0].behavior={tree: curious, distance: 6.0}",
+            "humans[0].behavior={type: curious, distance: 6.0}",
             "simulation.duration=0.5",
         ],
     )

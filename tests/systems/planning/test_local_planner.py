@@ -128,12 +128,12 @@ def test_a_period_between_two_steps_is_refused():
 
 
 def test_planners_are_known_by_name():
-    planner = PLANNERS.make({"name": "pursuit", "cruise_speed": 0.4})
+    planner = PLANNERS.make({"type": "pursuit", "cruise_speed": 0.4})
     assert planner == PursuitPlanner(cruise_speed=0.4)
     with pytest.raises(ValueError, match="did you mean 'pursuit'"):
         PLANNERS.make("persuit")
     with pytest.raises(ValueError, match="cruise"):
-        PLANNERS.make({"name": "pursuit", "cruise": 0.4})
+        PLANNERS.make({"type": "pursuit", "cruise": 0.4})
 
 
 def test_a_name_is_given_once():

@@ -418,7 +418,7 @@ def test_old_controls_that_lead_into_something_are_dropped():
 
 
 def test_it_is_known_by_name():
-    planner = PLANNERS.make({"name": "mppi", "weights": {"social": 0.0}})
+    planner = PLANNERS.make({"type": "mppi", "weights": {"social": 0.0}})
     assert isinstance(planner, MppiPlanner)
     with pytest.raises(ValueError, match="batch_size"):
-        PLANNERS.make({"name": "mppi", "batch_size": 0})
+        PLANNERS.make({"type": "mppi", "batch_size": 0})

@@ -51,7 +51,7 @@ def turn(task, view, memory):
 
 def test_a_function_is_a_planner():
     assert register_plan("turn", initial_memory=1)(turn) is turn
-    planner = PLANNERS.make({"name": "turn", "period": 0.1})
+    planner = PLANNERS.make({"type": "turn", "period": 0.1})
     assert run(planner, 0.31) == [0.0, 0.4]
     assert pickle.loads(pickle.dumps(planner)) == planner
     # Again, as in a notebook.
@@ -229,12 +229,12 @@ def own_module(tmp_path, monkeypatch):
 
 def test_a_class_is_named_by_its_place(own_module):
     name = f"{own_module}:Steady"
-    planner = PLANNERS.make({"name": name, "speed": 0.4})
+    planner = PLANNERS.make({"type": name, "speed": 0.4})
     assert run(planner) == [0.4, 0.0]
     assert PLANNERS.find(name) is type(planner)
     assert PLANNERS.make(name).speed == 0.3
     with pytest.raises(ValueError, match="speed"):
-        PLANNERS.make({"name": name, "speed": "fast"})
+        PLANNERS.make({"type": name, "speed": "fast"})
 
 
 @pytest.mark.parametrize(

@@ -29,7 +29,7 @@ def cross(start, model="differential_drive", *, keep_apart=True, every=STEP):
         behavior="distracted",
         desired_speed=1.0,
     )
-    robot = {"model": model, "radius": PMB2_RADIUS, "limits": {}}
+    robot = {"type": model, "radius": PMB2_RADIUS, "limits": {}}
     diagram = make_diagram(robot, [walker], keep_apart=keep_apart)
     return drive(diagram, (0.8, 0), duration=7.0, every=every)
 
@@ -81,7 +81,7 @@ def test_who_runs_into_a_robot_from_behind_is_charged(speed, model, step):
         # (The person does not feel the robot.)
         forces={"social_factor": 0.0},
     )
-    robot = {"model": model, "radius": PMB2_RADIUS, "limits": {}}
+    robot = {"type": model, "radius": PMB2_RADIUS, "limits": {}}
     diagram = make_diagram(robot, [walker], time_step=step)
     run = drive(diagram, (speed, 0), duration=4.0, every=step)
     time, counts = begin(run)
@@ -100,7 +100,7 @@ def test_who_is_pushed_into_a_robot_by_others_is_charged():
         HumanConfig(pose=(0.53, 0, 0), desired_speed=0.0),
         HumanConfig(pose=(1.04, 0, math.pi), goals=[(-5, 0)]),
     ]
-    robot = {"model": "differential_drive", "radius": PMB2_RADIUS}
+    robot = {"type": "differential_drive", "radius": PMB2_RADIUS}
     diagram = make_diagram(robot, humans)
     context = diagram.CreateDefaultContext()
     crowd = diagram.GetSubsystemByName("humans").GetSubsystemByName("crowd")
@@ -116,14 +116,14 @@ def test_who_is_pushed_into_a_robot_by_others_is_charged():
 @pytest.mark.parametrize("seconds", [0.0, 0.5])
 def test_who_stands_in_the_robot_at_the_start_is_in_a_contact(seconds):
     stander = HumanConfig(pose=(0.3, 0, 0), desired_speed=0.0)
-    diagram = make_diagram({"model": "differential_drive"}, [stander])
+    diagram = make_diagram({"type": "differential_drive"}, [stander])
     run = drive(diagram, (0, 0), duration=seconds + 2 * STEP)
     assert run.contacts[-1, 0, Contact.BY_ROBOT :].tolist() == [1, 1]
 
 
 def test_contexts_do_not_share_contacts_and_a_clone_goes_on():
     start = STARTS[0]
-    robot = {"model": "differential_drive", "radius": PMB2_RADIUS}
+    robot = {"type": "differential_drive", "radius": PMB2_RADIUS}
     walker = HumanConfig(
         pose=(*start, math.pi / 2),
         goals=[(start[0], 5)],

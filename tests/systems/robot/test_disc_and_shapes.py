@@ -32,7 +32,7 @@ def burger(tmp_path):
         file = tmp_path / "burger.urdf"
         file.write_text(BURGER.format(shape=shape))
         return {
-            "model": "urdf",
+            "type": "urdf",
             "file": str(file),
             "base": "base",
             "radius": radius,
@@ -77,7 +77,7 @@ def test_a_disc_2_cm_larger_than_the_model_is_a_warning(burger, radius):
 
 def test_a_file_is_warned_of_too():
     with pytest.warns(UserWarning, match=r"robot\.radius"):
-        LoadScenario(data="robot: {model: pmb2, radius: 0.35}")
+        LoadScenario(data="robot: {type: pmb2, radius: 0.35}")
 
 
 @pytest.mark.parametrize("disc", [0.11, 0.3])

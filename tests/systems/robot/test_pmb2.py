@@ -168,7 +168,7 @@ def test_it_never_passes_through_a_wall(yaw, reverse):
     if reverse:
         corners = [[-5, 1], [-5, 1.4], [9, 1.4], [9, 1]]
         wall = Obstacles.from_shapes([corners], solid=[True])
-    robot = {"model": "pmb2", "start": (0.0, 0.5, yaw)}
+    robot = {"type": "pmb2", "start": (0.0, 0.5, yaw)}
     diagram = make_diagram(robot, obstacles=wall)
     run = drive(diagram, (1.0, 0.0), duration=6.0)
     assert run.robot[:, 1].max() < 1 - RADIUS + 0.01

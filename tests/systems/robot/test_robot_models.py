@@ -42,7 +42,7 @@ TURTLE = {
 @pytest.fixture
 def crate(tmp_path):
     return {
-        "model": "urdf",
+        "type": "urdf",
         "file": write_model(tmp_path, CRATE),
         "base": "chassis",
         "drive": {"type": "omnidirectional", "height": 0.2, "max_force": 150.0},
@@ -54,7 +54,7 @@ def crate(tmp_path):
 @pytest.fixture
 def stages(tmp_path):
     return {
-        "model": "urdf",
+        "type": "urdf",
         "file": write_model(tmp_path, STAGES),
         "base": "chassis",
         "drive": {
@@ -71,7 +71,7 @@ def test_pmb2_from_its_file_is_pmb2():
     robot["drive"] = {**WHEELS, "max_wheel_speed": 1 / 0.0985}
     runs = [
         drive(make_diagram(it), (0.4, 0.3), duration=2.0)
-        for it in ({"model": "urdf", **robot}, "pmb2")
+        for it in ({"type": "urdf", **robot}, "pmb2")
     ]
     np.testing.assert_array_equal(runs[0].robot, runs[1].robot)
 
@@ -107,7 +107,7 @@ def test_a_planar_base_pushes_with_its_largest_force(crate):
 @pytest.mark.parametrize("base", ["base_footprint", "base_link"])
 def test_a_base_may_be_fixed_to_what_lies_on_the_floor(tmp_path, base):
     robot = {
-        "model": "urdf",
+        "type": "urdf",
         "file": write_model(tmp_path, FOOTPRINT),
         "base": base,
         "start": (1.0, 2.0, 1.0),
@@ -128,7 +128,7 @@ def test_wheels_may_turn_the_other_way(tmp_path, side):
     turned = tail.replace('axis xyz="0 1 0"', 'axis xyz="0 -1 0"', 1)
     text = f'{head}<joint name="{side}_joint"{turned}'
     robot = {
-        "model": "urdf",
+        "type": "urdf",
         "file": write_model(tmp_path, text),
         "base": "base_link",
         "drive": TURTLE,
@@ -174,7 +174,7 @@ def test_paths_start_at_the_scenario_file(tmp_path, monkeypatch):
     folder.mkdir()
     write_model(folder, CRATE)
     robot = {
-        "model": "urdf",
+        "type": "urdf",
         "file": "models/robot.urdf",
         "base": "chassis",
         "drive": "omnidirectional",
@@ -268,7 +268,7 @@ FAULTS = {
     ("change", "path", "words"), FAULTS.values(), ids=FAULTS
 )
 def test_what_cannot_drive_is_told_before_anything_runs(change, path, words):
-    robot = {"model": "urdf", "file": PMB2, "base": "base", "drive": WHEELS}
+    robot = {"type": "urdf", "file": PMB2, "base": "base", "drive": WHEELS}
     with pytest.raises(ScenarioError, match=words) as info:
         LoadScenario(data=yaml.safe_dump({"robot": {**robot, **change}}))
     (fault,) = info.value.faults

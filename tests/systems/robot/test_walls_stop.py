@@ -174,7 +174,7 @@ def blind_trial(**robot):
     return {
         "robot": {"start": [0, 0, 0], "goal": [6, 0, 0], **robot},
         "world": {
-            "walls": [{"shape": "box", "center": [3, 0], "size": [0.2, 4]}]
+            "walls": [{"type": "box", "center": [3, 0], "size": [0.2, 4]}]
         },
         "planner": "blind_ahead",
         "simulation": {"duration": 12.0, "stuck_time": 60.0},

@@ -322,7 +322,7 @@ def test_cameras_may_see_high_walls_cut():
 def test_furniture_of_any_height_is_drawn(kind, height):
     """As a whole for cameras; cut for who watches, if it is high."""
     place = {"center": (0.0, 0.0), "height": height}
-    furniture = FURNITURE.make({"kind": kind, **place})
+    furniture = FURNITURE.make({"type": kind, **place})
     dut = AddScene(DiagramBuilder(), World(furniture=[furniture]))
     inspector = dut.scene_graph.model_inspector()
     perceived = tops(inspector, Role.kPerception)

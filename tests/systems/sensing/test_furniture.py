@@ -6,7 +6,7 @@ import pytest
 from hunav_drake import LoadScenario, MakeTrialDiagram, MakeTrialSimulator
 
 BEHIND_A_TABLE = """
-world: {furniture: [{kind: table, center: [2, 0]}]}
+world: {furniture: [{type: table, center: [2, 0]}]}
 humans: [{pose: [3.5, 0, 3.14]}]
 sensors:
 - {type: lidar, height: 0.3, num_rays: 720}
@@ -42,7 +42,7 @@ def test_who_is_behind_it_is_seen(output):
 
 
 BETWEEN = """
-world: {furniture: [{kind: %s, center: [1.5, 0]}]}
+world: {furniture: [{type: %s, center: [1.5, 0]}]}
 humans: [{pose: [3, 0, 3.14], behavior: scared, radius: 0.3}]
 robot: {start: [0, 0, 0]}
 sensors:

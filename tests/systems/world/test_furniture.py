@@ -32,7 +32,7 @@ def area(obstacles: Obstacles) -> float:
 
 
 def make(kind, **options):
-    return FURNITURE.make({"kind": kind, "center": [0.0, 0.0], **options})
+    return FURNITURE.make({"type": kind, "center": [0.0, 0.0], **options})
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -141,10 +141,10 @@ def test_cuts_of_a_convex_hull_are_those_of_the_solid():
 CAFE = """
 world:
   furniture:
-    - kind: table
+    - type: table
       center: [2, 0]
       name: bar
-    - kind: door_frame
+    - type: door_frame
       center: [5, 0]
 humans:
   - pose: [0, 0, 0]
@@ -161,7 +161,7 @@ def test_it_survives_a_file():
 @pytest.mark.parametrize(
     ("old", "new", "line", "words"),
     [
-        ("kind: table", "kind: tabel", 4, "no kind of furniture 'tabel'"),
+        ("type: table", "type: tabel", 4, "no kind of furniture 'tabel'"),
         (
             "name: bar",
             "size: [0, 1]",

@@ -36,7 +36,7 @@ def test_defaults_of_ports_can_be_given(catalog, name):
     (entry,) = [it for it in catalog["behaviors"] if it["name"] == name]
     ports = {it["name"]: it["default"] for it in entry["ports"]}
     assert ports
-    assert not [*CheckBehavior(BehaviorConfig(tree=name, ports=ports))]
+    assert not [*CheckBehavior(BehaviorConfig(type=name, ports=ports))]
 
 
 def test_ports_have_help_unit_and_range(catalog):

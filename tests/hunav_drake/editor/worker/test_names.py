@@ -22,7 +22,7 @@ def test_an_unknown_behavior_is_found_where_it_stands():
 
 
 def test_a_wrong_port_is_found_where_it_stands():
-    text = PERSON.replace("BEHAVIOR", "{tree: curious, distance: far}")
+    text = PERSON.replace("BEHAVIOR", "{type: curious, distance: far}")
     (fault,) = _faults(text)
     assert fault["path"] == ["humans", 0, "behavior", "distance"]
 
@@ -30,8 +30,8 @@ def test_a_wrong_port_is_found_where_it_stands():
 @pytest.mark.parametrize(
     ("text", "path"),
     [
-        ("planner: no_such", ["planner", "name"]),
-        ("crowd: {model: no_such}", ["crowd", "model", "name"]),
+        ("planner: no_such", ["planner", "type"]),
+        ("crowd: {model: no_such}", ["crowd", "model", "type"]),
         ("evaluator: {metrics: [no_such]}", ["evaluator", "metrics", 0]),
     ],
 )
@@ -77,7 +77,7 @@ def test_no_module_is_imported_for_a_name(tmp_path, monkeypatch):
     (tmp_path / "evil_planner.py").write_text("raise SystemExit('executed')")
     monkeypatch.syspath_prepend(tmp_path)
     with registered_only():
-        (fault,) = _faults("planner: {name: 'evil_planner:Planner'}")
+        (fault,) = _faults("planner: {type: 'evil_planner:Planner'}")
     assert "--import" in fault["message"]
     assert "evil_planner" not in sys.modules
 

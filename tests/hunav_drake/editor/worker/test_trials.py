@@ -120,7 +120,7 @@ def test_another_seed_or_planner_is_another_run(tmp_path):
         *((1, 2, 3), ("pursuit", "pursuit", "sfm"), channel.of("result")),
         strict=True,
     ):
-        scenario = LoadScenario(data=TEXT, overrides={"planner.name": planner})
+        scenario = LoadScenario(data=TEXT, overrides={"planner.type": planner})
         expected = RunTrial(scenario, seed).metrics["path_length"]
         assert result["metrics"]["path_length"] == expected
 

@@ -82,7 +82,7 @@ def trial(
         "world": {
             "walls": [
                 {
-                    "shape": "box",
+                    "type": "box",
                     "center": placed(*center),
                     "size": list(size),
                     "yaw": turn,

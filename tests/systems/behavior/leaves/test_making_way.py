@@ -272,6 +272,6 @@ def test_one_steps_back_where_two_meet_in_a_door(behavior, width):
 
 
 def test_two_who_meet_in_a_door_stand_for_ever_without_it():
-    behavior = BehaviorConfig(tree="regular", ports={"make_way": False})
+    behavior = BehaviorConfig(type="regular", ports={"make_way": False})
     result = in_a_door(behavior, 0.9, "orca")
     assert result.end_reason != "goal"

@@ -82,7 +82,7 @@ def test_surprised_person_turns_by_pi_per_second_without_overshoot(
 ):
     # (All around, so that the robot stays in sight.)
     behavior = BehaviorConfig(
-        tree="surprised", ports={"field_of_view": 2 * math.pi}
+        type="surprised", ports={"field_of_view": 2 * math.pi}
     )
     dut = People(human(behavior), time_step=time_step)
     robot = at(2.0 * math.cos(bearing), 2.0 * math.sin(bearing))

@@ -178,7 +178,7 @@ def test_scared_person_in_a_corridor_starts_once():
     recording = run_in_corridor(
         "scared",
         2.6,
-        "humans[0].behavior={tree: scared, ports: {make_way: false}}",
+        "humans[0].behavior={type: scared, ports: {make_way: false}}",
     )
     active = is_active(recording)
     changes = recording.times[1:][np.diff(active)]

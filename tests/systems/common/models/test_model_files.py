@@ -137,7 +137,7 @@ def test_what_drake_finds_is_told_before_anything_runs(
     file.write_text(text)
     (tmp_path / "broken.obj").write_text(FILES["broken.obj"])
     _, base, drive = MODELS["turtle.urdf"]
-    robot = {"model": "urdf", "file": str(file), "base": base, "drive": drive}
+    robot = {"type": "urdf", "file": str(file), "base": base, "drive": drive}
     with pytest.raises(ScenarioError, match=words) as info:
         LoadScenario(data=yaml.safe_dump({"robot": robot}))
     (fault,) = info.value.faults
@@ -208,7 +208,7 @@ def test_a_plane_beside_many_shapes_is_read(name, tmp_path):
     assert len(world.obstacles()) == 60
     text = {
         "world": {"models": [{"file": str(file)}]},
-        "robot": {"start": [-3, -3, 0], "model": "pmb2", "radius": 0.27},
+        "robot": {"start": [-3, -3, 0], "type": "pmb2", "radius": 0.27},
         "simulation": {"duration": 0.2},
     }
     recording = RunTrial(LoadScenario(data=yaml.safe_dump(text))).recording
@@ -257,7 +257,7 @@ def test_a_plane_that_cannot_be_left_out_is_refused(tmp_path):
         '<freejoint/><geom type="box" size=".1 .1 .1" mass="1"/></body>'
         "</worldbody></mujoco>"
     )
-    robot = {"model": "urdf", "file": str(file), "base": "base"}
+    robot = {"type": "urdf", "file": str(file), "base": "base"}
     robot["drive"] = "omnidirectional"
     ((place, message),) = ROBOTS.make(robot).find_faults()
     assert place == ("file",)
@@ -275,7 +275,7 @@ def test_what_a_camera_cannot_see_is_refused_with_one(mesh, tmp_path):
     other = f'<visual><geometry><mesh filename="{mesh}"/></geometry>'
     file.write_text(FOOTPRINT.replace(look, other))
     _, base, drive = MODELS["turtle.urdf"]
-    robot = {"model": "urdf", "file": str(file), "base": base, "drive": drive}
+    robot = {"type": "urdf", "file": str(file), "base": base, "drive": drive}
     robot["radius"] = 0.2
     assert LoadScenario(data=yaml.safe_dump({"robot": robot}))
     seen = {"robot": robot, "sensors": [{"type": "camera"}]}

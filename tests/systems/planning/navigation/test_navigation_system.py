@@ -81,7 +81,7 @@ def test_all_planners_with_maps_give_them(name):
 
 def test_looking_at_maps_changes_nothing_and_a_clone_has_the_same():
     scenario = LoadScenario(
-        filename="crossing", overrides=["planner={name: scl, sees: lidar}"]
+        filename="crossing", overrides=["planner={type: scl, sees: lidar}"]
     )
     diagram = MakeTrialDiagram(scenario)
     ends = []

@@ -212,7 +212,7 @@ def test_the_footprint_is_that_of_the_navigation():
 
 
 def test_it_cruises_at_the_speed_of_the_paper():
-    scenario = LoadScenario(filename="passing", overrides=["planner.name=sfw"])
+    scenario = LoadScenario(filename="passing", overrides=["planner.type=sfw"])
     free = dataclasses.replace(scenario, humans=[])
     result = RunTrial(free)
     assert result.end_reason == "goal"

@@ -161,7 +161,7 @@ def test_the_velocity_chosen_touches_nobody_within_the_horizon():
 )
 def test_reaches_the_goal_among_people(planner, name):
     scenario = LoadScenario(
-        filename=name, overrides=[f"planner.name={planner}"]
+        filename=name, overrides=[f"planner.type={planner}"]
     )
     result = RunTrial(scenario, 1)
     assert result.end_reason == "goal"
@@ -172,7 +172,7 @@ def test_reaches_the_goal_among_people(planner, name):
 @pytest.mark.parametrize("planner", ["sfw", "sfm", "orca"])
 def test_a_clone_goes_on_alike(planner):
     scenario = LoadScenario(
-        filename="crossing", overrides=[f"planner.name={planner}"]
+        filename="crossing", overrides=[f"planner.type={planner}"]
     )
     diagram = MakeTrialDiagram(scenario)
     simulator = MakeTrialSimulator(diagram)
