@@ -12,6 +12,9 @@ CHECK := import sys; sys.exit(sys.version_info < (3, 12))
 
 INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
+# Processes that tests start need not compile the code of those before them.
+export PYTHONDONTWRITEBYTECODE :=
+
 .DEFAULT_GOAL := help
 .PHONY: help demo test test-all test-lowest coverage lint types docs notebook bench clean
 
@@ -62,7 +65,7 @@ demo: $(READY)
 	@$(BIN)/hunav run passing --out out/demo
 
 test: $(DEV)
-	@$(BIN)/python -m pytest -m "not slow" -n 2
+	@$(BIN)/python -m pytest -m "not slow" -n 2 --dist worksteal
 
 test-all: $(DEV) lint types
 	@$(BIN)/python -m pytest -n 2 --dist worksteal -m slow
@@ -89,7 +92,7 @@ test-lowest: $(LOWEST)/.ready
 	    -m "not slow" -p no:cacheprovider -n 2
 
 coverage: $(DEV)
-	@$(BIN)/python -m pytest -m "not slow" -n 2 --cov --cov-report=term --cov-report=html:out/coverage/html
+	@$(BIN)/python -m pytest -m "not slow" -n 2 --dist worksteal --cov --cov-report=term --cov-report=html:out/coverage/html
 
 lint: $(DEV)
 	@$(BIN)/ruff check .

@@ -65,10 +65,15 @@ def breaches(path, text):
             yield f"another system: {other.relative_to(SYSTEMS)}"
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda p: p.stem)
-def test_blocks_meet_through_ports(path):
+def test_blocks_meet_through_ports():
     """Of another block they know configurations and functions on data."""
-    assert not list(breaches(path, path.read_text()))
+    assert len(FILES) > 200
+    found = [
+        f"{path.relative_to(SYSTEMS)}: {breach}"
+        for path in FILES
+        for breach in breaches(path, path.read_text())
+    ]
+    assert found == []
 
 
 @pytest.mark.parametrize(
@@ -115,39 +120,7 @@ def test_configurations_do_without_drake():
 
 
 # Files that still import each other. Untie them, and take them off the list.
-TIED_FILES = [
-    "editor.commands editor.session",
-    "editor.worker.child editor.worker.trials",
-    "systems.evaluation.encounter_features systems.evaluation.features"
-    " systems.evaluation.path_features systems.evaluation.recording"
-    " systems.evaluation.shortest_way",
-    "systems.planning.decision systems.planning.local_planner"
-    " systems.planning.planner",
-    "systems.planning.dwb.choose systems.planning.dwb.dwb",
-    "systems.planning.mppi.mppi systems.planning.mppi.optimize",
-    "systems.planning.navigation.navigate"
-    " systems.planning.navigation.navigation_planner"
-    " systems.planning.navigation.navigation_system"
-    " systems.planning.navigation.recovery",
-    "systems.planning.social.sfw systems.planning.social.sfw_cycle",
-    "systems.robot.differential_drive systems.robot.robot_config",
-    "systems.robot.physical_robots systems.robot.plant_robot",
-    "systems.sensing.camera systems.sensing.lidar systems.sensing.scans"
-    " systems.sensing.sensor_config systems.sensing.visible_people",
-    "systems.world.distance_field systems.world.obstacles",
-]
-# The same of rooms.
-TIED_ROOMS = [
-    "benchmark commands editor plots report validation views",
-    "hunavsim results scenario",
-]
-PAIRS = [
-    "benchmark commands",
-    "benchmark report",
-    "commands editor",
-    "hunavsim results",
-    "hunavsim scenario",
-]
+TIED_FILES = ["editor.worker.child editor.worker.trials"]
 
 
 def test_no_file_imports_itself_by_a_detour():
@@ -158,16 +131,16 @@ def test_no_file_imports_itself_by_a_detour():
 
 def test_rooms_import_one_way():
     rooms = architecture.rooms()
-    assert list(map(" ".join, architecture.circles(rooms))) == TIED_ROOMS
-    assert list(map(" ".join, architecture.mutual_pairs(rooms))) == PAIRS
+    assert architecture.circles(rooms) == []
+    assert architecture.mutual_pairs(rooms) == []
 
 
 def test_rooms_are_few_and_low():
     rooms = architecture.rooms()
-    assert {"systems/crowd", "scenario", "cli"} <= set(rooms)
-    assert len(rooms) <= 37
-    assert len(architecture.arrows()) <= 193
-    assert architecture.floors(rooms) <= 14
+    assert {"systems/crowd", "scenario", "trial"} <= set(rooms)
+    assert len(rooms) <= 22
+    assert len(architecture.arrows()) <= 130
+    assert architecture.floors(rooms) <= 12
 
 
 def test_circles_are_found():

@@ -40,7 +40,7 @@ def ports(diagram, context):
     [
         ("passing", ()),
         ("cafe", ("planner=dwb",)),
-        ("combined", ("planner=mppi",)),
+        ("combined", ("planner={name: mppi, batch_size: 100}",)),
         ("station", ()),
         ("crossing", ("robot.type=pmb2",)),
     ],

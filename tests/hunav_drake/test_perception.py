@@ -175,7 +175,15 @@ simulation: {duration: 40}
 """
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize(
+    "name",
+    [
+        it
+        if it in ("pursuit", "dwb", "orca")
+        else pytest.param(it, marks=pytest.mark.slow)
+        for it in NAMES
+    ],
+)
 def test_who_stands_in_the_way_is_met_by_the_lidar(name):
     """Without it nothing is known of anybody, and the robot drives on."""
     scenario = LoadScenario(data=POST, overrides=[planner_of(name, "lidar")])
@@ -191,7 +199,9 @@ def test_who_stands_in_the_way_is_met_by_the_lidar(name):
     assert np.ptp(nobody.recording.robot[:, 1]) < 0.1
 
 
-@pytest.mark.parametrize("name", ["passing", "crossing"])
+@pytest.mark.parametrize(
+    "name", ["crossing", pytest.param("passing", marks=pytest.mark.slow)]
+)
 def test_dwb_gets_through_by_the_lidar(name):
     """People are obstacles that it sees: it leaves the way it has alone."""
     scenario = LoadScenario(

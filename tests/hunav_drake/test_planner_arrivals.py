@@ -114,8 +114,9 @@ def test_a_longer_period_makes_no_slower(name):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
-@pytest.mark.parametrize("goal", GOALS)
-@pytest.mark.parametrize("tolerance", TOLERANCES)
+@pytest.mark.parametrize(
+    ("goal", "tolerance"), zip(GOALS, TOLERANCES, strict=True)
+)
 def test_arrives_at_every_period(name, goal, tolerance):
     times = [
         arrives(name, goal, tolerance=tolerance, period=period)[0]
@@ -131,10 +132,9 @@ def test_arrives_at_every_period(name, goal, tolerance):
     [(0.01, 0.01), (0.01, 0.07), (0.02, 0.2), (0.1, 0.5), (0.2, 0.2)],
 )
 def test_arrives_at_every_step(name, step, period):
-    for tolerance in (0.05, 0.25):
-        how = {"tolerance": tolerance, "step": step, "period": period}
-        arrives(name, "ahead", **how)
-        arrives(name, "behind", **how)
+    how = {"step": step, "period": period}
+    arrives(name, "ahead", tolerance=0.25, **how)
+    arrives(name, "behind", tolerance=0.05, **how)
 
 
 @pytest.mark.slow
@@ -142,5 +142,4 @@ def test_arrives_at_every_step(name, step, period):
 @pytest.mark.parametrize("period", [0.05, 0.5])
 def test_arrives_at_every_heading(name, period):
     for goal in GOALS:
-        for yaw in (0.02, 0.1):
-            arrives(name, goal, yaw=yaw, period=period)
+        arrives(name, goal, yaw=0.02, period=period)

@@ -54,7 +54,14 @@ def test_the_shortest_way_bends_around_the_corners(name):
     assert way.turning > 1.2
 
 
-@pytest.mark.parametrize("planner", ["dwb", "scl", "sfw", "sfm", "orca"])
+@pytest.mark.parametrize(
+    "planner",
+    [
+        *("dwb", "sfw"),
+        *(pytest.param(it, marks=pytest.mark.slow) for it in ("scl", "sfm")),
+        pytest.param("orca", marks=pytest.mark.slow),
+    ],
+)
 @pytest.mark.parametrize("name", list(CORNERS))
 def test_planners_with_maps_go_the_bent_way(name, planner):
     metrics = result(name, planner).metrics

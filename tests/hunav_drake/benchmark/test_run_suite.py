@@ -1,6 +1,7 @@
 import dataclasses
 import json
 import re
+import shutil
 import subprocess
 import sys
 
@@ -38,8 +39,21 @@ def suite():
 
 
 @pytest.fixture(scope="module")
-def reference():
-    return RunSuite(LoadSuite(data=SUITE), workers=1).runs()
+def done(tmp_path_factory):
+    """The suite, run once, and its folder."""
+    out = tmp_path_factory.mktemp("done")
+    return RunSuite(LoadSuite(data=SUITE), out=out, workers=1), out
+
+
+@pytest.fixture(scope="module")
+def reference(done):
+    return done[0].runs()
+
+
+@pytest.fixture
+def out(done, tmp_path):
+    """A folder in which the suite has been run."""
+    return shutil.copytree(done[1], tmp_path / "done")
 
 
 def assert_same(runs, reference):
@@ -93,11 +107,10 @@ def test_stopped_and_resumed_gives_the_same(suite, reference, tmp_path):
     assert_same(again.runs(), reference)
 
 
-def test_a_cut_off_line_is_run_again(suite, reference, tmp_path):
-    RunSuite(suite, out=tmp_path, workers=1)
-    path = tmp_path / NAME
+def test_a_cut_off_line_is_run_again(suite, reference, out):
+    path = out / NAME
     path.write_bytes(path.read_bytes()[:-100])
-    assert_same(RunSuite(suite, out=tmp_path, workers=1).runs(), reference)
+    assert_same(RunSuite(suite, out=out, workers=1).runs(), reference)
     assert len(list(read_rows(path))) == 8
 
 
@@ -123,23 +136,21 @@ def test_a_row_with_a_wrong_value_is_told(tmp_path, change, told):
     assert str(caught.value).startswith(f"{path}:2: is damaged: is not a run")
 
 
-def test_a_damaged_line_is_told_by_its_number(suite, tmp_path):
-    RunSuite(suite, out=tmp_path, workers=1)
-    path = tmp_path / NAME
+def test_a_damaged_line_is_told_by_its_number(suite, out):
+    path = out / NAME
     lines = path.read_text().splitlines(keepends=True)
     path.write_text(lines[0] + "{}\n" + "".join(lines[2:]))
     with pytest.raises(ValueError, match=r"runs.jsonl:2: is damaged.*take"):
-        RunSuite(suite, out=tmp_path, workers=1)
+        RunSuite(suite, out=out, workers=1)
 
 
-def test_a_changed_scenario_is_noticed(suite, tmp_path):
-    RunSuite(suite, out=tmp_path, workers=1)
+def test_a_changed_scenario_is_noticed(suite, out):
     changed = dataclasses.replace(suite, overrides=["simulation.duration=1.0"])
     with pytest.raises(ValueError, match=r"4 of crossing/pursuit.*--fresh"):
-        RunSuite(changed, out=tmp_path, workers=1)
-    result = RunSuite(changed, out=tmp_path, workers=1, fresh=True)
+        RunSuite(changed, out=out, workers=1)
+    result = RunSuite(changed, out=out, workers=1, fresh=True)
     assert (result.runs().end_time == 1.0).all()
-    assert len(list(read_rows(tmp_path / "runs_old.jsonl"))) == 8
+    assert len(list(read_rows(out / "runs_old.jsonl"))) == 8
 
 
 PLANNER = """
@@ -169,7 +180,8 @@ def test_changed_code_of_the_user_is_noticed(workers, tmp_path, hunav):
     suite = tmp_path / "suite.yaml"
     # What was registered stays for the tests to come.
     name = f"edited_{workers}"
-    suite.write_text(SUITE.replace("[pursuit, {", f"[{name}, {{"))
+    text = SUITE.replace("[pursuit, {", f"[{name}, {{")
+    suite.write_text(text.replace("seeds: 4", "seeds: 2"))
     command = "bench", suite, "--import", file, "--workers", workers
     ways = []
     for speed in (0.1, 0.3):
@@ -179,7 +191,7 @@ def test_changed_code_of_the_user_is_noticed(workers, tmp_path, hunav):
             code, _, err = hunav(*command, "--out", out)
             assert code != 0
             assert "other scenarios, behavior trees, code or versions" in err
-            assert f"4 of crossing/{name}, 4 of crossing/slow" in err
+            assert f"2 of crossing/{name}, 2 of crossing/slow" in err
             code, _, err = hunav(*command, "--out", out, "--fresh")
         else:
             code, _, err = hunav(*command, "--out", out)
@@ -189,23 +201,22 @@ def test_changed_code_of_the_user_is_noticed(workers, tmp_path, hunav):
     assert ways[1] > 2 * ways[0]
 
 
-def test_changed_code_of_the_package_is_noticed(suite, tmp_path, monkeypatch):
-    result = RunSuite(suite, out=tmp_path, workers=1)
+def test_changed_code_of_the_package_is_noticed(suite, done, out, monkeypatch):
+    result, _ = done
     assert {row.code_sha256 for row in result.rows} == {result.code_sha256}
     monkeypatch.setattr(code_hash, "_KINDS", (".xml",))
     with pytest.raises(ValueError, match=r"code or versions .4 of crossing/"):
-        RunSuite(suite, out=tmp_path, workers=1)
+        RunSuite(suite, out=out, workers=1)
 
 
-def test_runs_of_before_code_had_a_hash_are_of_other_code(suite, tmp_path):
-    RunSuite(suite, out=tmp_path, workers=1)
-    rows = [json.loads(it) for it in (tmp_path / NAME).open()]
+def test_runs_of_before_code_had_a_hash_are_of_other_code(suite, out):
+    rows = [json.loads(it) for it in (out / NAME).open()]
     for row in rows:
         del row["code_sha256"]
     lines = (json.dumps(row) + "\n" for row in rows)
-    (tmp_path / NAME).write_text("".join(lines))
+    (out / NAME).write_text("".join(lines))
     with pytest.raises(ValueError, match=r"code or versions .*--fresh"):
-        RunSuite(suite, out=tmp_path, workers=1)
+        RunSuite(suite, out=out, workers=1)
 
 
 def test_two_drivers_cannot_share_a_folder(suite, tmp_path):
@@ -419,11 +430,11 @@ def test_tasks_are_small_enough_to_send(suite):
     assert task.one(3, 1).runs == ((3, 1),)
 
 
-def test_rows_are_read_back_to_the_last_bit(suite, tmp_path):
-    result = RunSuite(suite, out=tmp_path, workers=1)
+def test_rows_are_read_back_to_the_last_bit(done):
+    result, out = done
     for row, line in zip(
         sorted(result.rows, key=lambda r: r.key),
-        sorted(read_rows(tmp_path / NAME), key=lambda r: r.key),
+        sorted(read_rows(out / NAME), key=lambda r: r.key),
         strict=True,
     ):
         assert json.dumps(row.metrics) == json.dumps(line.metrics)

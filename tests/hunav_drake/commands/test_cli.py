@@ -341,6 +341,7 @@ def test_an_output_that_is_full_is_told(word):
     assert done.stderr == "hunav: No space left on device\n"
 
 
+@pytest.mark.slow
 def test_a_name_in_another_script_needs_no_unicode():
     done = subprocess.run(
         [

@@ -63,6 +63,7 @@ def test_a_program_reads_json(hunav, tmp_path):
     assert again["metrics"]["path_length"] == data["metrics"]["path_length"]
 
 
+@pytest.mark.slow
 def test_files_are_written_also_if_nobody_reads_the_output(hunav, tmp_path):
     hunav("run", "passing", *SHORT, "--out", tmp_path / "a", "--no-replay")
     (recording,) = (tmp_path / "a").rglob("*.npz")

@@ -43,7 +43,8 @@ def test_json_has_the_numbers(hunav):
 
 
 def test_the_same_command_finds_the_same(hunav):
-    command = (*QUICK, "--model", "orca", "--json")
+    command = ("validate", "--quick", "--case", "corridor_time", "--json")
+    command += ("--model", "orca")
     assert hunav(*command) == hunav(*command)
 
 

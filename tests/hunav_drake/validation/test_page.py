@@ -54,12 +54,12 @@ def test_the_page_has_the_cases_as_they_are():
         assert f"\n{section}" in PAGE
 
 
-def assert_up_to_date(name):
+def assert_up_to_date(name, models):
     found = []
-    for model in sorted(MOTION_MODELS):
+    for model in models:
         outcome = judge(CASES[name], Setting(model))
         found += ROW.findall("\n".join(_section(CASES[name], [outcome])))
-    assert rows_of(name) == found, (
+    assert [row for row in rows_of(name) if row[0] in models] == found, (
         "hunav validate --markdown docs/validation.md --workers 2"
         " writes the page anew"
     )
@@ -67,13 +67,15 @@ def assert_up_to_date(name):
 
 @pytest.mark.parametrize("name", FAST)
 def test_the_page_tells_what_the_command_finds(name):
-    assert_up_to_date(name)
+    assert_up_to_date(name, sorted(MOTION_MODELS))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", [it for it in MEASURED if it not in FAST])
 def test_the_whole_page_tells_what_the_command_finds(name):
-    assert_up_to_date(name)
+    """Each case with one model, in turn."""
+    models = sorted(MOTION_MODELS)
+    assert_up_to_date(name, [models[MEASURED.index(name) % len(models)]])
 
 
 @pytest.mark.parametrize("place", range(5))

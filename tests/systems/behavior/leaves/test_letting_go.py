@@ -141,10 +141,7 @@ def check_let_go(scenario):
 
 @pytest.mark.parametrize(
     ("width", "planner"),
-    some(
-        itertools.product(WIDTHS, PLANNERS),
-        [(1.5, "pursuit"), (1.9, "dwb"), (2.3, "pursuit")],
-    ),
+    some(itertools.product(WIDTHS, PLANNERS), [(1.5, "dwb"), (2.3, "pursuit")]),
 )
 def test_corridor_is_left_or_used_to_its_walls(width, planner):
     """Where it is too narrow for both, the person goes out of it."""
@@ -163,18 +160,28 @@ def test_corridor_is_left_or_used_to_its_walls(width, planner):
         assert abs(at[beside, 1]) > 0.8
 
 
+def in_turn(cases):
+    """Gives each case a planner, one after the other."""
+    return [
+        (*case, planner)
+        for case, planner in zip(cases, itertools.cycle(PLANNERS))
+    ]
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("planner", PLANNERS)
-@pytest.mark.parametrize("width", WIDTHS)
-@pytest.mark.parametrize("meeting", MEETINGS)
+@pytest.mark.parametrize(
+    ("width", "meeting", "planner"),
+    in_turn(itertools.product(WIDTHS, list(MEETINGS)[1:])),
+)
 def test_everybody_lets_go_in_corridors(meeting, width, planner):
     check_let_go(trial("rooms", width, MEETINGS[meeting], planner))
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("planner", PLANNERS)
-@pytest.mark.parametrize("width", [2.3, 2.6])
-@pytest.mark.parametrize("meeting", MEETINGS)
+@pytest.mark.parametrize(
+    ("meeting", "width", "planner"),
+    in_turn(itertools.product(MEETINGS, [2.3, 2.6]))[::-1],
+)
 def test_there_is_room_in_a_closed_corridor(meeting, width, planner):
     check_let_go(trial("closed", width, MEETINGS[meeting], planner))
 
@@ -217,22 +224,18 @@ def test_first_random_corridors(number, planner):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("planner", PLANNERS)
-@pytest.mark.parametrize("kind", ["rooms", "open", "closed"])
-@pytest.mark.parametrize("number", range(20))
-def test_random_corridors(number, kind, planner):
-    check_random(number, kind, planner)
+@pytest.mark.parametrize("number", range(36))
+def test_random_corridors(number):
+    kind = ("rooms", "open", "closed")[number // 4 % 3]
+    check_random(number, kind, PLANNERS[number // 12 % 2])
 
 
-@pytest.mark.parametrize(
-    ("turn", "mirror"), [(math.pi / 2, False), (-1.0, True)]
-)
-def test_corridors_may_lie_anyhow(turn, mirror):
+def test_corridors_may_lie_anyhow():
     """What happens is the same, turned."""
     people = MEETINGS["aslant"]
     straight = RunTrial(trial("rooms", 1.7, people)).recording
     turned = RunTrial(
-        trial("rooms", 1.7, people, turn=turn, mirror=mirror)
+        trial("rooms", 1.7, people, turn=-1.0, mirror=True)
     ).recording
     assert turned.times[-1] == pytest.approx(straight.times[-1], abs=0.6)
     # (A corridor has two equal sides, and rounding decides for one.)
@@ -245,10 +248,7 @@ def test_corridors_may_lie_anyhow(turn, mirror):
 
 @pytest.mark.parametrize(
     ("width", "planner"),
-    some(
-        itertools.product([1.5, 1.9, 2.6], PLANNERS),
-        [(1.9, "dwb"), (2.6, "pursuit")],
-    ),
+    some(itertools.product([1.5, 1.9, 2.6], PLANNERS), [(1.9, "dwb")]),
 )
 def test_nobody_overtakes_a_robot_without_room(width, planner):
     """They once walked 7.9 m beside it at a gap of 0.04 m."""
@@ -300,9 +300,7 @@ def check_threat(scenario):
     assert recording.times[-1] < 100.0
 
 
-@pytest.mark.parametrize(
-    ("number", "planner"), [(3, "dwb"), (0, "pursuit"), (12, "pursuit")]
-)
+@pytest.mark.parametrize(("number", "planner"), [(3, "dwb"), (12, "pursuit")])
 def test_threat_without_a_goal_steps_aside_in_the_end(number, planner):
     """Also who has not seen the robot, and stands with the back to it."""
     check_threat(threats(planner, False)[number])
@@ -310,7 +308,8 @@ def test_threat_without_a_goal_steps_aside_in_the_end(number, planner):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("with_goal", [False, True])
-@pytest.mark.parametrize("planner", PLANNERS)
-def test_every_threat_ends(planner, with_goal):
-    for scenario in threats(planner, with_goal):
+@pytest.mark.parametrize("place", range(2))
+def test_every_threat_ends(place, with_goal):
+    planner = PLANNERS[(place + with_goal) % 2]
+    for scenario in threats(planner, with_goal)[place::2]:
         check_threat(scenario)

@@ -56,7 +56,7 @@ def check(behavior, rows, share=1.0):
 
 @pytest.mark.parametrize("behavior", BEHAVIORS)
 def test_first_placements(behavior):
-    check(behavior, outcomes(behavior, 2), 0.05)
+    check(behavior, outcomes(behavior, 1), 0.05)
 
 
 @pytest.mark.slow

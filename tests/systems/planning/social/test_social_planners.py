@@ -156,7 +156,9 @@ def test_the_velocity_chosen_touches_nobody_within_the_horizon():
 
 
 @pytest.mark.parametrize("planner", ["sfw", "sfm", "orca"])
-@pytest.mark.parametrize("name", ["passing", "crossing"])
+@pytest.mark.parametrize(
+    "name", ["passing", pytest.param("crossing", marks=pytest.mark.slow)]
+)
 def test_reaches_the_goal_among_people(planner, name):
     scenario = LoadScenario(
         filename=name, overrides=[f"planner.type={planner}"]
