@@ -32,7 +32,7 @@ def package(tmp_path, monkeypatch):
         ("systems/tree.xml", True),
         ("scenario/new.py", True),
         ("editor/page.py", False),
-        ("benchmark/comparison/tables.py", False),
+        ("runs/comparison/tables.py", False),
         ("systems/crowd.cpython-312.pyc", False),
         ("readme.md", False),
     ],
