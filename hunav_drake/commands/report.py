@@ -37,7 +37,7 @@ def add_report_command(commands: Any) -> None:
 
 
 def _report(options: argparse.Namespace) -> int:
-    from hunav_drake.runs.files import LoadResults
+    from hunav_drake.runs.result_files import LoadResults
 
     directory: Path = options.directory
     if options.output is not None:

@@ -13,7 +13,7 @@ from hunav_drake.report.suite_page import suite_page
 from hunav_drake.runs.comparison.latex import PACKAGES, to_latex
 from hunav_drake.runs.comparison.relations import Judgement, judge
 from hunav_drake.runs.comparison.tables import behavior_tables, scenario_tables
-from hunav_drake.runs.running.run_row import row_to_json
+from hunav_drake.runs.run_row import row_to_json
 from hunav_drake.runs.suite_result import SuiteResult
 from hunav_drake.systems.common.files import atomic_write
 

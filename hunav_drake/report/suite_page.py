@@ -31,7 +31,7 @@ from hunav_drake.runs.comparison.tables import (
     scenario_tables,
 )
 from hunav_drake.runs.outcomes import outcome_text
-from hunav_drake.runs.running.recordings import recording_path, replay_path
+from hunav_drake.runs.run_folders import recording_path, replay_path
 from hunav_drake.runs.statistics import LEAST_PAIRS
 from hunav_drake.runs.suite_result import KEYS, SuiteResult
 from hunav_drake.systems.evaluation.recording import Recording

@@ -9,7 +9,7 @@ from urllib.parse import quote
 from hunav_drake.report.batch_page import batch_content
 from hunav_drake.report.environment import template_environment
 from hunav_drake.report.trial_page import trial_content
-from hunav_drake.runs.duplicate_runs import drop_duplicate_runs
+from hunav_drake.runs.independent_runs import drop_duplicate_runs
 from hunav_drake.runs.run_folders import find_pages
 from hunav_drake.systems.common.files import atomic_write
 from hunav_drake.trial.result import TrialResult

@@ -24,9 +24,9 @@ from hunav_drake import (
     MakeTrialSimulator,
     SaveContext,
 )
-from hunav_drake.benchmark import LoadSuite, RunSuite
-from hunav_drake.runs.files import WriteResult
+from hunav_drake.runs import LoadSuite, RunSuite
 from hunav_drake.runs.recording_files import ReadRecording
+from hunav_drake.runs.result_files import WriteResult
 from hunav_drake.scenario.shipped import shipped_names, shipped_text
 from hunav_drake.systems import behavior
 from hunav_drake.trial.context_file import _digest

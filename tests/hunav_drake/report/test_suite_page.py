@@ -6,11 +6,11 @@ import pytest
 from hunav_drake.report.suite_files import WriteSuite
 from hunav_drake.runs import LoadSuite, RunSuite
 from hunav_drake.runs.comparison.relations import judge
-from hunav_drake.runs.running.run_row import RunRow
+from hunav_drake.runs.run_row import RunRow
 from hunav_drake.runs.suite_result import SuiteResult
 from hunav_drake.views.suite_replays import WriteReplays
-from tests.hunav_drake.benchmark.made_runs import make_result, runs_of
 from tests.hunav_drake.report.pages import visible
+from tests.hunav_drake.runs.made_runs import make_result, runs_of
 
 # (As long as labels may be.)
 LONG = ("a_contender_of_a_rather_long_name_" * 2)[:64]
@@ -112,8 +112,8 @@ def test_a_trial_that_does_not_repeat_itself_has_no_replay(result, tmp_path):
 
 def test_failures_come_first(result, tmp_path):
     row = RunRow(
-        *(result.cells[0].name, result.cells[0].sha256, "", 0, 0),
-        *("error", "it broke <b>", float("nan"), {}, {}, {}, {}),
+        *(result.cells[0].scenario, result.cells[0].planner, "", 0),
+        *("error", "it broke <b>", float("nan"), {}, {}),
     )
     suite = dataclasses.replace(result.suite, relations=[])
     broken = SuiteResult(suite, result.cells, [row])

@@ -9,12 +9,19 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from hunav_drake.runs import LoadSuite, RunSuite, Suite
-from hunav_drake.runs.running import code_hash
-from hunav_drake.runs.running.code_hash import hash_code
-from hunav_drake.runs.running.run_log import NAME, RunLog, read_rows
-from hunav_drake.runs.running.run_row import row_to_json
-from hunav_drake.runs.running.task import Task
+from hunav_drake.runs import (
+    LoadResults,
+    LoadSuite,
+    ReadRuns,
+    RunSuite,
+    Suite,
+    WriteResult,
+    code_hash,
+)
+from hunav_drake.runs.code_hash import hash_code
+from hunav_drake.runs.run_log import NAME, RunLog, read_rows
+from hunav_drake.runs.run_row import row_to_json
+from hunav_drake.runs.tasks import Task
 from hunav_drake.scenario import ScenarioError
 from hunav_drake.systems.planning import (
     Plan,
@@ -22,7 +29,7 @@ from hunav_drake.systems.planning import (
     PlannerStatus,
     register_planner,
 )
-from tests.hunav_drake.benchmark.made_runs import make_cell, make_row
+from tests.hunav_drake.runs.made_runs import make_cell, make_row
 
 SUITE = """
 name: small
@@ -121,10 +128,10 @@ def test_a_cut_off_line_is_run_again(suite, reference, out):
         ({"metrics": {"a": "x"}}, "metrics.a: must be a number, got 'x'"),
         ({"by_behavior": {"a": []}}, "by_behavior.a: must be a mapping"),
         ({"seed": 1.5}, "seed: must be a whole number, got 1.5"),
-        ({"cell": None}, "cell: must be text, got nothing"),
+        ({"planner": None}, "planner: must be text, got nothing"),
         ({"cost": [1]}, "cost: must be a mapping, got a list of 1"),
         ({"end_time": "late"}, "end_time: must be a number, got 'late'"),
-        ({"more": 1}, "unexpected keyword argument 'more'"),
+        ({"more": 1}, "there is no field 'more'"),
     ],
 )
 def test_a_row_with_a_wrong_value_is_told(tmp_path, change, told):
@@ -355,7 +362,7 @@ import time
 import numpy as np
 
 from hunav_drake.runs import LoadSuite, RunSuite
-from hunav_drake.runs.running.run_log import NAME, read_rows
+from hunav_drake.runs.run_log import NAME, read_rows
 
 suite = LoadSuite(filename=sys.argv[1])
 out = Path(sys.argv[2])
@@ -420,9 +427,9 @@ def test_tasks_are_small_enough_to_send(suite):
     import pickle
 
     task = Task(
-        cell="a/b",
-        sha256="0" * 64,
-        text="x" * 5000,
+        cell=dataclasses.replace(
+            make_cell("a", "b"), sha256="0" * 64, text="x" * 5000
+        ),
         code=hash_code(),
         runs=((0, 0),),
     )
@@ -460,3 +467,41 @@ def test_scenarios_may_have_seeds_of_their_own():
     assert suite.seed_list("passing") == list(range(10))
     assert suite.seed_list("combined") == list(range(30))
     assert suite.seed_list("free_run") == [0]
+
+
+def test_the_folder_of_a_suite_is_read_as_any_other(suite, tmp_path):
+    result = RunSuite(suite, out=tmp_path, workers=1)
+    for by_behavior in (False, True):
+        runs = result.runs(by_behavior=by_behavior)
+        read = ReadRuns(tmp_path, by_behavior=by_behavior)
+        assert_same(read, runs)
+        assert read.attrs == runs.attrs
+    runs = result.runs()
+    runs.to_csv(tmp_path / "runs.csv", index=False)
+    pd.testing.assert_frame_equal(
+        ReadRuns(tmp_path / "runs.csv"), runs, check_dtype=False
+    )
+    # A recording is kept of the first seed of each cell.
+    kept = LoadResults(tmp_path)
+    assert [it.provenance["planner"] for it in kept] == ["pursuit", "slow"]
+    assert [it.metrics.path_length for it in kept] == [
+        *runs[runs.seed == 0].path_length
+    ]
+    # Single runs may be written into the same folder.
+    WriteResult(kept[0], tmp_path)
+    assert len(ReadRuns(tmp_path)) == len(runs) + 1
+    assert len(LoadResults(tmp_path)) == 3
+    assert_same(RunSuite(suite, out=tmp_path, workers=1).runs(), runs)
+
+
+def test_a_log_of_before_rows_told_their_planner_is_read(tmp_path):
+    row = make_row(make_cell("hall", "dwb"), 3, {"path_length": 2.0})
+    data = json.loads(row_to_json(row))
+    for name in ("scenario", "planner", "setting"):
+        del data[name]
+    data |= {"cell": "hall/dwb/fast", "repetition": 0}
+    (tmp_path / NAME).write_text(json.dumps(data) + "\n")
+    (read,) = ReadRuns(tmp_path).to_dict("records")
+    assert (read["scenario"], read["planner"]) == ("hall", "dwb")
+    assert (read["setting"], read["seed"]) == ("fast", 3)
+    assert read["path_length"] == 2.0

@@ -15,7 +15,7 @@ from hunav_drake.runs.comparison.tables import ENDS, scenario_tables, to_text
 from hunav_drake.runs.intervals import wilson_interval
 from hunav_drake.runs.statistics import compare
 from hunav_drake.runs.suite import Relation
-from tests.hunav_drake.benchmark.made_runs import make_result, runs_of
+from tests.hunav_drake.runs.made_runs import make_result, runs_of
 
 SEEDS = 40
 

@@ -19,11 +19,7 @@ from hunav_drake.runs.comparison.tables import (
 )
 from hunav_drake.runs.suite import Relation, Suite, planner_overrides
 from hunav_drake.scenario import ScenarioError
-from tests.hunav_drake.benchmark.made_runs import (
-    make_cell,
-    make_result,
-    make_row,
-)
+from tests.hunav_drake.runs.made_runs import make_cell, make_result, make_row
 
 # The means of the paper's tables hold their own relations, but for these: two
 # that need what the tables do not have, and the social work of SFW and DWB.
@@ -183,7 +179,7 @@ def test_a_missing_value_leaves_the_pairs_together(missing):
 
 def test_the_share_does_not_hang_on_who_else_is_there():
     first = paired()
-    rows = [row._replace(cell="hall/else") for row in first.rows[:20]]
+    rows = [row._replace(planner="else") for row in first.rows[:20]]
     cell = dataclasses.replace(first.cells[0], planner="else")
     cells = [cell, *first.cells]
     more = SuiteResult(first.suite, cells, [*rows, *first.rows])
