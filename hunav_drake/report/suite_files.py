@@ -6,16 +6,21 @@ import json
 import math
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 import pandas as pd
 
-from hunav_drake.report.suite_page import suite_page
+from hunav_drake.report.runs_page import ManyRuns, runs_page
 from hunav_drake.runs.comparison.latex import PACKAGES, to_latex
+from hunav_drake.runs.comparison.paper import printed_values
 from hunav_drake.runs.comparison.relations import Judgement, judge
 from hunav_drake.runs.comparison.tables import behavior_tables, scenario_tables
+from hunav_drake.runs.running.recordings import recording_path, replay_path
 from hunav_drake.runs.running.run_row import row_to_json
 from hunav_drake.runs.suite_result import SuiteResult
 from hunav_drake.systems.common.files import atomic_write
+from hunav_drake.systems.evaluation.recording import Recording
+from hunav_drake.trial.provenance import MakeProvenance
 
 _FILES = (
     *("runs.csv", "runs_by_behavior.csv", "summary.csv", "costs.csv"),
@@ -75,6 +80,56 @@ def WriteSuite(
     _write(report, suite_page(result, judgements))
     _write(last, suite_json(result, judgements, made_from) + "\n")
     return report
+
+
+def suite_page(result: SuiteResult, judgements: Sequence[Judgement]) -> str:
+    """Returns the report of a suite as one HTML page."""
+    suite = result.suite
+    runs = result.runs()
+    provenance = MakeProvenance(suite.name, seed=0)
+    for key in ("seed", "planner", "scenario_sha256"):
+        provenance.pop(key, None)
+    provenance["code_sha256"] = result.code_sha256
+    provenance |= {f"{it.name} (SHA-256)": it.sha256 for it in result.cells}
+    # One run of each cell is kept.
+    kept: dict[int, Path] = {}
+    pages: dict[int, dict[str, str]] = {}
+    folder = result.folder
+    for i, (cell, seed, repetition) in enumerate(
+        zip(
+            result.rows.texts("cell"),
+            result.rows.seeds.tolist(),
+            result.rows.repetitions.tolist(),
+            strict=True,
+        )
+    ):
+        if folder is None or repetition:
+            continue
+        kept[i] = recording_path(folder, cell, seed)
+        replay = replay_path(folder, cell, seed)
+        if replay.is_file():
+            address = quote(replay.relative_to(folder).as_posix())
+            pages[i] = {"replay": address}
+
+    def recording(index: int) -> Recording | None:
+        path = kept.get(index)
+        return Recording.load(path) if path and path.is_file() else None
+
+    many = ManyRuns(
+        runs=runs,
+        by_behavior=result.runs(by_behavior=True),
+        recording=recording,
+        provenance=provenance,
+        pages=pages,
+        about=[f"version {suite.version}", f"{len(result.cells)} cells"],
+        description=suite.description,
+        printed=lambda scenario, behavior: printed_values(
+            suite.name, scenario, behavior
+        ),
+        judgements=judgements,
+        costs=result.costs(),
+    )
+    return runs_page(many, f"Benchmark {suite.name}", left_out={})
 
 
 def _sha256(
