@@ -2,11 +2,13 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import pandas as pd
 
-from hunav_drake.report.environment import template_environment
+from hunav_drake.report.environment import address_of, write_page
 from hunav_drake.report.figures import ReportFigure, make_figure, run_figures
 from hunav_drake.report.plots.approaches import NEAR
 from hunav_drake.report.plots.comparison import (
@@ -59,7 +61,8 @@ _MOST_OPEN = 3
 _MOST_RUNS = 30
 _MOST_LISTED = 2000
 
-_Pages = Mapping[Any, Mapping[str, str]]
+# The addresses of the pages of runs, by index and kind.
+_Links = Mapping[Any, Mapping[str, str]]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,8 +75,8 @@ class ManyRuns:
         recording: Returns what happened in the run of a row of `runs`, by its
             index, or None where that is not kept.
         provenance: What determines the results.
-        pages: The addresses of the pages of runs, by index, then by kind,
-            "report" and "replay".
+        pages: The files of pages of runs, by index, then by kind, "report"
+            and "replay".
         about: What the page says of them first.
         description: What they are for.
         printed: Returns what a paper prints for a scenario and a behavior, the
@@ -87,7 +90,7 @@ class ManyRuns:
     by_behavior: pd.DataFrame
     recording: Callable[[Any], Recording | None]
     provenance: Mapping[str, Any]
-    pages: _Pages = field(default_factory=dict)
+    pages: Mapping[Any, Mapping[str, Path]] = field(default_factory=dict)
     about: Sequence[str] = ()
     description: str = ""
     printed: Callable[[str, str], Printed] = lambda scenario, behavior: {}
@@ -95,26 +98,39 @@ class ManyRuns:
     costs: pd.DataFrame = field(default_factory=pd.DataFrame)
 
 
-def runs_page(
+def WriteRunsPage(
     many: ManyRuns,
+    filename: Path,
     title: str,
     *,
-    left_out: Mapping[str, str],
+    left_out: Mapping[str, str] = MappingProxyType({}),
     duplicates: Sequence[str] = (),
-) -> str:
-    """Returns the page about many runs as HTML.
+) -> Path:
+    """Writes the page about many runs as one HTML file.
 
     Args:
         many: The runs.
+        filename: The file to write; an existing one is replaced.
         title: The heading.
         left_out: Runs that are missing: the reason, by tag.
         duplicates: Which runs are left out as duplicates of others.
+
+    Returns:
+        The path of the file.
+
+    Raises:
+        OSError: If it cannot be written.
     """
+    links = {
+        i: {kind: address_of(path, filename) for kind, path in its.items()}
+        for i, its in many.pages.items()
+    }
     runs, by_behavior = map(_with_contenders, (many.runs, many.by_behavior))
     headline = headline_table(runs) if headline_of(runs) else None
     scenarios = [
         _scenario(
             many,
+            links,
             # The names come from all runs, so that they are the same here.
             runs[runs["scenario"] == name],
             by_behavior[by_behavior["scenario"] == name],
@@ -135,31 +151,29 @@ def runs_page(
             {"scenario": "scenario", "contender": "planner"},
         ),
         "relations": relation_table(many.judgements),
-        "runs": _listed_runs(runs, many) if len(runs) else None,
+        "runs": _listed_runs(runs, many.costs, links) if len(runs) else None,
         "cost": cost_table(runs, many.costs),
     }
-    return (
-        template_environment()
-        .get_template("runs.html")
-        .render(
-            title=title,
-            about=_about(many),
-            description=many.description,
-            replay=None,
-            left_out=left_out,
-            duplicates=duplicates,
-            **sections,
-            contents=_contents(sections, scenarios),
-            scenarios=scenarios,
-            tallies=tallies(many.judgements),
-            least_pairs=LEAST_PAIRS,
-            most_open=_MOST_OPEN,
-            most_runs=_MOST_RUNS,
-            most_listed=_MOST_LISTED,
-            run_count=len(runs),
-            total_cost=total_cost(runs, many.costs),
-            provenance=provenance_table(many.provenance),
-        )
+    return write_page(
+        filename,
+        "runs.html",
+        title=title,
+        about=_about(many),
+        description=many.description,
+        replay=None,
+        left_out=left_out,
+        duplicates=duplicates,
+        **sections,
+        contents=_contents(sections, scenarios),
+        scenarios=scenarios,
+        tallies=tallies(many.judgements),
+        least_pairs=LEAST_PAIRS,
+        most_open=_MOST_OPEN,
+        most_runs=_MOST_RUNS,
+        most_listed=_MOST_LISTED,
+        run_count=len(runs),
+        total_cost=total_cost(runs, many.costs),
+        provenance=provenance_table(many.provenance),
     )
 
 
@@ -217,7 +231,11 @@ def _contents(
 
 
 def _scenario(
-    many: ManyRuns, runs: pd.DataFrame, by_behavior: pd.DataFrame, key: str
+    many: ManyRuns,
+    links: _Links,
+    runs: pd.DataFrame,
+    by_behavior: pd.DataFrame,
+    key: str,
 ) -> dict[str, Any]:
     """Returns what is shown of the runs in one scenario."""
     name = str(runs["scenario"].iloc[0])
@@ -245,7 +263,7 @@ def _scenario(
         ],
         "not_drawn": [it for it in metrics if it not in drawn],
         "several": several,
-        **_examples(many, runs, key),
+        **_examples(many, links, runs, key),
     }
 
 
@@ -273,14 +291,16 @@ def _bars(runs: pd.DataFrame, name: str, key: str) -> ReportFigure:
     )
 
 
-def _examples(many: ManyRuns, runs: pd.DataFrame, key: str) -> dict[str, Any]:
+def _examples(
+    many: ManyRuns, links: _Links, runs: pd.DataFrame, key: str
+) -> dict[str, Any]:
     """Returns plots of one run of each contender, if possible of one seed."""
     others = (runs["seed"] != runs["seed"].iloc[0]).sort_values(kind="stable")
     chosen = runs.loc[others.index].drop_duplicates("contender")
     replays = {
-        str(runs.at[i, "contender"]) or "replay": many.pages[i]["replay"]
+        str(runs.at[i, "contender"]) or "replay": links[i]["replay"]
         for i in chosen.index
-        if "replay" in many.pages.get(i, {})
+        if "replay" in links.get(i, {})
     }
     # A single contender is shown by its first runs. Robots that move as one
     # before would be hidden by its line.
@@ -322,9 +342,11 @@ def _examples(many: ManyRuns, runs: pd.DataFrame, key: str) -> dict[str, Any]:
     return {"examples": figures, "replays": replays}
 
 
-def _listed_runs(runs: pd.DataFrame, many: ManyRuns) -> Table:
+def _listed_runs(
+    runs: pd.DataFrame, costs: pd.DataFrame, links: _Links
+) -> Table:
     """Returns a row for each run: how it ended, key metrics, and its cost."""
-    metrics, costs = headline_of(runs), cost_heads(many.costs)
+    metrics, paid = headline_of(runs), cost_heads(costs)
     texts = ["scenario", "planner", "seed"]
     if runs["setting"].nunique() > 1:
         texts.insert(2, "setting")
@@ -335,7 +357,7 @@ def _listed_runs(runs: pd.DataFrame, many: ManyRuns) -> Table:
         label_text(name.replace("_", " "), unit_of(runs, name))
         for name in metrics
     ]
-    head += costs.values()
+    head += paid.values()
     rows: list[list[Cell]] = []
     for i, row in runs.iloc[:_MOST_LISTED].iterrows():
         rows.append(
@@ -344,12 +366,12 @@ def _listed_runs(runs: pd.DataFrame, many: ManyRuns) -> Table:
                 row["end_reason"],
                 number(float(row["end_time"])),
                 *(number(float(row[n]), unit_of(runs, n)) for n in metrics),
-                *(cost_text(many.costs.at[i, name]) for name in costs),
+                *(cost_text(costs.at[i, name]) for name in paid),
             ]
         )
-    if any(many.pages.values()):
+    if any(links.values()):
         # Here they are seen without scrolling.
         head.insert(2, "pages")
         for row, i in zip(rows, runs.index, strict=False):
-            row.insert(2, many.pages.get(i, {}))
+            row.insert(2, links.get(i, {}))
     return Table(head, {"": rows}, numbers=range(head.index("seed"), len(head)))

@@ -101,10 +101,7 @@ def planner_tables(
     columns: list[Cell] = ["n", "mean", "standard deviation", "median"]
     if several:
         columns.insert(0, "planner")
-    return (
-        _table(heads, means),
-        _table(columns, spread, first=1 + several),
-    )
+    return (_table(heads, means), _table(columns, spread, first=1 + several))
 
 
 def paired_tables(

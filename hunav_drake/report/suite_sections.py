@@ -118,7 +118,9 @@ def total_cost(runs: pd.DataFrame, costs: pd.DataFrame) -> str:
     if "cpu" not in costs:
         return ""
     simulated = _duration(float(runs["end_time"].sum()))
-    wall, cpu = (_duration(float(costs[name].sum())) for name in ("wall", "cpu"))
+    wall, cpu = (
+        _duration(float(costs[name].sum())) for name in ("wall", "cpu")
+    )
     return (
         f"{len(costs)} runs of {simulated} in all took workers {wall}, of which"
         f" the processor worked {cpu}."
