@@ -35,9 +35,9 @@ def plot_comparison(
     """Draws bars of a metric's mean over runs, with confidence intervals.
 
     The intervals are those of 95 %, and dots are single runs, where a bar has
-    at most 200. Runs without a value do not count. Rates are in percent. Runs whose seeds draw nothing are
-    one, without an interval, and the bar says so. See
-    `hunav_drake.runs.statistics.summarize`.
+    at most 200. Runs without a value do not count. Rates are in percent. Runs
+    whose seeds draw nothing are one, without an interval, and the bar says so.
+    See `hunav_drake.runs.statistics.summarize`.
 
     Args:
         runs: Results, or a table with a row per run, such as `ReadRuns` gives.
