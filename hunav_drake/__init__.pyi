@@ -19,8 +19,11 @@ from .runs import (
     Suite as Suite,
     SuiteResult as SuiteResult,
 )
-from .runs.files import LoadResults as LoadResults, WriteResult as WriteResult
 from .runs.recording_files import ReadRecording as ReadRecording
+from .runs.result_files import (
+    LoadResults as LoadResults,
+    WriteResult as WriteResult,
+)
 from .runs.run_table import ReadRuns as ReadRuns
 from .runs.statistics import compare as compare, summarize as summarize
 from .scenario import (

@@ -16,7 +16,7 @@ from hunav_drake.systems.common.input_error import InputError
 
 if TYPE_CHECKING:
     from hunav_drake.runs.comparison.relations import Judgement
-    from hunav_drake.runs.running.run_row import RunRow
+    from hunav_drake.runs.run_row import RunRow
     from hunav_drake.runs.suite import Suite
     from hunav_drake.runs.suite_result import SuiteResult
 
@@ -144,7 +144,7 @@ def _bench(options: argparse.Namespace) -> int:
     from hunav_drake.report.suite_files import WriteSuite
     from hunav_drake.runs import ListSuites, RunSuite
     from hunav_drake.runs.comparison.relations import judge
-    from hunav_drake.runs.running.worker import UnfitWorkerError
+    from hunav_drake.runs.tasks import UnfitWorkerError
     from hunav_drake.scenario import ScenarioError
     from hunav_drake.systems.evaluation.metrics import select_metrics
 
@@ -219,7 +219,7 @@ def _executor(options: argparse.Namespace) -> Iterator[tuple[Any, int | None]]:
             raise InputError("--address goes with --executor dask")
         if options.workers == 1:
             # A process of its own: if it dies, the suite goes on.
-            from hunav_drake.runs.running.pool import WorkerPool
+            from hunav_drake.runs.worker_pool import WorkerPool
 
             with WorkerPool(1) as pool:
                 yield pool, 1
@@ -230,7 +230,7 @@ def _executor(options: argparse.Namespace) -> Iterator[tuple[Any, int | None]]:
         raise InputError(
             "--executor dask needs Dask: pip install 'hunav_drake[dask]'"
         )
-    from hunav_drake.runs.running.cluster import ClusterError, connect
+    from hunav_drake.runs.cluster import ClusterError, connect
 
     if not options.address:
         raise InputError(
@@ -371,7 +371,7 @@ class _Progress:
         self._bar.close()
 
     def show(self, row: "RunRow", done: int, total: int) -> None:
-        from hunav_drake.runs.running.run_row import FAILED
+        from hunav_drake.runs.run_row import FAILED
 
         value = row.metrics.get(self._metric, math.nan)
         if math.isfinite(value):

@@ -91,7 +91,7 @@ def _evaluate(options: argparse.Namespace) -> int:
     if options.out is not None:
         check_out(options.out)
     from hunav_drake.commands.evaluate import evaluate_file, lacks_walls
-    from hunav_drake.runs.files import WriteResult
+    from hunav_drake.runs.result_files import WriteResult
     from hunav_drake.trial.result import FormatMetricsTable
 
     with input_errors(ValueError):
@@ -114,9 +114,9 @@ def _evaluate(options: argparse.Namespace) -> int:
         except ValueError as error:
             raise InputError(f"--out {options.out}: {error}") from error
     if options.json:
-        from hunav_drake.runs.run_summary import make_summary
+        from hunav_drake.runs.run_row import make_row, result_to_json
 
-        print(make_summary(result).model_dump_json(indent=2))
+        print(result_to_json(make_row(result)))
         return DONE
     print(FormatMetricsTable(result))
     if lacks_walls(result):

@@ -40,13 +40,14 @@ def add_report_command(commands: Any) -> None:
 
 
 def _report(options: argparse.Namespace) -> int:
-    from hunav_drake.runs.files import LoadResults
+    from hunav_drake.runs.result_files import LoadResults
+    from hunav_drake.runs.run_folders import RECORDINGS
 
     directory: Path = options.directory
     if options.output is not None:
         check_output(options.output)
     page: Path = options.output or directory / "report.html"
-    if (directory / "suite.json").is_file():
+    if any((directory / it).exists() for it in ("suite.json", RECORDINGS)):
         return _report_suite(directory, page, options.title)
     left_out: dict[str, str] = {}
     with input_errors():

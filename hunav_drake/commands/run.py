@@ -202,12 +202,12 @@ def _print(
     result: "TrialResult", options: argparse.Namespace, elapsed: float
 ) -> None:
     """Prints what a trial gave; a planner that failed is told elsewhere."""
-    from hunav_drake.runs.run_summary import make_summary
+    from hunav_drake.runs.run_row import make_row, result_to_json
     from hunav_drake.trial.metric_facts import headline_of
     from hunav_drake.trial.result import FormatMetricsTable, how_it_ended
 
     if options.json:
-        print(make_summary(result).model_dump_json(indent=2))
+        print(result_to_json(make_row(result)))
         return
     if result.end_reason == "planner_failed":
         return
@@ -268,7 +268,7 @@ def _keep(
     Meshcat holds the recorded replay.
     """
     from hunav_drake.report.writing import WriteReport
-    from hunav_drake.runs.files import WriteResult
+    from hunav_drake.runs.result_files import WriteResult
     from hunav_drake.runs.settings import setting_text
     from hunav_drake.scenario import SaveScenario
 

@@ -113,7 +113,7 @@ class ScenarioEditor(anywidget.AnyWidget):
     @property
     def results(self) -> "list[TrialResult]":
         """The results of all runs in the editor that have ended."""
-        from hunav_drake.runs.files import LoadResults
+        from hunav_drake.runs.result_files import LoadResults
 
         folders = [it.name for it in self._worker.results.folders()]
         if not folders:

@@ -42,7 +42,7 @@ from hunav_drake.report.trial_page import is_about_robot_alone
 from hunav_drake.runs.comparison.relations import Judgement
 from hunav_drake.runs.independent_runs import draws_nothing
 from hunav_drake.runs.outcomes import count_outcomes
-from hunav_drake.runs.running.run_row import FAILED
+from hunav_drake.runs.run_row import FAILED
 from hunav_drake.runs.settings import contenders
 from hunav_drake.runs.statistics import LEAST_PAIRS
 from hunav_drake.systems.evaluation.recording import Recording

@@ -14,9 +14,14 @@ from hunav_drake.runs.comparison.latex import PACKAGES, to_latex
 from hunav_drake.runs.comparison.paper import printed_values
 from hunav_drake.runs.comparison.relations import Judgement, judge
 from hunav_drake.runs.comparison.tables import behavior_tables, scenario_tables
+from hunav_drake.runs.run_folders import (
+    RUNS,
+    find_pages,
+    recording_path,
+    replay_path,
+)
+from hunav_drake.runs.run_row import row_to_json
 from hunav_drake.runs.run_table import ReadRuns
-from hunav_drake.runs.running.recordings import recording_path, replay_path
-from hunav_drake.runs.running.run_row import row_to_json
 from hunav_drake.runs.suite_result import SuiteResult
 from hunav_drake.systems.common.files import atomic_write
 from hunav_drake.systems.evaluation.metrics import METRICS
@@ -101,13 +106,23 @@ def suite_runs(
 
 
 def read_suite(folder: Path) -> ManyRuns:
-    """Returns the runs of a suite whose files `WriteSuite` has written.
+    """Returns the runs in the folder of a suite.
+
+    Of a suite that has not ended, without the files of `WriteSuite`, there are
+    neither relations nor costs.
 
     Raises:
         OSError: If a file cannot be read.
         ValueError: If a file is damaged.
     """
     path = folder / "suite.json"
+    if not path.is_file():
+        return _many_runs(
+            {},
+            folder,
+            runs=ReadRuns(folder),
+            by_behavior=ReadRuns(folder, by_behavior=True),
+        )
     try:
         about = json.loads(path.read_bytes())
         judgements = [
@@ -149,36 +164,42 @@ def _many_runs(
         folder: That of the suite, with recordings and replays.
         tables: `runs`, `by_behavior`, `costs` and `judgements`.
     """
-    # One run of each cell is kept.
     kept: dict[int, Path] = {}
     pages: dict[int, dict[str, Path]] = {}
     for run in tables["runs"].itertuples():
-        if folder is None or run.repetition:
+        if folder is None:
             continue
-        cell = "/".join(filter(None, (run.scenario, run.planner, run.setting)))
-        kept[run.Index] = recording_path(folder, cell, run.seed)
-        replay = replay_path(folder, cell, run.seed)
-        if replay.is_file():
-            pages[run.Index] = {"replay": replay}
+        if tag := getattr(run, "tag", ""):
+            kept[run.Index] = folder / RUNS / tag / "recording.npz"
+            pages[run.Index] = find_pages(folder, tag)
+        elif not run.repetition:
+            # Of each cell one is there.
+            names = run.scenario, run.planner, run.setting
+            cell = "/".join(filter(None, names))
+            kept[run.Index] = recording_path(folder, cell, run.seed)
+            replay = replay_path(folder, cell, run.seed)
+            pages[run.Index] = {"replay": replay} if replay.is_file() else {}
 
     def recording(index: int) -> Recording | None:
         path = kept.get(index)
         return Recording.load(path) if path and path.is_file() else None
 
+    cells = about.get("cells", [])
+    provenance = dict(about.get("provenance", {}))
+    if cells:
+        provenance["code_sha256"] = about["code_sha256"]
+    for cell in cells:
+        provenance[f"{cell['name']} (SHA-256)"] = cell["sha256"]
     return ManyRuns(
         recording=recording,
-        provenance={
-            **about["provenance"],
-            "code_sha256": about["code_sha256"],
-            **{
-                f"{it['name']} (SHA-256)": it["sha256"] for it in about["cells"]
-            },
-        },
+        provenance=provenance,
         pages=pages,
-        about=[f"version {about['version']}", f"{len(about['cells'])} cells"],
-        description=about["description"],
+        about=[f"version {about['version']}", f"{len(cells)} cells"]
+        if about
+        else ["not ended"],
+        description=about.get("description", ""),
         printed=lambda scenario, behavior: printed_values(
-            about["suite"], scenario, behavior
+            about.get("suite", ""), scenario, behavior
         ),
         **tables,
     )

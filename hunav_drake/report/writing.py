@@ -8,7 +8,7 @@ from typing import Any
 from hunav_drake.report.environment import address_of, write_page
 from hunav_drake.report.runs_page import ManyRuns, WriteRunsPage
 from hunav_drake.report.trial_page import trial_content
-from hunav_drake.runs.duplicate_runs import drop_duplicate_runs
+from hunav_drake.runs.independent_runs import drop_duplicate_runs
 from hunav_drake.runs.run_folders import find_pages
 from hunav_drake.runs.run_table import tabulate_runs
 from hunav_drake.trial.result import TrialResult

@@ -1,5 +1,5 @@
-from .files import LoadResults as LoadResults, WriteResult as WriteResult
 from .recording_files import ReadRecording as ReadRecording
+from .result_files import LoadResults as LoadResults, WriteResult as WriteResult
 from .run_suite import RunSuite as RunSuite
 from .run_table import ReadRuns as ReadRuns
 from .statistics import compare as compare, summarize as summarize

@@ -1,7 +1,10 @@
-"""Where the runs are in a folder of results: `runs/<tag>/`.
+"""Where the files of runs are in a folder of results.
 
-A run is written into a hidden folder beside, which takes its name when it is
-complete. So a folder in `runs/` whose name does not begin with a dot is a
+Those of a single run are in `runs/<tag>/`. A suite keeps a recording of each
+cell in `recordings/`, and a replay in `replays/`.
+
+A single run is written into a hidden folder beside, which takes its name when
+it is complete. So a folder in `runs/` whose name does not begin with a dot is a
 whole run, whoever else writes at the time, and whenever a writer is killed;
 what that one leaves is never read, and can be deleted.
 """
@@ -14,7 +17,15 @@ import re
 import secrets
 import shutil
 
+from hunav_drake.runs.run_row import RunRow
+from hunav_drake.systems.common.files import file_name_part
+
 RUNS = "runs"
+RECORDINGS = "recordings"
+REPLAYS = "replays"
+
+# The longest part of a name that is made of other names.
+_LONGEST = 160
 
 # What a rename says where a file, or a folder with files, is in its way.
 _TAKEN = (errno.EEXIST, errno.ENOTEMPTY, errno.ENOTDIR)
@@ -32,7 +43,7 @@ def find_runs(directory: str | Path) -> dict[str, Path]:
         for path in (runs.iterdir() if runs.is_dir() else ())
         if path.is_dir() and not path.name.startswith(".")
     }
-    return {tag: found[tag] for tag in sorted(found, key=_natural)}
+    return {tag: found[tag] for tag in sorted(found, key=natural_key)}
 
 
 def find_pages(directory: str | Path, tag: str) -> dict[str, Path]:
@@ -68,9 +79,30 @@ def write_run_folder(path: Path, write: Callable[[Path], None]) -> bool:
     return True
 
 
-def _natural(tag: str) -> list[tuple[int, str]]:
+def recording_path(folder: Path, cell: str, seed: int) -> Path:
+    """Returns where the recording of a run of a suite is kept."""
+    name = file_name_part(cell)[:_LONGEST].lstrip(".-")
+    return folder / RECORDINGS / f"{name}_{seed}.npz"
+
+
+def replay_path(folder: Path, cell: str, seed: int) -> Path:
+    """Returns where the replay of a run of a suite is kept."""
+    return folder / REPLAYS / f"{recording_path(folder, cell, seed).stem}.html"
+
+
+def find_recording(folder: Path, row: RunRow) -> Path | None:
+    """Returns where the recording of a run is; None if none was kept."""
+    if row.tag:
+        return folder / RUNS / row.tag / "recording.npz"
+    if row.seed is None or row.repetition:
+        return None
+    path = recording_path(folder, row.cell, row.seed)
+    return path if path.is_file() else None
+
+
+def natural_key(tag: str) -> tuple[tuple[int, str], ...]:
     """Returns a key that sorts "run_2" before "run_10"."""
-    return [
+    return tuple(
         (int(part), "") if part.isdecimal() else (-1, part)
         for part in re.split(r"(\d+)", tag)
-    ]
+    )

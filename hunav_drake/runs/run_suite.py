@@ -9,18 +9,23 @@ from queue import Empty, SimpleQueue
 
 import numpy as np
 
-from hunav_drake.runs.running.cell import make_cells
-from hunav_drake.runs.running.code_hash import hash_code, hash_of_all
-from hunav_drake.runs.running.plan import CellPlan
-from hunav_drake.runs.running.pool import InlineExecutor, WorkerPool
-from hunav_drake.runs.running.recordings import keep_recording
-from hunav_drake.runs.running.run_log import RunLog
-from hunav_drake.runs.running.run_row import LOST, RunRow, failed_row
-from hunav_drake.runs.running.run_table import RunTable
-from hunav_drake.runs.running.task import Task
-from hunav_drake.runs.running.worker import UnfitWorkerError, do_task, warm_up
+from hunav_drake.runs.cell_plan import CellPlan
+from hunav_drake.runs.cells import make_cells
+from hunav_drake.runs.code_hash import hash_code, hash_of_all
+from hunav_drake.runs.run_folders import recording_path
+from hunav_drake.runs.run_log import RunLog
+from hunav_drake.runs.run_row import LOST, RunRow
+from hunav_drake.runs.run_table import RunTable
 from hunav_drake.runs.suite import Suite
 from hunav_drake.runs.suite_result import SuiteResult
+from hunav_drake.runs.tasks import (
+    Task,
+    UnfitWorkerError,
+    do_task,
+    failed_row,
+    warm_up,
+)
+from hunav_drake.runs.worker_pool import InlineExecutor, WorkerPool
 from hunav_drake.trial.user_code import import_user_code
 
 # How often a run is given out alone, if its worker dies each time.
@@ -172,7 +177,7 @@ class _Driver:
         self._rows = rows
         self._progress = progress
         # Runs that may have killed a worker, and how often they did so alone.
-        self._suspects: dict[tuple[str, int, int], int] = {}
+        self._suspects: dict[tuple[str, int | None, int], int] = {}
         self._again: list[Task] = []
         self._done = sum(plan.done for plan in plans)
         # Plans that may have tasks to give out.
@@ -231,7 +236,7 @@ class _Driver:
         if self._log is not None:
             # First the recording: a row in the log is a run that is done.
             for row in new:
-                keep_recording(row, self._log.path.parent)
+                _keep_recording(row, self._log.path.parent)
             self._log.append(new)
         total = sum(plan.total for plan in self._plans.values())
         for row in new:
@@ -262,7 +267,7 @@ class _Driver:
         """Gives the runs of a dead worker out again, each alone."""
         failed = []
         for seed, repetition in task.runs:
-            key = task.cell, seed, repetition
+            key = task.cell.name, seed, repetition
             # The first time it was not alone.
             deaths = self._suspects.get(key, -1) + 1
             if deaths < _ATTEMPTS:
@@ -287,3 +292,10 @@ def _all(
     with contextlib.suppress(Empty):
         while True:
             yield queue.get_nowait()
+
+
+def _keep_recording(row: RunRow, folder: Path) -> None:
+    if row.recording is not None and row.seed is not None:
+        path = recording_path(folder, row.cell, row.seed)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        row.recording.save(path)

@@ -1,15 +1,27 @@
-"""The table of runs, made when it is read: a row per run, with its metrics."""
+"""The table of runs: a row per run, with its metrics."""
 
-from collections.abc import Iterable, Mapping
+from array import array
+from collections.abc import Iterable, Iterator, Sequence
+import copy
+import math
 from pathlib import Path
-from typing import Any
+from typing import Any, overload
 
+import numpy as np
+from numpy.typing import NDArray
 import pandas as pd
 
-from hunav_drake.runs.files import CSV_NUMBERS, read_summaries
-from hunav_drake.runs.run_summary import RunSummary, make_summary
+from hunav_drake.runs.result_files import CSV_NUMBERS, read_folder, run_order
+from hunav_drake.runs.run_row import (
+    NO_RESULT,
+    MetricFacts,
+    RunRow,
+    make_row,
+    table_facts,
+)
+from hunav_drake.runs.statistics import RATES
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.files import atomic_write
-from hunav_drake.trial.metric_facts import FACTS
 from hunav_drake.trial.result import TrialResult
 
 # The columns that are texts, even if they look like numbers.
@@ -21,22 +33,34 @@ _TEXTS = (
 # What stands for no value in the others.
 _MISSING = ["", "nan", "NaN", "NA"]
 
+# What a number of a run is about, one of these or a behavior; and its name.
+_Key = tuple[str, str]
+_GROUPS = ("metrics", "cost", "extras")
+_BEHAVIOR = "behavior "
+
+# Stands for no seed among numbers.
+_NO_SEED = -1
+
 
 def ReadRuns(path: str | Path, *, by_behavior: bool = False) -> pd.DataFrame:
     """Makes the table of all runs in a folder, or reads one from a file.
 
     Args:
-        path: A folder of results, or a table such as the `runs.csv` that
-            `hunav report` writes. Of a folder only the summaries are read.
+        path: A folder of results, whoever has written it: `hunav run --out`,
+            `hunav evaluate --out`, `hunav bench`, the editor or `WriteResult`;
+            or a table such as the `runs.csv` that is written there. Of a
+            folder no recording is read.
         by_behavior: Makes a row for each behavior of each run instead, with
             the metrics as if only the people of that behavior were there, and
             the column `behavior`.
 
     Returns:
-        A row per run: tag, scenario, planner, setting, seed (empty if there
-        is none), drawn (what the seed draws, "nothing" where all seeds are the
+        A row per run: tag (the name of its folder; empty in a suite),
+        scenario, planner, setting, seed (empty if there is none), repetition,
+        drawn (what the seed draws, "nothing" where all seeds are the
         same trial, empty where that is not known), end_reason, end_message,
-        end_time in seconds, and a column per metric. For a folder, what is
+        end_time in seconds, and a column per metric. Of a run without a
+        result they are NaN, but it is not completed. For a folder, what is
         known of the metrics is in `attrs`, by name: "units", "families" and
         "directions".
 
@@ -46,7 +70,8 @@ def ReadRuns(path: str | Path, *, by_behavior: bool = False) -> pd.DataFrame:
     """
     path = Path(path)
     if path.is_dir():
-        return _table(read_summaries(path).items(), by_behavior)
+        table = RunTable(read_folder(path)).sorted()
+        return table.frame(by_behavior=by_behavior)
     try:
         columns = pd.read_csv(path, nrows=0, compression=None).columns
         missing = {c: _MISSING for c in columns if c not in _TEXTS}
@@ -65,9 +90,7 @@ def tabulate_runs(
     results: Iterable[TrialResult], *, by_behavior: bool = False
 ) -> pd.DataFrame:
     """Makes the same table as `ReadRuns` from results in memory."""
-    return _table(
-        ((result.tag, make_summary(result)) for result in results), by_behavior
-    )
+    return RunTable(map(make_row, results)).frame(by_behavior=by_behavior)
 
 
 def WriteTables(results: Iterable[TrialResult], folder: Path) -> Path:
@@ -82,43 +105,239 @@ def WriteTables(results: Iterable[TrialResult], folder: Path) -> Path:
     Raises:
         OSError: If a file cannot be written.
     """
-    results = list(results)
+    table = RunTable(map(make_row, results))
     for name, by_behavior in (("runs_by_behavior", True), ("runs", False)):
-        table = tabulate_runs(results, by_behavior=by_behavior)
         path = folder / f"{name}.csv"
         with atomic_write(path) as file:
-            text = table.to_csv(index=False, float_format=CSV_NUMBERS)
+            frame = table.frame(by_behavior=by_behavior)
+            text = frame.to_csv(index=False, float_format=CSV_NUMBERS)
             file.write(text.encode())
     return path
 
 
-def _table(
-    runs: Iterable[tuple[str, RunSummary]], by_behavior: bool
-) -> pd.DataFrame:
-    rows: list[Mapping[str, Any]] = []
-    facts: dict[str, dict[str, str]] = {key: {} for key in FACTS.values()}
-    for tag, run in runs:
-        about = {
-            "tag": tag,
-            "scenario": run.scenario,
-            "planner": str(run.provenance.get("planner", "")),
-            "setting": run.setting,
-            "seed": run.provenance.get("seed", ""),
-            "drawn": str(run.provenance.get("drawn", "")),
-            "end_reason": run.end_reason,
-            "end_message": run.end_message,
-            "end_time": run.end_time,
-        }
-        metrics = run.metric_values()
-        for key in facts:
-            facts[key] |= metrics.attrs[key]
+class RunTable(Sequence[RunRow]):
+    """Runs, in the order in which they came; recordings are left out.
+
+    A run takes 8 bytes for each of its numbers and some thirty more, a tenth of
+    a `RunRow`. Rows are made when they are asked for.
+    """
+
+    def __init__(self, rows: Iterable[RunRow] = ()) -> None:
+        """Takes the rows in, one by one."""
+        # What runs have in common, without numbers, and which numbers they
+        # have; and the place of each of these.
+        self._heads: list[tuple[RunRow, tuple[_Key, ...]]] = []
+        self._places: dict[Any, int] = {}
+        self._shapes: dict[tuple[_Key, ...], tuple[_Key, ...]] = {}
+        self._facts: dict[str, MetricFacts] = {}
+        self._head = array("l")
+        self._seed = array("q")
+        self._repetition = array("q")
+        self._end_time = array("d")
+        # Columns of numbers, which may end early; NaN where there is none.
+        self._numbers: dict[_Key, array[float]] = {}
+        # The runs that are in the table; by default all, as they came.
+        self._chosen: NDArray[np.int64] | None = None
+        for row in rows:
+            self.append(row)
+
+    def append(self, row: RunRow) -> None:
+        """Adds a run."""
+        numbers = dict(_numbers(row))
+        names = tuple(numbers)
+        shape = self._shapes.setdefault(names, names)
+        texts = (value for value in row if isinstance(value, str))
+        about = row.provenance.items(), row.by_behavior, row.facts
+        head = (*texts, id(shape), *map(tuple, about))
+        if head not in self._places:
+            self._places[head] = len(self._heads)
+            shared = row._replace(
+                metrics={},
+                cost={},
+                extras={},
+                by_behavior={name: {} for name in row.by_behavior},
+                recording=None,
+            )
+            self._heads.append((shared, shape))
+            self._facts |= row.facts
+        for key, value in numbers.items():
+            column = self._numbers.setdefault(key, array("d"))
+            column.extend([math.nan] * (len(self._head) - len(column)))
+            column.append(value)
+        self._head.append(self._places[head])
+        self._seed.append(_NO_SEED if row.seed is None else row.seed)
+        self._repetition.append(row.repetition)
+        self._end_time.append(row.end_time)
+
+    def __len__(self) -> int:
+        return len(self._head if self._chosen is None else self._chosen)
+
+    @overload
+    def __getitem__(self, index: int) -> RunRow: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> list[RunRow]: ...
+
+    def __getitem__(self, index: int | slice) -> RunRow | list[RunRow]:
+        if isinstance(index, slice):
+            return [self[i] for i in range(len(self))[index]]
+        i = range(len(self))[index]
+        i = i if self._chosen is None else int(self._chosen[i])
+        shared, shape = self._heads[self._head[i]]
+        parts: dict[str, dict[str, float]] = {}
+        for group, name in shape:
+            value = self._numbers[group, name][i]
+            parts.setdefault(group, {})[name] = value
+        seed = self._seed[i]
+        return shared._replace(
+            seed=None if seed == _NO_SEED else seed,
+            repetition=self._repetition[i],
+            end_time=self._end_time[i],
+            metrics=parts.get("metrics", {}),
+            cost=parts.get("cost", {}),
+            extras=parts.get("extras", {}),
+            by_behavior={
+                it: parts.get(_BEHAVIOR + it, {}) for it in shared.by_behavior
+            },
+        )
+
+    def texts(self, name: str) -> list[str]:
+        """Returns one of the texts of all runs: "cell", "end_reason", ..."""
+        texts = [getattr(shared, name) for shared, _ in self._heads]
+        return [texts[i] for i in self._of_runs(self._head)]
+
+    @property
+    def seeds(self) -> NDArray[np.int64]:
+        """The seeds of all runs; -1 where there is none."""
+        return self._of_runs(self._seed)
+
+    @property
+    def repetitions(self) -> NDArray[np.int64]:
+        """Which of the runs of its seed each is."""
+        return self._of_runs(self._repetition)
+
+    def columns(self, group: str) -> dict[str, Array]:
+        """Returns the numbers of a group by name: shape (runs,), or NaN.
+
+        Args:
+            group: "metrics", "cost" or "extras".
+        """
+        columns: dict[str, Array] = {}
+        for its, name in self._keys():
+            if its == group:
+                numbers = self._numbers[its, name]
+                missing = [math.nan] * (len(self._head) - len(numbers))
+                columns[name] = self._of_runs([*numbers, *missing])
+        return columns
+
+    def sorted(self, order: NDArray[np.int64] | None = None) -> "RunTable":
+        """Returns the runs of some indices, in their order.
+
+        Both share their numbers.
+
+        Args:
+            order: The indices; by default those of all runs by tag, scenario,
+                planner, setting, seed and repetition.
+        """
+        if order is None:
+            names = [run_order(shared)[:-2] for shared, _ in self._heads]
+            ranks = {it: i for i, it in enumerate(sorted(set(names)))}
+            rank = np.array([ranks[it] for it in names], dtype=np.int64)
+            heads = self._of_runs(self._head)
+            order = np.lexsort((self.repetitions, self.seeds, rank[heads]))
+        made = copy.copy(self)
+        made._chosen = order if self._chosen is None else self._chosen[order]
+        return made
+
+    def frame(
+        self, *, by_behavior: bool = False, extras: bool = False
+    ) -> pd.DataFrame:
+        """Returns the table as pandas has it: see `ReadRuns`.
+
+        Args:
+            by_behavior: Makes a row for each behavior of each run instead.
+            extras: Whether there are also the columns of `extra_values`.
+        """
+        seeds: Any = self.seeds
+        if (seeds == _NO_SEED).any():
+            seeds = ["" if it == _NO_SEED else int(it) for it in seeds]
+        names = ("tag", "scenario", "planner", "setting")
+        about = pd.DataFrame(
+            {
+                **{name: self.texts(name) for name in names},
+                "seed": seeds,
+                "repetition": self.repetitions,
+                "drawn": self.texts("drawn"),
+                "end_reason": self.texts("end_reason"),
+                "end_message": self.texts("end_message"),
+                "end_time": self._of_runs(self._end_time),
+            }
+        )
         if by_behavior:
-            rows += [
-                about | {"behavior": behavior} | values
-                for behavior, values in run.by_behavior.items()
-            ]
+            frame = self._by_behavior(about)
         else:
-            rows.append(about | metrics.to_dict())
-    table = pd.DataFrame(rows)
-    table.attrs |= facts
-    return table
+            columns = self._metrics(about["end_reason"])
+            columns |= self.columns("extras") if extras else {}
+            frame = pd.concat(
+                [about, pd.DataFrame(columns, about.index)], axis=1
+            )
+        frame.attrs |= table_facts(
+            (name for group, name in self._keys() if group == "metrics"),
+            self._facts,
+        )
+        return frame
+
+    def _metrics(self, end_reasons: pd.Series) -> dict[str, Array]:
+        """Returns the metrics of all runs: who gives no result has failed."""
+        columns = self.columns("metrics")
+        failed = end_reasons.isin(NO_RESULT).to_numpy()
+        for name in RATES:
+            # Whoever asks for other metrics has none of it.
+            if failed.any() and (name in columns or not columns):
+                told = columns.get(name, np.full(len(failed), np.nan))
+                columns[name] = np.where(failed, 0.0, told)
+        return columns
+
+    def _by_behavior(self, about: pd.DataFrame) -> pd.DataFrame:
+        groups = dict.fromkeys(
+            group for group, _ in self._keys() if group.startswith(_BEHAVIOR)
+        )
+        heads = self._of_runs(self._head)
+        parts = []
+        for group in groups:
+            has = [
+                any(it == group for it, _ in shape) for _, shape in self._heads
+            ]
+            places = np.flatnonzero(np.array(has)[heads])
+            columns = self.columns(group)
+            numbers = {name: it[places] for name, it in columns.items()}
+            own = about.iloc[places].assign(
+                behavior=group.removeprefix(_BEHAVIOR)
+            )
+            parts.append(
+                pd.concat([own, pd.DataFrame(numbers, own.index)], axis=1)
+            )
+        if not parts:
+            return pd.DataFrame()
+        frame = pd.concat(parts).sort_index(kind="stable")
+        return frame.reset_index(drop=True)
+
+    def _keys(self) -> list[_Key]:
+        """Returns of what runs have numbers, as the first ones tell."""
+        heads, first = np.unique(self._of_runs(self._head), return_index=True)
+        shapes = (self._heads[i][1] for i in heads[np.argsort(first)])
+        return list(dict.fromkeys(key for shape in shapes for key in shape))
+
+    def _of_runs(self, values: Any) -> NDArray[Any]:
+        """Returns what is known of all runs, of those in the table."""
+        found = np.array(values, dtype=getattr(values, "typecode", None))
+        return found if self._chosen is None else found[self._chosen]
+
+
+def _numbers(row: RunRow) -> Iterator[tuple[_Key, float]]:
+    for group in _GROUPS:
+        for name, value in getattr(row, group).items():
+            yield (group, name), value
+    for behavior, values in row.by_behavior.items():
+        for name, value in values.items():
+            yield (_BEHAVIOR + behavior, name), value

@@ -7,20 +7,13 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from hunav_drake.runs.cells import Cell
 from hunav_drake.runs.outcomes import count_outcomes
-from hunav_drake.runs.running.cell import Cell
-from hunav_drake.runs.running.run_row import FAILED, NO_RESULT, RunRow
-from hunav_drake.runs.running.run_table import (
-    COST,
-    EXTRAS,
-    METRICS as METRIC_GROUP,
-    RunTable,
-    behavior_group,
-)
-from hunav_drake.runs.statistics import RATES, summarize
+from hunav_drake.runs.run_row import FAILED, RunRow
+from hunav_drake.runs.run_table import RunTable
+from hunav_drake.runs.statistics import summarize
 from hunav_drake.runs.suite import Suite
 from hunav_drake.systems.evaluation.metrics import METRICS
-from hunav_drake.trial.metric_facts import FACTS, facts_of
 from hunav_drake.trial.provenance import NOTHING_DRAWN
 
 KEYS = ("scenario", "planner", "setting")
@@ -72,24 +65,10 @@ class SuiteResult:
             extras: Whether there are also the columns of `extra_values`.
 
         Returns:
-            The columns scenario, planner, setting, seed, repetition, drawn
-            (what the seed draws: see `ReadRuns`), end_reason, end_message,
-            end_time in seconds, with `by_behavior` also behavior, and one per
-            metric. Of a run without a result they are NaN, but it is not
-            completed. What is known of the metrics is in `attrs`.
+            The table that `ReadRuns` makes of the folder, in the order of the
+            suite.
         """
-        about = self._about()
-        if by_behavior:
-            frame = self._by_behavior(about)
-        else:
-            columns = self._metrics()
-            if extras:
-                columns |= self.rows.columns(EXTRAS)
-            frame = about.assign(**columns)
-        frame.attrs |= {key: {} for key in FACTS.values()}
-        names = [name for name in frame.columns if name in METRICS]
-        frame.attrs |= facts_of(names)
-        return frame
+        return self.rows.frame(by_behavior=by_behavior, extras=extras)
 
     def costs(self) -> pd.DataFrame:
         """Returns what each run cost: columns in seconds.
@@ -97,14 +76,14 @@ class SuiteResult:
         "wall" and "cpu" are of the whole run, "cycle_median" and "cycle_p95"
         of the cycles of its planner.
         """
-        about = self._about()
-        return about[[*KEYS, "seed", "end_time"]].assign(
-            **self.rows.columns(COST)
+        runs = self.runs()
+        return runs[[*KEYS, "seed", "end_time"]].assign(
+            **self.rows.columns("cost")
         )
 
     def outcomes(self) -> pd.DataFrame:
         """Returns why the runs of each cell ended: `count_outcomes`."""
-        return count_outcomes(self._about(), KEYS)
+        return count_outcomes(self.runs(), KEYS)
 
     def same_seeds(self) -> list[str]:
         """Returns of which cells all seeds are one trial, and what to do.
@@ -135,18 +114,6 @@ class SuiteResult:
             return pd.DataFrame()
         return summarize(runs, KEYS, metrics=names)
 
-    def _metrics(self) -> dict[str, Any]:
-        """Returns the metrics of all runs: who gives no result has failed."""
-        columns = self.rows.columns(METRIC_GROUP)
-        reasons = np.array(self.rows.texts("end_reason"), dtype=object)
-        failed = np.isin(reasons.astype(str), NO_RESULT)
-        for name in RATES:
-            # Whoever asks for other metrics has none of it.
-            if failed.any() and (name in columns or not columns):
-                told = columns.get(name, np.full(len(failed), np.nan))
-                columns[name] = np.where(failed, 0.0, told)
-        return columns
-
     def _order(self, table: RunTable) -> Any:
         """Returns the indices of the runs of the suite, in its order."""
         places = {cell.name: i for i, cell in enumerate(self.cells)}
@@ -169,38 +136,3 @@ class SuiteResult:
         known &= table.repetitions < self.suite.repetitions
         order = np.lexsort((table.repetitions, seeds, cells))
         return order[known[order]]
-
-    def _about(self) -> pd.DataFrame:
-        cells = {cell.name: cell for cell in self.cells}
-        of_run = [cells[name] for name in self.rows.texts("cell")]
-        about = {key: [getattr(cell, key) for cell in of_run] for key in KEYS}
-        return pd.DataFrame(
-            {
-                **about,
-                "seed": self.rows.seeds,
-                "repetition": self.rows.repetitions,
-                "drawn": [cell.drawn for cell in of_run],
-                "end_reason": self.rows.texts("end_reason"),
-                "end_message": self.rows.texts("end_message"),
-                "end_time": self.rows.end_times,
-            }
-        )
-
-    def _by_behavior(self, about: pd.DataFrame) -> pd.DataFrame:
-        parts = []
-        for behavior in self.rows.behaviors():
-            group = behavior_group(behavior)
-            places, ranks = self.rows.places(group)
-            columns = self.rows.columns(group)
-            parts.append(
-                about.iloc[places].assign(
-                    behavior=behavior,
-                    **{key: it[places] for key, it in columns.items()},
-                    _place=places,
-                    _rank=ranks,
-                )
-            )
-        if not parts:
-            return pd.DataFrame()
-        frame = pd.concat(parts).sort_values(["_place", "_rank"])
-        return frame.drop(columns=["_place", "_rank"]).reset_index(drop=True)

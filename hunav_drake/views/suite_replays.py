@@ -6,11 +6,11 @@ import json
 import os
 from pathlib import Path
 
-from hunav_drake.runs.running.cell import Cell
-from hunav_drake.runs.running.pool import InlineExecutor, WorkerPool
-from hunav_drake.runs.running.recordings import replay_path
-from hunav_drake.runs.running.run_row import FAILED
+from hunav_drake.runs.cells import Cell
+from hunav_drake.runs.run_folders import replay_path
+from hunav_drake.runs.run_row import FAILED
 from hunav_drake.runs.suite_result import SuiteResult
+from hunav_drake.runs.worker_pool import InlineExecutor, WorkerPool
 from hunav_drake.systems.common.files import remove_drafts
 
 

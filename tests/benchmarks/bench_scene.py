@@ -76,7 +76,7 @@ def cpu_without_scene(scenario: Scenario) -> float:
 
 def cpu_of_film(size: tuple[int, int], *, shadows: bool) -> float:
     """Returns the CPU seconds of one picture of a film."""
-    from hunav_drake.runs.files import WriteResult
+    from hunav_drake.runs.result_files import WriteResult
     from hunav_drake.trial.simulation import RunTrial
 
     with tempfile.TemporaryDirectory() as folder:

@@ -14,7 +14,7 @@ import time
 
 from hunav_drake.report.suite_files import WriteSuite
 from hunav_drake.runs import LoadSuite, RunSuite
-from hunav_drake.runs.running.run_log import NAME
+from hunav_drake.runs.run_log import NAME
 
 RUNS = 10_000
 

@@ -22,7 +22,7 @@ from typing import (
 )
 
 from hunav_drake import ListScenarios, LoadScenario, Scenario
-from hunav_drake.runs.files import Format
+from hunav_drake.runs.result_files import Format
 from hunav_drake.systems.behavior import BEHAVIORS
 from hunav_drake.systems.common.registry import Registry
 from hunav_drake.systems.people import HumanConfig

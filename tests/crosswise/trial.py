@@ -21,7 +21,7 @@ from hunav_drake import (
     SetTrialSeed,
     TrialResult,
 )
-from hunav_drake.runs.files import LoadResults, WriteResult
+from hunav_drake.runs.result_files import LoadResults, WriteResult
 from hunav_drake.views.camera import View
 from hunav_drake.views.film import FilmConfig, RenderFilm
 from hunav_drake.views.replay import RecordReplay, SaveReplay, StartMeshcatLocal

@@ -9,13 +9,9 @@ import yaml
 from hunav_drake.cli import main
 from hunav_drake.hunavsim.result_files import hunav_texts
 from hunav_drake.runs import LoadSuite
-from hunav_drake.runs.files import WriteResult
-from hunav_drake.runs.running.cell import make_cells
-from hunav_drake.runs.running.recordings import (
-    FOLDER,
-    recording_path,
-    replay_path,
-)
+from hunav_drake.runs.cells import make_cells
+from hunav_drake.runs.result_files import WriteResult
+from hunav_drake.runs.run_folders import RECORDINGS, recording_path, replay_path
 from hunav_drake.scenario import LoadScenario, ScenarioError
 from hunav_drake.systems.common.files import as_file_name, is_file_name
 from tests.hunav_drake.passing_trials import make_recording, make_result
@@ -58,7 +54,7 @@ def test_a_label_is_a_name(label):
 def test_files_of_cells_are_in_their_folder(name, tmp_path):
     for cell in (f"a/{name}", f"a/b/{name}", f"{name}/dwb", name):
         path = recording_path(tmp_path, cell, 2**63)
-        assert path.parent.resolve() == tmp_path / FOLDER
+        assert path.parent.resolve() == tmp_path / RECORDINGS
         if cell.startswith("a/"):
             assert is_file_name(path.name)
             assert is_file_name(replay_path(tmp_path, cell, 0).name)

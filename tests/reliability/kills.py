@@ -17,9 +17,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hunav_drake.runs.files import LoadResults
+from hunav_drake.runs.result_files import LoadResults
 from hunav_drake.runs.run_folders import find_runs
-from hunav_drake.runs.running.run_log import read_rows
+from hunav_drake.runs.run_log import read_rows
 
 _SUITE = {
     "name": "small",

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from hunav_drake.runs.independent_runs import once_per_seed
-from hunav_drake.runs.running.run_row import NO_RESULT
+from hunav_drake.runs.run_row import NO_RESULT
 from hunav_drake.runs.statistics import OF_ALL_RUNS, RATES, where_all_arrive
 from hunav_drake.runs.suite_result import SuiteResult
 from hunav_drake.systems.common.arrays import Array, Mask

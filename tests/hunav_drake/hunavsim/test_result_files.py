@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from hunav_drake.hunavsim.result_files import HUNAV_NAMES
-from hunav_drake.runs.files import WriteResult
+from hunav_drake.runs.result_files import WriteResult
 from tests.hunav_drake.passing_trials import make_recording, make_result
 from tests.recorded import read_recorded
 

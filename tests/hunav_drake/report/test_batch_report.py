@@ -9,7 +9,7 @@ import pytest
 from hunav_drake import cli
 from hunav_drake.report.trial_page import is_about_robot_alone
 from hunav_drake.report.writing import WriteReport
-from hunav_drake.runs.files import LoadResults, WriteResult
+from hunav_drake.runs.result_files import LoadResults, WriteResult
 from hunav_drake.runs.run_table import ReadRuns
 from hunav_drake.systems.evaluation.metrics import METRICS, register_metric
 from hunav_drake.systems.evaluation.recording import Recording

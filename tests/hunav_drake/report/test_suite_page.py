@@ -1,12 +1,14 @@
 import dataclasses
 import re
+import shutil
 
 import pytest
 
+from hunav_drake import cli
 from hunav_drake.report.suite_files import WriteSuite
 from hunav_drake.runs import LoadSuite, RunSuite
 from hunav_drake.runs.comparison.relations import judge
-from hunav_drake.runs.running.run_row import RunRow
+from hunav_drake.runs.run_row import RunRow
 from hunav_drake.runs.suite_result import SuiteResult
 from hunav_drake.views.suite_replays import WriteReplays
 from tests.hunav_drake.report.pages import visible
@@ -101,6 +103,22 @@ def test_replays_open(page, result, folder):
     assert WriteReplays(result, folder, workers=1) == []
 
 
+def test_the_page_is_made_again_from_the_folder(page, folder, capsys):
+    before = page.read_text()
+    assert cli.main(["report", str(folder), "--title", "Benchmark small"]) == 0
+    assert "Wrote the report on 8 runs" in capsys.readouterr().out
+    assert page.read_text() == before
+
+
+def test_a_suite_that_has_not_ended_has_a_page(page, folder, tmp_path):
+    (tmp_path / "recordings").mkdir()
+    shutil.copy(folder / "runs.jsonl", tmp_path)
+    assert cli.main(["report", str(tmp_path)]) == 0
+    text = visible((tmp_path / "report.html").read_text())
+    assert "not ended, 8 runs, 2 scenarios, 2 planners" in text
+    assert "Relations" not in text
+
+
 def test_a_trial_that_does_not_repeat_itself_has_no_replay(result, tmp_path):
     rows = [
         row._replace(metrics={**row.metrics, "path_length": 1.0})
@@ -113,8 +131,8 @@ def test_a_trial_that_does_not_repeat_itself_has_no_replay(result, tmp_path):
 
 def test_failures_come_first(result, tmp_path):
     row = RunRow(
-        *(result.cells[0].name, result.cells[0].sha256, "", 0, 0),
-        *("error", "it broke <b>", float("nan"), {}, {}, {}, {}),
+        *(result.cells[0].scenario, result.cells[0].planner, "", 0),
+        *("error", "it broke <b>", float("nan"), {}, {}),
     )
     suite = dataclasses.replace(result.suite, relations=[])
     broken = SuiteResult(suite, result.cells, [row])

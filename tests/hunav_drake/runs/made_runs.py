@@ -1,8 +1,8 @@
 """Suites whose runs are made up, so that what follows is known."""
 
 from hunav_drake.runs import Suite, SuiteResult
-from hunav_drake.runs.running.cell import Cell
-from hunav_drake.runs.running.run_row import RunRow
+from hunav_drake.runs.cells import Cell
+from hunav_drake.runs.run_row import RunRow
 
 
 def make_cell(scenario, planner):
@@ -19,18 +19,17 @@ def make_row(cell, seed, metrics, **others):
     `others` are further fields of `RunRow`, or others than these.
     """
     fields = {
-        "cell": cell.sha256,
+        "scenario": cell.scenario,
+        "planner": cell.planner,
+        "setting": cell.setting,
+        "drawn": cell.drawn,
         "sha256": cell.sha256,
-        "code_sha256": "",
         "seed": seed,
-        "repetition": 0,
         "end_reason": "goal",
         "end_message": "",
         "end_time": 10.0,
         "metrics": metrics,
         "by_behavior": {},
-        "cost": {},
-        "extras": {},
     }
     return RunRow(**fields | others)
 

@@ -9,9 +9,8 @@ import pytest
 
 from hunav_drake import LoadScenario
 from hunav_drake.runs import LoadSuite, RunSuite
-from hunav_drake.runs.running.cell import make_cells
-from hunav_drake.runs.running.task import Task
-from hunav_drake.runs.running.worker import UnfitWorkerError, do_task
+from hunav_drake.runs.cells import make_cells
+from hunav_drake.runs.tasks import Task, UnfitWorkerError, do_task
 from hunav_drake.scenario.named_files import files_sha256, named_files
 from hunav_drake.systems.planning import (
     Plan,
@@ -295,13 +294,7 @@ def test_runs_on_a_changed_map_are_not_those_of_before(folder):
 def test_a_file_that_is_changed_while_a_suite_runs_ends_it(folder):
     suite = LoadSuite(data=SUITE)
     cell = make_cells(suite, folder)[0]
-    task = Task(
-        cell=cell.name,
-        sha256=cell.sha256,
-        text=cell.text,
-        code=(),
-        runs=((0, 0),),
-    )
+    task = Task(cell=cell, code=(), runs=((0, 0),))
     assert do_task(task)[0].end_reason == "goal"
     draw_map(folder / "maps" / "room.pgm", 55)
     with pytest.raises(UnfitWorkerError, match="if a map or a model was"):

@@ -1,7 +1,7 @@
 import pytest
 
-from hunav_drake.runs.running import code_hash
-from hunav_drake.runs.running.code_hash import (
+from hunav_drake.runs import code_hash
+from hunav_drake.runs.code_hash import (
     PACKAGE,
     code_sha256,
     hash_code,

@@ -12,9 +12,9 @@ import time
 import pytest
 
 from hunav_drake.runs import LoadSuite, RunSuite
-from hunav_drake.runs.running.cell import make_cells
-from hunav_drake.runs.running.run_log import NAME, read_rows
-from hunav_drake.runs.running.worker import Task, UnfitWorkerError, do_task
+from hunav_drake.runs.cells import make_cells
+from hunav_drake.runs.run_log import NAME, read_rows
+from hunav_drake.runs.tasks import Task, UnfitWorkerError, do_task
 from tests.hunav_drake.runs.suite_texts import texts_of
 
 SUITE = """
@@ -181,7 +181,7 @@ def test_without_dask_the_remedy_is_told(hunav, monkeypatch):
 
 def test_a_scheduler_that_does_not_answer_is_told(hunav, tmp_path, monkeypatch):
     pytest.importorskip("distributed", reason="the extra `dask` is not here")
-    from hunav_drake.runs.running import cluster
+    from hunav_drake.runs import cluster
 
     monkeypatch.setattr(cluster, "_SCHEDULER", 0.5)
     code, _, err = hunav(
@@ -215,7 +215,7 @@ class FakeClient:
 
 def test_workers_of_other_versions_are_refused():
     pytest.importorskip("distributed", reason="the extra `dask` is not here")
-    from hunav_drake.runs.running.cluster import ClusterError, check_workers
+    from hunav_drake.runs.cluster import ClusterError, check_workers
 
     check_workers(FakeClient({"tcp://a": {}, "tcp://b": {}}))
     with pytest.raises(ClusterError, match="got no worker"):
@@ -233,10 +233,10 @@ def test_workers_of_other_versions_are_refused():
 def test_a_worker_that_came_later_with_another_version_ends_the_suite(
     tmp_path, monkeypatch
 ):
-    from hunav_drake.runs.running import worker
+    from hunav_drake.runs import tasks
 
     suite = LoadSuite(data=SUITE)
-    monkeypatch.setattr(worker, "_sha256_here", lambda text: "another")
+    monkeypatch.setattr(tasks, "_sha256_here", lambda text: "another")
     with (
         ThreadPoolExecutor(1) as executor,
         pytest.raises(UnfitWorkerError, match="install the same on all"),
@@ -267,14 +267,7 @@ def test_workers_import_user_code_first_and_once(tmp_path):
     code = tmp_path / "mine.py"
     count = tmp_path / "count"
     code.write_text(f"open({str(count)!r}, 'a').write('x')\n")
-    task = Task(
-        cell=cell.name,
-        sha256=cell.sha256,
-        code=(),
-        text=cell.text,
-        runs=((0, 0),),
-        imports=(str(code),),
-    )
+    task = Task(cell=cell, code=(), runs=((0, 0),), imports=(str(code),))
     assert do_task(task)[0].end_reason == "timeout"
     do_task(task)
     assert count.read_text() == "x"

@@ -9,8 +9,8 @@ import warnings
 import numpy as np
 import pytest
 
-from hunav_drake.runs.files import LoadResults, WriteResult
 from hunav_drake.runs.recording_files import ReadRecording
+from hunav_drake.runs.result_files import LoadResults, WriteResult
 from hunav_drake.runs.run_table import ReadRuns
 from hunav_drake.systems.evaluation.compute import (
     evaluate,

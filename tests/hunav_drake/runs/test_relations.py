@@ -179,7 +179,7 @@ def test_a_missing_value_leaves_the_pairs_together(missing):
 
 def test_the_share_does_not_hang_on_who_else_is_there():
     first = paired()
-    rows = [row._replace(cell="hall/else") for row in first.rows[:20]]
+    rows = [row._replace(planner="else") for row in first.rows[:20]]
     cell = dataclasses.replace(first.cells[0], planner="else")
     cells = [cell, *first.cells]
     more = SuiteResult(first.suite, cells, [*rows, *first.rows])

@@ -4,15 +4,17 @@ import json
 import math
 from multiprocessing import get_context
 import os
+import shutil
 import signal
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from hunav_drake.runs import files
-from hunav_drake.runs.files import LoadResults, WriteResult
+from hunav_drake.runs import result_files
+from hunav_drake.runs.result_files import LoadResults, WriteResult
 from hunav_drake.runs.run_folders import find_pages, find_runs
+from hunav_drake.runs.run_log import NAME, read_rows
 from hunav_drake.runs.run_table import ReadRuns, WriteTables, tabulate_runs
 from hunav_drake.systems.evaluation.metrics import METRICS, register_metric
 from hunav_drake.systems.evaluation.recording import Recording
@@ -154,9 +156,10 @@ def test_a_taken_tag_is_refused(tmp_path):
     before = snapshot(folder)
     with pytest.raises(FileExistsError, match=r"'a' is taken.*runs/a"):
         WriteResult(make_timeout(seed=4), tmp_path, tag="a")
-    assert snapshot(tmp_path) == {
-        f"runs/a/{name}": content for name, content in before.items()
+    assert snapshot(tmp_path / "runs") == {
+        f"a/{name}": content for name, content in before.items()
     }
+    assert len(list(read_rows(tmp_path / NAME))) == 1
 
 
 def test_of_two_writers_of_one_run_the_first_to_end_wins(tmp_path):
@@ -375,6 +378,12 @@ def empty(folder):
 
 
 PATH_LENGTH = ("metrics", "path_length")
+OWN = {"value": 1.0, "unit": "m", "family": "mine", "direction": "up"}
+
+
+def forget_log(directory):
+    """Leaves what versions without a log have written."""
+    (directory / NAME).unlink()
 
 
 @pytest.mark.parametrize(
@@ -387,19 +396,19 @@ PATH_LENGTH = ("metrics", "path_length")
         (writes("result.json", b"{"), "the file: Invalid JSON"),
         (writes("result.json", b"\xff"), "the file: Invalid JSON"),
         (writes("result.json", b"[" * 10**5), "the file: Invalid JSON"),
-        (writes("result.json", b"[]"), "the file: Input should be an object"),
+        (writes("result.json", b"[]"), "the file: must be a mapping"),
         (writes("result.json", b"{}"), "scenario: Field required"),
-        (wrong("1", "end_time"), "end_time: Input should be a valid number"),
-        (wrong(math.nan, "end_time"), "end_time: Input should be a finite"),
-        (wrong("bored", "end_reason"), "end_reason: .*got 'bored'"),
-        (wrong([], "metrics"), "metrics: Input should be an object"),
-        (wrong(3, *PATH_LENGTH), r"metrics\.path_length: .*got 3"),
-        (wrong([1], *PATH_LENGTH, "value"), r"path_length\.value.*got \[1\]"),
-        (wrong("fast", *PATH_LENGTH, "value"), "got 'fast'"),
-        (wrong(True, *PATH_LENGTH, "value"), "got True"),
-        (wrong({}, *PATH_LENGTH, "value"), r"path_length\.value.*got \{\}"),
-        (wrong("up", *PATH_LENGTH, "direction"), "direction.*got 'up'"),
-        (wrong([0], "provenance", "seed"), r"provenance\.seed.*got \[0\]"),
+        (wrong("1", "end_time"), "end_time: must be a number, got '1'"),
+        (wrong(math.nan, "end_time"), "end_time: must be a finite number"),
+        (wrong("bored", "end_reason"), "end_reason: unknown value 'bored'"),
+        (wrong([], "metrics"), "metrics: must be a mapping"),
+        (wrong([3], *PATH_LENGTH), r"metrics\.path_length: .*a list of 1"),
+        (wrong([1], *PATH_LENGTH, "value"), "path_length: .*a list of 1"),
+        (wrong("fast", *PATH_LENGTH, "value"), "path_length: .*got 'fast'"),
+        (wrong(True, *PATH_LENGTH, "value"), "path_length: .*got true"),
+        (wrong({}, *PATH_LENGTH, "value"), "path_length: .*got a mapping"),
+        (wrong(OWN, "metrics", "my_own"), "direction: unknown value 'up'"),
+        (wrong([0], "provenance", "seed"), r"seed.*must be .*a list of 1"),
         (wrong({"a": 1}, "by_behavior"), r"by_behavior\.a: .*got 1"),
         (writes("recording.npz", b""), "recording.npz: is not a recording"),
         (writes("recording.npz", b"PK\3\4"), "recording.npz: is not a rec"),
@@ -409,6 +418,7 @@ def test_a_damaged_run_is_named_with_what_to_do(tmp_path, damage, words):
     WriteResult(make_timeout(metric_names=["path"]), tmp_path, tag="good")
     bad = make_timeout(metric_names=["path"])
     damage(WriteResult(bad, tmp_path, tag="bad"))
+    forget_log(tmp_path)
     remedy = r"(?s)/runs/bad/.*" + words + ".*Delete the damaged run"
     with pytest.raises(ValueError, match=remedy):
         LoadResults(tmp_path)
@@ -436,9 +446,9 @@ def work(monkeypatch):
         return counted
 
     for name, owner, function in (
-        ("summary", files, "read_summary"),
+        ("summary", result_files, "_read_summary"),
         ("recording", Recording, "load"),
-        ("result", files, "MakeTrialResult"),
+        ("result", result_files, "MakeTrialResult"),
     ):
         monkeypatch.setattr(
             owner, function, count(name, getattr(owner, function))
@@ -450,6 +460,7 @@ def test_damage_is_found_before_the_work(tmp_path, work):
     result = make_timeout(metric_names=["path"])
     for i in range(12):
         WriteResult(result, tmp_path, tag=f"run_{i}")
+    forget_log(tmp_path)
     runs = tmp_path / "runs"
     (runs / "run_11/recording.npz").write_bytes(b"")
     with pytest.raises(ValueError, match="run_11"):
@@ -473,9 +484,36 @@ def test_damage_is_found_before_the_work(tmp_path, work):
 def test_the_table_is_made_of_summaries_alone(tmp_path, work):
     for seed in range(3):
         WriteResult(make_timeout(seed=seed, metric_names="path"), tmp_path)
-    ReadRuns(tmp_path)
-    ReadRuns(tmp_path, by_behavior=True)
+    runs = ReadRuns(tmp_path)
+    people = ReadRuns(tmp_path, by_behavior=True)
+    # The log tells all; if it is not there, each run does.
+    assert work == {"summary": 0, "recording": 0, "result": 0}
+    forget_log(tmp_path)
+    pd.testing.assert_frame_equal(ReadRuns(tmp_path), runs)
+    again = ReadRuns(tmp_path, by_behavior=True)
+    pd.testing.assert_frame_equal(again, people)
     assert work == {"summary": 6, "recording": 0, "result": 0}
+
+
+def test_a_run_that_is_deleted_and_done_again_is_the_new_one(tmp_path):
+    shutil.rmtree(WriteResult(make_timeout(seed=1), tmp_path, tag="a"))
+    with pytest.raises(FileNotFoundError, match="No results are there"):
+        ReadRuns(tmp_path)
+    WriteResult(make_timeout(seed=2), tmp_path, tag="a")
+    assert ReadRuns(tmp_path)["seed"].tolist() == [2]
+    (result,) = LoadResults(tmp_path)
+    assert result.provenance["seed"] == 2
+
+
+def test_a_line_that_was_cut_off_is_no_run_and_in_nobodys_way(tmp_path):
+    WriteResult(make_timeout(seed=1), tmp_path)
+    log = tmp_path / NAME
+    whole = log.read_bytes()
+    log.write_bytes(whole + whole[:100])
+    assert ReadRuns(tmp_path)["seed"].tolist() == [1]
+    WriteResult(make_timeout(seed=2), tmp_path)
+    assert log.read_bytes().startswith(whole)
+    assert [row.seed for row in read_rows(log)] == [1, 2]
 
 
 def test_what_is_no_run_is_not_read(tmp_path):

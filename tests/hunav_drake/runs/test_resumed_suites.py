@@ -12,14 +12,14 @@ import pandas as pd
 import pytest
 
 from hunav_drake.runs import LoadSuite, RunSuite
+from hunav_drake.runs.cell_plan import CellPlan
+from hunav_drake.runs.cells import Cell
 from hunav_drake.runs.intervals import mean_interval, wilson_interval
-from hunav_drake.runs.running.cell import Cell
-from hunav_drake.runs.running.plan import CellPlan
-from hunav_drake.runs.running.pool import InlineExecutor
-from hunav_drake.runs.running.run_log import NAME, read_rows
-from hunav_drake.runs.running.run_row import RunRow
-from hunav_drake.runs.running.worker import do_task
+from hunav_drake.runs.run_log import NAME, read_rows
+from hunav_drake.runs.run_row import RunRow
 from hunav_drake.runs.suite import Relation, Suite, Until
+from hunav_drake.runs.tasks import do_task
+from hunav_drake.runs.worker_pool import InlineExecutor
 from hunav_drake.scenario import ScenarioError
 
 SUITE = """
@@ -150,14 +150,14 @@ def test_a_crash_of_a_library_is_a_row(workers, tmp_path, hunav):
 
 
 def test_an_error_of_a_run_is_not_run_again(suite, tmp_path, monkeypatch):
-    from hunav_drake.runs.running import worker
+    from hunav_drake.runs import tasks
 
-    prepared = worker._prepared
-    monkeypatch.setattr(worker, "_prepared", lambda *_: 1 / 0)
+    prepared = tasks._prepared
+    monkeypatch.setattr(tasks, "_prepared", lambda *_: 1 / 0)
     first = RunSuite(suite, out=tmp_path, workers=1)
     assert {row.end_reason for row in first.failures} == {"error"}
     assert list(first.runs().completed) == [0, 0, 0, 0]
-    monkeypatch.setattr(worker, "_prepared", prepared)
+    monkeypatch.setattr(tasks, "_prepared", prepared)
     RunSuite(suite, out=tmp_path, workers=1, progress=lambda *_: 1 / 0)
 
 
@@ -208,8 +208,8 @@ def take(plan, value, metric="path_length"):
             metrics = {} if told is None else {metric: told}
             plan.take(
                 RunRow(
-                    *(task.cell, "", "", seed, repetition, reason, "", 1.0),
-                    *(metrics, {}, {}, {}),
+                    *(task.cell.scenario, task.cell.planner, "", seed),
+                    *(reason, "", 1.0, metrics, {}, repetition),
                 )
             )
     assert plan.is_done

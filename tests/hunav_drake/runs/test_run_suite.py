@@ -8,12 +8,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from hunav_drake.runs import LoadSuite, RunSuite, Suite
-from hunav_drake.runs.running import code_hash
-from hunav_drake.runs.running.code_hash import hash_code
-from hunav_drake.runs.running.run_log import NAME, RunLog, read_rows
-from hunav_drake.runs.running.run_row import row_to_json
-from hunav_drake.runs.running.task import Task
+from hunav_drake.runs import LoadSuite, RunSuite, Suite, code_hash
+from hunav_drake.runs.code_hash import hash_code
+from hunav_drake.runs.run_log import NAME, RunLog, read_rows
+from hunav_drake.runs.run_row import row_to_json
+from hunav_drake.runs.tasks import Task
 from hunav_drake.scenario import ScenarioError
 from hunav_drake.systems.planning import (
     Plan,
@@ -108,10 +107,10 @@ def test_a_cut_off_line_is_run_again(suite, reference, tmp_path):
         ({"metrics": {"a": "x"}}, "metrics.a: must be a number, got 'x'"),
         ({"by_behavior": {"a": []}}, "by_behavior.a: must be a mapping"),
         ({"seed": 1.5}, "seed: must be a whole number, got 1.5"),
-        ({"cell": None}, "cell: must be text, got nothing"),
+        ({"planner": None}, "planner: must be text, got nothing"),
         ({"cost": [1]}, "cost: must be a mapping, got a list of 1"),
         ({"end_time": "late"}, "end_time: must be a number, got 'late'"),
-        ({"more": 1}, "unexpected keyword argument 'more'"),
+        ({"more": 1}, "there is no field 'more'"),
     ],
 )
 def test_a_row_with_a_wrong_value_is_told(tmp_path, change, told):
@@ -344,7 +343,7 @@ import time
 import numpy as np
 
 from hunav_drake.runs import LoadSuite, RunSuite
-from hunav_drake.runs.running.run_log import NAME, read_rows
+from hunav_drake.runs.run_log import NAME, read_rows
 
 suite = LoadSuite(filename=sys.argv[1])
 out = Path(sys.argv[2])
@@ -409,9 +408,9 @@ def test_tasks_are_small_enough_to_send(suite):
     import pickle
 
     task = Task(
-        cell="a/b",
-        sha256="0" * 64,
-        text="x" * 5000,
+        cell=dataclasses.replace(
+            make_cell("a", "b"), sha256="0" * 64, text="x" * 5000
+        ),
         code=hash_code(),
         runs=((0, 0),),
     )

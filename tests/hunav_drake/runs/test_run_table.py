@@ -3,17 +3,20 @@ import math
 from hypothesis import given, settings, strategies as st
 import numpy as np
 
-from hunav_drake.runs.running.run_row import RunRow, row_to_json
-from hunav_drake.runs.running.run_table import METRICS, RunTable, behavior_group
+from hunav_drake.runs.run_row import RunRow, row_to_json
+from hunav_drake.runs.run_table import RunTable
 
 numbers = st.floats(allow_nan=True, allow_infinity=True)
 values = st.dictionaries(st.sampled_from("abcd"), numbers, max_size=4)
 rows = st.builds(
     RunRow,
-    cell=st.sampled_from(["x/dwb", "x/sfw"]),
+    scenario=st.just("x"),
+    planner=st.sampled_from(["dwb", "sfw"]),
+    setting=st.sampled_from(["", "fast"]),
+    drawn=st.sampled_from(["", "nothing"]),
     sha256=st.sampled_from(["0", "1"]),
     code_sha256=st.sampled_from(["a", "b"]),
-    seed=st.integers(0, 2**63 - 1),
+    seed=st.none() | st.integers(0, 2**63 - 1),
     repetition=st.integers(0, 3),
     end_reason=st.sampled_from(["goal", "error"]),
     end_message=st.text(max_size=5),
@@ -42,7 +45,7 @@ def test_holds_rows_to_the_last_bit_in_any_order(made, random):
     chosen = order[: len(order) // 2 + 1]
     part = table.sorted(np.array(chosen, dtype=int))
     assert texts(part) == texts([made[i] for i in chosen])
-    columns = part.columns(METRICS)
+    columns = part.columns("metrics")
     assert set(columns) == {name for i in chosen for name in made[i].metrics}
     for name, column in columns.items():
         told = [made[i].metrics.get(name, math.nan) for i in chosen]
@@ -52,24 +55,23 @@ def test_holds_rows_to_the_last_bit_in_any_order(made, random):
 @settings(max_examples=25, deadline=None)
 @given(st.lists(rows, max_size=12))
 def test_tells_who_has_behaviors(made):
-    table = RunTable(made)
-    assert set(table.behaviors()) == {
-        b for row in made for b in row.by_behavior
-    }
+    frame = RunTable(made).frame(by_behavior=True)
     for behavior in ("regular", "curious"):
-        places, _ = table.places(behavior_group(behavior))
-        having = [
-            i for i, row in enumerate(made) if row.by_behavior.get(behavior)
-        ]
-        assert list(places) == having
+        having = [it for it in made if it.by_behavior.get(behavior)]
+        own = frame[frame.behavior == behavior] if len(frame) else frame
+        assert len(own) == len(having)
+        for (_, told), row in zip(own.iterrows(), having, strict=True):
+            assert told["planner"] == row.planner
+            for name, value in row.by_behavior[behavior].items():
+                np.testing.assert_equal(told[name], value)
 
 
 def test_takes_little_memory():
     def row(seed):
         metrics = {f"metric_{i}": seed + i / 7 for i in range(60)}
         return RunRow(
-            *("cell", "0" * 64, "1" * 64, seed, 0, "goal", "done", 1.0),
-            *(metrics, {}, {}, {}),
+            *("x", "dwb", "", seed, "goal", "done", 1.0, metrics, {}),
+            **{"sha256": "0" * 64, "code_sha256": "1" * 64},
         )
 
     import tracemalloc

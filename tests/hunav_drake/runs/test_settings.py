@@ -1,8 +1,8 @@
 import pandas as pd
 import pytest
 
-from hunav_drake.runs.duplicate_runs import drop_duplicate_runs
-from hunav_drake.runs.files import LoadResults, WriteResult
+from hunav_drake.runs.independent_runs import drop_duplicate_runs
+from hunav_drake.runs.result_files import LoadResults, WriteResult
 from hunav_drake.runs.run_table import ReadRuns, tabulate_runs
 from hunav_drake.runs.settings import contenders, setting_text, short_settings
 from hunav_drake.runs.statistics import compare, summarize

@@ -17,9 +17,9 @@ from hunav_drake import (
     summarize,
 )
 from hunav_drake.report.suite_files import WriteSuite
+from hunav_drake.runs.cell_plan import CellPlan
 from hunav_drake.runs.comparison.tables import ENDS, scenario_tables
 from hunav_drake.runs.outcomes import count_outcomes
-from hunav_drake.runs.running.plan import CellPlan
 from hunav_drake.views.suite_replays import WriteReplays
 from tests.hunav_drake.runs.made_runs import make_cell, make_result, runs_of
 

@@ -4,7 +4,7 @@ import numpy as np
 from PIL import Image
 import pytest
 
-from hunav_drake.runs.files import WriteResult
+from hunav_drake.runs.result_files import WriteResult
 from hunav_drake.scenario import LoadScenario, SaveScenario
 from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.systems.scene.scene_config import OVERLAYS

@@ -8,7 +8,7 @@ import pytest
 import yaml
 
 from hunav_drake.cli import main
-from hunav_drake.runs.files import LoadResults, WriteResult
+from hunav_drake.runs.result_files import LoadResults, WriteResult
 from hunav_drake.runs.run_table import WriteTables
 from hunav_drake.systems.evaluation.compute import (
     compute_by_behavior,

@@ -12,12 +12,12 @@ PACKAGE = "hunav_drake"
 # Hashes by name: of the package, and of modules and files of the user.
 CodeHashes = tuple[tuple[str, str], ...]
 
-_ROOT = Path(__file__).resolve().parents[2]
+_ROOT = Path(__file__).resolve().parents[1]
 _KINDS = (".py", ".sdf", ".xml")
 # What shows or reads runs, and does not make them.
 _ASIDE = (
-    *("benchmark/comparison", "commands", "editor", "plots", "report"),
-    *("validation", "views"),
+    *("runs/comparison", "commands", "editor", "report", "validation"),
+    "views",
 )
 
 

@@ -1,23 +1,46 @@
-"""What a worker process does: runs of one cell, one seed after the other."""
+"""Tasks of workers: runs of one cell, one seed after the other."""
 
 from collections.abc import Iterable
+from dataclasses import dataclass, replace
 import functools
+import math
 import platform
 import threading
 import time
-from typing import Any
+from typing import Any, Literal, Self
 
-from hunav_drake.runs.running.code_hash import code_sha256
-from hunav_drake.runs.running.run_row import (
-    RunRow,
-    cycle_cost,
-    failed_row,
-    make_row,
-)
-from hunav_drake.runs.running.task import Task
+import numpy as np
+
+from hunav_drake.runs.cells import Cell, cell_sha256
+from hunav_drake.runs.code_hash import CodeHashes, code_sha256, hash_of_all
+from hunav_drake.runs.extras import extra_values
+from hunav_drake.runs.run_row import ERROR, RunRow, make_row
 from hunav_drake.systems.common.input_error import InputError
 from hunav_drake.trial.provenance import program_versions
 from hunav_drake.trial.user_code import fault_of_user_code, import_user_code
+
+
+@dataclass(frozen=True, kw_only=True)
+class Task:
+    """Some runs of one cell.
+
+    Attributes:
+        cell: The cell.
+        runs: Pairs of a seed and a repetition.
+        keep: The seed of which the recording comes with the row, if any.
+        code: The hashes of the code that is to run them.
+        imports: Modules and files of the user that the worker imports first.
+    """
+
+    cell: Cell
+    code: CodeHashes
+    runs: tuple[tuple[int, int], ...]
+    keep: int | None = None
+    imports: tuple[str, ...] = ()
+
+    def one(self, seed: int, repetition: int) -> Self:
+        """Returns the task of one of its runs."""
+        return replace(self, runs=((seed, repetition),))
 
 
 class UnfitWorkerError(RuntimeError):
@@ -72,9 +95,52 @@ def _run(task: Task, seed: int, repetition: int) -> RunRow:
     cost = {
         "wall": time.perf_counter() - wall,
         "cpu": time.process_time() - cpu,
-        **cycle_cost(cycles),
     }
-    return make_row(result, task, seed, repetition, cost)
+    if cycles:
+        median, p95 = np.quantile(cycles, (0.5, 0.95)).tolist()
+        cost |= {"cycle_median": median, "cycle_p95": p95}
+    is_kept = task.keep == seed and repetition == 0
+    return make_row(result)._replace(
+        **_about(task, seed, repetition),
+        # Its cell tells.
+        provenance={},
+        cost=cost,
+        extras=extra_values(result.recording),
+        recording=result.recording if is_kept else None,
+    )
+
+
+def failed_row(
+    task: Task,
+    seed: int,
+    repetition: int,
+    reason: str,
+    end_reason: Literal["error", "worker_died"] = ERROR,
+) -> RunRow:
+    """Returns the row of a run that has given no result."""
+    return RunRow(
+        **_about(task, seed, repetition),
+        end_reason=end_reason,
+        end_message=" ".join(reason.split()),
+        end_time=math.nan,
+        metrics={},
+        by_behavior={},
+    )
+
+
+def _about(task: Task, seed: int, repetition: int) -> dict[str, Any]:
+    """Returns what tells a run of a suite from others."""
+    cell = task.cell
+    return {
+        "scenario": cell.scenario,
+        "planner": cell.planner,
+        "setting": cell.setting,
+        "drawn": cell.drawn,
+        "seed": seed,
+        "repetition": repetition,
+        "sha256": cell.sha256,
+        "code_sha256": hash_of_all(task.code),
+    }
 
 
 def _prepared(task: Task, seed: int) -> tuple[Any, Any]:
@@ -89,15 +155,15 @@ def _prepared(task: Task, seed: int) -> tuple[Any, Any]:
     sha256, made = getattr(_last, "cell", ("", None))
     if (
         made is None
-        or sha256 != task.sha256
+        or sha256 != task.cell.sha256
         or people_seed(made[0]) not in (None, seed)
     ):
         _last.cell = "", None
         scenario = LoadScenario(
-            data=task.text, overrides=[f"simulation.seed={seed}"]
+            data=task.cell.text, overrides=[f"simulation.seed={seed}"]
         )
         made = scenario, MakeTrialDiagram(scenario)
-        _last.cell = task.sha256, made
+        _last.cell = task.cell.sha256, made
     return made
 
 
@@ -121,8 +187,6 @@ def _loaded(text: str) -> Any:
 
 def _sha256_here(text: str) -> str:
     """Returns the hash of a cell; the files that it names may change."""
-    from hunav_drake.runs.running.cell import cell_sha256
-
     return cell_sha256(text, _loaded(text))
 
 
@@ -145,13 +209,13 @@ def _check_version(task: Task) -> None:
                 " workers, and start the suite again"
             )
     try:
-        here = _sha256_here(task.text)
+        here = _sha256_here(task.cell.text)
     except Exception as error:
         # Of its own runs, this is told by the rows.
         if not isinstance(error, ImportError):
             return
         raise UnfitWorkerError(f"{_place()}: {error}") from None
-    if here != task.sha256:
+    if here != task.cell.sha256:
         told = ", ".join(f"{k} {v}" for k, v in program_versions().items())
         raise UnfitWorkerError(
             f"{_place()}: has other versions, behavior trees or files than the"

@@ -6,7 +6,8 @@ import hashlib
 import json
 from pathlib import Path
 
-from hunav_drake.runs.running.recordings import recording_path
+from hunav_drake.runs.run_folders import recording_path
+from hunav_drake.runs.run_row import cell_name
 from hunav_drake.runs.suite import Suite, planner_overrides
 from hunav_drake.runs.suite_checks import name_faults
 from hunav_drake.scenario import (
@@ -54,8 +55,7 @@ class Cell:
     @property
     def name(self) -> str:
         """The cell as messages call it, "crossing/dwb"."""
-        parts = (self.scenario, self.planner, self.setting)
-        return "/".join(part for part in parts if part)
+        return cell_name(self.scenario, self.planner, self.setting)
 
 
 def make_cells(suite: Suite, folder: Path | None = None) -> list[Cell]:

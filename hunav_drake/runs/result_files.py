@@ -1,4 +1,4 @@
-"""Writes the results of a run into a folder of its own, and reads them."""
+"""The results of runs in a folder: each with files of its own, and a log."""
 
 from collections.abc import Callable, Iterator
 import dataclasses
@@ -6,10 +6,23 @@ import errno
 import hashlib
 import itertools
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal, cast
 
-from hunav_drake.runs.run_folders import RUNS, find_runs, write_run_folder
-from hunav_drake.runs.run_summary import RunSummary, make_summary, read_summary
+from hunav_drake.runs.run_folders import (
+    RUNS,
+    find_recording,
+    find_runs,
+    natural_key,
+    write_run_folder,
+)
+from hunav_drake.runs.run_log import NAME, append_rows, read_rows
+from hunav_drake.runs.run_row import (
+    NO_RESULT,
+    RunRow,
+    make_row,
+    result_to_json,
+    row_from_json,
+)
 from hunav_drake.systems.common.files import (
     FILE_NAME_RULE,
     file_name_part,
@@ -18,7 +31,8 @@ from hunav_drake.systems.common.files import (
 from hunav_drake.systems.common.suggest import shown
 from hunav_drake.systems.evaluation.metrics import METRICS
 from hunav_drake.systems.evaluation.recording import Recording
-from hunav_drake.trial.result import MakeTrialResult, TrialResult
+from hunav_drake.trial.provenance import Provenance
+from hunav_drake.trial.result import EndReason, MakeTrialResult, TrialResult
 
 Format = Literal["csv", "hunav"]
 
@@ -46,9 +60,9 @@ def WriteResult(
     The folder has `result.json` (metrics, also by behavior, what is known of
     them, provenance, end), `recording.npz`, and the series of metrics in
     `steps.csv` and `steps_beh_<behavior>.csv`. It appears with all its files
-    or not at all, and is never changed; many processes may write into one
-    directory at a time. Tables over all runs are made when they are read: see
-    `ReadRuns`.
+    or not at all, and is never changed; then the log of the directory,
+    `runs.jsonl`, gets a line. Many processes may write into one directory at a
+    time. Tables over all runs are made when they are read: see `ReadRuns`.
 
     A behavior whose name is not fit for that of a file is told apart by a hash
     after what is left of it. JSON knows no numbers that are not finite: NaN is
@@ -83,13 +97,15 @@ def WriteResult(
         runs.mkdir(parents=True, exist_ok=True)
         taken = find_runs(directory)
         for name in _tags(result) if tag is None else [tag]:
+            row = make_row(result, name)
 
-            def write(folder: Path, name: str = name) -> None:
-                _write_files(result, folder, name, format)
+            def write(folder: Path, row: RunRow = row) -> None:
+                _write_files(result, row, folder, format)
                 if add is not None:
                     add(folder)
 
             if name not in taken and write_run_folder(runs / name, write):
+                append_rows(Path(directory), [row])
                 return runs / name
         raise FileExistsError(
             errno.EEXIST, f"the tag {tag!r} is taken", str(runs / str(tag))
@@ -105,10 +121,11 @@ def WriteResult(
 def LoadResults(
     directory: str | Path, *, damaged: dict[str, str] | None = None
 ) -> list[TrialResult]:
-    """Reads the results that `WriteResult` has written into a folder.
+    """Reads the results in a folder of which there are recordings.
 
-    Metrics have the values that were written; the series and the tables by
-    behavior are computed again from the recording.
+    Those are all that `WriteResult` has written, and of a suite one of each
+    cell. Metrics have the values that were written; the series and the tables
+    by behavior are computed again from the recording.
 
     Args:
         directory: The folder of results.
@@ -116,44 +133,91 @@ def LoadResults(
             left out then; without it they are an error.
 
     Returns:
-        The results in the order of their tags.
+        The results in the order of their tags; those of a suite come first,
+        by scenario and planner.
 
     Raises:
         OSError: If there are no results, or those of an old version.
         ValueError: If runs are damaged. No metric is computed then, and no
-            recording is read unless all summaries are sound.
+            recording is read unless all rows are sound.
     """
-    found = _find(directory)
-    summaries = _read(found, _read_summary, damaged)
-    sound = {tag: found[tag] for tag in summaries}
+    folder = Path(directory)
+    kept = {
+        row.tag or path.stem: (row, path)
+        for row in sorted(read_folder(folder, damaged), key=run_order)
+        if row.end_reason not in NO_RESULT
+        and (path := find_recording(folder, row)) is not None
+    }
     recordings = _read(
-        sound, lambda run: Recording.load(run / "recording.npz"), damaged
+        {name: path for name, (_, path) in kept.items()},
+        Recording.load,
+        damaged,
     )
     return [
-        _make_result(tag, summaries[tag], recording)
-        for tag, recording in recordings.items()
+        _make_result(kept[name][0], recording)
+        for name, recording in recordings.items()
     ]
 
 
-def read_summaries(directory: str | Path) -> dict[str, RunSummary]:
-    """Reads the summaries of all runs by their tags, and no recording.
+def read_folder(
+    directory: str | Path, damaged: dict[str, str] | None = None
+) -> Iterator[RunRow]:
+    """Yields the rows of all runs in a folder, whoever ran them.
+
+    They are in its log. Folders of runs that the log does not tell of are
+    those of versions without one, or of a writer that was killed: of these
+    `result.json` is read. Runs whose folder was deleted are no more.
+
+    Args:
+        directory: The folder of results.
+        damaged: See `LoadResults`.
 
     Raises:
         OSError: If there are no results, or those of an old version.
         ValueError: If runs are damaged.
     """
-    return _read(_find(directory), _read_summary)
+    folders = _find(directory)
+    log = Path(directory) / NAME
+    # Of a folder that was deleted and made anew, the last line tells.
+    single: dict[str, RunRow] = {}
+    is_empty = True
+    for row in read_rows(log) if log.is_file() else ():
+        if not row.tag:
+            is_empty = False
+            yield row
+        elif row.tag in folders:
+            single[row.tag] = row
+    yield from single.values()
+    unknown = {tag: it for tag, it in folders.items() if tag not in single}
+    if is_empty and not folders:
+        raise FileNotFoundError(
+            errno.ENOENT, _nothing_there(Path(directory)), str(directory)
+        )
+    yield from _read(unknown, _read_summary, damaged).values()
 
 
-def _read_summary(run: Path) -> RunSummary:
-    return read_summary(run / "result.json")
+def run_order(row: RunRow) -> tuple[Any, ...]:
+    """Returns a key that sorts the runs of a folder."""
+    names = natural_key(row.tag), row.scenario, row.planner, row.setting
+    return *names, -1 if row.seed is None else row.seed, row.repetition
+
+
+def _read_summary(run: Path) -> RunRow:
+    path = run / "result.json"
+    try:
+        return row_from_json(path.read_bytes())._replace(tag=run.name)
+    except ValueError as error:
+        raise ValueError(f"{path}: is not a result: {error}") from error
 
 
 def _find(directory: str | Path) -> dict[str, Path]:
-    found = find_runs(directory)
+    """Returns the folders of single runs; there may be those of suites."""
+    folder = Path(directory)
+    found = find_runs(folder)
     # Beside new runs, recordings of an old version must not go unseen.
-    old = ["recording_*.npz"] if found else ["recording_*.npz", "metrics*.csv"]
-    if any(any(Path(directory).glob(pattern)) for pattern in old):
+    old = ["recording_*.npz"]
+    old += [] if found or (folder / NAME).is_file() else ["metrics*.csv"]
+    if any(any(folder.glob(pattern)) for pattern in old):
         raise OSError(
             errno.EINVAL,
             "This folder has results of an old version, which are not read."
@@ -161,26 +225,28 @@ def _find(directory: str | Path) -> dict[str, Path]:
             " NEW_FOLDER`, or repeat the runs into a new folder",
             str(directory),
         )
-    if not found:
-        raise FileNotFoundError(
-            errno.ENOENT,
-            "No results are there. `hunav run SCENARIO --out"
-            f" {directory}` writes some",
-            str(directory),
-        )
     return found
 
 
+def _nothing_there(folder: Path) -> str:
+    inner = sorted(it.parent.name for it in folder.glob(f"*/{NAME}"))
+    there = f"There are some in {', '.join(inner[:5])}. " if inner else ""
+    return (
+        f"No results are there. {there}`hunav run SCENARIO --out {folder}`"
+        " writes some"
+    )
+
+
 def _read[Content](
-    runs: dict[str, Path],
+    paths: dict[str, Path],
     read: Callable[[Path], Content],
     damaged: dict[str, str] | None = None,
 ) -> dict[str, Content]:
-    """Reads a part of each run: see `LoadResults`."""
+    """Reads a file of each run, by its tag: see `LoadResults`."""
     contents, faults = {}, {}
-    for tag, run in runs.items():
+    for tag, path in paths.items():
         try:
-            contents[tag] = read(run)
+            contents[tag] = read(path)
         except OSError as error:
             faults[tag] = f"{error.filename}: {error.strerror}"
         except ValueError as error:
@@ -198,32 +264,32 @@ def _read[Content](
     return contents
 
 
-def _make_result(
-    tag: str, summary: RunSummary, recording: Recording
-) -> TrialResult:
+def _make_result(row: RunRow, recording: Recording) -> TrialResult:
+    told: Provenance = {"planner": row.planner, "drawn": row.drawn}
+    if row.seed is not None:
+        told["seed"] = row.seed
     result = MakeTrialResult(
         recording,
-        scenario_name=summary.scenario,
+        scenario_name=row.scenario,
         # A metric of somebody's own may not be registered here.
-        metric_names=[name for name in summary.metrics if name in METRICS],
-        provenance=summary.provenance,
-        end_reason=summary.end_reason,
-        end_message=summary.end_message,
-        end_time=summary.end_time,
+        metric_names=[name for name in row.metrics if name in METRICS],
+        # Of what a suite is made, its cells tell.
+        provenance=row.provenance or told,
+        # Those without a result have no recording.
+        end_reason=cast(EndReason, row.end_reason),
+        end_message=row.end_message,
+        end_time=row.end_time,
     )
     return dataclasses.replace(
-        result,
-        metrics=summary.metric_values(),
-        setting=summary.setting,
-        tag=tag,
+        result, metrics=row.metric_values(), setting=row.setting, tag=row.tag
     )
 
 
 def _write_files(
-    result: TrialResult, folder: Path, tag: str, format: Format
+    result: TrialResult, row: RunRow, folder: Path, format: Format
 ) -> None:
     texts = {
-        "result.json": make_summary(result).model_dump_json(indent=2),
+        "result.json": result_to_json(row),
         "steps.csv": result.steps.to_csv(float_format=CSV_NUMBERS),
     }
     for behavior, steps in result.steps_by_behavior.items():
@@ -234,7 +300,7 @@ def _write_files(
         # That module knows this package.
         from hunav_drake.hunavsim.result_files import hunav_texts
 
-        texts |= hunav_texts(result, tag)
+        texts |= hunav_texts(result, row.tag)
     result.recording.save(folder / "recording.npz")
     for name, text in texts.items():
         (folder / name).write_bytes(text.encode())

@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from hunav_drake.runs.cells import Cell
+from hunav_drake.runs.code_hash import CodeHashes
 from hunav_drake.runs.intervals import mean_interval, wilson_interval
-from hunav_drake.runs.running.cell import Cell
-from hunav_drake.runs.running.code_hash import CodeHashes
-from hunav_drake.runs.running.run_row import NO_RESULT, RunRow
-from hunav_drake.runs.running.task import Task
+from hunav_drake.runs.run_row import NO_RESULT, RunRow
 from hunav_drake.runs.statistics import RATES
 from hunav_drake.runs.suite import Suite
+from hunav_drake.runs.tasks import Task
 from hunav_drake.trial.provenance import NOTHING_DRAWN
 
 # So many runs go to a worker at once: it makes the diagram of a cell only when
@@ -122,17 +122,15 @@ class CellPlan:
         if not runs:
             return None
         return Task(
-            cell=self.cell.name,
-            sha256=self.cell.sha256,
-            text=self.cell.text,
+            cell=self.cell,
             code=self._code,
             runs=tuple(runs),
             keep=self._seeds[0],
             imports=self._imports,
         )
 
-    def _index(self, seed: int, repetition: int) -> int | None:
-        if not 0 <= repetition < self._repetitions:
+    def _index(self, seed: int | None, repetition: int) -> int | None:
+        if seed is None or not 0 <= repetition < self._repetitions:
             return None
         if isinstance(self._seeds, range):
             place = seed if seed in self._seeds else None

@@ -1,0 +1,301 @@
+"""One run: a row of the log of its folder, and of all tables."""
+
+from collections.abc import Iterable, Mapping
+import json
+import math
+from typing import (
+    TYPE_CHECKING,
+    Any,
+    Literal,
+    NamedTuple,
+    NotRequired,
+    TypedDict,
+)
+
+import pandas as pd
+from pydantic import TypeAdapter, ValidationError
+
+from hunav_drake.systems.common.plain_errors import message_of
+from hunav_drake.systems.common.suggest import shown
+from hunav_drake.systems.evaluation.metrics import METRICS
+from hunav_drake.trial.metric_facts import (
+    FACTS,
+    direction_of,
+    facts_of,
+    family_of,
+    is_built_in,
+    unit_of,
+)
+from hunav_drake.trial.provenance import Provenance
+from hunav_drake.trial.result import EndReason, TrialResult
+
+if TYPE_CHECKING:
+    from hunav_drake.systems.evaluation.recording import Recording
+
+# The reason of a run that raised an error.
+ERROR: Literal["error"] = "error"
+
+# That of a run whose worker has died: it is run again when its suite is.
+LOST: Literal["worker_died"] = "worker_died"
+
+# The reasons of runs that have no metrics.
+NO_RESULT = (ERROR, LOST)
+
+# The reasons of runs that say nothing of a planner, but that it is broken.
+FAILED = (*NO_RESULT, "planner_failed")
+
+_NOTHING: dict[str, Any] = {}
+
+# What JSON has no numbers for.
+_NOT_FINITE = {None: math.nan, "Infinity": math.inf, "-Infinity": -math.inf}
+
+
+class MetricFacts(TypedDict):
+    """What is known of a metric."""
+
+    unit: str
+    family: str
+    direction: Literal["lower", "higher", "none"]
+
+
+class RunRow(NamedTuple):
+    """What is kept of a run, whoever ran it.
+
+    Attributes:
+        scenario: The name of the scenario.
+        planner: The name of the planner; in a suite, its label.
+        setting: What tells it from runs of the same planner in the same
+            scenario, but for the seed; empty if nothing does.
+        seed: Its seed; None for a recording from elsewhere.
+        end_reason: As in `TrialResult`, or "error", or "worker_died".
+        end_message: The same in words.
+        end_time: In seconds of simulated time; NaN without a result.
+        metrics: The values by name.
+        by_behavior: The values by behavior, then by name.
+        repetition: Which of the runs of that seed it is, from 0.
+        drawn: What the seed draws: see `ReadRuns`.
+        facts: What is known of the metrics that are not of this package.
+        tag: The name of the folder of its files, if it has one.
+        provenance: As in `TrialResult`, of a run that has a folder.
+        sha256: The hash of its cell, of a run of a suite.
+        code_sha256: That of the code that has run it: see `hash_of_all`.
+        cost: Seconds by name: "wall" and "cpu" of the whole run, and of the
+            planner's cycles "cycle_median" and "cycle_p95", where they are
+            known. They alone differ between equal runs.
+        extras: Further numbers by name: see `extra_values`.
+        recording: What happened, if it was asked for; no file has it.
+    """
+
+    scenario: str
+    planner: str
+    setting: str
+    seed: int | None
+    end_reason: Literal[EndReason, "error", "worker_died"]
+    end_message: str
+    end_time: float
+    metrics: dict[str, float]
+    by_behavior: dict[str, dict[str, float]]
+    repetition: int = 0
+    drawn: str = ""
+    facts: dict[str, MetricFacts] = _NOTHING
+    tag: str = ""
+    provenance: Provenance = _NOTHING
+    sha256: str = ""
+    code_sha256: str = ""
+    cost: dict[str, float] = _NOTHING
+    extras: dict[str, float] = _NOTHING
+    recording: "Recording | None" = None
+
+    @property
+    def cell(self) -> str:
+        """Scenario, planner and setting as messages call them."""
+        return cell_name(self.scenario, self.planner, self.setting)
+
+    @property
+    def key(self) -> tuple[str, int | None, int]:
+        """What no two rows of a suite share."""
+        return self.sha256, self.seed, self.repetition
+
+    def metric_values(self) -> pd.Series:
+        """Returns the metrics by name, with facts on them in `attrs`."""
+        series = pd.Series(self.metrics, dtype=float, name="value")
+        series.index.name = "metric"
+        series.attrs |= table_facts(self.metrics, self.facts)
+        return series
+
+
+# Its types, which what is read from a file is checked by. (mypy takes names of
+# fields that are written out only.)
+_FIELDS: TypeAdapter[Any] = TypeAdapter(
+    TypedDict(  # type: ignore[operator]
+        "_Fields",
+        {
+            name: NotRequired[kind] if name in RunRow._field_defaults else kind
+            for name, kind in RunRow.__annotations__.items()
+            if name != "recording"
+        },
+    )
+)
+
+
+def cell_name(scenario: str, planner: str, setting: str) -> str:
+    """Returns what runs that differ by their seeds share: "crossing/dwb"."""
+    return "/".join(part for part in (scenario, planner, setting) if part)
+
+
+def make_row(result: TrialResult, tag: str = "") -> RunRow:
+    """Returns the row of a trial that has ended."""
+    metrics = {str(k): float(v) for k, v in result.metrics.items()}
+    about = result.provenance
+    seed = about.get("seed")
+    return RunRow(
+        scenario=result.scenario_name,
+        planner=str(about.get("planner", "")),
+        setting=result.setting,
+        seed=None if seed is None else int(seed),
+        end_reason=result.end_reason,
+        end_message=result.end_message,
+        end_time=result.end_time,
+        metrics=metrics,
+        by_behavior={
+            str(behavior): {str(k): float(v) for k, v in values.items()}
+            for behavior, values in result.by_behavior.iterrows()
+        },
+        drawn=str(about.get("drawn", "")),
+        facts={
+            name: _facts(result.metrics, name)
+            for name in metrics
+            if not is_built_in(name)
+        },
+        tag=tag or result.tag,
+        provenance=about,
+    )
+
+
+def table_facts(
+    names: Iterable[str], own: Mapping[str, MetricFacts]
+) -> dict[str, dict[str, str]]:
+    """Returns the `attrs` of a table with some metrics.
+
+    Args:
+        names: The metrics.
+        own: What is known of those that are not of this package.
+    """
+    attrs = facts_of(name for name in names if name in METRICS)
+    for name, facts in own.items():
+        for fact, key in FACTS.items():
+            attrs[key][name] = facts[fact]  # type: ignore[literal-required]
+    return attrs
+
+
+def row_to_json(row: RunRow) -> str:
+    """Returns a row as one line, without its recording.
+
+    Numbers are written so that they are read back to the last bit. NaN is
+    null, and infinity is the text "Infinity" or "-Infinity".
+    """
+    return json.dumps(_plain(row), allow_nan=False)
+
+
+def result_to_json(row: RunRow) -> str:
+    """Returns the same for people: with what is known of each metric."""
+    data = _plain(row)
+    data.pop("facts", None)
+    metrics = row.metric_values()
+    data["metrics"] = {
+        name: {"value": value, **_facts(metrics, name)}
+        for name, value in data["metrics"].items()
+    }
+    return json.dumps(data, indent=2, allow_nan=False)
+
+
+def row_from_json(text: str | bytes) -> RunRow:
+    """Returns the row of a line of a log, or of a file `result.json`.
+
+    Raises:
+        ValueError: If it is not a row: which field, rule and value.
+    """
+    try:
+        data: Any = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise ValueError(f"the file: Invalid JSON: {error}") from error
+    if isinstance(data, dict):
+        _complete(data)
+    try:
+        row = RunRow(**_FIELDS.validate_python(data, strict=True))
+    except ValidationError as error:
+        fault = error.errors(include_url=False)[0]
+        place = ".".join(map(str, fault["loc"])) or "the file"
+        text = message_of(fault["type"], fault)
+        raise ValueError(f"{place}: {text}") from error
+    if unknown := sorted(data.keys() - row._asdict()):
+        raise ValueError(f"there is no field {shown(unknown[0])}")
+    if row.end_reason not in NO_RESULT and not math.isfinite(row.end_time):
+        raise ValueError("end_time: must be a finite number, got NaN")
+    return row
+
+
+def plain_number(value: float) -> float | str | None:
+    """Returns a number as JSON has it: see `row_to_json`."""
+    if math.isfinite(value):
+        return float(value)
+    return None if math.isnan(value) else f"{'-' * (value < 0)}Infinity"
+
+
+def _plain(row: RunRow) -> dict[str, Any]:
+    """Returns what is told of a row in files: nothing that goes without."""
+    defaults = RunRow._field_defaults
+
+    def plain(value: Any) -> Any:
+        if isinstance(value, dict):
+            return {key: plain(item) for key, item in value.items()}
+        return plain_number(value) if isinstance(value, float) else value
+
+    return {
+        name: plain(value)
+        for name, value in row._asdict().items()
+        if name != "recording"
+        and (name not in defaults or value != defaults[name])
+    }
+
+
+def _complete(data: dict[str, Any]) -> None:
+    """Makes the fields of a row of what a file has, in place."""
+    if "cell" in data:
+        # A log of before it told them apart.
+        names = [*str(data.pop("cell")).split("/", 2), "", ""]
+        data |= zip(RunRow._fields[:3], names[:3], strict=True)
+    about = data.get("provenance")
+    if isinstance(about, dict):
+        # A `result.json` of before it was a row.
+        for name, missing in (("planner", ""), ("seed", None), ("drawn", "")):
+            data.setdefault(name, about.get(name, missing))
+    data.setdefault("setting", "")
+    metrics, own = data.get("metrics"), {}
+    if isinstance(metrics, dict):
+        for name, it in metrics.items():
+            if isinstance(it, dict):
+                metrics[name] = it.pop("value", it)
+                if not is_built_in(name):
+                    own[name] = it
+        if own:
+            data["facts"] = own
+    parts = data.get("by_behavior")
+    parts = list(parts.values()) if isinstance(parts, dict) else []
+    for values in (metrics, data.get("cost"), data.get("extras"), *parts):
+        if isinstance(values, dict):
+            for name, it in values.items():
+                if it is None or isinstance(it, str):
+                    values[name] = _NOT_FINITE.get(it, it)
+    if data.get("end_time", 0) is None:
+        data["end_time"] = math.nan
+
+
+def _facts(table: pd.Series, name: str) -> MetricFacts:
+    told: Any = {
+        "unit": unit_of(table, name),
+        "family": family_of(table, name),
+        "direction": direction_of(table, name),
+    }
+    facts: MetricFacts = told
+    return facts

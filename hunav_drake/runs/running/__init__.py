@@ -1,1 +1,0 @@
-"""How the runs of a suite are given out, done and kept."""
