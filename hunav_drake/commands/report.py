@@ -24,7 +24,10 @@ def add_report_command(commands: Any) -> None:
     )
     report.set_defaults(function=_report)
     report.add_argument(
-        "directory", type=Path, help="a folder written by `hunav run --out`"
+        "directory",
+        type=Path,
+        help="a folder written by `hunav run --out`, or of a suite, written by"
+        " `hunav bench`",
     )
     report.add_argument(
         "-o",
@@ -38,10 +41,14 @@ def add_report_command(commands: Any) -> None:
 
 def _report(options: argparse.Namespace) -> int:
     from hunav_drake.runs.result_files import LoadResults
+    from hunav_drake.runs.run_folders import RECORDINGS
 
     directory: Path = options.directory
     if options.output is not None:
         check_output(options.output)
+    page: Path = options.output or directory / "report.html"
+    if any((directory / it).exists() for it in ("suite.json", RECORDINGS)):
+        return _report_suite(directory, page, options.title)
     left_out: dict[str, str] = {}
     with input_errors():
         results = LoadResults(directory, damaged=left_out)
@@ -59,7 +66,7 @@ def _report(options: argparse.Namespace) -> int:
     with input_errors():
         path = WriteReport(
             results,
-            options.output or directory / "report.html",
+            page,
             title=options.title,
             pages=directory,
             left_out=left_out,
@@ -68,4 +75,16 @@ def _report(options: argparse.Namespace) -> int:
     runs = "1 run" if len(results) == 1 else f"{len(results)} runs"
     print(f"Wrote the report on {runs} to {path}")
     print(f"Wrote their metrics to {table}")
+    return DONE
+
+
+def _report_suite(directory: Path, page: Path, title: str | None) -> int:
+    """Writes the page of a suite anew, of which tables are there."""
+    from hunav_drake.report.runs_page import WriteRunsPage
+    from hunav_drake.report.suite_files import read_suite
+
+    with input_errors():
+        many = read_suite(directory)
+        WriteRunsPage(many, page, title or f"Benchmark {directory.name}")
+    print(f"Wrote the report on {len(many.runs)} runs to {page}")
     return DONE

@@ -1,14 +1,43 @@
-"""The templates of pages."""
+"""Pages from templates, as files."""
+
+import os
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
+from hunav_drake.systems.common.files import atomic_write
 
-def template_environment() -> Environment:
-    """Returns what renders the templates of this package."""
-    return Environment(
+
+def write_page(filename: Path, template: str, **content: Any) -> Path:
+    """Writes a page in one piece.
+
+    Args:
+        filename: The file to write; an existing one is replaced.
+        template: The name of a template of this package.
+        content: What it shows.
+
+    Returns:
+        The path of the file.
+
+    Raises:
+        OSError: If it cannot be written.
+    """
+    environment = Environment(
         loader=PackageLoader("hunav_drake.report"),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    text = environment.get_template(template).render(**content)
+    with atomic_write(filename) as file:
+        file.write(text.encode())
+    return filename
+
+
+def address_of(target: str | Path, page: Path) -> str:
+    """Returns the address of a file, relative to a page."""
+    path = os.path.relpath(target, page.parent)
+    return quote(Path(path).as_posix())

@@ -1,6 +1,6 @@
 """Writes what a suite has given: CSV, LaTeX, JSON and an HTML report."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 import hashlib
 import json
 import math
@@ -9,13 +9,25 @@ from typing import Any
 
 import pandas as pd
 
-from hunav_drake.report.suite_page import suite_page
+from hunav_drake.report.runs_page import ManyRuns, WriteRunsPage
 from hunav_drake.runs.comparison.latex import PACKAGES, to_latex
+from hunav_drake.runs.comparison.paper import printed_values
 from hunav_drake.runs.comparison.relations import Judgement, judge
 from hunav_drake.runs.comparison.tables import behavior_tables, scenario_tables
+from hunav_drake.runs.run_folders import (
+    RUNS,
+    find_pages,
+    recording_path,
+    replay_path,
+)
 from hunav_drake.runs.run_row import row_to_json
+from hunav_drake.runs.run_table import ReadRuns
 from hunav_drake.runs.suite_result import SuiteResult
 from hunav_drake.systems.common.files import atomic_write
+from hunav_drake.systems.evaluation.metrics import METRICS
+from hunav_drake.systems.evaluation.recording import Recording
+from hunav_drake.trial.metric_facts import facts_of
+from hunav_drake.trial.provenance import MakeProvenance
 
 _FILES = (
     *("runs.csv", "runs_by_behavior.csv", "summary.csv", "costs.csv"),
@@ -72,9 +84,125 @@ def WriteSuite(
         f"\n% In the preamble: \\usepackage{{{','.join(PACKAGES)}}}\n\n"
     )
     _write(folder / "tables.tex", preamble + "\n".join(map(to_latex, tables)))
-    _write(report, suite_page(result, judgements))
+    WriteRunsPage(
+        suite_runs(result, judgements), report, f"Benchmark {result.suite.name}"
+    )
     _write(last, suite_json(result, judgements, made_from) + "\n")
     return report
+
+
+def suite_runs(
+    result: SuiteResult, judgements: Sequence[Judgement]
+) -> ManyRuns:
+    """Returns the runs of a suite with all that is known of them."""
+    return _many_runs(
+        _about(result),
+        result.folder,
+        runs=result.runs(),
+        by_behavior=result.runs(by_behavior=True),
+        costs=result.costs(),
+        judgements=judgements,
+    )
+
+
+def read_suite(folder: Path) -> ManyRuns:
+    """Returns the runs in the folder of a suite.
+
+    Of a suite that has not ended, without the files of `WriteSuite`, there are
+    neither relations nor costs.
+
+    Raises:
+        OSError: If a file cannot be read.
+        ValueError: If a file is damaged.
+    """
+    path = folder / "suite.json"
+    if not path.is_file():
+        return _many_runs(
+            {},
+            folder,
+            runs=ReadRuns(folder),
+            by_behavior=ReadRuns(folder, by_behavior=True),
+        )
+    try:
+        about = json.loads(path.read_bytes())
+        judgements = [
+            Judgement(**{**it, "share": math.nan})
+            if it["share"] is None
+            else Judgement(**it)
+            for it in about["relations"]
+        ]
+        return _many_runs(
+            about,
+            folder,
+            runs=_read_table(folder / "runs.csv"),
+            by_behavior=_read_table(folder / "runs_by_behavior.csv"),
+            costs=_read_table(folder / "costs.csv"),
+            judgements=judgements,
+        )
+    except (KeyError, TypeError) as error:
+        raise ValueError(
+            f"{path}: is damaged: {error!r}; start the suite again, which"
+            " writes it anew"
+        ) from error
+
+
+def _read_table(path: Path) -> pd.DataFrame:
+    if not path.read_bytes().strip():
+        return pd.DataFrame()
+    table = ReadRuns(path)
+    table.attrs |= facts_of(name for name in table if name in METRICS)
+    return table
+
+
+def _many_runs(
+    about: Mapping[str, Any], folder: Path | None, **tables: Any
+) -> ManyRuns:
+    """Returns the runs of a suite, from tables.
+
+    Args:
+        about: What `suite.json` tells of the suite and its cells.
+        folder: That of the suite, with recordings and replays.
+        tables: `runs`, `by_behavior`, `costs` and `judgements`.
+    """
+    kept: dict[int, Path] = {}
+    pages: dict[int, dict[str, Path]] = {}
+    for run in tables["runs"].itertuples():
+        if folder is None:
+            continue
+        if tag := getattr(run, "tag", ""):
+            kept[run.Index] = folder / RUNS / tag / "recording.npz"
+            pages[run.Index] = find_pages(folder, tag)
+        elif not run.repetition:
+            # Of each cell one is there.
+            names = run.scenario, run.planner, run.setting
+            cell = "/".join(filter(None, names))
+            kept[run.Index] = recording_path(folder, cell, run.seed)
+            replay = replay_path(folder, cell, run.seed)
+            pages[run.Index] = {"replay": replay} if replay.is_file() else {}
+
+    def recording(index: int) -> Recording | None:
+        path = kept.get(index)
+        return Recording.load(path) if path and path.is_file() else None
+
+    cells = about.get("cells", [])
+    provenance = dict(about.get("provenance", {}))
+    if cells:
+        provenance["code_sha256"] = about["code_sha256"]
+    for cell in cells:
+        provenance[f"{cell['name']} (SHA-256)"] = cell["sha256"]
+    return ManyRuns(
+        recording=recording,
+        provenance=provenance,
+        pages=pages,
+        about=[f"version {about['version']}", f"{len(cells)} cells"]
+        if about
+        else ["not ended"],
+        description=about.get("description", ""),
+        printed=lambda scenario, behavior: printed_values(
+            about.get("suite", ""), scenario, behavior
+        ),
+        **tables,
+    )
 
 
 def _sha256(
@@ -109,14 +237,8 @@ def suite_json(
     """
     summary = result.summary().reset_index()
     data = {
-        "suite": result.suite.name,
-        "version": result.suite.version,
-        "code_sha256": result.code_sha256,
+        **_about(result),
         "made_from": made_from,
-        "cells": [
-            {"name": cell.name, "sha256": cell.sha256, "drawn": cell.drawn}
-            for cell in result.cells
-        ],
         "outcomes": result.outcomes().to_dict("records"),
         "summary": summary.to_dict("records"),
         "relations": [vars(it) for it in judgements],
@@ -126,6 +248,24 @@ def suite_json(
         ],
     }
     return json.dumps(_finite(data), indent=1, ensure_ascii=False)
+
+
+def _about(result: SuiteResult) -> dict[str, Any]:
+    """Returns what is told of a suite and its cells."""
+    provenance: dict[str, Any] = {**MakeProvenance(result.suite.name, seed=0)}
+    for key in ("seed", "planner", "scenario_sha256"):
+        provenance.pop(key, None)
+    return {
+        "suite": result.suite.name,
+        "version": result.suite.version,
+        "description": result.suite.description,
+        "code_sha256": result.code_sha256,
+        "cells": [
+            {"name": cell.name, "sha256": cell.sha256, "drawn": cell.drawn}
+            for cell in result.cells
+        ],
+        "provenance": provenance,
+    }
 
 
 def _finite(value: Any) -> Any:

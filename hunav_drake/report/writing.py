@@ -1,18 +1,20 @@
 """Writes a report on one or many trials as a single HTML file."""
 
-from collections.abc import Iterable, Mapping
-import os
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
-from urllib.parse import quote
+from typing import Any
 
-from hunav_drake.report.batch_page import batch_content
-from hunav_drake.report.environment import template_environment
+from hunav_drake.report.environment import address_of, write_page
+from hunav_drake.report.runs_page import ManyRuns, WriteRunsPage
 from hunav_drake.report.trial_page import trial_content
 from hunav_drake.runs.independent_runs import drop_duplicate_runs
 from hunav_drake.runs.run_folders import find_pages
-from hunav_drake.systems.common.files import atomic_write
+from hunav_drake.runs.run_table import tabulate_runs
 from hunav_drake.trial.result import TrialResult
+
+# At most this many different values of an entry are listed.
+_MOST_VALUES = 4
 
 
 def WriteReport(
@@ -61,38 +63,43 @@ def WriteReport(
         names = dict.fromkeys(t.scenario_name or "trial" for t in trials)
         title = ", ".join(names)
     folder = filename.parent if pages is None else Path(pages)
-    links = [
-        {k: _link(p, filename) for k, p in find_pages(folder, t.tag).items()}
-        for t in trials
+    pages_of = [find_pages(folder, trial.tag) for trial in trials]
+    told = [
+        f"{again.tag} duplicates {first.tag}" if again.tag else ""
+        for again, first in repeats
     ]
-    address = None
-    if len(trials) == 1:
-        template, content = "trial.html", trial_content(trials[0])
-        address = links[0].get("replay")
-    else:
-        template, content = "batch.html", batch_content(trials, links)
-    if replay is not None:
-        address = _link(replay, filename)
-    text = (
-        template_environment()
-        .get_template(template)
-        .render(
-            title=title,
-            replay=address,
-            left_out=left_out,
-            duplicates=[
-                f"{again.tag} duplicates {first.tag}" if again.tag else ""
-                for again, first in repeats
-            ],
-            **content,
+    if len(trials) > 1:
+        many = ManyRuns(
+            runs=tabulate_runs(trials),
+            by_behavior=tabulate_runs(trials, by_behavior=True),
+            recording=lambda i: trials[i].recording,
+            provenance=_common_provenance(trials),
+            pages=dict(enumerate(pages_of)),
         )
+        return WriteRunsPage(
+            many, filename, title, left_out=left_out, duplicates=told
+        )
+    watch = pages_of[0].get("replay") if replay is None else replay
+    return write_page(
+        filename,
+        "trial.html",
+        title=title,
+        replay=None if watch is None else address_of(watch, filename),
+        left_out=left_out,
+        duplicates=told,
+        **trial_content(trials[0]),
     )
-    with atomic_write(filename) as file:
-        file.write(text.encode())
-    return filename
 
 
-def _link(target: str | Path, page: Path) -> str:
-    """Returns the address of a file, relative to a page."""
-    path = os.path.relpath(target, page.parent)
-    return quote(Path(path).as_posix())
+def _common_provenance(trials: Sequence[TrialResult]) -> dict[str, Any]:
+    """Returns the different values of each entry of the trials' provenance."""
+    result = {}
+    for key in dict.fromkeys(
+        key for trial in trials for key in trial.provenance
+    ):
+        told = (t.provenance[key] for t in trials if key in t.provenance)
+        values = list(dict.fromkeys(map(str, told)))
+        more = len(values) - _MOST_VALUES
+        end = [f"and {more} more"] if more > 0 else []
+        result[key] = ", ".join(values[:_MOST_VALUES] + end)
+    return result

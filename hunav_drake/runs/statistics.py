@@ -102,7 +102,7 @@ def summarize(
     known = RATES[0] if RATES[0] in runs else None
     columns = list(dict.fromkeys([*names, *([known] if known else [])]))
     rows = {}
-    for kind, part in _groups(once_per_seed(runs, by, columns), by):
+    for kind, part in _groups(once_per_seed(_bare(runs), by, columns), by):
         done = part[known].to_numpy(dtype=float) if known else np.zeros(0)
         has_goals = bool(np.isfinite(done).any())
         for name in names:
@@ -177,7 +177,7 @@ def compare(
     for name in RATES:
         if name in runs:
             _check_rate(name, runs)
-    told = once_per_seed(runs, [*by, *pair, on], columns)
+    told = once_per_seed(_bare(runs), [*by, *pair, on], columns)
     one, other = _pairs(told, (a, b), on, [*by, *pair], columns)
     kinds = one.index.to_frame(index=False)
     rows = {}
@@ -223,6 +223,11 @@ def where_all_arrive(completed: Iterable[ArrayLike]) -> Mask | None:
     rates = np.array([np.asarray(it, dtype=float) for it in completed])
     fails: Mask = (np.isfinite(rates) & (rates != 1)).any(axis=0)
     return ~fails if fails.any() else None
+
+
+def _bare(runs: pd.DataFrame) -> pd.DataFrame:
+    """Returns a table without `attrs`, which pandas copies at every step."""
+    return pd.DataFrame(runs)
 
 
 def _groups(table: pd.DataFrame, by: list[str]) -> Any:

@@ -5,7 +5,7 @@ import functools
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hunav_drake.report.environment import template_environment
+from hunav_drake.report.environment import write_page
 from hunav_drake.report.figures import make_figure
 from hunav_drake.report.plots.style import COLUMN, set_text_sizes
 from hunav_drake.report.tables import provenance_table
@@ -61,38 +61,35 @@ def WriteValidationPage(
         verdict: [counts(outcomes, model)[verdict] for model in models]
         for verdict in VERDICTS
     }
-    text = (
-        template_environment()
-        .get_template("validation.html")
-        .render(
-            title=TITLE,
-            about=[
-                "1 case" if count == 1 else f"{count} cases",
-                "1 model" if len(models) == 1 else f"{len(models)} models",
-                f"{provenance['form']} form",
-            ],
-            preface=PREFACE,
-            replay=None,
-            left_out={},
-            duplicates=[],
-            models=models,
-            sources=SOURCES,
-            topics=rows,
-            sums=sums,
-            figures=[
-                make_figure(
-                    plot.case.replace("_", "-"),
-                    plot.caption,
-                    (COLUMN, plot.height(len(measured))),
-                    functools.partial(_draw, plot, measured),
-                    layout=plot.layout,
-                )
-                for plot, measured in _plots(outcomes)
-            ],
-            provenance=provenance_table(provenance),
-        )
+    return write_page(
+        Path(filename),
+        "validation.html",
+        title=TITLE,
+        about=[
+            "1 case" if count == 1 else f"{count} cases",
+            "1 model" if len(models) == 1 else f"{len(models)} models",
+            f"{provenance['form']} form",
+        ],
+        preface=PREFACE,
+        replay=None,
+        left_out={},
+        duplicates=[],
+        models=models,
+        sources=SOURCES,
+        topics=rows,
+        sums=sums,
+        figures=[
+            make_figure(
+                plot.case.replace("_", "-"),
+                plot.caption,
+                (COLUMN, plot.height(len(measured))),
+                functools.partial(_draw, plot, measured),
+                layout=plot.layout,
+            )
+            for plot, measured in _plots(outcomes)
+        ],
+        provenance=provenance_table(provenance),
     )
-    return _write(Path(filename), text.encode())
 
 
 def _draw(plot: ValidationPlot, measured: Any, ax: "Axes") -> object:

@@ -21,6 +21,9 @@ from hunav_drake.trial.metric_facts import unit_of
 from hunav_drake.trial.quantity_text import label_text
 from hunav_drake.trial.result import TrialResult
 
+# The dots of more runs would hide each other.
+_MOST_DOTS = 200
+
 
 def plot_comparison(
     runs: pd.DataFrame | Iterable[TrialResult],
@@ -31,10 +34,10 @@ def plot_comparison(
 ) -> Axes:
     """Draws bars of a metric's mean over runs, with confidence intervals.
 
-    The intervals are those of 95 %, and dots are single runs. Runs without a
-    value do not count. Rates are in percent. Runs whose seeds draw nothing are
-    one, without an interval, and the bar says so. See
-    `hunav_drake.runs.statistics.summarize`.
+    The intervals are those of 95 %, and dots are single runs, where a bar has
+    at most 200. Runs without a value do not count. Rates are in percent. Runs
+    whose seeds draw nothing are one, without an interval, and the bar says so.
+    See `hunav_drake.runs.statistics.summarize`.
 
     Args:
         runs: Results, or a table with a row per run, such as `ReadRuns` gives.
@@ -70,6 +73,8 @@ def plot_comparison(
     for row, (name, values) in zip(rows, statistics.iterrows(), strict=True):
         samples = table.loc[table[by] == name, metric]
         samples = samples[np.isfinite(samples)]
+        if len(samples) > _MOST_DOTS:
+            samples = samples[:0]
         # Side by side, so that equal values do not hide each other.
         spread = np.linspace(-0.2, 0.2, len(samples) + 2)[1:-1]
         ax.plot(samples, row + spread, ".", ms=3, color="0.25", mew=0)

@@ -1,6 +1,6 @@
 """The runs that a plot takes, and their names."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from hunav_drake.runs.settings import short_settings
@@ -44,18 +44,27 @@ def run_names(results: list[TrialResult]) -> list[str]:
     A name holds what differs between the results: scenario, planner, setting,
     seed. Names that are still equal get a number.
     """
-    if len(results) == 1:
-        return [""]
     short = short_settings(dict.fromkeys(r.setting for r in results))
-    parts = [
+    return telling_names(
         [
-            r.scenario_name,
-            _told(r, "planner"),
-            short[r.setting],
-            _told(r, "seed", "seed "),
+            (
+                r.scenario_name,
+                _told(r, "planner"),
+                short[r.setting],
+                _told(r, "seed", "seed "),
+            )
+            for r in results
         ]
-        for r in results
-    ]
+    )
+
+
+def telling_names(parts: Sequence[Sequence[str]]) -> list[str]:
+    """Returns a name for each run, of those of its parts that differ.
+
+    Names that are equal get a number; a single run has none.
+    """
+    if len(parts) == 1:
+        return [""]
     differs = [len(set(column)) > 1 for column in zip(*parts, strict=True)]
     names: list[str] = []
     for row in parts:

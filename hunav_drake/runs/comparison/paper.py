@@ -91,3 +91,22 @@ PUBLISHED_BY_BEHAVIOR: dict[str, dict[str, dict[str, float]]] = {
     }
     for b, behavior in enumerate(_BEHAVIORS)
 }
+
+
+def printed_values(
+    suite: str, scenario: str, behavior: str = ""
+) -> dict[str, dict[str, float]]:
+    """Returns what the paper prints, by planner and metric.
+
+    Args:
+        suite: The name of a suite; of others than the paper's it is nothing.
+        scenario: That of the runs.
+        behavior: That of the people who alone count; by default all do.
+    """
+    if suite != "paper":
+        return {}
+    if not behavior:
+        return PUBLISHED.get(scenario, {})
+    if scenario != "combined":
+        return {}
+    return PUBLISHED_BY_BEHAVIOR.get(behavior, {})

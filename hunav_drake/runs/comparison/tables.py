@@ -8,8 +8,8 @@ import pandas as pd
 
 from hunav_drake.runs.comparison.paper import (
     METRICS,
-    PUBLISHED,
     PUBLISHED_BY_BEHAVIOR,
+    printed_values,
 )
 from hunav_drake.runs.outcomes import count_outcomes, outcome_text
 from hunav_drake.runs.statistics import RATES, early_mark, summarize
@@ -56,7 +56,6 @@ def scenario_tables(result: SuiteResult) -> list[Table]:
     runs = result.runs()
     if runs.empty:
         return []
-    is_paper = result.suite.name == "paper"
     keys = dict.fromkeys((c.scenario, c.setting) for c in result.cells)
     tables = []
     for scenario, setting in keys:
@@ -64,7 +63,7 @@ def scenario_tables(result: SuiteResult) -> list[Table]:
         if part.empty:
             continue
         part.attrs = runs.attrs
-        published = PUBLISHED.get(scenario, {}) if is_paper else {}
+        published = printed_values(result.suite.name, scenario)
         title = " ".join(word for word in (scenario, setting) if word)
         table = _table(title, part, PAPER_METRICS, published)
         tables += [table] if table else []
@@ -76,7 +75,6 @@ def behavior_tables(result: SuiteResult) -> list[Table]:
     runs = result.runs(by_behavior=True)
     if runs.empty:
         return []
-    is_paper = result.suite.name == "paper"
     tables = []
     for scenario, setting in dict.fromkeys(
         zip(runs.scenario, runs.setting, strict=True)
@@ -88,11 +86,8 @@ def behavior_tables(result: SuiteResult) -> list[Table]:
         for behavior in behaviors:
             rows = part[part.behavior == behavior]
             rows.attrs = runs.attrs
-            published = (
-                PUBLISHED_BY_BEHAVIOR.get(behavior, {})
-                if is_paper and scenario == "combined"
-                else {}
-            )
+            name = result.suite.name
+            published = printed_values(name, scenario, behavior)
             place = " ".join(word for word in (scenario, setting) if word)
             title = f"{place}, {behavior} people"
             table = _table(title, rows, _BEHAVIOR_METRICS, published)

@@ -1,8 +1,10 @@
 import dataclasses
 import re
+import shutil
 
 import pytest
 
+from hunav_drake import cli
 from hunav_drake.report.suite_files import WriteSuite
 from hunav_drake.runs import LoadSuite, RunSuite
 from hunav_drake.runs.comparison.relations import judge
@@ -50,15 +52,14 @@ def test_contents_lead_to_each_section(page):
     ids = re.findall(r'<h[23] id="([^"]+)"', html)
     assert len(set(ids)) == len(ids)
     nav = html[html.index("<nav") : html.index("</nav>")]
+    parts = ("means", "pairs", "bars", "examples")
     assert re.findall(r'href="#([^"]+)"', nav) == [
-        *("outcomes", "tables", "table-crossing", "table-combined"),
-        *("behaviors", *(i for i in ids if i.startswith("behavior-"))),
-        "relations",
-        *("plots", "plots-crossing", "plots-combined"),
-        "replays",
-        *("equal-seeds", "seeds-crossing", "seeds-combined"),
-        *("cost", "provenance"),
+        *("headline", "outcomes", "relations"),
+        *("s0", *(f"s0-{it}" for it in parts)),
+        *("s1", *(f"s1-{it}" for it in parts)),
+        *("runs", "cost", "provenance"),
     ]
+    assert "Means with curious people only" in html
     assert set(re.findall(r'href="#([^"]+)"', nav)) == set(ids)
 
 
@@ -84,13 +85,15 @@ def test_what_each_run_cost_is_there(page, result):
     text = visible(page.read_text())
     assert "8 runs of 8.0 s in all took workers" in text
     assert "planner cycle, median (ms) planner cycle, 95 % (ms)" in text
-    each = text[text.index("Each run") :]
-    assert each.count(" 1.00 ") == len(result.rows)
+    assert "crossing pursuit 2 " in text[text.index("times real time") :]
+    each = text[text.index(" Runs scenario planner") : text.index(" Cost ")]
+    assert each.count(" timeout 1.00 ") == len(result.rows)
+    assert each.index("run (ms)") < each.index("timeout")
 
 
 def test_replays_open(page, result, folder):
     html = page.read_text()
-    links = re.findall(r'href="(replays/[^"]+)"', html)
+    links = set(re.findall(r'href="(replays/[^"]+)"', html))
     assert len(links) == len(result.cells) == 4
     for link in links:
         replay = (folder / link).read_text()
@@ -98,6 +101,22 @@ def test_replays_open(page, result, folder):
         assert replay.rstrip().endswith("</html>")
     # What is there is not written again.
     assert WriteReplays(result, folder, workers=1) == []
+
+
+def test_the_page_is_made_again_from_the_folder(page, folder, capsys):
+    before = page.read_text()
+    assert cli.main(["report", str(folder), "--title", "Benchmark small"]) == 0
+    assert "Wrote the report on 8 runs" in capsys.readouterr().out
+    assert page.read_text() == before
+
+
+def test_a_suite_that_has_not_ended_has_a_page(page, folder, tmp_path):
+    (tmp_path / "recordings").mkdir()
+    shutil.copy(folder / "runs.jsonl", tmp_path)
+    assert cli.main(["report", str(tmp_path)]) == 0
+    text = visible((tmp_path / "report.html").read_text())
+    assert "not ended, 8 runs, 2 scenarios, 2 planners" in text
+    assert "Relations" not in text
 
 
 def test_a_trial_that_does_not_repeat_itself_has_no_replay(result, tmp_path):
@@ -119,7 +138,7 @@ def test_failures_come_first(result, tmp_path):
     broken = SuiteResult(suite, result.cells, [row])
     html = WriteSuite(broken, tmp_path, judge(broken)).read_text()
     text = visible(html)
-    assert "Failures 1 runs gave no result" in text
+    assert "Failures 1 run failed: crossing, pursuit, seed 0: it broke" in text
     assert "it broke <b>" in text
     assert "<b>" not in html
 
@@ -141,10 +160,6 @@ def test_the_page_is_no_wider_than_the_window(page, width, browser):
         " !t.closest('.wide')).map(t => t.getBoundingClientRect().right)"
     )
     assert all(right <= width for right in boxes)
-    # What goes on for pages is not printed: the files have it.
-    window.emulate_media(media="print")
-    shown = [it.is_visible() for it in window.locator("details").all()]
-    assert shown == [False] * len(shown) != []
     window.close()
 
 

@@ -1,6 +1,6 @@
-"""The tables of statistics in a report on many trials."""
+"""The tables of statistics in a report on many runs."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import combinations
 import math
 from typing import Any
@@ -10,6 +10,7 @@ import pandas as pd
 from hunav_drake.report.tables import (
     Cell,
     Estimate,
+    Marked,
     MetricRows,
     Table,
     metric_cell,
@@ -22,6 +23,9 @@ from hunav_drake.trial.quantity_text import label_text
 # With more contenders (planners with their settings) than this, only the first
 # is compared with each of the others: there would be too many pairs.
 _MOST_CONTENDERS = 4
+
+# What a paper prints, by planner and metric.
+Printed = Mapping[str, Mapping[str, float]]
 
 
 def headline_table(runs: pd.DataFrame) -> Table:
@@ -50,11 +54,15 @@ def headline_table(runs: pd.DataFrame) -> Table:
     return Table(head, groups, numbers=range(1, len(head)), kind="headline")
 
 
-def planner_tables(runs: pd.DataFrame) -> tuple[Table, Table] | None:
+def planner_tables(
+    runs: pd.DataFrame, printed: Printed
+) -> tuple[Table, Table] | None:
     """Returns the mean of each metric for each planner, and its spread.
 
-    The runs are those in one scenario; the column `contender` tells planners
-    and their settings apart.
+    Args:
+        runs: Those in one scenario; the column `contender` tells planners and
+            their settings apart.
+        printed: What a paper prints, which stands beside.
 
     Returns:
         The table of means with confidence intervals, and that of counts,
@@ -75,6 +83,9 @@ def planner_tables(runs: pd.DataFrame) -> tuple[Table, Table] | None:
             row = statistics.loc[(planner, name)]
             mean = _mean(row, name, unit, factor, counts[planner])
             cells.append(mean)
+            if planner in printed:
+                value = printed[planner].get(name, math.nan)
+                cells.append(Marked(number(value, unit), "printed"))
             more: list[Cell] = [
                 f"{row['n']:.0f}",
                 mean._replace(n=""),
@@ -83,13 +94,14 @@ def planner_tables(runs: pd.DataFrame) -> tuple[Table, Table] | None:
             ]
             spread.add(name, [planner, *more] if several else more, unit)
         means.add(name, cells, unit)
-    columns = ["n", "mean", "standard deviation", "median"]
+    heads: list[Cell] = []
+    for planner in planners:
+        heads.append(planner or "value")
+        heads += ["paper"] if planner in printed else []
+    columns: list[Cell] = ["n", "mean", "standard deviation", "median"]
     if several:
         columns.insert(0, "planner")
-    return (
-        _table([p or "value" for p in planners], means),
-        _table(columns, spread, first=1 + several),
-    )
+    return (_table(heads, means), _table(columns, spread, first=1 + several))
 
 
 def paired_tables(
@@ -105,8 +117,7 @@ def paired_tables(
     seeded = runs[runs["seed"] != ""]
     # It is unclear which of several runs of a seed to compare, but for those
     # of a suite: its repetitions count by their mean.
-    keys = ["contender", "seed", *(["repetition"] * ("repetition" in runs))]
-    seeded = seeded[~seeded.duplicated(keys, keep=False)]
+    seeded = seeded[~seeded.duplicated(_run_keys(runs), keep=False)]
     planners = list(dict.fromkeys(seeded["contender"]))
     metrics = _metrics(runs)
     if len(planners) < 2 or not metrics:
@@ -136,15 +147,20 @@ def ambiguous_seeds(runs: pd.DataFrame) -> list[dict[str, Any]]:
     runs.
     """
     seeded = runs[runs["seed"] != ""]
-    several = seeded[seeded.duplicated(["contender", "seed"], keep=False)]
+    several = seeded[seeded.duplicated(_run_keys(runs), keep=False)]
     return [
         {
             "contender": contender,
             "seeds": list(dict.fromkeys(own["seed"])),
-            "tags": list(own["tag"]),
+            "tags": list(own["tag"]) if "tag" in own else [],
         }
         for contender, own in several.groupby("contender", sort=False)
     ]
+
+
+def _run_keys(runs: pd.DataFrame) -> list[str]:
+    """Returns the columns that tell the runs in one scenario apart."""
+    return ["contender", "seed", *(["repetition"] * ("repetition" in runs))]
 
 
 def _choose_pairs(planners: list[str]) -> Iterator[tuple[str, str]]:
@@ -175,12 +191,12 @@ def _differences(
             row["better"] or "",
         ]
         rows.add(str(name), cells, unit)
-    columns = [a, b, f"{b} \N{MINUS SIGN} {a}", "pairs", "better"]
+    columns: list[Cell] = [a, b, f"{b} \N{MINUS SIGN} {a}", "pairs", "better"]
     return _table(columns, rows, last=4, kind="paired")
 
 
 def _table(
-    columns: Sequence[str],
+    columns: Sequence[Cell],
     rows: MetricRows,
     *,
     first: int = 1,
@@ -188,7 +204,7 @@ def _table(
     kind: str = "",
 ) -> Table:
     """Returns a table of metrics with numbers in some of its columns."""
-    head = ["metric", *columns, "unit"]
+    head: list[Cell] = ["metric", *columns, "unit"]
     numbers = range(first, 1 + (len(columns) if last is None else last))
     return Table(head, rows.groups, numbers=numbers, kind=kind)
 
