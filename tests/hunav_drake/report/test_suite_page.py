@@ -4,7 +4,7 @@ import shutil
 
 import pytest
 
-from hunav_drake import cli
+from hunav_drake.commands import cli
 from hunav_drake.report.suite_files import WriteSuite
 from hunav_drake.runs import LoadSuite, RunSuite
 from hunav_drake.runs.comparison.relations import judge

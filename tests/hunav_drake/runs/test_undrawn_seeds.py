@@ -16,13 +16,14 @@ from hunav_drake import (
     RunTrial,
     Suite,
     SuiteResult,
-    cli,
     compare,
     plot_comparison,
     summarize,
 )
+from hunav_drake.commands import cli
 from hunav_drake.report.suite_files import WriteSuite
 from hunav_drake.runs.cell_plan import CellPlan
+from hunav_drake.runs.comparison.relations import judge
 from hunav_drake.runs.comparison.tables import ENDS, scenario_tables
 from hunav_drake.runs.outcomes import count_outcomes
 from hunav_drake.runs.suite import Relation
