@@ -63,7 +63,7 @@ def relation_table(judgements: Sequence[Judgement]) -> Table | None:
                 it.numbers,
             ]
         )
-    head = ["", "verdict", "relation", "strength", "resamples", "numbers"]
+    head = ["no.", "verdict", "relation", "strength", "resamples", "numbers"]
     return Table(head, rows, kind="relations")
 
 

@@ -138,7 +138,8 @@ def outcome_table(
         why = "; ".join(why_not_goal(own))
         rows.append([*kind, str(own["runs"].iloc[0]), *ended, why])
     head = [*names.values(), "runs", *reasons, "why"]
-    return Table(head, {"": rows}, numbers=range(len(names), len(head) - 1))
+    numbers = range(len(names), len(head) - 1)
+    return Table(head, {"": rows}, numbers=numbers, kind="outcomes")
 
 
 def provenance_table(provenance: Mapping[str, Any]) -> Table:
