@@ -202,11 +202,12 @@ def _print(
     result: "TrialResult", options: argparse.Namespace, elapsed: float
 ) -> None:
     """Prints what a trial gave; a planner that failed is told elsewhere."""
-    from hunav_drake.runs.run_summary import make_summary
     from hunav_drake.trial.metric_facts import headline_of
     from hunav_drake.trial.result import FormatMetricsTable, how_it_ended
 
     if options.json:
+        from hunav_drake.runs.run_summary import make_summary
+
         print(make_summary(result).model_dump_json(indent=2))
         return
     if result.end_reason == "planner_failed":
