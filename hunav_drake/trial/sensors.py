@@ -7,6 +7,7 @@ from pydrake.systems.primitives import ConstantVectorSource
 
 from hunav_drake.scenario.checks import first_lidar
 from hunav_drake.scenario.schema import Scenario
+from hunav_drake.systems.common.layout import STATE_SIZE
 from hunav_drake.systems.common.ports import CheckPorts
 from hunav_drake.systems.planning.planner import asked_scan_size
 from hunav_drake.systems.scene import ScenePorts
@@ -96,13 +97,11 @@ def AddPerception(
     system = sees.MakeSystem(_sensing_task(scenario, number))
     if system is None:
         return given
-    humans = given["human_states"]
-    assert humans is not None
     CheckPorts(
         system,
         f"the perception {type(sees).__name__}",
         inputs={},
-        outputs={"visible_people": humans.size()},
+        outputs={"visible_people": STATE_SIZE * len(scenario.humans)},
     )
     builder.AddNamedSystem("perception", system)
     seen = {name: given[name] for name in ("robot_state", "human_states")}

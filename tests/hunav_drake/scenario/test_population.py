@@ -6,13 +6,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from hunav_drake import (
-    LoadScenario,
-    MakeTrialDiagram,
-    RunTrial,
-    SaveScenario,
-    cli,
-)
+from hunav_drake import LoadScenario, MakeTrialDiagram, RunTrial, SaveScenario
+from hunav_drake.commands import cli
 from hunav_drake.scenario import CheckScenario, PopulationConfig, draw_people
 from tests.hunav_drake.scenario.loading_failure import failure
 
