@@ -13,6 +13,7 @@ import socket
 import subprocess
 import sys
 import tempfile
+import time
 from typing import Literal
 
 # Recordings and replays of a suite need about this much, in bytes.
@@ -52,6 +53,43 @@ class Finding:
     state: Literal["ok", "note", "trouble"]
     text: str
     remedy: str = ""
+
+
+def find_all() -> Iterator[Finding]:
+    """Yields what is found; runs trials only if nothing is in the way."""
+    troubles = 0
+    for finding in examine():
+        troubles += finding.state == "trouble"
+        yield finding
+    if not troubles:
+        yield from _short_runs()
+
+
+def _short_runs() -> Iterator[Finding]:
+    """Runs a short trial twice, which must give the same."""
+    from hunav_drake.scenario import LoadScenario
+    from hunav_drake.trial.compiling import told_compile_time
+    from hunav_drake.trial.simulation import RunTrial
+
+    scenario = LoadScenario(
+        filename="passing", overrides=["simulation.duration=2.0"]
+    )
+    started = time.perf_counter()
+    with told_compile_time() as compiled:
+        first = RunTrial(scenario)
+    elapsed = time.perf_counter() - started - compiled.seconds
+    yield Finding(
+        "short run", "ok", f"{elapsed:.2f} s for {first.end_time:g} s"
+    )
+    if first.recording == RunTrial(scenario).recording:
+        yield Finding("repeats", "ok", "bit for bit")
+    else:
+        yield Finding(
+            "repeats",
+            "trouble",
+            "two equal runs differ",
+            "report it, with the output of `hunav doctor --json`",
+        )
 
 
 def examine() -> Iterator[Finding]:

@@ -8,7 +8,7 @@ import subprocess
 
 import pytest
 
-from hunav_drake.commands import doctor as command, doctor_findings as doctor
+from hunav_drake.commands import doctor_findings as doctor
 
 
 def only(findings):
@@ -177,8 +177,8 @@ def test_trouble_fails_and_runs_no_trial(monkeypatch, hunav):
     def broken():
         yield doctor.Finding("numba", "trouble", "0.1", "pip install numba")
 
-    monkeypatch.setattr(command, "examine", broken)
-    monkeypatch.setattr(command, "_short_runs", lambda: pytest.fail("ran"))
+    monkeypatch.setattr(doctor, "examine", broken)
+    monkeypatch.setattr(doctor, "_short_runs", lambda: pytest.fail("ran"))
     code, out, _ = hunav("doctor")
     assert code == 1
     assert out.splitlines()[0] == (
@@ -201,8 +201,8 @@ def test_trouble_fails_and_runs_no_trial(monkeypatch, hunav):
 
 def test_notes_are_no_trouble(monkeypatch, hunav):
     note = doctor.Finding("dask", "note", "not installed", "pip install it")
-    monkeypatch.setattr(command, "examine", lambda: iter([note]))
-    monkeypatch.setattr(command, "_short_runs", lambda: iter([]))
+    monkeypatch.setattr(doctor, "examine", lambda: iter([note]))
+    monkeypatch.setattr(doctor, "_short_runs", lambda: iter([]))
     code, out, _ = hunav("doctor", "--json")
     assert code == 0
     assert json.loads(out)["ok"]
