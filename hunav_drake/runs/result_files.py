@@ -143,7 +143,7 @@ def LoadResults(
     """
     folder = Path(directory)
     kept = {
-        row.tag or path.stem: (row, path)
+        row.tag or f"{path.parent.name}/{path.name}": (row, path)
         for row in sorted(read_folder(folder, damaged), key=run_order)
         if row.end_reason not in NO_RESULT
         and (path := find_recording(folder, row)) is not None

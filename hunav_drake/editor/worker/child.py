@@ -1,10 +1,8 @@
 """What a process of the worker does: it answers what its parent asks."""
 
-from collections import deque
 from collections.abc import Callable, Sequence
 import contextlib
 import contextvars
-import json
 import logging
 from multiprocessing.connection import Connection
 import os
@@ -12,7 +10,7 @@ import sys
 import threading
 import time
 
-from hunav_drake.editor.worker.handle import Message
+from hunav_drake.editor.worker.channel import Channel, Stopped, answer
 
 # How much more than others the process lets others run: it is in nobody's way.
 _NICE = 5
@@ -24,94 +22,6 @@ _COMPILING = (
     "The simulation is being prepared. The first time on a computer it is"
     " compiled, which takes about a minute; all but Run works meanwhile."
 )
-
-
-class Stopped(Exception):
-    """The parent does not want the run any more."""
-
-
-class Channel:
-    """The child's end of the pipe."""
-
-    def __init__(self, connection: Connection) -> None:
-        self._connection = connection
-        self._waiting: deque[Message] = deque()
-
-    def send(self, message: Message) -> None:
-        """Sends a message to the parent."""
-        self._connection.send_bytes(json.dumps(message).encode())
-
-    def next(self) -> Message:
-        """Returns the next message, as soon as there is one."""
-        if not self._waiting:
-            self._waiting.append(self._read())
-        message = self._waiting.popleft()
-        # Of questions about a text, the last one counts.
-        self._read_all()
-        while message["do"] == "check" and any(
-            it["do"] == "check" for it in self._waiting
-        ):
-            message = self._waiting.popleft()
-        return message
-
-    def look(self) -> None:
-        """Answers questions during a run; other messages wait.
-
-        Raises:
-            Stopped: If the parent wants no more of it.
-        """
-        self._read_all()
-        for message in [*self._waiting]:
-            if message["do"] in ("stop", "end"):
-                if message["do"] == "stop":
-                    self._waiting.remove(message)
-                raise Stopped
-        if any(it["do"] in _ANSWERS for it in self._waiting):
-            others = [it for it in self._waiting if it["do"] not in _ANSWERS]
-            asked = {it["do"]: it for it in self._waiting if it not in others}
-            self._waiting = deque(others)
-            for message in asked.values():
-                answer(self, message)
-
-    def _read_all(self) -> None:
-        while self._connection.poll():
-            self._waiting.append(self._read())
-
-    def _read(self) -> Message:
-        try:
-            message: Message = json.loads(self._connection.recv_bytes())
-        except (EOFError, OSError):
-            # The parent is gone: nobody is left to work for.
-            os._exit(0)
-        return message
-
-
-# What is answered at once, of each kind the last one.
-_ANSWERS = ("check", "summary")
-
-
-def answer(channel: Channel, message: Message) -> None:
-    """Answers a question."""
-    if message["do"] == "check":
-        from hunav_drake.editor.worker.names import (
-            find_model_outlines,
-            find_names_faults,
-        )
-
-        question = message["text"], message["folder"], message["name"]
-        channel.send(
-            {
-                "kind": "checked",
-                "ticket": message["ticket"],
-                "faults": find_names_faults(*question),
-                "models": find_model_outlines(*question),
-            }
-        )
-    else:
-        from hunav_drake.editor.worker.statistics import summary_rows
-
-        rows = summary_rows(message["runs"])
-        channel.send({"kind": "summary", "rows": rows})
 
 
 def main(descriptor: int, imports: Sequence[str]) -> None:

@@ -6,21 +6,10 @@ from typing import Any
 
 import pandas as pd
 
+from hunav_drake.runs.run_row import plain_number
 from hunav_drake.runs.statistics import summarize
 from hunav_drake.systems.evaluation.metrics import METRICS
 from hunav_drake.trial.quantity_text import number_text
-
-
-def plain_number(value: float) -> float | str | None:
-    """Returns a number as JSON has it, as in the files of results.
-
-    NaN is None, and infinity the text "Infinity" or "-Infinity".
-    """
-    if math.isnan(value):
-        return None
-    if math.isinf(value):
-        return "Infinity" if value > 0 else "-Infinity"
-    return float(value)
 
 
 def value_text(metric: str, value: float) -> str:

@@ -8,10 +8,11 @@ from typing import Any
 from pydrake.geometry import Meshcat
 from pydrake.systems.framework import Context, Diagram
 
-from hunav_drake.editor.worker.child import Channel, Stopped
-from hunav_drake.editor.worker.statistics import plain_number, value_text
+from hunav_drake.editor.worker.channel import Channel, Stopped
+from hunav_drake.editor.worker.statistics import value_text
 from hunav_drake.report.writing import WriteReport
 from hunav_drake.runs.result_files import WriteResult
+from hunav_drake.runs.run_row import plain_number
 from hunav_drake.scenario import (
     LoadScenario,
     SaveScenario,

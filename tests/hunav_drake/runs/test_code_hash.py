@@ -13,7 +13,7 @@ from hunav_drake.runs.code_hash import (
 def package(tmp_path, monkeypatch):
     """A package like ours, one of whose parts is a link."""
     root = tmp_path / "hunav_drake"
-    for name in ("scenario", "editor", "benchmark/comparison"):
+    for name in ("scenario", "editor", "runs/comparison"):
         (root / name).mkdir(parents=True)
     systems = tmp_path / "systems"
     systems.mkdir()
@@ -32,7 +32,7 @@ def package(tmp_path, monkeypatch):
         ("systems/tree.xml", True),
         ("scenario/new.py", True),
         ("editor/page.py", False),
-        ("benchmark/comparison/tables.py", False),
+        ("runs/comparison/tables.py", False),
         ("systems/crowd.cpython-312.pyc", False),
         ("readme.md", False),
     ],

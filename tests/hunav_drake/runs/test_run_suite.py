@@ -8,7 +8,15 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from hunav_drake.runs import LoadSuite, RunSuite, Suite, code_hash
+from hunav_drake.runs import (
+    LoadResults,
+    LoadSuite,
+    ReadRuns,
+    RunSuite,
+    Suite,
+    WriteResult,
+    code_hash,
+)
 from hunav_drake.runs.code_hash import hash_code
 from hunav_drake.runs.run_log import NAME, RunLog, read_rows
 from hunav_drake.runs.run_row import row_to_json
@@ -448,3 +456,41 @@ def test_scenarios_may_have_seeds_of_their_own():
     assert suite.seed_list("passing") == list(range(10))
     assert suite.seed_list("combined") == list(range(30))
     assert suite.seed_list("free_run") == [0]
+
+
+def test_the_folder_of_a_suite_is_read_as_any_other(suite, tmp_path):
+    result = RunSuite(suite, out=tmp_path, workers=1)
+    for by_behavior in (False, True):
+        runs = result.runs(by_behavior=by_behavior)
+        read = ReadRuns(tmp_path, by_behavior=by_behavior)
+        assert_same(read, runs)
+        assert read.attrs == runs.attrs
+    runs = result.runs()
+    runs.to_csv(tmp_path / "runs.csv", index=False)
+    pd.testing.assert_frame_equal(
+        ReadRuns(tmp_path / "runs.csv"), runs, check_dtype=False
+    )
+    # A recording is kept of the first seed of each cell.
+    kept = LoadResults(tmp_path)
+    assert [it.provenance["planner"] for it in kept] == ["pursuit", "slow"]
+    assert [it.metrics.path_length for it in kept] == [
+        *runs[runs.seed == 0].path_length
+    ]
+    # Single runs may be written into the same folder.
+    WriteResult(kept[0], tmp_path)
+    assert len(ReadRuns(tmp_path)) == len(runs) + 1
+    assert len(LoadResults(tmp_path)) == 3
+    assert_same(RunSuite(suite, out=tmp_path, workers=1).runs(), runs)
+
+
+def test_a_log_of_before_rows_told_their_planner_is_read(tmp_path):
+    row = make_row(make_cell("hall", "dwb"), 3, {"path_length": 2.0})
+    data = json.loads(row_to_json(row))
+    for name in ("scenario", "planner", "setting"):
+        del data[name]
+    data |= {"cell": "hall/dwb/fast", "repetition": 0}
+    (tmp_path / NAME).write_text(json.dumps(data) + "\n")
+    (read,) = ReadRuns(tmp_path).to_dict("records")
+    assert (read["scenario"], read["planner"]) == ("hall", "dwb")
+    assert (read["setting"], read["seed"]) == ("fast", 3)
+    assert read["path_length"] == 2.0

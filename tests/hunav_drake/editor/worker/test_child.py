@@ -6,7 +6,8 @@ import threading
 
 import pytest
 
-from hunav_drake.editor.worker.child import Channel, answer_during
+from hunav_drake.editor.worker.channel import Channel
+from hunav_drake.editor.worker.child import answer_during
 
 PATIENCE = 60.0
 

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from hunav_drake import LoadScenario, RunTrial
-from hunav_drake.editor.worker.child import Stopped
+from hunav_drake.editor.worker.channel import Stopped
 from hunav_drake.editor.worker.trials import Trials
 
 TEXT = """
