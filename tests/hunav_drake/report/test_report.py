@@ -325,6 +325,8 @@ def test_results_come_back_from_a_folder(tmp_path):
 
 def test_a_metric_of_another_program_keeps_its_value(tmp_path):
     WriteResult(make_result(), tmp_path, tag="01")
+    # Without the log, a run's own file tells.
+    (tmp_path / "runs.jsonl").unlink()
     path = tmp_path / "runs/01/result.json"
     text = path.read_text()
     path.write_text(text.replace('"path_length"', '"my_length"'))
@@ -364,6 +366,8 @@ def test_the_command_reports_on_what_can_be_read(tmp_path, capsys):
     runs = tmp_path / "runs"
     (runs / "passing_pursuit_1/recording.npz").write_bytes(b"no zip")
     (runs / "passing_pursuit_2/result.json").unlink()
+    # The log would tell of that one.
+    (tmp_path / "runs.jsonl").unlink()
     assert cli.main(["report", str(tmp_path)]) == 0
     captured = capsys.readouterr()
     assert "report on 2 runs" in captured.out
