@@ -170,7 +170,8 @@ def _unique(loc: Loc, data: Any, value: Any) -> Iterator[Fix]:
 
 def _clamped(loc: Loc, value: Any, found: re.Match[str]) -> Iterator[Fix]:
     """Sets a number to the end of its range that it is beyond."""
-    if type(value) not in (int, float) or math.isnan(value):
+    # What is not a number is neither above nor below.
+    if type(value) not in (int, float):
         return
     low, high = float(found[2]), float(found[3])
     if value > high and math.isfinite(high):

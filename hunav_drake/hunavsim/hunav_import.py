@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 import dataclasses as dc
 import os
 from pathlib import Path
+import sys
 from types import MappingProxyType
 from typing import Any
 
@@ -168,7 +169,9 @@ class HunavImport:
         loc: Loc = (_METRICS_KEY, _PARAMETERS)
         evaluator = self.data["evaluator"] = {}
         frequency = settings.get("frequency", 1.0)
-        if type(frequency) not in (int, float) or not frequency >= 0:
+        if type(frequency) not in (int, float) or not (
+            0 <= frequency <= sys.float_info.max
+        ):
             rule = "must be a number of Hz, 0 for every step"
             self._report((*loc, "frequency"), f"{rule}, got {shown(frequency)}")
         else:

@@ -7,8 +7,8 @@ rules are those of nav2_map_server ("Map Server", https://docs.nav2.org).
 
 from dataclasses import dataclass
 import functools
-import math
 from pathlib import Path
+import sys
 from typing import Any, TypeGuard
 import warnings
 
@@ -150,7 +150,8 @@ def _settings(path: Path) -> dict[str, Any]:
 
 
 def _is_number(value: Any) -> TypeGuard[float]:
-    return type(value) in (int, float) and math.isfinite(value)
+    # An int may have too many digits for a float.
+    return type(value) in (int, float) and abs(value) <= sys.float_info.max
 
 
 def _number(

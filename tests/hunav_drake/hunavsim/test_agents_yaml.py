@@ -418,6 +418,7 @@ def test_faults_have_their_lines_and_the_names_of_the_file(
     [
         ("2.0", "fast", "3: frequency: must be a number of Hz"),
         ("2.0", "-1", "3: frequency: must be a number of Hz"),
+        ("2.0", "1" + 400 * "0", "3: frequency: must be a number of Hz"),
         ("2.0", ".nan", "3: frequency: must be a number of Hz"),
         ("2.0", "true", "3: frequency: must be a number of Hz"),
         ("2.0", "0.001", "3: frequency: must be in (0, 60] s, got 1000"),

@@ -146,6 +146,8 @@ def test_public_maps_have_the_areas_of_their_pixels(reference, name):
         ({"origin": [1]}, "origin must be"),
         ({"origin": [1, float("nan"), 0]}, "origin must be"),
         ({"origin": [1e9, 0, 0]}, "at most 100000 m away"),
+        ({"origin": [1, 10**400, 0]}, "origin must be"),
+        ({"resolution": 10**400}, "resolution must be a number"),
         ({"negate": "yes"}, "negate must be 0 or 1"),
         ({"mode": "binary"}, "mode must be one of trinary, scale, raw"),
         ({"occupied_thresh": 0.1}, "free_thresh <= occupied_thresh"),
