@@ -6,7 +6,8 @@ import textwrap
 
 import pytest
 
-from hunav_drake import LoadScenario, MakeTrialDiagram, RunTrial, cli
+from hunav_drake import LoadScenario, MakeTrialDiagram, RunTrial
+from hunav_drake.commands import cli
 from hunav_drake.runs import LoadSuite
 from hunav_drake.runs.comparison.paper import (
     PLANNERS as PAPER_PLANNERS,

@@ -13,7 +13,7 @@ from tests.paper_results import FILE, ROWS, values_of
 
 ROOT = Path(__file__).resolve().parents[1]
 README = (ROOT / "README.md").read_text()
-PAGE = (ROOT / "docs" / "benchmark.md").read_text()
+PAGE = (ROOT / "docs" / "paper_results.md").read_text()
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,8 @@ import shutil
 import matplotlib as mpl
 import pytest
 
-from hunav_drake import LoadScenario, cli
+from hunav_drake import LoadScenario
+from hunav_drake.commands import cli
 from hunav_drake.runs import LoadSuite
 from hunav_drake.systems.behavior.nodes import registry as nodes
 from hunav_drake.systems.crowd import MOTION_MODELS

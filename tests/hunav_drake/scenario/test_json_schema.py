@@ -8,7 +8,8 @@ from pydantic.dataclasses import dataclass
 import pytest
 import yaml
 
-from hunav_drake import ListScenarios, LoadScenario, SaveScenario, cli
+from hunav_drake import ListScenarios, LoadScenario, SaveScenario
+from hunav_drake.commands import cli
 from hunav_drake.scenario.json_schema import scenario_json_schema
 from hunav_drake.systems.planning import PLANNERS, Planner, register_planner
 
