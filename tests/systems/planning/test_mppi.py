@@ -88,7 +88,8 @@ def roll(
         *(np.array(state, float), controls, np.zeros((4, 2)), noise),
         *(np.array(goal), even_path(plan, 0.05), 0.05),
         *(costmap.costs, *costmap.origin, costmap.resolution),
-        *(planner.setup(task).footprint, humans, made.forces, made.p),
+        *(planner.setup(task).footprint, humans, made.forces),
+        *(made.weights, made.values),
     )
 
 
