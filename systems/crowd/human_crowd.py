@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.autodiffutils import AutoDiffXd
-from pydrake.common import cpp_template
 from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import (
     BasicVector,
@@ -396,10 +395,6 @@ def HumanCrowd_(T: Any) -> type:
     return Impl
 
 
-# Nor needs Drake to read them for each method that it adds to the class.
-_find_module = cpp_template._get_module_from_stack
-cpp_template._get_module_from_stack = lambda frame=2: sys.modules[__name__]
 HumanCrowd = HumanCrowd_[float]
-cpp_template._get_module_from_stack = _find_module
 # So are Drake's own systems called, in diagrams and by pickle.
 HumanCrowd.__name__ = HumanCrowd.__qualname__ = "HumanCrowd"
