@@ -34,7 +34,7 @@ from hunav_drake.editor.messages import (
 from hunav_drake.editor.state import State
 from hunav_drake.editor.templates import template_text
 from hunav_drake.editor.tracing import traced_walls
-from hunav_drake.scenario.shipped import shipped_names, shipped_text
+from hunav_drake.scenarios import shipped_names, shipped_text
 
 if TYPE_CHECKING:
     from hunav_drake.editor.session import EditSession

@@ -22,8 +22,8 @@ from hunav_drake.editor.state import State
 from hunav_drake.editor.templates import template_forms
 from hunav_drake.scenario.error import Finding, Loc, ScenarioError
 from hunav_drake.scenario.schema import Scenario
-from hunav_drake.scenario.shipped import shipped_names
 from hunav_drake.scenario.writer import SaveScenario
+from hunav_drake.scenarios import shipped_names
 from hunav_drake.systems.common.choice_loading import registered_only
 
 Callback = Callable[[dict[str, Any]], None]

@@ -15,7 +15,7 @@ from hunav_drake.commands.user_code import import_user_code
 from hunav_drake.editor.session import EditSession
 from hunav_drake.editor.worker import Worker
 from hunav_drake.scenario.schema import Scenario
-from hunav_drake.scenario.shipped import shipped_names, shipped_text
+from hunav_drake.scenarios import shipped_names, shipped_text
 
 if TYPE_CHECKING:
     from hunav_drake.results.trial_result import TrialResult

@@ -28,7 +28,7 @@ from hunav_drake.benchmark import LoadSuite, RunSuite
 from hunav_drake.context_file import _digest
 from hunav_drake.recordings.readers import ReadRecording
 from hunav_drake.results.files import WriteResult
-from hunav_drake.scenario.shipped import shipped_names, shipped_text
+from hunav_drake.scenarios import shipped_names, shipped_text
 from hunav_drake.simulation import RunTrial
 from hunav_drake.systems import behavior
 from tests.agents import AGENTS
