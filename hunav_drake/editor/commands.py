@@ -34,8 +34,8 @@ from hunav_drake.editor.messages import (
 )
 from hunav_drake.editor.state import State
 from hunav_drake.editor.tracing import traced_walls
-from hunav_drake.scenario.shipped import shipped_names, shipped_text
 from hunav_drake.scenario.templates import template_text
+from hunav_drake.scenarios import shipped_names, shipped_text
 
 
 def _hello(session: EditedScenario, message: Hello) -> None:

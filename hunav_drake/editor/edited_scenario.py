@@ -15,9 +15,9 @@ from hunav_drake.editor.state import State
 from hunav_drake.scenario.error import Finding, Loc, ScenarioError
 from hunav_drake.scenario.old_words import find_old_words, renewed_text
 from hunav_drake.scenario.schema import Scenario
-from hunav_drake.scenario.shipped import shipped_names
 from hunav_drake.scenario.templates import list_templates
 from hunav_drake.scenario.writer import SaveScenario
+from hunav_drake.scenarios import shipped_names
 from hunav_drake.systems.common.old_words import TAG
 
 Callback = Callable[[dict[str, Any]], None]

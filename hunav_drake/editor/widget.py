@@ -14,7 +14,7 @@ import traitlets
 from hunav_drake.editor.session import EditSession
 from hunav_drake.editor.worker import Worker
 from hunav_drake.scenario.schema import Scenario
-from hunav_drake.scenario.shipped import shipped_names, shipped_text
+from hunav_drake.scenarios import shipped_names, shipped_text
 from hunav_drake.trial.user_code import import_user_code
 
 if TYPE_CHECKING:

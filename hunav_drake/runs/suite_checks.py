@@ -9,7 +9,7 @@ from hunav_drake.runs.suite import Suite, planner_overrides
 from hunav_drake.scenario import Fault, Scenario
 from hunav_drake.scenario.error import Finding
 from hunav_drake.scenario.population import draw_people
-from hunav_drake.scenario.shipped import shipped_names
+from hunav_drake.scenarios import shipped_names
 from hunav_drake.systems.behavior import BEHAVIORS
 from hunav_drake.systems.common.suggest import did_you_mean, shown, suggestion
 from hunav_drake.systems.evaluation.metrics import METRICS, select_metrics

@@ -27,9 +27,9 @@ from hunav_drake.scenario.old_words import renew
 from hunav_drake.scenario.overrides import apply_override, override_texts
 from hunav_drake.scenario.reachability import check_ways
 from hunav_drake.scenario.schema import Scenario
-from hunav_drake.scenario.shipped import shipped_names, shipped_text
 from hunav_drake.scenario.yaml_document import YamlDocument
 from hunav_drake.scenario.yaml_source import parse_yaml, read_yaml
+from hunav_drake.scenarios import shipped_names, shipped_text
 from hunav_drake.systems.common.files import as_file_name
 from hunav_drake.systems.common.suggest import nearest
 

@@ -44,6 +44,8 @@ def _draws(scenario: Scenario) -> Iterator[str]:
         yield "start jitter"
     people: list[HumanConfig | MembersConfig]
     people = [*scenario.humans, *cohorts, *sources]
+    people: list[HumanConfig | MembersConfig] = [*scenario.humans]
+    people += [*cohorts, *sources]
     if any(_feels_weights(it, scenario.crowd.model) for it in people):
         yield "weights of forces"
     if sources:

@@ -120,6 +120,13 @@ def inspect_model(source: ModelSource, drive: DriveConfig) -> ModelFacts:
             "has no mass, so no motor can drive it; give its links inertias",
         )
     world = plant.world_body()
+    for joint in map(plant.get_joint, plant.GetJointIndices()):
+        if joint.child_body() is world:
+            raise ModelFault(
+                ("file",),
+                f"has the joint {shown(joint.name())} that carries the world;"
+                " give it a link of the robot as its child",
+            )
     signs: tuple[int, ...] = ()
     if isinstance(drive, DifferentialWheels):
         if root is world:

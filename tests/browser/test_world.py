@@ -12,7 +12,7 @@ SHIPPED = ["cafe", "office", "station", "house", "crossing"]
 @pytest.mark.parametrize("name", SHIPPED)
 def test_shipped_scenarios_are_shown_without_a_fault(open_editor, name):
     from hunav_drake.scenario import LoadScenario
-    from hunav_drake.scenario.shipped import shipped_text
+    from hunav_drake.scenarios import shipped_text
 
     editor = open_editor(shipped_text(name), filename=f"{name}.yaml")
     scenario = LoadScenario(filename=name)

@@ -128,6 +128,6 @@ def test_commands_write_only_into_their_folder(tmp_path, monkeypatch, capsys):
 
 
 def open_text(name):
-    from hunav_drake.scenario.shipped import shipped_text
+    from hunav_drake.scenarios import shipped_text
 
     return shipped_text(name)

@@ -19,7 +19,7 @@ from hunav_drake import (
     MakeTrialSimulator,
 )
 from hunav_drake.scenario import Scenario, ScenarioError
-from hunav_drake.scenario.shipped import shipped_names
+from hunav_drake.scenarios import shipped_names
 from tests.planners import NAMES, planner_override
 
 ROBOTS = ("differential_drive", "pmb2")

@@ -27,7 +27,7 @@ from hunav_drake import (
 from hunav_drake.runs import LoadSuite, RunSuite
 from hunav_drake.runs.recording_files import ReadRecording
 from hunav_drake.runs.result_files import WriteResult
-from hunav_drake.scenario.shipped import shipped_names, shipped_text
+from hunav_drake.scenarios import shipped_names, shipped_text
 from hunav_drake.systems import behavior
 from hunav_drake.trial.context_file import _digest
 from hunav_drake.trial.simulation import RunTrial

@@ -10,7 +10,7 @@ import os
 import numpy as np
 import pytest
 
-from hunav_drake.scenario.shipped import shipped_names
+from hunav_drake.scenarios import shipped_names
 from tests.planners import NAMES
 from tests.reliability import inputs, mutations
 from tests.reliability.forks import ROBOTS, differing_forks, load_trial

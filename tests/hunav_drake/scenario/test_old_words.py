@@ -11,7 +11,7 @@ from hunav_drake.editor.session import EditSession
 from hunav_drake.runs import LoadSuite
 from hunav_drake.scenario import templates
 from hunav_drake.scenario.old_words import renewed_text
-from hunav_drake.scenario.shipped import shipped_names, shipped_text
+from hunav_drake.scenarios import shipped_names, shipped_text
 from hunav_drake.systems.crowd import MOTION_MODELS
 from hunav_drake.systems.people.behavior_choice import BehaviorConfig
 from hunav_drake.systems.planning import PLANNERS

@@ -11,6 +11,7 @@ from hunav_drake import HumanConfig, LoadScenario, ScenarioError
 from hunav_drake.systems.common.layout import Contact
 from hunav_drake.systems.robot import ROBOTS, DriveConfig
 from hunav_drake.systems.world.obstacles import Obstacles
+from tests.robot_models import ROBOTS as MODELS
 from tests.systems.robot.crate import (
     CRATE,
     FOOTPRINT,
@@ -306,6 +307,20 @@ def test_wrong_planar_joints_are_told(stages, change, key, words):
     ((place, message),) = ROBOTS.make(stages).find_faults()
     assert place == ("drive", key)
     assert words in message
+
+
+def test_a_robot_does_not_carry_the_world(tmp_path):
+    """Its figure would be a loop, which Drake refuses."""
+    text, base, drive = MODELS["turtle.urdf"]
+    child = '<child link="rear_caster"/>'
+    assert child in text
+    (tmp_path / "a.urdf").write_text(
+        text.replace(child, '<child link="world"/>')
+    )
+    robot = {"model": "urdf", "file": str(tmp_path / "a.urdf"), "base": base}
+    ((place, message),) = ROBOTS.make(robot | {"drive": drive}).find_faults()
+    assert place == ("file",)
+    assert "'rear_caster_joint' that carries the world; give it" in message
 
 
 def test_wheels_cannot_drive_what_the_world_carries(stages):
