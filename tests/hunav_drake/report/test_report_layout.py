@@ -114,3 +114,18 @@ def test_the_page_is_no_wider_than_the_window(pages, kind, width, browser):
     seen = window.evaluate("document.documentElement.scrollWidth")
     assert seen <= width
     window.close()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["trial", "batch"])
+def test_axe_finds_nothing_against_accessibility(pages, kind, browser):
+    axe = pytest.importorskip(
+        "axe_playwright_python.sync_playwright", reason="axe-core is not here"
+    ).Axe()
+    window = browser.new_page(viewport={"width": 390, "height": 900})
+    window.goto(pages[kind].as_uri())
+    for summary in window.locator("summary").all():
+        summary.click()
+    found = axe.run(window, options={"resultTypes": ["violations"]})
+    assert found.violations_count == 0, found.generate_report()
+    window.close()
