@@ -123,7 +123,6 @@ def _session(
 ) -> Any:
     """Returns a session on what the options name."""
     from hunav_drake.editor.session import EditSession
-    from hunav_drake.editor.templates import template_text
     from hunav_drake.scenario.templates import template_text
     from hunav_drake.scenarios import shipped_names, shipped_text
     from hunav_drake.systems.common.suggest import suggestion

@@ -42,8 +42,6 @@ def _draws(scenario: Scenario) -> Iterator[str]:
         yield "population"
     if scenario.simulation.start_jitter and (scenario.humans or cohorts):
         yield "start jitter"
-    people: list[HumanConfig | MembersConfig]
-    people = [*scenario.humans, *cohorts, *sources]
     people: list[HumanConfig | MembersConfig] = [*scenario.humans]
     people += [*cohorts, *sources]
     if any(_feels_weights(it, scenario.crowd.model) for it in people):

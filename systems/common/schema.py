@@ -26,7 +26,7 @@ from hunav_drake.systems.common.files import FILE_NAME_RULE, is_file_name
 
 # Numbers, texts and flags are strict (pydantic's Strict... types): no "0.1" for
 # a number, no 1 for a flag. Dataclasses may come as mappings.
-CONFIG = ConfigDict(extra="forbid", allow_inf_nan=False, defer_build=True)
+CONFIG = ConfigDict(extra="forbid", allow_inf_nan=False)
 
 
 @dataclasses.dataclass(frozen=True)

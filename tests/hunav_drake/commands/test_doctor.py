@@ -72,7 +72,7 @@ def test_an_old_copy_is_told(monkeypatch, tmp_path, version, state):
         info.mkdir()
         text = f"Name: hunav_drake\nVersion: {version}\n"
         (info / "METADATA").write_text(text)
-    root = str(Path(doctor.__file__).parents[1])
+    root = str(Path(doctor.__file__).parents[2])
     monkeypatch.setattr(doctor.sys, "path", [root, str(tmp_path)])
     monkeypatch.setattr(
         doctor, "_version_in", fake_version(doctor._version_in, root)
