@@ -76,7 +76,7 @@ YAML = {
     "a negative radius": (
         "radius: 0.15",
         "radius: -0.15",
-        r"12: robot.radius: must be in \(0, \d+\] m, got -0.15",
+        r"12: robot.radius: must be in \[0.001, \d+\] m, got -0.15",
     ),
     "a pose of two numbers": (
         "pose: [2, 7, 0]",

@@ -207,13 +207,16 @@ def one_beside_drawn(lengths, fixed="a"):
             for holds in ("a < b", "b < a", "(a * 0.5 < b) & (b * 0.5 < a)")
         ],
     )
-    cells = [
-        dataclasses.replace(
-            it, drawn="nothing" if it.planner == fixed else "noise"
-        )
-        for it in result.cells
-    ]
-    return SuiteResult(result.suite, cells, result.rows)
+    cells, rows = (
+        [
+            dataclasses.replace(
+                it, drawn="nothing" if it.planner == fixed else "noise"
+            )
+            for it in parts
+        ]
+        for parts in (result.cells, result.rows)
+    )
+    return SuiteResult(result.suite, cells, rows)
 
 
 @pytest.mark.parametrize(("fixed", "sign"), [("a", 1), ("b", -1)])
@@ -247,8 +250,11 @@ def test_a_seed_that_draws_something_tells_no_share():
     judged = judge(result)
     assert [it.verdict for it in judged] == ["mean only", "fails", "mean only"]
     assert np.isnan([it.share for it in judged]).all()
-    fixed = [dataclasses.replace(it, drawn="nothing") for it in result.cells]
-    (first, *_) = judge(SuiteResult(result.suite, fixed, result.rows[:2]))
+    cells, rows = (
+        [dataclasses.replace(it, drawn="nothing") for it in parts]
+        for parts in (result.cells, result.rows[:2])
+    )
+    (first, *_) = judge(SuiteResult(result.suite, cells, rows))
     assert (first.verdict, first.share) == ("holds", 1)
 
 
