@@ -150,7 +150,7 @@ def _draw(rng: np.random.Generator, seed: int) -> Data:
     planner["sees"] = _drawn(rng, PERCEPTIONS)
     if (
         "batch_size"
-        in described_schema(PLANNERS[planner["name"]])["properties"]
+        in described_schema(PLANNERS[planner["type"]])["properties"]
     ):
         planner["batch_size"] = 60
     return {

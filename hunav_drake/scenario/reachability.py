@@ -10,8 +10,8 @@ import shapely
 
 from hunav_drake.scenario.error import Finding, Loc, path_text
 from hunav_drake.scenario.schema import Scenario
+from hunav_drake.systems.world.route_clearance import route_clearance
 from hunav_drake.systems.world.solids import Fixture, WorldFileError
-from hunav_drake.systems.world.waypoints import route_clearance
 
 Point = tuple[float, float]
 

@@ -13,8 +13,8 @@ from hunav_drake.systems.common.layout import COMMAND_SIZE, Command
 from hunav_drake.systems.world import visibility_graph, waypoints
 from hunav_drake.systems.world.corners import corner_vertices
 from hunav_drake.systems.world.obstacles import Obstacles
+from hunav_drake.systems.world.route_clearance import LARGEST_CLEARANCE
 from hunav_drake.systems.world.route_files import kept
-from hunav_drake.systems.world.waypoints import LARGEST_CLEARANCE
 
 # Ways may pass corners this much nearer than the vertices lie: so the next
 # vertex comes in sight before the last one is reached.

@@ -14,7 +14,6 @@ from typing import NamedTuple
 import numba
 from numba import float64
 import numpy as np
-from numpy.typing import ArrayLike
 
 from hunav_drake.systems.common.kernels import (
     INTEGERS,
@@ -37,7 +36,6 @@ from hunav_drake.systems.world.visibility_graph import (
 from hunav_drake.systems.world.walls import opened, out_of_box, segments_near
 
 # A door that everybody finds is a little wider than twice this, in meters.
-LARGEST_CLEARANCE = 0.3
 
 # Ways whose lengths differ less are equal, in meters.
 _SAME = 1e-9
@@ -376,13 +374,3 @@ def guided(
             result[i, Command.GOAL_Y] = y
             result[i, Command.GOAL_RADIUS] = 0.0
     return result
-
-
-def route_clearance(radii: ArrayLike) -> float:
-    """Returns the clearance of the ways of people with some radii, in meters.
-
-    It is the largest radius, but at most 0.3 m: doors of 0.7 m are ways for
-    everybody, as they are in reality for people who turn sideways.
-    """
-    largest = np.asarray(radii, dtype=float).max(initial=0.0)
-    return min(float(largest), LARGEST_CLEARANCE)

@@ -21,13 +21,13 @@ from hunav_drake.systems.common.kernels import (
 )
 from hunav_drake.systems.common.layout import VX, VY, X, Y
 from hunav_drake.systems.world.nearest import inside_any, nearest_on_segments
+from hunav_drake.systems.world.route_clearance import LARGEST_CLEARANCE
 from hunav_drake.systems.world.sweep import (
     distance_to,
     nearest_free,
     path_distance,
 )
 from hunav_drake.systems.world.walls import opened, out_of_box, runs_in
-from hunav_drake.systems.world.waypoints import LARGEST_CLEARANCE
 
 # How far bodies may reach into walls, in meters, which they lean on.
 LEANING = 0.01

@@ -13,8 +13,8 @@ from hunav_drake.systems.crowd.walls.parted_groups import parted, walking_groups
 from hunav_drake.systems.crowd.walls.passages import ease
 from hunav_drake.systems.people.parameters import K_OBSTACLE
 from hunav_drake.systems.world.obstacles import Obstacles
+from hunav_drake.systems.world.route_clearance import route_clearance
 from hunav_drake.systems.world.routes import RouteMap
-from hunav_drake.systems.world.waypoints import route_clearance
 
 Array = NDArray[Any]
 

@@ -64,7 +64,7 @@ def test_a_key_of_the_crowd_is_one_and_that_of_the_profile(key):
 def test_a_key_of_a_person_can_be_written(key):
     where, _, value = key.partition(": ")
     field = where.removeprefix("humans[].")
-    tree = "tree: scared" if field == "behavior" and "tree" not in value else ""
+    tree = "type: scared" if field == "behavior" and "type" not in value else ""
     value = value.replace("{", f"{{{tree}, ") if tree else value
     scenario = LoadScenario(
         data=f"humans: [{{pose: [0, 5, 0], {field}: {value}}}]"

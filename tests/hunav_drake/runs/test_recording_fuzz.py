@@ -197,6 +197,8 @@ def test_changed_folders_of_results(tmp_path):
         end_reason="end",
     )
     path = WriteResult(result, tmp_path, tag="a") / "result.json"
+    # A row of the log would stand for the file.
+    (tmp_path / "runs.jsonl").unlink()
     whole = path.read_bytes()
     outcomes = []
     for i in range(ROUNDS):

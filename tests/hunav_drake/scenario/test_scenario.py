@@ -216,11 +216,11 @@ def test_everybody_has_a_name_and_a_number():
     assert [human.id for human in humans] == [3, 4, 1, 2, 5]
 
 
-def test_naming_leaves_the_given_scenario_alone():
-    scenario = Scenario(humans=[HumanConfig(pose=(5, 5, 0))])
-    named = CheckScenario(scenario)
+def test_naming_leaves_the_given_people_alone():
+    human = HumanConfig(pose=(5, 5, 0))
+    named = CheckScenario(Scenario(humans=[human]))
     assert (named.humans[0].name, named.humans[0].id) == ("human_1", 1)
-    assert (scenario.humans[0].name, scenario.humans[0].id) == ("", None)
+    assert (human.name, human.id) == ("", None)
     assert CheckScenario(named) == named
 
 

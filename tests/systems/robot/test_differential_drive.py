@@ -115,7 +115,7 @@ def test_a_bad_step_is_refused(time_step):
 
 
 def test_a_bad_configuration_is_refused():
-    with pytest.raises(ValueError, match=r"must be in \(0, 5\] m, got 0"):
+    with pytest.raises(ValueError, match=r"must be in \[0.001, 5\] m, got 0"):
         DifferentialDriveConfig(radius=0.0)
     with pytest.raises(ValueError, match=r"must be in \(0, 10\] m/s, got -1"):
         RobotLimits(max_speed=-1.0)

@@ -19,9 +19,9 @@ from hunav_drake.systems.world.obstacles import (
     inside,
     nearest_points,
 )
+from hunav_drake.systems.world.route_clearance import route_clearance
 from hunav_drake.systems.world.routes import RouteMap
 from hunav_drake.systems.world.shapes import Box, Polyline, World
-from hunav_drake.systems.world.waypoints import route_clearance
 
 # People who press on: walls hardly stop them.
 PUSHING = SocialForceParameters(

@@ -9,9 +9,9 @@ from hunav_drake import AddHumans, HumanConfig
 from hunav_drake.systems.common.layout import COMMAND_SIZE, Command
 from hunav_drake.systems.crowd import CrowdConfig, HumanCrowd
 from hunav_drake.systems.crowd.walls.room import Room
+from hunav_drake.systems.world.route_clearance import route_clearance
 from hunav_drake.systems.world.routes import RouteMap
 from hunav_drake.systems.world.shapes import Box, World
-from hunav_drake.systems.world.waypoints import route_clearance
 
 MODELS = [
     "social_force",
