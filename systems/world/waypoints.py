@@ -35,8 +35,6 @@ from hunav_drake.systems.world.visibility_graph import (
 )
 from hunav_drake.systems.world.walls import opened, out_of_box, segments_near
 
-# A door that everybody finds is a little wider than twice this, in meters.
-
 # Ways whose lengths differ less are equal, in meters.
 _SAME = 1e-9
 
