@@ -207,15 +207,15 @@ def one_beside_drawn(lengths, fixed="a"):
             for holds in ("a < b", "b < a", "(a * 0.5 < b) & (b * 0.5 < a)")
         ],
     )
-    cells, rows = (
-        [
-            dataclasses.replace(
-                it, drawn="nothing" if it.planner == fixed else "noise"
-            )
-            for it in parts
-        ]
-        for parts in (result.cells, result.rows)
+    return drawing(
+        result, lambda it: "nothing" if it.planner == fixed else "noise"
     )
+
+
+def drawing(result, drawn):
+    """Returns a result whose runs draw what a function tells of each."""
+    cells = [dataclasses.replace(it, drawn=drawn(it)) for it in result.cells]
+    rows = [it._replace(drawn=drawn(it)) for it in result.rows]
     return SuiteResult(result.suite, cells, rows)
 
 
@@ -250,11 +250,8 @@ def test_a_seed_that_draws_something_tells_no_share():
     judged = judge(result)
     assert [it.verdict for it in judged] == ["mean only", "fails", "mean only"]
     assert np.isnan([it.share for it in judged]).all()
-    cells, rows = (
-        [dataclasses.replace(it, drawn="nothing") for it in parts]
-        for parts in (result.cells, result.rows[:2])
-    )
-    (first, *_) = judge(SuiteResult(result.suite, cells, rows))
+    both = SuiteResult(result.suite, result.cells, result.rows[:2])
+    (first, *_) = judge(drawing(both, lambda it: "nothing"))
     assert (first.verdict, first.share) == ("holds", 1)
 
 
