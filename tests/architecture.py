@@ -190,9 +190,8 @@ def functions() -> list[Function]:
             first = (a.posonlyargs + a.args)[:1]
             count -= bool(first) and first[0].arg in ("self", "cls")
             compiled = any(
-                word in ast.unparse(decorator)
+                "jit" in ast.unparse(decorator)
                 for decorator in node.decorator_list
-                for word in ("jit", "vectorized")
             )
             found.append(Function(count, f"{name}.{node.name}", compiled))
     return sorted(found, reverse=True)

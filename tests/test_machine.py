@@ -194,6 +194,40 @@ def test_the_docs_have_the_same_list():
     assert dict(rows) == {k: it.about for k, it in MACHINE_TRAITS.items()}
 
 
+TELL_FORCES = """
+import hashlib, json
+import numpy as np
+from hunav_drake.systems.crowd.social_force.fast_kernel import people_forces
+from hunav_drake.systems.people.parameters import NUM_PARAMETERS
+random = np.random.default_rng(0)
+weights = np.tile(np.linspace(0.1, 3, NUM_PARAMETERS), (300, 1))
+found = []
+for n in (5, 40, 300):
+    states = random.uniform(-6, 6, (n, 6))
+    for mixed in (0.0, 1e-3):
+        weights[0] += mixed
+        forces = people_forces(states, weights[:n], 1e-9)
+        assert np.isfinite(forces).all() and forces.any()
+        found.append(hashlib.sha256(forces.tobytes()).hexdigest())
+print(json.dumps(found))
+"""
+
+
+@pytest.mark.slow
+def test_kernels_read_from_disk_give_what_those_just_compiled_gave(tmp_path):
+    """Each has copies of others inlined, of which another may run then."""
+    compiled, loaded = (
+        run(TELL_FORCES, NUMBA_CACHE_DIR=str(tmp_path)) for _ in range(2)
+    )
+    assert any(tmp_path.rglob("*.nbc"))
+    assert loaded == compiled
+
+
+def test_nothing_is_compiled_with_fast_mathematics():
+    for path in (ROOT / "systems").rglob("*.py"):
+        assert "fastmath=" not in path.read_text(), path
+
+
 TELL_KERNEL = """
 import ctypes, json, pathlib
 import numpy

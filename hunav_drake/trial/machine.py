@@ -86,9 +86,9 @@ MACHINE_TRAITS = {
     "numba_target": Trait(
         _numba_target,
         "The processor for which Numba compiles, and a hash of its instruction"
-        " sets and Numba's options: the fast forces between people add in the"
-        " order that fits its vectors. `NUMBA_CPU_NAME` and"
-        " `NUMBA_CPU_FEATURES` set it.",
+        " sets and Numba's options. Kernels are compiled without `fastmath`, so"
+        " that no bit should hang on it; nothing proves it. `NUMBA_CPU_NAME`"
+        " and `NUMBA_CPU_FEATURES` set it.",
     ),
 }
 

@@ -181,32 +181,30 @@ class _KeptCode(FunctionCache):
             )
 
 
-def jit_with(**options):
-    """Returns the decorator of numba with these options, and as all have them.
+# The options of all that is compiled. Division by zero is IEEE's. `fastmath` is
+# never among them: it lets LLVM fuse and reorder, differently in each copy of
+# a function that is inlined into callers, and which copy runs depends on what
+# was compiled here and what was read from disk.
+_compiled = numba.njit(error_model="numpy")
 
-    That is with IEEE results for divisions by zero, and on disk for the next
-    process. Where numba finds no folder for it, each process compiles anew.
+
+def jit(function):
+    """Compiles a function, and keeps it on disk for the next process.
+
+    Where numba finds no folder for it, each process compiles anew.
     """
-    compiled = numba.njit(error_model="numpy", **options)
+    kernel = _compiled(function)
+    with contextlib.suppress(RuntimeError):
+        kernel._cache = _KeptCode(function)
+    return kernel
 
-    def decorate(function):
-        kernel = compiled(function)
-        with contextlib.suppress(RuntimeError):
-            kernel._cache = _KeptCode(function)
-        return kernel
-
-    return decorate
-
-
-# How the numeric kernels are compiled.
-jit = jit_with()
 
 # Generators are not kept on disk: numba 0.68 fails (KeyError) to compile what
 # calls one that was read from there. Only who compiles a caller needs them.
-jit_generator = numba.njit(error_model="numpy")
+jit_generator = _compiled
 
 # Small functions that are part of what calls them need not be kept, either.
-jit_inline = numba.njit(error_model="numpy")
+jit_inline = _compiled
 
 # Types of arguments, for functions that Python calls: with fixed types they
 # are compiled once, whether or not Drake hands out read-only arrays.

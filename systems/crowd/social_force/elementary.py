@@ -9,14 +9,22 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
-from hunav_drake.systems.common.kernels import jit_with
+from hunav_drake.systems.common.kernels import jit
 
-# Products may be fused with sums, but sums keep their order: the reduction of
-# the argument of exp relies on it.
-_inline = jit_with(fastmath={"contract"})
 
-# How loops over pairs are compiled: whole vectors of pairs at a time.
-vectorized = jit_with(fastmath={"contract", "nsz", "arcp", "reassoc"})
+@intrinsic
+def fused(typing_context, a, b, c):
+    """Returns a b + c, rounded once; all are of one type.
+
+    The compiler is never left to choose this, nor the order of sums: it would
+    choose differently for the copies of a function in each of its callers, and
+    which copy runs depends on what was read from disk.
+    """
+
+    def generate(context, builder, signature, arguments):
+        return builder.fma(*arguments)
+
+    return a(a, a, a), generate
 
 
 @intrinsic
@@ -40,7 +48,7 @@ def _to_bits(typing_context, number):
 _ROUND = 6755399441055744.0
 
 
-@_inline
+@jit
 def exp_negative(x):
     """Returns exp(x) for x <= 0; below -700, exp(-700), which is 1e-304.
 
@@ -50,28 +58,29 @@ def exp_negative(x):
     9e-18; rounding adds about 2e-16.
     """
     x = max(x, -700.0)
-    shifted = x * 1.4426950408889634 + _ROUND
+    shifted = fused(x, 1.4426950408889634, _ROUND)
     k = shifted - _ROUND
     # ln 2 in two parts; the product with the first, of few digits, is exact.
-    r = (x - k * 0.6931471803691238) - k * 1.9082149292705877e-10
+    r = fused(k, -0.6931471803691238, x)
+    r = fused(k, -1.9082149292705877e-10, r)
     p = 1.6059043836821613e-10
-    p = p * r + 2.08767569878681e-09
-    p = p * r + 2.505210838544172e-08
-    p = p * r + 2.755731922398589e-07
-    p = p * r + 2.7557319223985893e-06
-    p = p * r + 2.48015873015873e-05
-    p = p * r + 0.0001984126984126984
-    p = p * r + 0.001388888888888889
-    p = p * r + 0.008333333333333333
-    p = p * r + 0.041666666666666664
-    p = p * r + 0.16666666666666666
-    p = p * r + 0.5
-    p = p * r + 1.0
-    p = p * r + 1.0
+    p = fused(p, r, 2.08767569878681e-09)
+    p = fused(p, r, 2.505210838544172e-08)
+    p = fused(p, r, 2.755731922398589e-07)
+    p = fused(p, r, 2.7557319223985893e-06)
+    p = fused(p, r, 2.48015873015873e-05)
+    p = fused(p, r, 0.0001984126984126984)
+    p = fused(p, r, 0.001388888888888889)
+    p = fused(p, r, 0.008333333333333333)
+    p = fused(p, r, 0.041666666666666664)
+    p = fused(p, r, 0.16666666666666666)
+    p = fused(p, r, 0.5)
+    p = fused(p, r, 1.0)
+    p = fused(p, r, 1.0)
     return p * _from_bits((_to_bits(shifted) + 1023) << 52)
 
 
-@_inline
+@jit
 def arctan2(y, x):
     """Returns the angle of (x, y) in [-pi, pi], in radians; not both zero.
 
@@ -92,18 +101,18 @@ def arctan2(y, x):
     t = (low - high if far else low) / (low + high if far else high)
     u = t * t
     p = 0.015019105731390647
-    p = p * u - 0.03329380565677479
-    p = p * u + 0.04495470654871742
-    p = p * u - 0.05216337885413155
-    p = p * u + 0.0587668811240347
-    p = p * u - 0.06666191325975075
-    p = p * u + 0.0769228025738827
-    p = p * u - 0.09090908028338957
-    p = p * u + 0.1111111108473435
-    p = p * u - 0.14285714285326503
-    p = p * u + 0.19999999999997067
-    p = p * u - 0.33333333333333326
-    angle = t + t * (u * p)
+    p = fused(p, u, -0.03329380565677479)
+    p = fused(p, u, 0.04495470654871742)
+    p = fused(p, u, -0.05216337885413155)
+    p = fused(p, u, 0.0587668811240347)
+    p = fused(p, u, -0.06666191325975075)
+    p = fused(p, u, 0.0769228025738827)
+    p = fused(p, u, -0.09090908028338957)
+    p = fused(p, u, 0.1111111108473435)
+    p = fused(p, u, -0.14285714285326503)
+    p = fused(p, u, 0.19999999999997067)
+    p = fused(p, u, -0.33333333333333326)
+    angle = fused(t, u * p, t)
     angle = angle + (0.7853981633974483 if far else 0.0)
     angle = 1.5707963267948966 - angle if across > along else angle
     angle = 3.141592653589793 - angle if x < 0 else angle

@@ -33,7 +33,7 @@ from hunav_drake.systems.common.kernels import MATRIX, REAL, jit, jit_as
 from hunav_drake.systems.crowd.social_force.elementary import (
     arctan2,
     exp_negative,
-    vectorized,
+    fused,
 )
 from hunav_drake.systems.people.parameters import (
     EPSILON,
@@ -58,7 +58,7 @@ _COLUMN = 12.0
 _single = np.float32
 
 
-@vectorized
+@jit
 def _pair_forces(k, dx, dy, ux, uy, count, fx, fy):
     """Writes the forces (fx, fy) of others at (dx, dy) from here.
 
@@ -71,30 +71,30 @@ def _pair_forces(k, dx, dy, ux, uy, count, fx, fy):
     epsilon = k[EPSILON]
     strength = k[K_SOCIAL]
     for j in range(count):
-        r = math.sqrt(dx[j] * dx[j] + dy[j] * dy[j])
+        r = math.sqrt(fused(dx[j], dx[j], dy[j] * dy[j]))
         per_r = 1.0 / (r if r > 0 else 1.0)
         nx = dx[j] * per_r
         ny = dy[j] * per_r
-        ix = lam * ux[j] + nx
-        iy = lam * uy[j] + ny
-        length = math.sqrt(ix * ix + iy * iy)
+        ix = fused(lam, ux[j], nx)
+        iy = fused(lam, uy[j], ny)
+        length = math.sqrt(fused(ix, ix, iy * iy))
         defined = (r > 0) & (length > 0)
         length = length if defined else 1.0
         per_length = 1.0 / length
         tx = ix * per_length
         ty = iy * per_length
         b = gamma * length
-        cosine = tx * nx + ty * ny if defined else 1.0
+        cosine = fused(tx, nx, ty * ny) if defined else 1.0
         theta = arctan2(tx * ny - ty * nx, cosine) + epsilon * b
-        turns = math.ceil(theta * (0.5 / math.pi) - 0.5)
-        theta = theta - turns * (2 * math.pi)
+        turns = np.ceil(theta * (0.5 / math.pi) - 0.5)
+        theta = fused(turns, -2 * math.pi, theta)
         theta = 0.0 if abs(theta) < 1e-12 else theta
         decay = -r * per_length / gamma
         spread = b * theta
         slow = n_prime * spread
         turn = n * spread
-        forward = -exp_negative(decay - slow * slow)
-        sideways = exp_negative(decay - turn * turn)
+        forward = -exp_negative(fused(-slow, slow, decay))
+        sideways = exp_negative(fused(-turn, turn, decay))
         sideways = -sideways if theta > 0 else sideways
         sideways = 0.0 if theta == 0.0 else sideways
         scale = strength if defined else 0.0
@@ -102,16 +102,23 @@ def _pair_forces(k, dx, dy, ux, uy, count, fx, fy):
         fy[j] = scale * (forward * ty + sideways * tx)
 
 
-@vectorized
+@jit
 def _sum(values, lo, hi):
     """Returns the sum of values lo..hi-1."""
     total = 0.0
-    for j in range(lo, hi):
+    even = lo + (hi - lo) // 4 * 4
+    a = b = c = d = 0.0
+    for j in range(lo, even, 4):
+        a += values[j]
+        b += values[j + 1]
+        c += values[j + 2]
+        d += values[j + 3]
+    for j in range(even, hi):
         total += values[j]
-    return total
+    return (a + b) + (c + d) + total
 
 
-@vectorized
+@jit
 def _mark(person, bound, x, y, vx, vy, lo, hi, marks):
     """Marks which of people lo..hi-1 may matter to a person."""
     xi, yi, vxi, vyi = person
@@ -121,19 +128,19 @@ def _mark(person, bound, x, y, vx, vy, lo, hi, marks):
         dy = _single(y[j] - yi)
         ux = _single(vxi - vx[j])
         uy = _single(vyi - vy[j])
-        r2 = dx * dx + dy * dy
-        u2 = ux * ux + uy * uy
+        r2 = fused(dx, dx, dy * dy)
+        u2 = fused(ux, ux, uy * uy)
         lam_r = lam * _single(math.sqrt(r2))
-        du = dx * ux + dy * uy
-        cross = dx * uy - dy * ux
+        du = fused(dx, ux, dy * uy)
+        cross = fused(dx, uy, -dy * ux)
         # (L r)^2, and r times the cosine.
-        length2 = lam_r * (lam_r * u2 + du + du) + r2
-        ahead = lam_r * du + r2
+        length2 = fused(lam_r, fused(lam_r, u2, du + du), r2)
+        ahead = fused(lam_r, du, r2)
         second = (
             behind * length2 if ahead < _single(0) else aside * cross * cross
         )
-        fast = _single(1) + lam * lam * u2
-        left = limit * r2 - second + turned * fast * fast * r2
+        fast = fused(lam * lam, u2, _single(1))
+        left = fused(turned * fast * fast, r2, fused(limit, r2, -second))
         # A comparison with what overflowed is false, and keeps the pair.
         far = left * left * gamma2 * length2 < r2 * r2 * r2 * r2
         skip = (left < _single(0)) | far

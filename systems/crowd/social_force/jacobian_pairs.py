@@ -19,7 +19,6 @@ from hunav_drake.systems.crowd.social_force.constants import (
 from hunav_drake.systems.crowd.social_force.elementary import (
     arctan2,
     exp_negative,
-    vectorized,
 )
 from hunav_drake.systems.crowd.social_force.fast_kernel import alike
 from hunav_drake.systems.people.parameters import (
@@ -39,7 +38,7 @@ _PAIRS = 64
 _LANES = 8
 
 
-@vectorized
+@jit
 def _pair_derivatives(k, pairs, count):
     """Computes the derivatives of the social forces of others, of some pairs.
 
