@@ -1,5 +1,7 @@
 """The choices of the package, and what must be given of them."""
 
+import pytest
+
 from hunav_drake.systems.common.registry import Registry
 from hunav_drake.systems.world.furniture import FURNITURE
 
@@ -10,6 +12,14 @@ def shipped(registry: Registry) -> list[str]:
     return sorted(
         it for it in registry if registry[it].__module__.startswith(own)
     )
+
+
+def fast(choices, *names: str):
+    """Returns parameters of which all but those of these names are slow."""
+    return [
+        it if it in names else pytest.param(it, marks=pytest.mark.slow)
+        for it in choices
+    ]
 
 
 # What has no default.

@@ -29,8 +29,17 @@ def machine() -> dict[str, str | int]:
 
 
 def facts(scenario: str, seed: int) -> dict[str, object]:
-    result = RunTrial(LoadScenario(filename=scenario), seed=seed)
+    loaded = LoadScenario(filename=scenario)
+    result = RunTrial(loaded, seed=seed)
     recording = result.recording
+    away = recording.robot[-1, :2] - loaded.robot.goal[:2]
+    assert (result.end_reason == "goal") == (
+        np.hypot(*away) <= loaded.robot.goal_tolerance
+    )
+    assert np.isfinite(recording.humans[recording.features.present]).all()
+    if seed == 0:
+        assert result.end_reason == "goal"
+        assert result.metrics["robot_on_person_collisions"] == 0
     digest = hashlib.sha256()
     for name in ("times", "robot", "humans", "behavior_status"):
         array = np.ascontiguousarray(getattr(recording, name))

@@ -200,14 +200,18 @@ def straight_ways(points, clearance, table):
             angles[j] = math.atan2(points[j, 1] - py, points[j, 0] - px)
         hiders = np.full(_HIDERS + 1, -1)
         # What hides a point mostly hides the next one to the left, too.
-        for j in np.argsort(angles[:i]):
+        for j in stable_order(angles[:i]):
             qx, qy = points[j, 0], points[j, 1]
             seen[j] = _sees_past(px, py, qx, qy, clearance, walls, hiders)
-        for j in np.flatnonzero(seen[:i]):
+        for j in range(i):
+            if not seen[j]:
+                continue
             qx, qy = points[j, 0], points[j, 1]
             if count == len(found):
                 longer = np.empty((2 * count, 3))
-                longer[:count] = found
+                for k in range(count):
+                    for c in range(3):
+                        longer[k, c] = found[k, c]
                 found = longer
             found[count, 0] = i
             found[count, 1] = j

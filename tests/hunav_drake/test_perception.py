@@ -1,6 +1,7 @@
 """What planners see: one option for all of them."""
 
 import dataclasses
+import itertools
 
 import numpy as np
 from pydantic.dataclasses import dataclass
@@ -30,6 +31,7 @@ from hunav_drake.systems.planning import (
     register_planner,
 )
 from hunav_drake.trial.sensors import with_planner_lidar
+from tests.choices import fast
 from tests.planners import NAMES, planner_override
 
 
@@ -175,15 +177,7 @@ simulation: {duration: 40}
 """
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        it
-        if it in ("pursuit", "dwb", "orca")
-        else pytest.param(it, marks=pytest.mark.slow)
-        for it in NAMES
-    ],
-)
+@pytest.mark.parametrize("name", fast(NAMES, "pursuit", "orca"))
 def test_who_stands_in_the_way_is_met_by_the_lidar(name):
     """Without it nothing is known of anybody, and the robot drives on."""
     scenario = LoadScenario(data=POST, overrides=[planner_of(name, "lidar")])
@@ -199,9 +193,8 @@ def test_who_stands_in_the_way_is_met_by_the_lidar(name):
     assert np.ptp(nobody.recording.robot[:, 1]) < 0.1
 
 
-@pytest.mark.parametrize(
-    "name", ["crossing", pytest.param("passing", marks=pytest.mark.slow)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["crossing", "passing"])
 def test_dwb_gets_through_by_the_lidar(name):
     """People are obstacles that it sees: it leaves the way it has alone."""
     scenario = LoadScenario(
@@ -306,8 +299,10 @@ def test_faults_are_told_with_their_place(sees, words):
 # State.
 
 
-@pytest.mark.parametrize("sees", ["everything", "visible", "lidar"])
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize(
+    ("name", "sees"),
+    list(zip(NAMES, itertools.cycle(["everything", "visible", "lidar"]))),
+)
 def test_a_fork_goes_on_alike_whatever_is_seen(name, sees):
     """Bit for bit; and what another Context does changes nothing."""
     diagram = MakeTrialDiagram(crossing(name, sees))

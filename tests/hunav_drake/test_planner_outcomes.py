@@ -14,6 +14,7 @@ from hunav_drake.systems.planning import (
     register_planner,
 )
 from hunav_drake.systems.planning.navigation import Control
+from tests.choices import fast
 from tests.planners import NAMES, planner_override
 
 
@@ -61,7 +62,7 @@ simulation: {duration: 40, stuck_time: 11}
 """
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", fast(NAMES, "pursuit", "orca"))
 def test_people_who_cover_the_goal(name):
     result = RunTrial(load(COVERED, name))
     assert result.end_reason == "stuck"

@@ -89,7 +89,9 @@ def _least_offence(rules, hard, count, begin, speed, vx, vy, scratch):
         if rules[i, 2] - (nx * vx + ny * vy) <= offence:
             continue
         # Rule i is now the one most offended, and is to be so the least.
-        scratch[:hard] = rules[:hard]
+        for j in range(hard):
+            for c in range(3):
+                scratch[j, c] = rules[j, c]
         size = hard
         for j in range(hard, i):
             dx = rules[j, 0] - nx

@@ -49,7 +49,8 @@ def make_cells(x, y):
         row = _index(y[i] - bottom, width, rows)
         cells[i] = row * columns + column
         begin[cells[i] + 1] += 1
-    begin = np.cumsum(begin)
+    for i in range(1, len(begin)):
+        begin[i] += begin[i - 1]
     order = np.empty(n, np.int64)
     end = begin[:-1].copy()
     for i in range(n):

@@ -22,6 +22,7 @@ from hunav_drake.systems.common.layout import (
     X,
     Y,
 )
+from hunav_drake.systems.common.sorting import stable_order
 from hunav_drake.systems.crowd.social_force.constants import (
     MOST,
     REPULSION_FLOOR,
@@ -150,7 +151,7 @@ def wall_force(x, y, radius, factor, k, walls, reach, most):
 @jit
 def add_group_forces(directions, states, radii, command, parameters, forces):
     """Writes the three group forces on everybody into the rows of forces."""
-    order = np.argsort(command[:, Command.GROUP_ID], kind="mergesort")
+    order = stable_order(command[:, Command.GROUP_ID].copy())
     hi = 0
     while hi < len(order):
         lo = hi

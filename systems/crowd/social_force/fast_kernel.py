@@ -30,6 +30,7 @@ from numba import float64
 import numpy as np
 
 from hunav_drake.systems.common.kernels import MATRIX, REAL, jit, jit_as
+from hunav_drake.systems.common.sorting import stable_order
 from hunav_drake.systems.crowd.social_force.elementary import (
     arctan2,
     exp_negative,
@@ -224,13 +225,20 @@ def _columns(x, y):
     left = x.min()
     # No more columns than people, however far apart they are.
     width = max(_COLUMN, (x.max() - left) / n)
-    column = np.floor((x - left) / width).astype(np.int64)
-    by_y = np.argsort(y, kind="mergesort")
-    order = by_y[np.argsort(column[by_y], kind="mergesort")]
+    column = np.empty(n, np.int64)
+    for i in range(n):
+        column[i] = math.floor((x[i] - left) / width)
     begin = np.zeros(column.max() + 2, np.int64)
     for c in column:
         begin[c + 1] += 1
-    return order, np.cumsum(begin), left, width
+    for c in range(1, len(begin)):
+        begin[c] += begin[c - 1]
+    order = np.empty(n, np.int64)
+    filled = begin.copy()
+    for i in stable_order(y):
+        order[filled[column[i]]] = i
+        filled[column[i]] += 1
+    return order, begin, left, width
 
 
 @jit_as(float64[:, ::1], MATRIX, MATRIX, REAL)

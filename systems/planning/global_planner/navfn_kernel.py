@@ -58,7 +58,9 @@ def _value(potential, n, columns, weight):
 def _bordered(costs):
     """Returns the costs in one row of cells, with the border blocked."""
     flat = np.full(costs.shape, 254, dtype=np.uint8)
-    flat[1:-1, 1:-1] = costs[1:-1, 1:-1]
+    for row in range(1, costs.shape[0] - 1):
+        for column in range(1, costs.shape[1] - 1):
+            flat[row, column] = costs[row, column]
     return flat.reshape(costs.size)
 
 

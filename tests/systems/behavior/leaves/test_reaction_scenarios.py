@@ -18,6 +18,7 @@ from hunav_drake.systems.common.layout import YAW, X, Y
 from hunav_drake.systems.people import HumanConfig
 from hunav_drake.systems.world.obstacles import Obstacles
 from hunav_drake.trial.humans import MakeHumans
+from tests.choices import fast
 from tests.systems.behavior.ticks import all_discrete_state
 
 REACTIONS = [
@@ -310,7 +311,7 @@ SAME_OUTCOME = {
 }
 
 
-@pytest.mark.parametrize("reaction", REACTIONS)
+@pytest.mark.parametrize("reaction", fast(REACTIONS, "surprised"))
 def test_both_steps_have_the_same_outcome(reaction):
     coarse, fine = run(reaction, 0.05), run(reaction, 0.01)
     rows, meters = SAME_OUTCOME[reaction]
@@ -348,7 +349,7 @@ def test_clone_in_the_middle_of_a_reaction_has_the_same_future(reaction):
     )
 
 
-@pytest.mark.parametrize("model", ["social_force", "orca"])
+@pytest.mark.parametrize("model", fast(["social_force", "orca"], "orca"))
 def test_three_behaviors_meet_in_the_combined_scenario(model):
     scenario = LoadScenario(
         filename="combined",
