@@ -92,7 +92,7 @@ test-lowest: $(LOWEST)/.ready
 	    -m "not slow" -p no:cacheprovider -n 2
 
 coverage: $(DEV)
-	@$(BIN)/python -m pytest -m "not slow" -n 2 --dist worksteal --cov --cov-report=term --cov-report=html:out/coverage/html
+	@COVERAGE_CORE=ctrace $(BIN)/python -m pytest -m "not slow" -n 2 --dist worksteal --cov --cov-branch --cov-report=term --cov-report=html:out/coverage/html
 
 lint: $(DEV)
 	@$(BIN)/ruff check .

@@ -243,7 +243,7 @@ print(json.dumps(sorted(names)))
 TELL_TRIALS = """
 import json
 from tests.test_golden import cases, facts
-print(json.dumps([facts(*case) for case in cases()]))
+print(json.dumps([facts(*case) for case in cases() if case[1] == 0]))
 """
 
 

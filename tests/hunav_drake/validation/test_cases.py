@@ -79,13 +79,6 @@ def test_every_case_measures_something_in_its_quick_form(first):
             assert "nan" not in outcome.measured
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("model", ["headed_social_force", "social_force"])
-def test_a_hundred_get_past_a_hundred(model):
-    outcome = judge(CASES["dense_counterflow"], Setting(model))
-    assert outcome.verdict == "passes", outcome
-
-
 def test_a_slow_model_fails_what_is_about_speed(own_models):
     setting = Setting("sluggish", quick=True)
     for name in ("corridor_time", "kept_speed", "population_speeds"):
