@@ -1,6 +1,7 @@
 """Checks of a scenario as a whole."""
 
 from collections.abc import Callable, Iterator
+import math
 from typing import Any
 import warnings
 
@@ -14,9 +15,9 @@ from hunav_drake.scenario.error import (
     shown,
     suggestion,
 )
-from hunav_drake.scenario.geometry import GEOMETRY_CHECKS, check_pictures
+from hunav_drake.scenario.geometry import GEOMETRY_CHECKS, find_unseen
 from hunav_drake.scenario.population import check_areas, check_population
-from hunav_drake.scenario.reachability import check_angles, check_ways
+from hunav_drake.scenario.reachability import check_ways
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.scenario.writer import plain
 from hunav_drake.systems.common.checks import is_multiple, nearest_multiples
@@ -32,7 +33,7 @@ from hunav_drake.systems.people.behavior_choice import (
 from hunav_drake.systems.people.parameters import SocialForceParameters
 from hunav_drake.systems.people.profile import ProfileName
 from hunav_drake.systems.planning.planner import asked_scan_size
-from hunav_drake.systems.sensing.sensor_config import LidarConfig
+from hunav_drake.systems.sensing.sensor_config import CameraConfig, LidarConfig
 
 _MAX_UNKNOWN = 100  # So many names are compared with all that are known.
 
@@ -84,12 +85,32 @@ def warn_of_doubts(
         scenario: What is sound but for that.
         place: Gives a finding its place.
     """
-    robot = (
+    doubts = [*_check_angles(scenario)]
+    doubts += [
         Finding(("robot", *loc), message)
         for loc, message in scenario.robot.find_doubts()
-    )
-    for found in *check_angles(scenario), *robot:
+    ]
+    for found in doubts:
         warnings.warn(str(place(found)), UserWarning, stacklevel=4)
+
+
+def _check_angles(scenario: Scenario) -> Iterator[Finding]:
+    """Finds headings of more than a full turn, which may be in degrees."""
+    robot = scenario.robot
+    headings: list[tuple[Loc, float]] = [
+        (("robot", "start", 2), robot.start[2])
+    ]
+    if robot.goal is not None:
+        headings.append((("robot", "goal", 2), robot.goal[2]))
+    for i, human in enumerate(scenario.humans):
+        headings.append((("humans", i, "pose", 2), human.pose[2]))
+    for loc, yaw in headings:
+        if abs(yaw) > 2 * math.pi:
+            yield Finding(
+                loc,
+                f"is {yaw:g} rad, more than a whole turn; if it is in degrees,"
+                f" write {math.radians(yaw):.4f}",
+            )
 
 
 def check_people(scenario: Scenario) -> Iterator[Finding]:
@@ -112,11 +133,12 @@ def check_people(scenario: Scenario) -> Iterator[Finding]:
                 f" move it by {2 * human.radius:g} m",
                 uses=(("humans", first, "pose"),),
             )
-        if human.speed_limit < human.desired_speed:
+        limit = human.max_speed
+        if limit is not None and limit < human.desired_speed:
             yield Finding(
                 (*loc, "max_speed"),
                 f"must be at least desired_speed ({human.desired_speed:g}"
-                f" m/s), got {human.speed_limit:g}",
+                f" m/s), got {limit:g}",
                 uses=((*loc, "desired_speed"),),
             )
 
@@ -350,6 +372,18 @@ def check_robot(scenario: Scenario) -> Iterator[Finding]:
         yield Finding(("robot", *place), message)
 
 
+def check_pictures(scenario: Scenario) -> Iterator[Finding]:
+    """Finds models in files that cameras cannot render."""
+    if not any(isinstance(it, CameraConfig) for it in scenario.sensors):
+        return
+    for loc, fault in find_unseen(scenario.world, scenario.robot):
+        yield Finding(
+            loc,
+            f"no camera can see it: {fault}; export its meshes with normals, or"
+            " leave the camera out",
+        )
+
+
 def check_bodies(scenario: Scenario) -> Iterator[Finding]:
     """Checks that people who are bodies of a plant are there all along."""
     population = scenario.population
@@ -377,12 +411,12 @@ OWN_CHECKS: tuple[Check, ...] = (
     check_people,
     check_epsilon,
     check_jitter,
-    check_areas,
     check_bodies,
     check_times,
     check_start,
     check_sensors,
     check_scan,
+    check_areas,
 )
 ALL_CHECKS: tuple[Check, ...] = (
     *OWN_CHECKS,

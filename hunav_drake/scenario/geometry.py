@@ -17,7 +17,6 @@ from hunav_drake.scenario.schema import Scenario
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.robot.robot_config import RobotConfig
 from hunav_drake.systems.robot.robots import PhysicalRobot
-from hunav_drake.systems.sensing.sensor_config import CameraConfig
 from hunav_drake.systems.world.shapes import Polygon, Polyline, World, apart
 from hunav_drake.systems.world.solids import Fixture, WorldFileError
 
@@ -81,18 +80,6 @@ def check_maps(scenario: Scenario) -> Iterator[Finding]:
             np.array(goal),
         ):
             yield Finding(("planner", *place), message, uses=(("world",),))
-
-
-def check_pictures(scenario: Scenario) -> Iterator[Finding]:
-    """Looks for models of files that cameras cannot take pictures of."""
-    if not any(isinstance(it, CameraConfig) for it in scenario.sensors):
-        return
-    for loc, fault in find_unseen(scenario.world, scenario.robot):
-        yield Finding(
-            loc,
-            f"no camera can see it: {fault}; export its meshes with normals, or"
-            " leave the camera out",
-        )
 
 
 def find_unseen(world: World, robot: RobotConfig) -> Iterator[tuple[Loc, str]]:
@@ -271,6 +258,8 @@ def _check_spots(scenario: Scenario, spots: list[_Spot]) -> Iterator[Finding]:
             if depth > _SAME:
                 taken[key] = _Taker(w, depth > radius, depth, way)
                 break
+    if not any(taken.values()):
+        return
     space = FreeSpace(fixtures, [spot.position for spot in spots])
     rooms: dict[float, Any] = {}
     for spot in spots:

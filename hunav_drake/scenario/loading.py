@@ -11,7 +11,6 @@ from hunav_drake.scenario.building import (
     Places,
     build_scenario,
     document_faults,
-    override_place,
 )
 from hunav_drake.scenario.checks import ALL_CHECKS, warn_of_doubts
 from hunav_drake.scenario.error import (
@@ -24,7 +23,7 @@ from hunav_drake.scenario.error import (
 from hunav_drake.scenario.file_paths import find_files
 from hunav_drake.scenario.foreign_files import FOREIGN_FILES, ForeignScenario
 from hunav_drake.scenario.old_words import renew
-from hunav_drake.scenario.overrides import apply_override, override_texts
+from hunav_drake.scenario.overrides import apply_overrides
 from hunav_drake.scenario.reachability import check_ways
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.scenario.yaml_document import YamlDocument
@@ -92,14 +91,14 @@ def LoadScenario(
     if document.root is None:
         raise ScenarioError(document.name, document_faults(document))
     checks = (*ALL_CHECKS, check_ways) if ways else ALL_CHECKS
-    content = document.root.value
+    content = document.plain()
     if isinstance(content, dict) and scenario_name is None:
         for key in FOREIGN_FILES.keys() & content:
             foreign = FOREIGN_FILES[key](document)
             return _name(
                 _load_foreign(foreign, overrides, checks), filename, None
             )
-    prefix = _prefix(document, scenario_name)
+    prefix = _prefix(document, content, scenario_name)
     renew(document, prefix)
     plain = document.plain(prefix)
     if filename is not None:
@@ -108,10 +107,10 @@ def LoadScenario(
     if folder is not None:
         find_files(plain, Path(folder).resolve())
     faults = document_faults(document, prefix)
-    locs, override_faults = _override(plain, overrides)
-    scenario, findings = build_scenario(
-        plain, checks, _inside(document.unread, prefix)
-    )
+    locs, override_faults = apply_overrides(plain, overrides)
+    size = len(prefix)
+    unread = [loc[size:] for loc in document.unread if loc[:size] == prefix]
+    scenario, findings = build_scenario(plain, checks, unread)
     places = Places(document, prefix, overrides=locs)
     faults += [places.fault(found, plain) for found in findings]
     faults += override_faults
@@ -136,7 +135,7 @@ def _load_foreign(
     overrides: Mapping[str, str] | Sequence[str],
     checks: Sequence[Check],
 ) -> Scenario:
-    locs, faults = _override(imported.data, overrides)
+    locs, faults = apply_overrides(imported.data, overrides)
     if faults:
         raise ScenarioError(imported.name, faults)
     return imported.build(checks, locs)
@@ -151,23 +150,10 @@ def _name(
     return dc.replace(scenario, name=name)
 
 
-def _override(
-    data: Any, overrides: Mapping[str, str] | Sequence[str]
-) -> tuple[dict[Loc, str], list[Fault]]:
-    """Applies settings in order; returns what they set, and their faults."""
-    locs = {}
-    faults = []
-    for text in override_texts(overrides):
-        try:
-            locs[apply_override(data, text)] = text
-        except ValueError as error:
-            faults.append(Fault(override_place(text), 0, "", str(error)))
-    return locs, faults
-
-
-def _prefix(document: YamlDocument, scenario_name: str | None) -> Loc:
-    """Returns the way to the scenario of a name; checks that it is there."""
-    content = document.root.value if document.root else None
+def _prefix(
+    document: YamlDocument, content: Any, scenario_name: str | None
+) -> Loc:
+    """Returns the path of the scenario in a file of one or several."""
     faults = []
     if scenario_name is None:
         names = _several(content)
@@ -195,17 +181,11 @@ def _several(content: Any) -> list[str]:
     parts = {field.name for field in dc.fields(Scenario)}
     if not isinstance(content, dict) or not content or parts & set(content):
         return []
-    for _, node in content.values():
-        keys = node.value
-        if not isinstance(keys, dict) or not parts & set(keys):
-            return []
-    return list(content)
-
-
-def _inside(locs: Sequence[Loc], prefix: Loc) -> list[Loc]:
-    """Returns the paths below a prefix, counted from it."""
-    size = len(prefix)
-    return [loc[size:] for loc in locs if loc[:size] == prefix]
+    are_scenarios = all(
+        isinstance(part, dict) and parts & set(part)
+        for part in content.values()
+    )
+    return list(content) if are_scenarios else []
 
 
 def _read(filename: str | Path) -> YamlDocument:

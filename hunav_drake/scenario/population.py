@@ -113,6 +113,8 @@ def check_population(scenario: Scenario) -> Iterator[Finding]:
         ("population", "seed"),
         ("simulation", "seed"),
     )
+    if not scenario.population.number:
+        return
     try:
         people = _draw(scenario).people
     except PopulationError as error:

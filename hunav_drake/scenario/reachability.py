@@ -302,24 +302,6 @@ def nearest_in(room: Any, place: Point) -> Point:
     return x, y
 
 
-def check_angles(scenario: Scenario) -> Iterator[Finding]:
-    """Looks for headings of more than a turn: they may be in degrees."""
-    headings: list[tuple[Loc, float]] = [
-        (("robot", "start", 2), scenario.robot.start[2])
-    ]
-    if scenario.robot.goal is not None:
-        headings.append((("robot", "goal", 2), scenario.robot.goal[2]))
-    for i, human in enumerate(scenario.humans):
-        headings.append((("humans", i, "pose", 2), human.pose[2]))
-    for loc, yaw in headings:
-        if abs(yaw) > 2 * math.pi:
-            yield Finding(
-                loc,
-                f"is {yaw:g} rad, more than a whole turn; if it is in degrees,"
-                f" write {math.radians(yaw):.4f}",
-            )
-
-
 def _down(length: float) -> str:
     """Returns a length rounded down, so that a body of it fits."""
     return f"{math.floor(length * 100 + 1e-6) / 100:.2f}"

@@ -17,17 +17,16 @@ from hunav_drake.trial.blocks import (
     AddGoal,
     AddMonitor,
     AddPeople,
+    AddPerception,
     AddPlanner,
     AddRobot,
-    AddTrialScene,
-)
-from hunav_drake.trial.seeds import CheckPeopleSeed, DrawSeed, SetTrialSeed
-from hunav_drake.trial.sensors import (
-    AddPerception,
     AddSensors,
+    AddTrialScene,
+    ConnectByName,
+    Ports,
     with_planner_lidar,
 )
-from hunav_drake.trial.wires import ConnectByName, Ports
+from hunav_drake.trial.seeds import CheckPeopleSeed, DrawSeed, SetTrialSeed
 
 if TYPE_CHECKING:
     from pydrake.geometry import Meshcat
@@ -146,7 +145,7 @@ def MakeTrialDiagram(
     ConnectByName(builder, drawn, scene.system)
 
     if full.evaluator.start == "by_trigger":
-        builder.ExportInput(evaluator.get_trigger_input_port(), "trigger")
+        builder.ExportInput(evaluator.GetInputPort("trigger"), "trigger")
     outputs = {
         "robot_state": robot.robot_state,
         "human_states": humans.human_states,
@@ -156,9 +155,9 @@ def MakeTrialDiagram(
         "velocity_command": planner.velocity_command,
         "planner_status": planner.status,
         "planner_path": planner.path,
-        "metrics": evaluator.get_metrics_output_port(),
-        "recording": evaluator.get_recording_output_port(),
-        "trial_status": monitor.get_trial_status_output_port(),
+        "metrics": evaluator.GetOutputPort("metrics"),
+        "recording": evaluator.GetOutputPort("recording"),
+        "trial_status": monitor.GetOutputPort("trial_status"),
         "query": scene.query_object,
         **sensed,
         **planner.costmaps,

@@ -174,25 +174,19 @@ def MakeHumans(
         )
         for name, rows in rows_of.items()
     ]
-    builder.Connect(
-        _Join(builder, "commands", systems), crowd.get_commands_input_port()
-    )
-    status = _Join(builder, "behavior_status", systems)
-    builder.ExportOutput(crowd.get_human_states_output_port(), "human_states")
-    builder.ExportOutput(status, "behavior_status")
-    builder.ExportOutput(crowd.get_forces_output_port(), "forces")
-    if traffic is not None:
-        builder.ExportOutput(crowd.get_traffic_output_port(), "traffic")
+    states = crowd.GetOutputPort("human_states")
     for system in systems:
-        builder.Connect(
-            crowd.get_human_states_output_port(),
-            system.GetInputPort("human_states"),
-        )
+        builder.Connect(states, system.GetInputPort("human_states"))
+    commands = _Join(builder, "commands", systems)
+    status = _Join(builder, "behavior_status", systems)
+    builder.Connect(commands, crowd.GetInputPort("commands"))
+    builder.ExportOutput(states, "human_states")
+    builder.ExportOutput(status, "behavior_status")
+    for name in ("forces", "traffic", "robot_touches"):
+        if crowd.HasOutputPort(name):
+            builder.ExportOutput(crowd.GetOutputPort(name), name)
     if num_robots:
-        builder.ExportInput(crowd.get_robot_states_input_port(), "robot_states")
-        builder.ExportOutput(
-            crowd.get_robot_touches_output_port(), "robot_touches"
-        )
+        builder.ExportInput(crowd.GetInputPort("robot_states"), "robot_states")
         for system in systems:
             builder.ConnectInput(
                 "robot_states", system.GetInputPort("robot_states")
