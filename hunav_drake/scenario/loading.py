@@ -44,33 +44,33 @@ def LoadScenario(
 ) -> Scenario:
     """Loads a scenario from a file or from text, and checks it.
 
-    A heading of more than a turn, which may be one in degrees, is a warning,
-    and so is a robot whose model is smaller than its disc.
+    A heading of more than a full turn, which may be in degrees, gives a
+    warning, and so does a robot model that is smaller than the robot's disc.
 
     Args:
         filename: A file, or the name of a shipped scenario, such as
-            "passing". It may be one of HuNavSim's agents.yaml: see
+            "passing". The file may be an agents.yaml of HuNavSim: see
             ImportAgents().
         data: The text of a file, instead of a file.
         scenario_name: If given, the file is a mapping from names to
             scenarios, and the one of this name is loaded.
-        overrides: Settings that replace what the file says, as on the
-            command line: "robot.radius=0.3", "humans[1].goals=[[1, 2]]", or
-            a mapping from such paths to values. The values are YAML.
-        ways: Whether there must be ways for the robot and for people to their
-            goals, as for `hunav check`.
-        folder: Where paths in `data` start; by default, the present folder.
-            Those in a file start where it is.
+        overrides: Settings that replace those of the file, as on the command
+            line: "robot.radius=0.3", "humans[1].goals=[[1, 2]]", or a mapping
+            of such paths to values. The values are YAML.
+        ways: Whether to check that the robot and the people can reach their
+            goals, as `hunav check` does.
+        folder: The folder that relative paths in `data` start from; by
+            default, the current one. Paths in a file start from its folder.
 
     Returns:
-        The scenario, in which each person has a name and a number. It is
-        called by `scenario_name` or as the file is, if not by itself.
+        The scenario, in which each person has a name and a number. If the
+        file gives no name, the scenario is named after `scenario_name` or the
+        file.
 
     Raises:
         ScenarioError: If the file cannot be read, does not fit the schema, or
-            describes something that cannot be simulated. It lists all faults
-            with their places.
-        TypeError: If `filename` is no text and no path.
+            cannot be simulated. The error lists all faults with their places.
+        TypeError: If `filename` is neither a text nor a path.
         ValueError: If not exactly one of `filename` and `data` is given.
     """
     if not isinstance(filename, str | Path | None):
@@ -144,7 +144,7 @@ def _load_foreign(
 def _name(
     scenario: Scenario, filename: str | Path | None, scenario_name: str | None
 ) -> Scenario:
-    """Returns the scenario, called by the file if not by itself."""
+    """Returns the scenario, with a default name if it has none."""
     default = scenario_name or (Path(filename).stem if filename else "")
     name = scenario.name or (as_file_name(default) if default else "")
     return dc.replace(scenario, name=name)
@@ -177,7 +177,7 @@ def _prefix(
 
 
 def _several(content: Any) -> list[str]:
-    """Returns the names of scenarios, if those are all that a file holds."""
+    """Returns the names of the scenarios in a file of several, else nothing."""
     parts = {field.name for field in dc.fields(Scenario)}
     if not isinstance(content, dict) or not content or parts & set(content):
         return []
@@ -189,7 +189,7 @@ def _several(content: Any) -> list[str]:
 
 
 def _read(filename: str | Path) -> YamlDocument:
-    """Reads a file, or else the shipped scenario of that name."""
+    """Reads a file, or the shipped scenario of that name."""
     shipped = shipped_names()
     is_file = os.path.isfile(filename)
     if not is_file and str(filename) in shipped:

@@ -11,7 +11,7 @@ from hunav_drake.scenario.old_words import renew_override
 from hunav_drake.scenario.yaml_source import parse_yaml
 from hunav_drake.systems.common.old_words import TAG
 
-# A part of a scenario, as in humans[1].goals[0]: names and places in lists.
+# The path of a part of a scenario, as in humans[1].goals[0].
 _KEY = r"[A-Za-z_][\w-]*"
 _PATH = re.compile(rf"{_KEY}(\.{_KEY}|\[[0-9]{{1,9}}\])*", re.ASCII)
 _STEP = re.compile(rf"({_KEY})|\[([0-9]+)\]", re.ASCII)
@@ -79,7 +79,7 @@ def _apply(data: Any, text: str) -> Loc:
 
 
 def _make_mapping(target: dict[str, Any], step: str, loc: Loc) -> None:
-    """Makes a mapping of what is missing, or of the bare name of a choice."""
+    """Makes a mapping of a missing part, or of the bare name of a choice."""
     value = target.get(step)
     if value is None:
         target[step] = {}
@@ -88,7 +88,7 @@ def _make_mapping(target: dict[str, Any], step: str, loc: Loc) -> None:
 
 
 def _member(data: Any, loc: Loc) -> Any:
-    """Returns the part of some data that the last step of a path leads to."""
+    """Returns the part of data at the last step of a path."""
     step = loc[-1]
     whole = path_text(None, loc[:-1]) or "the scenario"
     if isinstance(step, str):

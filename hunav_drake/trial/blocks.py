@@ -1,4 +1,4 @@
-"""The blocks of a trial's diagram, each added by a function of its own."""
+"""The blocks of a trial's diagram, each added by a separate function."""
 
 from collections.abc import Mapping
 import dataclasses
@@ -60,10 +60,10 @@ def _port_of(system: System, name: str) -> OutputPort | None:
 
 
 def with_planner_lidar(scenario: Scenario) -> Scenario:
-    """Returns a scenario that has a lidar if its planner sees by one.
+    """Returns a scenario with a lidar, if its planner sees by lidar only.
 
-    What is added is as `sensors: [{type: lidar}]`, but with the period of the
-    planner, so that each scan is of the instant when it is used.
+    An added lidar is that of `sensors: [{type: lidar}]` with the period of the
+    planner, so that each scan is taken when it is used.
     """
     planner = scenario.planner
     if not planner.sees.by_lidar or first_lidar(scenario) is not None:
@@ -77,12 +77,9 @@ def with_planner_lidar(scenario: Scenario) -> Scenario:
 def AddPeople(
     builder: DiagramBuilder, scenario: Scenario, traffic: Traffic | None
 ) -> HumanPorts:
-    """Adds the people of a scenario to a builder, as "humans".
+    """Adds all people of a scenario to a builder, as "humans".
 
-    Args:
-        builder: Where the trial is.
-        scenario: Lists all of them.
-        traffic: Who of them comes in at a source, and leaves at a sink.
+    `traffic` has the arrivals at sources and the departures at sinks.
     """
     crowd, simulation = scenario.crowd, scenario.simulation
     if crowd.robots_stop is None:
@@ -101,15 +98,15 @@ def AddPeople(
 
 @dataclasses.dataclass(frozen=True)
 class RobotPorts:
-    """What `AddRobot` leaves to connect.
+    """The ports that `AddRobot` leaves to connect.
 
     Attributes:
-        systems: The robot, and "contacts" if it does not count them itself.
-        velocity_command: Takes (v, omega), in m/s and rad/s.
-        robot_state: Gives the row of the robot in W: see `layout`.
-        contacts: Gives a row of `layout.Contact` for each person.
-        wall_contact: Gives one for the walls; None if it is not known.
-        feels_forces: Whether the forces of contacts are computed.
+        systems: The robot, and "contacts" if it does not count contacts itself.
+        velocity_command: Input (v, omega), in m/s and rad/s.
+        robot_state: State of the robot in W: see `layout`.
+        contacts: A row of `layout.Contact` for each person.
+        wall_contact: Such a row for the walls; None if it is unknown.
+        feels_forces: Whether contact forces are computed.
     """
 
     systems: tuple[System, ...]
@@ -125,13 +122,8 @@ def AddRobot(
 ) -> RobotPorts:
     """Adds the robot of a scenario to a builder, as "robot".
 
-    Unless it is a body of a plant, "contacts" counts where it and people
-    touch.
-
-    Args:
-        builder: Where the trial is.
-        scenario: Says which robot, and lists the people.
-        obstacles: The walls.
+    Unless the robot is a body of a plant, "contacts" counts its contacts with
+    people.
     """
     humans, simulation = scenario.humans, scenario.simulation
     starts = draw_starts(humans, simulation.seed, simulation.start_jitter)
@@ -159,14 +151,14 @@ def AddRobot(
 
 @dataclasses.dataclass(frozen=True)
 class PlannerPorts:
-    """What `AddPlanner` leaves to connect.
+    """The ports that `AddPlanner` leaves to connect.
 
     Attributes:
-        system: The planner, whose inputs are connected by their names.
-        velocity_command: Gives (v, omega), in m/s and rad/s.
-        status: Gives a `PlannerStatus`.
-        path: Gives what the planner means to follow.
-        costmaps: Give what a planner with maps knows, by their names.
+        system: The planner, whose inputs are connected by name.
+        velocity_command: Output (v, omega), in m/s and rad/s.
+        status: A `PlannerStatus`.
+        path: The path that the planner follows.
+        costmaps: The costmaps of a planner with maps, by name.
     """
 
     system: System
@@ -181,13 +173,8 @@ def AddPlanner(
 ) -> PlannerPorts:
     """Adds the planner of a scenario to a builder, as "planner".
 
-    Args:
-        builder: Where the trial is.
-        scenario: Says which planner, and has the lidar that it needs.
-        obstacles: The walls.
-
     Raises:
-        ScenarioError: If it needs another scan than there is.
+        ScenarioError: If the scenario lacks the scan that the planner needs.
     """
     robot, planner = scenario.robot, scenario.planner
     by_lidar = planner.sees.by_lidar
@@ -228,13 +215,9 @@ def AddEvaluator(
     obstacles: Obstacles,
     feels_forces: bool,
 ) -> Evaluator:
-    """Adds what records a trial to a builder, as "evaluator".
+    """Adds the system that records a trial to a builder, as "evaluator".
 
-    Args:
-        builder: Where the trial is.
-        scenario: Says what is recorded, and lists the people.
-        obstacles: The walls.
-        feels_forces: Whether the forces of contacts are computed.
+    `feels_forces` says whether contact forces are computed.
     """
     robot = scenario.robot
     evaluator: Evaluator = builder.AddNamedSystem(
@@ -254,7 +237,7 @@ def AddEvaluator(
 
 
 def AddMonitor(builder: DiagramBuilder, scenario: Scenario) -> TrialMonitor:
-    """Adds what detects the end of a trial to a builder, as "monitor"."""
+    """Adds the system that detects the end of a trial, as "monitor"."""
     robot, simulation = scenario.robot, scenario.simulation
     monitor: TrialMonitor = builder.AddNamedSystem(
         "monitor",
@@ -303,19 +286,13 @@ def AddSensors(
 ) -> dict[str, OutputPort]:
     """Adds the sensors of a scenario to a builder.
 
-    Each is a system named "sensor_" and its name, with all its inputs
-    connected.
-
-    Args:
-        builder: Where the trial is.
-        scenario: Says which sensors there are.
-        scene: What cameras see.
-        given: The ports of the trial.
+    Each is a system named "sensor_" plus its name. Its inputs are connected to
+    the `given` ports of the trial and to the scene, which cameras see.
 
     Returns:
-        What the sensors measure: the outputs of the first sensor that has an
-        output of a name, such as "scan", by this name; those of all further
-        ones by the name of the sensor, "_", and the name of the output.
+        The outputs of the sensors. The first output of a name, such as "scan",
+        has this name; the key of a later one is the name of its sensor, "_",
+        and the name of the output.
     """
     given = {**given, "query_object": scene.query_object}
     outputs: dict[str, OutputPort] = {}
@@ -336,21 +313,15 @@ def AddSensors(
 def AddPerception(
     builder: DiagramBuilder, scenario: Scenario, given: Ports
 ) -> Ports:
-    """Adds what stands between people and planner, as "perception".
+    """Adds the planner's perception of people, as "perception".
 
-    Nothing is added where the planner sees everything.
-
-    Args:
-        builder: Where the trial is.
-        scenario: Says what the planner sees.
-        given: The ports of the trial.
+    Nothing is added if the planner sees everything.
 
     Returns:
-        The ports that are for the planner.
+        The ports for the planner: those `given`, with the perceived people.
 
     Raises:
-        TypeError: If a perception of one's own makes a system without its
-            ports.
+        TypeError: If the system of a user-defined perception lacks a port.
     """
     sees = scenario.planner.sees
     if sees.by_lidar:
@@ -386,7 +357,7 @@ def _sensing_task(
 
 
 def _Rendering(scene: ScenePorts) -> Rendering:
-    """Returns what cameras of a trial see, and what carries them."""
+    """Returns the scene of the trial's cameras and the frames they are on."""
     plant = scene.plant
     frames = {"world": scene.scene_graph.world_frame_id()}
     if scene.robot_state is not None:

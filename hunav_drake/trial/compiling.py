@@ -1,52 +1,50 @@
-"""Tells when numeric kernels are compiled, which takes long, but only once."""
+"""Measures and reports the compilation of numeric kernels."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 import gc
 import sys
 import time
 from typing import Any
 
 
+@dataclass
 class CompileTime:
-    """How long kernels were compiled.
+    """The time that compilation of kernels took so far."""
 
-    Attributes:
-        seconds: Of real time.
-        kernels: How many there were, with those that they call.
-    """
+    seconds: float = 0.0
+    """Real time, in seconds."""
 
-    def __init__(self) -> None:
-        """Constructs a CompileTime of nothing yet."""
-        self.seconds = 0.0
-        self.kernels = 0
+    kernels: int = 0
+    """Number of compiled kernels, with those that they call."""
 
 
 @contextmanager
 def compile_time(
     tell: Callable[[CompileTime], None] | None = None, *, is_short: bool = False
 ) -> Iterator[CompileTime]:
-    """Measures how long kernels are compiled in a block of code.
+    """Measures the time of compilation of kernels in a block of code.
 
-    Those that are read from disk are not compiled.
+    Kernels that are read from disk are not compiled.
 
     Args:
-        tell: Called when the first begins, and when each is done.
-        is_short: Whether the program ends soon. Then what is in memory when a
-            kernel is compiled stays there: to look for garbage in what the
-            compiler keeps takes an eighth of its time.
+        tell: Called when the first compilation begins, and after each one.
+        is_short: Whether the program ends soon. Then garbage collection stops
+            during compilation, and never frees what is in memory by then: this
+            saves an eighth of the time.
 
     Yields:
-        What was measured up to now.
+        The measured time so far.
     """
-    # Here, for numba takes long to load.
+    # Imported here: numba takes long to load.
     from numba.core import event
 
     measured = CompileTime()
     collects = gc.isenabled()
 
     class Listener(event.Listener):
-        # Kernels compile those that they call: only the outermost counts.
+        # A kernel compiles those that it calls: only the outermost counts.
         depth = 0
         started = 0.0
 
@@ -76,7 +74,7 @@ def compile_time(
 
 @contextmanager
 def told_compile_time() -> Iterator[CompileTime]:
-    """Measures it, and tells a user who waits, on standard error."""
+    """Measures the time of compilation, and reports it on standard error."""
     told = 0
     terminal = sys.stderr.isatty()
 
