@@ -9,9 +9,9 @@ import dataclasses as dc
 import functools
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.systems.framework import Context, Diagram
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import (
     COMMAND_SIZE,
     MOTION_SIZE,
@@ -27,8 +27,6 @@ from hunav_drake.systems.crowd.step import CrowdStep
 from hunav_drake.systems.people import HumanConfig
 from hunav_drake.systems.people.profile import complete_people
 from hunav_drake.systems.world.obstacles import Obstacles
-
-Array = NDArray[np.float64]
 
 
 class PeopleAtPoints:

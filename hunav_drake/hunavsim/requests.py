@@ -4,13 +4,12 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import STATE_SIZE
 from hunav_drake.systems.common.schema import MAX_COORDINATE
 from hunav_drake.systems.crowd.limits import LARGEST
-
-Array = NDArray[np.float64]
 
 # Points of shape (k, 2) for each person, or None for the walls.
 ClosestObs = Sequence[ArrayLike | None]

@@ -15,7 +15,8 @@ from hunav_drake.hunavsim.requests import (
     read_closest_obs,
     read_rows,
 )
-from hunav_drake.hunavsim.stepwise import Array, StepwiseHumans
+from hunav_drake.hunavsim.stepwise import StepwiseHumans
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.checks import check_kind
 from hunav_drake.systems.crowd import CrowdConfig
 from hunav_drake.systems.people import HumanConfig

@@ -4,9 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydrake.systems.framework import Context, Diagram
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import STATE_SIZE
-
-Array = NDArray[np.float64]
 
 
 class StepwiseHumans:

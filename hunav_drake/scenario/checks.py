@@ -162,14 +162,15 @@ def check_epsilon(scenario: Scenario) -> Iterator[Finding]:
 def _unique(
     scenario: Scenario, taken: dict[Any, int], value: Any, loc: Loc, key: str
 ) -> Iterator[Finding]:
+    """Finds a value that another member of the same list has."""
     first = taken.setdefault(value, int(loc[1]))
     if first != loc[1]:
-        other = path_text(scenario, ("humans", first))
+        other = (loc[0], first)
         yield Finding(
             (*loc, key),
             f"must be unique, but {shown(value)} is already the {key} of"
-            f" {other}",
-            uses=(("humans", first, key),),
+            f" {path_text(scenario, other)}; change one",
+            uses=((*other, key),),
         )
 
 
@@ -231,14 +232,9 @@ def check_sensors(scenario: Scenario) -> Iterator[Finding]:
     """Checks that the names of sensors are unique."""
     taken: dict[str, int] = {}
     for i, sensor in enumerate(scenario.sensors):
-        first = taken.setdefault(sensor.name, i)
-        if sensor.name and first != i:
-            yield Finding(
-                ("sensors", i, "name"),
-                f"must be unique, but {shown(sensor.name)} is already the name"
-                f" of {path_text(scenario, ('sensors', first))}; rename one",
-                uses=(("sensors", first, "name"),),
-            )
+        if sensor.name:
+            loc: Loc = ("sensors", i)
+            yield from _unique(scenario, taken, sensor.name, loc, "name")
 
 
 def first_lidar(scenario: Scenario) -> LidarConfig | None:

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 from hunav_drake.scenario.building import (
-    Check,
     Places,
     build_scenario,
     document_faults,
@@ -21,7 +20,7 @@ from hunav_drake.scenario.error import (
     suggestion,
 )
 from hunav_drake.scenario.file_paths import find_files
-from hunav_drake.scenario.foreign_files import FOREIGN_FILES, ForeignScenario
+from hunav_drake.scenario.foreign_files import FOREIGN_FILES
 from hunav_drake.scenario.old_words import renew
 from hunav_drake.scenario.overrides import apply_overrides
 from hunav_drake.scenario.reachability import check_ways
@@ -95,9 +94,10 @@ def LoadScenario(
     if isinstance(content, dict) and scenario_name is None:
         for key in FOREIGN_FILES.keys() & content:
             foreign = FOREIGN_FILES[key](document)
-            return _name(
-                _load_foreign(foreign, overrides, checks), filename, None
-            )
+            locs, faults = apply_overrides(foreign.data, overrides)
+            if faults:
+                raise ScenarioError(foreign.name, faults)
+            return _name(foreign.build(checks, locs), filename, None)
     prefix = _prefix(document, content, scenario_name)
     renew(document, prefix)
     plain = document.plain(prefix)
@@ -128,17 +128,6 @@ def ListScenarios() -> dict[str, str]:
         text = str(document.plain(("description",)) or "")
         result[name] = " ".join(text.split())
     return result
-
-
-def _load_foreign(
-    imported: ForeignScenario,
-    overrides: Mapping[str, str] | Sequence[str],
-    checks: Sequence[Check],
-) -> Scenario:
-    locs, faults = apply_overrides(imported.data, overrides)
-    if faults:
-        raise ScenarioError(imported.name, faults)
-    return imported.build(checks, locs)
 
 
 def _name(

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+import functools
 import gc
 import sys
 import time
@@ -75,33 +76,23 @@ def compile_time(
 @contextmanager
 def told_compile_time() -> Iterator[CompileTime]:
     """Measures the time of compilation, and reports it on standard error."""
-    told = 0
+    told = False
     terminal = sys.stderr.isatty()
+    write = functools.partial(print, file=sys.stderr, flush=True)
 
     def tell(measured: CompileTime) -> None:
         nonlocal told
+        text = "Compiling kernels (once, up to a minute) ..."
         if not told:
-            print(
-                "Compiling kernels (once, up to a minute) ...",
-                file=sys.stderr,
-                end="" if terminal else "\n",
-                flush=True,
-            )
+            write(text, end="" if terminal else "\n")
         elif terminal:
-            print(
-                f"\rCompiling kernels (once, up to a minute) ..."
-                f" {measured.kernels} done",
-                file=sys.stderr,
-                end="",
-                flush=True,
-            )
-        told += 1
+            write(f"\r{text} {measured.kernels} done", end="")
+        told = True
 
     with compile_time(tell, is_short=True) as measured:
         yield measured
     if told:
-        print(
+        write(
             f"{'\r' if terminal else ''}Compiled {measured.kernels} kernels in"
-            f" {measured.seconds:.0f} s; they are kept on disk.",
-            file=sys.stderr,
+            f" {measured.seconds:.0f} s; they are kept on disk."
         )

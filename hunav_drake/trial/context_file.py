@@ -112,7 +112,14 @@ def LoadContext(diagram: Diagram, filename: str | Path) -> Context:
             those of the diagram, or it is damaged.
         OSError: If the file cannot be read.
     """
-    arrays = _read(Path(filename))
+    path = Path(filename)
+    arrays = read_arrays(path, "a Context written by SaveContext")
+    known = str(arrays.get("format"))
+    if known != _FORMAT:
+        raise ValueError(
+            f"{path}: is not a Context written by SaveContext of this version:"
+            f" the format must be {_FORMAT!r}, got {shown(known)}"
+        )
     context = diagram.CreateDefaultContext()
     intact = str(arrays.pop("sha256", "")) == _digest(arrays)
     if intact:
@@ -250,14 +257,3 @@ def _digest(arrays: dict[str, Array]) -> str:
         head = f"{name} {array.dtype.str} {array.shape}\n"
         digest.update(head.encode() + array.tobytes())
     return digest.hexdigest()
-
-
-def _read(path: Path) -> dict[str, Array]:
-    arrays = read_arrays(path, "a Context written by SaveContext")
-    known = str(arrays.get("format"))
-    if known != _FORMAT:
-        raise ValueError(
-            f"{path}: is not a Context written by SaveContext of this version:"
-            f" the format must be {_FORMAT!r}, got {shown(known)}"
-        )
-    return arrays

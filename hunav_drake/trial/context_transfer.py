@@ -51,7 +51,7 @@ def TransferContext(
         raise ValueError(
             f"{difference[1:]}; the state cannot be taken over. Make the other"
             " diagram of the same people, robot, goal, evaluator and time step;"
-            " if walls affect the drawn people, list them under humans."
+            " if walls affect the drawn people, list the people under humans."
         )
     result = other.CreateDefaultContext()
     result.SetTime(context.get_time())

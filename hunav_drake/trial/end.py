@@ -76,7 +76,10 @@ def explain_end(recording: Recording, scenario: Scenario) -> str:
         )
     if stands < _LEAST_STOP:
         return f"{where}, {_on_its_way(recording, distance)}"
-    wall = "" if space is None else _touched(scenario, space, (x, y), radius)
+    wall = ""
+    nearest = space and space.nearest((x, y))
+    if nearest and nearest[1] <= radius + _TOUCHES:
+        wall = path_text(scenario, ("world", *nearest[0]))
     before = wall or _ahead(recording, scenario, space)
     what = f"at {wall} for" if wall else "standing for"
     what += f" {stands:.0f} s" + (f", {before}" if before != wall else "")
@@ -147,19 +150,6 @@ def _on_its_way(recording: Recording, distance: float) -> str:
         f"and on its way at {speed:.2f} m/s; raise simulation.duration, to"
         f" {needed} or more"
     )
-
-
-def _touched(
-    scenario: Scenario,
-    space: FreeSpace,
-    place: tuple[float, float],
-    radius: float,
-) -> str:
-    """Returns the name of the object that a disc touches, or ""."""
-    nearest = space.nearest(place)
-    if nearest is None or nearest[1] > radius + _TOUCHES:
-        return ""
-    return path_text(scenario, ("world", *nearest[0]))
 
 
 def _ahead(

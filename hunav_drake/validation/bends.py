@@ -3,8 +3,8 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.world.shapes import Box
 from hunav_drake.validation.case import Case, Numbers, Setting, case
 from hunav_drake.validation.places import (
@@ -15,8 +15,6 @@ from hunav_drake.validation.places import (
     wall,
 )
 from hunav_drake.validation.walkers import Walkers
-
-Array = NDArray[np.float64]
 
 
 def _corner(

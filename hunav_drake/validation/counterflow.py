@@ -1,15 +1,13 @@
 """Cases of counterflow."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hunav_drake.systems.common.arrays import Array, Mask
 from hunav_drake.systems.world.shapes import Box
 from hunav_drake.validation.case import Numbers, Setting, case
 from hunav_drake.validation.measures import lane_order
 from hunav_drake.validation.places import THICK, Area, corridor, spread, wall
 from hunav_drake.validation.walkers import Walkers
-
-Array = NDArray[np.float64]
 
 # The least number of people of each direction in a counterflow.
 _BOTH = 5
@@ -46,7 +44,7 @@ def _crossing_time(setting: Setting, people: int, against: int) -> float:
     goals = np.stack([np.where(to_right, 19.5, -9.5), starts[:, 1]], axis=1)
     walkers = Walkers(setting, starts, goals, walls=_two_rooms())
 
-    def leave(rows: Array) -> NDArray[np.bool_]:
+    def leave(rows: Array) -> Mask:
         x = rows[:, 0]
         return np.where(to_right, x > 18.5, x < -8.5)
 

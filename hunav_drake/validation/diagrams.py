@@ -7,16 +7,15 @@ all people see half a length ahead and behind.
 """
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.stats import norm
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import X
 from hunav_drake.validation.case import Numbers, Setting, case
 from hunav_drake.validation.measures import weidmann
 from hunav_drake.validation.places import Area, corridor, spread
 from hunav_drake.validation.walkers import SPEED, TIME_STEP, Walkers
-
-Array = NDArray[np.float64]
 
 # The distance of a goal in the same direction for all, in meters.
 _FAR = 1e4

@@ -1,14 +1,12 @@
 """Cases of crowds at doors."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.validation.case import Numbers, Setting, case
 from hunav_drake.validation.measures import flow_rate, peak_density
 from hunav_drake.validation.places import Area, gap_in_wall, room, spread, wall
 from hunav_drake.validation.walkers import SPEED, Walk, Walkers
-
-Array = NDArray[np.float64]
 
 # The range of measured flows at doors and in experiments, in persons/(m s);
 # Seyfried et al. 2009 measured about 1.9.

@@ -1,8 +1,8 @@
 """Cases of encounters in narrow or crowded places."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import Command
 from hunav_drake.systems.world.shapes import Box
 from hunav_drake.validation.case import Numbers, Setting, case
@@ -14,8 +14,6 @@ from hunav_drake.validation.measures import (
 )
 from hunav_drake.validation.places import Area, corridor, wall
 from hunav_drake.validation.walkers import SPEED, TIME_STEP, Walkers
-
-Array = NDArray[np.float64]
 
 # The radius of people including their personal space, in meters.
 BODY = 0.35

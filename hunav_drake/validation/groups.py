@@ -3,13 +3,11 @@
 from statistics import linear_regression
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hunav_drake.systems.common.arrays import Array, Mask
 from hunav_drake.validation.case import Numbers, Setting, case
 from hunav_drake.validation.places import Area, corridor, room, spread
 from hunav_drake.validation.walkers import SPEED, Walk, Walkers
-
-Array = NDArray[np.float64]
 
 
 @case(
@@ -70,10 +68,10 @@ def _arrival_spread(
     # The length over which the members walk together.
     end = 20.0 if setting.quick else 40.0
 
-    def arrived(rows: Array) -> NDArray[np.bool_]:
+    def arrived(rows: Array) -> Mask:
         # The others are removed with the last member.
         over: bool = (rows[own, 0] > end).all()
-        left: NDArray[np.bool_] = (rows[:, 0] > end + 10) | (~own & over)
+        left: Mask = (rows[:, 0] > end + 10) | (~own & over)
         return left
 
     walk = Walkers(

@@ -4,12 +4,11 @@ import math
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from hunav_drake.systems.common.arrays import Array, Mask
 from hunav_drake.validation.places import Area
 from hunav_drake.validation.walkers import TIME_STEP, Walk
-
-Array = NDArray[np.float64]
 
 # Weidmann 1993, "Transporttechnik der Fußgänger", eq. 6: free speed in m/s,
 # a constant and the jam density, both in persons/m^2.
@@ -71,7 +70,7 @@ def peak_density(walk: Walk, area: Area, seconds: float = 1.0) -> float:
     return float(sliding_window_view(counts, window).mean(axis=1).max())
 
 
-def lane_order(states: Array, to_right: NDArray[np.bool_]) -> float:
+def lane_order(states: Array, to_right: Mask) -> float:
     """Returns the order parameter of lanes along x, from 0 to 1.
 
     It is the mean over strips 0.2 m wide of ((n_L - n_R) / (n_L + n_R))^2.

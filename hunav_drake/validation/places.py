@@ -5,12 +5,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hunav_drake.systems.common.arrays import Array, Mask
 from hunav_drake.systems.world.obstacles import inside
 from hunav_drake.systems.world.shapes import Box, Wall, World
-
-Array = NDArray[np.float64]
 
 # The default thickness of walls, in meters.
 THICK = 0.2
@@ -35,10 +33,10 @@ class Area(NamedTuple):
         """Its area, in m^2."""
         return (self.x1 - self.x0) * (self.y1 - self.y0)
 
-    def holds(self, states: Array) -> NDArray[np.bool_]:
+    def holds(self, states: Array) -> Mask:
         """Returns which rows (..., 2 or more) of x, y, ... are inside."""
         x, y = states[..., 0], states[..., 1]
-        result: NDArray[np.bool_] = (
+        result: Mask = (
             (x >= self.x0) & (x < self.x1) & (y >= self.y0) & (y < self.y1)
         )
         return result

@@ -1,14 +1,13 @@
 """Cases of single people."""
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import Command
 from hunav_drake.validation.case import Case, Numbers, Setting, case
 from hunav_drake.validation.places import Area, corridor, room, spread
 from hunav_drake.validation.walkers import SPEED, Walkers
-
-Array = NDArray[np.float64]
 
 # The distance from which a person has set out, in meters.
 _OUT = 0.5

@@ -70,18 +70,14 @@ def _summary(outcomes: Sequence[Outcome], model: str, width: int) -> str:
 
 def outcomes_csv(outcomes: Iterable[Outcome]) -> str:
     """Returns a table with a row for each case and model."""
-    head = ["case", "standards", "question", "expected"]
-    head += ["model", "verdict", "measured", "reason"]
-    rows = [
-        [
-            *(outcome.case, CASES[outcome.case].standards),
-            *(CASES[outcome.case].question, CASES[outcome.case].expected),
-            *(outcome.model, outcome.verdict),
-            *(outcome.measured, outcome.reason),
-        ]
-        for outcome in outcomes
-    ]
-    return _csv([head, *rows])
+    of_case = ["standards", "question", "expected"]
+    of_outcome = ["model", "verdict", "measured", "reason"]
+    rows = [["case", *of_case, *of_outcome]]
+    for it in outcomes:
+        case = CASES[it.case]
+        cells = [getattr(case, key) for key in of_case]
+        rows.append([it.case, *cells, *(getattr(it, k) for k in of_outcome)])
+    return _csv(rows)
 
 
 def numbers_csv(outcomes: Iterable[Outcome]) -> str:

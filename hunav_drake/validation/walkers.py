@@ -4,9 +4,10 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from pydrake.systems.analysis import Simulator
 
+from hunav_drake.systems.common.arrays import Array, Mask
 from hunav_drake.systems.common.layout import (
     COMMAND_SIZE,
     STATE_SIZE,
@@ -20,9 +21,6 @@ from hunav_drake.systems.crowd.motion_model import MOTION_MODELS
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.world.shapes import Box, World
 from hunav_drake.validation.case import Setting
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 # The defaults of all cases, in s, m and m/s.
 TIME_STEP = 0.05

@@ -144,15 +144,10 @@ def _times(
             "the time of the last picture must not be before the first, got"
             f" {end:g} s and {start:g} s"
         )
-    return frame_times(start, end, _step(config, suffix))
-
-
-def _step(config: FilmConfig, suffix: str) -> float:
-    """Returns the time between pictures, on the clock of the recording."""
     period = 1.0 / config.fps
     if suffix == ".gif":
         period = gif_period(config.fps) / 1000.0
-    return config.speed * period
+    return frame_times(start, end, config.speed * period)
 
 
 def _pictures(

@@ -70,15 +70,8 @@ class PlanView:
                 self._DrawPerson(i, row, bool(reacts[i]))
         self._DrawBody(robot, ROBOT_ACCENT.rgba, zorder=6)
         if "clock" in self._shown:
-            ax.text(
-                0.015,
-                0.98,
-                f"{time:.1f} s",
-                transform=ax.transAxes,
-                va="top",
-                fontsize=13,
-                zorder=9,
-            )
+            style = {"transform": ax.transAxes, "va": "top", "fontsize": 13}
+            ax.text(0.015, 0.98, f"{time:.1f} s", zorder=9, **style)
         self._canvas.draw()
         return Image.fromarray(np.asarray(self._canvas.buffer_rgba())).convert(
             "RGB"
@@ -118,32 +111,15 @@ class PlanView:
     def _DrawPerson(self, i: int, row: np.ndarray, reacts: bool) -> None:
         from matplotlib.patches import Circle
 
-        sign = reacts and "reactions" in self._shown
-        if sign:
-            self._ax.add_patch(
-                Circle(
-                    row[[X, Y]],
-                    row[RADIUS] + 0.08,
-                    fill=False,
-                    ec=REACTION.rgba,
-                    lw=2.5,
-                    zorder=5,
-                )
-            )
+        place = row[[X, Y]]
+        if reacts and "reactions" in self._shown:
+            line = {"fill": False, "ec": REACTION.rgba, "lw": 2.5, "zorder": 5}
+            self._ax.add_patch(Circle(place, row[RADIUS] + 0.08, **line))
         self._DrawBody(row, TOPS[i % len(TOPS)].rgba, zorder=5)
         if "rings" in self._shown:
+            line = {"fill": False, "ec": "0.6", "lw": 0.8, "ls": ":"}
             for radius in PROXEMIC_RADII:
-                self._ax.add_patch(
-                    Circle(
-                        row[[X, Y]],
-                        radius,
-                        fill=False,
-                        ec="0.6",
-                        lw=0.8,
-                        ls=":",
-                        zorder=2,
-                    )
-                )
+                self._ax.add_patch(Circle(place, radius, zorder=2, **line))
         if "names" in self._shown:
             human = self._trial.humans[i]
             self._ax.annotate(

@@ -52,15 +52,12 @@ def WriteReplays(
         and row.repetition == 0
         and row.end_reason not in FAILED
     }
-    wanted = {
-        cell.name: (
-            cell,
-            replay_path(Path(folder), cell.name, seeds[cell.name]),
-        )
+    wanted = [
+        (cell, replay_path(Path(folder), cell.name, seeds[cell.name]))
         for cell in result.cells
         if cell.name in firsts
-    }
-    missing = [it for it in wanted.values() if not it[1].is_file()]
+    ]
+    missing = [it for it in wanted if not it[1].is_file()]
     if not missing:
         return []
     workers = min(workers or os.cpu_count() or 1, len(missing))
