@@ -16,7 +16,11 @@ from hunav_drake.scenario.error import (
     suggestion,
 )
 from hunav_drake.scenario.geometry import GEOMETRY_CHECKS, find_unseen
-from hunav_drake.scenario.population import check_areas, check_population
+from hunav_drake.scenario.population import (
+    check_areas,
+    check_population,
+    drawn_members,
+)
 from hunav_drake.scenario.reachability import check_ways
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.scenario.writer import plain
@@ -308,13 +312,9 @@ def _behaviors(
     """Yields the behaviors of all people with their places."""
     for i, human in enumerate(scenario.humans):
         yield ("humans", i, "behavior"), human.behavior
-    population = scenario.population
-    for i, cohort in enumerate(population.cohorts):
-        for name in cohort.behaviors:
-            yield ("population", "cohorts", i, "behaviors", name), name
-    for i, source in enumerate(population.sources):
-        for name in source.behaviors:
-            yield ("population", "sources", i, "behaviors", name), name
+    for loc, members in drawn_members(scenario):
+        for name in members.behaviors:
+            yield (*loc, "behaviors", name), name
 
 
 def _behavior_faults(

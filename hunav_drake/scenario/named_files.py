@@ -29,13 +29,10 @@ _MARKUP = (".urdf", ".sdf", ".world", ".xml", ".xacro", ".config", ".dae")
 
 # The places of file names in texts: attributes and text between tags in markup;
 # after some keywords in Wavefront meshes and materials.
-_MARKED = tuple(
-    re.compile(pattern)
-    for pattern in (
-        r"=\s*\"([^\"]{1,500})\"",
-        r"=\s*'([^']{1,500})'",
-        r">([^<>]{1,500})<",
-    )
+_MARKED = (
+    re.compile(r"=\s*\"([^\"]{1,500})\""),
+    re.compile(r"=\s*'([^']{1,500})'"),
+    re.compile(r">([^<>]{1,500})<"),
 )
 _COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
 _REFERENCE = re.compile(

@@ -132,27 +132,28 @@ def check_population(scenario: Scenario) -> Iterator[Finding]:
     yield from _check_names(scenario, people)
 
 
+def drawn_members(
+    scenario: Scenario,
+) -> Iterator[tuple[Loc, CohortConfig | SourceConfig]]:
+    """Yields the cohorts, then the sources of a scenario, with their paths."""
+    for i, cohort in enumerate(scenario.population.cohorts):
+        yield ("population", "cohorts", i), cohort
+    for i, source in enumerate(scenario.population.sources):
+        yield ("population", "sources", i), source
+
+
 def _check_names(
     scenario: Scenario, people: list[HumanConfig]
 ) -> Iterator[Finding]:
     listed = {h.name: i for i, h in enumerate(scenario.humans) if h.name}
     drawn = iter(people)
-    population = scenario.population
-    kinds: list[tuple[str, Sequence[CohortConfig | SourceConfig]]] = [
-        ("cohorts", population.cohorts),
-        ("sources", population.sources),
-    ]
-    for kind, i, members in (
-        (kind, i, members)
-        for kind, everybody in kinds
-        for i, members in enumerate(everybody)
-    ):
+    for loc, members in drawn_members(scenario):
         for _ in range(members.number):
             name = next(drawn).name
             if name in listed:
                 human: Loc = ("humans", listed[name])
                 yield Finding(
-                    ("population", kind, i, "name"),
+                    (*loc, "name"),
                     f"must not give a name that somebody has, but"
                     f" {shown(name)} is {path_text(scenario, human)}; rename"
                     " one",

@@ -125,25 +125,19 @@ def layout(diagram: Diagram, context: Context) -> list[dict[str, Any]]:
 
     The first part is the diagram itself, for the memory that it describes.
     """
-    parts: list[dict[str, Any]] = [
-        {
-            "key": "",
-            "type": type(diagram).__name__,
-            "path": diagram.GetSystemPathname(),
-            "sizes": {},
-            "abstract": 0,
-            "memory": memory(diagram),
-        }
-    ]
-    for key, system in leaves(diagram):
+    parts: list[dict[str, Any]] = []
+    for key, system in [("", diagram), *leaves(diagram)]:
+        is_leaf = system is not diagram
         own = system.GetMyContextFromRoot(context)
-        sizes = {name: vector.size() for name, vector in vectors(own)}
+        sizes = (
+            {name: it.size() for name, it in vectors(own)} if is_leaf else {}
+        )
         part = {
             "key": key,
             "type": type(system).__name__,
             "path": system.GetSystemPathname(),
             "sizes": sizes,
-            "abstract": own.num_abstract_states(),
+            "abstract": own.num_abstract_states() if is_leaf else 0,
             "memory": memory(system),
         }
         parts.append(part)

@@ -127,25 +127,7 @@ def MakeTrialDiagram(
     sensed = AddSensors(builder, full, scene, given)
     given = {**given, **sensed}
     seen = AddPerception(builder, full, given)
-    drawn: Ports = {
-        "robot_state": robot.robot_state,
-        "human_states": humans.human_states,
-        "behavior_status": humans.behavior_status,
-        "forces": humans.forces,
-        "planner_path": planner.path,
-        "scan": sensed.get("scan"),
-        **planner.costmaps,
-    }
-
-    builder.Connect(planner.velocity_command, robot.velocity_command)
-    builder.Connect(robot.robot_state, humans.robot_states)
-    ConnectByName(builder, given, *robot.systems, evaluator, monitor)
-    ConnectByName(builder, seen, planner.system)
-    ConnectByName(builder, drawn, scene.system)
-
-    if full.evaluator.start == "by_trigger":
-        builder.ExportInput(evaluator.GetInputPort("trigger"), "trigger")
-    outputs = {
+    outputs: Ports = {
         "robot_state": robot.robot_state,
         "human_states": humans.human_states,
         "behavior_status": humans.behavior_status,
@@ -162,6 +144,15 @@ def MakeTrialDiagram(
         **planner.costmaps,
         "traffic": humans.traffic,
     }
+
+    builder.Connect(planner.velocity_command, robot.velocity_command)
+    builder.Connect(robot.robot_state, humans.robot_states)
+    ConnectByName(builder, given, *robot.systems, evaluator, monitor)
+    ConnectByName(builder, seen, planner.system)
+    ConnectByName(builder, outputs, scene.system)
+
+    if full.evaluator.start == "by_trigger":
+        builder.ExportInput(evaluator.GetInputPort("trigger"), "trigger")
     for name, port in outputs.items():
         if port is not None:
             builder.ExportOutput(port, name)

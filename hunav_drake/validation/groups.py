@@ -71,8 +71,7 @@ def _arrival_spread(
     def arrived(rows: Array) -> Mask:
         # The others are removed with the last member.
         over: bool = (rows[own, 0] > end).all()
-        left: Mask = (rows[:, 0] > end + 10) | (~own & over)
-        return left
+        return (rows[:, 0] > end + 10) | (~own & over)
 
     walk = Walkers(
         *(setting, starts, goals),

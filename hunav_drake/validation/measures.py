@@ -33,10 +33,7 @@ def weidmann(density: ArrayLike) -> Array:
     Densities are positive, in persons/m^2; the speed is 0 from 5.4 on.
     """
     rho = np.asarray(density, dtype=float)
-    speed: Array = _FREE * -np.expm1(
-        -_GAMMA * np.maximum(1 / rho - 1 / _JAM, 0.0)
-    )
-    return speed
+    return _FREE * -np.expm1(-_GAMMA * np.maximum(1 / rho - 1 / _JAM, 0.0))
 
 
 def flow_rate(passages: Array, low: float = 0.2, high: float = 0.8) -> float:

@@ -36,10 +36,8 @@ class Area(NamedTuple):
     def holds(self, states: Array) -> Mask:
         """Returns which rows (..., 2 or more) of x, y, ... are inside."""
         x, y = states[..., 0], states[..., 1]
-        result: Mask = (
-            (x >= self.x0) & (x < self.x1) & (y >= self.y0) & (y < self.y1)
-        )
-        return result
+        in_x = (x >= self.x0) & (x < self.x1)
+        return in_x & (y >= self.y0) & (y < self.y1)
 
 
 def wall(x0: float, y0: float, x1: float, y1: float) -> Box:

@@ -95,8 +95,7 @@ def _side_by_side(setting: Setting, speeds: Array) -> Array:
     )
     walk = walkers.walk((length + 10) / speeds.min())
     taken = walk.time_between(walk.x >= 5, walk.x >= 5 + length)
-    walked: Array = length / taken
-    return walked
+    return length / taken
 
 
 @case(

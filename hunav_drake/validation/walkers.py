@@ -63,8 +63,7 @@ class Walk(NamedTuple):
         """
         reached = reached & self.present
         first = self.times[np.argmax(reached, axis=0)]
-        times: Array = np.where(reached.any(axis=0), first, np.inf)
-        return times
+        return np.where(reached.any(axis=0), first, np.inf)
 
     def time_between(self, begun: Mask, done: Mask) -> Array:
         """Returns the times between two events (k, n): see `first_time`.
@@ -81,8 +80,7 @@ class Walk(NamedTuple):
         """Returns velocities from positions, shape (k - 1, n, 2), in m/s."""
         moved = np.diff(self.states[..., :2], axis=0)
         both = self.present[1:] & self.present[:-1]
-        result: Array = np.where(both[..., None], moved / TIME_STEP, 0.0)
-        return result
+        return np.where(both[..., None], moved / TIME_STEP, 0.0)
 
 
 class Walkers:

@@ -184,11 +184,9 @@ def _people_of(recording: Recording) -> list[HumanConfig]:
 
 def _robot_of(recording: Recording) -> RobotConfig:
     first = recording.robot[0]
-    goal = recording.goal
+    radius = float(np.clip(first[RADIUS], 0.05, 2.0))
     return DifferentialDriveConfig(
-        start=_pose(first),
-        goal=goal,
-        radius=float(np.clip(first[RADIUS], 0.05, 2.0)),
+        start=_pose(first), goal=recording.goal, radius=radius
     )
 
 
