@@ -16,11 +16,7 @@ from hunav_drake.scenario.error import (
     suggestion,
 )
 from hunav_drake.scenario.geometry import GEOMETRY_CHECKS, find_unseen
-from hunav_drake.scenario.population import (
-    check_areas,
-    check_population,
-    drawn_members,
-)
+from hunav_drake.scenario.population import check_areas, check_population
 from hunav_drake.scenario.reachability import check_ways
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.scenario.writer import plain
@@ -312,9 +308,10 @@ def _behaviors(
     """Yields the behaviors of all people with their places."""
     for i, human in enumerate(scenario.humans):
         yield ("humans", i, "behavior"), human.behavior
-    for loc, members in drawn_members(scenario):
-        for name in members.behaviors:
-            yield (*loc, "behaviors", name), name
+    for kind in ("cohorts", "sources"):
+        for i, members in enumerate(getattr(scenario.population, kind)):
+            for name in members.behaviors:
+                yield ("population", kind, i, "behaviors", name), name
 
 
 def _behavior_faults(

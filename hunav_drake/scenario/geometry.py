@@ -12,17 +12,13 @@ import shapely
 
 from hunav_drake.scenario.building import Check
 from hunav_drake.scenario.error import Finding, Loc, path_text
-from hunav_drake.scenario.reachability import (
-    FreeSpace,
-    footprint_shapes,
-    nearest_in,
-)
+from hunav_drake.scenario.reachability import FreeSpace, nearest_in
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.robot.robot_config import RobotConfig
 from hunav_drake.systems.robot.robots import PhysicalRobot
 from hunav_drake.systems.world.shapes import Polygon, Polyline, World, apart
-from hunav_drake.systems.world.solids import WorldFileError
+from hunav_drake.systems.world.solids import Fixture, WorldFileError
 
 # Points closer than this are the same, in meters.
 _SAME = 1e-9
@@ -240,7 +236,7 @@ def _check_robot_and_people(scenario: Scenario) -> Iterator[Finding]:
 def _check_spots(scenario: Scenario, spots: list[_Spot]) -> Iterator[Finding]:
     """Reports the first object of the world that occupies each spot."""
     fixtures = _without_unreadable(scenario).fixtures()
-    shapes = footprint_shapes(fixtures)
+    shapes = _shapes(fixtures)
     places = [it.place for it in fixtures for _ in it.footprints]
     keys = list(dict.fromkeys((*it.position, it.radius) for it in spots))
     taken: _Takers = {}
@@ -293,6 +289,28 @@ def _main_room(
     # Each polygon is made once, so its identity counts.
     most = max(dict.fromkeys(numbers), key=numbers.count)
     return next(room for room in rooms if id(room) == most)
+
+
+def _shapes(fixtures: Sequence[Fixture]) -> list[shapely.Geometry]:
+    """Returns the footprints of all objects of a world, in order."""
+    outlines = [it for fixture in fixtures for it in fixture.footprints]
+    closed = np.array([it.closed for it in fixtures for _ in it.footprints])
+    result: list[shapely.Geometry] = [None] * len(outlines)
+    for is_closed in (True, False):
+        chosen = np.flatnonzero(closed == is_closed)
+        if not len(chosen):
+            continue
+        points = np.vstack([outlines[i] for i in chosen])
+        index = np.repeat(
+            np.arange(len(chosen)), [len(outlines[i]) for i in chosen]
+        )
+        if is_closed:
+            made = shapely.polygons(shapely.linearrings(points, indices=index))
+        else:
+            made = shapely.linestrings(points, indices=index)
+        for i, shape in zip(chosen, made, strict=True):
+            result[i] = shape
+    return result
 
 
 def _near(

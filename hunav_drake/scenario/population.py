@@ -12,11 +12,7 @@ from hunav_drake.systems.people.population import (
     PopulationError,
     draw_with_traffic,
 )
-from hunav_drake.systems.people.population_config import (
-    CohortConfig,
-    PopulationConfig,
-    SourceConfig,
-)
+from hunav_drake.systems.people.population_config import PopulationConfig
 from hunav_drake.systems.people.traffic import Traffic
 from hunav_drake.systems.world.solids import WorldFileError
 
@@ -132,34 +128,25 @@ def check_population(scenario: Scenario) -> Iterator[Finding]:
     yield from _check_names(scenario, people)
 
 
-def drawn_members(
-    scenario: Scenario,
-) -> Iterator[tuple[Loc, CohortConfig | SourceConfig]]:
-    """Yields the cohorts, then the sources of a scenario, with their paths."""
-    for i, cohort in enumerate(scenario.population.cohorts):
-        yield ("population", "cohorts", i), cohort
-    for i, source in enumerate(scenario.population.sources):
-        yield ("population", "sources", i), source
-
-
 def _check_names(
     scenario: Scenario, people: list[HumanConfig]
 ) -> Iterator[Finding]:
     listed = {h.name: i for i, h in enumerate(scenario.humans) if h.name}
     drawn = iter(people)
-    for loc, members in drawn_members(scenario):
-        for _ in range(members.number):
-            name = next(drawn).name
-            if name in listed:
-                human: Loc = ("humans", listed[name])
-                yield Finding(
-                    (*loc, "name"),
-                    f"must not give a name that somebody has, but"
-                    f" {shown(name)} is {path_text(scenario, human)}; rename"
-                    " one",
-                    uses=((*human, "name"),),
-                )
-                break
+    for kind in ("cohorts", "sources"):
+        for i, members in enumerate(getattr(scenario.population, kind)):
+            # Of each cohort or source, the first clash is reported.
+            names = [next(drawn).name for _ in range(members.number)]
+            name = next((it for it in names if it in listed), None)
+            if name is None:
+                continue
+            human: Loc = ("humans", listed[name])
+            yield Finding(
+                ("population", kind, i, "name"),
+                f"must not give a name that somebody has, but {shown(name)} is"
+                f" {path_text(scenario, human)}; rename one",
+                uses=((*human, "name"),),
+            )
 
 
 def check_areas(scenario: Scenario) -> Iterator[Finding]:

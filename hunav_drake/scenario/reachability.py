@@ -41,28 +41,6 @@ class Gap(NamedTuple):
     sides: tuple[Loc, ...]
 
 
-def footprint_shapes(fixtures: Sequence[Fixture]) -> list[shapely.Geometry]:
-    """Returns the footprints of all objects of a world, in order."""
-    outlines = [it for fixture in fixtures for it in fixture.footprints]
-    closed = np.array([it.closed for it in fixtures for _ in it.footprints])
-    result: list[shapely.Geometry] = [None] * len(outlines)
-    for is_closed in (True, False):
-        chosen = np.flatnonzero(closed == is_closed)
-        if not len(chosen):
-            continue
-        points = np.vstack([outlines[i] for i in chosen])
-        index = np.repeat(
-            np.arange(len(chosen)), [len(outlines[i]) for i in chosen]
-        )
-        if is_closed:
-            made = shapely.polygons(shapely.linearrings(points, indices=index))
-        else:
-            made = shapely.linestrings(points, indices=index)
-        for i, shape in zip(chosen, made, strict=True):
-            result[i] = shape
-    return result
-
-
 class FreeSpace:
     """The space of a world in which discs can move; points are (x, y) in W."""
 
@@ -73,10 +51,14 @@ class FreeSpace:
             fixtures: All objects of the world: see `World.fixtures`.
             around: Further points, in meters, that it must contain.
         """
+        shapes = [
+            (shapely.polygons if it.closed else shapely.linestrings)(outline)
+            for it in fixtures
+            for outline in it.footprints
+        ]
         # (Another check reports polygons that cross themselves.)
         self.shapes = [
-            it if it.is_valid else shapely.make_valid(it)
-            for it in footprint_shapes(fixtures)
+            it if it.is_valid else shapely.make_valid(it) for it in shapes
         ]
         self.places: list[Loc] = [
             it.place for it in fixtures for _ in it.footprints
